@@ -1,0 +1,206 @@
+# Trajectory or structure or surface -> frames -> surface -> roughness -> grid -> tables, figures, report.
+# Read from top to bottom in the order the data flow. Every key of the config: config.yaml.
+
+import sys
+from pathlib import Path
+
+from snakemake.utils import min_version
+
+sys.path.append(str(Path(workflow.basedir) / "scripts"))
+from sparsurf import InputError
+from sparsurf.config import check
+from sparsurf.workflow import conformations_of, digest
+
+min_version("9.0")
+
+
+if "proteins" not in config:  # a config of one's own replaces the default study as a whole
+
+    configfile: "config.yaml"
+
+
+try:
+    config = check(config, workflow.configfiles)
+except InputError as error:
+    raise SystemExit(f"\n{error}\n") from None
+
+RUN = f"results/{config['run']}"
+SURFACES = [name for name, protein in config["proteins"].items() if "surface" in protein]
+MOLECULES = [name for name in config["proteins"] if name not in SURFACES]
+
+
+wildcard_constraints:
+    protein="|".join(config["proteins"]).replace(".", r"\."),
+    conformation="c[0-9]+",
+
+
+def conformations(pattern):
+    """Input function: `pattern` for every conformation of every protein, known once frames are chosen."""
+
+    def expand_all(wildcards):
+        found = {name: ["c1"] for name in SURFACES}
+        for name in MOLECULES:
+            found[name] = conformations_of(checkpoints.choose_frames.get(protein=name).output.frames)
+        return [pattern.format(protein=name, conformation=c) for name in config["proteins"] for c in found[name]]
+
+    return expand_all
+
+
+rule all:
+    input:
+        conformations(f"{RUN}/{{protein}}/{{conformation}}/ranges.csv"),
+        conformations(f"{RUN}/{{protein}}/{{conformation}}/best.json"),
+    default_target: True
+
+
+rule compile_kernels:
+    message:
+        "Compiling the kernels (once, half a minute)"
+    output:
+        f"{RUN}/.kernels",
+    log:
+        f"{RUN}/logs/compile_kernels.log",
+    params:
+        code=digest("compile_kernels.py"),
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/compile_kernels.py"
+
+
+checkpoint choose_frames:
+    message:
+        "Choosing the conformations of {wildcards.protein}"
+    input:
+        lambda wildcards: [
+            config["proteins"][wildcards.protein][key]
+            for key in ("structure", "trajectory")
+            if key in config["proteins"][wildcards.protein]
+        ],
+    output:
+        frames=f"{RUN}/{{protein}}/frames.csv",
+        silhouette=f"{RUN}/{{protein}}/silhouette.csv",
+        projection=f"{RUN}/{{protein}}/projection.csv",
+        structures=directory(f"{RUN}/{{protein}}/structures"),
+    log:
+        f"{RUN}/logs/{{protein}}/choose_frames.log",
+    params:
+        protein=lambda wildcards: config["proteins"][wildcards.protein],
+        settings=config["frames"] | {"seed": config["seed"]},
+        code=digest("choose_frames.py"),
+    wildcard_constraints:
+        protein="|".join(MOLECULES).replace(".", r"\."),
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/choose_frames.py"
+
+
+rule make_surface:
+    message:
+        "Molecular surface of {wildcards.protein}/{wildcards.conformation}"
+    input:
+        structures=f"{RUN}/{{protein}}/structures",
+        kernels=f"{RUN}/.kernels",
+    output:
+        structure=f"{RUN}/{{protein}}/{{conformation}}/structure.pdb",
+        surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
+    log:
+        f"{RUN}/logs/{{protein}}/{{conformation}}/make_surface.log",
+    params:
+        settings=config["surface"],
+        code=digest("make_surface.py"),
+    wildcard_constraints:
+        protein="|".join(MOLECULES).replace(".", r"\."),
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/make_surface.py"
+
+
+rule take_surface:
+    message:
+        "Reading the surface of {wildcards.protein}"
+    input:
+        lambda wildcards: config["proteins"][wildcards.protein]["surface"],
+    output:
+        f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
+    log:
+        f"{RUN}/logs/{{protein}}/{{conformation}}/take_surface.log",
+    params:
+        code=digest("take_surface.py"),
+    wildcard_constraints:
+        protein="|".join(SURFACES).replace(".", r"\."),
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/take_surface.py"
+
+
+rule measure_roughness:
+    message:
+        "Roughness of {wildcards.protein}/{wildcards.conformation}"
+    input:
+        surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
+        kernels=f"{RUN}/.kernels",
+    output:
+        roughness=f"{RUN}/{{protein}}/{{conformation}}/roughness.csv",
+        ply=f"{RUN}/{{protein}}/{{conformation}}/surface.ply",
+    log:
+        f"{RUN}/logs/{{protein}}/{{conformation}}/measure_roughness.log",
+    params:
+        patches=config["patches"],
+        code=digest("measure_roughness.py"),
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/measure_roughness.py"
+
+
+rule evaluate_grid:
+    message:
+        "Sampling and comparing {wildcards.protein}/{wildcards.conformation} over the grid"
+    input:
+        surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
+        roughness=f"{RUN}/{{protein}}/{{conformation}}/roughness.csv",
+        kernels=f"{RUN}/.kernels",
+    output:
+        grid=f"{RUN}/{{protein}}/{{conformation}}/grid.csv",
+        distances=f"{RUN}/{{protein}}/{{conformation}}/distances.npz",
+    log:
+        f"{RUN}/logs/{{protein}}/{{conformation}}/evaluate_grid.log",
+    params:
+        settings={key: config[key] for key in ("patches", "sampling", "evaluation", "seed")},
+        code=digest("evaluate_grid.py"),
+    threads: workflow.cores
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/evaluate_grid.py"
+
+
+rule tabulate_best:
+    message:
+        "Best combinations of {wildcards.protein}/{wildcards.conformation}"
+    input:
+        grid=f"{RUN}/{{protein}}/{{conformation}}/grid.csv",
+        distances=f"{RUN}/{{protein}}/{{conformation}}/distances.npz",
+    output:
+        ranges=report(
+            f"{RUN}/{{protein}}/{{conformation}}/ranges.csv",
+            caption="scripts/report/ranges.rst",
+            category="{protein} {conformation}",
+            labels={"result": "Best combination per range of n_S"},
+        ),
+        ranges_md=f"{RUN}/{{protein}}/{{conformation}}/ranges.md",
+        best=f"{RUN}/{{protein}}/{{conformation}}/best.json",
+        best_md=f"{RUN}/{{protein}}/{{conformation}}/best.md",
+    log:
+        f"{RUN}/logs/{{protein}}/{{conformation}}/tabulate_best.log",
+    params:
+        settings=config["tables"],
+        code=digest("tabulate_best.py"),
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/tabulate_best.py"

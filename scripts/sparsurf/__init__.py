@@ -1,0 +1,28 @@
+"""Minimal representations of a molecular surface, after Grassmann et al.
+
+Glossary (the paper's symbols and the field's words; lengths in Å everywhere)
+
+dot            one point of the molecular surface, with its outward unit normal
+N              number of dots of the full surface
+patch          dots within R_patch (roughness, sampling) or R_zernike (descriptors) of a
+               dot, cut down to the largest island
+island         connected component of a patch, two dots being linked when closer than D_link
+centre         dot around which the sampling lays a patch
+cover          the centres and their patches; every dot lies in at least one
+R_i            roughness of the patch of dot i: 1 is flat, 0 is rough
+n_S            number of dots that a sampling keeps
+combination    one choice of (alpha, beta, gamma, delta)
+draw           one random realisation of a combination, or of a uniform subset
+test dot       dot at which the descriptors of two surfaces are compared
+z              vector of the 121 Zernike invariants |c_nm| of a patch
+Z_tS, Z_tR     mean |z_tot - z_S|, mean |z_tot - z_R| over the test dots
+d              Z_tR - Z_tS: positive where the sampling beats the uniform subset
+reading        how 'the points not connected are removed' is understood:
+               'kept' among the kept dots, 'surface' on the full surface
+range          one of ten equal intervals of n_S
+conformation   one frame, structure or surface that enters the study
+"""
+
+
+class InputError(ValueError):
+    """Something the user gave is wrong; the message is one sentence for them."""

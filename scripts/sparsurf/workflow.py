@@ -1,0 +1,83 @@
+"""What the Snakefile and the scripts share: logs of jobs, digests of code, names of conformations."""
+
+import ast
+import hashlib
+import logging
+import sys
+import time
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from functools import cache
+from pathlib import Path
+
+from sparsurf import InputError
+
+SCRIPTS = Path(__file__).parents[1]
+
+
+@cache
+def digest(script):
+    """Digest of a script and of every library module that it imports, directly or not.
+
+    Passed to the rules as a parameter, so that editing a module reruns exactly the steps that use it.
+    """
+    files, waiting = set(), [SCRIPTS / script]
+    while waiting:
+        path = waiting.pop()
+        if path not in files:
+            files.add(path)
+            waiting += _imports(path)
+    content = b"\0".join(path.name.encode() + path.read_bytes() for path in sorted(files))
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def _imports(path):
+    """Files of the library modules that a Python file imports."""
+    names = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module == "sparsurf":
+            names += ["__init__", *(alias.name for alias in node.names)]
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("sparsurf."):
+            names.append(node.module.removeprefix("sparsurf."))
+    candidates = (SCRIPTS / "sparsurf" / f"{name}.py" for name in names)
+    return [candidate for candidate in candidates if candidate.is_file()]
+
+
+@contextmanager
+def job(log):
+    """Send what a script prints and logs to its log file; an InputError ends it with its sentence alone."""
+    with (
+        open(log, "w", encoding="utf-8", buffering=1) as stream,
+        redirect_stdout(stream),
+        redirect_stderr(stream),
+    ):
+        logging.basicConfig(stream=stream, level=logging.INFO, format="%(levelname)s %(message)s", force=True)
+        logging.captureWarnings(True)
+        try:
+            yield
+        except InputError as error:
+            print(f"ERROR {error}", file=stream)
+            print(f"\n  {error}\n", file=sys.__stderr__, flush=True)
+            sys.exit(1)
+
+
+def reporter(what, every=5.0):
+    """Function (done, of) that tells the log and the terminal how far a long step is, every few seconds."""
+    begin = last = time.monotonic()
+
+    def report(done, of):
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= every or done >= of:
+            last = now
+            left = (now - begin) * (of - done) / max(done, 1)
+            line = f"{what}: {done} of {of} samplings, {now - begin:.0f} s, {left:.0f} s to go"
+            for stream in (sys.stderr, sys.__stderr__):
+                print(line, file=stream, flush=True)
+
+    return report
+
+
+def conformations_of(path_to_frames):
+    """Names in the first column of frames.csv, in its order."""
+    with open(path_to_frames, encoding="utf-8") as stream:
+        return [line.split(",")[0] for line in stream.read().splitlines()[1:]]

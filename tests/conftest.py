@@ -1,0 +1,48 @@
+"""Fixtures that several test files share."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def shared():
+    """The folder of reference data beside the checkout; tests that need it skip where it is absent."""
+    path = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared"))
+    if not (path / "data" / "MANIFEST.tsv").is_file():
+        pytest.skip(f"reference data not found in {path.name}/ beside the checkout (or $SPARSURF_SHARED)")
+    return path
+
+
+@pytest.fixture(scope="session")
+def a1(shared):
+    """The DMS surface of A1, the paper's example: 20045 dots."""
+    from sparsurf.surface import read_surface
+
+    return read_surface(shared / "data" / "tdp43" / "A1.dms.gz")
+
+
+@pytest.fixture(scope="session")
+def blob():
+    """A bumpy closed surface of 3000 dots with a satellite that patches must drop: points and unit normals."""
+    return make_blob(3000)
+
+
+def make_blob(n, seed=5):
+    """Dots spread over r = 8 + bumps (Å) with approximate normals, and a small sphere beside it."""
+    rng = np.random.default_rng(seed)
+    k = np.arange(n - 60) + 0.5
+    polar, azimuth = np.arccos(1 - 2 * k / len(k)), np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
+    radius = 8 + 0.8 * np.sin(3 * azimuth) * np.sin(polar) ** 3 + 0.5 * np.cos(5 * polar)
+    small = rng.normal(size=(60, 3))
+    small /= np.linalg.norm(small, axis=1)[:, None]
+    points = np.concatenate([unit * radius[:, None], small * 0.8 + [11.5, 0, 0]])
+    normals = np.concatenate([unit + 0.2 * rng.normal(size=unit.shape), small])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    order = rng.permutation(n)
+    return points[order], normals[order]
