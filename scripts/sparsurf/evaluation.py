@@ -16,6 +16,21 @@ from sparsurf.roughness import roughness
 
 READINGS = ("kept", "surface")
 AS_PUBLISHED_SHARE = 200  # the authors test N / 200 dots
+TABLE_1 = (  # Table I of the paper: lower limits of the ranges of n_S in %, and alpha, beta, gamma, delta
+    (2.63, 12.34, 22.05, 31.76, 41.47, 51.18, 60.89, 70.60, 80.30, 90.01),
+    (
+        (0.4, 0.2, 10, 10),
+        (1.0, 0.4, 10, 6),
+        (1.0, 0.2, 6, 10),
+        (1.0, 0.0, 6, 4),
+        (1.0, 0.0, 6, 0),
+        (1.0, 0.0, 2, 4),
+        (1.0, 0.2, 0, 4),
+        (1.0, 0.0, 2, 0),
+        (1.0, 0.0, 0, 2),
+        (1.0, 0.2, 0, 0),
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -83,6 +98,11 @@ class Evaluator:
             roughness(self.index, r_patch, threads) if roughness_values is None else roughness_values
         )
         self.cover = sampling.build_cover(self.index, self.roughness, r_patch, moved_centre, every_patch)
+
+    def choices_of_paper(self, n_s):
+        """Combinations of Table I for the range that holds `n_s` dots and for the ranges above it."""
+        limits, rows = TABLE_1
+        return rows[int(np.clip(np.searchsorted(limits, 100 * n_s / len(self.points)), 1, len(rows))) - 1 :]
 
     def stream(self, *keys):
         """Random stream of this conformation for one purpose."""
