@@ -9,7 +9,7 @@ from snakemake.utils import min_version
 sys.path.append(str(Path(workflow.basedir) / "scripts"))
 from sparsurf import InputError
 from sparsurf.config import check
-from sparsurf.workflow import conformations_of, digest
+from sparsurf.workflow import conformations_of, digest, made, one_of
 
 min_version("9.0")
 
@@ -30,8 +30,8 @@ MOLECULES = [name for name in config["proteins"] if name not in SURFACES]
 
 
 wildcard_constraints:
-    protein="|".join(config["proteins"]).replace(".", r"\."),
-    conformation="c[0-9]+",
+    protein=one_of(config["proteins"]),
+    conformation="[cf][0-9]+",
 
 
 def conformations(pattern):
@@ -48,8 +48,11 @@ def conformations(pattern):
 
 rule all:
     input:
+        [f"{RUN}/{name}/figures/frames.png" for name in MOLECULES],
         conformations(f"{RUN}/{{protein}}/{{conformation}}/ranges.csv"),
-        conformations(f"{RUN}/{{protein}}/{{conformation}}/best.json"),
+        conformations(f"{RUN}/{{protein}}/{{conformation}}/minimal.csv"),
+        conformations(f"{RUN}/{{protein}}/{{conformation}}/figures/fig1.png"),
+        [f"{RUN}/verdict.md"] if "paper" in config else [],
     default_target: True
 
 
@@ -81,6 +84,7 @@ checkpoint choose_frames:
         frames=f"{RUN}/{{protein}}/frames.csv",
         silhouette=f"{RUN}/{{protein}}/silhouette.csv",
         projection=f"{RUN}/{{protein}}/projection.csv",
+        explained=f"{RUN}/{{protein}}/explained.csv",
         structures=directory(f"{RUN}/{{protein}}/structures"),
     log:
         f"{RUN}/logs/{{protein}}/choose_frames.log",
@@ -89,7 +93,7 @@ checkpoint choose_frames:
         settings=config["frames"] | {"seed": config["seed"]},
         code=digest("choose_frames.py"),
     wildcard_constraints:
-        protein="|".join(MOLECULES).replace(".", r"\."),
+        protein=one_of(MOLECULES),
     conda:
         "envs/study.yaml"
     script:
@@ -111,7 +115,7 @@ rule make_surface:
         settings=config["surface"],
         code=digest("make_surface.py"),
     wildcard_constraints:
-        protein="|".join(MOLECULES).replace(".", r"\."),
+        protein=one_of(MOLECULES),
     conda:
         "envs/study.yaml"
     script:
@@ -130,7 +134,7 @@ rule take_surface:
     params:
         code=digest("take_surface.py"),
     wildcard_constraints:
-        protein="|".join(SURFACES).replace(".", r"\."),
+        protein=one_of(SURFACES),
     conda:
         "envs/study.yaml"
     script:
@@ -189,7 +193,8 @@ rule tabulate_best:
         ranges=report(
             f"{RUN}/{{protein}}/{{conformation}}/ranges.csv",
             caption="scripts/report/ranges.rst",
-            category="{protein} {conformation}",
+            category="{protein}",
+            subcategory="{conformation}",
             labels={"result": "Best combination per range of n_S"},
         ),
         ranges_md=f"{RUN}/{{protein}}/{{conformation}}/ranges.md",
@@ -204,3 +209,158 @@ rule tabulate_best:
         "envs/study.yaml"
     script:
         "scripts/tabulate_best.py"
+
+
+rule take_minimal:
+    message:
+        "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
+    input:
+        surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
+        roughness=f"{RUN}/{{protein}}/{{conformation}}/roughness.csv",
+        kernels=f"{RUN}/.kernels",
+    output:
+        table=f"{RUN}/{{protein}}/{{conformation}}/minimal.csv",
+        ply=f"{RUN}/{{protein}}/{{conformation}}/minimal.ply",
+    log:
+        f"{RUN}/logs/{{protein}}/{{conformation}}/take_minimal.log",
+    params:
+        settings={key: config[key] for key in ("patches", "sampling", "evaluation", "minimal", "seed")},
+        code=digest("take_minimal.py"),
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/take_minimal.py"
+
+
+rule draw_frames:
+    message:
+        "Figure of the frames of {wildcards.protein}"
+    input:
+        frames=f"{RUN}/{{protein}}/frames.csv",
+        projection=f"{RUN}/{{protein}}/projection.csv",
+        silhouette=f"{RUN}/{{protein}}/silhouette.csv",
+        explained=f"{RUN}/{{protein}}/explained.csv",
+    output:
+        png=report(
+            f"{RUN}/{{protein}}/figures/frames.png",
+            caption="scripts/report/frames.rst",
+            category="{protein}",
+            labels={"result": "Frames and conformations"},
+        ),
+        svg=f"{RUN}/{{protein}}/figures/frames.svg",
+    log:
+        f"{RUN}/logs/{{protein}}/draw_frames.log",
+    params:
+        code=digest("draw_frames.py"),
+    wildcard_constraints:
+        protein=one_of(MOLECULES),
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/draw_frames.py"
+
+
+rule draw_figures:
+    message:
+        "Figures of {wildcards.protein}/{wildcards.conformation}"
+    input:
+        surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
+        roughness=f"{RUN}/{{protein}}/{{conformation}}/roughness.csv",
+        grid=f"{RUN}/{{protein}}/{{conformation}}/grid.csv",
+        best=f"{RUN}/{{protein}}/{{conformation}}/best.json",
+        kernels=f"{RUN}/.kernels",
+    output:
+        png1=report(
+            f"{RUN}/{{protein}}/{{conformation}}/figures/fig1.png",
+            caption="scripts/report/fig1.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 1, roughness"},
+        ),
+        png2=report(
+            f"{RUN}/{{protein}}/{{conformation}}/figures/fig2.png",
+            caption="scripts/report/fig2.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 2, number of dots"},
+        ),
+        png3=report(
+            f"{RUN}/{{protein}}/{{conformation}}/figures/fig3.png",
+            caption="scripts/report/fig3.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 3, d over the grid"},
+        ),
+        png4=report(
+            f"{RUN}/{{protein}}/{{conformation}}/figures/fig4.png",
+            caption="scripts/report/fig4.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 4, rough and flat patches"},
+        ),
+        png5=report(
+            f"{RUN}/{{protein}}/{{conformation}}/figures/fig5.png",
+            caption="scripts/report/fig5.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 5, surfaces"},
+        ),
+        svgs=expand(f"{RUN}/{{{{protein}}}}/{{{{conformation}}}}/figures/fig{{k}}.svg", k=range(1, 6)),
+    log:
+        f"{RUN}/logs/{{protein}}/{{conformation}}/draw_figures.log",
+    params:
+        settings={key: config[key] for key in ("patches", "sampling", "seed")},
+        code=digest("draw_figures.py"),
+    threads: workflow.cores
+    conda:
+        "envs/study.yaml"
+    script:
+        "scripts/draw_figures.py"
+
+
+if "paper" in config:  # the name of the protein that is the paper's A1
+
+    rule reproduce_paper:
+        message:
+            "Comparing with the paper"
+        input:
+            **{
+                key: f"{RUN}/{config['paper']}/c1/{file}"
+                for key, file in {
+                    "surface": "surface.npz",
+                    "roughness": "roughness.csv",
+                    "grid": "grid.csv",
+                    "ranges": "ranges.csv",
+                    "best": "best.json",
+                }.items()
+            },
+            kernels=f"{RUN}/.kernels",
+        output:
+            verdict=report(
+                f"{RUN}/verdict.md",
+                caption="scripts/report/verdict.rst",
+                category="The paper",
+                labels={"result": "Claim by claim"},
+            ),
+            rows=report(
+                f"{RUN}/paper_rows.csv",
+                caption="scripts/report/verdict.rst",
+                category="The paper",
+                labels={"result": "Table I, row by row"},
+            ),
+            selected=f"{RUN}/paper_as_published.csv",
+            links=f"{RUN}/paper_links.csv",
+            defects=f"{RUN}/paper_defects.csv",
+            bins=f"{RUN}/paper_roughness.csv",
+        log:
+            f"{RUN}/logs/reproduce_paper.log",
+        params:
+            settings={key: config[key] for key in ("patches", "sampling", "evaluation", "seed")}
+            | {"made": made(config, config["paper"])},
+            name=f"{config['paper']}/c1",
+            code=digest("reproduce_paper.py"),
+        threads: workflow.cores
+        conda:
+            "envs/study.yaml"
+        script:
+            "scripts/reproduce_paper.py"

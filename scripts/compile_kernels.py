@@ -1,7 +1,6 @@
 """Compile the numba kernels once, into the cache that all later jobs read."""
 
 import numpy as np
-from snakemake.script import snakemake
 
 from sparsurf import surface
 from sparsurf.evaluation import Evaluator

@@ -1,29 +1,18 @@
 """Sample a surface with every combination and compare the subsets with the whole."""
 
 import pandas as pd
-from snakemake.script import snakemake
-from sparsurf.surface import read_surface
 
 from sparsurf import evaluation, sampling, tables
+from sparsurf.surface import read_surface
 from sparsurf.workflow import job, reporter
 
 
 def main(path_to_surface, path_to_roughness, path_to_grid, path_to_distances, settings, name, threads):
     """Write grid.csv and the raw distances behind it."""
     surface = read_surface(path_to_surface)
-    patches, grid, test = settings["patches"], settings["sampling"], settings["evaluation"]
-    evaluator = evaluation.Evaluator(
-        surface,
-        patches["R_patch"],
-        patches["R_zernike"],
-        patches["D_link"],
-        pd.read_csv(path_to_roughness)["roughness"].to_numpy(),
-        settings["seed"],
-        name,
-        threads,
-        grid["moved_centre"],
-        grid["every_patch"],
-    )
+    rough = pd.read_csv(path_to_roughness)["roughness"].to_numpy()
+    evaluator = evaluation.Evaluator.from_settings(surface, settings, rough, name, threads)
+    grid, test = settings["sampling"], settings["evaluation"]
     result = evaluator.grid(
         sampling.grid(grid["alpha"], grid["beta"], grid["gamma"], grid["delta"]),
         evaluation.number_of_tests(test["test_dots"], len(surface)),

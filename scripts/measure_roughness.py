@@ -1,11 +1,10 @@
 """Local roughness of every dot of a surface, as a table and as colour."""
 
 import pandas as pd
-from snakemake.script import snakemake
-from sparsurf.surface import read_surface, write_ply
 
 from sparsurf.patches import build_index, refuse_sparse
 from sparsurf.roughness import roughness
+from sparsurf.surface import read_surface, write_ply
 from sparsurf.workflow import job
 
 

@@ -3,7 +3,6 @@
 import json
 
 import pandas as pd
-from snakemake.script import snakemake
 
 from sparsurf import evaluation, tables
 from sparsurf.workflow import job

@@ -1,8 +1,6 @@
 """A ready surface enters the study."""
 
-from snakemake.script import snakemake
 from sparsurf.surface import read_surface, write_npz
-
 from sparsurf.workflow import job
 
 

@@ -130,7 +130,7 @@ def test_yardsticks_of_a1(a1):
 def test_published_rows_of_a1(a1, shared):
     # reference: 40 replicates of 100 test dots. With 1500 shared test dots and 4 draws our error is about that of
     # the reference's mean; 5 % of the value or 3 joint standard errors
-    rows = np.array(evaluation.TABLE_1[1])
+    rows = evaluation.PUBLISHED_ROWS
     grid = Evaluator(a1, seed=1, name="a1", threads=2).grid(rows, 1500, 4)
     n_s = 100 * grid.n_s.mean(axis=1) / 20045
     assert np.allclose(n_s, [12.4, 21.3, 26.0, 37.3, 45.7, 53.4, 61.4, 74.0, 83.4, 97.1], atol=0.6)

@@ -28,7 +28,7 @@ def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
         z_tot,
         z_ts,
         z_tr,
-        np.full((1, k), 7.0),
+        np.full((1, 2, k), 7.0),
         ("kept",),
     )
 

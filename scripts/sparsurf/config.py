@@ -109,6 +109,11 @@ def _second_check(config):
             for key in OF_STRUCTURES:
                 if key in protein:
                     yield f"proteins.{name}.{key} has no meaning for a ready surface; remove it."
+    if "paper" in config and config["paper"] not in config["proteins"]:
+        yield f"paper is {config['paper']!r}, which is none of the proteins {', '.join(config['proteins'])}."
+    wishes = [key for key in ("n_S_percent", "n_S", "Z", "combination") if key in config["minimal"]]
+    if len(wishes) != 1:
+        yield f"minimal needs exactly one of n_S_percent, n_S, Z and combination, but has {', '.join(wishes) or 'none'}."
     patches = config["patches"]
     if patches["D_link"] >= min(patches["R_patch"], patches["R_zernike"]):
         yield f"patches.D_link is {patches['D_link']:g} Å, but must be smaller than R_patch and R_zernike."

@@ -4,7 +4,10 @@ Source: paper, 'Optimization of the sampling parameters'. The same test dots ser
 combinations unless asked otherwise, so that combinations differ by what they keep only.
 """
 
+import copy
 from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -15,22 +18,11 @@ from sparsurf.patches import D_LINK, R_PATCH, R_ZERNIKE, build_index
 from sparsurf.roughness import roughness
 
 READINGS = ("kept", "surface")
+SCALE = 1.6  # linking distance of the reading 'scaled', in mean spacings of the kept dots
 AS_PUBLISHED_SHARE = 200  # the authors test N / 200 dots
-TABLE_1 = (  # Table I of the paper: lower limits of the ranges of n_S in %, and alpha, beta, gamma, delta
-    (2.63, 12.34, 22.05, 31.76, 41.47, 51.18, 60.89, 70.60, 80.30, 90.01),
-    (
-        (0.4, 0.2, 10, 10),
-        (1.0, 0.4, 10, 6),
-        (1.0, 0.2, 6, 10),
-        (1.0, 0.0, 6, 4),
-        (1.0, 0.0, 6, 0),
-        (1.0, 0.0, 2, 4),
-        (1.0, 0.2, 0, 4),
-        (1.0, 0.0, 2, 0),
-        (1.0, 0.0, 0, 2),
-        (1.0, 0.2, 0, 0),
-    ),
-)
+# Table I of the paper: limits of the ranges of n_S in %, alpha, beta, gamma, delta, d and Z_tS
+TABLE_1 = np.genfromtxt(Path(__file__).with_name("published_table1.csv"), delimiter=",", names=True)
+PUBLISHED_ROWS = np.stack([TABLE_1[name] for name in ("alpha", "beta", "gamma", "delta")], axis=1)
 
 
 @dataclass(frozen=True)
@@ -44,7 +36,8 @@ class Grid:
     tests : (T,) int64 dots, or (K, T) where every combination has its own
     z_tot : (T, 121) float64, descriptors of the full surface at the (shared) test dots
     z_ts, z_tr : (readings, K, D, T) float32, |z_tot - z_S| and |z_tot - z_R|
-    fragment : (readings, K) float64, median number of dots in the evaluated patches of the samplings
+    fragment : (readings, 2, K) float64, median number of dots in the evaluated patches of samplings and of
+        uniform subsets
     readings : tuple of str
     """
 
@@ -91,7 +84,9 @@ class Evaluator:
         moved_centre=True,
         every_patch=True,
     ):
-        self.points, self.r_zernike, self.threads = surface.points, r_zernike, threads
+        self.points, self.normals = surface.points, surface.normals
+        self.r_patch, self.r_zernike, self.d_link, self.threads = r_patch, r_zernike, d_link, threads
+        self.choices = (TABLE_1["n_S_low_percent"], PUBLISHED_ROWS)
         self.seed, self.name = seed, name
         self.index = build_index(surface.points, surface.normals, d_link)
         self.roughness = (
@@ -99,10 +94,33 @@ class Evaluator:
         )
         self.cover = sampling.build_cover(self.index, self.roughness, r_patch, moved_centre, every_patch)
 
+    @classmethod
+    def from_settings(cls, surface, settings, roughness_values, name, threads):
+        """From the config's `patches`, `sampling` and `seed`."""
+        patches, defects = settings["patches"], settings["sampling"]
+        return cls(
+            surface,
+            patches["R_patch"],
+            patches["R_zernike"],
+            patches["D_link"],
+            roughness_values,
+            settings["seed"],
+            name,
+            threads,
+            defects["moved_centre"],
+            defects["every_patch"],
+        )
+
     def choices_of_paper(self, n_s):
-        """Combinations of Table I for the range that holds `n_s` dots and for the ranges above it."""
-        limits, rows = TABLE_1
-        return rows[int(np.clip(np.searchsorted(limits, 100 * n_s / len(self.points)), 1, len(rows))) - 1 :]
+        """Combinations chosen by d for the range of n_S that holds `n_s` dots and for the ranges above it."""
+        lowest, rows = self.choices
+        place = np.searchsorted(lowest, 100 * n_s / len(self.points))
+        return rows[int(np.clip(place, 1, len(rows))) - 1 :]
+
+    @cached_property
+    def corrected_cover(self):
+        """The cover without the two defects of the published sampling."""
+        return sampling.build_cover(self.index, self.roughness, self.r_patch, False, False)
 
     def stream(self, *keys):
         """Random stream of this conformation for one purpose."""
@@ -115,7 +133,7 @@ class Evaluator:
 
     def pair(self, combination, draw):
         """The sampled subset of one draw and a uniform one of the same size."""
-        keys = [round(1e6 * p) for p in combination]  # by value: streams do not depend on the grid's order
+        keys = _exact(combination)  # by value: streams do not depend on the grid's order
         sampled = sampling.sample(self.cover, combination, self.stream("sampled", *keys, draw))
         return sampled, sampling.uniform(len(self.points), len(sampled), self.stream("uniform", *keys, draw))
 
@@ -124,20 +142,51 @@ class Evaluator:
         return descriptors.describe(self.index, self.points[tests], self.r_zernike, up, self.threads)
 
     def distances(self, subsets, tests, z_tot, reading, weights=None):
-        """|z_tot - z| of up to 64 subsets at the test dots: (B, T) float64, and patch sizes, (B, T)."""
-        words = descriptors.pack(self.index, subsets)
+        """|z_tot - z| of subsets at the test dots: (B, T) float64, and patch sizes, (B, T)."""
+        z, sizes = [], []
+        for a in range(0, len(subsets), descriptors.BITS):
+            some = subsets[a : a + descriptors.BITS]
+            result = descriptors.evaluate(
+                self.index,
+                self.points[tests],
+                descriptors.pack(self.index, some),
+                len(some),
+                reading,
+                z_tot,
+                None if weights is None else weights[a : a + descriptors.BITS],
+                radius=self.r_zernike,
+                threads=self.threads,
+            )
+            z.append(result[0].T)
+            sizes.append(result[1].T)
+        return np.concatenate(z), np.concatenate(sizes)
+
+    def distances_scaled(self, subset, tests, z_tot, area):
+        """|z_tot - z| of one subset as if its surface were not known, (T,), and patch sizes, (T,).
+
+        Islands are removed among the kept dots, linked within `SCALE` times their mean spacing, 1 / sqrt(kept dots
+        per Å^2), and at least D_link; `area` is that of the surface in Å^2.
+        """
+        link = max(self.d_link, SCALE * np.sqrt(area / len(subset)))
+        alone = build_index(self.points[subset], self.normals[subset], link)
+        everything = np.ones(len(subset), np.uint64)
         z, sizes = descriptors.evaluate(
-            self.index,
+            alone,
             self.points[tests],
-            words,
-            len(subsets),
-            reading,
+            everything,
+            1,
+            "kept",
             z_tot,
-            weights,
             radius=self.r_zernike,
             threads=self.threads,
         )
-        return z.T, sizes.T
+        return z[:, 0], sizes[:, 0]
+
+    def by_position(self, subset, values):
+        """`values` (n,) of the dots of a subset as the (1, N) weights that `distances` takes."""
+        out = np.zeros((1, len(self.points)))
+        out[0, self.index.position[subset]] = values
+        return out
 
     def grid(
         self, combinations, n_tests, draws=1, readings=READINGS, shared=True, progress=lambda done, of: None
@@ -161,77 +210,74 @@ class Evaluator:
         -------
         Grid
         """
-        k = len(combinations)
-        expected = sampling.expected_n_s(self.cover, combinations)
+        combinations = np.asarray(combinations, float)
         tests = self.draw_tests(n_tests)
-        shape = (len(readings), k, draws, len(tests))
-        z_ts, z_tr = np.empty(shape, np.float32), np.empty(shape, np.float32)
-        fragment, n_s = np.empty(shape[:2]), np.empty((k, draws), np.int64)
+        if not shared:
+            tests = np.array([self.draw_tests(n_tests, *_exact(c)) for c in combinations])
+        k, shape = len(combinations), (len(readings), len(combinations), draws, tests.shape[-1])
         with threadpool_limits(1, "blas"):
-            z_tot, _ = self.describe(tests)
-            if shared:
-                self._shared(combinations, tests, z_tot, readings, z_ts, z_tr, n_s, fragment, progress)
-            else:
-                tests = np.array(
-                    [self.draw_tests(n_tests, *[round(1e6 * p) for p in c]) for c in combinations]
-                )
-                self._fresh(combinations, tests, readings, z_ts, z_tr, n_s, fragment, progress)
-        return Grid(
-            np.asarray(combinations, float),
-            len(self.points),
-            n_s,
-            expected,
-            tests,
-            z_tot,
-            z_ts,
-            z_tr,
-            fragment,
-            tuple(readings),
-        )
-
-    def _shared(self, combinations, tests, z_tot, readings, z_ts, z_tr, n_s, fragment, progress):
-        """All subsets against the same test dots, 64 at a time."""
-        draws = n_s.shape[1]
-        jobs = [(k, draw) for k in range(len(combinations)) for draw in range(draws)]
-        sizes = np.empty((len(readings), len(jobs), len(tests)), np.int32)
-        for a in range(0, len(jobs), descriptors.BITS):
-            batch = jobs[a : a + descriptors.BITS]
-            pairs = over_slices(
-                lambda i, _, b=batch: self.pair(combinations[b[i][0]], b[i][1]), len(batch), self.threads, 1
+            out = Grid(
+                combinations=combinations,
+                n_dots=len(self.points),
+                n_s=np.empty((k, draws), np.int64),
+                n_s_expected=sampling.expected_n_s(self.cover, combinations),
+                tests=tests,
+                z_tot=self.describe(self.draw_tests(n_tests))[0],
+                z_ts=np.empty(shape, np.float32),
+                z_tr=np.empty(shape, np.float32),
+                fragment=np.empty((len(readings), 2, k)),
+                readings=tuple(readings),
             )
-            k, draw = np.array(batch).T
-            n_s[k, draw] = [len(sampled) for sampled, _ in pairs]
-            for r, reading in enumerate(readings):
-                z, size = self.distances([s for s, _ in pairs], tests, z_tot, reading)
-                z_ts[r, k, draw], sizes[r, a : a + len(batch)] = z, size
-                z_tr[r, k, draw] = self.distances([u for _, u in pairs], tests, z_tot, reading)[0]
-            progress(a + len(batch), len(jobs))
-        fragment[:] = np.median(sizes.reshape(len(readings), len(combinations), -1), axis=2)
+            if shared:
+                per = max(1, descriptors.BITS // (2 * draws))
+                for a in range(0, k, per):
+                    self._fill(out, range(a, min(a + per, k)), tests, out.z_tot)
+                    progress(draws * min(a + per, k), draws * k)
+            else:  # combinations side by side, each with one thread
+                alone, done = self._with(threads=1), []
 
-    def _fresh(self, combinations, tests, readings, z_ts, z_tr, n_s, fragment, progress):
-        """Each combination against test dots of its own; combinations side by side."""
+                def one(i, _):
+                    alone._fill(out, [i], tests[i], alone.describe(tests[i])[0])
+                    done.append(i)
+                    progress(draws * len(done), draws * k)
 
-        def one(k, _):
-            alone = self._alone()
-            z_tot, _ = alone.describe(tests[k])
-            pairs = [self.pair(combinations[k], draw) for draw in range(n_s.shape[1])]
-            n_s[k] = [len(sampled) for sampled, _ in pairs]
-            subsets = [s for s, _ in pairs] + [u for _, u in pairs]
-            for r, reading in enumerate(readings):
-                z, size = alone.distances(subsets, tests[k], z_tot, reading)
-                z_ts[r, k], z_tr[r, k] = z[: len(pairs)], z[len(pairs) :]
-                fragment[r, k] = np.median(size[: len(pairs)])
-            progress(k + 1, len(combinations))
+                over_slices(one, k, self.threads, 1)
+        return out
 
-        over_slices(one, len(combinations), self.threads, 1)
+    def _fill(self, out, some, tests, z_tot):
+        """Draw the subsets of `some` combinations and write what they give at the test dots into a Grid."""
+        draws = out.n_s.shape[1]
+        jobs = [(k, draw) for k in some for draw in range(draws)]
+        pairs = over_slices(
+            lambda i, _: self.pair(out.combinations[jobs[i][0]], jobs[i][1]), len(jobs), self.threads, 1
+        )
+        for (k, draw), (sampled, _) in zip(jobs, pairs, strict=True):
+            out.n_s[k, draw] = len(sampled)
+        subsets = [sampled for sampled, _ in pairs] + [random for _, random in pairs]
+        for r, reading in enumerate(out.readings):
+            z, sizes = self.distances(subsets, tests, z_tot, reading)
+            shape = (2, len(some), draws, len(tests))
+            out.z_ts[r, some], out.z_tr[r, some] = z.reshape(shape)
+            out.fragment[r][:, some] = np.median(sizes.reshape(shape), axis=(2, 3))
 
-    def _alone(self):
-        """This evaluator with one thread, for work that is itself one of several side by side."""
-        import copy
+    def _with(self, **changes):
+        """This evaluator with some attributes changed."""
+        other = copy.copy(self)
+        vars(other).update(changes)
+        return other
 
-        alone = copy.copy(self)
-        alone.threads = 1
-        return alone
+    def renamed(self, name):
+        """The same surface with random streams of another name."""
+        return self._with(name=name)
+
+    def relinked(self, d_link):
+        """The same surface, samplings and roughness, islands linked at another distance (Å)."""
+        return self._with(index=build_index(self.points, self.normals, d_link))
+
+
+def _exact(combination):
+    """The parameters in millionths, as keys of a random stream."""
+    return [round(1e6 * p) for p in combination]
 
 
 def number_of_tests(wished, n_dots):

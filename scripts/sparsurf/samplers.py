@@ -2,7 +2,7 @@
 
 `surface` is anything with `points` (N, 3), `index`, `roughness` (N,), `cover` and
 `choices_of_paper` (see `evaluation.Evaluator`). To add a sampler, write one function and put
-`@sampler` above it. All keep exactly n dots but `paper`, whose n_S is left to chance.
+`@sampler` above it. All keep exactly n dots but the paper's, whose n_S is left to chance.
 """
 
 import numpy as np
@@ -27,10 +27,20 @@ def paper(surface, n, rng):
     alpha is set so that the expected n_S is n; where even alpha = 1 keeps fewer, the choice for the next range
     takes its place. n_S itself is left to chance.
     """
+    return _paper(surface, surface.cover, n, rng)
+
+
+@sampler
+def paper_corrected(surface, n, rng):
+    """The same with distances from the dot itself and one draw per dot."""
+    return _paper(surface, surface.corrected_cover, n, rng)
+
+
+def _paper(surface, cover, n, rng):
     choices = surface.choices_of_paper(n)
-    reach = sampling.expected_n_s(surface.cover, [(1.0, *choice[1:]) for choice in choices])
+    reach = sampling.expected_n_s(cover, [(1.0, *choice[1:]) for choice in choices])
     choice = choices[int(np.argmax(reach >= n)) if (reach >= n).any() else int(np.argmax(reach))]
-    return sampling.sample(surface.cover, tune_alpha(surface.cover, choice, n), rng)
+    return sampling.sample(cover, tune_alpha(cover, choice, n), rng)
 
 
 def tune_alpha(cover, combination, n):

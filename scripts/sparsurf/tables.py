@@ -22,7 +22,7 @@ def grid_table(grid):
     -------
     DataFrame: alpha, beta, gamma, delta; n_S (mean of the draws), n_S_percent, n_S_expected (closed form);
     then for each reading Z_tS, Z_tR, d with standard errors, d on two halves that share neither test dots
-    nor draws, and the median number of dots in the evaluated patches of the sampling.
+    nor draws, and the median number of dots in the evaluated patches of the sampling and of the uniform subset.
     """
     table = pd.DataFrame(grid.combinations, columns=PARAMETERS)
     table["n_S"] = grid.n_s.mean(axis=1)
@@ -33,7 +33,7 @@ def grid_table(grid):
         for name, x in values.items():
             table[f"{name}_{reading}"], table[f"{name}_se_{reading}"] = mean_and_error(x)
         table[f"d_half1_{reading}"], table[f"d_half2_{reading}"] = halves(values["d"])
-        table[f"fragment_{reading}"] = grid.fragment[r]
+        table[f"fragment_{reading}"], table[f"fragment_uniform_{reading}"] = grid.fragment[r]
     return table
 
 
@@ -235,4 +235,32 @@ def _best_sentence(row):
         f"(alpha, beta, gamma, delta) = {combination_text(row)}, n_S = {row['n_S']:.0f} ({row['n_S_percent']:.2f} %), "
         f"d = {row['d']:.2f} ({interval(row)}; held out {row['d_held_out']:.2f}), Z_tS = {row['Z_tS']:.2f}; "
         f"{row['n_plateau']} combinations cannot be told apart."
+    )
+
+
+def rows_markdown(rows):
+    """The published rows beside ours, for people (see `paper.rows_table`)."""
+    short = pd.DataFrame(
+        {
+            "n_S range / %": [
+                f"{a:.2f} - {b:.2f}"
+                for a, b in zip(rows["n_S_low_percent"], rows["n_S_high_percent"], strict=True)
+            ],
+            "combination": [combination_text(row) for _, row in rows.iterrows()],
+            "n_S / %": rows["n_S_percent"],
+        }
+    )
+    for name in ("d", "Z_tS"):
+        short[f"{name} published"] = rows[f"{name}_published"]
+        short[f"{name} here"] = rows[name]
+        short[f"{name} bias"] = rows[f"{name}_bias"]
+        short[f"{name} 95 %"] = [
+            f"{a:.2f} .. {b:.2f}" for a, b in zip(rows[f"{name}_low"], rows[f"{name}_high"], strict=True)
+        ]
+        short[f"{name} surface"] = rows[f"{name}_shared_surface"]
+    return (
+        "## Table I, row by row\n\n"
+        + markdown(short)
+        + "\nhere: mean of as-published replicates (N / 200 fresh test dots, one draw, islands `kept`); bias: selection "
+        "bias of the range; 95 %: where one replicate falls, longer by the bias on the side that selection pulls to; surface: shared test dots, islands `surface`.\n"
     )

@@ -3,6 +3,7 @@
 import ast
 import hashlib
 import logging
+import re
 import sys
 import time
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -60,7 +61,7 @@ def job(log):
             sys.exit(1)
 
 
-def reporter(what, every=5.0):
+def reporter(what, unit="samplings", every=5.0):
     """Function (done, of) that tells the log and the terminal how far a long step is, every few seconds."""
     begin = last = time.monotonic()
 
@@ -70,7 +71,7 @@ def reporter(what, every=5.0):
         if now - last >= every or done >= of:
             last = now
             left = (now - begin) * (of - done) / max(done, 1)
-            line = f"{what}: {done} of {of} samplings, {now - begin:.0f} s, {left:.0f} s to go"
+            line = f"{what}: {done} of {of} {unit}, {now - begin:.0f} s, {left:.0f} s to go"
             for stream in (sys.stderr, sys.__stderr__):
                 print(line, file=stream, flush=True)
 
@@ -81,3 +82,19 @@ def conformations_of(path_to_frames):
     """Names in the first column of frames.csv, in its order."""
     with open(path_to_frames, encoding="utf-8") as stream:
         return [line.split(",")[0] for line in stream.read().splitlines()[1:]]
+
+
+def made(config, protein):
+    """How the dots of a protein come about, in words."""
+    own = config["proteins"][protein]
+    if "surface" in own:
+        return f"the dots of {Path(own['surface']).name}, as they are"
+    rules = config["surface"]
+    if rules["method"] == "dms":
+        return "dots of the program DMS"
+    return f"our own analytic dots, re-entrant part `{rules['reentrant']}`, {rules['density']:g} dots per Å^2"
+
+
+def one_of(names):
+    """Regular expression for a wildcard that is one of `names`; without names it matches nothing."""
+    return "|".join(map(re.escape, names)) or "(?!)"

@@ -1,0 +1,313 @@
+"""A molecule with its frames, read from any structure file or trajectory, everything in Å.
+
+`read_molecule` refuses what would give a wrong surface and logs what it leaves out.
+"""
+
+import logging
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
+
+import mdtraj
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.atoms import (
+    AtomFile,
+    choose_altlocs,
+    missing_residues,
+    number_residues,
+    read_text,
+    report_duplicates,
+)
+from sparsurf.mmcif import read_mmcif
+from sparsurf.pdb import read_pdb, write_pdb
+from sparsurf.radii import element_of
+from sparsurf.residues import heavy_atoms_found, residue_kinds
+from sparsurf.selection import chosen_atoms
+from sparsurf.trajectory import (
+    SELF_CONTAINED,
+    TOPOLOGIES,
+    TRAJECTORIES,
+    first_frame,
+    read_frames,
+    read_topology,
+)
+from sparsurf.whole import make_whole
+
+log = logging.getLogger("sparsurf")
+
+READERS = {".pdb": read_pdb, ".ent": read_pdb, ".cif": read_mmcif, ".mmcif": read_mmcif}
+FARTHEST = 1e5  # Å; no molecule is there, a damaged number is
+# A protein whose residues hold less than this share of their heavy atoms is a model of its backbone: C-alpha
+# atoms alone are 13 %, backbone with C-beta 62 %; the sparsest crystal structure of the reference data has 98 %.
+LEAST_HEAVY_ATOMS = 0.7
+FEWEST_RESIDUES = 3  # below that, a fragment is taken as it is
+
+
+@dataclass(frozen=True, eq=False)
+class Molecule:
+    """Atoms of a molecule in one or more frames.
+
+    Attributes
+    ----------
+    xyz : (F, A, 3) float64, Å
+    time_ps : (F,) float64, ps; nan where the file tells no times
+    frame_number : (F,) int, position of the frame in its file, from 0
+    name, residue_name, chain : (A,) str, as given
+    element : (A,) str, upper case, plausible for the residue
+    residue : (A,) str, number with insertion code: '52A', '-5'
+    residue_index : (A,) int, 0, 1, 2, ...: equal for the atoms of one residue, even if labels repeat
+    kind : (A,) str, 'protein', 'nucleic', 'water' or 'other'
+    """
+
+    xyz: np.ndarray
+    time_ps: np.ndarray
+    frame_number: np.ndarray
+    name: np.ndarray
+    residue_name: np.ndarray
+    chain: np.ndarray
+    element: np.ndarray
+    residue: np.ndarray
+    residue_index: np.ndarray
+    kind: np.ndarray
+
+    @property
+    def n_frames(self):
+        return len(self.xyz)
+
+    @property
+    def n_atoms(self):
+        return self.xyz.shape[1]
+
+    @property
+    def n_residues(self):
+        return len(np.unique(self.residue_index))
+
+    def take(self, atoms):
+        """The molecule with only `atoms`, a mask or indices."""
+        names = [each.name for each in fields(self)][3:]
+        chosen = {name: getattr(self, name)[atoms] for name in names}
+        chosen["residue_index"] = np.unique(chosen["residue_index"], return_inverse=True)[1]
+        return replace(self, xyz=self.xyz[:, atoms], **chosen)
+
+    def select(self, path="the molecule", **keys):
+        """The molecule with only the atoms that `selection.chosen_atoms` chooses by the keys."""
+        return self.take(chosen_atoms(self, path, **keys))
+
+    def frame(self, index):
+        """The molecule with only the frame at position `index`."""
+        at = slice(index, index + 1)
+        return replace(self, xyz=self.xyz[at], time_ps=self.time_ps[at], frame_number=self.frame_number[at])
+
+    def write_pdb(self, path, frame=0):
+        """Write one frame as a PDB file of one model, in Å."""
+        write_pdb(path, self.xyz[frame], self)
+
+    @cached_property
+    def topology(self):
+        """mdtraj.Topology without bonds, for selection expressions; `segname` is the chain id."""
+        topology, chains, residues = mdtraj.Topology(), {}, {}
+        for i, index in enumerate(self.residue_index.tolist()):
+            chain = str(self.chain[i])
+            if chain not in chains:
+                chains[chain] = topology.add_chain(chain)
+            if index not in residues:
+                number = int(
+                    self.residue[i].rstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz") or 0
+                )
+                residues[index] = topology.add_residue(
+                    str(self.residue_name[i]), chains[chain], number, chain
+                )
+            topology.add_atom(str(self.name[i]), _mdtraj_element(str(self.element[i])), residues[index])
+        return topology
+
+
+def _mdtraj_element(symbol):
+    try:
+        return mdtraj.element.get_by_symbol(symbol)
+    except KeyError:
+        return mdtraj.element.virtual
+
+
+def read_molecule(
+    path,
+    trajectory=None,
+    *,
+    selection=None,
+    chains=None,
+    residues=None,
+    model=None,
+    altloc="first",
+    hydrogens="keep",
+    ligands=False,
+    stride=1,
+    whole=True,
+):
+    """Read a molecule: a structure, an ensemble of models, or a topology with its trajectory.
+
+    Parameters
+    ----------
+    path : PDB or mmCIF file, also gzipped (.pdb .ent .cif .mmcif); GRO or HDF5; with a trajectory also a
+        PSF or AMBER topology
+    trajectory : any trajectory that mdtraj reads; without it, the models of the structure are the frames
+    selection, chains, residues, hydrogens, ligands : see `selection.chosen_atoms`
+    model : int, read only the model of this number
+    altloc : 'first', 'highest' (occupancy) or a letter, see `atoms.choose_altlocs`
+    stride : int, keep every stride-th frame
+    whole : bool, put molecules together that the periodic box cuts
+
+    Returns
+    -------
+    Molecule
+
+    Raises
+    ------
+    InputError : one sentence on what is wrong with the file or the keys
+    """
+    if not (isinstance(stride, int) and stride > 0):
+        raise InputError(f"stride: {stride} is not a whole number above 0: give 1 for every frame.")
+    keys = {
+        "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
+    }  # fmt: skip
+    suffix = Path(str(path).removesuffix(".gz")).suffix.lower()
+    if suffix in READERS:
+        file = READERS[suffix](read_text(path), path)
+        atoms = choose_altlocs(file.atoms, altloc, path)
+        report_duplicates(atoms, path)
+        models = _models(atoms, model, path)
+    elif suffix in TOPOLOGIES + SELF_CONTAINED:
+        file = AtomFile(read_topology(path))
+        models = {0: file.atoms}
+        trajectory = path if trajectory is None and suffix in SELF_CONTAINED else trajectory
+        if trajectory is None:
+            raise InputError(f"{path} holds no coordinates: give the trajectory that belongs to it.")
+    elif suffix in TRAJECTORIES:
+        raise InputError(f"{path} is a trajectory: give it as trajectory, and its topology as path.")
+    else:
+        known = ", ".join([*READERS, *TOPOLOGIES, *SELF_CONTAINED])
+        raise InputError(
+            f"{path} is no structure by its extension: give one of {known}, the first four also .gz."
+        )
+    if trajectory is None:
+        molecule = _from_models(models, file.box if whole else None, stride, path, keys)
+    else:
+        molecule = _from_trajectory(next(iter(models.values())), path, trajectory, stride, whole, keys)
+    _report_missing(molecule, missing_residues(file.atoms, file.promised), path)
+    return molecule
+
+
+def _models(atoms, model, path):
+    """Tables of the models wanted, by their position in the file."""
+    tables = dict(enumerate(table.reset_index(drop=True) for _, table in atoms.groupby("model", sort=False)))
+    if model is None:
+        return tables
+    numbers = [int(table.model[0]) for table in tables.values()]
+    if model not in numbers:
+        listed = ", ".join(map(str, numbers[:9])) + (", ..." if len(numbers) > 9 else "")
+        raise InputError(f"{path} has no model {model}: it has {listed}.")
+    return {numbers.index(model): tables[numbers.index(model)]}
+
+
+def _from_models(models, box, stride, path, keys):
+    """The chosen atoms with the models as frames."""
+    numbers = np.array(list(models))[::stride]
+    molecules = [_molecule(models[number]) for number in numbers]
+    chosen = _chosen(molecules[0], path, keys)
+    # waters may differ between models; what is chosen may not
+    alike = [_same_atoms(each, molecules[0]) for each in molecules]
+    masks = [
+        chosen if same else chosen_atoms(each, path, report=False, **keys)
+        for each, same in zip(molecules, alike, strict=True)
+    ]
+    frames = [each.take(mask) for each, mask in zip(molecules, masks, strict=True)]
+    if not all(_same_atoms(each, frames[0]) for each in frames):
+        counts = " ".join(str(each.n_atoms) for each in frames[:9])
+        raise InputError(
+            f"{path} has models of different atoms (atoms chosen: {counts}): choose one by `model`."
+        )
+    xyz = np.concatenate([each.xyz for each in frames])
+    _check_coordinates(xyz, path)
+    if box is not None:  # crystals pass unchanged: nothing there is cut
+        xyz = make_whole(xyz, np.repeat(box[None], len(xyz), axis=0), frames[0].residue_index, join=False)
+    return replace(frames[0], xyz=xyz, time_ps=np.full(len(xyz), np.nan), frame_number=numbers)
+
+
+def _from_trajectory(atoms, path, trajectory, stride, whole, keys):
+    """The chosen atoms of a topology with the frames of a trajectory."""
+    first = _molecule(atoms, first_frame(trajectory, len(atoms), path))
+    chosen = np.flatnonzero(_chosen(first, path, keys))
+    frames = read_frames(trajectory, len(atoms), chosen, stride)
+    molecule = first.take(chosen)
+    _check_coordinates(frames.xyz, trajectory)
+    xyz = frames.xyz
+    if whole and frames.box is not None:
+        xyz = make_whole(xyz, frames.box, molecule.residue_index)
+    return replace(molecule, xyz=xyz, time_ps=frames.time_ps, frame_number=frames.number)
+
+
+def _molecule(atoms, xyz=None):
+    """One frame of every atom of a table; its coordinates, unless others are given."""
+    xyz = atoms[["x", "y", "z"]].to_numpy(float) if xyz is None else xyz
+    names = {each: np.array(atoms[each], dtype=str) for each in ("name", "residue_name", "chain", "residue")}
+    residue_index = number_residues(atoms)
+    kind = residue_kinds(names["residue_name"], residue_index, names["name"], atoms.hetero.to_numpy(), xyz)
+    alone = np.bincount(residue_index)[residue_index] == 1
+    polymer = np.isin(kind, ["protein", "nucleic"])
+    columns = atoms.element, names["name"], names["residue_name"], polymer, alone
+    element = np.array([element_of(*each) for each in zip(*columns, strict=True)])
+    return Molecule(
+        xyz[None],
+        np.array([np.nan]),
+        np.array([0]),
+        element=element,
+        residue_index=residue_index,
+        kind=kind,
+        **names,
+    )
+
+
+def _same_atoms(first, second):
+    names = ("name", "residue_name", "chain", "residue")
+    return all(np.array_equal(getattr(first, each), getattr(second, each)) for each in names)
+
+
+def _chosen(molecule, path, keys):
+    """(A,) bool: the atoms chosen by the keys, their residues being more than a backbone."""
+    chosen = chosen_atoms(molecule, path, **keys)
+    touched = molecule.take(np.isin(molecule.residue_index, molecule.residue_index[chosen]))
+    found, expected = heavy_atoms_found(touched.residue_name, touched.residue_index, touched.element)
+    share = found.sum() / max(expected.sum(), 1)
+    if (expected > 0).sum() >= FEWEST_RESIDUES and share < LEAST_HEAVY_ATOMS:
+        raise InputError(
+            f"{path} has {share:.0%} of the heavy atoms of its residues (C-alpha atoms or a backbone only): "
+            "give a structure with all atoms."
+        )
+    incomplete = np.flatnonzero(found < expected)
+    if len(incomplete):
+        atom = np.flatnonzero(touched.residue_index == incomplete[0])[0]
+        label = f"{touched.residue_name[atom]} {touched.chain[atom]} {touched.residue[atom]}"
+        message = "%s: %d residues lack heavy atoms, the first is %s; the surface has holes there"
+        log.warning(message, path, len(incomplete), label)
+    return chosen
+
+
+def _check_coordinates(xyz, path):
+    bad = ~(np.abs(xyz) < FARTHEST).all(axis=(1, 2))  # nan too
+    if bad.any():
+        raise InputError(
+            f"{path} has coordinates that are no numbers or beyond {FARTHEST:.0e} Å in frame {bad.argmax()}: "
+            "repair or copy it again."
+        )
+    if xyz.shape[1] > 1 and (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
+        raise InputError(f"{path} has all atoms in one place: give a file with coordinates.")
+
+
+def _report_missing(molecule, missing, path):
+    """Warn of residues that the sequence has and the coordinates have not (disorder, as a rule)."""
+    lacking = {chain: full - found for chain, (found, full) in missing.items() if chain in molecule.chain}
+    if lacking:
+        listed = ", ".join(f"{count} in chain {chain}" for chain, count in list(lacking.items())[:5])
+        more = f" and {len(lacking) - 5} more chains" if len(lacking) > 5 else ""
+        message = "%s: %d residues of the sequence have no coordinates: %s%s"
+        log.warning(message, path, sum(lacking.values()), listed, more)

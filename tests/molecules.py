@@ -1,0 +1,39 @@
+"""Small molecules as text, for the tests of the readers."""
+
+import numpy as np
+
+# Å; a residue of an extended chain, and the step to the next one (C-N 1.33 Å)
+ALANINE = {
+    "N": (0.0, 0.0, 0.0), "CA": (1.46, 0.0, 0.0), "C": (2.0, 1.42, 0.0), "O": (1.3, 2.43, 0.0),
+    "CB": (2.0, -0.8, 1.2),
+}  # fmt: skip
+STEP = np.array([3.33, 1.42, 0.0])
+
+
+def atom_line(
+    name="CA", residue_name="ALA", chain="A", residue="1", place=(0, 0, 0), *, record="ATOM", altloc="",
+    element=None, occupancy=1.0, serial=1,
+):  # fmt: skip
+    """One line of a PDB file in standard columns; `name` with blanks is written as it is."""
+    number, code = (residue[:-1], residue[-1]) if residue[-1:].isalpha() else (residue, " ")
+    element = name.strip().lstrip("0123456789")[:1] if element is None else element
+    name = name if len(name) == 4 else f" {name:<3s}"
+    x, y, z = place
+    return (
+        f"{record:<6s}{serial:5d} {name}{altloc or ' '}{residue_name:>3s}{chain:>{5 - max(3, len(residue_name))}s}"
+        f"{number:>4s}{code}   {x:8.3f}{y:8.3f}{z:8.3f}{occupancy:6.2f}  0.00          {element:>2s}\n"
+    )
+
+
+def peptide(residues=("ALA", "ALA", "ALA", "ALA"), chain="A", first=1, origin=(0, 0, 0), **keys):
+    """PDB lines of an extended peptide with the atoms of alanine, whatever its residues are called."""
+    return "".join(
+        atom_line(name, each, chain, str(first + i), np.add(place, origin) + i * STEP, **keys)
+        for i, each in enumerate(residues)
+        for name, place in ALANINE.items()
+    )
+
+
+def write(path, text):
+    path.write_text(text, encoding="utf-8")
+    return path
