@@ -1,6 +1,8 @@
 # make run     set up, run the default study on the embedded example, write the report
+# make paper   the same for the paper's A1, its tables beside ours (see studies/paper.yaml)
 # make test    set up, run every check
-# Further studies: make run CONFIG=my_config.yaml CORES=4
+# make lock    renew envs/requirements.txt from envs/requirements.in (needs a network)
+# Another study: make run CONFIG=my_config.yaml CORES=4
 
 PYTHON ?= python3
 CORES  ?= all
@@ -9,16 +11,22 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready-$(shell cksum < envs/requirements.txt | cut -d' ' -f1)
 
-export NUMBA_CACHE_DIR ?= $(CURDIR)/.cache/numba
 export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 
-.PHONY: run test lock clean
+.PHONY: run paper test lock
 
 run: $(READY)
-	$(BIN)/snakemake --cores $(CORES) --configfile $(CONFIG)
+	@$(BIN)/python scripts/study.py $(CONFIG) --cores $(CORES)
+
+paper: $(READY)
+	@$(BIN)/python scripts/study.py studies/paper.yaml --cores $(CORES)
 
 test: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/snakefmt --check Snakefile
+	$(BIN)/snakemake --lint
 	$(BIN)/pytest
 
 $(READY): envs/requirements.txt

@@ -41,39 +41,39 @@ def conformations(pattern):
         found = {name: ["c1"] for name in SURFACES}
         for name in MOLECULES:
             found[name] = conformations_of(checkpoints.choose_frames.get(protein=name).output.frames)
-        return [pattern.format(protein=name, conformation=c) for name in config["proteins"] for c in found[name]]
+        return [
+            pattern.format(protein=name, conformation=c) for name in config["proteins"] for c in found[name]
+        ]
 
     return expand_all
 
 
 rule all:
+    default_target: True
     input:
         [f"{RUN}/{name}/figures/frames.png" for name in MOLECULES],
         conformations(f"{RUN}/{{protein}}/{{conformation}}/ranges.csv"),
         conformations(f"{RUN}/{{protein}}/{{conformation}}/minimal.csv"),
         conformations(f"{RUN}/{{protein}}/{{conformation}}/figures/fig1.png"),
         [f"{RUN}/verdict.md"] if "paper" in config else [],
-    default_target: True
 
 
 rule compile_kernels:
-    message:
-        "Compiling the kernels (once, half a minute)"
     output:
         f"{RUN}/.kernels",
     log:
         f"{RUN}/logs/compile_kernels.log",
-    params:
-        code=digest("compile_kernels.py"),
     conda:
         "envs/study.yaml"
+    params:
+        code=digest("compile_kernels.py"),
+    message:
+        "Compiling the kernels (once, half a minute)"
     script:
         "scripts/compile_kernels.py"
 
 
 checkpoint choose_frames:
-    message:
-        "Choosing the conformations of {wildcards.protein}"
     input:
         lambda wildcards: [
             config["proteins"][wildcards.protein][key]
@@ -88,21 +88,21 @@ checkpoint choose_frames:
         structures=directory(f"{RUN}/{{protein}}/structures"),
     log:
         f"{RUN}/logs/{{protein}}/choose_frames.log",
-    params:
-        protein=lambda wildcards: config["proteins"][wildcards.protein],
-        settings=config["frames"] | {"seed": config["seed"]},
-        code=digest("choose_frames.py"),
     wildcard_constraints:
         protein=one_of(MOLECULES),
     conda:
         "envs/study.yaml"
+    params:
+        protein=lambda wildcards: config["proteins"][wildcards.protein],
+        settings=config["frames"] | {"seed": config["seed"]},
+        code=digest("choose_frames.py"),
+    message:
+        "Choosing the conformations of {wildcards.protein}"
     script:
         "scripts/choose_frames.py"
 
 
 rule make_surface:
-    message:
-        "Molecular surface of {wildcards.protein}/{wildcards.conformation}"
     input:
         structures=f"{RUN}/{{protein}}/structures",
         kernels=f"{RUN}/.kernels",
@@ -111,39 +111,39 @@ rule make_surface:
         surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
     log:
         f"{RUN}/logs/{{protein}}/{{conformation}}/make_surface.log",
-    params:
-        settings=config["surface"],
-        code=digest("make_surface.py"),
     wildcard_constraints:
         protein=one_of(MOLECULES),
     conda:
         "envs/study.yaml"
+    params:
+        settings=config["surface"],
+        code=digest("make_surface.py"),
+    message:
+        "Molecular surface of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/make_surface.py"
 
 
 rule take_surface:
-    message:
-        "Reading the surface of {wildcards.protein}"
     input:
         lambda wildcards: config["proteins"][wildcards.protein]["surface"],
     output:
         f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
     log:
         f"{RUN}/logs/{{protein}}/{{conformation}}/take_surface.log",
-    params:
-        code=digest("take_surface.py"),
     wildcard_constraints:
         protein=one_of(SURFACES),
     conda:
         "envs/study.yaml"
+    params:
+        code=digest("take_surface.py"),
+    message:
+        "Reading the surface of {wildcards.protein}"
     script:
         "scripts/take_surface.py"
 
 
 rule measure_roughness:
-    message:
-        "Roughness of {wildcards.protein}/{wildcards.conformation}"
     input:
         surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
         kernels=f"{RUN}/.kernels",
@@ -152,18 +152,18 @@ rule measure_roughness:
         ply=f"{RUN}/{{protein}}/{{conformation}}/surface.ply",
     log:
         f"{RUN}/logs/{{protein}}/{{conformation}}/measure_roughness.log",
+    conda:
+        "envs/study.yaml"
     params:
         patches=config["patches"],
         code=digest("measure_roughness.py"),
-    conda:
-        "envs/study.yaml"
+    message:
+        "Roughness of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/measure_roughness.py"
 
 
 rule evaluate_grid:
-    message:
-        "Sampling and comparing {wildcards.protein}/{wildcards.conformation} over the grid"
     input:
         surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
         roughness=f"{RUN}/{{protein}}/{{conformation}}/roughness.csv",
@@ -173,19 +173,19 @@ rule evaluate_grid:
         distances=f"{RUN}/{{protein}}/{{conformation}}/distances.npz",
     log:
         f"{RUN}/logs/{{protein}}/{{conformation}}/evaluate_grid.log",
+    conda:
+        "envs/study.yaml"
+    threads: workflow.cores
     params:
         settings={key: config[key] for key in ("patches", "sampling", "evaluation", "seed")},
         code=digest("evaluate_grid.py"),
-    threads: workflow.cores
-    conda:
-        "envs/study.yaml"
+    message:
+        "Sampling and comparing {wildcards.protein}/{wildcards.conformation} over the grid"
     script:
         "scripts/evaluate_grid.py"
 
 
 rule tabulate_best:
-    message:
-        "Best combinations of {wildcards.protein}/{wildcards.conformation}"
     input:
         grid=f"{RUN}/{{protein}}/{{conformation}}/grid.csv",
         distances=f"{RUN}/{{protein}}/{{conformation}}/distances.npz",
@@ -202,18 +202,18 @@ rule tabulate_best:
         best_md=f"{RUN}/{{protein}}/{{conformation}}/best.md",
     log:
         f"{RUN}/logs/{{protein}}/{{conformation}}/tabulate_best.log",
+    conda:
+        "envs/study.yaml"
     params:
         settings=config["tables"],
         code=digest("tabulate_best.py"),
-    conda:
-        "envs/study.yaml"
+    message:
+        "Best combinations of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/tabulate_best.py"
 
 
 rule take_minimal:
-    message:
-        "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     input:
         surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
         roughness=f"{RUN}/{{protein}}/{{conformation}}/roughness.csv",
@@ -223,18 +223,18 @@ rule take_minimal:
         ply=f"{RUN}/{{protein}}/{{conformation}}/minimal.ply",
     log:
         f"{RUN}/logs/{{protein}}/{{conformation}}/take_minimal.log",
+    conda:
+        "envs/study.yaml"
     params:
         settings={key: config[key] for key in ("patches", "sampling", "evaluation", "minimal", "seed")},
         code=digest("take_minimal.py"),
-    conda:
-        "envs/study.yaml"
+    message:
+        "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/take_minimal.py"
 
 
 rule draw_frames:
-    message:
-        "Figure of the frames of {wildcards.protein}"
     input:
         frames=f"{RUN}/{{protein}}/frames.csv",
         projection=f"{RUN}/{{protein}}/projection.csv",
@@ -250,19 +250,19 @@ rule draw_frames:
         svg=f"{RUN}/{{protein}}/figures/frames.svg",
     log:
         f"{RUN}/logs/{{protein}}/draw_frames.log",
-    params:
-        code=digest("draw_frames.py"),
     wildcard_constraints:
         protein=one_of(MOLECULES),
     conda:
         "envs/study.yaml"
+    params:
+        code=digest("draw_frames.py"),
+    message:
+        "Figure of the frames of {wildcards.protein}"
     script:
         "scripts/draw_frames.py"
 
 
 rule draw_figures:
-    message:
-        "Figures of {wildcards.protein}/{wildcards.conformation}"
     input:
         surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
         roughness=f"{RUN}/{{protein}}/{{conformation}}/roughness.csv",
@@ -308,12 +308,14 @@ rule draw_figures:
         svgs=expand(f"{RUN}/{{{{protein}}}}/{{{{conformation}}}}/figures/fig{{k}}.svg", k=range(1, 6)),
     log:
         f"{RUN}/logs/{{protein}}/{{conformation}}/draw_figures.log",
+    conda:
+        "envs/study.yaml"
+    threads: workflow.cores
     params:
         settings={key: config[key] for key in ("patches", "sampling", "seed")},
         code=digest("draw_figures.py"),
-    threads: workflow.cores
-    conda:
-        "envs/study.yaml"
+    message:
+        "Figures of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/draw_figures.py"
 
@@ -321,8 +323,6 @@ rule draw_figures:
 if "paper" in config:  # the name of the protein that is the paper's A1
 
     rule reproduce_paper:
-        message:
-            "Comparing with the paper"
         input:
             **{
                 key: f"{RUN}/{config['paper']}/c1/{file}"
@@ -354,13 +354,15 @@ if "paper" in config:  # the name of the protein that is the paper's A1
             bins=f"{RUN}/paper_roughness.csv",
         log:
             f"{RUN}/logs/reproduce_paper.log",
+        conda:
+            "envs/study.yaml"
+        threads: workflow.cores
         params:
             settings={key: config[key] for key in ("patches", "sampling", "evaluation", "seed")}
             | {"made": made(config, config["paper"])},
             name=f"{config['paper']}/c1",
             code=digest("reproduce_paper.py"),
-        threads: workflow.cores
-        conda:
-            "envs/study.yaml"
+        message:
+            "Comparing with the paper"
         script:
             "scripts/reproduce_paper.py"

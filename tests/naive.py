@@ -1,6 +1,7 @@
 """The method written as plainly as it reads, one patch at a time: the reference of the fast kernels."""
 
 import math
+from functools import cache
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
@@ -110,19 +111,25 @@ def fill(picture):
     return f
 
 
-def moduli(picture):
-    """|c_nm| of an image, summed pixel by pixel over its 400 x 400 enlargement."""
-    big = np.kron(picture, np.ones((16, 16)))
+@cache
+def polynomials():
+    """(n + 1)/M conj(Z_nm) on the pixels of the 400 x 400 enlargement that count: (M,) mask and (121, M)."""
     k = np.arange(400)
     x, y = np.meshgrid(k / 199 - 1, (399 - k) / 199 - 1)
     inside = (k[:, None] - 199.5) ** 2 + (k[None] - 199.5) ** 2 <= 199.5**2
-    r, t, f = np.hypot(x, y)[inside], np.arctan2(y, x)[inside], big[inside]
+    r, t = np.hypot(x, y)[inside], np.arctan2(y, x)[inside]
     out = []
     for n in range(21):
         for m in range(n % 2, n + 1, 2):
             radial = r**m * eval_jacobi((n - m) // 2, 0, m, 2 * r**2 - 1)
-            out.append(abs((n + 1) / inside.sum() * (f * radial * np.exp(-1j * m * t)).sum()))
-    return np.array(out)
+            out.append((n + 1) / inside.sum() * radial * np.exp(-1j * m * t))
+    return inside, np.array(out)
+
+
+def moduli(picture):
+    """|c_nm| of an image, summed pixel by pixel over its 400 x 400 enlargement."""
+    inside, z = polynomials()
+    return np.abs(z @ np.kron(picture, np.ones((16, 16)))[inside])
 
 
 def descriptor(points, normals, up=True, weights=None):

@@ -20,7 +20,7 @@ from sparsurf.surface import DENSITY, molecular_surface, read_surface
 PROBE = 1.4
 DMS_RADII = {"H": 1.20, "C": 1.90, "N": 1.50, "O": 1.40, "S": 1.85}
 REFERENCES = {"A1": "tdp43/A1", "1a1u": "1a1u/1a1u_A"}
-CELL = 2 / math.sqrt(3) * 0.458**2 * 0.75  # Å^2, what one dot stands for
+CELL = 1 / 5.5  # Å^2, what one dot stands for
 
 
 def read_pdb(path):
@@ -366,7 +366,7 @@ def test_one_molecule_beside_another_far_away():
 
 
 def angles(a, b):
-    return np.degrees(np.arccos(np.clip((a * b).sum(axis=1), -1, 1)))
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)))
 
 
 def both_ways(a, b):

@@ -96,7 +96,9 @@ def test_a_config_without_proteins_is_refused():
 def test_two_proteins_of_one_name_are_refused(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text("proteins:\n  p: {structure: a.pdb}\n  p: {structure: b.pdb}\n")
-    with pytest.raises(InputError, match="the key 'p' stands twice, the second time in line 3 of mine.yaml"):
+    with pytest.raises(
+        InputError, match=r"the key 'p' stands twice, the second time in line 3 of mine\.yaml"
+    ):
         refuse_double_keys(path)
 
 

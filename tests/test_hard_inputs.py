@@ -265,8 +265,8 @@ def test_read_only_folder(tmp_path):
 # --- damage at random ----------------------------------------------------------------------------------
 
 
-@given(st.binary(max_size=300), st.sampled_from([".pdb", ".cif", ".pdb.gz", ".gro", ".psf", ".parm7", ".h5"]))
-@settings(max_examples=60, deadline=None)
+@given(st.binary(max_size=300), st.sampled_from([".pdb", ".cif", ".pdb.gz", ".ent", ".gro", ".psf", ".h5"]))
+@settings(max_examples=40, deadline=None)
 def test_any_bytes_are_read_or_refused(tmp_path_factory, content, extension):
     path = tmp_path_factory.mktemp("fuzz") / f"a{extension}"
     path.write_bytes(content)
@@ -274,18 +274,20 @@ def test_any_bytes_are_read_or_refused(tmp_path_factory, content, extension):
         read_molecule(path)
 
 
-FUZZED = [  # (topology or structure, trajectory, the one that is damaged)
-    *((f"data/structures/{name}", None, 0) for name in (
-        "ala3_3res.pdb", "1a8o_mse.pdb", "1a8o_mse.cif", "1fas.cif", "7etn_tiny.cif.gz", "3nzmA_negres.pdb.gz",
-        "1hvr_dimer_ligand_CSO.pdb", "cobrotoxin_gmx_nochain.pdb", "1BD2.cif.gz",
-    )),
-    ("data/trajectories/1vii_3frames.pdb", None, 0),
+STRUCTURES = (
+    "structures/ala3_3res.pdb", "structures/1a8o_mse.pdb", "structures/1a8o_mse.cif", "structures/1fas.cif",
+    "structures/7etn_tiny.cif.gz", "structures/3nzmA_negres.pdb.gz", "structures/1hvr_dimer_ligand_CSO.pdb",
+    "structures/cobrotoxin_gmx_nochain.pdb", "structures/1BD2.cif.gz", "trajectories/1vii_3frames.pdb",
+)  # fmt: skip
+MADE = ("xtc", "trr", "dcd", "h5", "gro")
+FUZZED = [  # (topology or structure, trajectory, which of the two is damaged); those of a process of their own less
+    *((f"data/{name}", None, 0) for name in STRUCTURES * 2),
     ("data/trajectories/ala2.h5", None, 0),
     ("data/trajectories/tz2.parm7", "data/trajectories/tz2.nc", 0),
     ("data/trajectories/tz2.parm7", "data/trajectories/tz2.nc", 1),
     ("data/trajectories/adk.psf", "data/trajectories/adk_dims.dcd", 0),
-    *(("example/topology.pdb", f"made/twin.{extension}", 1) for extension in ("xtc", "trr", "dcd", "h5", "gro")),
-]  # fmt: skip
+    *(("example/topology.pdb", f"made/twin.{extension}", 1) for extension in MADE),
+]
 
 
 def damaged(content, rng):
@@ -364,7 +366,7 @@ def test_damaged_files_are_read_or_refused(shared, tmp_path, reader):
     (tmp_path / "made").mkdir()
     topology = shared / "example" / "topology.pdb"
     frames = mdtraj.load(str(shared / "example" / "trajectory.xtc"), top=str(topology), stride=100)
-    for extension in ("xtc", "trr", "dcd", "h5", "gro"):
+    for extension in MADE:
         frames.save(str(tmp_path / "made" / f"twin.{extension}"))
     rng = random.Random(20260101)
     outcomes = []

@@ -144,6 +144,7 @@ def test_a1_mean_of_many_draws_is_the_closed_form(a1_cover):
 
 
 def test_a_dot_in_several_patches_has_several_chances(a1_cover):
-    # beta = gamma = delta = 0 at alpha .2 keeps 47.9 % of A1, not 20 %
+    # beta = gamma = delta = 0 at alpha .2 keeps 47.9 % of A1 in one draw, not 20 %; the variance of a count is at most
+    # N / 4, so one draw scatters by 0.35 points
     percent = 100 * sampling.expected_n_s(a1_cover, [(0.2, 0, 0, 0)])[0] / a1_cover.n_dots
-    assert percent == pytest.approx(47.9, abs=0.05)
+    assert percent == pytest.approx(47.9, abs=0.7)

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from molecules import ALANINE, STEP, atom_line, peptide, write
 from sparsurf import InputError
+from sparsurf.molecule import Molecule
 from sparsurf.pdb import read_pdb, write_pdb
 from sparsurf.radii import RADII, radii
-from sparsurf.structure import Molecule, read_molecule
+from sparsurf.structure import read_molecule
 from sparsurf.whole import make_whole
 
 NAMES = ("name", "residue_name", "chain", "element", "residue", "residue_index", "kind")

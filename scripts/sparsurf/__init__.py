@@ -23,6 +23,21 @@ range          one of ten equal intervals of n_S
 conformation   one frame, structure or surface that enters the study
 """
 
+import hashlib
+import os
+from pathlib import Path
+
 
 class InputError(ValueError):
     """Something the user gave is wrong; the message is one sentence for them."""
+
+
+def _use_cache_of_these_sources():
+    """Compiled kernels go to a folder named after the sources: numba does not see edits in another file."""
+    sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    base = Path(os.environ.get("NUMBA_CACHE_DIR", Path(__file__).parents[2] / ".cache" / "numba"))
+    if not base.name.startswith("sources-"):  # not yet set by a parent process
+        os.environ["NUMBA_CACHE_DIR"] = str(base / f"sources-{hashlib.sha256(sources).hexdigest()[:16]}")
+
+
+_use_cache_of_these_sources()

@@ -152,6 +152,15 @@ def _cutters(row, i, j, atoms, cutter):
 
 
 @njit(cache=True, nogil=True)
+def _widest(start):
+    """Length of the longest neighbour list."""
+    widest = 1
+    for i in range(len(start) - 1):
+        widest = max(widest, start[i + 1] - start[i])
+    return widest
+
+
+@njit(cache=True, nogil=True)
 def cutting(atoms):
     """Atoms without those neighbours whose circle lies inside a third sphere.
 
@@ -159,7 +168,7 @@ def cutting(atoms):
     that no probe can touch.
     """
     start, near, total = np.zeros(len(atoms.start), np.int64), np.empty(len(atoms.near), np.int32), 0
-    cutter, row = np.empty(len(atoms.near), np.int64), np.empty(ARC_WIDTH)
+    cutter, row = np.empty(_widest(atoms.start), np.int64), np.empty(ARC_WIDTH)
     for i in range(len(atoms.centre)):
         for slot in range(atoms.start[i], atoms.start[i + 1]):
             j = atoms.near[slot]
@@ -221,9 +230,7 @@ def _arcs(atoms):
     start, near = atoms.start, atoms.near
     arcs, pair, n_arcs = np.empty((64, ARC_WIDTH)), np.empty((64, 2), np.int64), 0
     probes, found, n_probes = np.empty((64, 3)), np.empty((64, 6), np.int64), 0
-    widest = 1
-    for i in range(len(start) - 1):
-        widest = max(widest, start[i + 1] - start[i])
+    widest = _widest(start)
     cutter, scratch = np.empty(widest, np.int64), np.empty((2, widest + 1, 4))
     whole, row = np.array([[0.0, 2 * math.pi, -1.0, -1.0]]), np.empty(ARC_WIDTH)
     for i in range(len(start) - 1):

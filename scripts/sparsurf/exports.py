@@ -4,14 +4,14 @@ import gzip
 
 import numpy as np
 from matplotlib import colormaps
-from scipy.spatial import Delaunay, QhullError
+from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from sparsurf import InputError
 
 KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
 GREY = np.array([160, 160, 160], np.uint8)
 DMS_TYPES = np.array(["SC0", "SS0", "SR0"])
-WIDEST_FACE = 0.6  # Å, circumradius; dots lie 0.46 Å apart
+WIDEST_FACE = 1.6  # circumradius of a triangle in units of the median distance between nearest dots
 MANY_DOTS = 500_000  # beyond which the triangles would take minutes
 
 
@@ -83,7 +83,8 @@ def _triangles(surface):
     gabriel = ((surface.points[apex] - a - to_centre) ** 2).sum(axis=1) >= radius2
     outward = surface.normals[faces].mean(axis=1)
     along = (normal * outward).sum(axis=1)
-    good = (radius2 < WIDEST_FACE**2) & (np.abs(along) > 0.5 * np.sqrt(square[:, 0]))
+    spacing = np.median(cKDTree(surface.points).query(surface.points, k=2)[0][:, 1])
+    good = (radius2 < (WIDEST_FACE * spacing) ** 2) & (np.abs(along) > 0.5 * np.sqrt(square[:, 0]))
     faces = np.where(along[:, None] > 0, faces, faces[:, ::-1])
     # A triangle between two tetrahedra came twice and must be good on both sides.
     _, place, times = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)

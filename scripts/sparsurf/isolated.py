@@ -1,10 +1,12 @@
-"""Reading a trajectory in a process of its own: mdtraj's C readers overrun their buffers on damaged files.
+"""mdtraj's readers in a process of their own: on damaged files its C code and HDF5 overrun their buffers.
 
-A crash becomes an exit code and a sentence instead of the end of the run. The arrays travel through a pipe.
-Run as `python -m sparsurf.isolated path n_atoms stride first`, the indices of the atoms on standard input.
+A crash becomes an exit code and a sentence instead of the end of the run. What is read travels through a pipe:
+`python -m sparsurf.isolated names path`, or `frames path n_atoms stride first` with the indices of the
+atoms on standard input.
 """
 
 import io
+import json
 import os
 import re
 import subprocess
@@ -21,7 +23,21 @@ OWN_TOPOLOGY = (".h5", ".hdf5")
 OTHER_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
 
 
-def load(path, n_atoms, atoms=None, stride=1, first=False):
+def names(path):
+    """Atoms of a topology file.
+
+    Returns
+    -------
+    list of [atom name, residue name, chain id or segment, residue number, element, index of the residue]
+
+    Raises
+    ------
+    InputError : the file cannot be read
+    """
+    return json.loads(_run(path, "names"))
+
+
+def frames(path, n_atoms, atoms=None, stride=1, first=False):
     """Frames of a trajectory in mdtraj's units.
 
     Parameters
@@ -42,35 +58,70 @@ def load(path, n_atoms, atoms=None, stride=1, first=False):
     ------
     InputError : the file cannot be read
     """
-    command = [sys.executable, "-m", __name__, str(path), str(n_atoms), str(stride), str(int(first))]
-    atoms_in = io.BytesIO()
-    np.save(atoms_in, np.arange(n_atoms) if atoms is None else atoms)
+    indices = io.BytesIO()
+    np.save(indices, np.arange(n_atoms) if atoms is None else atoms)
+    answer = io.BytesIO(_run(path, "frames", n_atoms, stride, int(first), given=indices.getvalue()))
+    return tuple(np.load(answer, allow_pickle=False) for _ in range(3))
+
+
+def _run(path, task, *arguments, given=b""):
+    """Bytes that the other process answers."""
+    if not Path(path).is_file():
+        raise InputError(f"{path} does not exist: check the path.")
+    command = [sys.executable, "-m", __name__, task, str(Path(path).absolute()), *map(str, arguments)]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[1])}
-    done = subprocess.run(
-        command, input=atoms_in.getvalue(), capture_output=True, env=environment, check=False
-    )
+    done = subprocess.run(command, input=given, capture_output=True, env=environment, check=False)
     if done.returncode:
         lines = done.stderr.decode(errors="replace").strip().splitlines()
         reason = lines[-1][:120] if done.returncode == 1 and lines else "its reader crashed"
         raise InputError(
             f"{path} cannot be read ({reason}): it is damaged, cut short or not what its name says."
         )
-    stream = io.BytesIO(done.stdout)
-    return tuple(np.load(stream, allow_pickle=False) for _ in range(3))
+    return done.stdout
 
 
-def _read(path, n_atoms, atoms, stride, first):
-    import mdtraj  # here: the importing process does not need it
+def _names(path):
+    import mdtraj  # here: only the other process needs it
+
+    rows = [
+        (
+            atom.name, atom.residue.name, atom.residue.chain.chain_id or atom.residue.segment_id or "",
+            int(atom.residue.resSeq), atom.element.symbol.upper() if atom.element else "", atom.residue.index,
+        )
+        for atom in mdtraj.load_topology(path).atoms
+    ]  # fmt: skip
+    return json.dumps(rows).encode()
+
+
+def _frames(path, n_atoms, stride, first):
+    atoms = np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False)
+    try:
+        read = _load(path, int(n_atoms), atoms, int(stride), first == "1")
+        arrays = read.xyz, np.asarray(read.time, float), read.unitcell_vectors
+    except ValueError as error:
+        other = OTHER_ATOMS.search(str(error))
+        if not (other and first == "1"):
+            raise
+        arrays = np.zeros((1, int(other[1]), 3)), np.zeros(1), None  # the caller says what does not fit
+    answer = io.BytesIO()
+    for array in (*arrays[:2], np.empty((0, 3, 3)) if arrays[2] is None else arrays[2]):
+        np.save(answer, array, allow_pickle=False)
+    return answer.getbuffer()
+
+
+def _load(path, n_atoms, atoms, stride, first):
+    import mdtraj
 
     extension = Path(path).suffix.lower()
     topology = {} if extension in OWN_TOPOLOGY else {"top": _topology(n_atoms)}
-    if first and extension not in ONE_FRAME:
-        return next(mdtraj.iterload(path, chunk=1, **topology))[0]
-    every = {} if extension in ONE_FRAME else {"stride": stride}
-    if extension == ".trr" or first:  # mdtraj 1.11 crashes on TRR with stride and atoms together
-        whole = mdtraj.load(path, **every, **topology)
+    if extension in ONE_FRAME:
+        whole = mdtraj.load(path, **topology)
         return whole if first else whole.atom_slice(atoms)
-    return mdtraj.load(path, atom_indices=atoms, **every, **topology)
+    if first:
+        return next(mdtraj.iterload(path, chunk=1, **topology))[0]
+    if extension == ".trr":  # mdtraj 1.11 crashes on TRR with stride and atoms together
+        return mdtraj.load(path, stride=stride, **topology).atom_slice(atoms)
+    return mdtraj.load(path, stride=stride, atom_indices=atoms, **topology)
 
 
 def _topology(n_atoms):
@@ -84,25 +135,15 @@ def _topology(n_atoms):
     return topology
 
 
-def main(path, n_atoms, stride, first):
-    """Write xyz, time and box to standard output, or a reason to standard error."""
-    pipe = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # the readers print
+def main(task, *arguments):
+    """Write the answer to standard output, or the reason why there is none to standard error."""
     warnings.simplefilter("ignore")
-    try:
-        atoms = np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False)
-        read = _read(path, int(n_atoms), atoms, int(stride), first == "1")
-        arrays = read.xyz, np.asarray(read.time, float), read.unitcell_vectors
-    except Exception as error:
-        other = OTHER_ATOMS.search(str(error)) if first == "1" else None
-        if not other:
+    with os.fdopen(os.dup(1), "wb") as pipe:
+        os.dup2(2, 1)  # the readers print
+        try:
+            pipe.write({"names": _names, "frames": _frames}[task](*arguments))
+        except Exception as error:
             sys.exit("\n" + (next(iter(str(error).splitlines()), "") or type(error).__name__))
-        arrays = np.zeros((1, int(other[1]), 3)), np.zeros(1), None
-    for array in (*arrays[:2], np.empty((0, 3, 3)) if arrays[2] is None else arrays[2]):
-        buffer = io.BytesIO()  # numpy cannot save into a pipe
-        np.save(buffer, array, allow_pickle=False)
-        pipe.write(buffer.getbuffer())
-    pipe.close()
 
 
 if __name__ == "__main__":

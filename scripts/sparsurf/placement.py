@@ -1,8 +1,8 @@
 """Lay dots on the patches of the solvent-excluded surface, each where the program DMS lays it.
 
-Neither DMS's manual nor the literature says how it places dots. The rules here were read off its output (A1 of
-TDP-43 and 1a1u chain A at `-d 1.0`), whose dots they reproduce to the rounding of the file: dots sit on rows
-sqrt(3)/2 d apart and every d along a row, as in a hexagonal lattice of 5.5 dots per Å^2 (d = 0.458 Å).
+DMS's manual does not say how it places dots. The rules here were read off its output (A1 of TDP-43 and 1a1u
+chain A at `-d 1.0`), whose dots and order they give again: dots sit on rows sqrt(3)/2 d apart and every d
+along a row, as in a hexagonal lattice of 5.5 dots per Å^2 (d = 0.458 Å); atoms are taken by x, then y, then z.
 Surface: Connolly, J. Appl. Cryst. 16:548 (1983). Lengths in Å, areas in Å^2, angles in rad.
 """
 
@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from sparsurf.analytic import E1, E2, PHI_0, PHI_1, RADIUS, THETA_I, THETA_J, T, U, blocker, cutting, roll
+from sparsurf.areas import set_exact_areas
 from sparsurf.vectors import along, apart2, cells_of, column, cross, dot, grown, minus, part, point
 
 CONTACT, SADDLE, CONCAVE = 0, 1, 2
@@ -66,7 +67,7 @@ def lay_dots(xyz, radii, probe, density, exact):
     probe_cells = cells_of(_some(rolling.probes), probe)
     concave, share = _concave_dots(rolling, probe_cells, template(probe, spacing), probe, exact)
     if exact:
-        _set_areas(contact, concave, share, rolling, radii, probe)
+        set_exact_areas(contact, concave, share, rolling, radii, probe)
     dots = {CONCAVE: concave, SADDLE: saddle, CONTACT: contact}
     rows = np.concatenate([each.rows for each in dots.values()])
     atom = by_place[np.concatenate([each.atom[:, 0] for each in dots.values()])]
@@ -74,36 +75,6 @@ def lay_dots(xyz, radii, probe, density, exact):
     by_atom = np.argsort(atom, kind="stable")
     rows = rows[by_atom]
     return rows[:, :3] + xyz[0], rows[:, 3:6], rows[:, 6], kind[by_atom], atom[by_atom].astype(np.int32)
-
-
-def _set_areas(contact, concave, share, rolling, radii, probe):
-    """Replace the counted areas of contact and concave dots by exact ones (Gauss-Bonnet), in place.
-
-    The contact patches of an atom share their area out among their dots; the concave triangles, of which
-    only the part `share` (P,) is left, do so all together, since many hold no dot.
-    """
-    centre, n = rolling.atoms.centre, len(radii)
-    # Corners of the spherical triangles: angles between the planes through the probe and two of its atoms.
-    to_atoms = centre[rolling.triple] - rolling.probes[:, None]
-    normals = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
-    normals /= np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-300)
-    corners = np.arccos(np.clip(-(normals * np.roll(normals, 1, axis=1)).sum(axis=2), -1, 1))
-    if len(concave.rows):
-        triangles = probe**2 * (corners.sum(axis=1) - math.pi)
-        concave.rows[:, 6] *= (share * triangles).sum() / concave.rows[:, 6].sum()
-    # A patch on a unit sphere has the area 2 pi chi - (what its border turns); chi from the counted area.
-    arcs, pair = rolling.arcs, rolling.pair
-    length = arcs[:, PHI_1] - arcs[:, PHI_0]
-    turned = np.zeros(n) + np.bincount(rolling.triple.ravel(), corners.ravel(), n)
-    turned += np.bincount(pair[:, 0], np.sin(arcs[:, THETA_I]) * length, n)
-    turned -= np.bincount(pair[:, 1], np.sin(arcs[:, THETA_J]) * length, n)
-    owner, counted = contact.atom[:, 0], np.bincount(contact.atom[:, 0], contact.rows[:, 6], n)
-    chi = np.round((counted / radii**2 + turned) / (2 * math.pi))
-    area = np.maximum(radii**2 * (2 * math.pi * chi - turned), 0)
-    if len(owner):
-        seen = counted > 0
-        contact.rows[:, 6] *= (area[seen] / counted[seen])[np.cumsum(seen)[owner] - 1]
-        contact.rows[:, 6] *= area.sum() / area[seen].sum()
 
 
 def template(radius, spacing):

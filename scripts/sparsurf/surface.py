@@ -36,6 +36,7 @@ DENSITY = 5.35
 KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
 DOT_TYPE = re.compile(r"\s(SC|SS|SR)\d*(?=\s)")
 FARTHEST = 1e6  # Å, largest coordinate
+ROUNDED = 2e-3  # normals of three decimals are this near to unit length: sqrt(3) * 0.0005 and a reserve
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Surface:
     Attributes
     ----------
     points : (N, 3) float64, Å
-    normals : (N, 3) float64, outward, unit length
+    normals : (N, 3) float64, outward, unit length but for the rounding of a file (three decimals)
     area : (N,) float64, Å^2; NaN where unknown
     kind : (N,) int8, 0 contact, 1 saddle, 2 concave; -1 where unknown
     atom : (N,) int32, index into the structure; -1 where unknown
@@ -76,7 +77,7 @@ class Surface:
             raise InputError("surface: there are no dots.")
         if not (np.isfinite(self.points).all() and np.isfinite(self.normals).all()):
             raise InputError("surface: coordinates or normals are NaN or infinite.")
-        if np.abs(np.linalg.norm(self.normals, axis=1) - 1).max() > 1e-6:
+        if np.abs(np.linalg.norm(self.normals, axis=1) - 1).max() > ROUNDED:
             raise InputError("surface: normals are not of unit length.")
 
     def __len__(self):
@@ -117,7 +118,8 @@ def molecular_surface(xyz, radii, probe=1.4, density=DENSITY, reentrant="exact")
         raise InputError(f"surface.reentrant is {reentrant!r}; it must be 'exact' or 'dms'.")
     kept = _distinct(xyz, radii)
     lattice = LATTICE * (density / DENSITY)
-    points, normals, area, kind, atom = lay_dots(xyz[kept], radii[kept], probe, lattice, reentrant == "exact")
+    exact = reentrant == "exact"
+    points, normals, area, kind, atom = lay_dots(xyz[kept], radii[kept], float(probe), lattice, exact)
     return Surface(points, normals, area, kind, kept[atom])
 
 
@@ -175,8 +177,9 @@ def read_surface(path):
 
     Returns
     -------
-    Surface, in the order of the file; normals, rounded in the files, have unit length again. `atom` counts
-    the atoms of a DMS file.
+    Surface, in the order of the file; normals as they are where only rounding keeps them from unit length (the
+    authors' descriptors follow from the rounded ones: a dot in 40 changes its pixel otherwise), else of unit
+    length. `atom` counts the atoms of a DMS file.
 
     Raises
     ------
@@ -202,8 +205,8 @@ def read_surface(path):
     short = np.flatnonzero(length < 0.5)
     if len(short):
         raise InputError(f"{path}: dot {short[0] + 1} has a normal of length {length[short[0]]:.3f}, not 1.")
-    rounded = np.abs(length - 1) > 1e-12  # what we wrote stays as it was
-    columns["normals"] = np.where(rounded[:, None], normals / length[:, None], normals)
+    far = np.abs(length - 1) > ROUNDED
+    columns["normals"] = np.where(far[:, None], normals / length[:, None], normals)
     _, first = np.unique(np.hstack([points, normals]), axis=0, return_index=True)
     if len(first) < len(points):
         log.warning("%s: %d dots that occur twice are removed", path, len(points) - len(first))
@@ -252,9 +255,9 @@ def _read_csv(text, path):
         raise InputError(f"{path} is not a table of dots: {error}.") from None
     table.columns = [str(name).strip().lower() for name in table.columns]
     names = ["x", "y", "z", "nx", "ny", "nz"]
-    missing = [name for name in names if name not in table.columns]
-    if missing:
-        raise InputError(f"{path} has no column {missing[0]}; its header must name x, y, z, nx, ny, nz.")
+    wrong = [name for name in names if list(table.columns).count(name) != 1]
+    if wrong:
+        raise InputError(f"{path} needs one column {wrong[0]}; its header must name x, y, z, nx, ny, nz.")
     values = table[names].apply(pd.to_numeric, errors="coerce").to_numpy(float)
     return {"points": values[:, :3], "normals": values[:, 3:]}
 

@@ -254,9 +254,8 @@ def rows_markdown(rows):
         short[f"{name} published"] = rows[f"{name}_published"]
         short[f"{name} here"] = rows[name]
         short[f"{name} bias"] = rows[f"{name}_bias"]
-        short[f"{name} 95 %"] = [
-            f"{a:.2f} .. {b:.2f}" for a, b in zip(rows[f"{name}_low"], rows[f"{name}_high"], strict=True)
-        ]
+        limits = zip(rows[f"{name}_low"], rows[f"{name}_high"], strict=True)
+        short[f"{name} 95 %"] = [f"{a:.2f} .. {b:.2f}" for a, b in limits]
         short[f"{name} surface"] = rows[f"{name}_shared_surface"]
     return (
         "## Table I, row by row\n\n"

@@ -2,21 +2,20 @@
 
 import logging
 import struct
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
-import mdtraj
 import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.isolated import ONE_FRAME, load
+from sparsurf.isolated import ONE_FRAME, frames, names
 
 log = logging.getLogger("sparsurf")
 
 ANGSTROM = 10.0  # per nm
-TOPOLOGIES = (".psf", ".prmtop", ".parm7", ".prm7")
+AMBER = (".prmtop", ".parm7", ".prm7")
+TOPOLOGIES = (".psf", *AMBER)
 SELF_CONTAINED = (".gro", ".h5", ".hdf5")  # names and coordinates in one file
 TRAJECTORIES = (
     ".xtc", ".trr", ".dcd", ".nc", ".ncdf", ".netcdf", *SELF_CONTAINED, ".mdcrd", ".crd", ".lammpstrj", ".xyz",
@@ -54,43 +53,24 @@ def read_topology(path):
     ------
     InputError : unreadable, or no atoms
     """
-    if not Path(path).is_file():
-        raise InputError(f"{path} does not exist: check the path.")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            topology = mdtraj.load_topology(str(path))
-    except Exception as error:  # untrusted file, foreign parser: any exception can come out
-        reason = next(iter(str(error).splitlines()), "")[:120] or type(error).__name__
-        raise InputError(
-            f"{path} cannot be read ({reason}): it is damaged, cut short or not what its name says."
-        ) from None
-    # mdtraj counts AMBER's residues from 0, AMBER and its users from 1
-    shift = 1 if Path(path).suffix.lower() in (".prmtop", ".parm7", ".prm7") else 0
-    rows = [
-        (
-            atom.name, atom.residue.name, atom.residue.chain.chain_id or atom.residue.segment_id or "",
-            str(atom.residue.resSeq + shift), atom.element.symbol.upper() if atom.element else "",
-            atom.residue.index,
-        )
-        for atom in topology.atoms
-    ]  # fmt: skip
+    rows = names(path)
     if not rows:
         raise InputError(f"{path} holds no atoms: give the topology of the trajectory.")
-    atoms = pd.DataFrame(rows, columns=["name", "residue_name", "chain", "residue", "element", "index"])
+    atoms = pd.DataFrame(rows, columns=["name", "residue_name", "chain", "number", "element", "index"])
+    # mdtraj counts AMBER's residues from 0, AMBER and its users from 1
+    number = atoms.pop("number") + (Path(path).suffix.lower() in AMBER)
     terminated = atoms.pop("index").diff().fillna(0) != 0  # mdtraj knows where a residue ends
     return atoms.assign(
-        model=1, hetero=False, altloc="", occupancy=1.0, x=np.nan, y=np.nan, z=np.nan, terminated=terminated
-    )
+        residue=number.astype(str), model=1, hetero=False, altloc="", occupancy=1.0, x=np.nan, y=np.nan, z=np.nan,
+        terminated=terminated,
+    )  # fmt: skip
 
 
 def first_frame(path, n_atoms, topology_path):
     """(A, 3) float64, Å: the first frame, after a check that the trajectory has `n_atoms` atoms."""
     if Path(path).suffix.lower() not in TRAJECTORIES:
         raise InputError(f"{path} is no trajectory by its extension: give one of {', '.join(TRAJECTORIES)}.")
-    if not Path(path).is_file():
-        raise InputError(f"{path} does not exist: check the path.")
-    xyz, _, _ = load(path, n_atoms, first=True)
+    xyz, _, _ = frames(path, n_atoms, first=True)
     if xyz.shape[1] != n_atoms:
         raise InputError(
             f"{path} has {xyz.shape[1]} atoms and {topology_path} has {n_atoms}: give the topology that the "
@@ -113,7 +93,7 @@ def read_frames(path, n_atoms, atoms, stride=1):
     -------
     Frames
     """
-    xyz, time_ps, box = load(path, n_atoms, atoms, stride)
+    xyz, time_ps, box = frames(path, n_atoms, atoms, stride)
     extension = Path(path).suffix.lower()
     if extension == ".dcd":
         _check_dcd_count(path, len(xyz), stride)

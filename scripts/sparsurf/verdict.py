@@ -6,7 +6,7 @@ Every sentence is made from numbers: it changes when they do.
 import numpy as np
 
 from sparsurf import tables
-from sparsurf.evaluation import TABLE_1
+from sparsurf.evaluation import PUBLISHED_ROWS, TABLE_1
 from sparsurf.tables import Z95
 
 
@@ -109,35 +109,25 @@ def _outside(rows, name):
 
 def _winners(selected, ranges):
     published = [
-        tables.combination_text(dict(zip(tables.PARAMETERS, row, strict=True))) for row in _published_rows()
+        tables.combination_text(dict(zip(tables.PARAMETERS, row, strict=True))) for row in PUBLISHED_ROWS
     ]
-    kept = ranges[ranges["islands"] == "kept"].reset_index(drop=True)
-    same = sum(
-        tables.combination_text(row) == text
-        for (_, row), text in zip(kept.iterrows(), published, strict=False)
-    )
+    kept = ranges[ranges["islands"] == "kept"]
+    same = sum(a == b for a, b in zip(_texts(kept), published, strict=False))
     on_plateau = sum(
-        text in str(row["plateau"]).split("; ")
-        for (_, row), text in zip(kept.iterrows(), published, strict=False)
+        text in str(each).split("; ") for each, text in zip(kept["plateau"], published, strict=False)
     )
-    again = [
-        sum(
-            tables.combination_text(row) == text
-            for (_, row), text in zip(one.iterrows(), published, strict=False)
-        )
-        for one in selected
-    ]
-    distinct = [len({tables.combination_text(one.iloc[k]) for one in selected}) for k in range(len(kept))]
+    again = [sum(a == b for a, b in zip(_texts(one), published, strict=False)) for one in selected]
+    distinct = [len(set(texts)) for texts in zip(*map(_texts, selected), strict=True)]
     return [
-        f"With shared test dots the winner is the published one in {same} of {len(kept)} ranges; the published one is among "
-        f"those that cannot be told from the winner in {on_plateau}.",
+        f"With shared test dots the winner is the published one in {same} of {len(kept)} ranges; the published one is "
+        f"among those that cannot be told from the winner in {on_plateau}.",
         f"Chosen the paper's way {len(selected)} times, the winner is the published one in {min(again)} to {max(again)} "
         f"ranges; a range has {min(distinct)} to {max(distinct)} different winners in {len(selected)} runs.",
     ]
 
 
-def _published_rows():
-    return np.stack([TABLE_1[p] for p in tables.PARAMETERS], axis=1)
+def _texts(ranges):
+    return [tables.combination_text(row) for _, row in ranges.iterrows()]
 
 
 def _best(best, grid):

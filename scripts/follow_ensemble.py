@@ -1,0 +1,29 @@
+"""n_S and d of one combination over the frames of a trajectory."""
+
+from pathlib import Path
+
+from sparsurf.ensemble import follow
+from sparsurf.structure import read_molecule
+from sparsurf.workflow import job, reporter
+
+
+def main(path_to_table, path_to_part, protein, settings, name, threads, code):
+    """Write ensemble.csv; what an interrupted run has done is taken from the partial file beside it."""
+    keys = {key: value for key, value in protein.items() if key != "structure"}
+    molecule = read_molecule(protein["structure"], stride=settings["ensemble"]["stride"], **keys)
+    table = follow(molecule, settings, name, threads, path_to_part, code, reporter(name, "frames"))
+    table.to_csv(path_to_table, index=False)
+    Path(path_to_part).unlink()
+
+
+if __name__ == "__main__":
+    with job(snakemake.log[0]):
+        main(
+            path_to_table=snakemake.output.table,
+            path_to_part=f"{snakemake.output.table}.part",
+            protein=snakemake.params.protein,
+            settings=snakemake.params.settings,
+            name=snakemake.wildcards.protein,
+            threads=snakemake.threads,
+            code=snakemake.params.code,
+        )
