@@ -9,6 +9,7 @@ from snakemake.utils import min_version
 sys.path.append(str(Path(workflow.basedir) / "scripts"))
 from sparsurf import InputError
 from sparsurf.config import check
+from sparsurf.download import file_name, source
 from sparsurf.workflow import conformations_of, digest, made, one_of
 
 min_version("9.0")
@@ -26,6 +27,7 @@ except InputError as error:
 
 RUN = f"results/{config['run']}"
 SURFACES = [name for name, protein in config["proteins"].items() if "surface" in protein]
+FETCHED = {name: file_name(source(each)) for name, each in config["proteins"].items() if source(each)}
 MOLECULES = [name for name in config["proteins"] if name not in SURFACES]
 
 
@@ -34,33 +36,46 @@ wildcard_constraints:
     conformation="[cf][0-9]+",
 
 
-def conformations(pattern):
-    """Input function: `pattern` for every conformation of every protein, known once frames are chosen."""
+def molecule(wildcards):
+    """Input function: the files of a structure or trajectory."""
+    name = wildcards.protein
+    files = {
+        key: config["proteins"][name][key]
+        for key in ("structure", "trajectory")
+        if key in config["proteins"][name]
+    }
+    return files | ({"structure": f"{RUN}/{name}/download/{FETCHED[name]}"} if name in FETCHED else {})
+
+
+def conformations(files):
+    """Input function: `files` of every conformation of every protein, known once frames are chosen."""
 
     def expand_all(wildcards):
         found = {name: ["c1"] for name in SURFACES}
         for name in MOLECULES:
             found[name] = conformations_of(checkpoints.choose_frames.get(protein=name).output.frames)
         return [
-            pattern.format(protein=name, conformation=c) for name in config["proteins"] for c in found[name]
+            f"{RUN}/{name}/{c}/{file}" for name in config["proteins"] for c in found[name] for file in files
         ]
 
     return expand_all
 
 
+PROMISED = ["surface.ply", "ranges.csv", "ranges.md", "best.json", "best.md", "minimal.csv", "minimal.ply"]
+PROMISED += [f"figures/fig{k}.{end}" for k in range(1, 6) for end in ("png", "svg")]
+
+
 rule all:
     default_target: True
     input:
-        [f"{RUN}/{name}/figures/frames.png" for name in MOLECULES],
-        conformations(f"{RUN}/{{protein}}/{{conformation}}/ranges.csv"),
-        conformations(f"{RUN}/{{protein}}/{{conformation}}/minimal.csv"),
-        conformations(f"{RUN}/{{protein}}/{{conformation}}/figures/fig1.png"),
+        expand(f"{RUN}/{{protein}}/figures/frames.{{end}}", protein=MOLECULES, end=["png", "svg"]),
+        conformations(PROMISED),
         [f"{RUN}/verdict.md"] if "paper" in config else [],
 
 
 rule compile_kernels:
     output:
-        f"{RUN}/.kernels",
+        mark=f"{RUN}/.kernels",
     log:
         f"{RUN}/logs/compile_kernels.log",
     conda:
@@ -73,13 +88,29 @@ rule compile_kernels:
         "scripts/compile_kernels.py"
 
 
+rule fetch_structure:
+    output:
+        structure=f"{RUN}/{{protein}}/download/{{file}}",
+        record=f"{RUN}/{{protein}}/download/{{file}}.json",
+    log:
+        f"{RUN}/logs/{{protein}}/fetch_{{file}}.log",
+    wildcard_constraints:
+        protein=one_of(FETCHED),
+        file=one_of(FETCHED.values()),
+    conda:
+        "envs/study.yaml"
+    params:
+        protein=lambda wildcards: config["proteins"][wildcards.protein],
+        code=digest("fetch_structure.py"),
+    message:
+        "Fetching {wildcards.protein}"
+    script:
+        "scripts/fetch_structure.py"
+
+
 checkpoint choose_frames:
     input:
-        lambda wildcards: [
-            config["proteins"][wildcards.protein][key]
-            for key in ("structure", "trajectory")
-            if key in config["proteins"][wildcards.protein]
-        ],
+        unpack(molecule),
     output:
         frames=f"{RUN}/{{protein}}/frames.csv",
         silhouette=f"{RUN}/{{protein}}/silhouette.csv",
@@ -128,7 +159,7 @@ rule take_surface:
     input:
         lambda wildcards: config["proteins"][wildcards.protein]["surface"],
     output:
-        f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
+        surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
     log:
         f"{RUN}/logs/{{protein}}/{{conformation}}/take_surface.log",
     wildcard_constraints:

@@ -10,10 +10,13 @@ from sparsurf.structure import read_molecule
 from sparsurf.workflow import job
 
 
-def main(paths, path_to_structures, protein, settings, name):
+NO_KEYS = ("structure", "trajectory", "url", "pdb", "sha256")  # of a protein: where it is, not how it is read
+
+
+def main(path_to_molecule, path_to_trajectory, paths, path_to_structures, protein, settings, name):
     """Write frames.csv, what it was chosen from, and one PDB file per conformation."""
-    keys = {key: value for key, value in protein.items() if key != "structure"}
-    molecule = read_molecule(protein["structure"], stride=settings["stride"], **keys)
+    keys = {key: value for key, value in protein.items() if key not in NO_KEYS}
+    molecule = read_molecule(path_to_molecule, path_to_trajectory, stride=settings["stride"], **keys)
     choice = choose_frames(
         molecule,
         clusters=settings["clusters"],
@@ -35,10 +38,12 @@ def main(paths, path_to_structures, protein, settings, name):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
-            paths={key: snakemake.output[key] for key in ("frames", "silhouette", "projection", "explained")},
-            path_to_structures=snakemake.output.structures,
+            path_to_molecule=snakemake.input.structure,
+            path_to_trajectory=snakemake.input.get("trajectory"),
+            paths={key: output[key] for key in ("frames", "silhouette", "projection", "explained")},
+            path_to_structures=output["structures"],
             protein=snakemake.params.protein,
             settings=snakemake.params.settings,
             name=snakemake.wildcards.protein,

@@ -16,5 +16,5 @@ def main(path_to_mark):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
-        main(snakemake.output[0])
+    with job(snakemake) as output:
+        main(output["mark"])

@@ -12,9 +12,9 @@ def main(path_to_table, path_to_figure, combination):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
             path_to_table=snakemake.input.table,
-            path_to_figure=snakemake.output.png.removesuffix(".png"),
+            path_to_figure=output["png"].removesuffix(".png"),
             combination=snakemake.params.combination,
         )

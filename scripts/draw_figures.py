@@ -64,10 +64,10 @@ def _figure4(evaluator, sampled, random, readings, yardsticks):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
             paths_to_inputs={key: snakemake.input[key] for key in ("surface", "roughness", "grid", "best")},
-            path_to_figure={k: snakemake.output[f"png{k}"].removesuffix(".png") for k in range(1, 6)},
+            path_to_figure={k: output[f"png{k}"].removesuffix(".png") for k in range(1, 6)},
             settings=snakemake.params.settings,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             threads=snakemake.threads,

@@ -22,8 +22,8 @@ def main(paths, path_to_figure):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
             paths={key: snakemake.input[key] for key in ("frames", "projection", "silhouette", "explained")},
-            path_to_figure=snakemake.output.png.removesuffix(".png"),
+            path_to_figure=output["png"].removesuffix(".png"),
         )

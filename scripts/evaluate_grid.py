@@ -26,12 +26,12 @@ def main(path_to_surface, path_to_roughness, path_to_grid, path_to_distances, se
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
             path_to_surface=snakemake.input.surface,
             path_to_roughness=snakemake.input.roughness,
-            path_to_grid=snakemake.output.grid,
-            path_to_distances=snakemake.output.distances,
+            path_to_grid=output["grid"],
+            path_to_distances=output["distances"],
             settings=snakemake.params.settings,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             threads=snakemake.threads,

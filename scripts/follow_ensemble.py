@@ -17,10 +17,10 @@ def main(path_to_table, path_to_part, protein, settings, name, threads, code):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
-            path_to_table=snakemake.output.table,
-            path_to_part=f"{snakemake.output.table}.part",
+            path_to_table=output["table"],
+            path_to_part=f"{snakemake.output.table}.part",  # not in `output`, which does not outlive the job
             protein=snakemake.params.protein,
             settings=snakemake.params.settings,
             name=snakemake.wildcards.protein,

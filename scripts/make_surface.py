@@ -23,10 +23,10 @@ def main(path_to_input, path_to_structure, path_to_surface, settings):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
             path_to_input=f"{snakemake.input.structures}/{snakemake.wildcards.conformation}.pdb",
-            path_to_structure=snakemake.output.structure,
-            path_to_surface=snakemake.output.surface,
+            path_to_structure=output["structure"],
+            path_to_surface=output["surface"],
             settings=snakemake.params.settings,
         )

@@ -19,11 +19,11 @@ def main(path_to_surface, path_to_roughness, path_to_ply, patches, name, threads
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
             path_to_surface=snakemake.input.surface,
-            path_to_roughness=snakemake.output.roughness,
-            path_to_ply=snakemake.output.ply,
+            path_to_roughness=output["roughness"],
+            path_to_ply=output["ply"],
             patches=snakemake.params.patches,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
             threads=snakemake.threads,

@@ -45,7 +45,7 @@ def number(low, high, low_allowed):
             value = float("nan")
         if not (low <= value <= high and (low_allowed or value > low)):
             words = f"{low:g} to {high:g}" if low_allowed else f"more than {low:g} and at most {high:g}"
-            raise argparse.ArgumentTypeError(f"{text!r} is not a number from the allowed ones, {words}.")
+            raise argparse.ArgumentTypeError(f"{text!r} must be a number, {words}")
         return value
 
     return parse
@@ -61,7 +61,9 @@ def newest():
     return tables[-1].parent
 
 
-def arguments(parser):
+def command(arguments=None):
+    """Print the answer to the arguments of the command line; a mistake in them ends with status 2."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     surface = parser.add_mutually_exclusive_group(required=True)
     surface.add_argument("--roughness", type=number(0, 1, True), help="mean roughness, 0 (rough) to 1 (flat)")
     surface.add_argument("--surface", help="DMS file, CSV or npz whose mean roughness is taken")
@@ -69,13 +71,12 @@ def arguments(parser):
         "--n-s", type=number(0, 100, False), required=True, help="wished n_S in %% of the dots"
     )
     parser.add_argument("--results", type=Path, help="results/<run>; default: the one summed up last")
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
-    arguments(parser)
-    wish = parser.parse_args()
+    wish = parser.parse_args(arguments)
     try:
         print(main(wish.results or newest(), wish.n_s, wish.roughness, wish.surface))
     except InputError as error:
         parser.error(str(error))
+
+
+if __name__ == "__main__":
+    command()

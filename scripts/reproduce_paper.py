@@ -66,13 +66,10 @@ def main(inputs, outputs, settings, name, threads):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
             inputs={key: snakemake.input[key] for key in ("surface", "roughness", "grid", "ranges", "best")},
-            outputs={
-                key: snakemake.output[key]
-                for key in ("selected", "rows", "links", "defects", "bins", "verdict")
-            },
+            outputs={key: output[key] for key in ("selected", "rows", "links", "defects", "bins", "verdict")},
             settings=snakemake.params.settings,
             name=snakemake.params.name,
             threads=snakemake.threads,

@@ -17,7 +17,10 @@ ROOT = Path(__file__).resolve().parents[1]
 def main(path_to_config="config.yaml", *options):
     """Run Snakemake, then its report where anything is newer than it; returns the exit code."""
     if not Path(path_to_config).is_file():
-        print(f"There is no config file {path_to_config!r}; give one with CONFIG=my_config.yaml.", file=sys.stderr)
+        print(
+            f"There is no config file {path_to_config!r}; give one with CONFIG=my_config.yaml.",
+            file=sys.stderr,
+        )
         return 2
     lock = ROOT / ".snakemake" / "study.lock"
     lock.parent.mkdir(exist_ok=True)
@@ -41,7 +44,9 @@ def main(path_to_config="config.yaml", *options):
 def snakemake(path_to_config, *options):
     """Run Snakemake in the project's folder; returns its exit code."""
     command = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile", "--directory", ROOT]
-    return subprocess.call([*map(str, command), "--configfile", str(Path(path_to_config).resolve()), *options])
+    return subprocess.call(
+        [*map(str, command), "--configfile", str(Path(path_to_config).resolve()), *options]
+    )
 
 
 def run_name(path_to_config):
@@ -54,7 +59,9 @@ def is_older(report, results):
     if not report.is_file():
         return True
     logs = results / "logs"
-    files = (path for path in results.rglob("*") if path.is_file() and logs not in path.parents and path != report)
+    files = (
+        path for path in results.rglob("*") if path.is_file() and logs not in path.parents and path != report
+    )
     return any(path.stat().st_mtime > report.stat().st_mtime for path in files)
 
 
@@ -62,7 +69,10 @@ def print_results(results, code):
     """Say where to look."""
     where = results.relative_to(ROOT)
     if code:
-        print(f"\nNot everything could be made; see the sentences above. What was made is in {where}/.", file=sys.stderr)
+        print(
+            f"\nNot everything could be made; see the sentences above. What was made is in {where}/.",
+            file=sys.stderr,
+        )
         return
     first = sorted(results.glob("*/*/ranges.md"))[:1]
     print(f"\nResults: {where}/ (what every file is: results/README.md)")

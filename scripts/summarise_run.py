@@ -57,12 +57,13 @@ def by_hand(arguments=None):
 
 if __name__ == "__main__":
     if "snakemake" not in globals():
-        sys.exit(by_hand())
-    with job(snakemake.log[0]):
+        by_hand()
+        sys.exit()
+    with job(snakemake) as output:
         main(
             folders=list(dict.fromkeys(Path(path).parent for path in snakemake.input.best)),
-            paths={key: snakemake.output[key] for key in ("surfaces", "summary", "relation", "markdown")},
-            path_to_figure=snakemake.output.png.removesuffix(".png"),
+            paths={key: output[key] for key in ("surfaces", "summary", "relation", "markdown")},
+            path_to_figure=output["png"].removesuffix(".png"),
             patches=snakemake.params.patches,
             seed=snakemake.params.seed,
         )

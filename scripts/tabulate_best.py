@@ -25,11 +25,11 @@ def main(path_to_grid, path_to_distances, path_to_ranges, path_to_best, settings
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
             path_to_grid=snakemake.input.grid,
             path_to_distances=snakemake.input.distances,
-            path_to_ranges={"csv": snakemake.output.ranges, "md": snakemake.output.ranges_md},
-            path_to_best={"json": snakemake.output.best, "md": snakemake.output.best_md},
+            path_to_ranges={"csv": output["ranges"], "md": output["ranges_md"]},
+            path_to_best={"json": output["best"], "md": output["best_md"]},
             settings=snakemake.params.settings,
         )

@@ -39,12 +39,12 @@ def number_of_dots(wish, n_dots):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
+    with job(snakemake) as output:
         main(
             path_to_surface=snakemake.input.surface,
             path_to_roughness=snakemake.input.roughness,
-            path_to_table=snakemake.output.table,
-            path_to_ply=snakemake.output.ply,
+            path_to_table=output["table"],
+            path_to_ply=output["ply"],
             settings=snakemake.params.settings,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
         )

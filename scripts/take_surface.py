@@ -10,5 +10,5 @@ def main(path_to_input, path_to_surface):
 
 
 if __name__ == "__main__":
-    with job(snakemake.log[0]):
-        main(snakemake.input[0], snakemake.output[0])
+    with job(snakemake) as output:
+        main(snakemake.input[0], output["surface"])

@@ -62,7 +62,7 @@ def test_every_key_of_the_default_config_is_described():
             "no/such.pdb",
             ["there is no file 'no/such.pdb'", "proteins.tdp43.structure"],
         ),
-        ("proteins.tdp43.surface", "x.dms", ["either 'structure'", "not both"]),
+        ("proteins.tdp43.surface", "x.dms", ["exactly one of 'structure'", "'surface'"]),
         ("proteins.TDP43", {"structure": "data/tdp43/topology.pdb"}, ["differ in upper and lower case only"]),
         (
             "proteins.bad/name",

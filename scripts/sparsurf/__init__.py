@@ -33,11 +33,13 @@ class InputError(ValueError):
 
 
 def _use_cache_of_these_sources():
-    """Compiled kernels go to a folder named after the sources: numba does not see edits in another file."""
-    sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    """Compiled kernels go to a folder named after their sources: numba does not see edits in another file."""
+    sources = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
+    digest = hashlib.sha256(b"".join(source for source in sources if b"njit" in source)).hexdigest()[:16]
     base = Path(os.environ.get("NUMBA_CACHE_DIR", Path(__file__).parents[2] / ".cache" / "numba"))
-    if not base.name.startswith("sources-"):  # not yet set by a parent process
-        os.environ["NUMBA_CACHE_DIR"] = str(base / f"sources-{hashlib.sha256(sources).hexdigest()[:16]}")
+    if base.name.startswith("sources-"):  # set by a parent process
+        base = base.parent
+    os.environ["NUMBA_CACHE_DIR"] = str(base / f"sources-{digest}")
 
 
 _use_cache_of_these_sources()

@@ -1,12 +1,14 @@
 """The config of a study: schema, defaults, and what a schema cannot say, in sentences."""
 
 import difflib
+import os
 from pathlib import Path
 
 import yaml
 from jsonschema import Draft202012Validator
 
 from sparsurf import InputError
+from sparsurf.download import variable
 
 SCHEMA = yaml.safe_load((Path(__file__).parents[1] / "config.schema.yaml").read_text())
 OF_STRUCTURES = ("trajectory", "selection", "chains", "residues", "model", "altloc", "hydrogens", "ligands")
@@ -28,12 +30,34 @@ def check(config, files=()):
     """
     for path in files:
         refuse_double_keys(path)
-    config = _with_defaults(config, SCHEMA)
+    config = _with_local_copies(_with_defaults(config, SCHEMA))
     errors = [_sentence(e) for e in Draft202012Validator(SCHEMA).iter_errors(config)]
     errors = errors or list(_second_check(config))
     if errors:
         raise InputError("config: " + "\n        ".join(dict.fromkeys(errors)))
     return config
+
+
+def _with_local_copies(config):
+    """Copy of the config in which a file named by an environment variable replaces one from the network."""
+    if not isinstance(config.get("proteins"), dict):
+        return config
+    proteins = dict(config["proteins"])
+    for name, protein in proteins.items():
+        path = os.environ.get(variable(str(name)))
+        if path and isinstance(protein, dict) and {"url", "pdb"} & set(protein):
+            kind = (
+                "surface"
+                if path.lower().removesuffix(".gz").endswith((".dms", ".csv", ".npz"))
+                else "structure"
+            )
+            rest = (
+                {}
+                if kind == "surface"
+                else {k: v for k, v in protein.items() if k not in ("url", "pdb", "sha256")}
+            )
+            proteins[name] = rest | {kind: path}
+    return config | {"proteins": proteins}
 
 
 def _with_defaults(value, schema):
@@ -61,14 +85,15 @@ def _sentence(error):
     if error.validator == "required":
         return f"{key} lacks the key {error.message.split()[0]}."
     if error.validator == "oneOf":
-        return f"{key} needs either 'structure' (with or without 'trajectory') or 'surface', and not both."
+        return f"{key} needs exactly one of 'structure' (with or without 'trajectory'), 'pdb', 'url' and 'surface'."
     if error.validator == "minProperties":
         return f"{key} is empty; name at least one protein."
     if error.validator == "minItems":
         return f"{key} is an empty list; give at least one value."
     if error.validator == "uniqueItems":
         return f"{key} holds a value twice: {error.instance}."
-    if "propertyNames" in error.absolute_schema_path or error.validator == "pattern":
+    named = "propertyNames" in error.absolute_schema_path or key == "run"
+    if named and error.validator == "pattern":
         return f"{error.instance!r} in {key} cannot name a folder; use letters, digits, '_', '-' and '.', not '.' first."
     meaning = (
         error.schema.get("description", "") or error.parent.schema.get("description", "")
@@ -91,6 +116,7 @@ def _allowed(error):
         "maximum": f"{rule} or less",
         "exclusiveMinimum": f"more than {rule}",
         "minLength": "a text that is not empty",
+        "pattern": f"of the form {rule}",
     }
     return words.get(error.validator, "one of the forms that config.yaml describes")
 

@@ -64,7 +64,7 @@ def follow(molecule, settings, name, threads, path_to_part, code="", progress=la
                 stream.write(chunk.to_csv(index=False, header=a == 0, lineterminator="\n"))
             progress(a + len(chunk), molecule.n_frames)
     text = Path(path_to_part).read_text(encoding="utf-8").removeprefix(mark)
-    return pd.read_csv(io.StringIO(text), float_precision="round_trip")
+    return pd.read_csv(io.StringIO(text))
 
 
 def fingerprint(molecule, settings, name, code):

@@ -182,7 +182,7 @@ def choose_frames(molecule, *, clusters="auto", frames=None, atoms=None, rng):
 
     Parameters
     ----------
-    molecule : structure.Molecule
+    molecule : molecule.Molecule
     clusters : 'auto', the K of the best mean silhouette among 2..11, or a K; the frames nearest to the
         centroids are taken. Frames that do not differ are one conformation.
     frames : instead of clusters, 'all', a list of frame numbers, or {'stride': n}

@@ -160,7 +160,7 @@ def write_pdb(path, xyz, atoms):
     ----------
     path : file to write
     xyz : (A, 3) float, Å
-    atoms : structure.Molecule, or anything with its arrays of names
+    atoms : molecule.Molecule, or anything with its arrays of names
     """
     chains = _written_chains(atoms.chain)
     width = max(map(len, chains))

@@ -64,7 +64,7 @@ def radii(molecule, table="dms"):
 
     Parameters
     ----------
-    molecule : structure.Molecule, or anything with `element` (A,) str
+    molecule : molecule.Molecule, or anything with `element` (A,) str
     table : 'dms' or 'bondi'
 
     Returns

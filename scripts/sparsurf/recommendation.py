@@ -134,7 +134,7 @@ def reasons(rows, found, roughness):
     n, low, high = found["n_counted"], rows["mean_roughness"].min(), rows["mean_roughness"].max()
     unit = "proteins" if rows["protein"].nunique() > 1 else "surfaces"
     if n < FEWEST:
-        yield f"only {n} {unit if n > 1 else unit[:-1]} in the run, {FEWEST} or more are needed"
+        yield f"only {n} {unit if n > 1 else unit[:-1]} with an answer in this range of n_S, {FEWEST} or more are needed"
     if not low - 5e-4 <= roughness <= high + 5e-4:
         yield f"a mean roughness of {roughness:.3f} lies outside of what was seen, {low:.3f} .. {high:.3f}"
     if found["n_shared"] == len(rows) > 1:
@@ -142,7 +142,8 @@ def reasons(rows, found, roughness):
     if n >= FEWEST and not found["p"] < SIGNIFICANT:
         rho = ", ".join(text for p in PARAMETERS if (text := rho_text(found, p)))
         p = f"; p = {found['p']:.2g} over {n} {unit}" if rho else f" on all {n} {unit}"
-        yield f"the best parameters show no rank correlation with mean roughness ({rho or 'they are the same'}{p})"
+        related = f"({rho or 'they are the same'}{p})"
+        yield f"the best parameters are no more correlated in rank with mean roughness than by chance {related}"
     if n >= FEWEST and not found["gain_low"] > 0:
         yield (
             f"a combination chosen on the surfaces nearest in mean roughness gives no higher d than one chosen on the "
@@ -173,18 +174,25 @@ def choice(rows, found, pooled, roughness):
         ]
     sentences = ["The evidence does not support a choice by mean roughness:"]
     sentences += [f"- {reason}." for reason in against]
-    text = combination_text(pooled)
-    held = sum(text in plateau.split("; ") for plateau in rows["plateau"])
-    sentences.append(
-        f"Regardless of mean roughness, {text} is the paper's best on average in this range: n_S = "
-        f"{pooled['n_S_percent']:.1f} %, d = {signed(pooled['d'])}{plus_minus(pooled['d_sd'])}; it lies in the plateau "
-        f"of {held} of {len(rows)} {'surface' if len(rows) == 1 else 'surfaces'}."
-    )
+    sentences.append("Regardless of mean roughness, " + on_average(rows, pooled))
     if rows["d_from_all"].notna().any():
         sentences.append(
             f"Chosen in this way on the others, a surface gets d = {mean_and_spread(rows['d_from_all'])}."
         )
     return sentences
+
+
+def on_average(rows, pooled):
+    """The combination with the highest mean d of all surfaces; where there is none, that of most plateaus."""
+    if np.isnan(pooled["d"]):
+        text, held = most_held(rows)
+        end = ""
+    else:
+        text = combination_text(pooled)
+        held = sum(text in plateau.split("; ") for plateau in rows["plateau"])
+        end = f" n_S = {pooled['n_S_percent']:.1f} %, d = {signed(pooled['d'])}{plus_minus(pooled['d_sd'])} on average;"
+    surfaces = "the only surface" if len(rows) == 1 and held else f"{held} of {len(rows)} surfaces"
+    return f"{text} is the paper's best in this range:{end} it lies in the plateau of {surfaces}."
 
 
 def supported(found):

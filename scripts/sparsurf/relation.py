@@ -68,12 +68,12 @@ def changes(rough, winners, plateaus):
 def correlations(rough, values, rng):
     """Spearman's rho of each column of `values` (S, 4) with `rough` (S,), its 95 % interval, and the joint p."""
     x, y = _ranks(rough[:, None])[:, 0], _ranks(values)
-    rho = x @ y
+    rho = x @ y if len(x) > 2 else np.full(len(PARAMETERS), np.nan)
     low, high = rho_interval(rho, len(x))
     out = {}
     for k, name in enumerate(PARAMETERS):
         out |= {f"rho_{name}": rho[k], f"rho_{name}_low": low[k], f"rho_{name}_high": high[k]}
-    if len(x) < 3 or np.isnan(rho).all():
+    if np.isnan(rho).all():
         return out | {"p": np.nan}
     if len(x) <= EXACT:
         orders = np.array(list(permutations(range(len(x)))))

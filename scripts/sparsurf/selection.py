@@ -34,7 +34,7 @@ def chosen_atoms(
 
     Parameters
     ----------
-    molecule : structure.Molecule
+    molecule : molecule.Molecule
     path : named in messages
     selection : str, mdtraj selection expression, or 'all'
     chains : list of str, or 'A,B'

@@ -239,7 +239,8 @@ def summary_markdown(surfaces, relations):
     parts.append(
         "one plateau holds: the largest number of surfaces on which one and the same combination cannot be told from "
         "the winner. rho: Spearman's rank correlation of the winner's parameter with mean roughness; p: probability of "
-        "so large a rho of any parameter by chance. near - far: d of a surface with the combination chosen on the "
-        "surfaces nearest in mean roughness, minus that chosen on the farthest.\n"
+        "so large a rho of any parameter by chance (of twenty rows one is expected to fall below 0.05). near - far: d "
+        "of a surface with the combination chosen on the surfaces nearest in mean roughness, minus that chosen on the "
+        "farthest.\n"
     )
     return "\n".join(parts)

@@ -14,6 +14,7 @@ from sparsurf.tables import PARAMETERS
 
 GREEK = dict(zip(PARAMETERS, "αβγδ", strict=True))
 SIGNIFICANT = 0.05
+GAIN = {"marker": "o", "markersize": 3.5, "linestyle": "", "color": "black", "markeredgewidth": 0.6}
 SMOOTH = 20  # moving means are taken over one frame in so many
 DARK, PALE = page.PALETTE[0], "#B9D3E6"  # blue, and the same lighter
 
@@ -37,15 +38,23 @@ def summary_figure(summary, relations):
     limits = np.append(relations.n_S_low_percent[: relations.range.max()], relations.n_S_high_percent.max())
     norm = colors.BoundaryNorm(limits, 256) if np.ptp(limits) > 0 else colors.Normalize()
     scale = ScalarMappable(norm, colormaps["viridis"])
-    figure = page.sheet(PAGE, 180)
+    figure = page.sheet(PAGE, 187)
+    widest = max(0.01, np.nanmax(np.append(relations[["gain_low", "gain_high"]].abs().to_numpy(), 0)))
     for k, reading in enumerate(readings):
         rows = summary[(summary.islands == reading) & summary.d.notna()]
-        x = 13 + 82 * k
-        page.letter(figure, x - 12, 1, ascii_uppercase[k])
-        page.text(figure, x - 7, 1.3, READINGS[reading])
+        x = 16 + 80 * k
+        page.letter(figure, x - 15, 1, ascii_uppercase[k])
+        page.text(figure, x - 10, 1.3, READINGS[reading])
         _parameters(figure, x, rows, scale, limits, left=k == 0)
-        page.letter(figure, x - 12, 139, ascii_uppercase[len(readings) + k])
-        _gain(page.axes(figure, x, 145, 66, 24), relations[relations.islands == reading], k == 0)
+        page.letter(figure, x - 15, 137, ascii_uppercase[len(readings) + k])
+        page.text(figure, x - 10, 137.3, "choice of the nearest surfaces against the farthest")
+        ax = page.axes(figure, x, 144, 64, 26)
+        _gain(ax, relations[relations.islands == reading], 1.1 * widest, left=k == 0)
+    dots = {"parameters correlate with mean roughness, p < 0.05": "black", "no such correlation": "white"}
+    handles = [
+        Line2D([], [], **GAIN | {"markerfacecolor": face}, label=words) for words, face in dots.items()
+    ]
+    page.legend(figure, 16, 181.5, handles, ncols=2)
     bar = figure.colorbar(scale, cax=page.axes(figure, 169, 8, 2.5, 116), spacing="proportional")
     bar.set_ticks(limits, labels=[f"{limit:.0f}" for limit in limits])
     bar.set_label("range of $n_S$ (% of the dots)")
@@ -58,7 +67,7 @@ def _parameters(figure, x, rows, scale, limits, left):
     rough = rows.mean_roughness.to_numpy()
     margin = 0.06 * np.ptp(rough) + 0.002
     for k, name in enumerate(PARAMETERS):
-        ax = page.axes(figure, x, 8 + 21 * k, 66, 18)
+        ax = page.axes(figure, x, 8 + 21 * k, 64, 18)
         values = rows[name].to_numpy(float)
         known = np.unique(values)
         step = np.diff(known).min() if len(known) > 1 else 1.0
@@ -68,7 +77,7 @@ def _parameters(figure, x, rows, scale, limits, left):
         ax.set_ylim(known[0] - 0.4 * step, known[-1] + 0.4 * step)
         page.ticks(ax.yaxis, known, 18)
         ax.tick_params(labelbottom=False)
-    ax = page.axes(figure, x, 92, 66, 32)
+    ax = page.axes(figure, x, 92, 64, 32)
     half = ((rows.d_high - rows.d_low) / 2).to_numpy()
     for place, d, error, own in zip(rough, rows.d_held_out, half, colour, strict=True):
         ax.errorbar(place, d, error, fmt="o", color=own, markersize=2, elinewidth=0.4)
@@ -83,25 +92,20 @@ def _fit(ax, rough, margin, label, left):
     ax.set_ylabel(label if left else "")
 
 
-def _gain(ax, rows, left):
+def _gain(ax, rows, limit, left):
     """d with the choice of near surfaces minus d with that of far ones, per range of n_S."""
-    rows = rows[rows.gain.notna()]
-    ax.set(xlim=(0, 100), xlabel="$n_S$ (% of the dots), middle of the range")
-    ax.set_ylabel("$d$: choice of near\nminus of far surfaces" if left else "")
+    ax.set(xlim=(0, 100), ylim=(-limit, limit), xlabel="$n_S$ (% of the dots), middle of the range")
+    ax.set_ylabel("gain in $d$" if left else "")
     ax.axhline(0, color="black", linewidth=0.4, zorder=0)
+    rows = rows[rows.gain.notna()]
     if rows.empty:
-        ax.set_yticks([])
-        ax.text(
-            50, 0.3, "needs 3 surfaces or more", ha="center", va="bottom", transform=ax.get_xaxis_transform()
-        )
-        return
+        ax.text(50, 0.3 * limit, "needs 3 surfaces or more", ha="center", va="bottom")
     middle = (rows.n_S_low_percent + rows.n_S_high_percent) / 2
     half = ((rows.gain_high - rows.gain_low) / 2).fillna(0)
     ax.errorbar(middle, rows.gain, half, fmt="none", ecolor="black", elinewidth=0.5, capsize=1.5)
-    related = (rows.p < SIGNIFICANT).to_numpy()
-    ax.plot(middle[related], rows.gain[related], "o", color="black", label="rank correlation, p < 0.05")
-    ax.plot(middle[~related], rows.gain[~related], "o", color="black", markerfacecolor="white", label="none")
-    ax.set_title("filled: parameters correlate with mean roughness, p < 0.05", pad=4)
+    for related, face in ((True, "black"), (False, "white")):
+        these = (rows.p < SIGNIFICANT) == related
+        ax.plot(middle[these], rows.gain[these], **GAIN | {"markerfacecolor": face})
 
 
 @styled
@@ -121,7 +125,7 @@ def ensemble_figure(table, combination):
     panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
     panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in READINGS if f"d_{r}" in table}
     time, label = _time(table)
-    window = len(table) // SMOOTH * 2 // 2 + 1 if len(table) >= 3 * SMOOTH else 0
+    window = (len(table) // SMOOTH) | 1 if len(table) >= 3 * SMOOTH else 0  # odd
     figure = page.sheet(PAGE, 18 + 32 * len(panels))
     for k, (column, name) in enumerate(panels.items()):
         y = 12 + 32 * k
@@ -183,8 +187,16 @@ def _ensemble_key(figure, combination, window):
     if window:
         handles.append(Line2D([], [], color=DARK, linewidth=1.2, label=f"moving mean, {window} frames"))
     handles.append(
-        Line2D([], [], color="black", marker="|", markersize=6, linestyle="", label="standard error of a frame's $d$")
+        Line2D(
+            [],
+            [],
+            color="black",
+            marker="|",
+            markersize=6,
+            linestyle="",
+            label="s.e. of a frame's $d$",
+        )
     )
     page.text(figure, 15, 1.5, text)
-    page.legend(figure, 62, 1.5, handles, ncols=3)
+    page.legend(figure, 50, 1.5, handles, ncols=3)
     page.text(figure, 142, 1.5, "mean ± sd of the frames")

@@ -1,9 +1,12 @@
 """What the Snakefile and the scripts share: logs of jobs, digests of code, names of conformations."""
 
 import ast
+import errno
 import hashlib
 import logging
+import os
 import re
+import shutil
 import sys
 import time
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -13,6 +16,12 @@ from pathlib import Path
 from sparsurf import InputError
 
 SCRIPTS = Path(__file__).parents[1]
+DISK = (
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EACCES,
+    errno.EROFS,
+)  # a full disk, a folder that may not be written
 
 
 @cache
@@ -44,21 +53,55 @@ def _imports(path):
 
 
 @contextmanager
-def job(log):
-    """Send what a script prints and logs to its log file; an InputError ends it with its sentence alone."""
+def job(snakemake):
+    """The frame of a script's work.
+
+    What it prints and logs goes to the rule's log. Its outputs are written under other names, given as a dict of
+    paths by name, and take their own names when all are complete: a killed job leaves no half a file. An InputError,
+    a full disk or a file that may not be written ends it with one sentence.
+    """
+    outputs = {name: _paths(value) for name, value in snakemake.output.items()}
+    parts = {
+        name: [path.parent / f".part-{snakemake.rule}" / path.name for path in paths]
+        for name, paths in outputs.items()
+    }
+    for folder in {part.parent for paths in parts.values() for part in paths}:
+        shutil.rmtree(folder, ignore_errors=True)
     with (
-        open(log, "w", encoding="utf-8", buffering=1) as stream,
-        redirect_stdout(stream),
-        redirect_stderr(stream),
+        open(snakemake.log[0], "w", encoding="utf-8", buffering=1) as log,
+        redirect_stdout(log),
+        redirect_stderr(log),
     ):
-        logging.basicConfig(stream=stream, level=logging.INFO, format="%(levelname)s %(message)s", force=True)
+        logging.basicConfig(stream=log, level=logging.INFO, format="%(levelname)s %(message)s", force=True)
         logging.captureWarnings(True)
         try:
-            yield
-        except InputError as error:
-            print(f"ERROR {error}", file=stream)
-            print(f"\n  {error}\n", file=sys.__stderr__, flush=True)
+            for part in (part for paths in parts.values() for part in paths):
+                part.parent.mkdir(parents=True, exist_ok=True)
+            yield {
+                name: [str(part) for part in paths] if len(paths) > 1 else str(paths[0])
+                for name, paths in parts.items()
+            }
+            for name, paths in outputs.items():
+                for part, path in zip(parts[name], paths, strict=True):
+                    os.replace(part, path)
+        except (InputError, OSError) as error:
+            if isinstance(error, OSError) and error.errno not in DISK:
+                raise
+            sentence = (
+                error
+                if isinstance(error, InputError)
+                else f"{error.filename or 'a result'}: {error.strerror}."
+            )
+            print(f"ERROR {sentence}", file=log)
+            print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
             sys.exit(1)
+        finally:
+            for folder in {part.parent for paths in parts.values() for part in paths}:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def _paths(value):
+    return [Path(path) for path in ([value] if isinstance(value, str) else value)]
 
 
 def reporter(what, unit="samplings", every=5.0):

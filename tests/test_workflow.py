@@ -1,0 +1,163 @@
+"""The workflow as a user runs it, on a small study: order, cores, kills, edits, mistakes."""
+
+import hashlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import yaml
+from conftest import ROOT
+
+SMALL = {
+    "run": "small",
+    "proteins": {
+        "tdp43": {
+            "structure": str(ROOT / "data" / "tdp43" / "topology.pdb"),
+            "trajectory": str(ROOT / "data" / "tdp43" / "trajectory.xtc"),
+            "residues": "209-222",
+        }
+    },
+    "frames": {"use": [0, 700]},
+    "sampling": {"alpha": [0.5, 1.0], "beta": [0.0, 0.4], "gamma": [0, 6], "delta": [0, 6]},
+    "evaluation": {"test_dots": 40, "draws": 2},
+    "tables": {"ranges": 3},
+}
+TABLES = ("frames.csv", "*/roughness.csv", "*/grid.csv", "*/ranges.*", "*/best.*", "*/minimal.csv", "*/surface.*")
+
+
+def snakemake(folder, config, *options, root=ROOT):
+    """Run the workflow in a folder of its own; returns the finished process."""
+    return subprocess.run(command(folder, config, *options, root=root), capture_output=True, text=True, check=False)
+
+
+def command(folder, config, *options, root=ROOT):
+    folder.mkdir(exist_ok=True)
+    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    where = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", folder / "config.yaml"]
+    return [sys.executable, "-m", "snakemake", *map(str, where), "--cores", "2", *options]
+
+
+def digests(folder):
+    """Digest of every table of the run."""
+    protein = folder / "results" / "small" / "tdp43"
+    files = sorted(path for pattern in TABLES for path in protein.glob(pattern))
+    return {str(path.relative_to(protein)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def output(process):
+    return process.stdout + process.stderr
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """The small study, run with two cores."""
+    folder = tmp_path_factory.mktemp("two")
+    process = snakemake(folder, SMALL)
+    assert process.returncode == 0, output(process)
+    return folder
+
+
+def test_every_promised_file_is_there(finished):
+    protein = finished / "results" / "small" / "tdp43"
+    for name in ("frames.csv", "figures/frames.png", "figures/frames.svg"):
+        assert (protein / name).stat().st_size > 0, name
+    for conformation in ("f000", "f700"):
+        for name in (
+            "structure.pdb surface.npz surface.ply roughness.csv grid.csv distances.npz ranges.csv ranges.md best.json "
+            "best.md minimal.csv minimal.ply"
+        ).split() + [f"figures/fig{k}.{end}" for k in range(1, 6) for end in ("png", "svg")]:
+            matches = list(protein.glob(f"{conformation[0]}*{conformation[1:].lstrip('0') or '0'}/{name}"))
+            assert matches and matches[0].stat().st_size > 0, name
+
+
+def test_a_second_run_has_nothing_to_do(finished):
+    process = snakemake(finished, SMALL)
+    assert process.returncode == 0
+    assert "Nothing to be done" in output(process)
+
+
+def test_one_core_gives_the_same_bytes(finished, tmp_path):
+    process = snakemake(tmp_path / "one", SMALL, "--cores", "1")
+    assert process.returncode == 0, output(process)
+    assert digests(tmp_path / "one") == digests(finished)
+    assert len(digests(finished)) > 12
+
+
+def test_a_killed_run_continues_to_the_same_tables(finished, tmp_path):
+    folder = tmp_path / "killed"
+    process = subprocess.Popen(
+        command(folder, SMALL, "--nolock"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    deadline = time.monotonic() + 120
+    while not list(folder.glob("results/small/tdp43/*/roughness.csv")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    again = snakemake(folder, SMALL, "--nolock")
+    assert again.returncode == 0, output(again)
+    assert digests(folder) == digests(finished)
+
+
+def test_the_report_is_made_offline(finished):
+    process = snakemake(finished, SMALL, "--report", str(finished / "report.html"))
+    assert process.returncode == 0, output(process)
+    text = (finished / "report.html").read_text()
+    assert "tdp43" in text and len(text) > 500_000
+
+
+@pytest.mark.parametrize(
+    "module, rules",
+    [
+        ("tables", {"evaluate_grid", "tabulate_best", "draw_figures"}),
+        ("roughness", {"compile_kernels", "measure_roughness", "evaluate_grid", "draw_figures", "take_minimal"}),
+        ("page", {"draw_frames", "draw_figures"}),
+        ("frames", {"choose_frames"}),
+    ],
+)
+def test_editing_a_module_reruns_the_steps_that_use_it(finished, tmp_path, module, rules):
+    copy = tmp_path / "copy"
+    for name in ("scripts", "profiles", "envs"):
+        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("Snakefile", "config.yaml"):
+        shutil.copy(ROOT / name, copy / name)
+    with open(copy / "scripts" / "sparsurf" / f"{module}.py", "a", encoding="utf-8") as stream:
+        stream.write("\n# a change\n")
+    process = snakemake(finished, SMALL, "--dry-run", "--nolock", "--quiet", "progress", root=copy)
+    assert process.returncode == 0, output(process)
+    listed = output(process)
+    changed = {line.split()[1].rstrip(":") for line in listed.splitlines() if line.startswith(("rule ", "checkpoint "))}
+    assert rules <= changed | {"all"}, listed
+
+
+@pytest.mark.parametrize(
+    "change, sentence",
+    [
+        ({"sampling": {"alpha": [2.0]}}, "sampling.alpha.0 is 2.0, but must be 1 or less"),
+        ({"evaluaton": {}}, "unknown key 'evaluaton' in the config; did you mean 'evaluation'?"),
+        ({"proteins": {"a": {"structure": "missing.pdb"}}}, "there is no file 'missing.pdb'"),
+    ],
+)
+def test_a_mistake_in_the_config_is_a_sentence(tmp_path, change, sentence):
+    process = snakemake(tmp_path / "x", SMALL | change)
+    assert process.returncode != 0
+    assert sentence in output(process)
+    assert "Traceback" not in output(process)
+
+
+def test_a_bad_protein_does_not_stop_the_others(tmp_path):
+    bad = tmp_path / "bad.pdb"
+    bad.write_text("REMARK nothing here\n")
+    config = SMALL | {
+        "proteins": SMALL["proteins"] | {"broken": {"structure": str(bad)}},
+        "frames": {"use": [0]},
+        "sampling": {"alpha": [1.0], "beta": [0], "gamma": [0], "delta": [0, 6]},
+    }
+    process = snakemake(tmp_path / "x", config)
+    assert process.returncode != 0
+    assert "bad.pdb holds no atoms" in output(process)
+    assert "Traceback (most" not in output(process)
+    assert list((tmp_path / "x" / "results" / "small" / "tdp43").glob("*/ranges.csv"))
