@@ -47,16 +47,15 @@ def molecule(wildcards):
     return files | ({"structure": f"{RUN}/{name}/download/{FETCHED[name]}"} if name in FETCHED else {})
 
 
-def conformations(files):
-    """Input function: `files` of every conformation of every protein, known once frames are chosen."""
+def of_conformations(*files):
+    """Input function: `files` of every conformation of a protein, known once its frames are chosen."""
 
     def expand_all(wildcards):
-        found = {name: ["c1"] for name in SURFACES}
-        for name in MOLECULES:
-            found[name] = conformations_of(checkpoints.choose_frames.get(protein=name).output.frames)
-        return [
-            f"{RUN}/{name}/{c}/{file}" for name in config["proteins"] for c in found[name] for file in files
-        ]
+        name = wildcards.protein
+        found = ["c1"]
+        if name in MOLECULES:
+            found = conformations_of(checkpoints.choose_frames.get(protein=name).output.frames)
+        return [f"{RUN}/{name}/{conformation}/{file}" for conformation in found for file in files]
 
     return expand_all
 
@@ -68,9 +67,22 @@ PROMISED += [f"figures/fig{k}.{end}" for k in range(1, 6) for end in ("png", "sv
 rule all:
     default_target: True
     input:
-        expand(f"{RUN}/{{protein}}/figures/frames.{{end}}", protein=MOLECULES, end=["png", "svg"]),
-        conformations(PROMISED),
+        expand(f"{RUN}/{{protein}}/.complete", protein=config["proteins"]),
         [f"{RUN}/verdict.md"] if "paper" in config else [],
+
+
+rule complete_protein:  # each by itself, so that one that fails does not keep the others from being finished
+    input:
+        lambda wildcards: (
+            expand(
+                f"{RUN}/{{protein}}/figures/frames.{{end}}", end=["png", "svg"], protein=wildcards.protein
+            )
+            if wildcards.protein in MOLECULES
+            else []
+        ),
+        of_conformations(*PROMISED),
+    output:
+        touch(f"{RUN}/{{protein}}/.complete"),
 
 
 rule compile_kernels:

@@ -9,7 +9,6 @@ from sparsurf.parallel import stream
 from sparsurf.structure import read_molecule
 from sparsurf.workflow import job
 
-
 NO_KEYS = ("structure", "trajectory", "url", "pdb", "sha256")  # of a protein: where it is, not how it is read
 
 

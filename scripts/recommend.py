@@ -4,35 +4,51 @@ Answers from the surfaces of a run (summary.csv, relation.csv, surfaces.csv of r
 """
 
 import argparse
+import os
+import sys
 from pathlib import Path
 
 from sparsurf import InputError
 from sparsurf.parallel import available_cores, stream
-from sparsurf.patches import build_index, refuse_sparse
+from sparsurf.patches import build_index, refuse_sparse, spacing
 from sparsurf.recommendation import read_run, recommend
 from sparsurf.roughness import roughness
 from sparsurf.surface import read_surface
+
+ALIKE = 1.03  # spacings of dots that differ by less than this factor count as equal
 
 
 def main(folder, percent, mean_roughness=None, path_to_surface=None):
     """The answer as text; the mean roughness is that of `path_to_surface` where none is given."""
     run = read_run(folder)
-    asked = ""
+    asked = note = ""
     if path_to_surface is not None:
         surface = read_surface(path_to_surface)
         rules = run["surfaces"].iloc[0]
         index = build_index(surface.points, surface.normals, rules["D_link"])
         refuse_sparse(index, rules["D_link"], path_to_surface)
         mean_roughness = roughness(index, rules["R_patch"], available_cores()).mean()
+        note = spacing_note(spacing(index), run["surfaces"]["spacing"])
         asked = f" ({round(percent / 100 * len(surface))} of the {len(surface)} dots of {path_to_surface})"
     seen, found = run["surfaces"], run["surfaces"]["mean_roughness"]
     proteins = seen["protein"].nunique()
     head = (
         f"{folder}: {len(seen)} {'surface' if len(seen) == 1 else 'surfaces'} of {proteins} "
         f"{'protein' if proteins == 1 else 'proteins'}, mean roughness {found.min():.3f} .. {found.max():.3f}.\n"
-        f"Asked: mean roughness {mean_roughness:.3f}, n_S {percent:g} % of the dots{asked}."
+        f"Asked: mean roughness {mean_roughness:.3f}, n_S {percent:g} % of the dots{asked}.{note}"
     )
     return head + "\n" + recommend(run, mean_roughness, percent, stream(0, "recommend"))
+
+
+def spacing_note(own, seen):
+    """A warning where the dots lie closer or farther apart than those of the run; else nothing."""
+    low, high = seen.min(), seen.max()
+    if low / ALIKE <= own <= high * ALIKE:
+        return ""
+    return (
+        f"\nIts dots lie {own:.3f} Å apart, those of the run {low:.3f} .. {high:.3f} Å: under `kept` d depends "
+        "strongly on that, so the numbers below do not hold for it."
+    )
 
 
 def number(low, high, low_allowed):
@@ -73,7 +89,9 @@ def command(arguments=None):
     parser.add_argument("--results", type=Path, help="results/<run>; default: the one summed up last")
     wish = parser.parse_args(arguments)
     try:
-        print(main(wish.results or newest(), wish.n_s, wish.roughness, wish.surface))
+        print(main(wish.results or newest(), wish.n_s, wish.roughness, wish.surface), flush=True)
+    except BrokenPipeError:  # the reader, `head` say, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except InputError as error:
         parser.error(str(error))
 

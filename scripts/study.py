@@ -7,6 +7,7 @@ nothing to unlock and the next one continues where it was.
 import fcntl
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import yaml
@@ -30,14 +31,15 @@ def main(path_to_config="config.yaml", *options):
         except BlockingIOError:
             print("Another study runs in this folder; wait for it to end.", file=sys.stderr)
             return 2
+        begin = time.time()
         code = snakemake(path_to_config, "--nolock", *options)
         results = ROOT / "results" / run_name(path_to_config)
         report = results / "report.html"
         if not results.is_dir() or {"--dry-run", "-n"} & set(options):
             return code
-        if code == 0 and is_older(report, results):
+        if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study
             code = snakemake(path_to_config, "--nolock", "--quiet", "all", "--report", str(report))
-        print_results(results, code)
+        print_results(results, code, begin)
         return code
 
 
@@ -65,14 +67,24 @@ def is_older(report, results):
     return any(path.stat().st_mtime > report.stat().st_mtime for path in files)
 
 
-def print_results(results, code):
-    """Say where to look."""
+def print_results(results, code, begin):
+    """Say where to look, and what failed since `begin` with its sentence."""
     where = results.relative_to(ROOT)
     if code:
         print(
-            f"\nNot everything could be made; see the sentences above. What was made is in {where}/.",
-            file=sys.stderr,
+            f"\nNot everything could be made. What was made is in {where}/. What went wrong:", file=sys.stderr
         )
+        for log in sorted((results / "logs").rglob("*.log")):
+            if log.stat().st_mtime >= begin:
+                sentences = [
+                    line[6:]
+                    for line in log.read_text(encoding="utf-8").splitlines()
+                    if line.startswith("ERROR ")
+                ]
+                for sentence in sentences:
+                    print(
+                        f"- {log.relative_to(results / 'logs').with_suffix('')}: {sentence}", file=sys.stderr
+                    )
         return
     first = sorted(results.glob("*/*/ranges.md"))[:1]
     print(f"\nResults: {where}/ (what every file is: results/README.md)")

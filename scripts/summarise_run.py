@@ -61,7 +61,7 @@ if __name__ == "__main__":
         sys.exit()
     with job(snakemake) as output:
         main(
-            folders=list(dict.fromkeys(Path(path).parent for path in snakemake.input.best)),
+            folders=list(dict.fromkeys(Path(path).parent for path in snakemake.input)),
             paths={key: output[key] for key in ("surfaces", "summary", "relation", "markdown")},
             path_to_figure=output["png"].removesuffix(".png"),
             patches=snakemake.params.patches,

@@ -7,7 +7,7 @@ from pathlib import Path
 import yaml
 from jsonschema import Draft202012Validator
 
-from sparsurf import InputError
+from sparsurf import InputError, listing
 from sparsurf.download import variable
 
 SCHEMA = yaml.safe_load((Path(__file__).parents[1] / "config.schema.yaml").read_text())
@@ -30,11 +30,21 @@ def check(config, files=()):
     """
     for path in files:
         refuse_double_keys(path)
-    config = _with_local_copies(_with_defaults(config, SCHEMA))
+    config = _with_local_copies(_with_defaults(_with_listed_proteins(config), SCHEMA))
     errors = [_sentence(e) for e in Draft202012Validator(SCHEMA).iter_errors(config)]
     errors = errors or list(_second_check(config))
     if errors:
         raise InputError("config: " + "\n        ".join(dict.fromkeys(errors)))
+    return config
+
+
+def _with_listed_proteins(config):
+    """Copy of the config in which a table or a folder of proteins has become their mapping."""
+    proteins = config.get("proteins")
+    if isinstance(proteins, str):
+        return config | {"proteins": listing.from_table(proteins)}
+    if isinstance(proteins, dict) and isinstance(proteins.get("folder"), str) and len(proteins) == 1:
+        return config | {"proteins": listing.from_folder(proteins["folder"])}
     return config
 
 

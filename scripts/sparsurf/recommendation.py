@@ -5,8 +5,6 @@ from the mean roughness and the required number of points. A choice by mean roug
 the run support it in every way that `reasons` asks for; else the best combination regardless of roughness is named.
 """
 
-from collections import Counter
-
 import numpy as np
 import pandas as pd
 
@@ -23,10 +21,10 @@ NEEDED = {
     "summary": [
         "protein", "conformation", "mean_roughness", "islands", "range", "n_S_low_percent", "n_S_high_percent",
         "n_combinations", *PARAMETERS, "n_S_percent", "d", "d_low", "d_high", "d_held_out", "d_from_near",
-        "d_from_far", "d_from_all", "Z_tS", "n_plateau", "plateau",
+        "d_from_far", "d_from_all", "local", "Z_tS", "n_plateau", "plateau",
     ],
     "relation": ["islands", "range", *PARAMETERS, "n_S_percent", "d", "d_sd"],
-    "surfaces": ["protein", "mean_roughness", "R_patch", "D_link"],
+    "surfaces": ["protein", "spacing", "mean_roughness", "R_patch", "D_link"],
 }  # fmt: skip
 
 
@@ -135,7 +133,7 @@ def reasons(rows, found, roughness):
     unit = "proteins" if rows["protein"].nunique() > 1 else "surfaces"
     if n < FEWEST:
         yield f"only {n} {unit if n > 1 else unit[:-1]} with an answer in this range of n_S, {FEWEST} or more are needed"
-    if not low - 5e-4 <= roughness <= high + 5e-4:
+    if not low - EQUAL <= roughness <= high + EQUAL:
         yield f"a mean roughness of {roughness:.3f} lies outside of what was seen, {low:.3f} .. {high:.3f}"
     if found["n_shared"] == len(rows) > 1:
         yield f"one combination, {found['shared']}, cannot be told from the best on any of the {len(rows)} surfaces"
@@ -164,10 +162,10 @@ def choice(rows, found, pooled, roughness):
     """The combination to take, as sentences."""
     against = list(reasons(rows, found, roughness))
     if not against:
-        near = rows.head(NEAREST)
-        text, held = most_held(near)
+        nearest = f"{rows['protein'].iloc[0]}/{rows['conformation'].iloc[0]}"
         return [
-            f"Take {text}: it lies in the plateau of {held} of the {len(near)} surfaces nearest in mean roughness.",
+            f"Take {rows['local'].iloc[0]}: it has the highest mean d on {nearest} and the {NEAREST - 1} surfaces that "
+            f"are nearest to that in mean roughness.",
             f"To be expected: d = {mean_and_spread(rows['d_from_near'])} over the surfaces of the run, each with what "
             f"was chosen on its neighbours in mean roughness.",
             "The choice by mean roughness is supported: " + supported(found) + ".",
@@ -183,16 +181,14 @@ def choice(rows, found, pooled, roughness):
 
 
 def on_average(rows, pooled):
-    """The combination with the highest mean d of all surfaces; where there is none, that of most plateaus."""
-    if np.isnan(pooled["d"]):
-        text, held = most_held(rows)
-        end = ""
-    else:
+    """The combination with the highest mean d of all surfaces; where none is in range on average, the nearest's."""
+    text, number = rows["local"].iloc[0], ""
+    if not np.isnan(pooled["d"]):
         text = combination_text(pooled)
-        held = sum(text in plateau.split("; ") for plateau in rows["plateau"])
-        end = f" n_S = {pooled['n_S_percent']:.1f} %, d = {signed(pooled['d'])}{plus_minus(pooled['d_sd'])} on average;"
-    surfaces = "the only surface" if len(rows) == 1 and held else f"{held} of {len(rows)} surfaces"
-    return f"{text} is the paper's best in this range:{end} it lies in the plateau of {surfaces}."
+        number = f" n_S = {pooled['n_S_percent']:.1f} %, d = {signed(pooled['d'])}{plus_minus(pooled['d_sd'])} on average;"
+    held = sum(text in plateau.split("; ") for plateau in rows["plateau"])
+    surfaces = "the only surface" if len(rows) == held == 1 else f"{held} of {len(rows)} surfaces"
+    return f"{text} is the paper's best in this range:{number} it lies in the plateau of {surfaces}."
 
 
 def supported(found):
@@ -200,14 +196,6 @@ def supported(found):
     rho = ", ".join(text for p in PARAMETERS if (text := rho_text(found, p)))
     gain = f"{signed(found['gain'])} (95 % {signed(found['gain_low'])} .. {signed(found['gain_high'])})"
     return f"rank correlation {rho}, p = {found['p']:.2g}; near surfaces choose better than far ones by d = {gain}"
-
-
-def most_held(rows):
-    """The combination that lies in most plateaus, the nearest surface's winner first, and in how many."""
-    winners = [combination_text(row) for _, row in rows.iterrows()]
-    held = Counter(text for plateau in rows["plateau"] for text in plateau.split("; "))
-    text = max(held, key=lambda c: (held[c], c in winners, -winners.index(c) if c in winners else 0))
-    return text, held[text]
 
 
 def evidence(rows, found):

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.patches import build_index, spacing
 from sparsurf.relation import relation
 from sparsurf.surface import read_surface
 from sparsurf.tables import PARAMETERS, combination_text, markdown, range_limits
@@ -30,6 +31,7 @@ class Result:
     conformation: str
     n_dots: int
     area: float
+    spacing: float
     mean_roughness: float
     grid: pd.DataFrame
     ranges: pd.DataFrame
@@ -46,6 +48,7 @@ def read_result(folder):
             folder.name,
             len(surface),
             float(surface.area.sum()),
+            spacing(build_index(surface.points, surface.normals)),
             float(pd.read_csv(folder / "roughness.csv")["roughness"].mean()),
             pd.read_csv(folder / "grid.csv"),
             pd.read_csv(folder / "ranges.csv"),
@@ -68,13 +71,14 @@ def surfaces_table(results, patches):
 
     Returns
     -------
-    DataFrame; area in Å^2, NaN for a ready surface without areas. Best: highest d at the largest alpha.
+    DataFrame; area in Å^2, NaN for a ready surface without areas; spacing, the median distance between neighbouring
+    dots, in Å. Best: highest d at the largest alpha.
     """
     rows = []
     for one in results:
         percent, sticks = one.grid["n_S_percent"], one.best["yardsticks"]
         row = {"protein": one.protein, "conformation": one.conformation, "N": one.n_dots, "area": one.area}
-        row["mean_roughness"] = one.mean_roughness
+        row |= {"spacing": one.spacing, "mean_roughness": one.mean_roughness}
         row |= {"n_S_min_percent": percent.min(), "n_S_max_percent": percent.max()}
         for reading in readings(one):
             winner = one.best[reading]["unrestricted"]
@@ -97,12 +101,13 @@ def summary_table(results):
     Returns
     -------
     DataFrame: protein, conformation, mean_roughness, islands, range (from 1), the columns of
-    `tables.ranges_table`, and `GUESSES`: d that this surface gets from the combination (of its range) with the
-    highest mean d on the `NEAREST` surfaces nearest in mean roughness, on as many farthest, and on all others.
-    Others are those of other proteins, where there are any. They do not know this surface, so there is no
+    `tables.ranges_table`; `local`, the combination (of this range) with the highest mean d on this surface and those
+    nearest in mean roughness, `NEAREST` in all; and `GUESSES`: d that this surface gets from the combination with
+    the highest mean d on the `NEAREST` other surfaces nearest in mean roughness, on as many farthest, and on all
+    others. Others are those of other proteins, where there are any. They do not know this surface, so there is no
     selection bias. NaN where there are too few.
     """
-    guessed = {reading: chosen_elsewhere(results, reading) for reading in readings(results[0])}
+    chosen = {reading: chosen_nearby(results, reading) for reading in readings(results[0])}
     tables = []
     for s, one in enumerate(results):
         for reading, rows in one.ranges.groupby("islands", sort=False):
@@ -112,30 +117,33 @@ def summary_table(results):
                 "mean_roughness": one.mean_roughness,
             }
             rows = rows.assign(**own, range=np.arange(1, len(rows) + 1))
-            rows[GUESSES] = guessed[reading][s]
+            guesses, rows["local"] = chosen[reading][0][s], chosen[reading][1][s]
+            rows[GUESSES] = guesses
             tables.append(rows)
     table = pd.concat(tables, ignore_index=True)
     first = ["protein", "conformation", "mean_roughness", "islands", "range"]
-    last = [*GUESSES, "n_plateau", "plateau"]  # the plateau may be long
+    last = ["local", *GUESSES, "n_plateau", "plateau"]  # the plateau may be long
     return table[first + [name for name in table if name not in first + last] + last]
 
 
-def chosen_elsewhere(results, reading):
-    """d of every surface and range under the choices of `GUESSES`: (S, ranges, 3) float64."""
+def chosen_nearby(results, reading):
+    """d of every surface and range under the choices of `GUESSES`, (S, ranges, 3), and `local`, (S, ranges)."""
     d, percent = stacked(results, f"d_{reading}"), stacked(results, "n_S_percent")
     n_ranges = int((results[0].ranges["islands"] == reading).sum())
-    out = np.full((len(results), n_ranges, 3), np.nan)
-    for s in range(len(results)):
+    guesses = np.full((len(results), n_ranges, 3), np.nan)
+    local = np.full((len(results), n_ranges), np.nan, object)
+    for s, one in enumerate(results):
         others = nearest_first(results, s)
         near = min(NEAREST, len(others) // 2)
+        groups = others[:near], others[len(others) - near :], others, np.append(others[: NEAREST - 1], s)
+        scores = [d[group].mean(axis=0) if len(group) else None for group in groups]
         member = range_of(percent[s], range_limits(percent[s], n_ranges))
-        for g, group in enumerate((others[:near], others[len(others) - near :], others)):
-            if len(group):
-                score = d[group].mean(axis=0)
-                for k in np.unique(member):
-                    inside = np.flatnonzero(member == k)
-                    out[s, k, g] = d[s, inside[np.argmax(score[inside])]]
-    return out
+        for k in np.unique(member):
+            inside = np.flatnonzero(member == k)
+            best = [None if score is None else inside[np.argmax(score[inside])] for score in scores]
+            guesses[s, k] = [np.nan if b is None else d[s, b] for b in best[:3]]
+            local[s, k] = combination_text(one.grid.loc[best[3]])
+    return guesses, local
 
 
 def nearest_first(results, s):

@@ -171,7 +171,7 @@ def _distribution(ax, values, limits, error):
     ax.hist(values, bins=np.linspace(*limits, bins + 1), orientation="horizontal", color=PALE)
     sd = values.std(ddof=0)
     decimals = int(np.clip(1 - np.floor(np.log10(sd)), 0, 6)) if sd > 0 else 2  # two figures of the sd
-    words = f"{values.mean():.{decimals}f} ± {sd:.{decimals}f}".replace("-", "−")
+    words = f"mean {values.mean():.{decimals}f}, sd {sd:.{decimals}f}".replace("-", "−")
     ax.set(ylim=limits, title=words, xticks=[], yticks=[])
     ax.spines["bottom"].set_visible(False)
     if np.isfinite(error):
@@ -194,9 +194,8 @@ def _ensemble_key(figure, combination, window):
             marker="|",
             markersize=6,
             linestyle="",
-            label="s.e. of a frame's $d$",
+            label="mean standard error of a frame's $d$",
         )
     )
     page.text(figure, 15, 1.5, text)
-    page.legend(figure, 50, 1.5, handles, ncols=3)
-    page.text(figure, 142, 1.5, "mean ± sd of the frames")
+    page.legend(figure, 62, 1.5, handles, ncols=3)

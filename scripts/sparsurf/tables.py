@@ -261,5 +261,6 @@ def rows_markdown(rows):
         "## Table I, row by row\n\n"
         + markdown(short)
         + "\nhere: mean of as-published replicates (N / 200 fresh test dots, one draw, islands `kept`); bias: selection "
-        "bias of the range; 95 %: where one replicate falls, longer by the bias on the side that selection pulls to; surface: shared test dots, islands `surface`.\n"
+        "bias of the range; 95 %: where one replicate falls, longer by the bias on the side that selection pulls to; "
+        "surface: shared test dots, islands `surface`.\n"
     )
