@@ -3,6 +3,7 @@
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 from snakemake.utils import min_version
 
@@ -60,6 +61,7 @@ def of_conformations(*files):
     return expand_all
 
 
+FOLLOWED = MOLECULES if config["ensemble"]["run"] else []
 PROMISED = ["surface.ply", "ranges.csv", "ranges.md", "best.json", "best.md", "minimal.csv", "minimal.ply"]
 PROMISED += [f"figures/fig{k}.{end}" for k in range(1, 6) for end in ("png", "svg")]
 
@@ -79,6 +81,9 @@ rule complete_protein:  # each by itself, so that one that fails does not keep t
             )
             if wildcards.protein in MOLECULES
             else []
+        ),
+        lambda wildcards: (
+            f"{RUN}/{wildcards.protein}/figures/ensemble.png" if wildcards.protein in FOLLOWED else []
         ),
         of_conformations(*PROMISED),
     output:
@@ -152,6 +157,7 @@ rule make_surface:
     output:
         structure=f"{RUN}/{{protein}}/{{conformation}}/structure.pdb",
         surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
+        dms=f"{RUN}/{{protein}}/{{conformation}}/surface.dms",
     log:
         f"{RUN}/logs/{{protein}}/{{conformation}}/make_surface.log",
     wildcard_constraints:
@@ -160,6 +166,7 @@ rule make_surface:
         "envs/study.yaml"
     params:
         settings=config["surface"],
+        d_link=config["patches"]["D_link"],
         code=digest("make_surface.py"),
     message:
         "Molecular surface of {wildcards.protein}/{wildcards.conformation}"
@@ -361,6 +368,98 @@ rule draw_figures:
         "Figures of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/draw_figures.py"
+
+
+SUMMED = ["best.json", "ranges.csv", "grid.csv", "roughness.csv", "surface.npz"]
+
+
+rule summarise_run:
+    input:
+        lambda wildcards: [
+            path
+            for name in config["proteins"]
+            for path in of_conformations(*SUMMED)(SimpleNamespace(protein=name))
+        ],
+    output:
+        summary=report(
+            f"{RUN}/summary.csv",
+            caption="scripts/report/summary.rst",
+            category="All surfaces",
+            labels={"result": "Best combination per surface and range of n_S"},
+        ),
+        surfaces=f"{RUN}/surfaces.csv",
+        relation=f"{RUN}/relation.csv",
+        markdown=f"{RUN}/summary.md",
+        png=report(
+            f"{RUN}/summary.png",
+            caption="scripts/report/summary.rst",
+            category="All surfaces",
+            labels={"result": "Best parameters against mean roughness"},
+        ),
+        svg=f"{RUN}/summary.svg",
+    log:
+        f"{RUN}/logs/summarise_run.log",
+    conda:
+        "envs/study.yaml"
+    params:
+        patches=config["patches"],
+        seed=config["seed"],
+        code=digest("summarise_run.py"),
+    message:
+        "Best parameters against mean roughness, over all surfaces"
+    script:
+        "scripts/summarise_run.py"
+
+
+rule follow_ensemble:
+    input:
+        unpack(molecule),
+        kernels=f"{RUN}/.kernels",
+    output:
+        table=f"{RUN}/{{protein}}/ensemble.csv",
+    log:
+        f"{RUN}/logs/{{protein}}/follow_ensemble.log",
+    wildcard_constraints:
+        protein=one_of(MOLECULES),
+    conda:
+        "envs/study.yaml"
+    threads: workflow.cores
+    params:
+        protein=lambda wildcards: config["proteins"][wildcards.protein],
+        settings={
+            key: config[key] for key in ("surface", "patches", "sampling", "evaluation", "ensemble", "seed")
+        },
+        code=digest("follow_ensemble.py"),
+    message:
+        "n_S and d of one combination over the frames of {wildcards.protein}"
+    script:
+        "scripts/follow_ensemble.py"
+
+
+rule draw_ensemble:
+    input:
+        table=f"{RUN}/{{protein}}/ensemble.csv",
+    output:
+        png=report(
+            f"{RUN}/{{protein}}/figures/ensemble.png",
+            caption="scripts/report/ensemble.rst",
+            category="{protein}",
+            labels={"result": "n_S and d over time"},
+        ),
+        svg=f"{RUN}/{{protein}}/figures/ensemble.svg",
+    log:
+        f"{RUN}/logs/{{protein}}/draw_ensemble.log",
+    wildcard_constraints:
+        protein=one_of(MOLECULES),
+    conda:
+        "envs/study.yaml"
+    params:
+        combination=config["ensemble"]["combination"],
+        code=digest("draw_ensemble.py"),
+    message:
+        "Figure of {wildcards.protein} over time"
+    script:
+        "scripts/draw_ensemble.py"
 
 
 if "paper" in config:  # the name of the protein that is the paper's A1

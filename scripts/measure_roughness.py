@@ -2,9 +2,10 @@
 
 import pandas as pd
 
+from sparsurf.exports import write_ply
 from sparsurf.patches import build_index, refuse_sparse
 from sparsurf.roughness import roughness
-from sparsurf.surface import read_surface, write_ply
+from sparsurf.surface import read_surface
 from sparsurf.workflow import job
 
 

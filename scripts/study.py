@@ -37,6 +37,8 @@ def main(path_to_config="config.yaml", *options):
         report = results / "report.html"
         if not results.is_dir() or {"--dry-run", "-n"} & set(options):
             return code
+        if code and any(results.glob("*/*/ranges.csv")):  # what there is, without the proteins that failed
+            subprocess.call([sys.executable, str(ROOT / "scripts" / "summarise_run.py"), str(results)])
         if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study
             code = snakemake(path_to_config, "--nolock", "--quiet", "all", "--report", str(report))
         print_results(results, code, begin)

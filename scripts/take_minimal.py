@@ -4,7 +4,8 @@ import pandas as pd
 
 from sparsurf.comparison import minimal_subset
 from sparsurf.evaluation import Evaluator, number_of_tests
-from sparsurf.surface import Surface, read_surface, write_ply
+from sparsurf.exports import write_ply
+from sparsurf.surface import Surface, read_surface
 from sparsurf.workflow import job
 
 

@@ -14,8 +14,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from sparsurf.placement import CONCAVE, CONTACT, SADDLE, template
-from sparsurf.surface import DENSITY, molecular_surface, read_surface
+from sparsurf.dots import DENSITY, molecular_surface
+from sparsurf.placement import template
+from sparsurf.surface import CONCAVE, CONTACT, SADDLE, read_surface
 
 PROBE = 1.4
 DMS_RADII = {"H": 1.20, "C": 1.90, "N": 1.50, "O": 1.40, "S": 1.85}

@@ -52,7 +52,7 @@ def test_every_key_of_the_default_config_is_described():
         ("sampling.alpha", [0.5, 1.5], ["sampling.alpha.1 is 1.5", "1 or less"]),
         ("sampling.alpha", [0.0], ["sampling.alpha.0 is 0.0", "more than 0"]),
         ("sampling.beta", [-0.2], ["sampling.beta.0 is -0.2", "0 or more"]),
-        ("sampling.gamma", [], ["sampling.gamma is an empty list"]),
+        ("sampling.gamma", [], ["sampling.gamma is [], but needs at least 1 value"]),
         ("sampling.delta", [2, 2], ["sampling.delta holds a value twice"]),
         ("sampling.gama", [1], ["unknown key 'gama' in sampling", "did you mean 'gamma'?"]),
         ("evalution", {}, ["unknown key 'evalution'", "did you mean 'evaluation'?"]),

@@ -6,10 +6,10 @@ import pytest
 
 from molecules import peptide, write
 from sparsurf import InputError, ensemble, summary_figures
+from sparsurf.dots import molecular_surface
 from sparsurf.evaluation import Evaluator
 from sparsurf.radii import radii
 from sparsurf.structure import read_molecule
-from sparsurf.surface import molecular_surface
 from test_figures import drawn_texts
 
 SETTINGS = {

@@ -9,16 +9,9 @@ import numpy as np
 import pytest
 
 from sparsurf import InputError
-from sparsurf.surface import (
-    DENSITY,
-    Surface,
-    molecular_surface,
-    read_surface,
-    surface_by_dms_program,
-    write_dms,
-    write_npz,
-    write_ply,
-)
+from sparsurf.dots import DENSITY, molecular_surface, surface_by_dms_program
+from sparsurf.exports import write_dms, write_ply
+from sparsurf.surface import Surface, read_surface, write_npz
 
 FIELDS = ("points", "normals", "area", "kind", "atom")
 # Three atoms of two residues; columns as in DMS's own files, without and with chain letters.

@@ -1,5 +1,6 @@
 """The workflow as a user runs it, on a small study: order, cores, kills, edits, mistakes."""
 
+import errno
 import hashlib
 import os
 import re
@@ -8,12 +9,13 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 import yaml
 
 from conftest import ROOT
-from sparsurf import workflow
+from sparsurf import InputError, workflow
 
 SMALL = {
     "run": "small",
@@ -79,7 +81,20 @@ def test_every_promised_file_is_there(finished):
     for name in ("frames.csv", "figures/frames.png", "figures/frames.svg"):
         assert (protein / name).stat().st_size > 0, name
     for conformation in ("f0000", "f0700"):
-        for name in ["structure.pdb", "surface.npz", "surface.ply", "roughness.csv", "grid.csv", "distances.npz", "ranges.csv", "ranges.md", "best.json", "best.md", "minimal.csv", "minimal.ply"] + [f"figures/fig{k}.{end}" for k in range(1, 6) for end in ("png", "svg")]:
+        for name in [
+            "structure.pdb",
+            "surface.npz",
+            "surface.ply",
+            "roughness.csv",
+            "grid.csv",
+            "distances.npz",
+            "ranges.csv",
+            "ranges.md",
+            "best.json",
+            "best.md",
+            "minimal.csv",
+            "minimal.ply",
+        ] + [f"figures/fig{k}.{end}" for k in range(1, 6) for end in ("png", "svg")]:
             assert (protein / conformation / name).stat().st_size > 0, name
     assert not list(protein.rglob(".part-*"))
 
@@ -166,6 +181,62 @@ def copied(tmp_path):
 def edit(copy, module):
     with open(copy / "scripts" / "sparsurf" / f"{module}.py", "a", encoding="utf-8") as stream:
         stream.write("\n# a change\n")
+
+
+class Job:
+    """What a script sees of Snakemake, for `workflow.job`."""
+
+    def __init__(self, folder):
+        self.rule, self.log = "rule", [str(folder / "log")]
+        self.output = {
+            "one": str(folder / "a" / "one.csv"),
+            "two": [str(folder / "a" / "x.png"), str(folder / "a" / "x.svg")],
+        }
+
+
+def test_outputs_appear_when_all_are_complete(tmp_path):
+    with workflow.job(Job(tmp_path)) as output:
+        Path(output["one"]).write_text("1")
+        for path in output["two"]:
+            Path(path).write_text("2")
+        assert not (tmp_path / "a" / "one.csv").exists()
+        print("said")
+    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == ["one.csv", "x.png", "x.svg"]
+    assert (tmp_path / "log").read_text() == "said\n"
+
+
+@pytest.mark.parametrize(
+    "error, sentence",
+    [
+        (InputError("the file is wrong."), "ERROR the file is wrong."),
+        (
+            OSError(errno.ENOSPC, "No space left on device", "out.csv"),
+            "ERROR out.csv: No space left on device.",
+        ),
+    ],
+)
+def test_a_failing_job_leaves_a_sentence_and_no_file(tmp_path, error, sentence):
+    with pytest.raises(SystemExit), workflow.job(Job(tmp_path)) as output:
+        Path(output["one"]).write_text("half")
+        raise error
+    assert list((tmp_path / "a").iterdir()) == []
+    assert sentence in (tmp_path / "log").read_text()
+
+
+def test_your_own_protein_as_the_readme_says(shared, tmp_path):
+    """The config of the README, letter by letter, with a file where it says, in a folder with blanks and accents."""
+    text = re.search(r"```yaml\n(# my_study\.yaml.*?)```", (ROOT / "README.md").read_text(), re.S).group(1)
+    folder = tmp_path / "mein Ordner é"
+    (folder / "path" / "to").mkdir(parents=True)
+    shutil.copy(
+        shared / "data" / "structures" / "A6PA6_13res_nochain.pdb", folder / "path" / "to" / "protein.pdb"
+    )
+    os.chmod(folder / "path" / "to", 0o555)
+    process = snakemake(folder, yaml.safe_load(text))
+    assert process.returncode == 0, output(process)
+    protein = folder / "results" / "my_study" / "my_protein"
+    assert len((protein / "c1" / "grid.csv").read_text().splitlines()) == 1297
+    assert (protein / "c1" / "minimal.csv").is_file()
 
 
 @pytest.mark.parametrize(

@@ -99,7 +99,8 @@ def _sentence(error):
     if error.validator == "minProperties":
         return f"{key} is empty; name at least one protein."
     if error.validator == "minItems":
-        return f"{key} is an empty list; give at least one value."
+        least = error.validator_value
+        return f"{key} is {error.instance}, but needs at least {least} value{'s' if least > 1 else ''}."
     if error.validator == "uniqueItems":
         return f"{key} holds a value twice: {error.instance}."
     named = "propertyNames" in error.absolute_schema_path or key == "run"

@@ -11,11 +11,11 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from sparsurf import InputError
+from sparsurf.dots import fitting_density, molecular_surface, surface_by_dms_program
 from sparsurf.evaluation import Evaluator, number_of_tests
 from sparsurf.parallel import over_slices
 from sparsurf.patches import refuse_sparse
 from sparsurf.radii import radii
-from sparsurf.surface import molecular_surface, surface_by_dms_program
 from sparsurf.tables import PARAMETERS, grid_table
 
 CHUNK = 20  # frames between two writes: what a kill can cost
@@ -49,6 +49,10 @@ def follow(molecule, settings, name, threads, path_to_part, code="", progress=la
     mark = f"# {fingerprint(molecule, settings, name, code)}\n"
     header, rows = rows_done(path_to_part, mark)
     atom_radii = radii(molecule, settings["surface"]["radii"])
+    density = fitting_density(
+        molecule.xyz[0], atom_radii, settings["surface"], settings["patches"]["D_link"], name
+    )
+    settings = settings | {"surface": settings["surface"] | {"density": density}}  # the same for all frames
     Path(path_to_part).write_text("".join([mark, header, *rows]), encoding="utf-8")
     with threadpool_limits(1, "blas"):
         for a in range(len(rows), molecule.n_frames, CHUNK):

@@ -91,7 +91,10 @@ def from_folder(path):
         entry = {"surface" if _kind(file) == "surface" else "structure": str(file)}
         if owners.get(file):
             entry = {"structure": str(owners[file]), "trajectory": str(file)}
-        proteins[_name(file, files)] = entry
+        name = _name(file, files)
+        while name.lower() in map(str.lower, proteins):
+            name += "_"
+        proteins[name] = entry
     return proteins
 
 

@@ -14,9 +14,8 @@ from numba import njit
 
 from sparsurf.analytic import E1, E2, PHI_0, PHI_1, RADIUS, THETA_I, THETA_J, T, U, blocker, cutting, roll
 from sparsurf.areas import set_exact_areas
+from sparsurf.surface import CONCAVE, CONTACT, SADDLE
 from sparsurf.vectors import along, apart2, cells_of, column, cross, dot, grown, minus, part, point
-
-CONTACT, SADDLE, CONCAVE = 0, 1, 2
 
 # Dots per Å^2 of the lattice of DMS at `-d 1.0`; the surface of a protein gets 3 % fewer.
 LATTICE = 5.5

@@ -226,9 +226,11 @@ def signed(x):
 
 
 def plus_minus(sd):
+    """A standard deviation over surfaces; nothing where it is unknown."""
     return f" ± {sd:.2f} (sd over surfaces)" if np.isfinite(sd) else ""
 
 
 def mean_and_spread(values):
+    """Mean of the values that are known, and their spread."""
     values = values.dropna()
     return signed(values.mean()) + plus_minus(values.std(ddof=1) if len(values) > 1 else np.nan)

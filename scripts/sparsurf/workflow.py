@@ -135,7 +135,7 @@ def made(config, protein):
     rules = config["surface"]
     if rules["method"] == "dms":
         return "dots of the program DMS"
-    return f"our own analytic dots, re-entrant part `{rules['reentrant']}`, {rules['density']:g} dots per Å^2"
+    return f"our own analytic dots, re-entrant part `{rules['reentrant']}`, density {rules['density']} (dots per Å^2)"
 
 
 def one_of(names):
