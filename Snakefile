@@ -70,6 +70,7 @@ rule all:
     default_target: True
     input:
         expand(f"{RUN}/{{protein}}/.complete", protein=config["proteins"]),
+        f"{RUN}/summary.csv",
         [f"{RUN}/verdict.md"] if "paper" in config else [],
 
 
