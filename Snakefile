@@ -479,8 +479,9 @@ if "paper" in config:  # the name of the protein that is the paper's A1
             },
             kernels=f"{RUN}/.kernels",
         output:
-            verdict=report(
-                f"{RUN}/verdict.md",
+            verdict=f"{RUN}/verdict.md",
+            html=report(
+                f"{RUN}/verdict.html",
                 caption="scripts/report/verdict.rst",
                 category="The paper",
                 labels={"result": "Claim by claim"},

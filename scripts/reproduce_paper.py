@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import paper, sampling, tables
-from sparsurf.evaluation import Evaluator
+from sparsurf.evaluation import Evaluator, number_of_tests
 from sparsurf.surface import read_surface
-from sparsurf.verdict import rough_and_flat, verdict
+from sparsurf.verdict import as_html, rough_and_flat, verdict
 from sparsurf.workflow import job, reporter
 
 MOST_TESTS = 4000  # test dots of the comparison of rough with flat patches
@@ -24,7 +24,8 @@ def main(inputs, outputs, settings, name, threads):
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
     lists = settings["sampling"]
     combinations = sampling.grid(lists["alpha"], lists["beta"], lists["gamma"], lists["delta"])
-    n_tests, draws = settings["evaluation"]["test_dots"], settings["evaluation"]["draws"]
+    n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
+    draws = settings["evaluation"]["draws"]
 
     report = reporter(f"{name} as published", "runs of the grid")
     selected = paper.as_published(evaluator, combinations, progress=report)
@@ -43,10 +44,9 @@ def main(inputs, outputs, settings, name, threads):
     defects = paper.compare_defects(surface, n_tests, draws, **own)
     bins = rough_and_flat(*paper.by_roughness(evaluator, best, MOST_TESTS))
     numbered = pd.concat([one.assign(run=k + 1) for k, one in enumerate(selected)], ignore_index=True)
-    for key, table in {
-        "selected": numbered, "rows": rows, "links": links, "defects": defects, "bins": bins
-    }.items():  # fmt: skip
-        table.to_csv(outputs[key], index=False)
+    results = {"selected": numbered, "rows": rows, "links": links, "defects": defects, "bins": bins}
+    for key, table in results.items():
+        tables.with_yardsticks(table, best["yardsticks"]).to_csv(outputs[key], index=False)
     page = verdict(
         {
             "grid": grid,
@@ -62,14 +62,19 @@ def main(inputs, outputs, settings, name, threads):
         },
         {key: Path(path).name for key, path in (inputs | outputs).items()},
     )
-    Path(outputs["verdict"]).write_text(page + "\n" + tables.rows_markdown(rows), encoding="utf-8")
+    page += "\n" + tables.rows_markdown(rows)
+    Path(outputs["verdict"]).write_text(page, encoding="utf-8")
+    Path(outputs["html"]).write_text(as_html(page), encoding="utf-8")
 
 
 if __name__ == "__main__":
     with job(snakemake) as output:
         main(
             inputs={key: snakemake.input[key] for key in ("surface", "roughness", "grid", "ranges", "best")},
-            outputs={key: output[key] for key in ("selected", "rows", "links", "defects", "bins", "verdict")},
+            outputs={
+                key: output[key]
+                for key in ("selected", "rows", "links", "defects", "bins", "verdict", "html")
+            },
             settings=snakemake.params.settings,
             name=snakemake.params.name,
             threads=snakemake.threads,

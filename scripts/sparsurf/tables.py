@@ -63,7 +63,7 @@ def ranges_table(table, grid, n_ranges=10):
     DataFrame, one row per reading and range: limits, number of combinations, the winner with its n_S, d and
     95 % interval, `d_held_out` (selected on one half, reported on the other), Z_tS, Z_tR, fragment, and the
     plateau: every combination whose d cannot be told from the winner's (95 %, paired by test dot and draw).
-    A range that no combination falls into has NaN.
+    A range that no combination falls into has NaN. Every row ends with the yardsticks.
     """
     percent = table["n_S_percent"].to_numpy()
     limits = range_limits(percent, n_ranges)
@@ -76,7 +76,12 @@ def ranges_table(table, grid, n_ranges=10):
             row = {"islands": reading, "n_S_low_percent": limits[k], "n_S_high_percent": limits[k + 1]}
             row["n_combinations"] = len(inside)
             rows.append(row | (_winner(table, d, reading, inside) if len(inside) else {}))
-    return pd.DataFrame(rows)
+    return with_yardsticks(pd.DataFrame(rows), yardsticks(grid.z_tot))
+
+
+def with_yardsticks(table, sticks):
+    """A table of Z with its yardsticks in every row: columns empty_patch and null_model."""
+    return table.assign(empty_patch=sticks["empty_patch"], null_model=sticks["null_model"])
 
 
 def _winner(table, d, reading, inside):

@@ -4,10 +4,13 @@ Every sentence is made from numbers: it changes when they do.
 """
 
 import numpy as np
+from markdown_it import MarkdownIt
 
 from sparsurf import tables
 from sparsurf.evaluation import PUBLISHED_ROWS, TABLE_1
 from sparsurf.tables import Z95
+
+STYLE = "body{font:16px sans-serif;max-width:70em;margin:2em auto}td,th{padding:2px 8px;text-align:right}"
 
 
 def verdict(data, files):
@@ -60,6 +63,12 @@ def verdict(data, files):
     parts += [f"- {sentence}" for sentence in _defects(data["defects"])]
     parts.append(f"\nFrom `{files['defects']}`.\n")
     return "\n".join(parts)
+
+
+def as_html(page):
+    """The page for a browser."""
+    body = MarkdownIt("commonmark").enable("table").render(page)
+    return f"<!doctype html><meta charset='utf-8'><title>Verdict</title><style>{STYLE}</style>{body}"
 
 
 def _agree(yes):
