@@ -1,5 +1,6 @@
 # make run     set up, run the default study on the embedded example, write the report
 # make paper   the same for the paper's A1, its tables beside ours (see studies/paper.yaml)
+# make compare  a study, and its samplers compared at equal n_S
 # make test    set up, run every check
 # make lock    renew envs/requirements.txt from envs/requirements.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
@@ -14,13 +15,16 @@ READY  := $(VENV)/.ready-$(shell cksum < envs/requirements.txt | cut -d' ' -f1)
 export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 
-.PHONY: run paper test lock
+.PHONY: run paper compare test lock
 
 run: $(READY)
 	@$(BIN)/python scripts/study.py $(CONFIG) --cores $(CORES)
 
 paper: $(READY)
 	@$(BIN)/python scripts/study.py studies/paper.yaml --cores $(CORES)
+
+compare: $(READY)
+	@$(BIN)/python scripts/study.py $(CONFIG) --cores $(CORES) all compare
 
 test: $(READY)
 	$(BIN)/ruff check .

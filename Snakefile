@@ -64,6 +64,7 @@ def of_conformations(*files):
 FOLLOWED = MOLECULES if config["ensemble"]["run"] else []
 PROMISED = ["surface.ply", "ranges.csv", "ranges.md", "best.json", "best.md", "minimal.csv", "minimal.ply"]
 PROMISED += [f"figures/fig{k}.{end}" for k in range(1, 6) for end in ("png", "svg")]
+PROMISED += ["compare.csv"] if config["compare"]["run"] else []
 
 
 rule all:
@@ -72,6 +73,12 @@ rule all:
         expand(f"{RUN}/{{protein}}/.complete", protein=config["proteins"]),
         f"{RUN}/summary.csv",
         [f"{RUN}/verdict.md"] if "paper" in config else [],
+        [f"{RUN}/compare.md"] if config["compare"]["run"] else [],
+
+
+rule compare:
+    input:
+        f"{RUN}/compare.md",
 
 
 rule complete_protein:  # each by itself, so that one that fails does not keep the others from being finished
@@ -266,6 +273,11 @@ rule tabulate_best:
 
 rule take_minimal:
     input:
+        **(
+            {"ranges": f"{RUN}/{{protein}}/{{conformation}}/ranges.csv"}
+            if config["minimal"]["sampler"].startswith("paper")
+            else {}
+        ),
         surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
         roughness=f"{RUN}/{{protein}}/{{conformation}}/roughness.csv",
         kernels=f"{RUN}/.kernels",
@@ -283,6 +295,70 @@ rule take_minimal:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/take_minimal.py"
+
+
+rule compare_samplers:
+    input:
+        surface=f"{RUN}/{{protein}}/{{conformation}}/surface.npz",
+        roughness=f"{RUN}/{{protein}}/{{conformation}}/roughness.csv",
+        grid=f"{RUN}/{{protein}}/{{conformation}}/grid.csv",
+        ranges=f"{RUN}/{{protein}}/{{conformation}}/ranges.csv",
+        kernels=f"{RUN}/.kernels",
+    output:
+        table=f"{RUN}/{{protein}}/{{conformation}}/compare.csv",
+        needed=f"{RUN}/{{protein}}/{{conformation}}/needed.csv",
+        page=f"{RUN}/{{protein}}/{{conformation}}/compare.md",
+        png=report(
+            f"{RUN}/{{protein}}/{{conformation}}/figures/compare.png",
+            caption="scripts/report/compare.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Samplers compared"},
+        ),
+        svg=f"{RUN}/{{protein}}/{{conformation}}/figures/compare.svg",
+    log:
+        f"{RUN}/logs/{{protein}}/{{conformation}}/compare_samplers.log",
+    conda:
+        "envs/study.yaml"
+    threads: workflow.cores
+    params:
+        settings={key: config[key] for key in ("patches", "sampling", "evaluation", "seed")}
+        | {"compare": {key: value for key, value in config["compare"].items() if key != "run"}},
+        code=digest("compare_samplers.py"),
+    message:
+        "Comparing samplers on {wildcards.protein}/{wildcards.conformation}"
+    script:
+        "scripts/compare_samplers.py"
+
+
+rule summarise_comparison:
+    input:
+        lambda wildcards: [
+            path
+            for name in config["proteins"]
+            for path in of_conformations("compare.csv")(SimpleNamespace(protein=name))
+        ],
+    output:
+        table=f"{RUN}/compare.csv",
+        needed=f"{RUN}/compare_needed.csv",
+        page=f"{RUN}/compare.md",
+        png=report(
+            f"{RUN}/compare.png",
+            caption="scripts/report/compare.rst",
+            category="Samplers compared",
+            labels={"result": "Over all proteins"},
+        ),
+        svg=f"{RUN}/compare.svg",
+    log:
+        f"{RUN}/logs/summarise_comparison.log",
+    conda:
+        "envs/study.yaml"
+    params:
+        code=digest("summarise_comparison.py"),
+    message:
+        "Comparing samplers over all conformations and proteins"
+    script:
+        "scripts/summarise_comparison.py"
 
 
 rule draw_frames:

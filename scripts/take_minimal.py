@@ -2,19 +2,22 @@
 
 import pandas as pd
 
-from sparsurf.comparison import minimal_subset
+from sparsurf.comparison import choices_of, with_choices
 from sparsurf.evaluation import Evaluator, number_of_tests
 from sparsurf.exports import write_ply
+from sparsurf.minimal import minimal_subset
 from sparsurf.surface import Surface, read_surface
 from sparsurf.workflow import job
 
 
-def main(path_to_surface, path_to_roughness, path_to_table, path_to_ply, settings, name):
-    """Write minimal.csv and minimal.ply."""
+def main(path_to_surface, path_to_roughness, path_to_ranges, path_to_table, path_to_ply, settings, name):
+    """Write minimal.csv and minimal.ply; the paper's sampler takes its parameters from ranges.csv where given."""
     surface = read_surface(path_to_surface)
     rough = pd.read_csv(path_to_roughness)["roughness"].to_numpy()
     wish = settings["minimal"]
     evaluator = Evaluator.from_settings(surface, settings, rough, name, 1)
+    if path_to_ranges:
+        evaluator = with_choices(evaluator, choices_of(pd.read_csv(path_to_ranges)))
     dots, weight = minimal_subset(
         evaluator,
         wish["sampler"],
@@ -34,9 +37,9 @@ def main(path_to_surface, path_to_roughness, path_to_table, path_to_ply, setting
 
 def number_of_dots(wish, n_dots):
     """n_S from the config's n_S or n_S_percent; None where neither is given."""
-    if "n_S" in wish:
-        return min(wish["n_S"], n_dots)
-    return max(1, round(wish["n_S_percent"] / 100 * n_dots)) if "n_S_percent" in wish else None
+    if "n_S_percent" in wish:
+        return max(1, round(wish["n_S_percent"] / 100 * n_dots))
+    return wish.get("n_S")
 
 
 if __name__ == "__main__":
@@ -44,6 +47,7 @@ if __name__ == "__main__":
         main(
             path_to_surface=snakemake.input.surface,
             path_to_roughness=snakemake.input.roughness,
+            path_to_ranges=snakemake.input.get("ranges"),
             path_to_table=output["table"],
             path_to_ply=output["ply"],
             settings=snakemake.params.settings,

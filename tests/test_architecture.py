@@ -17,7 +17,8 @@ ORDER = [
     *("molecule", "structure", "frames"),
     *("vectors", "analytic", "areas", "surface", "exports", "placement"),
     *("patches", "dots", "roughness", "sampling", "samplers", "zernike", "descriptors", "evaluation"),
-    *("tables", "paper", "verdict", "comparison", "relation", "summary", "ensemble"),
+    *("tables", "paper", "verdict", "minimal", "relation", "summary", "ensemble"),
+    *("comparison", "comparison_tables", "comparison_text", "comparison_summary"),
     *("page", "render", "grid_figures", "figures", "comparison_figure", "summary_figures", "recommendation"),
     *("download", "listing", "config", "workflow"),
 ]

@@ -1,5 +1,6 @@
 """Samplers: exact sizes, nestedness, plain references, and the ranking at equal n_S."""
 
+import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,10 +8,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sparsurf import sampling
+from sparsurf import InputError, sampling
 from sparsurf.evaluation import Evaluator
 from sparsurf.patches import build_index
-from sparsurf.samplers import SAMPLERS, farthest, nearest_kept, paper, tune_alpha, weights
+from sparsurf.samplers import (
+    NESTED,
+    SAMPLERS,
+    _throw,
+    _voxel_dots,
+    farthest,
+    named,
+    nearest_kept,
+    paper,
+    sampler,
+    tune_alpha,
+    weights,
+)
 
 EXACT = [name for name in SAMPLERS if not name.startswith("paper")]
 
@@ -35,6 +48,63 @@ def test_the_same_stream_gives_the_same_dots(surface, name):
     assert np.array_equal(one, two)
 
 
+@settings(max_examples=30, deadline=None)
+@given(st.sampled_from(sorted(NESTED)), st.integers(1, 3000), st.integers(1, 3000), st.integers(0, 2**32))
+def test_shorter_subsets_begin_the_longer_ones(surface, name, n, m, seed):
+    one, two = (SAMPLERS[name](surface, k, np.random.default_rng(seed)) for k in (n, m))
+    assert np.array_equal(one[: min(n, m)], two[: min(n, m)])
+
+
+def test_a_sampler_is_one_function(surface, monkeypatch):
+    monkeypatch.setattr("sparsurf.samplers.SAMPLERS", dict(SAMPLERS))
+
+    @sampler
+    def first(surface, n, rng):
+        return np.arange(n)
+
+    assert list(named(["first", "uniform"], "compare.samplers")) == ["first", "uniform"]
+    with pytest.raises(
+        InputError, match=r"minimal\.sampler: there is no sampler 'fathest'; the samplers are paper"
+    ):
+        named(["fathest"], "minimal.sampler")
+
+
+def test_stride_takes_even_steps(surface):
+    steps = np.diff(SAMPLERS["stride"](surface, 700, np.random.default_rng(3)))
+    assert set(steps.tolist()) == {4, 5}  # N / n is 4.29
+
+
+def test_voxel_equals_the_plain_method(surface):
+    points, side = surface.points - surface.points.min(axis=0), 1.7
+    boxes = {}
+    for i, box in enumerate(np.floor(points / side).astype(int).tolist()):
+        boxes.setdefault(tuple(box), []).append(i)
+    expected = {
+        ids[np.argmin(np.linalg.norm(points[ids] - points[ids].mean(axis=0), axis=1))]
+        for ids in boxes.values()
+    }
+    assert set(_voxel_dots(points, side).tolist()) == expected
+
+
+def test_poisson_equals_the_plain_method(surface):
+    order = np.random.default_rng(2).permutation(3000)
+    kept = []
+    for i in order:
+        if not kept or np.linalg.norm(surface.points[kept] - surface.points[i], axis=1).min() > 1.1:
+            kept.append(int(i))
+    assert order[_throw(surface.index, order, 1.1)].tolist() == kept
+
+
+@pytest.mark.parametrize("name", ["voxel", "poisson"])
+def test_few_dots_are_left_out_by_chance(surface, name):
+    # one length per n_S: the n dots are those of nearly the largest length that gives n, so that dots are spread
+    # about as widely as the area allows; 0.6 of the spacing of a square lattice bounds any such set from below
+    dots = SAMPLERS[name](surface, 500, np.random.default_rng(7))
+    gaps = np.linalg.norm(surface.points[dots][:, None] - surface.points[dots][None], axis=2)
+    np.fill_diagonal(gaps, np.inf)
+    assert np.median(gaps.min(axis=1)) > 0.6 * np.sqrt(4 * np.pi * 8.0**2 / 500)
+
+
 def test_farthest_equals_the_plain_algorithm(surface):
     dots = farthest(surface, 700, np.random.default_rng(1))
     gap = np.full(len(surface.points), np.inf)
@@ -53,19 +123,6 @@ def test_farthest_is_nested_and_its_gaps_shrink(surface):
         np.linalg.norm(surface.points[long[:k]] - surface.points[long[k]], axis=1).min() for k in (5, 50, 500)
     ]
     assert reach[0] > reach[1] > reach[2]
-
-
-def test_poisson_dots_keep_their_distance(surface):
-    # the radius is not returned, but n dots that could all be thrown at it are at least that far apart; random
-    # subsets of this size come closer than half of it for certain
-    dots = SAMPLERS["poisson"](surface, 300, np.random.default_rng(4))
-    random = SAMPLERS["uniform"](surface, 300, np.random.default_rng(4))
-
-    def closest(ids):
-        d = np.linalg.norm(surface.points[ids][:, None] - surface.points[ids][None], axis=2)
-        return d[np.triu_indices(len(ids), 1)].min()
-
-    assert closest(dots) > 3 * closest(random)
 
 
 def test_roughness_weighting_prefers_rough_dots(surface):
@@ -99,11 +156,25 @@ def test_ranking_on_a1(a1):
     tests = surface.draw_tests(1000)
     z_tot, _ = surface.describe(tests)
     n = len(a1) // 10
-    reference = {"farthest": 0.975, "voxel": 0.986, "stride": 1.08, "uniform": 1.20}
+    reference = {"farthest": 0.975, "voxel": 0.986, "stride": 1.08, "uniform": 1.20, "paper": 1.57}
     for name, expected in reference.items():
         subsets = [SAMPLERS[name](surface, n, np.random.default_rng(k)) for k in range(3)]
         z, _ = surface.distances(subsets, tests, z_tot, "surface")
         assert z.mean() == pytest.approx(expected, abs=0.03), name
+
+
+def test_a_million_dots_in_farthest_order(a1):
+    # fifty molecules side by side; 0.4 s for 5 % on one core, 2 minutes are allowed
+    cells = np.stack(np.meshgrid(range(5), range(5), range(2)), axis=-1).reshape(-1, 3)
+    points = np.concatenate([a1.points + (np.ptp(a1.points, axis=0) + 5) * cell for cell in cells])
+    surface = SimpleNamespace(points=points, index=build_index(points, np.tile(a1.normals, (50, 1))))
+    farthest(surface, 2, np.random.default_rng(0))  # compiles
+    begin = time.perf_counter()
+    dots = farthest(surface, len(points) // 20, np.random.default_rng(0))
+    assert time.perf_counter() - begin < 30
+    assert len(np.unique(dots)) == len(points) // 20
+    reach = nearest_kept(points, dots)[1].max()
+    assert np.allclose(np.linalg.norm(points[dots[:-1]] - points[dots[-1]], axis=1).min(), reach, rtol=0.02)
 
 
 def test_index_of_a_tiny_surface_can_be_sampled_whole():

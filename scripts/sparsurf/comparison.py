@@ -1,27 +1,118 @@
-"""Samplers compared at equal n_S, and the subset that is handed out.
+"""Samplers compared at equal n_S.
 
 Two uses are kept apart: the subset as the SURFACE itself (patches hold its dots only) and as patch
 CENTRES (patches are cut from the full surface; the error is that of the nearest kept centre).
 """
 
+import copy
 import logging
 import time
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
-from sparsurf import InputError
-from sparsurf.evaluation import mean_and_error
-from sparsurf.samplers import SAMPLERS, nearest_kept, weights
+from sparsurf import samplers, sampling
+from sparsurf.evaluation import mean_and_error, yardsticks
+from sparsurf.samplers import nearest_kept
+from sparsurf.tables import PARAMETERS, Z95
 
 log = logging.getLogger("sparsurf")
 
 PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
-FRAGMENT = 0.3  # below this share of the patch's kept dots, Z measures how the subset breaks up
+FRAGMENT = 30.0  # %: where less of a patch's kept dots is left, Z measures how the subset breaks up
+NEAR = 1.1  # 'near' a wished n_S is up to this factor
+NEIGHBOURS = 6  # for the area from dots alone: within 2 % on surfaces whose area is known
+HINDSIGHT = "paper_in_hindsight"
+USE = {  # of each measure: the subset is the surface, gives the patch centres, or just its dots
+    "Z surface": "surface",  # islands removed on the full surface
+    "Z surface weighted": "surface",  # and each kept dot counts for the dots nearest to it
+    "Z scaled": "surface",  # islands removed among the kept dots, linked by their own spacing
+    "Z kept": "surface",  # islands removed among the kept dots, linked within D_link
+    "Z centres": "centres",  # patch of the nearest kept dot, cut from the full surface
+    "position": "dots",  # Å to the nearest kept dot
+    "normal": "dots",  # degrees between the normals of a dot and of the nearest kept one
+    "fragment scaled": "surface",  # median evaluated patch, % of the kept dots under `surface`
+    "fragment kept": "surface",
+    "seconds": "dots",  # of one draw, index and cover being there
+}
 
 
-def compare(evaluator, area, percents=PERCENTS, names=None, n_tests=400, draws=3):
+def contestants(evaluator, names=None, ranges=None, grid=None, percents=PERCENTS):
+    """Who takes part, and with which parameters the paper's sampler does.
+
+    Parameters
+    ----------
+    evaluator : evaluation.Evaluator
+    names : sequence of str, optional
+        Of samplers; all without.
+    ranges, grid : DataFrame, optional
+        ranges.csv: the paper's sampler takes its winners under `kept`; Table I of the paper without.
+        grid.csv: lets the paper's sampler also take part with the combination whose Z is lowest near each n_S.
+    percents : sequence of float
+
+    Returns
+    -------
+    dict of functions (n, rng) -> dots, by name
+
+    Raises
+    ------
+    InputError : a name that no sampler has
+    """
+    own = with_choices(evaluator, choices_of(ranges))
+    chosen = samplers.named(names or samplers.SAMPLERS, "compare.samplers")
+    out = {name: lambda n, rng, f=f: f(own, n, rng) for name, f in chosen.items()}
+    if "paper" in out and grid is not None and "Z_tS_surface" in grid:
+        best = with_choices(evaluator, best_in_hindsight(evaluator, grid, percents))
+        out[HINDSIGHT] = lambda n, rng: samplers.paper(best, n, rng)
+    return out
+
+
+def choices_of(ranges):
+    """Lower limits of n_S (%) and (alpha, beta, gamma, delta) of the winners under `kept`; None without any."""
+    if ranges is None or not (ranges["islands"] == "kept").any():
+        return None
+    rows = ranges[(ranges["islands"] == "kept") & (ranges["n_combinations"] > 0)]
+    return rows["n_S_low_percent"].to_numpy(), rows[PARAMETERS].to_numpy()
+
+
+def with_choices(evaluator, choices):
+    """The evaluator with other combinations for the paper's sampler; None leaves them."""
+    other = copy.copy(evaluator)
+    other.choices = choices or evaluator.choices
+    return other
+
+
+def best_in_hindsight(evaluator, grid, percents):
+    """The combination of the grid with the lowest Z under `surface` near each n_S, in the form of `choices_of`.
+
+    Only combinations that can keep as many dots take part, as their alpha is then set for n_S. They were chosen
+    on the very test dots of the comparison: a fair opponent, rather favoured.
+    """
+    rows = grid[PARAMETERS].to_numpy()
+    reach = sampling.expected_n_s(evaluator.cover, rows * (0, 1, 1, 1) + (1, 0, 0, 0))
+    best = []
+    for percent in percents:
+        gap = np.abs(np.log(grid["n_S_percent"].to_numpy() / percent))
+        gap[100 * reach < percent * len(evaluator.points)] += 10.0  # last resort
+        near = np.flatnonzero(gap <= max(np.log(NEAR), gap.min()))
+        best.append(rows[near[np.argmin(grid["Z_tS_surface"].to_numpy()[near])]])
+    return 0.99 * np.array(percents), np.array(best)
+
+
+def area_of(surface):
+    """Area of a surface in Å^2, and whether it had to be estimated from the spacing of the dots."""
+    if np.isfinite(surface.area).all():
+        return float(surface.area.sum()), False
+    k = min(NEIGHBOURS, len(surface.points) - 1)
+    radius = cKDTree(surface.points).query(surface.points, k=k + 1)[0][:, k]
+    return float(np.pi * np.sum(radius**2) / k), True
+
+
+def compare(
+    evaluator, area, drawers, percents=PERCENTS, n_tests=400, draws=3, progress=lambda done, of: None
+):
     """Every sampler at every n_S, under every island rule, in both uses.
 
     Parameters
@@ -29,145 +120,123 @@ def compare(evaluator, area, percents=PERCENTS, names=None, n_tests=400, draws=3
     evaluator : evaluation.Evaluator
     area : float
         Å^2, of the surface.
+    drawers : dict
+        See `contestants`.
     percents : sequence of float
         Wished n_S in % of the dots.
-    names : sequence of str, optional
-        Samplers; all of `samplers.SAMPLERS` without.
     n_tests, draws : int
+    progress : callable
+        Told how many of how many samplers are done.
 
     Returns
     -------
-    DataFrame, one row per sampler, n_S and measure: `measure`, `value`, `se`. Measures: 'Z surface', 'Z kept',
-    'Z scaled' (island rules), 'Z surface weighted' (each kept dot counts for the dots nearest to it), 'Z centres',
-    'position' (Å from a dot to the nearest kept one), 'normal' (degrees between their normals), 'fragment'
-    (median evaluated patch under `kept`, % of the kept dots under `surface`), 'seconds' (of one draw).
+    DataFrame, one row per sampler, wished n_S (`percent`) and measure (see `USE`): n_S and n_S_percent (means of
+    the draws), use, measure, value, se, low and high (95 % over draws and test dots; NaN where the measure is no
+    mean over test dots), and, for each Z, the yardsticks null_model and empty_patch.
     """
     tests = evaluator.draw_tests(n_tests)
-    rows = []
+    parts = []
     with threadpool_limits(1, "blas"):
         z_tot, _ = evaluator.describe(tests)
-        for name in names or SAMPLERS:
-            for percent in percents:
-                n = max(1, round(percent / 100 * len(evaluator.points)))
-                measures, n_s = _measure(evaluator, area, name, n, tests, z_tot, draws)
-                for measure, x in measures.items():
-                    value, se = mean_and_error(np.atleast_2d(x))
-                    row = {"sampler": name, "percent": percent, "n_S": n_s, "measure": measure}
-                    rows.append(row | {"value": float(value), "se": float(se)})
-    return pd.DataFrame(rows)
+        sticks = yardsticks(z_tot)
+        for name, draw in drawers.items():
+            subsets, seconds = _draw(evaluator, name, draw, percents, draws)
+            measured = {"seconds": np.median(seconds, axis=1)}
+            measured |= _measure(evaluator, area, subsets, tests, z_tot, (len(percents), draws, -1))
+            n_s = np.reshape([len(s) for s in subsets], (len(percents), draws)).mean(axis=1)
+            parts += [_rows(name, percents, n_s, measure, measured[measure]) for measure in USE]
+            progress(len(parts) // len(USE), len(drawers))
+    table = pd.concat(parts, ignore_index=True)
+    table.insert(3, "n_S_percent", 100 * table["n_S"] / len(evaluator.points))
+    of_z = table["measure"].str.startswith("Z ")
+    for key in ("null_model", "empty_patch"):
+        table[key] = np.where(of_z, sticks[key], np.nan)
+    _warn_of_fragments(table, evaluator.name)
+    return table
 
 
-def _measure(evaluator, area, name, n, tests, z_tot, draws):
-    """Dict of (draws, T) arrays, or of (draws, 1) where a measure is no mean over test dots; mean n_S."""
-    out = {}
-    sizes = []
+def _draw(evaluator, name, draw, percents, draws):
+    """Subsets of one sampler, ascending, n_S by n_S and draw by draw; seconds of each, (P, D)."""
+    subsets, seconds = [], []
+    draw(1, evaluator.stream("compare", name))  # what is done once for all draws is not their time
+    for percent in percents:
+        n = max(1, round(percent / 100 * len(evaluator.points)))
+        for k in range(draws):
+            rng = evaluator.stream("compare", name, n, k)
+            begin = time.perf_counter()
+            dots = draw(n, rng)
+            seconds.append(time.perf_counter() - begin)
+            subsets.append(np.sort(dots))
+    return subsets, np.reshape(seconds, (len(percents), draws))
 
-    def add(measure, values):
-        out.setdefault(measure, []).append(values)
 
-    for draw in range(draws):
-        rng = evaluator.stream("compare", name, n, draw)
-        begin = time.perf_counter()
-        subset = np.sort(SAMPLERS[name](evaluator, n, rng))
-        add("seconds", [time.perf_counter() - begin])
-        sizes.append(len(subset))
-        place, gap = nearest_kept(evaluator.points, subset)
-        on_surface, dots = evaluator.distances([subset], tests, z_tot, "surface")
-        kept, fragment = evaluator.distances([subset], tests, z_tot, "kept")
-        add("Z surface", on_surface[0])
-        add("Z kept", kept[0])
-        add("Z scaled", evaluator.distances_scaled(subset, tests, z_tot, area)[0])
-        share = evaluator.by_position(subset, np.bincount(place, minlength=len(subset)))
-        add("Z surface weighted", evaluator.distances([subset], tests, z_tot, "surface", share)[0][0])
-        centres, where = np.unique(subset[place[tests]], return_inverse=True)
-        add("Z centres", np.linalg.norm(z_tot - evaluator.describe(centres)[0][where], axis=1))
-        add("position", gap[tests])
-        add("normal", _angle(evaluator.normals[tests], evaluator.normals[subset[place[tests]]]))
-        add("fragment", [100 * np.median(fragment) / max(np.median(dots), 1)])
-    if np.median(out["fragment"]) < 100 * FRAGMENT:
-        log.warning(
-            "%s at %d dots: the median evaluated fragment under 'kept' holds %.0f %% of the patch's kept dots; "
-            "Z kept measures how the subset breaks up",
-            name, n, np.median(out["fragment"]),
-        )  # fmt: skip
-    return {measure: np.array(values) for measure, values in out.items()}, float(np.mean(sizes))
+def _measure(evaluator, area, subsets, tests, z_tot, shape):
+    """Dict of (P, D, T) arrays, and of (P,) arrays where a measure is no mean over test dots."""
+    nearest, gap, weighted = (
+        np.array(x) for x in zip(*[_nearest(evaluator, s, tests, z_tot) for s in subsets], strict=True)
+    )
+    surface, dots = evaluator.distances(subsets, tests, z_tot, "surface")
+    kept, left = evaluator.distances(subsets, tests, z_tot, "kept")
+    scaled = [evaluator.distances_scaled(subset, tests, z_tot, area) for subset in subsets]
+    centres, place = np.unique(nearest, return_inverse=True)
+    of_centres = evaluator.describe(centres)[0][place.reshape(nearest.shape)]
+    whole = np.median(dots.reshape(shape), axis=(1, 2)).clip(1)
+
+    def fragment(sizes):
+        return 100 * np.median(np.reshape(sizes, shape), axis=(1, 2)) / whole
+
+    out = {
+        "Z surface": surface,
+        "Z surface weighted": weighted,
+        "Z scaled": np.array([z for z, _ in scaled]),
+        "Z kept": kept,
+        "Z centres": np.linalg.norm(of_centres - z_tot, axis=-1),
+        "position": gap,
+        "normal": _angle(evaluator.normals[tests], evaluator.normals[nearest]),
+    }
+    fragments = {"fragment scaled": fragment([sizes for _, sizes in scaled]), "fragment kept": fragment(left)}
+    return {measure: values.reshape(shape) for measure, values in out.items()} | fragments
+
+
+def _nearest(evaluator, subset, tests, z_tot):
+    """Nearest kept dot of each test dot, its distance in Å, and |z_tot - z| with weights, each (T,)."""
+    place, gap = nearest_kept(evaluator.points, subset, evaluator.threads)
+    share = evaluator.by_position(subset, np.bincount(place, minlength=len(subset)))
+    weighted = evaluator.distances([subset], tests, z_tot, "surface", share)[0][0]
+    return subset[place[tests]], gap[tests], weighted
 
 
 def _angle(a, b):
-    """Angle in degrees between normals, (T,)."""
-    cosine = np.sum(a * b, axis=1) / (np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1))
+    """Angle in degrees between normals (..., 3)."""
+    cosine = np.sum(a * b, axis=-1) / (np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1))
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
 
 
-def needed(table, measure="Z surface", against="uniform"):
-    """How many times fewer dots than `against` each sampler needs for the same Z.
-
-    Parameters
-    ----------
-    table : DataFrame
-        See `compare`.
-
-    Returns
-    -------
-    DataFrame: one row per n_S of `against`, its Z, and per sampler the n_S (% of the dots) that reaches it, by
-    interpolation of ln Z over ln n_S; NaN outside the range that was measured.
-    """
-    part = table[table["measure"] == measure].sort_values("n_S")
-    largest = part["n_S"].max() / part["percent"].max()  # dots per percent
-    reference = part[part["sampler"] == against]
-    out = pd.DataFrame({"percent": reference["percent"].to_numpy(), "Z": reference["value"].to_numpy()})
-    for name, own in part.groupby("sampler", sort=False):
-        z, n = own["value"].to_numpy(), own["n_S"].to_numpy() / largest
-        order = np.argsort(z)
-        out[name] = np.exp(np.interp(np.log(out["Z"]), np.log(z[order]), np.log(n[order]), np.nan, np.nan))
-    return out
+def _rows(name, percents, n_s, measure, values):
+    """The rows of one sampler and measure."""
+    value, se = mean_and_error(values) if values.ndim == 3 else (values, np.full(len(values), np.nan))
+    columns = {"sampler": name, "percent": percents, "n_S": n_s, "use": USE[measure], "measure": measure}
+    columns |= {"value": value, "se": se, "low": value - Z95 * se, "high": value + Z95 * se}
+    return pd.DataFrame(columns)
 
 
-def minimal_subset(evaluator, sampler="farthest", n_s=None, z=None, combination=None, n_tests=400):
-    """The subset that is handed out.
-
-    Parameters
-    ----------
-    evaluator : evaluation.Evaluator
-    sampler : str
-        A name of `samplers.SAMPLERS`.
-    n_s : int, optional
-        Wished number of dots.
-    z : float, optional
-        Wished Z under `surface`: the smallest n_S that reaches it is sought by bisection, with the test dots of
-        the study.
-    combination : sequence of 4 floats, optional
-        Instead of a sampler: one draw of the paper's sampling with this combination.
-
-    Returns
-    -------
-    (n,) int64 dots, in the order of choice, and (n,) int64 weights, the number of dots each stands for.
-    """
-    if combination is not None:
-        kept = evaluator.pair(combination, 0)[0]
-    elif z is None:
-        kept = _draw(evaluator, sampler, n_s)
-    else:
-        kept = _smallest(evaluator, sampler, z, n_tests)
-    return kept, weights(evaluator.points, kept)
-
-
-def _draw(evaluator, sampler, n_s):
-    return SAMPLERS[sampler](evaluator, n_s, evaluator.stream("minimal", sampler))
-
-
-def _smallest(evaluator, sampler, z, n_tests):
-    """Bisection on n_S; the whole surface where nothing smaller reaches z."""
-    tests = evaluator.draw_tests(n_tests)
-    low, high = 0, len(evaluator.points)
-    with threadpool_limits(1, "blas"):
-        z_tot, _ = evaluator.describe(tests)
-        while high - low > 1:
-            middle = (low + high) // 2
-            reached = evaluator.distances([_draw(evaluator, sampler, middle)], tests, z_tot, "surface")[
-                0
-            ].mean()
-            low, high = (low, middle) if reached <= z else (middle, high)
-    if z < 0:
-        raise InputError(f"minimal.Z is {z:g}, but a distance cannot be negative.")
-    return _draw(evaluator, sampler, high)
+def _warn_of_fragments(table, name):
+    """One warning that lists where the evaluated patches are but fragments of what was kept."""
+    cases = []
+    for rule in ("kept", "scaled"):
+        part = table[table["measure"] == f"fragment {rule}"]
+        for sampler, rows in part.groupby("sampler", sort=False):
+            low = rows.loc[rows["value"] < FRAGMENT, "percent"]
+            if len(low):
+                where = "every n_S" if len(low) == len(rows) else ", ".join(f"{p:g}" for p in low) + " %"
+                cases.append((rule, where, sampler))
+    if cases:
+        listed = pd.DataFrame(cases, columns=["rule", "where", "sampler"]).groupby(
+            ["rule", "where"], sort=False
+        )
+        listed = [f"'{rule}' at {where}: {', '.join(part['sampler'])}" for (rule, where), part in listed]
+        log.warning(
+            "%s: the median evaluated fragment holds less than %g %% of the patch's kept dots, so that Z measures "
+            "how the subset breaks up, under islands %s",
+            name, FRAGMENT, "; ".join(listed),
+        )  # fmt: skip

@@ -2,22 +2,44 @@
 
 `surface` is anything with `points` (N, 3), `index`, `roughness` (N,), `cover` and
 `choices_of_paper` (see `evaluation.Evaluator`). To add a sampler, write one function and put
-`@sampler` above it. All keep exactly n dots but the paper's, whose n_S is left to chance.
+`@sampler` above it, or `@nested` where its first m dots are those it chooses for m. All keep
+exactly n dots but the paper's, whose n_S is left to chance.
 """
 
 import numpy as np
 from numba import njit
 
-from sparsurf import sampling
-from sparsurf.patches import build_index, spacing
+from sparsurf import InputError, sampling
+from sparsurf.patches import ball
 
 SAMPLERS = {}
+NESTED = set()
+SURPLUS = 0.005  # a length that gives this share of dots too many is good enough: they are left out at random
 
 
 def sampler(function):
     """Register a sampler under its name."""
     SAMPLERS[function.__name__] = function
     return function
+
+
+def nested(function):
+    """Register a sampler whose shorter subsets are the beginnings of its longer ones (from the same stream)."""
+    NESTED.add(function.__name__)
+    return sampler(function)
+
+
+def named(names, key):
+    """Dict of the samplers called `names`; `key` is where the config gives them.
+
+    Raises
+    ------
+    InputError : a name that no sampler has
+    """
+    for name in names:
+        if name not in SAMPLERS:
+            raise InputError(f"{key}: there is no sampler {name!r}; the samplers are {', '.join(SAMPLERS)}.")
+    return {name: SAMPLERS[name] for name in names}
 
 
 @sampler
@@ -53,13 +75,13 @@ def tune_alpha(cover, combination, n):
     return (high, *combination[1:])
 
 
-@sampler
+@nested
 def uniform(surface, n, rng):
     """Every subset of n dots is equally likely."""
     return rng.permutation(len(surface.points))[:n]
 
 
-@sampler
+@nested
 def roughness(surface, n, rng):
     """Without replacement, each draw with a chance proportional to 1 - R_i (Efraimidis & Spirakis 2006)."""
     with np.errstate(divide="ignore"):
@@ -70,80 +92,87 @@ def roughness(surface, n, rng):
 @sampler
 def stride(surface, n, rng):
     """Every (N / n)-th dot in the order of the surface, from a random start."""
-    step = len(surface.points) / n
-    return (
-        np.floor(rng.random() * step + step * np.arange(n)).astype(np.int64).clip(0, len(surface.points) - 1)
-    )
+    n_dots = len(surface.points)
+    return (rng.integers(n_dots) + n_dots * np.arange(n)) // n
 
 
 @sampler
 def voxel(surface, n, rng):
     """One dot per cubic voxel, the one nearest to the mean of its dots; grid placed at random.
 
-    The side is the largest that gives n voxels or more; surplus dots are left out at random.
+    The side is as large as n voxels allow; surplus dots are left out at random.
     """
-    origin = surface.points.min(axis=0) - rng.random(3) * 10.0
-    return _most_with(lambda side: _voxel_dots(surface.points, origin, side), surface, n, rng)
+    corner = surface.points.min(axis=0)
+    shift = rng.random(3)  # of a side
+    return _longest(lambda side: _voxel_dots(surface.points - corner + shift * side, side), surface, n, rng)
 
 
-def _voxel_dots(points, origin, side):
-    cell = np.floor((points - origin) / side).astype(np.int64)
-    _, voxel_of = np.unique(cell, axis=0, return_inverse=True)
-    count = np.bincount(voxel_of)
-    mean = np.stack([np.bincount(voxel_of, x) / count for x in points.T], axis=1)
-    gap = np.sum((points - mean[voxel_of]) ** 2, axis=1)
-    first = np.lexsort((gap, voxel_of))
-    return first[np.concatenate([[0], np.cumsum(count)[:-1]])]
+def _voxel_dots(points, side):
+    """One dot of each voxel; coordinates are positive."""
+    a, b, c = np.floor(points / side).astype(np.int64).T
+    voxel_of = (a * (b.max() + 1) + b) * (c.max() + 1) + c
+    order = np.argsort(voxel_of, kind="stable")
+    begin = np.flatnonzero(np.diff(voxel_of[order], prepend=-1))
+    count = np.diff(begin, append=len(points))
+    mean = np.add.reduceat(points[order], begin) / count[:, None]
+    gap = np.sum((points[order] - np.repeat(mean, count, axis=0)) ** 2, axis=1)
+    return order[np.lexsort((gap, voxel_of[order]))[begin]]
 
 
 @sampler
 def poisson(surface, n, rng):
-    """Poisson disk: dots in random order, each kept unless one within the radius was; as many radii as n asks for."""
+    """Poisson disk: dots in random order, each kept unless an earlier one lies within a radius.
+
+    The radius is as large as n dots allow; surplus dots are left out at random.
+    """
     order = rng.permutation(len(surface.points))
-    return _most_with(lambda radius: order[_darts(surface.points[order], radius)], surface, n, rng)
-
-
-def _darts(points, radius):
-    """Places of the dots that no earlier kept dot is within `radius` of."""
-    index = build_index(points, points, radius)
-    return np.flatnonzero(_throw(index.position, index.link_start, index.link))
+    return _longest(lambda radius: order[_throw(surface.index, order, radius)], surface, n, rng)
 
 
 @njit(cache=True, nogil=True)
-def _throw(position, link_start, link):
-    n = len(position)
-    blocked, kept = np.zeros(n + 1, np.bool_), np.zeros(n, np.bool_)
-    for i in range(n):
-        p = position[i]
+def _throw(index, order, radius):
+    """Places in `order` of the dots that no earlier kept one lies within `radius` (Å) of."""
+    n_dots = len(order)
+    blocked, found = np.zeros(n_dots, np.bool_), np.empty(n_dots + 1, np.int32)
+    out, kept = np.empty(n_dots, np.int64), 0
+    for k in range(n_dots):
+        p = index.position[order[k]]
         if not blocked[p]:
-            kept[i] = True
-            for e in range(link_start[p], link_start[p + 1]):
-                blocked[link[e]] = True
-    return kept
+            out[kept] = k
+            kept += 1
+            m = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, found)
+            for e in range(m):
+                blocked[found[e]] = True
+    return out[:kept].copy()
 
 
-def _most_with(dots_at, surface, n, rng):
-    """`dots_at(length)` at the largest length that gives at least n dots, cut to n at random."""
-    low, high, best = 0.0, None, np.arange(len(surface.points))
-    length = 0.7 * spacing(surface.index) * np.sqrt(len(surface.points) / n)
-    for _ in range(24):
+def _longest(dots_at, surface, n, rng):
+    """`dots_at(length)` at nearly the largest length that gives n dots, cut to n at random."""
+    low, high, best = 0.0, np.inf, np.arange(len(surface.points))
+    length = 1.0  # Å
+    for _ in range(40):
+        if n <= len(best) <= (1 + SURPLUS) * n:
+            break
         dots = dots_at(length)
         if len(dots) >= n:
             low, best = length, dots
         else:
             high = length
-        if len(best) == n or (high is not None and high - low < 1e-4 * high):
+        # dots on a surface become fewer with the square of the length
+        length *= np.sqrt(len(dots) / ((1 + SURPLUS / 2) * n))
+        if not low < length < high:
+            length = (low + high) / 2 if np.isfinite(high) else 2 * low
+        if high - low < 1e-4 * low:
             break
-        length = 1.4 * length if high is None else (low + high) / 2
     return rng.permutation(best)[:n]
 
 
-@sampler
+@nested
 def farthest(surface, n, rng):
-    """Farthest-point sampling (Gonzalez 1985): each dot is the one farthest from all before it; nested.
+    """Farthest-point sampling (Gonzalez 1985): each dot is the one farthest from all before it.
 
-    Starts at a random dot. A new dot changes distances only within the largest one so far, so the
-    cells in that reach are visited and no N x n distances are kept.
+    Starts at a random dot. A new dot comes nearer than those before it only to dots within the largest
+    distance so far, so no others are looked at, and no N x n distances are kept.
     """
     start = int(rng.integers(len(surface.points)))
     return surface.index.dot[_farthest(surface.index, int(surface.index.position[start]), n)].astype(np.int64)
@@ -151,62 +180,38 @@ def farthest(surface, n, rng):
 
 @njit(cache=True, nogil=True)
 def _farthest(index, first, n):
-    n_dots, side, shape, origin = len(index.dot), index.side, index.shape, index.origin
-    gap = np.full(n_dots, np.inf)  # squared distance to the nearest chosen dot
+    n_dots = len(index.dot)
+    found, out = np.empty(n_dots + 1, np.int32), np.empty(n, np.int32)
+    diagonal2 = np.sum((index.shape * index.side) ** 2)
+    gap = np.full(n_dots, 4.0 * diagonal2)  # Å^2, to the nearest chosen dot
     leaves = 1
-    while leaves < len(index.start) - 1:
+    while leaves < n_dots:
         leaves *= 2
-    champion = np.full(2 * leaves, -1, np.int32)  # tournament over cells: position with the largest gap
-    out = np.empty(n, np.int32)
+    winner = np.full(2 * leaves, -1, np.int32)  # knockout of the gaps: the largest stands at 1
+    for q in range(n_dots):
+        winner[leaves + q] = q
+    for node in range(leaves - 1, 0, -1):
+        winner[node] = _larger(gap, index.dot, winner[2 * node], winner[2 * node + 1])
     p = first
     for k in range(n):
         out[k] = p
-        reach = np.sqrt(gap[p]) if k > 0 else np.inf
         x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
-        a0, a1, b0, b1, c0, c1 = 0, shape[0] - 1, 0, shape[1] - 1, 0, shape[2] - 1
-        if k > 0:
-            a0, a1 = (
-                max(a0, int((x - reach - origin[0]) / side)),
-                min(a1, int((x + reach - origin[0]) / side)),
-            )
-            b0, b1 = (
-                max(b0, int((y - reach - origin[1]) / side)),
-                min(b1, int((y + reach - origin[1]) / side)),
-            )
-            c0, c1 = (
-                max(c0, int((z - reach - origin[2]) / side)),
-                min(c1, int((z + reach - origin[2]) / side)),
-            )
-        for a in range(a0, a1 + 1):
-            for b in range(b0, b1 + 1):
-                for c in range(c0, c1 + 1):
-                    cell = (a * shape[1] + b) * shape[2] + c
-                    if index.start[cell] == index.start[cell + 1]:
-                        continue
-                    best, changed = -1, False
-                    for q in range(index.start[cell], index.start[cell + 1]):
-                        d2 = (
-                            (index.xyz[q, 0] - x) ** 2
-                            + (index.xyz[q, 1] - y) ** 2
-                            + (index.xyz[q, 2] - z) ** 2
-                        )
-                        if d2 < gap[q]:
-                            gap[q], changed = d2, True
-                        best = _better(gap, index.dot, best, q)
-                    if changed:
-                        node = leaves + cell
-                        champion[node] = best
-                        while node > 1:
-                            node //= 2
-                            champion[node] = _better(
-                                gap, index.dot, champion[2 * node], champion[2 * node + 1]
-                            )
-        p = champion[1]
+        m = ball(index, x, y, z, 1.000001 * np.sqrt(gap[p]), found)
+        for e in range(m):
+            q = found[e]
+            d2 = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
+            if d2 < gap[q]:
+                gap[q] = d2
+                node = (leaves + q) // 2
+                while node > 0 and winner[node] == q:  # a smaller gap matters only where it won
+                    winner[node] = _larger(gap, index.dot, winner[2 * node], winner[2 * node + 1])
+                    node //= 2
+        p = winner[1]
     return out
 
 
 @njit(cache=True, nogil=True)
-def _better(gap, dot, p, q):
+def _larger(gap, dot, p, q):
     """The position with the larger gap; on a tie the lower dot; -1 stands for none."""
     if p < 0 or q < 0:
         return max(p, q)
@@ -230,9 +235,9 @@ def weights(points, subset):
     return np.bincount(nearest_kept(points, subset)[0], minlength=len(subset))
 
 
-def nearest_kept(points, subset):
+def nearest_kept(points, subset, threads=1):
     """Place in `subset` of the kept dot nearest to every dot, (N,) int64, and its distance, (N,) Å."""
     from scipy.spatial import cKDTree
 
-    gap, place = cKDTree(points[subset]).query(points)
+    gap, place = cKDTree(points[subset]).query(points, workers=threads)
     return place, gap
