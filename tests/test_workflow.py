@@ -211,7 +211,7 @@ def test_outputs_appear_when_all_are_complete(tmp_path):
         (InputError("the file is wrong."), "ERROR the file is wrong."),
         (
             OSError(errno.ENOSPC, "No space left on device", "out.csv"),
-            "ERROR out.csv: No space left on device.",
+            "ERROR out.csv: No space left on device; mend that",
         ),
     ],
 )

@@ -87,17 +87,19 @@ def job(snakemake):
         except (InputError, OSError) as error:
             if isinstance(error, OSError) and error.errno not in DISK:
                 raise
-            sentence = (
-                error
-                if isinstance(error, InputError)
-                else f"{error.filename or 'a result'}: {error.strerror}."
-            )
+            sentence = error if isinstance(error, InputError) else _unwritten(error, snakemake)
             print(f"ERROR {sentence}", file=log)
             print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
             sys.exit(1)
         finally:
             for folder in {part.parent for paths in parts.values() for part in paths}:
                 shutil.rmtree(folder, ignore_errors=True)
+
+
+def _unwritten(error, snakemake):
+    """What could not be written, and why."""
+    what = error.filename or f"the outputs of {snakemake.rule}"
+    return f"{what}: {error.strerror}; mend that and run again, what was made before stays."
 
 
 def _paths(value):
