@@ -86,7 +86,7 @@ def selection_bias(selected, table):
                 "Z_tS_bias": one["Z_tS"].to_numpy() - true["Z_tS_kept"].reindex(keys).to_numpy(),
             }
         )
-    return pd.DataFrame({key: np.nanmean([row[key] for row in rows], axis=0) for key in rows[0]})
+    return pd.concat(map(pd.DataFrame, rows)).groupby(level=0).mean()
 
 
 def rows_table(replicated, bias, truth):

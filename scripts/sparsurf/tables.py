@@ -235,11 +235,17 @@ def best_markdown(result):
     return "\n".join(parts)
 
 
+def as_good(row):
+    """How many other combinations cannot be told from the winner."""
+    others = int(row["n_plateau"]) - 1
+    return f"{others or 'no'} other combination{'' if others == 1 else 's'} cannot be told from it"
+
+
 def _best_sentence(row):
     return (
         f"(alpha, beta, gamma, delta) = {combination_text(row)}, n_S = {row['n_S']:.0f} ({row['n_S_percent']:.2f} %), "
         f"d = {row['d']:.2f} ({interval(row)}; held out {row['d_held_out']:.2f}), Z_tS = {row['Z_tS']:.2f}; "
-        f"{row['n_plateau']} combinations cannot be told apart."
+        f"{as_good(row)}."
     )
 
 

@@ -146,7 +146,7 @@ def _best(best, grid):
         row = best[reading]["unrestricted"]
         sentence = (
             f"`{reading}`: the best is {tables.combination_text(row)}, d = {row['d']:.2f} ({tables.interval(row)}), held "
-            f"out {row['d_held_out']:.2f}; {row['n_plateau']} combinations cannot be told from it"
+            f"out {row['d_held_out']:.2f}; {tables.as_good(row)}"
         )
         if len(one):
             d, se = one[f"d_{reading}"].iloc[0], one[f"d_se_{reading}"].iloc[0]
