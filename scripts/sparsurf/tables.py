@@ -236,9 +236,11 @@ def best_markdown(result):
 
 
 def as_good(row):
-    """How many other combinations cannot be told from the winner."""
+    """How many other combinations cannot be told from the winner, in words."""
     others = int(row["n_plateau"]) - 1
-    return f"{others or 'no'} other combination{'' if others == 1 else 's'} cannot be told from it"
+    if others < 2:
+        return f"{'one' if others else 'no'} other combination is as good within the error"
+    return f"{others} other combinations are as good within the error"
 
 
 def _best_sentence(row):
