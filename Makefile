@@ -2,6 +2,7 @@
 # make paper   the same for the paper's A1, its tables beside ours (see studies/paper.yaml)
 # make compare  a study, and its samplers compared at equal n_S
 # make test    set up, run every check
+# make bench   measure speed and memory
 # make lock    renew envs/requirements.txt from envs/requirements.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
 
@@ -15,7 +16,7 @@ READY  := $(VENV)/.ready-$(shell cksum < envs/requirements.txt | cut -d' ' -f1)
 export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 
-.PHONY: run paper compare test lock
+.PHONY: run paper compare test bench lock
 
 run: $(READY)
 	@$(BIN)/python scripts/study.py $(CONFIG) --cores $(CORES)
@@ -32,6 +33,9 @@ test: $(READY)
 	$(BIN)/snakefmt --check Snakefile
 	$(BIN)/snakemake --lint
 	$(BIN)/pytest
+
+bench: $(READY)
+	$(BIN)/python scripts/bench.py
 
 $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)

@@ -16,11 +16,21 @@ ORDER = [
     *("residues", "radii", "isolated", "atoms", "pdb", "mmcif", "selection", "trajectory", "whole"),
     *("molecule", "structure", "frames"),
     *("vectors", "analytic", "areas", "surface", "exports", "placement"),
-    *("patches", "dots", "roughness", "sampling", "samplers", "zernike", "descriptors", "evaluation"),
+    *(
+        "patches",
+        "dots",
+        "roughness",
+        "sampling",
+        "samplers",
+        "zernike",
+        "images",
+        "descriptors",
+        "evaluation",
+    ),
     *("tables", "paper", "verdict", "minimal", "relation", "summary", "ensemble"),
     *("comparison", "comparison_tables", "comparison_text", "comparison_summary"),
     *("page", "render", "grid_figures", "figures", "comparison_figure", "summary_figures", "recommendation"),
-    *("download", "listing", "config", "workflow"),
+    *("download", "listing", "config", "workflow", "timing"),
 ]
 SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
 RUN_BY_HAND = {"study.py", "bench.py", "recommend.py"}

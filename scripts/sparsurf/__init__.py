@@ -23,8 +23,12 @@ range          one of ten equal intervals of n_S
 conformation   one frame, structure or surface that enters the study
 """
 
+import atexit
 import hashlib
 import os
+import re
+import shutil
+import tempfile
 from pathlib import Path
 
 
@@ -32,14 +36,35 @@ class InputError(ValueError):
     """Something the user gave is wrong; the message is one sentence for them."""
 
 
+def _kernel_sources():
+    """Text of the modules that hold kernels, and of those that these import: constants are compiled in."""
+    sources = {path.stem: path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))}
+    kernels = {name for name, source in sources.items() if b"njit" in source}
+    for name in list(kernels):
+        for words in re.findall(rb"^from sparsurf(?:\.(\w+)|) import (.*)", sources[name], re.M):
+            kernels.update(re.findall(r"\w+", b" ".join(words).decode()))
+    return b"".join(source for name, source in sources.items() if name in kernels)
+
+
 def _use_cache_of_these_sources():
-    """Compiled kernels go to a folder named after their sources: numba does not see edits in another file."""
-    sources = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
-    digest = hashlib.sha256(b"".join(source for source in sources if b"njit" in source)).hexdigest()[:16]
-    base = Path(os.environ.get("NUMBA_CACHE_DIR", Path(__file__).parents[2] / ".cache" / "numba"))
+    """Compiled kernels go to a folder named after their sources: numba does not see edits in another file.
+
+    Where that folder cannot be written, they go to a temporary one, shared with child processes.
+    """
+    digest = hashlib.sha256(_kernel_sources()).hexdigest()[:16]
+    base = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parents[2] / ".cache" / "numba")
     if base.name.startswith("sources-"):  # set by a parent process
         base = base.parent
-    os.environ["NUMBA_CACHE_DIR"] = str(base / f"sources-{digest}")
+    folder = base / f"sources-{digest}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        base = tempfile.mkdtemp(prefix="sparsurf-")
+        atexit.register(shutil.rmtree, base, ignore_errors=True)
+        folder = Path(base) / f"sources-{digest}"
+        folder.mkdir()
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
 
 
 _use_cache_of_these_sources()

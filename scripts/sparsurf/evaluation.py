@@ -8,6 +8,7 @@ import copy
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -146,20 +147,20 @@ class Evaluator:
         z, sizes = [], []
         for a in range(0, len(subsets), descriptors.BITS):
             some = subsets[a : a + descriptors.BITS]
-            result = descriptors.evaluate(
-                self.index,
-                self.points[tests],
-                descriptors.pack(self.index, some),
-                len(some),
-                reading,
-                z_tot,
-                None if weights is None else weights[a : a + descriptors.BITS],
-                radius=self.r_zernike,
-                threads=self.threads,
-            )
-            z.append(result[0].T)
-            sizes.append(result[1].T)
+            words = descriptors.pack(self.index, some)
+            weight = None if weights is None else weights[a : a + descriptors.BITS]
+            _, result, size = self._compare(words, len(some), tests, (reading,), z_tot, weight)
+            z.append(result)
+            sizes.append(size)
         return np.concatenate(z), np.concatenate(sizes)
+
+    def _compare(self, words, n_subsets, tests, readings, z_tot, weights=None):
+        """z_tot, then (R B, T) distances and patch sizes of the subsets of packed words, by reading."""
+        place, radius = self.points[tests], self.r_zernike
+        z_tot, z, sizes = descriptors.compare(
+            self.index, place, words, n_subsets, readings, z_tot, weights, radius, threads=self.threads
+        )
+        return z_tot, z.T, sizes.T
 
     def distances_scaled(self, subset, tests, z_tot, area):
         """|z_tot - z| of one subset as if its surface were not known, (T,), and patch sizes, (T,).
@@ -222,7 +223,7 @@ class Evaluator:
                 n_s=np.empty((k, draws), np.int64),
                 n_s_expected=sampling.expected_n_s(self.cover, combinations),
                 tests=tests,
-                z_tot=self.describe(self.draw_tests(n_tests))[0],
+                z_tot=np.empty((tests.shape[-1], descriptors.N_Z)),
                 z_ts=np.empty(shape, np.float32),
                 z_tr=np.empty(shape, np.float32),
                 fragment=np.empty((len(readings), 2, k)),
@@ -230,35 +231,56 @@ class Evaluator:
             )
             if shared:
                 per = max(1, descriptors.BITS // (2 * draws))
+                z_tot = None
                 for a in range(0, k, per):
-                    self._fill(out, range(a, min(a + per, k)), tests, out.z_tot)
+                    z_tot = self._fill(out, range(a, min(a + per, k)), tests, z_tot)
                     progress(draws * min(a + per, k), draws * k)
+                out.z_tot[:] = z_tot
             else:  # combinations side by side, each with one thread
                 alone, done = self._with(threads=1), []
+                out.z_tot[:] = self.describe(self.draw_tests(n_tests))[0]
 
                 def one(i, _):
-                    alone._fill(out, [i], tests[i], alone.describe(tests[i])[0])
+                    alone._fill(out, [i], tests[i])
                     done.append(i)
                     progress(draws * len(done), draws * k)
 
                 over_slices(one, k, self.threads, 1)
         return out
 
-    def _fill(self, out, some, tests, z_tot):
-        """Draw the subsets of `some` combinations and write what they give at the test dots into a Grid."""
+    def _fill(self, out, some, tests, z_tot=None):
+        """Draw the subsets of `some` combinations and write what they give at the test dots into a Grid.
+
+        Returns z_tot, which comes with the first subsets unless known: they share the patch of the whole surface.
+        """
         draws = out.n_s.shape[1]
-        jobs = [(k, draw) for k in some for draw in range(draws)]
-        pairs = over_slices(
-            lambda i, _: self.pair(out.combinations[jobs[i][0]], jobs[i][1]), len(jobs), self.threads, 1
-        )
-        for (k, draw), (sampled, _) in zip(jobs, pairs, strict=True):
-            out.n_s[k, draw] = len(sampled)
-        subsets = [sampled for sampled, _ in pairs] + [random for _, random in pairs]
-        for r, reading in enumerate(out.readings):
-            z, sizes = self.distances(subsets, tests, z_tot, reading)
-            shape = (2, len(some), draws, len(tests))
-            out.z_ts[r, some], out.z_tr[r, some] = z.reshape(shape)
-            out.fragment[r][:, some] = np.median(sizes.reshape(shape), axis=(2, 3))
+        jobs = np.array([(k, draw) for k in some for draw in range(draws)])
+        sizes = np.empty((len(out.readings), 2, len(jobs), len(tests)), np.int32)
+        for a in range(0, len(jobs), descriptors.BITS // 2):
+            part = slice(a, a + descriptors.BITS // 2)
+            k, draw = jobs[part].T
+            words = self._draw(out, jobs[part])
+            z_tot, z, size = self._compare(words, 2 * len(k), tests, out.readings, z_tot)
+            shape = (len(out.readings), 2, len(k), len(tests))
+            out.z_ts[:, k, draw], out.z_tr[:, k, draw] = z.reshape(shape).swapaxes(0, 1)
+            sizes[:, :, part] = size.reshape(shape)
+        out.fragment[:, :, some] = np.median(sizes.reshape(*sizes.shape[:2], len(some), -1), axis=3)
+        return z_tot
+
+    def _draw(self, out, jobs):
+        """Words of the sampled subsets of (combination, draw), then of the uniform ones; n_S goes into a Grid."""
+        words, lock = np.zeros(len(self.points), np.uint64), Lock()
+
+        def one(i, _):
+            k, draw = jobs[i]
+            pair = self.pair(out.combinations[k], draw)
+            out.n_s[k, draw] = len(pair[0])
+            with lock:  # bits at once: 64 subsets of a million dots would need more memory than all else
+                for half, subset in enumerate(pair):
+                    descriptors.add(words, self.index, subset, i + half * len(jobs))
+
+        over_slices(one, len(jobs), self.threads, 1)
+        return words
 
     def _with(self, **changes):
         """This evaluator with some attributes changed."""
@@ -345,12 +367,12 @@ def yardsticks(z_tot):
     dict: `empty_patch`, mean |z_tot|, what a patch of one dot costs; `null_model`, Z when every
     patch is given the mean descriptor; `two_patches`, mean distance of two different patches.
     """
-    from scipy.spatial.distance import pdist
-
+    rows = len(z_tot) - 1
+    apart = sum(np.linalg.norm(z_tot[i + 1 :] - z_tot[i], axis=1).sum() for i in range(rows))
     return {
         "empty_patch": float(np.linalg.norm(z_tot, axis=1).mean()),
         "null_model": float(np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean()),
-        "two_patches": float(pdist(z_tot).mean()) if len(z_tot) > 1 else float("nan"),
+        "two_patches": float(apart / (rows * (rows + 1) / 2)) if rows else float("nan"),
     }
 
 

@@ -174,10 +174,18 @@ def ball(index, x, y, z, radius, out):
                 continue
             row = (a * index.shape[1] + b) * index.shape[2]
             for q in range(index.start[row + c0], index.start[row + c1 + 1]):
-                ex, ey, ez = index.xyz[q, 0] - x, index.xyz[q, 1] - y, index.xyz[q, 2] - z
-                out[n] = q
+                p = np.uintp(q)
+                ex, ey, ez = index.xyz[p, 0] - x, index.xyz[p, 1] - y, index.xyz[p, 2] - z
+                out[np.uintp(n)] = q
                 n += 1 if ex * ex + ey * ey + ez * ez <= r2 else 0
     return n
+
+
+@njit(cache=True, nogil=True)
+def mark_all(mark, ids, n):
+    """Set `mark` at `ids[:n]`."""
+    for k in range(n):
+        mark[np.uintp(ids[k])] = 1
 
 
 @njit(cache=True, nogil=True)
@@ -186,6 +194,7 @@ def largest_island(ids, n, mark, link_start, link, key, queue):
 
     `mark` is 1 at every id that takes part and 0 elsewhere (also at the padding id); it is all 0
     on return. On a tie the island that holds the smallest `key` wins. `queue` needs n + 1 places.
+    Unsigned indices spare numba's test for negative ones: half of the time.
     """
     tail = 0
     begin = end = 0
@@ -193,26 +202,26 @@ def largest_island(ids, n, mark, link_start, link, key, queue):
     for s in range(n):
         if n - tail < end - begin:
             break
-        if mark[ids[s]] == 0:
+        if mark[np.uintp(ids[s])] == 0:
             continue
         head = first = tail
         queue[tail] = ids[s]
         tail += 1
-        mark[ids[s]] = 0
+        mark[np.uintp(ids[s])] = 0
         while head < tail:
-            row = link_start[queue[head]]
-            row_end = link_start[queue[head] + 1]
+            i = np.uintp(queue[np.uintp(head)])
+            row, row_end = link_start[i], link_start[i + np.uintp(1)]
             head += 1
             for e in range(ROW):  # push without a branch: an id that does not count is overwritten
-                j = link[row + e]
-                queue[tail] = j
-                tail += mark[j]
-                mark[j] = 0
+                j = link[np.uintp(row + e)]
+                queue[np.uintp(tail)] = j
+                tail += mark[np.uintp(j)]
+                mark[np.uintp(j)] = 0
             for e in range(row + ROW, row_end):
-                j = link[e]
-                queue[tail] = j
-                tail += mark[j]
-                mark[j] = 0
+                j = link[np.uintp(e)]
+                queue[np.uintp(tail)] = j
+                tail += mark[np.uintp(j)]
+                mark[np.uintp(j)] = 0
         if tail - first > end - begin:
             begin, end, best_key = first, tail, -1
         elif tail - first == end - begin:
@@ -222,7 +231,7 @@ def largest_island(ids, n, mark, link_start, link, key, queue):
             if this_key < best_key:
                 begin, end, best_key = first, tail, this_key
     for s in range(n):
-        mark[ids[s]] = 0
+        mark[np.uintp(ids[s])] = 0
     return begin, end
 
 
@@ -238,10 +247,11 @@ def _smallest_key(queue, begin, end, key):
 def patch_of(index, p, radius, found, mark, queue):
     """Patch of the dot at position `p`, cut to its largest island: the slice begin:end of `queue`."""
     n = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, found)
+    mark_all(mark, found, n)
+    place = 0
     for k in range(n):
-        mark[found[k]] = 1
-        if found[k] == p:  # the search starts at p: its island is nearly always the largest
-            found[k], found[0] = found[0], found[k]
+        place = k if found[k] == p else place
+    found[0], found[place] = found[place], found[0]  # the search starts at p: mostly in the largest island
     return largest_island(found, n, mark, index.link_start, index.link, index.dot, queue)
 
 

@@ -12,6 +12,8 @@ from numba import njit
 
 from sparsurf.patches import R_PATCH, ball_bound, patch_of
 
+BLOCK = 1 << 16  # pairs drawn at a time: their random numbers stay in the cache of a core
+
 
 class Cover(NamedTuple):
     """The centres of a surface and the dots that each may keep; made by `build_cover`.
@@ -128,20 +130,30 @@ def expected_n_s(cover, combinations):
     -------
     (K,) float64
     """
-    return _expected_n_s(cover, np.ascontiguousarray(combinations, np.float64))
+    combinations = np.ascontiguousarray(combinations, np.float64)
+    out = np.empty(len(combinations))
+    by_power = np.lexsort((combinations[:, 3], combinations[:, 2]))
+    out[by_power] = _expected_n_s(cover, combinations[by_power])
+    return out
 
 
 @njit(cache=True, nogil=True)
 def _expected_n_s(cover, combinations):
+    """Expected number of kept dots; where gamma and delta repeat, (r / R_patch)^power is that of the row before."""
     out = np.empty(len(combinations))
+    share, left_out = np.empty(len(cover.dot)), np.empty(cover.n_dots)
     for k in range(len(combinations)):
         alpha, beta, gamma, delta = combinations[k]
-        left_out = np.ones(cover.n_dots)
+        if k == 0 or gamma != combinations[k - 1, 2] or delta != combinations[k - 1, 3]:
+            for c in range(len(cover.centre)):
+                power = gamma * (1.0 + cover.roughness[c]) + delta
+                for q in range(cover.start[c], cover.start[c + 1]):
+                    share[q] = math.exp(-power * cover.fall[q]) if power > 0 else 1.0
+        left_out[:] = 1.0
         for c in range(len(cover.centre)):
-            log_a, power = _log_p(alpha, beta, gamma, delta, cover.roughness[c])
+            most = alpha * (1.0 - cover.roughness[c]) ** beta
             for q in range(cover.start[c], cover.start[c + 1]):
-                log_p = log_a - power * cover.fall[q] if power > 0 else log_a
-                left_out[cover.dot[q]] *= 1.0 - math.exp(min(log_p, 0.0))
+                left_out[np.uintp(cover.dot[q])] *= 1.0 - min(most * share[q], 1.0)
         for c in range(len(cover.centre)):
             left_out[cover.centre[c]] = 0.0
         out[k] = cover.n_dots - left_out.sum()
@@ -176,21 +188,24 @@ def sample(cover, combination, rng):
     (n_S,) int64, ascending dot indices. Source: paper, eq. 2.
     """
     keep = np.zeros(cover.n_dots, np.bool_)
-    _sample(cover, *map(float, combination), rng.standard_exponential(len(cover.dot)), keep)
+    block = np.unique(np.searchsorted(cover.start, np.arange(0, cover.start[-1], BLOCK)))
+    luck = np.empty(BLOCK + np.diff(cover.start).max())
+    for first, last in zip(block, [*block[1:], len(cover.centre)], strict=True):
+        rng.standard_exponential(out=luck[: cover.start[last] - cover.start[first]])
+        _sample(cover, first, last, *map(float, combination), luck, keep)
     return np.flatnonzero(keep)
 
 
 @njit(cache=True, nogil=True)
-def _sample(cover, alpha, beta, gamma, delta, luck, keep):
-    for c in range(len(cover.centre)):
+def _sample(cover, first, last, alpha, beta, gamma, delta, luck, keep):
+    """The dots that the patches of centres first:last keep, for one exponential number per pair."""
+    dot, fall, before = cover.dot, cover.fall, cover.start[first]
+    for c in range(first, last):
         log_a, power = _log_p(alpha, beta, gamma, delta, cover.roughness[c])
-        if power > 0:
-            for q in range(cover.start[c], cover.start[c + 1]):
-                keep[cover.dot[q]] |= luck[q] > power * cover.fall[q] - log_a
-        else:
-            for q in range(cover.start[c], cover.start[c + 1]):
-                keep[cover.dot[q]] |= luck[q] > -log_a
-    for c in range(len(cover.centre)):
+        for q in range(cover.start[c], cover.start[c + 1]):
+            pair = np.uintp(q)
+            least = power * fall[pair] - log_a if power > 0 else -log_a
+            keep[np.uintp(dot[pair])] |= luck[np.uintp(q - before)] > least
         keep[cover.centre[c]] = True
 
 
