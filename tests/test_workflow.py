@@ -112,19 +112,30 @@ def test_one_core_gives_the_same_bytes(finished, tmp_path):
     assert len(digests(finished)) > 12
 
 
-def test_a_killed_run_continues_to_the_same_tables(finished, tmp_path):
+def test_a_run_killed_at_every_stage_continues_to_the_same_tables(finished, tmp_path):
     folder = tmp_path / "killed"
-    process = subprocess.Popen(
-        command(folder, SMALL, "--nolock"),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    deadline = time.monotonic() + 120
-    while not list(folder.glob("results/small/tdp43/*/roughness.csv")) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+    for stage in (
+        "frames.csv",
+        "*/surface.npz",
+        "*/roughness.csv",
+        "*/grid.csv",
+        "*/ranges.csv",
+        "*/minimal.csv",
+    ):
+        process = subprocess.Popen(
+            command(folder, SMALL, "--nolock"),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        deadline = time.monotonic() + 120
+        while not list(folder.glob(f"results/small/tdp43/{stage}")) and time.monotonic() < deadline:
+            if process.poll() is not None:
+                break
+            time.sleep(0.02)
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
     again = snakemake(folder, SMALL, "--nolock")
     assert again.returncode == 0, output(again)
     assert digests(folder) == digests(finished)
