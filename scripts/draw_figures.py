@@ -13,7 +13,7 @@ from sparsurf.tables import PARAMETERS, combination_text
 from sparsurf.workflow import job
 
 SPARSE = (1.0, 1.0, 10.0, 0.0)  # Fig. 5 D of the paper: few dots, gathered where the surface is rough
-MOST_TESTS = 4000  # test dots of the box plots: enough for every bin of roughness
+MOST_TESTS = 30_000  # test dots of the box plots: the rarest roughness decides how many each bin may show
 
 
 def main(paths_to_inputs, path_to_figure, settings, name, threads):
