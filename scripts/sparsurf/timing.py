@@ -34,6 +34,11 @@ class Table:
         cpu, wall = timed(run, repeats)
         return self.add(what, dots, cpu * per, unit, wall * per, most)
 
+    def missed(self):
+        """Names of the figures above what was promised; of times without CPU seconds the wall time counts."""
+        found = [(row, row["wall"] if row["value"] is None else row["value"]) for row in self.rows]
+        return [row["what"] for row, value in found if row["at_most"] and value > row["at_most"]]
+
     def markdown(self):
         """The whole table."""
         lines = ["| figure | dots | CPU | wall | unit | at most |", "|---|---|---|---|---|---|"]
