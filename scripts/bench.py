@@ -264,10 +264,13 @@ def measure_rules(table, metadata, wall):
             jobs[log] = (min(begin, record["starttime"]), max(end, record["endtime"]))
     for rule in dict.fromkeys(rule for rule, *_ in sorted(jobs, key=jobs.get)):
         spent = [end - begin for (name, *_), (begin, end) in jobs.items() if name == rule]
-        load = [sys.executable, "-c", f"import runpy; runpy.run_path('{rule}.py')"]
-        _, loading = timed(partial(subprocess.run, load, cwd=ROOT / "scripts", check=True), 1)
-        table.add(f"rule {rule}, {len(spent)} jobs", None, None, "s", sum(spent))
-        table.add(f"rule {rule}, its libraries", None, None, "s", loading * len(spent))
+        table.add(
+            f"rule {rule}, {len(spent)} {'job' if len(spent) == 1 else 'jobs'}", None, None, "s", sum(spent)
+        )
+        if Path(ROOT, "scripts", f"{rule}.py").is_file():
+            load = [sys.executable, "-c", f"import runpy; runpy.run_path('{rule}.py')"]
+            _, loading = timed(partial(subprocess.run, load, cwd=ROOT / "scripts", check=True), 1)
+            table.add(f"rule {rule}, its libraries", None, None, "s", loading * len(spent))
     busy = until = 0.0
     for begin, end in sorted(jobs.values()):
         busy, until = busy + max(0.0, end - max(begin, until)), max(until, end)
