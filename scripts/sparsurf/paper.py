@@ -120,11 +120,9 @@ def rows_table(replicated, bias, truth):
             out[f"{name}_published"] <= out[f"{name}_high"] + 0.005
         )
         out[f"{name}_agrees"] = inside
-    for reading in ("kept", "surface"):
-        out[f"d_shared_{reading}"], out[f"Z_tS_shared_{reading}"] = (
-            truth[f"d_{reading}"],
-            truth[f"Z_tS_{reading}"],
-        )
+    for key, values in truth.items():  # d_kept becomes d_shared_kept
+        name, reading = key.rsplit("_", 1)
+        out[f"{name}_shared_{reading}"] = values
     return out
 
 
@@ -135,6 +133,7 @@ def rows_with_shared_tests(evaluator, n_tests, draws):
     for r, reading in enumerate(grid.readings):
         out[f"d_{reading}"] = mean_and_error(tables.difference(grid, r))[0]
         out[f"Z_tS_{reading}"] = mean_and_error(grid.z_ts[r])[0]
+        out[f"fragment_{reading}"] = grid.fragment[r, 0]
     return out
 
 
@@ -197,7 +196,7 @@ def compare_defects(surface, n_tests, draws, **settings):
         part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
         part["n_S_percent"] = 100 * grid.n_s_expected / grid.n_dots
         for reading in grid.readings:
-            for column in ("d", "d_se", "Z_tS"):
+            for column in ("d", "d_se", "Z_tS", "fragment"):
                 part[f"{column}_{reading}"] = table[f"{column}_{reading}"]
         out.append(part)
     return pd.concat(out, ignore_index=True)
