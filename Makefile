@@ -5,34 +5,39 @@
 # make bench   measure speed and memory
 # make lock    renew envs/requirements.txt from envs/requirements.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
+# On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm (docs/cluster.md)
 
 PYTHON ?= python3
 CORES  ?= all
+CLUSTER ?=
 CONFIG ?= config.yaml
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready-$(shell cksum < envs/requirements.txt | cut -d' ' -f1)
+# Where the jobs run: on the cores here, or on a cluster, whose extra packages are installed then
+WHERE  := $(if $(CLUSTER),--cluster $(CLUSTER),--cores $(CORES))
+EXTRA  := $(if $(CLUSTER),$(VENV)/.ready-$(CLUSTER)-$(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1))
 
 export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 
 .PHONY: run paper compare test bench lock
 
-run: $(READY)
-	@$(BIN)/python scripts/study.py $(CONFIG) --cores $(CORES)
+run: $(READY) $(EXTRA)
+	@$(BIN)/python scripts/study.py $(CONFIG) $(WHERE)
 
-paper: $(READY)
-	@$(BIN)/python scripts/study.py studies/paper.yaml --cores $(CORES)
+paper: $(READY) $(EXTRA)
+	@$(BIN)/python scripts/study.py studies/paper.yaml $(WHERE)
 
-compare: $(READY)
-	@$(BIN)/python scripts/study.py $(CONFIG) --cores $(CORES) all compare
+compare: $(READY) $(EXTRA)
+	@$(BIN)/python scripts/study.py $(CONFIG) $(WHERE) all compare
 
-test: $(READY)
+test: $(READY) $(EXTRA)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile
 	$(BIN)/snakemake --lint
-	$(BIN)/pytest
+	$(BIN)/pytest -n 2 --dist loadfile
 
 bench: $(READY)
 	$(BIN)/python scripts/bench.py
@@ -40,6 +45,11 @@ bench: $(READY)
 $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(VENV)/.ready-slurm-%: $(READY) envs/requirements-slurm.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r envs/requirements-slurm.txt
 	touch $@
 
 lock:
@@ -47,3 +57,5 @@ lock:
 	.cache/lock/bin/python -m pip install --quiet uv
 	.cache/lock/bin/uv pip compile --universal --generate-hashes --python-version 3.11 \
 	  --custom-compile-command "make lock" --upgrade --quiet --output-file envs/requirements.txt envs/requirements.in
+	.cache/lock/bin/uv pip compile --universal --no-deps --generate-hashes --python-version 3.11 \
+	  --custom-compile-command "make lock" --upgrade --quiet --output-file envs/requirements-slurm.txt envs/requirements-slurm.in

@@ -21,16 +21,23 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sparsurf import InputError, descriptors, sampling
-from sparsurf.dots import molecular_surface
-from sparsurf.evaluation import READINGS, Evaluator
-from sparsurf.parallel import available_cores
-from sparsurf.patches import R_ZERNIKE, build_index, patch
-from sparsurf.radii import radii
-from sparsurf.roughness import roughness
-from sparsurf.structure import read_molecule
-from sparsurf.surface import Surface, read_surface
-from sparsurf.timing import Table, machine, peak_memory, timed
+from sparsurf import InputError
+from sparsurf.complementarity.nearest import nearest
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.patches import descriptors
+from sparsurf.patches.index import R_ZERNIKE, build_index
+from sparsurf.patches.islands import patch
+from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.roughness import roughness
+from sparsurf.sampling import law
+from sparsurf.study import grid
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.reading import read_surface
+from sparsurf.surfaces.surface import Surface
+from sparsurf.threads import available_cores
+from sparsurf.workflow.timing import Table, machine, peak_memory, timed
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared"))
@@ -39,6 +46,7 @@ RIBOSOME = SHARED / "data" / "structures" / "6zu5_ribosome.cif.gz"
 EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"
 COPIES = (1, 10, 50)  # of A1: 20 thousand, 200 thousand and a million dots
 SHARES = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
+STEADY = 60  # µs that a steady descriptor may take
 FEW = ([0.4, 0.8, 1.0], [0.0, 0.4], [0, 4, 8], [0, 6])  # a grid of 36 combinations
 FULL = ([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0], range(0, 11, 2), range(0, 11, 2))
 BEST = np.array([[1.0, 0.0, 6.0, 0.0]])  # the paper's best combination
@@ -46,6 +54,7 @@ GRIDS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that it ma
 PIECE = "209-214"  # residues of the quick surface
 GAP = 10.0  # Å between the copies on the lattice, so that no patch holds dots of two
 REFERENCE_PATCHES = 5
+PAIRS = {720: None, 14_400: 8, 50_000: 120}  # dots of each partner: CPU seconds that comparing them may take
 
 
 def embedded(residues=None):
@@ -82,13 +91,13 @@ def measure_dots(table, surface, promised, repeats, n_tests, combinations):
     most = 0.15 if promised else None
     seconds = table.time("roughness of all dots", n, lambda: roughness(index), repeats, most=most)
     table.add("roughness per dot", n, 1e6 * seconds / n, "µs")
-    table.time("cover", n, lambda: sampling.build_cover(index, rough), repeats)
+    table.time("cover", n, lambda: law.build_cover(index, rough), repeats)
     evaluator = Evaluator(surface, roughness_values=rough, name="bench")
     rng = np.random.default_rng(0)
 
     def sample():
         for combination in combinations:
-            sampling.sample(evaluator.cover, combination, rng)
+            law.sample(evaluator.cover, combination, rng)
 
     def pair():
         for combination in combinations:
@@ -105,17 +114,36 @@ def measure_descriptors(table, evaluator, rng, repeats, n_tests):
     """64 subsets at shared test dots, as the grid evaluates them."""
     index, n = evaluator.index, len(evaluator.points)
     tests = rng.choice(n, min(n, n_tests), replace=False)
-    z_tot, _ = evaluator.describe(tests)
+    some = tests[: max(1, n_tests // 8)]
+    z_tot, steady = evaluator.describe(tests)[0], evaluator.changed(descriptor="steady").describe(some)[0]
     for share, most in SHARES.items():
         words = np.zeros(n, np.uint64)
         for bit in range(descriptors.BITS):
-            descriptors.add(words, index, sampling.uniform(n, round(share * n), rng), bit)
-        for reading in READINGS:
+            descriptors.add(words, index, law.uniform(n, round(share * n), rng), bit)
+        for reading in OF_GRID:
             run = partial(
                 descriptors.evaluate, index, evaluator.points[tests], words, descriptors.BITS, reading, z_tot
             )
             what, per = f"a descriptor, {share:.0%} kept, `{reading}`", 1e6 / len(tests) / descriptors.BITS
             table.time(what, n, run, repeats, "µs", per, most)
+            run = partial(
+                descriptors.evaluate, index, evaluator.points[some], words, descriptors.BITS, reading, steady,
+                descriptor="steady",
+            )  # fmt: skip
+            what, per = (
+                what.replace("a descriptor", "a steady descriptor"),
+                1e6 / len(some) / descriptors.BITS,
+            )
+            table.time(what, n, run, repeats, "µs", per, STEADY)
+
+
+def measure_pairs(table, sizes, repeats):
+    """The nearest patch of every dot of two surfaces, both ways: time goes with descriptors, not with what they are."""
+    rng = np.random.default_rng(0)
+    for n, most in sizes.items():
+        both = rng.random((2, n, 121))
+        times = repeats if n < 20_000 else 1
+        table.time("nearest patches of two surfaces, both ways", n, partial(nearest, *both), times, most=most)
 
 
 def measure_grids(table, surface, combinations, limits, repeats):
@@ -123,10 +151,10 @@ def measure_grids(table, surface, combinations, limits, repeats):
     evaluator, n = Evaluator(surface, name="bench"), len(surface)
     for n_tests, most in limits.items():
         what = f"grid of {len(combinations)}, {n_tests} test dots"
-        run = partial(evaluator.grid, combinations, n_tests, 1, ("kept",))
+        run = partial(grid.run, evaluator, combinations, n_tests, 1, ("kept",))
         table.time(what, n, run, repeats, most=most)
-    for readings, names in ((("kept",), "`kept`"), (READINGS, "both readings")):
-        run = partial(evaluator.grid, BEST, n, 1, readings)
+    for readings, names in ((("kept",), "`kept`"), (OF_GRID, "both readings")):
+        run = partial(grid.run, evaluator, BEST, n, 1, readings)
         table.time(f"a combination at every dot, {names}", n, run, repeats, most=1)
 
 
@@ -165,7 +193,7 @@ def measure_reference(table, surface, name):
 def warm_up():
     """Load every kernel, so that what follows measures the dots."""
     dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
-    Evaluator(dots).grid(np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+    grid.run(Evaluator(dots), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
 
 
 def print_memory(copies, quick):
@@ -174,7 +202,7 @@ def print_memory(copies, quick):
     one = a1(quick)
     before = peak_memory()
     surface = repeated(one, copies)
-    Evaluator(surface, threads=available_cores()).grid(sampling.grid(*FEW), 100)
+    grid.run(Evaluator(surface, threads=available_cores()), law.grid(*FEW), 100)
     print(json.dumps({"dots": len(surface), "bytes": peak_memory() - before}))
 
 
@@ -194,7 +222,7 @@ def print_ribosome():
     index = step("index", lambda: build_index(surface.points, surface.normals))
     rough = step("roughness", lambda: roughness(index, threads=cores))
     evaluator = step("cover", lambda: Evaluator(surface, roughness_values=rough, threads=cores))
-    step("grid of 36, 400 test dots", lambda: evaluator.grid(sampling.grid(*FEW), 400))
+    step("grid of 36, 400 test dots", lambda: grid.run(evaluator, law.grid(*FEW), 400))
     found = {
         "atoms": molecule.n_atoms,
         "dots": len(surface),
@@ -284,10 +312,11 @@ def main(path_to_output, quick=False, reference=None):
     with threadpool_limits(1, "blas"):
         for c in copies:
             promised = c == 1 and not quick
-            combinations = sampling.grid(*(FULL if promised else FEW))
+            combinations = law.grid(*(FULL if promised else FEW))
             measure_dots(table, repeated(surface, c), promised, repeats, n_tests, combinations)
-        combinations = sampling.grid(*FEW)[:2] if quick else sampling.grid(*FULL)
+        combinations = law.grid(*FEW)[:2] if quick else law.grid(*FULL)
         measure_grids(table, surface, combinations, {n_tests: None} if quick else GRIDS, repeats)
+        measure_pairs(table, {500: None} if quick else PAIRS, repeats)
         measure_surface(table, copies, repeats, PIECE if quick else None)
         if reference:
             measure_reference(table, surface, reference)

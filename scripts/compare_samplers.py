@@ -2,45 +2,60 @@
 
 import pandas as pd
 
-from sparsurf import comparison, comparison_figure, comparison_tables, comparison_text, page
-from sparsurf.evaluation import Evaluator, number_of_tests
-from sparsurf.surface import read_surface
-from sparsurf.workflow import job, reporter
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.report import comparison_page
+from sparsurf.report.figures import comparison_figure, layout
+from sparsurf.study import comparison, comparison_intervals, dots_needed
+from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.tables import as_yardsticks
+from sparsurf.study.without_the_surface import stand_alone
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.spacing import area_of
+from sparsurf.workflow.jobs import reporter, run
 
 
-def main(paths_to_inputs, paths_to_outputs, settings, name, threads):
-    """Write compare.csv with its twin for people, needed.csv and the figure."""
-    surface = read_surface(paths_to_inputs["surface"])
-    rough, grid, ranges = (pd.read_csv(paths_to_inputs[key]) for key in ("roughness", "grid", "ranges"))
+def main(inputs, outputs, settings, name, threads):
+    """Write compare.csv with its page and figure, and the tables that follow from it."""
+    surface = read_npz(inputs["surface"])
+    rough, grid, ranges = (pd.read_csv(inputs[key]) for key in ("roughness", "grid", "ranges"))
     evaluator = Evaluator.from_settings(surface, settings, rough["roughness"].to_numpy(), name, threads)
     percents, names = settings["compare"]["percents"], settings["compare"].get("samplers")
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
     draws = settings["evaluation"]["draws"]
-    area = comparison.area_of(surface)
+    drawers, raw = comparison.contestants(evaluator, names, ranges, grid, percents), {}
     table = comparison.compare(
         evaluator,
-        area[0],
-        comparison.contestants(evaluator, names, ranges, grid, percents),
+        drawers,
         percents,
         n_tests,
         draws,
         reporter(f"{name}: comparison", "samplers"),
+        as_yardsticks(pd.read_csv(inputs["floors"])),
+        raw,
     )
-    table.to_csv(paths_to_outputs["table"], index=False)
-    comparison_tables.all_needed(table).to_csv(paths_to_outputs["needed"], index=False)
-    facts = comparison_text.facts(len(surface), *area, n_tests, draws, comparison.choices_of(ranges))
-    with open(paths_to_outputs["page"], "w", encoding="utf-8") as stream:
-        stream.write(comparison_text.compare_markdown(table, name, facts))
+    molecule = None
+    if inputs.get("structure"):
+        atoms = read_molecule(inputs["structure"], selection="all", whole=False)
+        molecule = atoms.xyz[0], radii(atoms)
+    own = {key: drawers[key] for key in ("farthest", "uniform") if key in drawers}
+    more = {
+        "pairs": comparison_intervals.paired(raw, percents),
+        "fewer": comparison_intervals.times_fewer_intervals(raw, table, evaluator.stream("times fewer")),
+        "alone": stand_alone(evaluator, own, molecule, percents, n_tests, draws),
+    }
+    for key, each in more.items():
+        each.to_csv(outputs[key], index=False)
+    table.to_csv(outputs["table"], index=False)
+    dots_needed.all_needed(table).to_csv(outputs["needed"], index=False)
+    facts = comparison_page.facts(
+        len(surface), *area_of(surface), n_tests, draws, comparison.choices_of(ranges)
+    )
+    with open(outputs["page"], "w", encoding="utf-8") as stream:
+        stream.write(comparison_page.compare_markdown(table, name, facts, **more))
     figure = comparison_figure.comparison_figure(table, name)
-    page.save(figure, paths_to_outputs["png"].removesuffix(".png"))
+    layout.save(figure, outputs["png"].removesuffix(".png"))
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            paths_to_inputs={key: snakemake.input[key] for key in ("surface", "roughness", "grid", "ranges")},
-            paths_to_outputs={key: output[key] for key in ("table", "needed", "page", "png")},
-            settings=snakemake.params.settings,
-            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
-            threads=snakemake.threads,
-        )
+    run(main, snakemake)

@@ -1,20 +1,20 @@
-"""n_S, roughness and d of one combination over time."""
+"""n_S, roughness and d of one combination over time, and the roughness of the residues."""
 
 import pandas as pd
 
-from sparsurf import page, summary_figures
-from sparsurf.workflow import job
+from sparsurf.report.figures import layout, residues_over_time, summary_figures
+from sparsurf.workflow.jobs import run
 
 
-def main(path_to_table, path_to_figure, combination):
-    """Draw and save the figure."""
-    page.save(summary_figures.ensemble_figure(pd.read_csv(path_to_table), combination), path_to_figure)
+def main(inputs, outputs, settings):
+    """Draw and save the two figures."""
+    table, combination = pd.read_csv(inputs["table"]), settings["ensemble"]["combination"]
+    layout.save(summary_figures.ensemble_figure(table, combination), outputs["png"].removesuffix(".png"))
+    over_time, residues = (
+        pd.read_csv(inputs[key], dtype={"residue": str}) for key in ("over_time", "residues")
+    )
+    layout.save(residues_over_time.draw(over_time, residues), outputs["residues"].removesuffix(".png"))
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            path_to_table=snakemake.input.table,
-            path_to_figure=output["png"].removesuffix(".png"),
-            combination=snakemake.params.combination,
-        )
+    run(main, snakemake)

@@ -1,74 +1,75 @@
-"""Figures 1 to 5 of the paper for one surface."""
+"""The figures of one surface: one per output, each by the module of that name in sparsurf.report.figures."""
 
 import json
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from sparsurf import figures, grid_figures, page
-from sparsurf.evaluation import Evaluator
-from sparsurf.patches import patch
-from sparsurf.surface import read_surface
-from sparsurf.tables import PARAMETERS, combination_text
-from sparsurf.workflow import job
+from sparsurf.patches.islands import patch
+from sparsurf.patches.readings import READINGS
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.results import Results, readings_of
+from sparsurf.sampling.combination import Combination
+from sparsurf.study import rough_and_flat
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.workflow.jobs import run
 
-SPARSE = (1.0, 1.0, 10.0, 0.0)  # Fig. 5 D of the paper: few dots, gathered where the surface is rough
-MOST_TESTS = 30_000  # test dots of the box plots: the rarest roughness decides how many each bin may show
+SPARSE = Combination(1.0, 1.0, 10.0, 0.0)  # Fig. 5 D of the paper: few dots, where the surface is rough
+MOST_TESTS = 30_000  # test dots by roughness: the rarest roughness decides how many each bin may show
+DRAWS = 6  # of the combination, for the numbers by roughness
 
 
-def main(paths_to_inputs, path_to_figure, settings, name, threads):
-    """Draw and save the five figures; `path_to_figure` maps 1..5 to a path without suffix."""
-    surface = read_surface(paths_to_inputs["surface"])
-    rough = pd.read_csv(paths_to_inputs["roughness"])["roughness"].to_numpy()
-    grid = pd.read_csv(paths_to_inputs["grid"])
-    with open(paths_to_inputs["best"], encoding="utf-8") as stream:
-        best = json.load(stream)
-    readings = [reading for reading in ("kept", "surface") if reading in best]
-    row = best[readings[0]]["unrestricted"]
-    combination = [row[p] for p in PARAMETERS]
+def main(inputs, outputs, settings, name, threads):
+    """Draw and save every figure that `outputs` names."""
+    surface = read_npz(inputs["surface"])
+    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
+    grid = pd.read_csv(inputs["grid"])
+    best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8"))
+    readings = readings_of(best)
+    combination = Combination.of(best[readings[0]]["unrestricted"])
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
     sampled, random = evaluator.pair(combination, 0)
     sparse, random_sparse = evaluator.pair(SPARSE, 0)
-
-    page.save(figures.figure1(surface.points, surface.normals, rough), path_to_figure[1])
-    page.save(grid_figures.figure2(grid), path_to_figure[2])
-    page.save(grid_figures.figure3(grid, readings), path_to_figure[3])
-    page.save(_figure4(evaluator, sampled, random, readings, best["yardsticks"]), path_to_figure[4])
     subsets = [
         ("all dots", np.arange(len(surface))),
-        (f"sampled, {combination_text(row)}", sampled),
+        (f"sampled, {combination}", sampled),
         ("random, as many", random),
-        (f"sampled, {combination_text(dict(zip(PARAMETERS, SPARSE, strict=True)))}", sparse),
+        (f"sampled, {SPARSE}", sparse),
         ("random, as many", random_sparse),
     ]
-    page.save(figures.figure5(surface.points, surface.normals, subsets), path_to_figure[5])
+    fourth = _rough_and_flat(evaluator, combination, readings, best["yardsticks"], outputs["bins"])
+    results = Results(surface, rough, grid, best, subsets, fourth)
+    for figure in outputs.keys() - {"svgs", "bins"}:
+        draw = import_module(f"sparsurf.report.figures.{figure}").draw
+        layout.save(draw(results), outputs[figure].removesuffix(".png"))
 
 
-def _figure4(evaluator, sampled, random, readings, yardsticks):
-    """Box plots over many test dots, and the patch of a rough and of a flat dot (5th and 95th percentile)."""
-    tests = evaluator.draw_tests(MOST_TESTS, "figure 4")
-    z_tot, _ = evaluator.describe(tests)
-    distances = {}
-    for reading in readings:
-        z, _ = evaluator.distances([sampled, random], tests, z_tot, reading)
-        distances[reading] = (z[0], z[1])
-    ranked = tests[np.argsort(evaluator.roughness[tests], kind="stable")]
-    patches = []
+def _rough_and_flat(evaluator, combination, readings, yardsticks, path_to_bins):
+    """What Figure 4 shows, its numbers being written to a table: patches around kept dots, then around any dots."""
+    tables, panels = [], []
+    for around, kept in rough_and_flat.AROUND.items():
+        found = rough_and_flat.by_roughness(evaluator, combination, readings, MOST_TESTS, DRAWS, kept)
+        tables.append(rough_and_flat.bins_table(found, kept).assign(around=around))
+        for reading in readings:
+            z_ts, z_tr = found.z[reading][:, 0]
+            panels.append((f"{around}, {READINGS[reading].words}", found.roughness[0], z_ts, z_tr))
+    pd.concat(tables, ignore_index=True).to_csv(path_to_bins, index=False)
+    ranked, patches = found.dots[0][np.argsort(found.roughness[0], kind="stable")], []
     for title, dot in (("rough", ranked[len(ranked) // 20]), ("flat", ranked[-len(ranked) // 20])):
         ids = patch(evaluator.index, dot, evaluator.r_zernike)
-        kept = [np.flatnonzero(np.isin(ids, subset)) for subset in (sampled, random)]
+        of_patch = [np.flatnonzero(np.isin(ids, subset)) for subset in evaluator.pair(combination, 0)]
         title = f"{title} patch, R = {evaluator.roughness[dot]:.2f}"
-        patches.append((title, evaluator.points[ids], evaluator.normals[ids], *kept))
-    rng = evaluator.stream("figure 4")
-    return figures.figure4(evaluator.roughness[tests], distances, patches, rng, yardsticks)
+        patches.append((title, evaluator.points[ids], evaluator.normals[ids], *of_patch))
+    return {
+        "panels": panels,
+        "patches": patches,
+        "rng": evaluator.stream("figure 4"),
+        "yardsticks": yardsticks,
+    }
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            paths_to_inputs={key: snakemake.input[key] for key in ("surface", "roughness", "grid", "best")},
-            path_to_figure={k: output[f"png{k}"].removesuffix(".png") for k in range(1, 6)},
-            settings=snakemake.params.settings,
-            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
-            threads=snakemake.threads,
-        )
+    run(main, snakemake)

@@ -2,15 +2,16 @@
 
 import pandas as pd
 
-from sparsurf import figures, page
-from sparsurf.workflow import job
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.frames import frames_projection
+from sparsurf.workflow.jobs import run
 
 
-def main(paths, path_to_figure):
+def main(inputs, outputs):
     """Draw clusters, chosen frames, silhouettes and explained variance."""
-    tables = {key: pd.read_csv(path) for key, path in paths.items()}
+    tables = {key: pd.read_csv(path) for key, path in inputs.items()}
     projection, frames = tables["projection"], tables["frames"]
-    figure = figures.frames_projection(
+    figure = frames_projection(
         projection[["pc1", "pc2"]].to_numpy(),
         projection["cluster"].to_numpy(),
         projection.reset_index().set_index("frame")["index"].loc[frames["frame"]].to_numpy(),
@@ -18,12 +19,8 @@ def main(paths, path_to_figure):
         tables["explained"]["explained"].to_numpy(),
         dict(zip(tables["silhouette"]["K"], tables["silhouette"]["silhouette"], strict=True)),
     )
-    page.save(figure, path_to_figure)
+    layout.save(figure, outputs["png"].removesuffix(".png"))
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            paths={key: snakemake.input[key] for key in ("frames", "projection", "silhouette", "explained")},
-            path_to_figure=output["png"].removesuffix(".png"),
-        )
+    run(main, snakemake)

@@ -1,36 +1,27 @@
-"""n_S and d of one combination over the frames of a trajectory."""
+"""What all frames of a trajectory gave, as one table, and R_i of the residues over them."""
 
 from pathlib import Path
 
-from sparsurf.config import OF_STRUCTURES
-from sparsurf.ensemble import follow
-from sparsurf.structure import read_molecule
-from sparsurf.workflow import job, reporter
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.study.ensemble import apart, gathered
+from sparsurf.study.residues import over_frames
+from sparsurf.workflow.jobs import run
+
+FIRST_ONLY = 10**9  # a stride that leaves one frame: the residues are the same in all
 
 
-def main(
-    path_to_molecule, path_to_trajectory, path_to_table, path_to_part, protein, settings, name, threads, code
-):
-    """Write ensemble.csv; what an interrupted run has done is taken from the partial file beside it."""
-    keys = {key: value for key, value in protein.items() if key in OF_STRUCTURES and key != "trajectory"}
-    molecule = read_molecule(
-        path_to_molecule, path_to_trajectory, stride=settings["ensemble"]["stride"], **keys
+def main(inputs, outputs, reading):
+    """Write ensemble.csv, and R_i of the residues in every frame and over all."""
+    residues = read_molecule(
+        inputs["structure"], inputs.get("trajectory"), stride=FIRST_ONLY, **reading
+    ).residues
+    table, over_time = apart(
+        gathered(Path(path).read_text(encoding="utf-8") for path in inputs["rows"]), residues
     )
-    table = follow(molecule, settings, name, threads, path_to_part, code, reporter(name, "frames"))
-    table.to_csv(path_to_table, index=False)
-    Path(path_to_part).unlink()
+    table.to_csv(outputs["table"], index=False)
+    over_time.to_csv(outputs["over_time"], index=False)
+    over_frames(residues, over_time.to_numpy(float)[:, 2:]).to_csv(outputs["residues"], index=False)
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            path_to_molecule=snakemake.input.structure,
-            path_to_trajectory=snakemake.input.get("trajectory"),
-            path_to_table=output["table"],
-            path_to_part=f"{snakemake.output.table}.part",  # not in `output`, which does not outlive the job
-            protein=snakemake.params.protein,
-            settings=snakemake.params.settings,
-            name=snakemake.wildcards.protein,
-            threads=snakemake.threads,
-            code=snakemake.params.code,
-        )
+    run(main, snakemake)

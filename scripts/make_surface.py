@@ -1,37 +1,29 @@
 """The molecular surface of one conformation."""
 
 import shutil
+from pathlib import Path
 
-from sparsurf.dots import fitting_density, molecular_surface, surface_by_dms_program
-from sparsurf.exports import write_dms
-from sparsurf.radii import radii
-from sparsurf.structure import read_molecule
-from sparsurf.surface import write_npz
-from sparsurf.workflow import job
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.surfaces.formats.dms import write_dms
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.radii import radii
+from sparsurf.workflow.jobs import run
 
 
-def main(path_to_input, path_to_structure, path_to_surface, path_to_dms, settings, d_link, name):
+def main(inputs, outputs, settings, name):
     """Write the dots of a structure as npz and as a DMS file, and the structure itself beside them."""
+    rules, path_to_input = settings["surface"], f"{inputs['structures']}/{Path(name).name}.pdb"
     molecule = read_molecule(path_to_input, selection="all", whole=False)
-    xyz, r = molecule.xyz[0], radii(molecule, settings["radii"])
-    density = fitting_density(xyz, r, settings, d_link, name)
-    if settings["method"] == "dms":
-        surface = surface_by_dms_program(path_to_input, settings["probe_radius"], density)
-    else:
-        surface = molecular_surface(xyz, r, settings["probe_radius"], density, settings["reentrant"])
-    write_npz(path_to_surface, surface)
-    write_dms(path_to_dms, surface, molecule.residue_name, molecule.residue, molecule.name, xyz)
-    shutil.copyfile(path_to_input, path_to_structure)
+    atom_radii = radii(molecule, rules["radii"])
+    density = fitting_density(molecule, 0, atom_radii, rules, settings["D_link"], name)
+    surface = surface_of(molecule, 0, atom_radii, rules | {"density": density})
+    write_npz(outputs["surface"], surface)
+    write_dms(
+        outputs["dms"], surface, molecule.residue_name, molecule.residue, molecule.name, molecule.xyz[0]
+    )
+    shutil.copyfile(path_to_input, outputs["structure"])
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            path_to_input=f"{snakemake.input.structures}/{snakemake.wildcards.conformation}.pdb",
-            path_to_structure=output["structure"],
-            path_to_surface=output["surface"],
-            path_to_dms=output["dms"],
-            settings=snakemake.params.settings,
-            d_link=snakemake.params.d_link,
-            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
-        )
+    run(main, snakemake)

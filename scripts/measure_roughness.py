@@ -2,30 +2,23 @@
 
 import pandas as pd
 
-from sparsurf.exports import write_ply
-from sparsurf.patches import build_index, refuse_sparse
-from sparsurf.roughness import roughness
-from sparsurf.surface import read_surface
-from sparsurf.workflow import job
+from sparsurf.patches.index import build_index
+from sparsurf.patches.roughness import roughness
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.formats.ply import write_ply
+from sparsurf.surfaces.spacing import refuse_sparse
+from sparsurf.workflow.jobs import run
 
 
-def main(path_to_surface, path_to_roughness, path_to_ply, patches, name, threads):
+def main(inputs, outputs, settings, name, threads):
     """Write R_i of every dot, and the surface coloured by it."""
-    surface = read_surface(path_to_surface)
+    surface, patches = read_npz(inputs["surface"]), settings["patches"]
     index = build_index(surface.points, surface.normals, patches["D_link"])
-    refuse_sparse(index, patches["D_link"], name)
-    values = roughness(index, patches["R_patch"], threads)
-    pd.DataFrame({"roughness": values}).to_csv(path_to_roughness, index=False)
-    write_ply(path_to_ply, surface, values, "roughness")
+    refuse_sparse(surface.points, patches["D_link"], name)
+    values = roughness(index, patches["R_patch"], threads, patches["roughness"])
+    pd.DataFrame({"roughness": values}).to_csv(outputs["roughness"], index=False)
+    write_ply(outputs["ply"], surface, values, "roughness")
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            path_to_surface=snakemake.input.surface,
-            path_to_roughness=output["roughness"],
-            path_to_ply=output["ply"],
-            patches=snakemake.params.patches,
-            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
-            threads=snakemake.threads,
-        )
+    run(main, snakemake)

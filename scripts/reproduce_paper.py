@@ -6,32 +6,29 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sparsurf import paper, sampling, tables
-from sparsurf.evaluation import Evaluator, number_of_tests
-from sparsurf.surface import read_surface
-from sparsurf.verdict import as_html, rough_and_flat, verdict
-from sparsurf.workflow import job, reporter
+from sparsurf.report.html import as_html
+from sparsurf.report.verdict import surface_sentence, verdict
+from sparsurf.sampling import law
+from sparsurf.study import published_runs, replication, tables, tuned
+from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.workflow.jobs import reporter, run
 
-MOST_TESTS = 4000  # test dots of the comparison of rough with flat patches
 
-
-def main(inputs, outputs, settings, name, threads):
+def main(inputs, outputs, settings, name, threads, path_to_surface):
     """Write the tables of the comparison and the page of verdicts."""
-    surface = read_surface(inputs["surface"])
+    surface = read_npz(inputs["surface"])
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     grid, ranges = pd.read_csv(inputs["grid"]), pd.read_csv(inputs["ranges"])
     best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8"))
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
     lists = settings["sampling"]
-    combinations = sampling.grid(lists["alpha"], lists["beta"], lists["gamma"], lists["delta"])
+    combinations = law.grid(lists["alpha"], lists["beta"], lists["gamma"], lists["delta"])
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
     draws = settings["evaluation"]["draws"]
 
-    report = reporter(f"{name} as published", "runs of the grid")
-    selected = paper.as_published(evaluator, combinations, progress=report)
-    bias = paper.selection_bias(selected, grid)
-    rows = paper.rows_table(
-        paper.replicate_rows(evaluator), bias, paper.rows_with_shared_tests(evaluator, n_tests, draws)
+    runs = published_runs.as_published(
+        evaluator, combinations, progress=reporter(f"{name} as published", "runs of the grid")
     )
     own = {
         "roughness_values": rough,
@@ -40,42 +37,34 @@ def main(inputs, outputs, settings, name, threads):
         "threads": threads,
         **{key.lower(): value for key, value in settings["patches"].items()},
     }
-    links = paper.sweep_links(surface, paper.LINKS, n_tests, draws, **own)
-    defects = paper.compare_defects(surface, n_tests, draws, **own)
-    bins = rough_and_flat(*paper.by_roughness(evaluator, best, MOST_TESTS))
-    numbered = pd.concat([one.assign(run=k + 1) for k, one in enumerate(selected)], ignore_index=True)
-    results = {"selected": numbered, "rows": rows, "links": links, "defects": defects, "bins": bins}
+    results = {
+        "runs": runs,
+        "places": published_runs.place_of_published(runs),
+        "rows": replication.published_rows(evaluator, n_tests, draws),
+        "links": replication.sweep_links(surface, replication.LINKS, n_tests, draws, **own),
+        "defects": replication.compare_defects(surface, n_tests, draws, **own),
+        "family": tuned.tuned_family(evaluator, combinations[:, 1:], n_tests=n_tests, draws=draws),
+    }
     for key, table in results.items():
         tables.with_yardsticks(table, best["yardsticks"]).to_csv(outputs[key], index=False)
     page = verdict(
-        {
+        results
+        | {
             "grid": grid,
             "ranges": ranges,
             "best": best,
-            "rows": rows,
-            "links": links,
-            "defects": defects,
-            "selected": selected,
-            "bins": bins,
+            "bias": published_runs.selection_bias(runs, grid),
+            "signs": replication.sign_changes(results["links"]),
+            "bins": pd.read_csv(inputs["bins"]),
+            "family": tuned.best_of_family(results["family"]),
             "uniform": {"median": float(np.median(np.bincount(evaluator.cover.dot)))},
-            "surface": paper.surface_sentence(evaluator, settings["made"]),
+            "surface": surface_sentence(evaluator, settings["surface"], path_to_surface),
         },
         {key: Path(path).name for key, path in (inputs | outputs).items()},
     )
-    page += "\n" + tables.rows_markdown(rows)
     Path(outputs["verdict"]).write_text(page, encoding="utf-8")
     Path(outputs["html"]).write_text(as_html(page), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            inputs={key: snakemake.input[key] for key in ("surface", "roughness", "grid", "ranges", "best")},
-            outputs={
-                key: output[key]
-                for key in ("selected", "rows", "links", "defects", "bins", "verdict", "html")
-            },
-            settings=snakemake.params.settings,
-            name=snakemake.params.name,
-            threads=snakemake.threads,
-        )
+    run(main, snakemake)

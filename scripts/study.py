@@ -1,61 +1,126 @@
-"""Run a study and write its report: `python scripts/study.py [config.yaml] [snakemake options]`.
+"""Run a study and write its report: `python scripts/study.py [config.yaml] [--cluster slurm] [snakemake options]`.
 
 One study at a time per checkout: the lock is the operating system's, so that a killed run leaves
 nothing to unlock and the next one continues where it was.
 """
 
 import fcntl
+import os
 import subprocess
 import sys
+import tempfile
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
-import yaml
+from sparsurf import InputError
+from sparsurf.workflow.config import check, memory_of_grid
+from sparsurf.workflow.yaml_file import read_config
 
 ROOT = Path(__file__).resolve().parents[1]
+TELL = 2**30  # bytes of memory from which on a grid's need is told
 
 
 def main(path_to_config="config.yaml", *options):
     """Run Snakemake, then its report where anything is newer than it; returns the exit code."""
-    if not Path(path_to_config).is_file():
-        print(
-            f"There is no config file {path_to_config!r}; give one with CONFIG=my_config.yaml.",
-            file=sys.stderr,
-        )
+    path, begin, options = Path(path_to_config).resolve(), time.time(), list(options)
+    if "--cluster" in options:
+        at = options.index("--cluster")
+        options[at : at + 2] = cluster(options[at + 1])
+    dry = bool({"--dry-run", "-n"} & set(options))
+    os.chdir(ROOT)
+    try:
+        config = checked_config(path, path_to_config)
+        results = ROOT / "results" / config["run"]
+        with locked():
+            if not dry:
+                make_writable(results)
+            code = snakemake(path, "--nolock", *options)
+            return code if dry else finish(path, config, results, code, begin)
+    except InputError as error:
+        print(error, file=sys.stderr)
         return 2
+
+
+def checked_config(path, given):
+    """The config in a file, checked before anything starts; says what memory a large grid will need."""
+    if not path.is_file():
+        raise InputError(f"There is no config file {given!r}; give one with CONFIG=my_config.yaml.")
+    config = read_config(path)
+    if "proteins" not in config:  # the Snakefile takes the default study's then
+        config = read_config(ROOT / "config.yaml") | config
+    config = check(config, home=ROOT)
+    needed = memory_of_grid(config)
+    if needed > TELL:
+        print(f"The grid of one surface will need about {needed / 2**30:.1f} GB of memory.")
+    return config
+
+
+@contextmanager
+def locked():
+    """Hold the lock of this checkout."""
     lock = ROOT / ".snakemake" / "study.lock"
-    lock.parent.mkdir(exist_ok=True)
-    with open(lock, "w", encoding="utf-8") as held:
+    try:
+        lock.parent.mkdir(exist_ok=True)
+        held = lock.open("w", encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"{lock.parent} cannot be written ({error.strerror}): a study needs its folder."
+        ) from None
+    with held:
         try:
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            print("Another study runs in this folder; wait for it to end.", file=sys.stderr)
-            return 2
-        begin = time.time()
-        code = snakemake(path_to_config, "--nolock", *options)
-        results = ROOT / "results" / run_name(path_to_config)
-        report = results / "report.html"
-        if not results.is_dir() or {"--dry-run", "-n"} & set(options):
-            return code
-        if code and any(results.glob("*/*/ranges.csv")):  # what there is, without the proteins that failed
-            subprocess.call([sys.executable, str(ROOT / "scripts" / "summarise_run.py"), str(results)])
-        if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study
-            code = snakemake(path_to_config, "--nolock", "--quiet", "all", "--report", str(report))
-        print_results(results, code, begin)
-        return code
+            raise InputError("Another study runs in this folder; wait for it to end.") from None
+        yield
+
+
+def make_writable(folder):
+    """Create a folder, or say why nothing can be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise InputError(
+            f"{folder.relative_to(ROOT)}/ cannot be written ({error.strerror}): mend that first."
+        ) from None
+
+
+def finish(path_to_config, config, results, code, begin):
+    """Sum up what there is and write the report; returns the exit code."""
+    report = results / "report.html"
+    if code and any(results.glob("*/*/ranges.csv")):  # what there is, without the proteins that failed
+        patches = config["patches"]
+        wish = ["--R-patch", patches["R_patch"], "--D-link", patches["D_link"], "--seed", config["seed"]]
+        call = [sys.executable, ROOT / "scripts" / "summarise_run.py", results, *wish]
+        subprocess.call([*map(str, call)])
+    if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study
+        code = snakemake(path_to_config, "--nolock", "--quiet", "all", "--report", str(report))
+    print_results(results, code, begin)
+    return code
 
 
 def snakemake(path_to_config, *options):
     """Run Snakemake in the project's folder; returns its exit code."""
     command = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile", "--directory", ROOT]
-    return subprocess.call(
-        [*map(str, command), "--configfile", str(Path(path_to_config).resolve()), *options]
-    )
+    return subprocess.call([*map(str, command), "--configfile", str(path_to_config), *options])
 
 
-def run_name(path_to_config):
-    """The config's `run`."""
-    return str((yaml.safe_load(Path(path_to_config).read_text(encoding="utf-8")) or {}).get("run", "default"))
+def cluster(name):
+    """Snakemake's options for profiles/<name>, and what a Slurm without accounting needs besides."""
+    options = ["--workflow-profile", str(ROOT / "profiles" / name)]
+    if name == "slurm" and not accounting():
+        options += ["--slurm-status-command", "squeue", "--slurm-no-account"]
+    return options
+
+
+def accounting():
+    """Whether Slurm keeps accounts that can be asked; where it says so and does not, Snakemake would wait for ever."""
+    command = ["sacct", "--noheader", "--allocations", "--starttime", "now"]
+    try:
+        return subprocess.run(command, capture_output=True, timeout=30, check=False).returncode == 0
+    except (OSError, subprocess.TimeoutExpired):
+        return False
 
 
 def is_older(report, results):
@@ -88,10 +153,9 @@ def print_results(results, code, begin):
                         f"- {log.relative_to(results / 'logs').with_suffix('')}: {sentence}", file=sys.stderr
                     )
         return
-    first = sorted(results.glob("*/*/ranges.md"))[:1]
     print(f"\nResults: {where}/ (what every file is: results/README.md)")
     print(f"Report:  {where}/report.html")
-    for path in [results / "verdict.md", *first]:
+    for path in [results / "index.html", results / "verdict.md"]:
         if path.is_file():
             print(f"Read first: {path.relative_to(ROOT)}")
 

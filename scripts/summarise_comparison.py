@@ -4,36 +4,34 @@ from pathlib import Path
 
 import pandas as pd
 
-from sparsurf import comparison_summary, page
-from sparsurf.comparison_figure import comparison_figure
-from sparsurf.comparison_tables import ranking
-from sparsurf.workflow import job
+from sparsurf.report.comparison_over_proteins_page import summary_markdown
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.comparison_figure import comparison_figure
+from sparsurf.study.comparison_over_proteins import by_protein, needed_over_proteins, over_proteins
+from sparsurf.study.dots_needed import ranking
+from sparsurf.workflow.jobs import run
 
 
-def main(paths_to_tables, paths_to_outputs):
+def main(inputs, outputs):
     """Write the means and the spread between proteins, as table, page and figure.
 
-    `paths_to_tables` end in <protein>/<conformation>/compare.csv.
+    The tables that come in end in <protein>/<conformation>/compare.csv.
     """
-    tables = {Path(path).parts[-3:-1]: pd.read_csv(path) for path in paths_to_tables}
-    units = comparison_summary.by_protein(tables)
+    tables = {Path(path).parts[-3:-1]: pd.read_csv(path) for path in inputs["tables"]}
+    units = by_protein(tables)
     of = "proteins" if len({protein for protein, _ in tables}) > 1 else "conformations"
-    table = comparison_summary.summary(units)
-    fewer = comparison_summary.needed_summary(units)
-    table.to_csv(paths_to_outputs["table"], index=False)
-    fewer.to_csv(paths_to_outputs["needed"], index=False)
+    table = over_proteins(units)
+    fewer = needed_over_proteins(units)
+    table.to_csv(outputs["table"], index=False)
+    fewer.to_csv(outputs["needed"], index=False)
     rankings = {name: ranking(own) for name, own in units.items()}
-    with open(paths_to_outputs["page"], "w", encoding="utf-8") as stream:
-        stream.write(comparison_summary.summary_markdown(table, fewer, rankings, of, len(tables)))
+    with open(outputs["page"], "w", encoding="utf-8") as stream:
+        stream.write(summary_markdown(table, fewer, rankings, of, len(tables)))
     drawn = table.rename(columns={"lowest": "low", "highest": "high"})
     subject = f"mean of {len(units)} {of}" if len(units) > 1 else next(iter(units))
     figure = comparison_figure(drawn, subject, f"lowest to highest of {len(units)} {of}")
-    page.save(figure, paths_to_outputs["png"].removesuffix(".png"))
+    layout.save(figure, outputs["png"].removesuffix(".png"))
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            paths_to_tables=list(snakemake.input),
-            paths_to_outputs={key: output[key] for key in ("table", "needed", "page", "png")},
-        )
+    run(main, snakemake)

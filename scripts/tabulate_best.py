@@ -4,20 +4,24 @@ import json
 
 import pandas as pd
 
-from sparsurf import evaluation, tables
-from sparsurf.workflow import job
+from sparsurf.report import pages
+from sparsurf.study import tables
+from sparsurf.study.grid import load
+from sparsurf.study.tables import as_yardsticks
+from sparsurf.workflow.jobs import run
 
 
-def main(path_to_grid, path_to_distances, path_to_ranges, path_to_best, settings):
+def main(inputs, outputs, settings):
     """Write ranges.csv and best.json, and their twins for people."""
-    table, grid = pd.read_csv(path_to_grid), evaluation.load_grid(path_to_distances)
-    ranges = tables.ranges_table(table, grid, settings["ranges"])
-    best = tables.best(table, grid, settings["max_n_S_percent"])
-    ranges.to_csv(path_to_ranges["csv"], index=False)
+    table, grid = pd.read_csv(inputs["grid"]), load(inputs["distances"])
+    floors = as_yardsticks(pd.read_csv(inputs["floors"]))
+    ranges = tables.ranges_table(table, grid, settings["tables"]["ranges"], floors)
+    best = tables.best(table, grid, settings["tables"]["max_n_S_percent"], floors)
+    ranges.to_csv(outputs["ranges"], index=False)
     texts = {
-        path_to_ranges["md"]: tables.ranges_markdown(ranges, best["yardsticks"]),
-        path_to_best["md"]: tables.best_markdown(best),
-        path_to_best["json"]: json.dumps(best, indent=2) + "\n",
+        outputs["ranges_md"]: pages.ranges_markdown(ranges, best["yardsticks"]),
+        outputs["best_md"]: pages.best_markdown(best),
+        outputs["best"]: json.dumps(best, indent=2) + "\n",
     }
     for path, text in texts.items():
         with open(path, "w", encoding="utf-8") as stream:
@@ -25,11 +29,4 @@ def main(path_to_grid, path_to_distances, path_to_ranges, path_to_best, settings
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            path_to_grid=snakemake.input.grid,
-            path_to_distances=snakemake.input.distances,
-            path_to_ranges={"csv": output["ranges"], "md": output["ranges_md"]},
-            path_to_best={"json": output["best"], "md": output["best_md"]},
-            settings=snakemake.params.settings,
-        )
+    run(main, snakemake)

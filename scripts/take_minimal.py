@@ -1,38 +1,55 @@
-"""The subset of a surface that is handed out, with the number of dots that each of its dots stands for."""
+"""The subset of a surface that is handed out, which is enough to have the surface back."""
 
 import pandas as pd
 
-from sparsurf.comparison import choices_of, with_choices
-from sparsurf.evaluation import Evaluator, number_of_tests
-from sparsurf.exports import write_ply
-from sparsurf.minimal import minimal_subset
-from sparsurf.surface import Surface, read_surface
-from sparsurf.workflow import job
+from sparsurf.recovery.interpolants import fit
+from sparsurf.recovery.recovering import REACH
+from sparsurf.sampling.samplers import weights
+from sparsurf.study.comparison import choices_of
+from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.minimal import minimal_subset
+from sparsurf.study.minimal_by_floor import enough_dots, smallest
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.formats.ply import write_ply
+from sparsurf.surfaces.surface import Surface
+from sparsurf.workflow.jobs import run
 
 
-def main(path_to_surface, path_to_roughness, path_to_ranges, path_to_table, path_to_ply, settings, name):
-    """Write minimal.csv and minimal.ply; the paper's sampler takes its parameters from ranges.csv where given."""
-    surface = read_surface(path_to_surface)
-    rough = pd.read_csv(path_to_roughness)["roughness"].to_numpy()
+def main(inputs, outputs, settings, name):
+    """Write minimal.csv, minimal.ply and enough.csv; the paper's sampler takes its parameters from ranges.csv where given."""
+    surface = read_npz(inputs["surface"])
+    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     wish = settings["minimal"]
     evaluator = Evaluator.from_settings(surface, settings, rough, name, 1)
-    if path_to_ranges:
-        evaluator = with_choices(evaluator, choices_of(pd.read_csv(path_to_ranges)))
-    dots, weight = minimal_subset(
-        evaluator,
-        wish["sampler"],
-        number_of_dots(wish, len(surface)),
-        wish.get("Z"),
-        wish.get("combination"),
-        number_of_tests(settings["evaluation"]["test_dots"], len(surface)),
-    )
-    table = pd.DataFrame({"dot": dots})
-    table[["x", "y", "z"]] = surface.points[dots]
-    table[["nx", "ny", "nz"]] = surface.normals[dots]
-    table["weight"] = weight
-    table.to_csv(path_to_table, index=False)
+    choices = choices_of(pd.read_csv(inputs["ranges"]) if "ranges" in inputs else None)
+    n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
+    floors = pd.read_csv(inputs["floors"])
+    enough = enough_dots(evaluator, wish["sampler"], floors, n_tests, choices)
+    enough.to_csv(outputs["enough"], index=False)
+    if "floor" in wish:
+        dots = smallest(evaluator, wish["sampler"], floors, wish["floor"], enough, n_tests, choices)
+        weight = weights(surface.points, dots)
+    else:
+        size, z = number_of_dots(wish, len(surface)), wish.get("Z")
+        dots, weight = minimal_subset(
+            evaluator, wish["sampler"], size, z, wish.get("combination"), n_tests, choices
+        )
     subset = Surface(surface.points[dots], surface.normals[dots])
-    write_ply(path_to_ply, subset, weight.astype(float), "weight")
+    table = pd.DataFrame({"dot": dots})
+    table[["x", "y", "z"]] = subset.points
+    table[["nx", "ny", "nz"]] = subset.normals
+    table["weight"], table["spacing"], table["reach"] = weight, spacing_of(subset), REACH
+    table.to_csv(outputs["table"], index=False)
+    columns = {key: table[key].to_numpy(float) for key in ("spacing", "reach")}
+    write_ply(outputs["ply"], subset, weight.astype(float), "weight", columns)
+
+
+def spacing_of(subset):
+    """Spacing of the kept dots around each, Å; NaN for a single dot."""
+    if len(subset) < 2:
+        return float("nan")
+    functions = fit(subset.points, subset.normals)
+    return functions.spacing[functions.index.position]
 
 
 def number_of_dots(wish, n_dots):
@@ -43,13 +60,4 @@ def number_of_dots(wish, n_dots):
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(
-            path_to_surface=snakemake.input.surface,
-            path_to_roughness=snakemake.input.roughness,
-            path_to_ranges=snakemake.input.get("ranges"),
-            path_to_table=output["table"],
-            path_to_ply=output["ply"],
-            settings=snakemake.params.settings,
-            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
-        )
+    run(main, snakemake)

@@ -1,14 +1,14 @@
 """A ready surface enters the study."""
 
-from sparsurf.surface import read_surface, write_npz
-from sparsurf.workflow import job
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.reading import read_surface
+from sparsurf.workflow.jobs import run
 
 
-def main(path_to_input, path_to_surface):
+def main(inputs, outputs):
     """Check a surface and store it in the project's own form, dots in the order of the file."""
-    write_npz(path_to_surface, read_surface(path_to_input))
+    write_npz(outputs["surface"], read_surface(inputs["surface"]))
 
 
 if __name__ == "__main__":
-    with job(snakemake) as output:
-        main(snakemake.input[0], output["surface"])
+    run(main, snakemake)

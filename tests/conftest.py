@@ -21,7 +21,7 @@ def shared():
 @pytest.fixture(scope="session")
 def a1(shared):
     """The DMS surface of A1, the paper's example: 20045 dots."""
-    from sparsurf.surface import read_surface
+    from sparsurf.surfaces.reading import read_surface
 
     return read_surface(shared / "data" / "tdp43" / "A1.dms.gz")
 
@@ -46,3 +46,8 @@ def make_blob(n, seed=5):
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     order = rng.permutation(n)
     return points[order], normals[order]
+
+
+def pytest_collection_modifyitems(items):
+    """Whole studies first: with two processes, the other tests fill the time that they take."""
+    items.sort(key=lambda item: item.path.name != "test_workflow.py")

@@ -4,6 +4,7 @@ import math
 from functools import cache
 
 import numpy as np
+from scipy.interpolate import BSpline
 from scipy.sparse.csgraph import connected_components
 from scipy.special import eval_jacobi
 
@@ -50,17 +51,21 @@ def probability(alpha, beta, gamma, delta, r, distance, radius):
     return alpha * (1 - r) ** beta * (distance / radius) ** (gamma * (1 + r) + delta)
 
 
-def image(points, normals, up=True, weights=None):
-    """25 x 25 image of a patch before the gaps are filled; None where it has no extent."""
-    w = np.ones(len(points)) if weights is None else weights
-    x = points - (w[:, None] * points).sum(axis=0) / w.sum()
-    mean = (w[:, None] * normals).sum(axis=0)
+def upright(mean, up):
+    """The turn about z, then x, that takes the mean normal to +z, or to -z."""
     a = math.atan2(mean[0], mean[1])
     about_z = np.array([[math.cos(a), -math.sin(a), 0], [math.sin(a), math.cos(a), 0], [0, 0, 1]])
     mean = about_z @ mean
     b = math.atan2(mean[1], mean[2]) + (0 if up else math.pi)
     about_x = np.array([[1, 0, 0], [0, math.cos(b), -math.sin(b)], [0, math.sin(b), math.cos(b)]])
-    x = x @ (about_x @ about_z).T
+    return about_x @ about_z
+
+
+def image(points, normals, up=True, weights=None):
+    """25 x 25 image of a patch before the gaps are filled; None where it has no extent."""
+    w = np.ones(len(points)) if weights is None else weights
+    x = points - (w[:, None] * points).sum(axis=0) / w.sum()
+    x = x @ upright((w[:, None] * normals).sum(axis=0), up).T
     rho = np.hypot(x[:, 0], x[:, 1])
     if rho.max() == 0:
         return None
@@ -136,3 +141,69 @@ def descriptor(points, normals, up=True, weights=None):
     """The 121 invariants of a patch given by its dots."""
     picture = image(points, normals, up, weights) if len(points) > 1 else None
     return np.zeros(121) if picture is None else moduli(fill(picture))
+
+
+def steady_values(points, normals, centre, radius=6.0, up=True, weights=None):
+    """Places x, y in the disc (radius 1), r less that of the plane, and weight of the dots of a patch."""
+    w = np.ones(len(points)) if weights is None else weights / weights.mean()
+    x = points - centre
+    w = w * (np.maximum(0, 1 - (np.linalg.norm(x, axis=1) / radius) ** 4) ** 2 + 1e-3)
+    turn = upright((w[:, None] * normals).sum(axis=0), up)
+    x, n = x @ turn.T, normals @ turn.T * (1 if up else -1)
+    rho, depth = np.hypot(x[:, 0], x[:, 1]), math.sqrt(2) * radius
+    value = np.hypot(rho, x[:, 2] + depth) - np.hypot(rho, depth)
+    return x[:, :2] / radius, value, w * (np.maximum(0, n[:, 2]) + 1e-3)
+
+
+def steady_field(place, value, weight):
+    """The field at 25 x 25 nodes, the disc's radius being 11 steps: every bump laid at every node by itself."""
+    bump = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)
+    field = np.average(value, weights=weight) * np.ones((4, 4))
+    for side, width in ((4, 8), (7, 4), (13, 2), (25, 1)):
+        node = np.linspace(-12, 12, side)
+        in_x, in_y = (np.nan_to_num(bump((11 * place[:, c, None] - node) / width)) for c in (0, 1))
+        if side > 4:
+            field = halved(halved(field).T).T
+        field = (in_y.T @ (in_x * (weight * value)[:, None]) + 0.1 * field) / (
+            in_y.T @ (in_x * weight[:, None]) + 0.1
+        )
+    return field
+
+
+def halved(coarse):
+    """Rows with one more between any two: the cubic of Keys at the middle, the outermost rows repeated."""
+    wide = np.concatenate([coarse[:1], coarse, coarse[-1:]])
+    middle = (9 * (wide[1:-2] + wide[2:-1]) - (wide[:-3] + wide[3:])) / 16
+    out = np.empty((2 * len(coarse) - 1, coarse.shape[1]))
+    out[::2], out[1::2] = coarse, middle
+    return out
+
+
+def steady(points, normals, centre, radius=6.0, up=True, weights=None):
+    """The 121 invariants of the steady descriptor, integrated over a fine polar grid."""
+    if len(points) == 0:
+        return np.zeros(121)
+    field = steady_field(*steady_values(points, normals, centre, radius, up, weights))
+    (r, of_r), t = np.polynomial.legendre.leggauss(90), 2 * np.pi * np.arange(128) / 128
+    r, of_r = (r + 1) / 2, of_r / 2
+    x, y = 11 * r[:, None] * np.cos(t), 11 * r[:, None] * np.sin(t)
+    node = np.arange(-12, 13)
+    values = np.einsum(
+        "rtj,ji,rti->rt", keys(y[..., None] - node), field, keys(x[..., None] - node), optimize=True
+    )
+    values = values + radius * np.hypot(r, math.sqrt(2))[:, None]
+    out = []
+    for n in range(21):
+        for m in range(n % 2, n + 1, 2):
+            radial = r**m * eval_jacobi((n - m) // 2, 0, m, 2 * r**2 - 1)
+            around = (values * np.exp(-1j * m * t)).mean(axis=1)
+            out.append(abs(2 * (n + 1) * (of_r * r * radial * around).sum()))
+    return np.array(out)
+
+
+def keys(t):
+    """Cubic convolution of Keys with a = -1/2."""
+    t = np.abs(t)
+    return np.where(
+        t < 1, 1.5 * t**3 - 2.5 * t**2 + 1, np.where(t < 2, -0.5 * t**3 + 2.5 * t**2 - 4 * t + 2, 0)
+    )

@@ -1,5 +1,17 @@
 """Minimal representations of a molecular surface, after Grassmann et al.
 
+From a molecule to a subset of its surface and its worth, arrays in and arrays out (`help` shows each with examples):
+
+    dots = sparsurf.surface("protein.pdb")         # dots.points, dots.normals: (N, 3), Å
+    R = sparsurf.roughness(dots)                   # (N,), 1 is flat
+    z = sparsurf.descriptors(dots, [0, 1, 2])      # (3, 121)
+    kept = sparsurf.sample(dots, 0.1)              # a tenth of the dots
+    sparsurf.compare(dots, kept)                   # Z and d, beside a uniform subset
+    sparsurf.recover((dots.points[kept], dots.normals[kept]))  # the dense surface from them alone
+
+`read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one
+surface is sampled and compared many times. What a user gave wrong raises `InputError` with one sentence.
+
 Glossary (the paper's symbols and the field's words; lengths in Å everywhere)
 
 dot            one point of the molecular surface, with its outward unit normal
@@ -20,51 +32,47 @@ d              Z_tR - Z_tS: positive where the sampling beats the uniform subset
 reading        how 'the points not connected are removed' is understood:
                'kept' among the kept dots, 'surface' on the full surface
 range          one of ten equal intervals of n_S
+partners       the two surfaces of a pair; complementarity compares the first's patches 'up' with the second's 'down'
+propensity     distance of a dot's patch to the nearest patch of the partner: low is likely interface
+similarity     the same with both 'up'
+interface      dots within 3 Å of the partner's surface
+yardstick      a simple property of a dot, beside which the propensity's AUC is read
 conformation   one frame, structure or surface that enters the study
 """
 
-import atexit
-import hashlib
-import os
-import re
-import shutil
-import tempfile
-from pathlib import Path
+from importlib import import_module
+
+from sparsurf import kernel_cache
+
+__version__ = "0.1.0"
+# Functions for users, by the module that holds them; loaded when first used, so that the import costs nothing.
+CALLS = {
+    "read_molecule": "molecules.reading",
+    "read_surface": "surfaces.reading",
+    "surface": "calls.surface_calls",
+    "roughness": "calls.patch_calls",
+    "descriptors": "calls.patch_calls",
+    "prepare": "calls.subset_calls",
+    "sample": "calls.subset_calls",
+    "compare": "calls.subset_calls",
+    "recover": "calls.recovery_calls",
+}
+__all__ = ["InputError", "__version__", *CALLS]
 
 
 class InputError(ValueError):
     """Something the user gave is wrong; the message is one sentence for them."""
 
 
-def _kernel_sources():
-    """Text of the modules that hold kernels, and of those that these import: constants are compiled in."""
-    sources = {path.stem: path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))}
-    kernels = {name for name, source in sources.items() if b"njit" in source}
-    for name in list(kernels):
-        for words in re.findall(rb"^from sparsurf(?:\.(\w+)|) import (.*)", sources[name], re.M):
-            kernels.update(re.findall(r"\w+", b" ".join(words).decode()))
-    return b"".join(source for name, source in sources.items() if name in kernels)
+def __getattr__(name):
+    """The function of that name, from the module that holds it."""
+    if name not in CALLS:
+        raise AttributeError(f"module 'sparsurf' has no attribute {name!r}")
+    return getattr(import_module(f"sparsurf.{CALLS[name]}"), name)
 
 
-def _use_cache_of_these_sources():
-    """Compiled kernels go to a folder named after their sources: numba does not see edits in another file.
-
-    Where that folder cannot be written, they go to a temporary one, shared with child processes.
-    """
-    digest = hashlib.sha256(_kernel_sources()).hexdigest()[:16]
-    base = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parents[2] / ".cache" / "numba")
-    if base.name.startswith("sources-"):  # set by a parent process
-        base = base.parent
-    folder = base / f"sources-{digest}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
-    except OSError:
-        base = tempfile.mkdtemp(prefix="sparsurf-")
-        atexit.register(shutil.rmtree, base, ignore_errors=True)
-        folder = Path(base) / f"sources-{digest}"
-        folder.mkdir()
-    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+def __dir__():
+    return sorted({*globals(), *CALLS})
 
 
-_use_cache_of_these_sources()
+kernel_cache.use()

@@ -1,0 +1,44 @@
+"""A page to look at one surface, to sample it and to pick dots from it."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+
+from sparsurf.molecules.reading import residue_names
+from sparsurf.report.viewer.page import MOST_DOTS, Values, page
+from sparsurf.sampling.samplers import farthest
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.off_recovered import off_recovered
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.workflow.jobs import run
+
+
+def main(inputs, outputs, settings, name, threads):
+    """Write view.html; the residues of the dots are known where there is a structure."""
+    surface = read_npz(inputs["surface"])
+    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
+    evaluator = Evaluator.from_settings(surface, settings, rough, name, 1)
+    # the stream of minimal.csv: the same dots, where that is farthest-point sampling
+    order = farthest(evaluator, min(len(surface), MOST_DOTS), evaluator.stream("minimal", "farthest"))
+    minimal = pd.read_csv(inputs["minimal"])
+    kept, normals = minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy()
+    off = off_recovered(surface.points, kept, normals, threads)
+    text = page(
+        name,
+        surface,
+        rough,
+        evaluator.cover,
+        evaluator.r_patch,
+        {"farthest": order},
+        pd.read_csv(inputs["grid"]),
+        json.loads(Path(inputs["best"]).read_text(encoding="utf-8")),
+        residue_names(inputs["structure"]),
+        [Values("distance from the surface recovered from minimal.csv", "off", " Å", off, "on it", "off")],
+        minimal.get("dot", []),
+    )
+    Path(outputs["page"]).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    run(main, snakemake)

@@ -1,0 +1,62 @@
+"""What memory and CPU time each rule takes, from the logs of runs: `python scripts/measure_needs.py results/<run> ...`.
+
+Writes scripts/sparsurf/workflow/needs.csv: per rule a straight line over the size of the input that no job of the runs
+lies above, with the steepest slope that the smallest and the largest show. Give runs of small and of large proteins.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.surfaces.reading import read_surface
+from sparsurf.workflow.needs import TABLE
+
+USED = re.compile(r"^USED (\d+) MB ([\d.]+) s for ([\d.]+) MB$", re.M)
+OF_PROTEIN = ("choose_frames", "follow_frames")
+
+
+def main(folders, path_to_table=TABLE):
+    """Write the table."""
+    jobs = pd.DataFrame([job for folder in folders for job in jobs_of(Path(folder))])
+    rows = []
+    for rule, found in jobs.groupby("rule"):
+        row = {"rule": rule, "unit": found["unit"].iloc[0], "jobs": len(found)}
+        for name in ("mb", "seconds"):
+            base, slope = line_above(found["size"].to_numpy(), found[name].to_numpy())
+            row |= {name: f"{base:.3g}", f"{name}_per_unit": f"{slope:.3g}"}
+        rows.append(row)
+    pd.DataFrame(rows).to_csv(path_to_table, index=False, lineterminator="\n")
+    print(Path(path_to_table).read_text(encoding="utf-8"))
+
+
+def jobs_of(folder):
+    """Rule, size and needs of every job of a run that says what it used."""
+    for log in sorted((folder / "logs").rglob("*.log")):
+        found = USED.findall(log.read_text(encoding="utf-8"))
+        rule, _, parts = re.fullmatch(r"(.*?)(_\d+of(\d+))?", log.stem).groups(default="1")
+        place = log.relative_to(folder / "logs").parts[:-1]
+        if not found or (len(place) != 2 and rule not in OF_PROTEIN):
+            continue
+        megabytes, seconds, given = map(float, found[-1])
+        size, unit = size_of(folder, place, rule, given)
+        yield {"rule": rule, "unit": unit, "size": size, "mb": megabytes, "seconds": seconds * int(parts)}
+
+
+def size_of(folder, place, rule, given):
+    """Size of a job in the unit of its rule; `given` is that of its input in MB."""
+    if rule in OF_PROTEIN:
+        return given, "MB of input"
+    return len(read_surface(folder.joinpath(*place, "surface.npz"))) / 1000, "thousand dots"
+
+
+def line_above(x, y):
+    """Base and slope of a line that lies above all points, the slope being that of a fit and at least 0."""
+    slope = max(0.0, np.polyfit(x, y, 1)[0]) if np.ptp(x) > 0 else 0.0
+    return float((y - slope * x).max()), float(slope)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

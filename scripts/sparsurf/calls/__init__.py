@@ -1,0 +1,1 @@
+"""What a person calls: Python functions on arrays, and the command line."""

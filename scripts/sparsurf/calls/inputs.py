@@ -1,0 +1,58 @@
+"""What the functions and commands take for a molecule and for a surface."""
+
+from pathlib import Path
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, suffix
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.reading import from_mdtraj, read_molecule
+from sparsurf.surfaces.reading import read_surface
+from sparsurf.surfaces.surface import Surface
+
+MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
+
+
+def as_molecule(given):
+    """A Molecule from itself, the path of a structure file, or an mdtraj.Trajectory.
+
+    Raises
+    ------
+    InputError : nothing of the kind
+    """
+    if isinstance(given, Molecule):
+        return given
+    if isinstance(given, str | Path):
+        return read_molecule(given)
+    if hasattr(given, "topology") and hasattr(given, "xyz"):
+        return from_mdtraj(given)
+    raise InputError(
+        f"a {type(given).__name__} is no molecule: give the path of a structure, a molecule that read_molecule gave, "
+        "or an mdtraj.Trajectory."
+    )
+
+
+def as_surface(given):
+    """A Surface from itself, the path of a file of dots, or the pair (points, normals) of (N, 3) arrays.
+
+    Raises
+    ------
+    InputError : nothing of the kind
+    """
+    if isinstance(given, Surface):
+        return given
+    if isinstance(given, str | Path):
+        return read_surface(given)
+    if isinstance(given, tuple) and len(given) == 2:
+        points, normals = (np.asarray(each, dtype=float) for each in given)
+        return Surface(points, normals)
+    raise InputError(
+        f"a {type(given).__name__} is no surface: give the path of a file of dots, what surface() gave, or "
+        "the pair (points, normals)."
+    )
+
+
+def is_structure(path):
+    """Whether a file holds atoms rather than dots, by its suffix."""
+    return suffix(path) in MOLECULES

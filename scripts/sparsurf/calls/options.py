@@ -1,0 +1,116 @@
+"""Options that several commands share, and the surface that they speak of."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from sparsurf import InputError
+from sparsurf.calls.inputs import is_structure
+from sparsurf.calls.surface_calls import surface as surface_of
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.patches.index import D_LINK
+from sparsurf.surfaces.reading import read_surface
+
+OF_MOLECULE = ("chains", "residues", "selection", "model", "altloc", "hydrogens", "ligands")
+
+
+def number(low, high=float("inf"), whole=False, open_low=True):
+    """Type of an option: a number above `low` (or from it on), at most `high`."""
+
+    def parse(text):
+        try:
+            value = int(text) if whole else float(text)
+        except ValueError:
+            value = float("nan")
+        if not (low < value or (value == low and not open_low)) or not value <= high:
+            words = f"more than {low:g}" if open_low else f"{low:g} or more"
+            if high < float("inf"):
+                words = f"more than {low:g} and at most {high:g}" if open_low else f"{low:g} to {high:g}"
+            raise argparse.ArgumentTypeError(f"{text!r} must be a {'whole ' * whole}number, {words}")
+        return value
+
+    return parse
+
+
+def add_molecule(parser):
+    """Which atoms of a structure, and how its dots are made."""
+    atoms = parser.add_argument_group("atoms of a structure")
+    atoms.add_argument("--trajectory", help="file of frames that belongs to the structure")
+    atoms.add_argument(
+        "--frame",
+        type=number(0, whole=True, open_low=False),
+        default=0,
+        help="frame to take, from 0 (default 0)",
+    )
+    atoms.add_argument("--chains", help="chain identifiers, such as A,B")
+    atoms.add_argument("--residues", help="ranges, such as A:10-52A,60")
+    atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
+    atoms.add_argument("--model", type=int, help="number of the model, of several")
+    atoms.add_argument(
+        "--altloc", default="first", help="first, highest (occupancy) or a letter (default first)"
+    )
+    atoms.add_argument(
+        "--hydrogens", choices=["keep", "remove"], default="keep", help="hydrogens of the file (default keep)"
+    )
+    atoms.add_argument("--ligands", help="residue names to take beside the protein, such as HEM,ZN")
+    dots = parser.add_argument_group("surface of a structure")
+    dots.add_argument("--probe", type=number(0), default=1.4, help="radius of the probe in Å (default 1.4)")
+    dots.add_argument(
+        "--density", type=number(0), help="dots per Å^2 (default: 5.35, or more where patches need it)"
+    )
+    dots.add_argument("--radii", choices=["dms", "bondi"], default="dms", help="table of radii (default dms)")
+    dots.add_argument(
+        "--d-link",
+        type=number(0),
+        default=D_LINK,
+        help=f"Å, dots of a patch closer than this are linked ({D_LINK})",
+    )
+
+
+def add_output(parser, formats):
+    """Where the result goes."""
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        metavar="OUT",
+        help=f"file to write ({', '.join(formats)}), or - for stdout",
+    )
+    parser.add_argument(
+        "--format",
+        choices=[each.lstrip(".") for each in formats],
+        help="instead of the suffix of OUT (default csv)",
+    )
+    if ".ply" in formats:
+        parser.add_argument(
+            "--mesh", action="store_true", help="triangles between the dots of a PLY, too (slower)"
+        )
+
+
+def read_dots(wish):
+    """The Surface of a command's FILE, and its Molecule; None for a file of dots."""
+    if not is_structure(wish.file):
+        return read_surface(wish.file), None
+    keys = {key: getattr(wish, key) for key in OF_MOLECULE}
+    keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
+    molecule = read_molecule(wish.file, wish.trajectory, **keys)
+    if wish.frame >= molecule.n_frames:
+        raise InputError(
+            f"{wish.file} has the frames 0 to {molecule.n_frames - 1}: there is no frame {wish.frame}."
+        )
+    say(f"surface of {molecule.n_atoms} atoms")
+    dots = surface_of(
+        molecule,
+        frame=wish.frame,
+        probe=wish.probe,
+        density=wish.density or "auto",
+        radii=wish.radii,
+        d_link=wish.d_link,
+    )
+    return dots, molecule
+
+
+def say(text):
+    """Tell a terminal what is being done; logs and pipes are spared it."""
+    if sys.stderr.isatty():
+        print(f"{Path(sys.argv[0]).name}: {text}", file=sys.stderr, flush=True)

@@ -1,0 +1,111 @@
+"""Dots and tables written in the format of a file's suffix, or to standard output."""
+
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from sparsurf import InputError
+from sparsurf.surfaces.formats.dms import write_dms
+from sparsurf.surfaces.formats.ply import write_ply
+from sparsurf.surfaces.surface import Surface
+
+DOTS_ALONE = (".csv", ".npz", ".ply")
+DOTS = (*DOTS_ALONE, ".dms")  # which names the atom of every dot
+TABLES = (".csv", ".npz")
+
+
+def write(output, format_given, formats, writers):
+    """Write a result under its final name once it is whole.
+
+    Parameters
+    ----------
+    output : path, or '-'
+    format_given : str or None, without the dot; else the suffix of `output` decides, csv for '-'
+    formats : tuple of suffixes
+    writers : dict, suffix -> function of a path
+
+    Raises
+    ------
+    InputError : a suffix that is none of the formats
+    """
+    name = str(output)
+    bare = name.removesuffix(".gz") if name.endswith(".dms.gz") else name
+    suffix = f".{format_given}" if format_given else ".csv" if name == "-" else Path(bare).suffix.lower()
+    if suffix not in formats:
+        raise InputError(
+            f"{name}: this cannot be written as {suffix!r}; name a file in {', '.join(formats)}."
+        )
+    folder = None if name == "-" else Path(name).absolute().parent
+    if folder is not None and not folder.is_dir():
+        raise InputError(f"{name}: there is no folder {folder}; make it first.")
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".sparsurf-") as place:
+        path = Path(place, f"part{suffix}{'.gz' if bare != name else ''}")
+        writers[suffix](path)
+        if folder is not None:
+            os.replace(path, name)
+            return
+        with open(path, "rb") as content:
+            shutil.copyfileobj(content, sys.stdout.buffer)
+    sys.stdout.buffer.flush()
+
+
+def write_dots(wish, surface, columns, shown=None, molecule=None):
+    """Write dots with further columns, as the options -o, --format and --mesh of a command say.
+
+    Parameters
+    ----------
+    wish : namespace with `output`, `format` and `mesh`
+    surface : Surface
+    columns : dict, name -> (N,)
+    shown : str, the column that gives a PLY its colours; the kind of the dots without
+    molecule : Molecule of the dots, without which they cannot be written as a DMS file
+    """
+
+    def ply(path):
+        values = {name: np.asarray(value, dtype=float) for name, value in columns.items()}
+        colours = values.pop(shown) if shown else None
+        write_ply(path, surface, colours, shown or "", values, mesh=wish.mesh)
+
+    def dms(path):
+        names = molecule.residue_name, molecule.residue, molecule.name
+        write_dms(path, surface, *names, molecule.xyz[wish.frame])
+
+    place = dict(zip(("x", "y", "z", "nx", "ny", "nz"), [*surface.points.T, *surface.normals.T], strict=True))
+    write(
+        wish.output,
+        wish.format,
+        DOTS if molecule else DOTS_ALONE,
+        {
+            ".csv": lambda path: pd.DataFrame(place | columns).to_csv(
+                path, index=False, float_format="%.10g"
+            ),
+            ".npz": lambda path: _npz(
+                path, {n: getattr(surface, n) for n in Surface.__dataclass_fields__} | columns
+            ),
+            ".ply": ply,
+            ".dms": dms,
+        },
+    )
+
+
+def write_table(wish, table, arrays):
+    """Write a DataFrame as CSV or arrays by name as npz, as the options -o and --format of a command say."""
+    write(
+        wish.output,
+        wish.format,
+        TABLES,
+        {
+            ".csv": lambda path: table.to_csv(path, index=False, float_format="%.10g"),
+            ".npz": lambda path: _npz(path, arrays),
+        },
+    )
+
+
+def _npz(path, arrays):
+    with open(path, "wb") as stream:
+        np.savez(stream, **arrays)

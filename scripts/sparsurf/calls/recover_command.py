@@ -1,0 +1,79 @@
+"""`sparsurf recover`: the dense surface that a few dots with normals give back."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+
+from sparsurf import InputError
+from sparsurf.calls import options, outputs
+from sparsurf.patches.descriptors import describe
+from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
+from sparsurf.patches.zernike.polynomials import indices
+from sparsurf.recovery.recovering import REACH, STEPS, recover
+from sparsurf.surfaces.reading import read_surface
+from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.surface import Surface
+from sparsurf.threads import available_cores
+
+EXAMPLES = """\
+FILE holds a few dots with normals, such as minimal.csv or the dots of any program; nothing else is needed. The dots come first,
+then those that fill the gaps. With --around, descriptors (|c_nm|, as of `sparsurf descriptors`) of the patches of the dense
+surface around points come instead of dots.
+
+examples:
+  sparsurf minimal protein.pdb --percent 10 -o minimal.csv
+  sparsurf recover minimal.csv -o dense.npz
+  sparsurf recover minimal.csv --density 20 -o dense.ply
+  sparsurf recover minimal.csv --around minimal.csv -o descriptors.csv
+"""
+
+
+def arguments(parser):
+    """Options of the command."""
+    parser.add_argument("file", metavar="FILE", help="dots with normals")
+    options.add_output(parser, (*outputs.DOTS_ALONE, ".dms"))
+    parser.add_argument(
+        "--density", type=options.number(0), default=DENSITY, help=f"dots per Å^2 (default {DENSITY:g})"
+    )
+    parser.add_argument(
+        "--reach",
+        type=options.number(0),
+        default=REACH,
+        help=f"how far the surface goes on around a dot, in the spacing of the dots there (default {REACH:g})",
+    )
+    parser.add_argument(
+        "--steps",
+        type=options.number(0, whole=True),
+        default=STEPS,
+        help=f"of Newton at most (default {STEPS})",
+    )
+    parser.add_argument("--around", metavar="POINTS", help="CSV with x,y,z")
+
+
+def run(wish):
+    """Write the dense dots, or descriptors of their patches."""
+    few = read_surface(wish.file)
+    points, normals = recover(
+        few.points, few.normals, wish.density, wish.reach, wish.steps, available_cores()
+    )
+    options.say(f"{len(points)} dots from {len(few)}")
+    if wish.around:
+        _describe(wish, points, normals)
+        return
+    n = len(points)
+    kept = np.concatenate([np.ones(len(few), int), np.zeros(n - len(few), int)])
+    dense = Surface(points, normals, np.full(n, 1 / wish.density), np.zeros(n), np.zeros(n))
+    nobody = SimpleNamespace(residue_name=["DOT"], residue=["1"], name=["DOT"], xyz=points[None, :1])
+    outputs.write_dots(SimpleNamespace(**vars(wish) | {"frame": 0}), dense, {"kept": kept}, "kept", nobody)
+
+
+def _describe(wish, points, normals):
+    """Descriptors of the patches around the points of a table."""
+    table = pd.read_csv(wish.around)
+    if not {"x", "y", "z"} <= set(table):
+        raise InputError(f"{wish.around} needs the columns x, y and z.")
+    place = table[["x", "y", "z"]].to_numpy(float)
+    z, _ = describe(build_index(points, normals, D_LINK), place, R_ZERNIKE, True, available_cores())
+    found = pd.DataFrame(z, columns=[f"z_{n}_{m}" for n, m in indices()])
+    outputs.write_table(wish, pd.concat([table[["x", "y", "z"]], found], axis=1), {"points": place, "z": z})

@@ -1,0 +1,151 @@
+"""Subsets of a surface: chosen, and compared with the whole."""
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from sparsurf import InputError
+from sparsurf.calls.inputs import as_surface
+from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
+from sparsurf.sampling import law
+from sparsurf.sampling.samplers import named
+from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.statistics import mean_and_error, yardsticks
+from sparsurf.surfaces.spacing import refuse_sparse
+from sparsurf.threads import available_cores
+
+
+def prepare(surface, *, r_patch=R_PATCH, r_zernike=R_ZERNIKE, d_link=D_LINK, seed=0):
+    """A surface made ready for `sample` and `compare`, which otherwise do this anew in every call.
+
+    Parameters
+    ----------
+    surface : what `surface` or `read_surface` gave, the path of a file of dots, or the pair (points, normals)
+    r_patch, r_zernike, d_link : float
+        Å.
+    seed : int
+        Of the random streams.
+
+    Returns
+    -------
+    Evaluator
+        Its `roughness` is R_i of every dot.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> ready = sparsurf.prepare(sparsurf.surface("data/tdp43/topology.pdb"))
+    >>> [len(sparsurf.sample(ready, n)) for n in (100, 200)]
+    [100, 200]
+    """
+    if isinstance(surface, Evaluator):
+        return surface
+    dots = as_surface(surface)
+    refuse_sparse(dots.points, d_link, "surface")
+    return Evaluator(dots, r_patch, r_zernike, d_link, seed=seed, threads=available_cores())
+
+
+def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
+    """Choose dots that stand for a surface.
+
+    Parameters
+    ----------
+    surface : what `prepare` takes or gave
+    n : int
+        Number of dots; a number below 1 is a share of them.
+    sampler : str
+        farthest, voxel, poisson, stride, uniform, roughness, paper, paper_corrected
+    combination : (alpha, beta, gamma, delta), instead of n and a sampler: one draw of the paper's sampling
+    seed : int
+        Another seed, another draw.
+
+    Returns
+    -------
+    (n,) int64 dots; of a nested sampler (farthest, uniform, ...) the first m are its subset of m dots
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> kept = sparsurf.sample(dots, 0.1)
+    >>> len(kept), dots.points[kept].shape
+    (2460, (2460, 3))
+    >>> len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
+    11311
+    """
+    ready = prepare(surface)
+    if combination is not None:
+        return law.sample(ready.cover, combination, ready.stream("sample", "paper", seed))
+    n_dots = len(ready.points)
+    wished = round(n * n_dots) if n is not None and 0 < n < 1 else n
+    if wished is None or wished != int(wished) or not 1 <= wished <= n_dots:
+        raise InputError(
+            f"sample: {n} dots of {n_dots} are asked for; give 1 to {n_dots}, or a share below 1."
+        )
+    choose = named([sampler], "sampler")[sampler]
+    return choose(ready, int(wished), ready.stream("sample", sampler, seed))
+
+
+def compare(surface, subsets, *, reading="surface", test_dots=400):
+    """How well subsets describe a surface, beside uniform subsets of the same size.
+
+    Parameters
+    ----------
+    surface : what `prepare` takes or gave
+    subsets : (n,) int dots, or a dict of several by name
+    reading : {'surface', 'kept'}
+        Whether the islands of a patch are removed on the full surface or among the kept dots.
+    test_dots : int
+        Dots at which the descriptors are compared, the same for all subsets.
+
+    Returns
+    -------
+    DataFrame, one row per subset
+        n_S, n_S_percent, Z (mean distance of the descriptors, 0 is the surface itself), Z_se, Z_uniform, d (Z_uniform
+        - Z: positive where the subset is better than chance), d_se, and the yardsticks Z_empty (an empty patch)
+        and Z_null (every patch given the mean descriptor)
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> ready = sparsurf.prepare(dots)
+    >>> table = sparsurf.compare(ready, {"farthest": sparsurf.sample(ready, 0.1)})
+    >>> print(table[["n_S", "Z", "Z_uniform", "d"]].round(2))
+               n_S     Z  Z_uniform     d
+    subset
+    farthest  2460  1.01       1.28  0.28
+    """
+    ready = prepare(surface)
+    if not isinstance(subsets, dict):
+        subsets = {"subset": subsets}
+    kept = [_dots(name, subset, len(ready.points)) for name, subset in subsets.items()]
+    tests = ready.draw_tests(number_of_tests(test_dots, len(ready.points)))
+    uniform = [
+        law.uniform(len(ready.points), len(subset), ready.stream("compare", len(subset))) for subset in kept
+    ]
+    with threadpool_limits(1, "blas"):
+        z_tot, _ = ready.describe(tests)
+        distances, _ = ready.distances(kept + uniform, tests, z_tot, reading)
+    sticks = yardsticks(z_tot)
+    rows = []
+    for subset, own, other in zip(kept, distances, distances[len(kept) :], strict=False):
+        (z, z_se), (d, d_se) = mean_and_error(own[None]), mean_and_error((other - own)[None])
+        size = {"n_S": len(subset), "n_S_percent": 100 * len(subset) / len(ready.points)}
+        rows.append(
+            size
+            | {"Z": z, "Z_se": z_se, "Z_uniform": other.mean(), "d": d, "d_se": d_se}
+            | {"Z_empty": sticks["empty_patch"], "Z_null": sticks["null_model"]}
+        )
+    return pd.DataFrame(rows, index=pd.Index(list(subsets), name="subset"))
+
+
+def _dots(name, subset, n_dots):
+    """(n,) int64, after a check that they are dots of the surface, each once."""
+    subset = np.asarray(subset)
+    if subset.dtype == bool and subset.shape == (n_dots,):
+        subset = np.flatnonzero(subset)
+    sound = subset.ndim == 1 and subset.dtype.kind in "iu" and len(subset)
+    if not (sound and subset.min() >= 0 and subset.max() < n_dots and len(np.unique(subset)) == len(subset)):
+        raise InputError(f"{name}: a subset is numbers from 0 to {n_dots - 1}, each once, at least one.")
+    return subset.astype(np.int64)

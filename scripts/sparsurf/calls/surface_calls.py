@@ -1,0 +1,68 @@
+"""From a molecule to its surface."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from sparsurf.calls.inputs import as_molecule
+from sparsurf.patches.index import D_LINK
+from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.radii import radii as atomic_radii
+
+
+def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link=D_LINK):
+    """Solvent-excluded surface of a molecule as dots with normals.
+
+    Parameters
+    ----------
+    molecule : path of a structure, what `read_molecule` gave, or mdtraj.Trajectory;
+        or the pair (xyz, radii) of (A, 3) centres and (A,) radii in Å
+    frame : int
+        Position of the frame, from 0.
+    probe : float
+        Radius of the probe in Å.
+    density : float or 'auto'
+        Dots per Å^2; 'auto' is 5.35, or as many more as `d_link` needs.
+    radii : {'dms', 'bondi'}
+        Table of atomic radii.
+    d_link : float
+        Å, distance below which two dots of a patch will count as linked.
+
+    Returns
+    -------
+    Surface
+        With `points` and `normals` (N, 3), `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and
+        `atom` (N,), the index of the atom that each dot belongs to.
+
+    Raises
+    ------
+    InputError : one sentence on what is wrong
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> len(dots), dots.points.shape, round(dots.area.sum())
+    (24600, (24600, 3), 4560)
+
+    A trajectory that mdtraj holds; nanometres become Å:
+
+    >>> import mdtraj
+    >>> trajectory = mdtraj.load("data/tdp43/trajectory.xtc", top="data/tdp43/topology.pdb", stride=500)
+    >>> [len(sparsurf.surface(trajectory, frame=f)) for f in range(2)]
+    [24600, 23274]
+
+    Two spheres of one's own:
+
+    >>> len(sparsurf.surface(([[0, 0, 0], [3, 0, 0]], [1.5, 1.5])))
+    364
+    """
+    if isinstance(molecule, tuple) and len(molecule) == 2:
+        xyz, values = (np.asarray(each, dtype=float) for each in molecule)
+        molecule, frame = SimpleNamespace(xyz=xyz[None]), 0
+    else:
+        molecule = as_molecule(molecule)
+        values = atomic_radii(molecule, radii)
+    wish = {"method": "analytic", "probe_radius": probe, "density": density, "reentrant": "exact"}
+    wish["density"] = fitting_density(molecule, frame, values, wish, d_link, "surface")
+    return surface_of(molecule, frame, values, wish)

@@ -1,0 +1,1 @@
+"""Atoms in Å from any file. Nothing here knows a surface."""

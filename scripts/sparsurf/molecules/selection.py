@@ -1,0 +1,183 @@
+"""Which atoms of a molecule take part: protein by default, or chains, residue ranges, an expression, ligands."""
+
+import logging
+import re
+from collections import Counter
+
+import numpy as np
+
+from sparsurf import InputError
+
+log = logging.getLogger("sparsurf")
+
+POLYMERS = ("protein", "nucleic")
+# '[chain:]first[-last]', each residue a number, negative or not, with an insertion code or not.
+RANGE = re.compile(r"(?:(?P<chain>[^:]*):)?(?P<first>-?\d+[A-Za-z]?)(?:-(?P<last>-?\d+[A-Za-z]?))?")
+
+
+def chosen_atoms(
+    molecule,
+    path,
+    *,
+    selection=None,
+    chains=None,
+    residues=None,
+    hydrogens="keep",
+    ligands=False,
+    report=True,
+):
+    """Atoms that the user's keys choose.
+
+    Without `selection`: the protein residues, or all polymer residues where chains or residues are named,
+    and the ligands named. With it: whatever the expression selects, and the ligands. Chains and residues
+    narrow down either.
+
+    Parameters
+    ----------
+    molecule : molecule.Molecule
+    path : named in messages
+    selection : str, mdtraj selection expression, or 'all'
+    chains : list of str, or 'A,B'
+    residues : str or list of str, such as 'A:10-52A,60,B:-5--3': [chain:]first[-last], both ends included,
+        numbers before insertion codes (52 < 52A < 53); a chain holds for the ranges after it, and ranges
+        before any chain hold for all
+    hydrogens : 'keep' as they are, or 'remove' (with deuterium)
+    ligands : list of residue names to include beside the polymer (cofactors, ions, glycans); True for all but
+        waters and single atoms (ions), False for none
+    report : bool, log what is left out
+
+    Returns
+    -------
+    (A,) bool
+
+    Raises
+    ------
+    InputError : malformed keys, or nothing selected
+    """
+    narrowed = _in_chains(molecule, path, chains) & _in_residues(molecule, path, residues)
+    if selection is None:
+        named = chains is not None or residues is not None
+        pool = np.isin(molecule.kind, POLYMERS if named else ["protein"])
+    else:
+        pool = atoms_of_expression(molecule, selection)
+    chosen = (pool | _ligands(molecule, path, ligands)) & narrowed
+    if report:
+        _report_left_out(molecule, path, chosen, narrowed)
+    if hydrogens == "remove":
+        chosen &= ~np.isin(molecule.element, ["H", "D"])
+    elif hydrogens != "keep":
+        raise InputError(f"hydrogens: '{hydrogens}' is neither keep nor remove: choose one of them.")
+    if not chosen.any():
+        raise InputError(f"{path}: the selection holds no atoms; the file has {_inventory(molecule)}.")
+    return chosen
+
+
+def _in_chains(molecule, path, chains):
+    if chains is None:
+        return np.ones(len(molecule.chain), bool)
+    wanted = [each.strip() for each in (chains.split(",") if isinstance(chains, str) else map(str, chains))]
+    absent = [each for each in wanted if each not in molecule.chain]
+    if absent or not wanted:
+        raise InputError(f"{path} has no chain {', '.join(absent)}: its chains are {_chains(molecule)}.")
+    return np.isin(molecule.chain, wanted)
+
+
+def _in_residues(molecule, path, residues):
+    if residues is None:
+        return np.ones(len(molecule.chain), bool)
+    wanted, chain = np.zeros(len(molecule.chain), bool), None
+    labels, inverse = np.unique(molecule.residue, return_inverse=True)
+    place = np.array([_place(label) for label in labels])[inverse]
+    items = residues.split(",") if isinstance(residues, str) else map(str, residues)
+    for item in (part.strip() for each in items for part in each.split(",")):
+        parsed = RANGE.fullmatch(item)
+        if not parsed:
+            raise InputError(
+                f"residues: '{item}' is not of the form chain:first-last, such as A:10-52A or -5--3."
+            )
+        chain = parsed["chain"] if parsed["chain"] is not None else chain
+        first, last = _place(parsed["first"]), _place(parsed["last"] or parsed["first"])
+        inside = (place >= first) & (place <= last)
+        if chain is not None:
+            inside &= molecule.chain == chain
+        if not inside.any():
+            raise InputError(f"residues: '{item}' is not in {path}, which has {_extents(molecule)}.")
+        wanted |= inside
+    return wanted
+
+
+def _place(label):
+    """Sort key of a residue label: insertion codes come after their number."""
+    number, code = re.fullmatch(r"(-?\d*)(.?)", label).groups()
+    return float(number or "nan") + (ord(code.upper()) / 256 if code else 0.0)
+
+
+def atoms_of_expression(molecule, selection):
+    """(A,) bool: the atoms that an mdtraj expression, or 'all', selects."""
+    if selection.strip() == "all":
+        return np.ones(len(molecule.chain), bool)
+    try:
+        indices = np.asarray(molecule.topology.select(selection), dtype=int)
+    except Exception as error:  # mdtraj compiles the expression: any exception can come out
+        reason = (str(error).splitlines() or [""])[0]
+        raise InputError(
+            f"'{selection}' is no mdtraj expression ({reason}): see mdtraj.org, atom selection."
+        ) from None
+    chosen = np.zeros(len(molecule.chain), bool)
+    chosen[indices] = True
+    return chosen
+
+
+def _ligands(molecule, path, ligands):
+    if ligands is True:
+        atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
+        return (molecule.kind == "other") & (atoms_of_residue > 1)
+    names = [ligands] if isinstance(ligands, str) else list(ligands or [])
+    absent = [name for name in names if name not in molecule.residue_name]
+    if absent:
+        others = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
+        listed = ", ".join(sorted(others)) or "none"
+        raise InputError(f"{path} has no ligand {', '.join(absent)}: beside the polymers it has {listed}.")
+    return np.isin(molecule.residue_name, names)
+
+
+def _report_left_out(molecule, path, chosen, narrowed):
+    """Log by name and count the residues of the chains and ranges in question that are not chosen."""
+    taken = set(molecule.residue_index[chosen].tolist())
+    first = np.unique(molecule.residue_index, return_index=True)[1]
+    sizes = np.bincount(molecule.residue_index)
+    for minor in (False, True):  # what could have been meant, and what hardly ever is: water and ions
+        counts = Counter(
+            str(molecule.residue_name[atom])
+            for atom, size in zip(first, sizes, strict=True)
+            if narrowed[atom] and int(molecule.residue_index[atom]) not in taken
+            and minor == (molecule.kind[atom] == "water" or (size == 1 and molecule.kind[atom] == "other"))
+        )  # fmt: skip
+        if counts:
+            listed = ", ".join(f"{count} {name}" for name, count in counts.most_common())
+            log.log(logging.INFO if minor else logging.WARNING, "%s: left out %s", path, listed)
+
+
+def _chains(molecule):
+    names = [name or "one without a name" for name in dict.fromkeys(molecule.chain.tolist())]
+    return ", ".join(names)
+
+
+def _extents(molecule):
+    """'A 1 to 99, B 1 to 99' of the polymer residues."""
+    polymer = np.isin(molecule.kind, POLYMERS)
+    extents = []
+    for chain in dict.fromkeys(molecule.chain[polymer].tolist()):
+        labels = sorted(set(molecule.residue[polymer & (molecule.chain == chain)].tolist()), key=_place)
+        extents.append(f"{chain} {labels[0]} to {labels[-1]}".strip())
+    return ", ".join(extents) or "no polymer"
+
+
+def _inventory(molecule):
+    """'chains A, B with 198 protein residues, 2 HOH'."""
+    first = np.unique(molecule.residue_index, return_index=True)[1]
+    names = np.where(
+        np.isin(molecule.kind, POLYMERS), np.char.add(molecule.kind, " residues"), molecule.residue_name
+    )
+    counts = Counter(names[first].tolist()).most_common(8)
+    return f"chains {_chains(molecule)} with " + ", ".join(f"{count} {name}" for name, count in counts)

@@ -1,0 +1,1 @@
+"""What lies around one dot, and its numbers: arrays in, arrays out."""

@@ -1,0 +1,104 @@
+"""Which dots: the patches of a whole surface and of many of its subsets around many points.
+
+Up to 64 subsets share the work per point: its ball is found once, and each subset is one bit of a word per dot.
+What a patch is described by is none of this module's business.
+"""
+
+import numpy as np
+from numba import njit
+
+from sparsurf.patches.index import ball
+from sparsurf.patches.islands import largest_island, mark_all
+
+BITS = 64  # subsets per pass
+
+
+def pack(index, subsets):
+    """One word per position, bit b set where subset b keeps the dot.
+
+    Parameters
+    ----------
+    index : patches.Index
+    subsets : sequence of at most 64 arrays of dot indices
+
+    Returns
+    -------
+    (N,) uint64
+    """
+    words = np.zeros(len(index.dot), np.uint64)
+    for bit, subset in enumerate(subsets):
+        add(words, index, subset, bit)
+    return words
+
+
+def add(words, index, subset, bit):
+    """Set one bit at the dots of a subset, (n,) int, in the words of `pack`."""
+    _set_bit(words, index.position, np.asarray(subset, np.int64), np.uint64(1 << int(bit)))
+
+
+@njit(cache=True, nogil=True)
+def _set_bit(words, position, subset, bit):
+    for j in subset:
+        words[position[j]] |= bit
+
+
+@njit(cache=True, nogil=True)
+def patches_of(index, tests, words, n_subsets, weights, radius, kept, room, sizes, ids, start, weight):
+    """Dots of every patch, one after another: of a test its whole patch, those of the subsets under each reading.
+
+    Parameters
+    ----------
+    tests : (T, 3) float64, Å
+    words : (N,) uint64, see `pack`
+    weights : (B, N) float64 by position, or (0, 0): all weigh 1
+    kept : (readings,) bool, whether each removes islands among the kept dots
+    room : int, dots that a ball holds at most, plus 1
+    sizes : (T, whole + readings B) int32, written; `whole` is 1 where the whole patch is wished
+    ids : int32 positions, written, and start : (patches + 1,) int64: patch i is ids[start[i]:start[i + 1]]
+    weight : float64 beside `ids`, or empty as `weights`
+    """
+    found, queue = np.empty(room, np.int32), np.empty(room, np.int32)
+    island, word = np.empty(room, np.int32), np.empty(room, np.uint64)
+    mark = np.zeros(len(index.dot) + 1, np.uint8)
+    whole = sizes.shape[1] - len(kept) * n_subsets
+    row = end_of_ids = 0
+    start[0] = 0
+    for t in range(len(tests)):
+        n = ball(index, tests[t, 0], tests[t, 1], tests[t, 2], radius, found)
+        if whole > 0 or not kept.all():  # the island of the full surface comes once for all subsets
+            mark_all(mark, found, n)
+            begin, end = largest_island(found, n, mark, index.link_start, index.link, index.dot, queue)
+            n_island = end - begin
+            island[:n_island] = queue[begin:end]
+        if whole > 0:
+            sizes[t, 0] = n_island
+            ids[end_of_ids : end_of_ids + n_island] = island[:n_island]
+            if len(weight):
+                weight[end_of_ids : end_of_ids + n_island] = 1.0
+            end_of_ids += n_island
+            row += 1
+            start[row] = end_of_ids
+        for r in range(len(kept)):
+            dots = found[:n] if kept[r] else island[:n_island]
+            for k in range(len(dots)):
+                word[k] = words[np.uintp(dots[k])]
+            for b in range(n_subsets):
+                m, shift = 0, np.uint64(b)
+                chosen = ids[end_of_ids:]
+                for k in range(len(dots)):
+                    chosen[np.uintp(m)] = dots[k]
+                    m += np.intp((word[k] >> shift) & np.uint64(1))
+                if kept[r]:
+                    mark_all(mark, chosen, m)
+                    begin, end = largest_island(
+                        chosen, m, mark, index.link_start, index.link, index.dot, queue
+                    )
+                    m = end - begin
+                    chosen[:m] = queue[begin:end]
+                if len(weight):
+                    for k in range(m):
+                        weight[end_of_ids + k] = weights[b, chosen[k]]
+                sizes[t, whole + r * n_subsets + b] = m
+                end_of_ids += m
+                row += 1
+                start[row] = end_of_ids

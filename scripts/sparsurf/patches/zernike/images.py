@@ -1,0 +1,234 @@
+"""The image of a patch: orientation, cone, pixels, gaps (paper, 'Zernike 2D procedure').
+
+One image is a flat array of `PIXELS` rows of `WIDTH` places, so that the occupancy of a row is one machine word
+and filling gaps is bit arithmetic. Values that the text omits: authors' scripts.
+"""
+
+import math
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+from sparsurf.patches.zernike import polynomials
+from sparsurf.patches.zernike.polynomials import DISC, PIXELS
+
+MARGIN = 1.01  # the image reaches this many times the largest distance from the axis
+ROUNDS = 50  # of gap filling, at most
+WIDTH = 32  # places stored per image row
+PLACES = PIXELS * WIDTH
+# Rows of the working array of `project`: place, normal, r (at first rho^2), place in the image, weight
+X, Y, Z, NX, NY, NZ, R, PLACE, WEIGHT = range(9)
+FAST = {"nnan", "ninf", "nsz", "arcp", "contract", "reassoc"}
+
+_FOLD = polynomials.fold()
+N_EVEN, N_ODD = len(_FOLD.even), len(_FOLD.odd)
+
+
+def _open_disc():
+    """Word per image row: the pixels strictly inside the disc, where gaps are filled."""
+    k = np.arange(PIXELS)
+    inside = (k[:, None] - DISC) ** 2 + (k[None, :] - DISC) ** 2 < DISC**2
+    return (inside * (1 << k)[None, :]).sum(axis=1).astype(np.uint32)
+
+
+def _wide(flat):
+    """Places of flat pixels in an image of rows of `WIDTH`."""
+    return (flat // PIXELS * WIDTH + flat % PIXELS).astype(np.uint32)
+
+
+_INVERSE = np.concatenate([[0.0], 1.0 / np.arange(1, 10)])
+# What the kernels read: places to fold (first, second, diagonal), the open disc, 1 / n
+TABLES = (_wide(_FOLD.first), _wide(_FOLD.second), _wide(_FOLD.diagonal), _open_disc(), _INVERSE)
+
+
+@intrinsic
+def _lowest_bit(typing, x):
+    """Index of the lowest set bit of a uint32 (undefined for 0)."""
+
+    def build(context, builder, signature, args):
+        return builder.cttz(args[0], ir.Constant(ir.IntType(1), 0))
+
+    return types.uint32(types.uint32), build
+
+
+@intrinsic
+def _count_bits(typing, x):
+    """Number of set bits of a uint32."""
+    return types.uint32(types.uint32), lambda context, builder, signature, args: builder.ctpop(args[0])
+
+
+def _extreme(name):
+    """The larger ('maxnum') or smaller ('minnum') of two numbers, in a form that loops can be vectorised with."""
+
+    @intrinsic
+    def choose(typing, x, y):
+        def build(context, builder, signature, args):
+            double = ir.DoubleType()
+            function = ir.FunctionType(double, [double, double])
+            function = builder.module.declare_intrinsic(f"llvm.{name}", [double], function)
+            return builder.call(function, args, fastmath=("nnan", "nsz"))
+
+        return types.float64(types.float64, types.float64), build
+
+    return choose
+
+
+_larger, _smaller = _extreme("maxnum"), _extreme("minnum")
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def project(xyz, normals, ids, centre, sign, work, image, filled):
+    """Orient a patch, set the cone and average the distances to its apex per pixel.
+
+    Fills image[0] with the mean distance r (0 where no dot falls) and `filled` with its occupancy. `work` (9, n)
+    holds a column per dot of the patch, see `X`..; its weights are given. Returns False where all dots lie on the
+    axis, so that the image has no extent.
+    """
+    n = len(ids)
+    for k in range(n):
+        a = np.uintp(ids[k])
+        for c in range(3):
+            work[X + c, k] = xyz[a, c] - centre[c]
+            work[NX + c, k] = normals[a, c]
+    cx = cy = cz = mx = my = mz = total = 0.0
+    for k in range(n):
+        g = work[WEIGHT, k]
+        cx += g * work[X, k]
+        cy += g * work[Y, k]
+        cz += g * work[Z, k]
+        mx += g * work[NX, k]
+        my += g * work[NY, k]
+        mz += g * work[NZ, k]
+        total += g
+    cx, cy, cz = cx / total, cy / total, cz / total
+    across = math.sqrt(mx * mx + my * my)
+    length = math.sqrt(across * across + mz * mz)
+    c1, s1 = (my / across, mx / across) if across > 0.0 else (1.0, 0.0)
+    c2, s2 = (sign * mz / length, sign * across / length) if length > 0.0 else (sign, 0.0)
+    furthest, apex = 0.0, np.inf
+    for k in range(n):  # about z into the y-z plane, then about x onto the z axis
+        x, y, z = work[X, k] - cx, work[Y, k] - cy, work[Z, k] - cz
+        y1 = s1 * x + c1 * y
+        x = c1 * x - s1 * y
+        y = c2 * y1 - s2 * z
+        z = s2 * y1 + c2 * z
+        rho2 = x * x + y * y
+        work[X, k], work[Y, k], work[Z, k], work[R, k] = x, y, z, rho2
+        furthest = _larger(furthest, rho2)
+        apex = _smaller(apex, z - math.sqrt(rho2))
+    if furthest == 0.0:
+        return False
+    edge = math.sqrt(furthest) * MARGIN
+    scale = PIXELS / (2 * edge)
+    offset = edge * scale
+    for k in range(n):
+        column = _larger(np.ceil(work[X, k] * scale + offset) - 1.0, 0.0)
+        row = _larger(np.ceil(offset - work[Y, k] * scale) - 1.0, 0.0)
+        work[PLACE, k] = row * WIDTH + column
+        z = work[Z, k] - apex
+        work[R, k] = math.sqrt(work[R, k] + z * z)
+    image[:] = 0.0
+    for k in range(n):
+        p = np.uintp(work[PLACE, k])
+        image[0, p] += work[WEIGHT, k] * work[R, k]
+        image[1, p] += work[WEIGHT, k]
+    for p in range(PLACES):
+        image[0, p] /= image[1, p] if image[1, p] > 0.0 else 1.0
+    for i in range(PIXELS):
+        bits = np.uint32(0)
+        for j in range(PIXELS):
+            bits |= np.uint32(image[0, i * WIDTH + j] != 0.0) << np.uint32(j)
+        filled[i] = bits
+    return True
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _fill_pixel(image, i, bit, above, here, below, inverse):
+    """Give an empty pixel the mean of the filled ones of its 3 x 3 block, whose rows have these words."""
+    j = _lowest_bit(bit)
+    shift, three = np.uint32(j - np.uint32(1)), np.uint32(7)
+    n = (above >> shift) & three
+    n |= ((here >> shift) & three) << np.uint32(3)
+    n |= ((below >> shift) & three) << np.uint32(6)
+    p, one, two = np.intp(i) * WIDTH + np.intp(j), np.uintp(1), np.uintp(2)
+    a, b, c = np.uintp(p - WIDTH - 1), np.uintp(p - 1), np.uintp(p + WIDTH - 1)
+    total = (image[a] + image[a + one] + image[a + two]) + (image[c] + image[c + one] + image[c + two])
+    image[b + one] = ((total + image[b + two]) + image[b]) * inverse[_count_bits(np.uint32(n))]
+
+
+@njit(cache=True, nogil=True)
+def fill_gaps(image, filled, open_disc, inverse):
+    """Fill empty pixels strictly inside the disc, in place and in row-major order.
+
+    First, while anything changes: pixels between two filled ones of their row or column, then
+    pixels between two filled ones of a diagonal. After that every pixel with a filled
+    neighbour. Rows are words, so that finding the next pixel to fill is bit arithmetic.
+    """
+    one = np.uint32(1)
+    last = PIXELS - 1
+    for _ in range(ROUNDS):
+        changed = False
+        left = np.uint32(0)
+        for i in range(1, last):
+            above, here, below = filled[i - 1], filled[i], filled[i + 1]
+            todo = np.uint32(open_disc[i] & ~here)
+            while todo:  # a pixel filled here can enable the next ones of its row
+                ready = np.uint32(todo & ((above & below) | ((here << one) & (here >> one))))
+                if ready == 0:
+                    break
+                bit = np.uint32(ready & (~ready + one))
+                _fill_pixel(image, i, bit, above, here, below, inverse)
+                here = np.uint32(here | bit)
+                todo = np.uint32(todo & ~(bit | (bit - one)))
+                changed = True
+            filled[i] = here
+        for i in range(1, last):
+            above, here, below = filled[i - 1], filled[i], filled[i + 1]
+            todo = np.uint32(open_disc[i] & ~here)
+            ready = np.uint32(todo & (((below >> one) & (above << one)) | ((above >> one) & (below << one))))
+            left |= todo & ~ready
+            while ready:
+                bit = np.uint32(ready & (~ready + one))
+                _fill_pixel(image, i, bit, above, here, below, inverse)
+                here = np.uint32(here | bit)
+                ready = np.uint32(ready & (ready - one))
+                changed = True
+            filled[i] = here
+        if left == 0:
+            return
+        if not changed:
+            break
+    for _ in range(ROUNDS):
+        changed = False
+        left = np.uint32(0)
+        for i in range(1, last):
+            above, here, below = filled[i - 1], filled[i], filled[i + 1]
+            todo = np.uint32(open_disc[i] & ~here)
+            beside = np.uint32(above | below)
+            beside = np.uint32(beside | (beside << one) | (beside >> one))
+            while todo:
+                ready = np.uint32(todo & (beside | (here << one) | (here >> one)))
+                if ready == 0:
+                    break
+                bit = np.uint32(ready & (~ready + one))
+                _fill_pixel(image, i, bit, above, here, below, inverse)
+                here = np.uint32(here | bit)
+                todo = np.uint32(todo & ~(bit | (bit - one)))
+                changed = True
+            filled[i] = here
+            left |= open_disc[i] & ~here
+        if left == 0 or not changed:
+            return
+
+
+@njit(cache=True, nogil=True)
+def fold_image(image, first, second, diagonal, out):
+    """Sums and differences of the pixels that the swap of x and y exchanges, see `zernike`."""
+    for k in range(len(first)):
+        a, b = image[first[k]], image[second[k]]
+        out[k] = a + b
+        out[N_EVEN + k] = a - b
+    for k in range(len(diagonal)):
+        out[len(first) + k] = image[diagonal[k]]

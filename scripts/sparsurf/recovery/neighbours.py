@@ -1,0 +1,74 @@
+"""Dots around each kept dot: the nearest ones on its side of the surface, and how far apart they lie."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from sparsurf.patches.index import ball
+
+SAME_SIDE = (
+    -0.5
+)  # cosine of two normals; dots that face each other across a cleft say nothing about each other
+COUNTED = 8  # the spacing follows from the distance to this neighbour
+WIDEST = 2.0  # median spacings; a dot alone in a cavity has no neighbours of its own
+FAR = 1.3  # growth of a search radius that holds too few dots
+
+
+@njit(cache=True, nogil=True)
+def nearest(index, begin, end, first_radius, near, gap):
+    """The nearest neighbours of kept dots, themselves first.
+
+    Parameters
+    ----------
+    index : patches.Index of the kept dots
+    begin, end : slice of the positions
+    first_radius : Å, of the first search
+    near : (n, k) int32, out; positions by distance, -1 where there are no more
+    gap : (n, k) float64, out; their distances in Å
+    """
+    n, k = near.shape
+    found, distance = np.empty(n + 1, np.int32), np.empty(n + 1)
+    diagonal = math.sqrt(np.sum((index.shape * index.side) ** 2))
+    for i in range(begin, end):
+        radius, m = first_radius, 0
+        while True:
+            m = _on_its_side(index, i, radius, found, distance)
+            if m >= min(k, n) or radius > diagonal:
+                break
+            radius *= FAR
+        order = np.argsort(distance[:m], kind="mergesort")
+        for a in range(k):
+            near[i, a] = found[order[a]] if a < m else -1
+            gap[i, a] = math.sqrt(distance[order[a]]) if a < m else gap[i, a - 1]
+
+
+@njit(cache=True, nogil=True)
+def _on_its_side(index, i, radius, found, distance):
+    """Number of dots within `radius` of position i that do not face it; their squared distances into `distance`."""
+    x, y, z = index.xyz[i]
+    u, v, w = index.normals[i]
+    m = 0
+    for e in range(ball(index, x, y, z, radius, found)):
+        j = found[e]
+        if index.normals[j, 0] * u + index.normals[j, 1] * v + index.normals[j, 2] * w >= SAME_SIDE:
+            found[m] = j
+            distance[m] = (index.xyz[j, 0] - x) ** 2 + (index.xyz[j, 1] - y) ** 2 + (index.xyz[j, 2] - z) ** 2
+            m += 1
+    return m
+
+
+def local_spacing(gap):
+    """Spacing of the kept dots around each, 1 / sqrt(dots per Å^2), in Å.
+
+    Parameters
+    ----------
+    gap : (n, k) float64, from `nearest`
+
+    Returns
+    -------
+    (n,) float64; a disc of the radius of the m-th neighbour holds about m + 1/2 dots.
+    """
+    m = min(COUNTED, gap.shape[1] - 1)
+    spacing = gap[:, m] * math.sqrt(math.pi / (m + 0.5))
+    return np.minimum(spacing, WIDEST * np.median(spacing))

@@ -1,0 +1,17 @@
+"""The reading `recovered`: the kept dots are made a dense surface again, which is described as a surface of its own."""
+
+from sparsurf.patches.index import D_LINK, build_index
+from sparsurf.patches.readings import READINGS, Reading
+from sparsurf.recovery.recovering import recover
+from sparsurf.surfaces.spacing import DENSITY
+
+RECOVERED = "recovered"
+
+
+def recovered(points, normals, d_link, area):
+    """Index of the surface recovered from kept dots; as dense as `d_link` (Å) needs, whatever the `area`."""
+    density = DENSITY * max(1.0, (D_LINK / d_link) ** 2)
+    return build_index(*recover(points, normals, density), d_link)
+
+
+READINGS[RECOVERED] = Reading("the surface recovered from the kept dots alone", alone=recovered)

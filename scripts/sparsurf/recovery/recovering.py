@@ -1,0 +1,160 @@
+"""A dense surface from few dots with normals, and nothing else.
+
+Around each kept dot a disc is laid on its tangent plane, as far as no other dot is nearer; its places are moved onto
+the surface that `interpolants` puts through the dot and its neighbours, and thinned where two discs overlap.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from sparsurf.patches.index import ball, build_grid
+from sparsurf.recovery.interpolants import SLICE, fit, value
+from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.threads import over_slices
+
+REACH = (
+    1.0  # a farthest-point subset lies within 0.9 spacings of every dot; more only helps very uneven subsets
+)
+STEPS = 4  # of Newton; two do on smooth surfaces, none needs more than four
+SURPLUS = 1.3  # places laid per dot wanted: thinning takes what overlaps
+LEAST = 10.0  # places per kept dot, so that gaps are found even between dots that are nearly dense enough
+APART = 0.65  # least distance of a new dot from all others, in 1 / sqrt(density)
+CELL = 1.0  # Å, side of the cells in which the dense dots are thinned
+NEAR = 0.05  # Å; a point so near to the surface arrives with the next step
+FLAT = 0.2  # a gradient shorter than this belongs to no surface: on it, it is 1
+TIE = 0.95  # a place belongs to its own dot unless another is nearer by more than this
+GOLDEN = math.pi * (3 - math.sqrt(5))  # turn of a sunflower
+
+
+def recover(points, normals, density=DENSITY, reach=REACH, steps=STEPS, threads=1, keep=True):
+    """Dense dots of the surface that some of its dots, with their normals, describe.
+
+    Parameters
+    ----------
+    points, normals : (n, 3) float64, Å and outward unit vectors
+    density : float
+        Dots per Å^2 wished; that of the full surface by default.
+    reach : float
+        How far from a kept dot the surface goes on, in the spacing of the dots around it.
+    steps : int
+        Newton's steps at most.
+    threads : int
+    keep : bool
+        False leaves the kept dots themselves out: another set of dots of the same surface.
+
+    Returns
+    -------
+    points, normals : (M, 3) float64; the kept dots first, unchanged, then those that fill the gaps between them.
+    The same for any number of threads; fewer than four dots are returned alone.
+    """
+    points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
+    n = len(points)
+    if n < 4:
+        return points.copy(), normals.copy()
+    functions = fit(points, normals, threads)
+    laid = over_slices(lambda a, b: _lay(functions, a, b, density, reach, steps), n, threads, SLICE)
+    n_kept = n if keep else 0
+    all_points = np.concatenate([points[:n_kept], *(x for x, _ in laid)])
+    all_normals = np.concatenate([normals[:n_kept], *(x for _, x in laid)])
+    chosen = _thin(build_grid(all_points, all_normals, CELL), n_kept, APART / math.sqrt(density))
+    return all_points[chosen], all_normals[chosen]
+
+
+@njit(cache=True, nogil=True)
+def _lay(functions, begin, end, density, reach, steps):
+    """Points and normals of the surface around the kept dots of a slice, each nearest to its own dot."""
+    index = functions.index
+    per = np.empty(end - begin, np.int64)
+    for i in range(begin, end):
+        square = max(
+            SURPLUS * density * functions.spacing[i] ** 2, LEAST
+        )  # places in a square of the spacing
+        per[i - begin] = int(math.pi * reach**2 * square)
+    points, normals = np.empty((per.sum(), 3)), np.empty((per.sum(), 3))
+    rivals = np.empty(len(index.dot) + 1, np.int32)
+    m = 0
+    for i in range(begin, end):
+        x, y, z = index.xyz[i]
+        u, v = _tangents(index.normals[i])
+        radius = reach * functions.spacing[i]
+        n_rivals = _rivals(index, i, 2.0 * radius, rivals)
+        for k in range(1, per[i - begin]):
+            r, turn = radius * math.sqrt(k / per[i - begin]), GOLDEN * k
+            a, b = r * math.cos(turn), r * math.sin(turn)
+            px, py, pz = x + a * u[0] + b * v[0], y + a * u[1] + b * v[1], z + a * u[2] + b * v[2]
+            if not _taken(index, rivals, n_rivals, px, py, pz, r):
+                arrived, point, normal = _project(functions, i, px, py, pz, steps, 0.5 * radius)
+                if arrived:
+                    for c in range(3):
+                        points[m, c], normals[m, c] = point[c], normal[c]
+                    m += 1
+    return points[:m].copy(), normals[:m].copy()
+
+
+@njit(cache=True, nogil=True)
+def _tangents(n):
+    """Two unit vectors perpendicular to the unit vector n and to each other."""
+    sign = 1.0 if n[2] >= 0 else -1.0
+    a = -1.0 / (sign + n[2])
+    b = n[0] * n[1] * a
+    return (1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]), (b, sign + n[1] * n[1] * a, -n[1])
+
+
+@njit(cache=True, nogil=True)
+def _rivals(index, i, radius, found):
+    """Number of dots within `radius` of position i that look the same way; they replace what `found` holds."""
+    m = 0
+    for e in range(ball(index, index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2], radius, found)):
+        j = found[e]
+        cosine = 0.0
+        for c in range(3):
+            cosine += index.normals[i, c] * index.normals[j, c]
+        if j != i and cosine > 0.0:
+            found[m] = j
+            m += 1
+    return m
+
+
+@njit(cache=True, nogil=True)
+def _taken(index, rivals, n_rivals, x, y, z, r):
+    """Whether a rival is clearly nearer to a place than the dot at distance r."""
+    least = (TIE * r) ** 2
+    for e in range(n_rivals):
+        j = rivals[e]
+        if (index.xyz[j, 0] - x) ** 2 + (index.xyz[j, 1] - y) ** 2 + (index.xyz[j, 2] - z) ** 2 < least:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _project(functions, i, x, y, z, steps, longest):
+    """Whether a place arrives on f = 0 of the dot at position i, and the point and normal there."""
+    f = g = u = v = w = 0.0
+    for _ in range(steps):
+        f, u, v, w = value(functions, i, x, y, z)
+        g = math.sqrt(u * u + v * v + w * w)
+        if g < FLAT:
+            return False, (x, y, z), (u, v, w)
+        along = min(max(f / g, -longest), longest) / g
+        x, y, z = x - along * u, y - along * v, z - along * w
+        if abs(f) < NEAR * g:
+            break
+    return abs(f) < NEAR * g, (x, y, z), (u / g, v / g, w / g)
+
+
+@njit(cache=True, nogil=True)
+def _thin(index, n_kept, apart):
+    """Dots in order: the first `n_kept`, then those that none before lies within `apart` (Å) of."""
+    n = len(index.dot)
+    blocked, found, out = np.zeros(n, np.bool_), np.empty(n + 1, np.int32), np.empty(n, np.int64)
+    m = 0
+    for j in range(n):
+        p = index.position[j]
+        if j < n_kept or not blocked[p]:
+            out[m] = j
+            m += 1
+            for e in range(ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], apart, found)):
+                blocked[found[e]] = True
+    return out[:m].copy()

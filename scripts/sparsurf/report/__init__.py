@@ -1,0 +1,1 @@
+"""Tables become sentences and pictures; nothing is computed here."""

@@ -1,0 +1,90 @@
+"""What a page on samplers begins with: its answer in five lines and one table."""
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.patches.readings import SCALE
+from sparsurf.report.pages import markdown
+from sparsurf.study.dots_needed import REFERENCE, values_of
+from sparsurf.study.without_the_surface import DOTTED
+
+AT = 10.0  # n_S in % that the sentences speak of, or the nearest that was measured
+
+
+def spoken(sampler):
+    """Name of a sampler in a text."""
+    return {"paper_in_hindsight": "paper (best in hindsight)", "paper_corrected": "paper (corrected)"}.get(
+        sampler, sampler
+    )
+
+
+def answer(table, pairs=None, fewer=None, alone=None):
+    """Five lines at most, then Z under `surface` of every sampler."""
+    z = values_of(table, "Z surface")
+    at = float(z.columns[np.argmin(np.abs(z.columns - AT))])
+    best = z[at].idxmin()
+    lines = [f"At {at:g} % of the dots {spoken(best)} describes the surface best: Z = {z.loc[best, at]:.2f}."]
+    if pairs is not None and len(pairs):
+        lines += _against(pairs, at)
+    if fewer is not None and len(fewer):
+        lines += _times(fewer, at)
+    if alone is not None and len(alone):
+        lines += _alone(alone, at)
+    rows = [f"- {line}" for line in lines[:5]]
+    short = z.map("{:.2f}".format).rename(columns=lambda p: f"{p:g} %").reset_index()
+    short["sampler"] = short["sampler"].map(spoken)
+    return [*rows, "\nZ, patches cut on the full surface, by n_S:\n", markdown(short)]
+
+
+def _against(pairs, at):
+    """Who is better or worse than a uniform draw for certain."""
+    own = pairs[(pairs["measure"] == "Z surface") & (pairs["than"] == REFERENCE) & (pairs["percent"] == at)]
+    better, worse = own[own["high"] < 0], own[own["low"] > 0]
+    for words, rows in (("better", better), ("worse", worse)):
+        if len(rows):
+            cases = [
+                f"{spoken(r.sampler)} {r.difference:+.2f} ({r.low:+.2f} .. {r.high:+.2f})"
+                for r in rows.itertuples()
+            ]
+            yield f"For certain {words} than a uniform draw, by (paired 95 % interval): {', '.join(cases)}."
+
+
+def _times(fewer, at):
+    rows = fewer[
+        (fewer["measure"] == "Z surface") & (fewer["percent"] == at) & (fewer["sampler"] == "farthest")
+    ]
+    cases = [
+        f"{row.factor:.1f} ({row.low:.1f} .. {row.high:.1f}) times fewer than {spoken(row.than)}"
+        for row in rows.itertuples()
+    ]
+    if cases:
+        yield f"For the Z they reach there, farthest needs {' and '.join(cases)}."
+
+
+def _alone(alone, at):
+    """Farthest-point dots against a surface dotted at low density; nothing of the full surface known."""
+    own = alone[(alone["percent"] == at) & (alone["scale"] == SCALE)]
+    cases = [
+        f"{spoken(r.sampler)} {r.Z:.2f} ({r.low:.2f} .. {r.high:.2f})"
+        for r in own.sort_values("Z").itertuples()
+    ]
+    if cases:
+        yield f"With nothing known of the full surface (`scaled`), Z is {', '.join(cases)}."
+
+
+def alone_markdown(alone):
+    """Z of subsets that stand alone, then its dependence on the linking distance."""
+    own = alone[alone["scale"] == SCALE]
+    text = [f"{r.Z:.2f} ({r.low:.2f} .. {r.high:.2f}) at {r.n_S_percent:.1f} %" for r in own.itertuples()]
+    table = own.assign(text=text).pivot(index="sampler", columns="percent", values="text")
+    table = table.rename(columns=lambda p: f"{p:g} %").reset_index()
+    scales = alone.pivot_table(index=["sampler", "percent"], columns="scale", values="Z").reset_index()
+    scales = scales.rename(columns=lambda c: c if isinstance(c, str) else f"{c:g}")
+    scales["percent"] = scales["percent"].map("{:g}".format)
+    note = f"`{DOTTED}`: our own surface laid with so many dots in the first place, the molecule turned at random.\n\n"
+    spread = pd.DataFrame(alone.groupby(["sampler", "percent"])["Z"].agg(np.ptp))["Z"].max()
+    return (
+        f"Dots linked within {SCALE:g} times their mean spacing, 95 % intervals in brackets; {note}{markdown(table)}\n"
+        f"Z by that factor, a choice of ours ({SCALE:g} has no other source); it changes Z by {spread:.2f} at most:\n\n"
+        f"{markdown(scales)}"
+    )

@@ -1,0 +1,130 @@
+"""Figure 3 of the paper: d over beta, gamma and delta at the largest alpha."""
+
+from string import ascii_uppercase
+
+import numpy as np
+from matplotlib import colormaps, colors
+from matplotlib.cm import ScalarMappable
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from scipy.interpolate import PchipInterpolator
+
+from sparsurf.patches.readings import OF_GRID, READINGS
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.layout import PAGE, styled
+
+BEST = {"marker": "o", "markersize": 4, "markerfacecolor": "white", "markeredgewidth": 0.6, "color": "black"}
+BEST_OF_ALL = BEST | {"marker": "*", "markersize": 8, "markerfacecolor": "#F0E442"}
+FINE = 101  # values along each side of an interpolated map
+
+
+def draw(results):
+    """The figure of one grid."""
+    return figure(results.grid, results.readings)
+
+
+@styled
+def figure(grid, readings=OF_GRID):
+    """d over (gamma, delta) at the largest alpha, interpolated; a map per beta, a row per reading.
+
+    Parameters
+    ----------
+    grid : pandas.DataFrame
+        Columns alpha, beta, gamma, delta and, for each reading, d_<reading> and d_se_<reading>.
+    readings : sequence of str
+        Those without a column are left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    readings = [r for r in readings if f"d_{r}" in grid]
+    alpha = grid.alpha.max()
+    largest = "" if alpha == 1 else " (the largest of the grid)"
+    grid = grid[grid.alpha == alpha].reset_index(drop=True)
+    gap = layout.label_width(np.unique(grid.delta))
+    side = min(40.0, (PAGE - 27) / grid.beta.nunique() - gap)
+    pitch = side + 20
+    figure = layout.sheet(PAGE, 5 + pitch * len(readings))
+    for row, reading in enumerate(readings):
+        y = 1 + pitch * row
+        layout.letter(figure, 1, y, ascii_uppercase[row])
+        best = _maps(figure, grid, f"d_{reading}", y + 9, side, gap)
+        layout.text(figure, 6, y + 0.3, f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best}")
+    marks = {"highest $d$ at this β": BEST, "highest $d$ of all": BEST_OF_ALL}
+    handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
+    layout.legend(figure, 12, 1 + pitch * len(readings), handles, ncols=2, handletextpad=0.2)
+    return figure
+
+
+def _maps(figure, grid, column, y, side, gap):
+    """One row of maps; returns what its highest d is."""
+    gammas, deltas = np.unique(grid.gamma), np.unique(grid.delta)
+    scale, limits, levels = _scale(grid[column])
+    best = grid[column].idxmax() if grid[column].notna().any() else None
+    for k, (beta, part) in enumerate(grid.groupby("beta")):
+        ax = layout.axes(figure, 12 + (side + gap) * k, y, side, side)
+        table = part.pivot_table(column, "gamma", "delta").reindex(index=gammas, columns=deltas)
+        _map(ax, deltas, gammas, table.to_numpy(), scale, levels)
+        if part[column].notna().any():
+            top = part.loc[part[column].idxmax()]
+            mark = BEST_OF_ALL if top.name == best else BEST
+            ax.plot(top.delta, top.gamma, **mark, clip_on=False, zorder=3)
+        ax.set(title=f"β = {beta:g}", xlabel="δ", ylabel="γ" if k == 0 else "")
+        ax.tick_params(labelleft=k == 0)
+        layout.ticks(ax.xaxis, deltas, side)
+        layout.ticks(ax.yaxis, gammas, side)
+    bar = figure.colorbar(scale, cax=layout.axes(figure, 12 + (side + gap) * (k + 1), y, 2.5, side))
+    bar.set_label("$d = Z_{tR} - Z_{tS}$")
+    if best is None:
+        return "no value"
+    bar.ax.set_ylim(limits)
+    bar.ax.hlines(levels, 0, 1, colors="black", linewidths=0.3)
+    top = grid.loc[best]
+    error = top.get(column.replace("d_", "d_se_"), np.nan)
+    error = f" ± {error:.2f}" if np.isfinite(error) else ""
+    value = f"{top[column]:.2f}".replace("-", "−")
+    return f"highest $d$ = {value}{error} at β = {top.beta:g}, γ = {top.gamma:g}, δ = {top.delta:g}"
+
+
+def _map(ax, x, y, table, scale, levels):
+    """Interpolated colours with contours; the computed values are where the tiny dots are."""
+    fine_x, fine_y, fine = _interpolated(x, y, table)
+    extent = fine_x[0], fine_x[-1], fine_y[0], fine_y[-1]
+    ax.imshow(fine, extent=extent, origin="lower", aspect="auto", norm=scale.norm, cmap=scale.cmap)
+    if np.isfinite(fine).any() and np.nanmin(fine) < np.nanmax(fine):
+        ax.contour(fine_x, fine_y, fine, levels, colors="black", linewidths=0.3, linestyles="solid")
+    row, column = np.nonzero(np.isfinite(table))
+    ax.plot(x[column], y[row], "k.", markersize=0.8, clip_on=False)
+    ax.set(xlim=extent[:2], ylim=extent[2:])
+    ax.spines[:].set_visible(True)
+
+
+def _scale(values):
+    """Colours, around 0 where signs mix; lowest and highest value; contour levels between them."""
+    finite = values[np.isfinite(values)]
+    low, high = (finite.min(), finite.max()) if len(finite) else (0.0, 0.0)
+    if low == high:
+        low, high = low - 0.5, high + 0.5
+    levels = MaxNLocator(10).tick_values(low, high)
+    norm, name = colors.Normalize(low, high), "viridis"
+    if low < 0 < high:
+        norm, name = colors.CenteredNorm(0, max(-low, high)), "RdBu_r"
+    return ScalarMappable(norm, colormaps[name]), (low, high), levels[(levels > low) & (levels < high)]
+
+
+def _interpolated(x, y, table):
+    """Fine axes and values of `table` (y, x) between: monotone cubic, so that no new maximum arises.
+
+    An axis of a single value becomes a strip. Where a value is missing, nothing is interpolated.
+    """
+    fine = []
+    for axis, knots in ((1, x), (0, y)):
+        pad = 0.0 if len(knots) > 1 else 0.5
+        fine.append(np.linspace(knots[0] - pad, knots[-1] + pad, FINE))
+        if len(knots) > 1 and np.isfinite(table).all():
+            table = PchipInterpolator(knots, table, axis=axis)(fine[-1])
+        else:
+            nearest = np.abs(fine[-1][:, None] - knots).argmin(axis=1)
+            table = np.take(table, nearest, axis=axis)
+    return *fine, table

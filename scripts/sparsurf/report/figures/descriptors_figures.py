@@ -1,0 +1,85 @@
+"""The two figures of docs/descriptors.md: how steady each descriptor is, and what samplers are worth under each."""
+
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
+
+from sparsurf.report.figures.layout import PAGE, PALETTE, axes, legend, letter, sheet, styled
+
+COLOURS = {"published": PALETTE[1], "steady": PALETTE[0]}
+MARKS = ("o", "s", "^", "D")
+SHOWN = ("farthest", "poisson", "uniform", "paper")  # samplers
+
+
+@styled
+def steadiness(tables):
+    """Change against the difference of two patches, by what changes (a) and by order (b).
+
+    Parameters
+    ----------
+    tables : dict, name of `descriptors_page.TABLES` -> DataFrame
+    """
+    changes, orders = (
+        tables[key][tables[key]["density"] == tables[key]["density"].min()] for key in ("changes", "orders")
+    )
+    figure = sheet(PAGE, 70)
+    left, right = axes(figure, 14, 8, 66, 46), axes(figure, 103, 8, 76, 46)
+    surfaces, kinds = list(changes["surface"].unique()), list(changes["change"].unique())
+    for d, (name, colour) in enumerate(COLOURS.items()):
+        for s, surface in enumerate(surfaces):
+            rows = changes[(changes["descriptor"] == name) & (changes["surface"] == surface)]
+            place = [k + (2 * d + s - 1.5) * 0.16 for k in range(len(kinds))]
+            left.bar(place, rows["ratio"], 0.15, color=colour, alpha=1 - 0.4 * s)
+            rows = orders[(orders["descriptor"] == name) & (orders["surface"] == surface)]
+            right.semilogy(rows["n"], rows["ratio"], color=colour, marker=MARKS[s], alpha=1 - 0.4 * s)
+    left.axhline(0.1, color="0.5", linewidth=0.5, linestyle=":")
+    left.set_xticks(range(len(kinds)), [kind.replace(", ", ",\n") for kind in kinds])
+    left.set_ylabel("change / difference of two patches")
+    right.set(xlabel="order n", ylabel="variance by position and dots /\nvariance between patches")
+    right.xaxis.set_major_locator(FixedLocator(range(0, 21, 5)))
+    letter(figure, 2, 2, "a")
+    letter(figure, 88, 2, "b")
+    handles = [
+        Line2D([], [], color=colour, marker=MARKS[s], alpha=1 - 0.4 * s, label=f"{name}, {surface}")
+        for name, colour in COLOURS.items()
+        for s, surface in enumerate(surfaces)
+    ]
+    legend(figure, 14, 65, handles, ncols=4)
+    return figure
+
+
+@styled
+def samplers(tables):
+    """Z of the samplers against n_S in units of the descriptor's own floor, a panel per descriptor; first surface."""
+    surface = tables["samplers"]["surface"].iloc[0]
+    rows = tables["samplers"][tables["samplers"]["surface"] == surface]
+    figure = sheet(PAGE, 68)
+    for d, name in enumerate(COLOURS):
+        panel = axes(figure, 16 + 88 * d, 8, 74, 42)
+        floor = floor_of(tables["changes"], surface, name)
+        for sampler, colour, mark in zip(SHOWN, PALETTE, MARKS, strict=False):
+            own = rows[(rows["descriptor"] == name) & (rows["sampler"] == sampler)]
+            panel.plot(own["n_S_percent"], own["Z"] / floor, color=colour, marker=mark)
+        panel.axhline(1, color="0.5", linewidth=0.5, linestyle=":")
+        panel.set(
+            xscale="log", yscale="log", xlabel="n_S / % of the dots", ylabel="Z / floor", ylim=(0.7, 15)
+        )
+        panel.set_title(f"{name}: floor {floor:.2f}")
+        panel.set_xticks([2.5, 5, 10, 20, 40], ["2.5", "5", "10", "20", "40"])
+        panel.set_yticks([1, 2, 5, 10], ["1", "2", "5", "10"])
+        for axis in (panel.xaxis, panel.yaxis):
+            axis.set_minor_locator(NullLocator())
+            axis.set_minor_formatter(NullFormatter())
+        letter(figure, 2 + 90 * d, 2, "ab"[d])
+    handles = [
+        Line2D([], [], color=colour, marker=mark, label=sampler)
+        for sampler, colour, mark in zip(SHOWN, PALETTE, MARKS, strict=False)
+    ]
+    legend(figure, 16, 63, handles, ncols=4)
+    return figure
+
+
+def floor_of(changes, surface, descriptor, change="turned, fresh dots"):
+    """Z between two descriptions of the same surface at the lowest density."""
+    rows = changes[(changes["surface"] == surface) & (changes["descriptor"] == descriptor)]
+    rows = rows[(rows["density"] == rows["density"].min()) & (rows["change"] == change)]
+    return float(rows["Z"].iloc[0])

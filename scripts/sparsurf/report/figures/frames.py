@@ -1,0 +1,116 @@
+"""The frames of a trajectory in the plane of their first principal components."""
+
+import numpy as np
+from matplotlib import patheffects
+
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.layout import styled
+
+NAMED = 24  # more conformations than this are not named in the projection
+COMPONENTS = 10  # shown in the panel of explained variance
+
+
+@styled
+def frames_projection(projection, labels, chosen, names, explained, silhouettes):
+    """Frames in the plane of the first two principal components, explained variance and silhouette.
+
+    Parameters
+    ----------
+    projection : (F, k) float64
+        Å.
+    labels : (F,) int
+        Cluster of each frame.
+    chosen : (C,) int
+        Frames that became conformations.
+    names : (C,) str
+    explained : (k,) float64
+        Share of the variance of each component, 0..1; may be empty.
+    silhouettes : dict
+        Mean silhouette for each number of clusters K; may be empty.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = layout.sheet(layout.PAGE, 66)
+    plane = np.column_stack([projection, np.zeros((len(projection), 2))])[:, :2]
+    ax = layout.axes(figure, 14, 7, 69, 49)
+    _clusters(ax, plane, labels, np.asarray(chosen, int), names, explained)
+    layout.letter(figure, 1, 1, "A")
+    if len(explained):
+        _explained(layout.axes(figure, 101, 7, 32, 49), 100 * np.asarray(explained)[:COMPONENTS])
+        layout.letter(figure, 87, 1, "B")
+    if len(silhouettes):
+        _silhouettes(layout.axes(figure, 149, 7, 32, 49), silhouettes, len(np.unique(labels)))
+        layout.letter(figure, 137, 1, "C")
+    return figure
+
+
+def _clusters(ax, plane, labels, chosen, names, explained):
+    colour = np.array(layout.PALETTE)[np.unique(labels, return_inverse=True)[1] % len(layout.PALETTE)]
+    ax.scatter(*plane.T, s=5, c=colour, alpha=0.5, linewidths=0, rasterized=True)
+    ax.scatter(*plane[chosen].T, s=22, c=colour[chosen], edgecolors="black", linewidths=0.8, zorder=3)
+    share = [f", {100 * e:.0f} % of the variance" for e in explained[:2]] + ["", ""]
+    ax.set(xlabel=f"PC 1 (Å){share[0]}", ylabel=f"PC 2 (Å){share[1]}")
+    ax.set_title("colours: clusters, ringed: chosen frames")
+    ax.margins(0.1)
+    if len(names) <= NAMED:
+        _name_points(ax, plane[chosen], names)
+
+
+def _name_points(ax, points, names):
+    """Write each name at the nearest place that no other name and no chosen point takes."""
+    renderer = ax.figure.canvas.get_renderer()
+    inside, dots = ax.get_window_extent(renderer), ax.transData.transform(points)
+    places = [(far, angle) for far in (8, 14, 22, 32) for angle in np.radians(np.arange(45, 405, 45))]
+    taken = []
+    for point, name in zip(points, names, strict=True):
+        for far, angle in places:
+            words = _annotate(ax, name, point, far, angle)
+            box = words.get_window_extent(renderer)
+            inner = inside.fully_containsx(box.x0) and inside.fully_containsx(box.x1)
+            inner = inner and inside.fully_containsy(box.y0) and inside.fully_containsy(box.y1)
+            if inner and not box.count_contains(dots) and not box.count_overlaps(taken):
+                taken.append(box)
+                break
+            words.remove()  # where no place is free, no name is better than two on top of each other
+
+
+def _annotate(ax, name, point, far, angle):
+    """Name at `far` typographic points from a point, with a leader where it is not the closest place."""
+    leader = {"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 3, "shrinkB": 2} if far > 8 else None
+    words = ax.annotate(
+        name,
+        point,
+        (far * np.cos(angle), far * np.sin(angle)),
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        arrowprops=leader,
+        zorder=4,
+    )
+    words.set_path_effects([patheffects.withStroke(linewidth=1.5, foreground="white")])
+    return words
+
+
+def _silhouettes(ax, silhouettes, chosen):
+    k = sorted(silhouettes)
+    ax.plot(k, [silhouettes[n] for n in k], "o-", color="black", markerfacecolor="white")
+    if chosen in silhouettes:
+        ax.plot([chosen], [silhouettes[chosen]], "o", color=layout.SAMPLED, markersize=5)
+        ax.set_title(f"K = {chosen} chosen", color=layout.SAMPLED)
+    ax.set(xlabel="number of clusters K", ylabel="mean silhouette")
+    ax.margins(0.08, 0.12)
+    layout.ticks(ax.xaxis, np.arange(k[0], k[-1] + 1), 32)
+
+
+def _explained(ax, percent):
+    k = np.arange(1, len(percent) + 1)
+    ax.bar(k, percent, color=["#7F7F7F" if n <= 2 else "#D9D9D9" for n in k], edgecolor="black", label="each")
+    ax.plot(k, np.cumsum(percent), "ko-", markerfacecolor="white", clip_on=False, label="cumulative")
+    ax.set(xlabel="principal component", ylabel="explained variance (%)", ylim=(0, 100))
+    ax.set_xlim(0.3, max(len(k), 3) + 0.7)
+    ax.legend(
+        loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, borderpad=0, handlelength=1.2, columnspacing=1
+    )
+    layout.ticks(ax.xaxis, k, 32)

@@ -1,0 +1,59 @@
+"""What maps from few centres are worth: correlation and AUC against n_S and against cost."""
+
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.comparison_figure import LINES, NAMES, SPARE
+from sparsurf.report.figures.layout import styled
+
+PANELS = [("correlation", "correlation with the map\nof all dots"), ("auc", "AUC of the smoothed map")]
+AGAINST = [("n_S_percent", "centres (% of the dots)"), ("seconds", "CPU seconds for both sides")]
+RECOVERED = (0, (3, 1.5))  # dashes of maps whose patches are cut from the surface recovered from the centres
+
+
+@styled
+def thinning_figure(table, subject):
+    """Correlation and AUC (mean of both sides and all draws) against n_S and against cost.
+
+    Parameters
+    ----------
+    table : DataFrame of `thinning.thinning`, or of many
+    subject : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = layout.sheet(layout.PAGE, 128)
+    layout.text(figure, 14, 1, subject)
+    mean = table.groupby(["sampler", "surface", "percent"], sort=False).mean(numeric_only=True).reset_index()
+    whole, thin = mean[mean["sampler"] == "all"].iloc[0], mean[mean["sampler"] != "all"]
+    handles = {}
+    for row, (value, label) in enumerate(PANELS):
+        for column, (against, axis) in enumerate(AGAINST):
+            ax = layout.axes(figure, 16 + 88 * column, 8 + 50 * row, 72, 40)
+            for place, ((sampler, surface), rows) in enumerate(
+                thin.groupby(["sampler", "surface"], sort=False)
+            ):
+                colour, width, marker = LINES.get(sampler, (SPARE[place % len(SPARE)], 0.8, "*"))
+                dashes = RECOVERED if surface == "recovered" else "-"
+                name = NAMES.get(sampler, sampler) + (", recovered" if surface == "recovered" else "")
+                style = {"color": colour, "linewidth": width, "marker": marker, "linestyle": dashes}
+                rows = rows.sort_values(against)
+                handles[name] = ax.plot(rows[against], rows[value], label=name, **style)[0]
+            ax.set_xscale("log")
+            if against == "seconds":
+                ax.plot(whole["seconds"], whole[value], "k*", markersize=6)
+                ax.annotate(
+                    "all dots",
+                    (whole["seconds"], whole[value]),
+                    (-3, -9),
+                    textcoords="offset points",
+                    ha="right",
+                )
+            else:
+                shown = sorted(thin["percent"].unique())
+                ax.set_xticks(shown, [f"{x:g}" for x in shown])
+                ax.minorticks_off()
+                ax.axhline(whole[value], color="black", linewidth=0.5, linestyle=":")
+            ax.set(xlabel=axis, ylabel=label if column == 0 else "")
+    layout.legend(figure, 16, 112, list(handles.values()), ncols=3)
+    return figure

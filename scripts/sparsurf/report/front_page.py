@@ -1,0 +1,148 @@
+"""The first page of a run: what was studied, the answer in three sentences, where to look."""
+
+import pandas as pd
+
+from sparsurf.patches.readings import OF_GRID, READINGS
+from sparsurf.report.pages import markdown
+
+YARDSTICKS = {
+    "null_model": "what the mean of all patches in place of every patch costs",
+    "fresh dots": "what other dots of the same surface cost",
+    "turned": "what turning the molecule costs",
+}
+SAMPLERS = {"uniform": "for a uniform draw", "paper": "for the best combination of the paper's sampling"}
+AT = 10  # % of the dots, at which samplers are compared
+SHOWN = 20  # conformations in the table
+
+
+def front_page(run, surfaces, enough, handed_out, fewer, links):
+    """The page as Markdown.
+
+    Parameters
+    ----------
+    run : str
+    surfaces : DataFrame
+        See `summary.surfaces_table`.
+    enough : DataFrame
+        See `enough.enough`, with protein and conformation.
+    handed_out : DataFrame
+        protein, conformation and dots, how many dots minimal.csv holds.
+    fewer : DataFrame or None
+        See `comparison_over_proteins.needed_over_proteins`.
+    links : list of (heading, list of (words, path from the folder of the run))
+    """
+    answer = [best_sentence(surfaces), enough_sentence(enough), sampler_sentence(fewer, surfaces, handed_out)]
+    parts = [
+        f"# Results of the run {run}\n",
+        studied(surfaces),
+        "## The answer\n",
+        "\n".join(f"{k}. {sentence}" for k, sentence in enumerate(answer, 1)) + "\n",
+        WORDS,
+        "## Where to look\n",
+    ]
+    for heading, pages in links:
+        parts.append(f"- {heading}: " + ", ".join(f"[{words}]({path})" for words, path in pages))
+    parts += ["", "## The surfaces\n", _table(surfaces)]
+    return "\n".join(parts)
+
+
+WORDS = (
+    "n_S: number of kept dots. Z: mean distance of the descriptors of patches from those of the whole surface, 0 is best. "
+    "d: Z of as many uniform dots minus Z of the sampling; above 0 the sampling is better. R: roughness, 1 is flat, 0 is "
+    "rough. Held out: chosen on one half of the test dots and draws, measured on the other.\n"
+)
+
+
+def studied(surfaces):
+    """What was studied, one sentence."""
+    proteins = surfaces["protein"].unique()
+    what = f"{_count(len(surfaces), 'surface')} of {_count(len(proteins), 'protein')}"
+    if len(proteins) <= 3:
+        what += f" ({', '.join(proteins)})"
+    return (
+        f"Studied: {what}, {_span(surfaces['N'], '{:,.0f}')} dots each, mean roughness "
+        f"{_span(surfaces['mean_roughness'], '{:.2f}')}.\n"
+    )
+
+
+def best_sentence(surfaces):
+    """The best combination under each reading, with what d is."""
+    found = []
+    for reading in (name for name in OF_GRID if f"best_{name}" in surfaces):
+        often = surfaces[f"best_{reading}"].value_counts()
+        own = surfaces[surfaces[f"best_{reading}"] == often.index[0]]
+        where = f" on {often.iloc[0]} of {len(surfaces)} surfaces" if len(surfaces) > 1 else ""
+        found.append(
+            f"with {READINGS[reading].words} {often.index[0]} is best{where}: it keeps "
+            f"{_span(own[f'n_S_percent_{reading}'], '{:.1f}')} % of the dots with d = "
+            f"{_span(own[f'd_held_out_{reading}'], '{:.2f}')} (held out; 95 %: "
+            f"{own[f'd_held_out_low_{reading}'].min():.2f} to {own[f'd_held_out_high_{reading}'].max():.2f}; as selected "
+            f"{_span(own[f'd_{reading}'], '{:.2f}')})"
+        )
+    return f"Of the paper's sampling at the largest α, {'; '.join(found)}."
+
+
+def enough_sentence(enough):
+    """How many dots are enough, by each yardstick; the median over the surfaces."""
+    found = []
+    for name, rows in enough.groupby("yardstick", sort=False):
+        words = [f"{SAMPLERS[sampler]} {_from(own)}" for sampler, own in rows.groupby("sampler", sort=False)]
+        z = _span(rows["Z"], "{:.2f}")
+        found.append(f"Z falls below {z}, {YARDSTICKS.get(name, name)}, {' and '.join(words)}")
+    reading = READINGS[enough["islands"].iloc[0]].words
+    return f"How many dots are enough, {reading}: {'; '.join(found)}."
+
+
+def _from(rows):
+    """From which n_S on, over the surfaces."""
+    known = rows["n_S_percent"].dropna()
+    if len(known) < len(rows):
+        return f"at no n_S of the grid on {len(rows) - len(known)} of {len(rows)} surfaces"
+    spread = f" ({known.min():.0f} to {known.max():.0f} %)" if len(known) > 1 else ""
+    already = ", the smallest n_S of the grid," if rows["smallest"].all() else ""
+    return f"from {known.median():.0f} % of the dots{spread}{already} on"
+
+
+def sampler_sentence(fewer, surfaces, handed_out):
+    """What other samplers need, where they were compared, and what is handed out."""
+    share = 100 * handed_out["dots"].to_numpy() / surfaces["N"].to_numpy()
+    out = f"`minimal.csv` hands out {_span(pd.Series(share), '{:.0f}')} % of the dots of each surface"
+    if fewer is None:
+        return f"{out}; the samplers were not compared in this run (`make compare` does)."
+    rows = fewer[(fewer["measure"] == "Z surface") & (fewer["than"] == "uniform")]
+    rows = rows[(rows["percent"] - AT).abs() == (rows["percent"] - AT).abs().min()]
+    best = rows.sort_values("factor").iloc[-1]
+    paper = rows[rows["sampler"] == "paper"]
+    also = f", the paper's sampling {_times(paper.iloc[0])}" if len(paper) else ""
+    return (
+        f"For the Z of a uniform draw of {best['percent']:g} % of the dots, {best['sampler']} needs "
+        f"{_times(best)}{also}; {out}."
+    )
+
+
+def _times(row):
+    """A factor in words; below 1 it is more dots."""
+    value, sign = row["factor"], row["bound"]
+    if value < 1:
+        return f"{1 / value:.1f} times more dots"
+    return f"{sign}{value:.1f} times fewer dots"
+
+
+def _table(surfaces):
+    """The surfaces, the first ones where there are many."""
+    short = surfaces[["protein", "conformation", "N", "mean_roughness"]].copy()
+    for reading in (name for name in OF_GRID if f"best_{name}" in surfaces):
+        short[f"best, {reading}"] = surfaces[f"best_{reading}"]
+        short[f"d, {reading}"] = surfaces[f"d_held_out_{reading}"]
+    note = f"\nThe first {SHOWN} of {len(surfaces)}; all in surfaces.csv.\n" if len(surfaces) > SHOWN else ""
+    return markdown(short.head(SHOWN)) + note
+
+
+def _count(n, word):
+    return f"{n} {word}" if n == 1 else f"{n} {word}s"
+
+
+def _span(values, form):
+    """The value, or the smallest and the largest."""
+    low, high = form.format(values.min()), form.format(values.max())
+    return low if low == high else f"{low} to {high}"

@@ -1,0 +1,38 @@
+"""Markdown pages for a browser."""
+
+import re
+from html import escape
+from urllib.parse import quote
+
+from markdown_it import MarkdownIt
+
+STYLE = (
+    "body{font:16px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
+    "table{border-collapse:collapse}td,th{padding:2px 8px;text-align:right;border-bottom:1px solid #ddd}"
+)
+# Snakemake's report centres what it shows, which puts the top of a long page out of reach.
+IN_REPORT = (
+    "<style>.h-screen.items-center{align-items:flex-start!important}.prose{max-width:48rem!important}</style>"
+)
+
+
+def as_html(page, title="Verdict"):
+    """The page by itself."""
+    return (
+        f"<!doctype html><html lang='en'><meta charset='utf-8'><title>{escape(title)}</title><style>{STYLE}</style>"
+        f"<meta name='viewport' content='width=device-width, initial-scale=1'>{_body(page)}</html>"
+    )
+
+
+def in_report(page, folder):
+    """The page as a part of Snakemake's report: its links lead to the results of the report, which lie under `folder`."""
+
+    def lead(found):
+        place = quote(f"{folder}/{found.group(1)}", safe="/")
+        return f"href=\"javascript:app.showResultInfo('{place}')\""
+
+    return IN_REPORT + re.sub(r'href="([^":]+)"', lead, _body(page))
+
+
+def _body(page):
+    return MarkdownIt("commonmark").enable("table").render(page)

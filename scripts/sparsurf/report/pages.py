@@ -1,0 +1,108 @@
+"""Tables as Markdown pages: the best combinations of a surface, with what every Z is measured against."""
+
+import math
+
+import pandas as pd
+
+from sparsurf.patches.readings import OF_GRID
+from sparsurf.sampling.combination import Combination, texts_of
+
+
+def markdown(table, decimals=2):
+    """A DataFrame as a Markdown table."""
+
+    def cell(value):
+        if isinstance(value, float):
+            return "" if math.isnan(value) else f"{value:.{decimals}f}"
+        return str(value)
+
+    lines = [list(table.columns), ["---"] * len(table.columns)]
+    lines += [[cell(v) for v in row] for row in table.astype(object).itertuples(index=False)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+READINGS_EXPLAINED = (
+    "`kept`: islands are removed among the kept dots (the authors' code; the published table). "
+    "`surface`: the patch is cut once on the full surface and all its kept dots count (the paper's text).\n"
+)
+
+
+def yardsticks_markdown(sticks):
+    """The yardsticks as a sentence."""
+    floors = "".join(f"; {words} {z:.2f}" for words, z in sticks.get("floors", {}).items())
+    if floors:
+        floors = f"\nWith all dots kept, Z of {floors[2:]}: below the first, a subset is no better than other dots are.\n"
+    return (
+        f"Yardsticks of Z: an empty patch costs {sticks['empty_patch']:.2f} (mean |z_tot|), every patch given the "
+        f"mean descriptor {sticks['null_model']:.2f} (null model), two different patches differ by "
+        f"{sticks['two_patches']:.2f}.\n{floors}"
+    )
+
+
+def ranges_markdown(ranges, sticks):
+    """ranges.csv as a page."""
+    parts = ["# Best combination per range of n_S\n", READINGS_EXPLAINED, yardsticks_markdown(sticks)]
+    for reading, rows in ranges.groupby("islands", sort=False):
+        short = pd.DataFrame(
+            {
+                "n_S range / %": [
+                    f"{a:.2f} - {b:.2f}"
+                    for a, b in zip(rows["n_S_low_percent"], rows["n_S_high_percent"], strict=True)
+                ],
+                "combinations": rows["n_combinations"].to_numpy(),
+                "(alpha, beta, gamma, delta)": [
+                    text if n else "" for text, n in zip(texts_of(rows), rows["n_combinations"], strict=True)
+                ],
+                "n_S / %": rows["n_S_percent"].to_numpy(),
+                "d held out": rows["d_held_out"].to_numpy(),
+                "95 %": [interval(row) for _, row in rows.iterrows()],
+                "d as selected": rows["d"].to_numpy(),
+                "Z_tS": rows["Z_tS"].to_numpy(),
+                "dots in the median patch": rows["fragment"].to_numpy(),
+                "may be the best": rows["n_best_set"].fillna(0).astype(int).to_numpy(),
+            }
+        )
+        parts += [f"## islands: {reading}\n", markdown(short)]
+    parts.append(
+        "d held out: winners measured on test dots and draws that did not choose them, with its interval (Student's t); "
+        "d as selected is higher by the selection bias. May be the best: size of the 95 % confidence set of the best, "
+        "the combinations among which the truly best of the range lies (docs/coverage.md); ranges.csv lists them. The "
+        "ranges share their test dots, so that their errors go together.\n"
+    )
+    return "\n".join(parts)
+
+
+def interval(row):
+    """95 % interval of d held out as text."""
+    low, high = row["d_held_out_low"], row["d_held_out_high"]
+    return "" if pd.isna(low) else f"{low:.2f} .. {high:.2f}"
+
+
+def best_markdown(result):
+    """best.json as a page."""
+    parts = ["# Best parameters\n", READINGS_EXPLAINED, yardsticks_markdown(result["yardsticks"])]
+    for reading in [key for key in OF_GRID if key in result]:
+        parts.append(f"## islands: {reading}\n")
+        for title, row in (
+            ("Unrestricted, largest alpha", result[reading]["unrestricted"]),
+            (f"n_S at most {result['max_n_S_percent']:g} %", result[reading]["under_max_n_S"]),
+        ):
+            parts.append(f"- {title}: {row['answer'] if 'answer' in row else _best_sentence(row)}")
+        parts.append("")
+    return "\n".join(parts)
+
+
+def may_be_best(row):
+    """How many combinations the confidence set of the best holds, in words."""
+    n = int(row["n_best_set"])
+    if n == 1:
+        return "it is the best with 95 % confidence"
+    return f"the 95 % confidence set of the best holds {n} combinations, this one among them"
+
+
+def _best_sentence(row):
+    return (
+        f"(alpha, beta, gamma, delta) = {Combination.of(row)}, n_S = {row['n_S']:.0f} ({row['n_S_percent']:.2f} %), "
+        f"d held out = {row['d_held_out']:.2f} ({interval(row)}; as selected {row['d']:.2f}), Z_tS = {row['Z_tS']:.2f}; "
+        f"{may_be_best(row)}."
+    )

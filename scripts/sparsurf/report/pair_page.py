@@ -1,0 +1,90 @@
+"""Pages of pairs: one matched, and many summed up."""
+
+from sparsurf.report.pages import markdown
+
+WORDS = {
+    "propensity": "complementarity, nearest patch",
+    "propensity_smoothed": "the same, smoothed",
+    "propensity_k": "complementarity, mean of the nearest",
+    "propensity_k_smoothed": "the same, smoothed",
+    "similarity": "similarity, nearest patch",
+    "similarity_smoothed": "the same, smoothed",
+    "flatness": "flatness: roughness R_i",
+    "planarity": "planarity over 10 Å",
+    "centroid": "distance from the centroid",
+    "protrusion": "protrusion: few heavy atoms within 10 Å",
+    "hydropathy": "hydropathy over 10 Å (Kyte-Doolittle)",
+}
+EXPLAINED = (
+    "AUC: the chance that a dot of the interface scores higher than one outside it; .5 is a coin. Intervals: 95 %, from "
+    "drawing blocks of residues about 10 Å across."
+)
+SHOWN = 10  # best-matching pairs on the page
+
+
+def pair_markdown(name, agreement, contacts, best, settings):
+    """One pair as a page: its answer first, then the tables.
+
+    Parameters
+    ----------
+    name : str
+    agreement, contacts, best : DataFrames of agreement.csv, contacts.csv and best_pairs.csv
+    settings : dict, the config's `patches` and `complementarity`
+    """
+    within = settings["complementarity"]["interface"]
+    parts = [f"# {name}\n"]
+    if len(agreement) == 0:
+        parts.append(
+            f"The partners do not touch (or touch everywhere): dots nearer than {within:g} Å to the partner are interface, and "
+            "an AUC needs dots inside and outside it. The maps are made all the same.\n"
+        )
+    else:
+        parts += [_answer(agreement), EXPLAINED + "\n", _areas(agreement)]
+    if len(contacts):
+        words = "its first patch with a random one", "the same patches paired at random"
+        shown = contacts.drop(columns="against")
+        shown.insert(0, "a native pair matches better than", words)
+        parts += ["## Pairs of patches that lie on each other\n", markdown(shown)]
+    parts += [
+        "## Best-matching patches\n",
+        f"The first {min(SHOWN, len(best))} of best_pairs.csv; `gap` is how far apart (Å) the two dots lie in the files.\n",
+        markdown(best.head(SHOWN)),
+    ]
+    return "\n".join(parts)
+
+
+def _answer(agreement):
+    """What the smoothed propensity does, beside the best yardstick."""
+    sentences = []
+    for side, rows in agreement.groupby("partner"):
+        own = rows.set_index("score")["auc"]
+        yardsticks = own[[name for name in own.index if not name.startswith(("propensity", "similarity"))]]
+        best = yardsticks.idxmax()
+        verb = "above" if own["propensity_smoothed"] > yardsticks[best] else "below"
+        sentences.append(
+            f"Partner {side}: the smoothed propensity finds the interface with AUC {own['propensity_smoothed']:.2f}, {verb} "
+            f"the best simple property ({WORDS[best]}: {yardsticks[best]:.2f})."
+        )
+    return " ".join(sentences) + "\n"
+
+
+def _areas(agreement):
+    shown = agreement.assign(score=agreement["score"].map(lambda name: WORDS.get(name, name)))
+    return markdown(shown)
+
+
+def pairs_markdown(means, n_pairs, n_touching):
+    """Means over pairs as a page."""
+    parts = ["# Pairs of this run\n"]
+    if len(means) == 0:
+        return "\n".join(
+            [*parts, f"None of the {n_pairs} pairs has an interface: there is nothing to measure.\n"]
+        )
+    value = means.set_index("score").loc["propensity_smoothed"]
+    parts.append(
+        f"Over {n_touching} of {n_pairs} pairs the smoothed propensity finds the interface with a mean AUC of "
+        f"{value['mean']:.3f}"
+        + (f" (95 %: {value['low']:.3f} to {value['high']:.3f}).\n" if n_touching > 1 else ".\n")
+    )
+    shown = means.assign(score=means["score"].map(lambda name: WORDS.get(name, name)))
+    return "\n".join([*parts, EXPLAINED.split(" Intervals")[0] + "\n", markdown(shown, 3)])

@@ -1,0 +1,60 @@
+"""The page on all surfaces of a run: the surfaces, and the best parameters against their mean roughness."""
+
+import pandas as pd
+
+from sparsurf.patches.readings import OF_GRID
+from sparsurf.report.front_page import best_sentence
+from sparsurf.report.pages import markdown
+from sparsurf.sampling.combination import PARAMETERS, texts_of
+
+
+def summary_markdown(surfaces, relations):
+    """The summary as a page: the surfaces, then the relation with mean roughness, range by range."""
+    short = surfaces[["protein", "conformation", "N", "area", "mean_roughness"]].copy()
+    short["area"] = short["area"].round(0)
+    found = [name for name in OF_GRID if f"d_{name}" in surfaces]
+    for name in found:
+        short[f"best, {name}"] = surfaces[f"best_{name}"]
+        short[f"d held out, {name}"] = surfaces[f"d_held_out_{name}"]
+    answer = best_sentence(surfaces) + "\n"
+    parts = [
+        "# The surfaces of this run\n",
+        answer,
+        markdown(short, 3),
+        "# Best parameters against mean roughness\n",
+    ]
+    for name in found:
+        rows = relations[relations["islands"] == name]
+        table = pd.DataFrame(
+            {
+                "n_S / %": [
+                    f"{a:.1f} - {b:.1f}" for a, b in rows[["n_S_low_percent", "n_S_high_percent"]].to_numpy()
+                ],
+                "best on average": [
+                    text if known else ""
+                    for text, known in zip(texts_of(rows), rows["d"].notna(), strict=True)
+                ],
+                "its d": rows["d"],
+                "sd": rows["d_sd"],
+                "different winners": [f"{a} of {b}" for a, b in rows[["n_winners", "n_surfaces"]].to_numpy()],
+                "in one set": rows["n_shared"],
+                **{f"rho {p}": rows[f"rho_{p}"] for p in PARAMETERS},
+                "proteins": rows["n_proteins"],
+                "p": rows["p"],
+                "near - far": rows["gain"],
+                "95 %": [
+                    f"{a:.2f} .. {b:.2f}" if a == a else ""
+                    for a, b in rows[["gain_low", "gain_high"]].to_numpy()
+                ],
+            }
+        )
+        parts += [f"## islands: {name}\n", markdown(table)]
+    parts.append(
+        "in one set: on how many surfaces one and the same combination lies in the 95 % confidence set of the best. "
+        "rho: Spearman's rank correlation of the winner's parameter with mean roughness over the proteins, each counting "
+        "once; p: probability of so large a rho of any parameter by chance (of twenty rows one is expected to fall below "
+        "0.05). A relation needs at least 10 proteins: with 5 a real one is found in 1 to 3 % of runs. near - far: d of a "
+        "surface with the combination chosen on the surfaces nearest in mean roughness, minus that chosen on the "
+        "farthest.\n"
+    )
+    return "\n".join(parts)

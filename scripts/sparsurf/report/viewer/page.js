@@ -1,0 +1,285 @@
+// The page's controls: what is shown, in which colour, and what the tables say about it.
+
+const element = (id) => document.getElementById(id);
+const LAW = ["alpha", "beta", "gamma", "delta"];
+const number = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace("-", "−"));
+const view = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1, seed: 1, picked: -1, shown: new Uint32Array(0) };
+let head, dots, scene, cover, luck, keep, rough, ranked = {}, asked = false;
+
+async function start() {
+  [head, dots] = await unpack(PACKED);
+  const n = head.stored, places = new Float32Array(3 * n), middle = ["x", "y", "z"].map((axis) => {
+    let low = Infinity, high = -Infinity;
+    for (const value of dots[axis]) [low, high] = [Math.min(low, value), Math.max(high, value)];
+    return (low + high) / 2;
+  });
+  ["x", "y", "z"].forEach((axis, k) => dots[axis].forEach((value, i) => (places[3 * i + k] = head.step * (value - middle[k]))));
+  cover = makeCover(dots, head.step, head.radius);
+  keep = new Uint8Array(n);
+  rough = Float32Array.from(dots["value 0"], (value) => head.values[0].low + ((head.values[0].high - head.values[0].low) * value) / 254);
+  scene = makeScene(element("canvas"), places, normals(dots.u, dots.v, head.octahedron));
+  fillMenus();
+  listen();
+  newDraw();
+  choose();
+  paint();
+  new ResizeObserver(redraw).observe(element("canvas"));
+}
+
+function fillMenus() {
+  const option = (text, value) => new Option(text, value);
+  for (const [name, words] of Object.entries(head.samplers)) element("sampler").add(option(words, name));
+  head.values.forEach((each, k) => element("colour").add(option(each.name, k)));
+  if (dots.kind) element("colour").add(option("kind of dot", "kind"));
+  element("presets").add(option("…", ""));
+  head.presets.forEach(([words], k) => element("presets").add(option(words, k)));
+}
+
+// The order in which a nested sampler chooses the dots, kept until another draw is asked for.
+function order(name) {
+  if (name === "minimal") ranked[name] ??= Uint32Array.from(dots.minimal.keys()).filter((i) => dots.minimal[i]);
+  if (!ranked[name] && dots[`rank ${name}`]) {
+    ranked[name] = new Uint32Array(head.stored);
+    dots[`rank ${name}`].forEach((place, i) => (ranked[name][place] = i));
+  }
+  return (ranked[name] ??= ORDERS[name](head.stored, rough, view.seed));
+}
+
+function newDraw() {
+  luck = exponentials(cover.dot.length, view.seed);
+  for (const name of Object.keys(ORDERS)) delete ranked[name];
+}
+
+// The dots that the controls ask for.
+function choose() {
+  const name = element("sampler").value, all = head.stored;
+  const n = Math.max(1, Math.round((element("percent").value / 100) * all));
+  if (name === "all") view.shown = Uint32Array.from({ length: all }, (_, i) => i);
+  else if (name === "minimal") view.shown = order(name);
+  else if (name === "stride") view.shown = everyNth(all, n, view.seed);
+  else if (name !== "paper") view.shown = order(name).slice(0, n);
+  else {
+    sample(cover, LAW.map((each) => +element(each).value), luck, keep);
+    const found = [];
+    for (let i = 0; i < all; i++) if (keep[i]) found.push(i);
+    view.shown = Uint32Array.from(found);
+  }
+  if (!view.shown.includes(view.picked)) pick(-1);
+  element("law").hidden = name !== "paper";
+  element("pale").parentElement.hidden = name === "all";
+  element("amount").hidden = ["paper", "all", "minimal"].includes(name);
+  element("again").hidden = !(name in ORDERS || name === "stride" || name === "paper");
+  for (const id of ["percent", "size", ...LAW]) element(id).parentElement.querySelector("output").textContent = element(id).value;
+  element("percent-text").textContent += " %";
+  const share = ((100 * view.shown.length) / all).toFixed(1), count = view.shown.length.toLocaleString("en");
+  element("shown").textContent = `${count} of ${all.toLocaleString("en")} dots (${share} %).`;
+  if (all < head.total) element("shown").textContent += ` The page holds the first ${all.toLocaleString("en")} of ${head.total.toLocaleString("en")} dots.`;
+  if (name === "paper") element("nearest").replaceChildren(...nearest());
+  redraw();
+}
+
+// The row of the grid nearest to the sliders, in steps of the grid, and what it says under each reading.
+function nearest() {
+  let best = 0, least = Infinity;
+  const spans = LAW.map((name, k) => Math.max(...head.grid.map((row) => row[k])) - Math.min(...head.grid.map((row) => row[k])) || 1);
+  const wish = LAW.map((name) => +element(name).value);
+  head.grid.forEach((row, r) => {
+    const gap = wish.reduce((sum, value, k) => sum + ((value - row[k]) / spans[k]) ** 2, 0);
+    if (gap < least) [best, least] = [r, gap];
+  });
+  if (!head.grid.length) return [];
+  const row = head.grid[best], table = document.createElement("table"), words = document.createElement("p");
+  words.textContent = `Nearest combination of the study: (${row.slice(0, 4).join(", ")}), n_S ${number(row[4], 1)} %.`;
+  const line = (texts, kind) => {
+    const tr = table.insertRow();
+    texts.forEach((text) => tr.appendChild(document.createElement(kind)).append(text));
+  };
+  line(["islands removed", "Z_tS", "Z_tR", "d"], "th");
+  head.readings.forEach((words, r) => line([words, ...row.slice(5 + 3 * r, 8 + 3 * r).map((value) => number(value, 2))], "td"));
+  const note = document.createElement("p");
+  note.textContent = "Z: distance of the descriptors from those of the whole surface (0 is best), for the sampled dots and for as many uniform ones. d = Z_tR − Z_tS: above 0 the sampling is better.";
+  return [words, table, note];
+}
+
+// Colours of all dots, and the legend that tells what they mean.
+function paint() {
+  const wish = element("colour").value, out = new Uint8Array(3 * head.stored);
+  if (wish === "kind") {
+    dots.kind.forEach((kind, i) => out.set(head.kinds[kind < 0 ? 3 : kind][1], 3 * i));
+    const present = head.kinds.filter((_, k) => dots.kind.includes(k === 3 ? -1 : k));
+    element("legend").replaceChildren(...present.flatMap(([name, rgb]) => {
+      const box = document.createElement("i");
+      box.style.background = `rgb(${rgb})`;
+      return [box, name];
+    }));
+  } else {
+    const scale = head.values[wish];
+    dots[`value ${wish}`].forEach((value, i) => out.set(value === 255 ? [160, 160, 160] : shade(value / 254), 3 * i));
+    const bar = document.createElement("div"), ends = document.createElement("div");
+    bar.className = "bar";
+    bar.style.background = `linear-gradient(to right, ${head.stops.map((rgb) => `rgb(${rgb})`)})`;
+    ends.className = "ends";
+    for (const end of ["low", "high"]) {
+      ends.appendChild(document.createElement("span")).append(`${number(scale[end], 2)} ${scale[`${end} is`]}`);
+    }
+    element("legend").replaceChildren(scale.name, bar, ends);
+  }
+  scene.colour(out);
+  redraw();
+}
+
+function shade(share) {
+  const stops = head.stops, place = share * (stops.length - 1), k = Math.min(stops.length - 2, Math.floor(place));
+  return stops[k].map((value, c) => value + (place - k) * (stops[k + 1][c] - value));
+}
+
+// Discs that just cover the surface when all dots are there, larger on request.
+const radius = () => (view.shown.length === head.stored ? 1.3 : 0.9) * head.spacing * element("size").value;
+
+function redraw() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(drawNow);
+}
+
+function drawNow() {
+  const canvas = element("canvas"), sharp = Math.min(2, window.devicePixelRatio || 1);
+  asked = false;
+  [canvas.width, canvas.height] = [Math.max(1, canvas.clientWidth * sharp), Math.max(1, canvas.clientHeight * sharp)];
+  scene.draw(view, view.shown, radius(), element("pale").checked ? 1.3 * head.spacing : 0, view.picked);
+}
+
+function pick(i) {
+  view.picked = i;
+  if (i < 0) {
+    element("picked").textContent = "Click or tap a dot to see which it is.";
+    return;
+  }
+  const words = [`Dot ${dots.index[i]}`];
+  if (dots.residue && dots.residue[i] >= 0) words.push(head.residues[dots.residue[i]]);
+  if (dots.kind && dots.kind[i] >= 0) words.push(head.kinds[dots.kind[i]][0]);
+  head.values.forEach((each, k) => {
+    const value = dots[`value ${k}`][i];
+    words.push(`${each.symbol} = ${value === 255 ? "unknown" : number(each.low + ((each.high - each.low) * value) / 254, 2) + each.unit}`);
+  });
+  element("picked").textContent = `${words.join(", ")}.`;
+}
+
+// Turns by radians about the upright and the level axis of the screen.
+function turn(across, down) {
+  const t = view.turn, [c, s, e, f] = [Math.cos(across), Math.sin(across), Math.cos(down), Math.sin(down)];
+  const rows = [[c, 0, s], [f * s, e, -f * c], [-e * s, f, e * c]];
+  view.turn = rows.flatMap((row) => [0, 1, 2].map((k) => row[0] * t[k] + row[1] * t[3 + k] + row[2] * t[6 + k]));
+  redraw();
+}
+
+function zoom(factor) {
+  view.zoom = Math.min(40, Math.max(0.3, view.zoom * factor));
+  redraw();
+}
+
+function putBack() {
+  Object.assign(view, { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1 });
+  redraw();
+}
+
+function drawAgain() {
+  view.seed += 1;
+  newDraw();
+  choose();
+}
+
+// The picture with a line that says what it shows.
+function picture() {
+  drawNow();
+  const canvas = element("canvas"), out = document.createElement("canvas"), line = Math.max(14, canvas.width / 60);
+  [out.width, out.height] = [canvas.width, canvas.height + 3.2 * line];
+  const pen = out.getContext("2d");
+  pen.fillStyle = "white";
+  pen.fillRect(0, 0, out.width, out.height);
+  pen.drawImage(canvas, 0, 0);
+  pen.fillStyle = "black";
+  pen.font = `${line}px sans-serif`;
+  pen.fillText(`${document.title}: ${element("shown").textContent}`, line / 2, canvas.height + line);
+  pen.fillText(caption(), line / 2, canvas.height + 2.4 * line);
+  return out;
+}
+
+function caption() {
+  const name = element("sampler"), scale = head.values[element("colour").value];
+  const law = name.value === "paper" ? ` (${LAW.map((each) => element(each).value).join(", ")})` : "";
+  const colour = scale ? `${scale.name}, dark ${number(scale.low, 2)}, bright ${number(scale.high, 2)}` : element("legend").textContent;
+  return `${name.selectedOptions[0].text}${law}; colour: ${colour}`;
+}
+
+function save() {
+  const link = document.createElement("a");
+  link.download = `${document.title.replace(/\W+/g, "_")}.png`;
+  link.href = picture().toDataURL("image/png");
+  link.click();
+}
+
+function listen() {
+  for (const id of ["sampler", "percent", "size", "pale", ...LAW]) element(id).addEventListener("input", choose);
+  element("colour").addEventListener("input", paint);
+  element("presets").addEventListener("input", (event) => {
+    if (event.target.value === "") return;
+    LAW.forEach((name, k) => (element(name).value = head.presets[event.target.value][1][k]));
+    choose();
+  });
+  for (const [id, action] of [["again", drawAgain], ["reset", putBack], ["save", save]]) element(id).addEventListener("click", action);
+  const step = 0.12, keys = {
+    ArrowLeft: () => turn(-step, 0), ArrowRight: () => turn(step, 0), ArrowUp: () => turn(0, -step), ArrowDown: () => turn(0, step),
+    "+": () => zoom(1.15), "=": () => zoom(1.15), "-": () => zoom(1 / 1.15), 0: putBack, n: drawAgain, s: save,
+  };
+  const canvas = element("canvas");
+  canvas.addEventListener("keydown", (event) => {
+    if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    keys[event.key]();
+  });
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoom(Math.exp(-0.0015 * event.deltaY));
+  }, { passive: false });
+  follow(canvas);
+}
+
+// One finger or the mouse turns, two fingers zoom and move, a press without a move picks.
+function follow(canvas) {
+  const fingers = new Map();
+  let moved = 0;
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    moved = fingers.size ? Infinity : 0;
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const before = fingers.get(event.pointerId);
+    if (!before) return;
+    const [across, down] = [event.clientX - before[0], event.clientY - before[1]];
+    const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
+    moved += Math.abs(across) + Math.abs(down);
+    if (other) zoom(Math.hypot(event.clientX - other[0], event.clientY - other[1]) / Math.max(1, Math.hypot(before[0] - other[0], before[1] - other[1])));
+    if (other || event.shiftKey) {
+      const perPixel = (scene.perPixel(view) * canvas.width) / canvas.clientWidth / fingers.size;
+      view.shift = [view.shift[0] + across * perPixel, view.shift[1] - down * perPixel];
+      redraw();
+    } else turn(0.01 * across, 0.01 * down);
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+  });
+  for (const kind of ["pointerup", "pointercancel"]) {
+    canvas.addEventListener(kind, (event) => {
+      if (fingers.delete(event.pointerId) && kind === "pointerup" && moved < 5) {
+        const box = canvas.getBoundingClientRect(), sharp = canvas.width / box.width;
+        pick(scene.pick(view, view.shown, radius(), (event.clientX - box.left) * sharp, (event.clientY - box.top) * sharp));
+        redraw();
+      }
+    });
+  }
+}
+
+start().catch((error) => {
+  element("shown").textContent = `Nothing can be drawn: ${error.message}.`;
+  console.error(error);
+});

@@ -1,0 +1,3 @@
+"""Which dots are kept."""
+
+from sparsurf.sampling import adaptive as adaptive  # enters its sampler

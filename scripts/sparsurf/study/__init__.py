@@ -1,0 +1,1 @@
+"""Numbers about subsets: arrays and tables, no sentence, no figure."""

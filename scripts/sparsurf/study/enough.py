@@ -1,0 +1,34 @@
+"""How many dots are enough: the smallest n_S whose Z stays below a yardstick."""
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.patches.readings import TEXT
+
+COLUMNS = {"uniform": "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
+
+
+def enough(grid, yardsticks, reading=TEXT):
+    """The smallest n_S of the grid whose Z lies below each yardstick by its 95 % interval.
+
+    Parameters
+    ----------
+    grid : DataFrame
+        See `tables.grid_table`.
+    yardsticks : dict of name to Z
+    reading : str
+
+    Returns
+    -------
+    DataFrame: islands, the reading; sampler (`uniform`, or `paper` with whichever combination does it), yardstick, Z,
+    n_S_percent, NaN where no n_S of the grid is enough, and `smallest`, whether that is the smallest of the grid.
+    """
+    rows = []
+    percent = grid["n_S_percent"].to_numpy(float)
+    for sampler, column in COLUMNS.items():
+        highest = grid[f"{column}_high_{reading}"].fillna(grid[f"{column}_{reading}"]).to_numpy()
+        for name, value in yardsticks.items():
+            least = np.min(percent[highest < value], initial=np.inf)
+            found = least if np.isfinite(least) else np.nan
+            rows.append((reading, sampler, name, value, found, bool(least == percent.min())))
+    return pd.DataFrame(rows, columns=["islands", "sampler", "yardstick", "Z", "n_S_percent", "smallest"])

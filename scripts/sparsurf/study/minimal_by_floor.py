@@ -1,0 +1,119 @@
+"""How many dots are enough: the smallest subset whose Z comes down to a noise floor, as it is and recovered."""
+
+import logging
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from sparsurf import InputError
+from sparsurf.patches.readings import TEXT
+from sparsurf.recovery.reading import RECOVERED
+from sparsurf.sampling.published import OF_PAPER
+from sparsurf.sampling.samplers import NESTED, named
+from sparsurf.study.statistics import mean_and_error
+
+log = logging.getLogger("sparsurf")
+
+PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80)  # of the dots
+FEWEST = 12  # dots; fewer hold no surface that could be recovered
+WITHIN = 1.96  # standard errors of a difference
+HALVINGS = 3  # of the step between two percents, for the subset that is handed out
+
+
+def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER):
+    """The smallest n_S of a sampler whose Z cannot be told from each floor, or lies below it.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+    sampler : str
+    floors : DataFrame
+        See `floors.floors`.
+    n_tests : int
+    choices : published.Choices
+
+    Returns
+    -------
+    DataFrame: floor, Z_floor, islands (`surface`: the kept dots as they are, patches cut on the full surface;
+    `recovered`), n_S, n_S_percent and Z there; all dots where no fewer of `PERCENTS` do.
+    """
+    draw, z_of = _tools(evaluator, sampler, n_tests, choices)
+    n_dots, rows = len(evaluator.points), []
+    sizes = np.unique([min(n_dots, max(FEWEST, round(p / 100 * n_dots))) for p in PERCENTS])
+    with threadpool_limits(1, "blas"):
+        for reading in (TEXT, RECOVERED):
+            drawn = [draw(n) for n in sizes]
+            found = [z_of(dots, reading) for dots in drawn]
+            for floor in floors.itertuples():
+                reached = [k for k, z in enumerate(found) if _reaches(z, floor)]
+                n, value = (len(drawn[reached[0]]), found[reached[0]][0]) if reached else (n_dots, 0.0)
+                row = {"floor": floor.floor, "Z_floor": floor.Z, "islands": reading, "n_S": int(n)}
+                rows.append(row | {"n_S_percent": 100 * n / n_dots, "Z": value})
+    return pd.DataFrame(rows)
+
+
+def smallest(evaluator, sampler, floors, floor, enough, n_tests, choices=OF_PAPER):
+    """The smallest subset whose recovered Z reaches a floor, between the step of `enough` and the one before.
+
+    Parameters
+    ----------
+    floor : str, a row of `floors`
+    enough : DataFrame, of `enough_dots`
+
+    Returns
+    -------
+    (n,) int64 dots, in the order of choice.
+
+    Raises
+    ------
+    InputError : a floor that this surface has not
+    """
+    if floor not in set(floors["floor"]):
+        raise InputError(
+            f"minimal.floor is {floor!r}, but {evaluator.name} has {', '.join(floors['floor'])} only; name one of them."
+        )
+    limit = floors.set_index("floor").loc[floor]
+    draw, z_of = _tools(evaluator, sampler, n_tests, choices)
+    own = enough[(enough["floor"] == floor) & (enough["islands"] == RECOVERED)].iloc[0]
+    high, share = int(own["n_S"]), own["n_S_percent"]
+    below = [p for p in PERCENTS if p < 0.999 * share]
+    low = max(FEWEST, round((below[-1] if below else 0) / 100 * len(evaluator.points)))
+    best = draw(high)
+    with threadpool_limits(1, "blas"):
+        for _ in range(HALVINGS):
+            middle = (low + high) // 2
+            if not low < middle < high:
+                break
+            some = draw(middle)
+            if _reaches(z_of(some, RECOVERED), limit):
+                high, best = middle, some
+            else:
+                low = middle
+    log.info(
+        "%s: recovered from %d of %d dots of %s, Z is that of %s, %.3f, within the error",
+        evaluator.name, len(best), len(evaluator.points), sampler, floor, limit["Z"],
+    )  # fmt: skip
+    return best
+
+
+def _reaches(z, floor):
+    """Whether Z, with its error, cannot be told from a floor or lies below it."""
+    value, se = z
+    return value - floor.Z <= WITHIN * np.hypot(se, floor.se)
+
+
+def _tools(evaluator, sampler, n_tests, choices):
+    """Functions n -> dots, and (dots, reading) -> Z with its error on the test dots of the study."""
+    function = named([sampler], "minimal.sampler", choices)[sampler]
+    tests = evaluator.draw_tests(n_tests)
+    z_tot, _ = evaluator.describe(tests)
+
+    def draw(n):
+        return function(evaluator, n, evaluator.stream("minimal", sampler))
+
+    longest = draw(len(evaluator.points)) if sampler in NESTED else None
+    return (
+        (lambda n: longest[:n]) if longest is not None else draw,
+        lambda dots, reading: mean_and_error(evaluator.distances([dots], tests, z_tot, reading)[0]),
+    )

@@ -1,0 +1,132 @@
+"""What surfaces recovered from subsets are worth, over many proteins: errors, Z beside the floors, means with intervals."""
+
+import time
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+from scipy.spatial import cKDTree
+from threadpoolctl import threadpool_limits
+
+from sparsurf.recovery.recovering import recover
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.floors import FRESH, floors
+from sparsurf.surfaces.making import molecular_surface
+
+PERCENTS = (2.5, 5.0, 10.0, 20.0)
+NAMES = ("farthest", "adaptive", "uniform", "roughness")
+DENSE = 60.0  # dots per Å^2 of the true surface that errors are measured from
+TRUE_SAMPLE = 20_000  # recovered dots whose error is measured
+
+
+def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=20261120, threads=1):
+    """Floors and subsets of one protein, all on one set of test dots.
+
+    Parameters
+    ----------
+    name : str
+    xyz, radii : (A, 3) and (A,), Å
+    n_tests : int
+    percents : sequence of float
+    names : sequence of str, samplers
+    seed, threads : int
+
+    Returns
+    -------
+    two DataFrames: that of `floors.floors` with protein, N, area and atoms; and a row per sampler and n_S: Z_kept (as
+    the dots are, islands removed on the full surface), Z (recovered), Z_over_floor, distance (Å, mean and 95 %
+    quantile) and angle (degrees) of recovered dots to the true surface, dots (recovered), microseconds (CPU time of
+    recovery per recovered dot, the least of three).
+    """
+    surface = molecular_surface(xyz, radii)
+    evaluator = Evaluator(surface, roughness_values=None, seed=seed, name=name, threads=threads)
+    table = floors(evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz)
+    own = {"protein": name, "N": len(surface), "area": evaluator.area, "atoms": len(xyz)}
+    floor = table.set_index("floor").loc[FRESH, "Z"]
+    true = truth(xyz, radii)
+    tests, rows = evaluator.draw_tests(n_tests), []
+    with threadpool_limits(1, "blas"):
+        z_tot, _ = evaluator.describe(tests)
+        for sampler in names:
+            for percent in percents:
+                n = max(4, round(percent / 100 * len(surface)))
+                kept = SAMPLERS[sampler](evaluator, n, evaluator.stream("recovery", sampler))
+                row = own | {"sampler": sampler, "percent": percent, "n_S": n}
+                for key, reading in (("Z_kept", "surface"), ("Z", "recovered")):
+                    row[key] = evaluator.distances([kept], tests, z_tot, reading)[0].mean()
+                row["Z_over_floor"] = row["Z"] / floor
+                rows.append(row | _quality(surface.points[kept], surface.normals[kept], true))
+    return table.assign(**own), pd.DataFrame(rows)
+
+
+def truth(xyz, radii):
+    """Search tree, points and normals of very dense dots of a surface."""
+    dense = molecular_surface(xyz, radii, density=DENSE)
+    return cKDTree(dense.points), dense.points, dense.normals
+
+
+def _quality(points, normals, true):
+    """Size, errors and cost of the surface recovered from dots."""
+    seconds = []
+    for _ in range(3):
+        begin = time.process_time()
+        dots = recover(points, normals)
+        seconds.append(time.process_time() - begin)
+    return errors(*dots, true) | {"dots": len(dots[0]), "microseconds": 1e6 * min(seconds) / len(dots[0])}
+
+
+def distances(points, true):
+    """Distance (Å) of every dot to the surface that `truth` made, (M,); along the normal of the nearest dense dot, unless
+    that one lies farther than dense dots do."""
+    tree, places, directions = true
+    gap, near = tree.query(points)
+    along = np.abs(np.sum((points - places[near]) * directions[near], axis=1))
+    return np.where(gap > 2 / np.sqrt(DENSE), gap, along)
+
+
+def errors(points, normals, true):
+    """Distance (Å, mean and 95 % quantile) and angle (degrees, mean) from dots to the surface that `truth` made."""
+    tree, _, directions = true
+    some = slice(None, None, max(1, len(points) // TRUE_SAMPLE))
+    distance = distances(points[some], true)
+    near = tree.query(points[some])[1]
+    angle = np.degrees(np.arccos(np.clip(np.sum(normals[some] * directions[near], axis=1), -1, 1)))
+    return {
+        "distance": distance.mean(),
+        "distance_95": np.quantile(distance, 0.95),
+        "angle": angle.mean(),
+    }
+
+
+def means(table, measures=("Z_kept", "Z", "Z_over_floor", "distance", "angle", "microseconds")):
+    """Means over proteins with 95 % intervals (Student's t): sampler, percent, measure, mean, low, high, n."""
+    rows = []
+    for (sampler, percent), part in table.groupby(["sampler", "percent"], sort=False):
+        for measure in measures:
+            rows.append(
+                {"sampler": sampler, "percent": percent, "measure": measure}
+                | _interval(part[measure].to_numpy())
+            )
+    return pd.DataFrame(rows)
+
+
+def paired(table, first, second, measures=("Z", "distance", "angle")):
+    """First sampler minus second, in %, protein by protein: percent, measure, mean, low, high, n."""
+    rows = []
+    for percent, part in table.groupby("percent", sort=False):
+        by = part.set_index(["protein", "sampler"]).unstack("sampler")
+        for measure in measures:
+            change = 100 * (by[measure][first] / by[measure][second] - 1)
+            rows.append(
+                {"first": first, "second": second, "percent": percent, "measure": measure}
+                | _interval(change.to_numpy())
+            )
+    return pd.DataFrame(rows)
+
+
+def _interval(values):
+    """Mean of proteins and its 95 % interval."""
+    n, mean = len(values), values.mean()
+    half = stats.t.ppf(0.975, n - 1) * values.std(ddof=1) / np.sqrt(n) if n > 1 else np.nan
+    return {"mean": mean, "low": mean - half, "high": mean + half, "n": n}

@@ -1,0 +1,127 @@
+"""The published combinations of Table I evaluated here, and what their d rests on.
+
+Everything here works on one surface made ready by `evaluator.Evaluator`.
+"""
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from sparsurf.patches.index import build_index
+from sparsurf.patches.readings import PUBLISHED
+from sparsurf.sampling.published import PUBLISHED_ROWS, TABLE_1
+from sparsurf.study import grid, tables
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.statistics import estimate
+
+LINKS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
+
+
+def published_rows(evaluator, n_tests, draws):
+    """The published combinations here, under both readings, with shared test dots.
+
+    Returns
+    -------
+    DataFrame, ten rows: n_S_low_percent, n_S_high_percent, d_published, Z_tS_published, then `tables.grid_table`
+    """
+    published = pd.DataFrame(TABLE_1)[["n_S_low_percent", "n_S_high_percent", "d", "Z_tS"]]
+    found = tables.grid_table(grid.run(evaluator, PUBLISHED_ROWS, n_tests, draws))
+    return pd.concat(
+        [published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"}), found], axis=1
+    )
+
+
+def sweep_links(surface, links, n_tests, draws, **settings):
+    """d of the published combinations under `kept` for other linking distances.
+
+    The sampling itself stays that of D_link = 0.5 Å: only the evaluation's islands change.
+
+    Returns
+    -------
+    DataFrame: D_link, row (1..10), n_S_percent, d with d_low and d_high, Z_tS, fragment
+    """
+    first = Evaluator(surface, **settings)
+    tests = first.draw_tests(n_tests)
+    pairs = [first.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
+    out = []
+    with threadpool_limits(1, "blas"):
+        for link in links:
+            linked = first.changed(index=build_index(first.points, first.normals, link))
+            z_tot, _ = linked.describe(tests)
+            z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, PUBLISHED)
+            z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, PUBLISHED)
+            shape = (len(PUBLISHED_ROWS), draws, len(tests))
+            d = estimate((z_tr - z_ts).reshape(shape))
+            for row in range(len(PUBLISHED_ROWS)):
+                out.append(
+                    {
+                        "D_link": link,
+                        "row": row + 1,
+                        "n_S_percent": 100 * len(pairs[row * draws][0]) / len(surface.points),
+                        "d": d.mean[row],
+                        "d_low": d.low[row],
+                        "d_high": d.high[row],
+                        "Z_tS": z_ts.reshape(shape)[row].mean(),
+                        "fragment": np.median(size.reshape(shape)[row]),
+                    }
+                )
+    return pd.DataFrame(out)
+
+
+def sign_changes(links):
+    """Where d of each published row peaks and where its sign is certain.
+
+    Parameters
+    ----------
+    links : DataFrame
+        See `sweep_links`.
+
+    Returns
+    -------
+    DataFrame, one row per published row: row, n_S_percent, d_first (at the first D_link), D_link_best and d_best,
+    positive_to, the last D_link up to which d lies above 0 with its whole interval at every D_link, and negative_from,
+    the first from which on it lies below 0 (NaN where there is none)
+    """
+    out = []
+    for row, own in links.groupby("row"):
+        own = own.sort_values("D_link").reset_index(drop=True)
+        above, below = (own["d_low"] > 0).to_numpy(), (own["d_high"] < 0).to_numpy()
+        best = own.loc[own["d"].idxmax()]
+        n_above = int(np.argmin(np.append(above, False)))
+        n_below = int(np.argmin(np.append(below[::-1], False)))
+        out.append(
+            {"row": row, "n_S_percent": own["n_S_percent"].iloc[0], "d_first": own["d"].iloc[0]}
+            | {"D_link_best": best["D_link"], "d_best": best["d"]}
+            | {"positive_to": own["D_link"].iloc[n_above - 1] if n_above else np.nan}
+            | {"negative_from": own["D_link"].iloc[len(own) - n_below] if n_below else np.nan}
+        )
+    return pd.DataFrame(out)
+
+
+DEFECTS = {
+    "as published": (True, True),
+    "distances from the dot itself": (False, True),
+    "one draw per dot": (True, False),
+    "both corrected": (False, False),
+}
+
+
+def compare_defects(surface, n_tests, draws, **settings):
+    """n_S, d and Z_tS of the published combinations with each defect of the published sampling corrected.
+
+    Returns
+    -------
+    DataFrame: sampling, row, n_S_percent (closed form), then d and Z_tS under both readings
+    """
+    out = []
+    for name, (moved_centre, every_patch) in DEFECTS.items():
+        evaluator = Evaluator(surface, moved_centre=moved_centre, every_patch=every_patch, **settings)
+        result = grid.run(evaluator, PUBLISHED_ROWS, n_tests, draws)
+        table = tables.grid_table(result)
+        part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
+        part["n_S_percent"] = 100 * result.n_s_expected / result.n_dots
+        for reading in result.readings:
+            for column in ("d", "d_se", "Z_tS", "fragment"):
+                part[f"{column}_{reading}"] = table[f"{column}_{reading}"]
+        out.append(part)
+    return pd.concat(out, ignore_index=True)

@@ -1,0 +1,1 @@
+"""Dots with normals: made, read, written. Nothing here knows a patch."""

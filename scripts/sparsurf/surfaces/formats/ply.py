@@ -1,0 +1,133 @@
+"""PLY files for viewers: a mesh whose vertices are the dots, with values and colours."""
+
+import numpy as np
+from matplotlib import colormaps
+from scipy.spatial import Delaunay, QhullError
+
+from sparsurf import InputError
+from sparsurf.surfaces.formats.format import Format
+
+KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
+AXES, CHANNELS = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
+GREY = np.array([160, 160, 160], np.uint8)
+FLAT = 1e-9  # Å, Å^2 or Å^3, below which there is no extent
+DOUBTFUL = 2.0  # of 4: how far the four normals may agree on the side of a tetrahedron that is in doubt
+ROUNDS = 50  # of changes of sides; 5 to 7 are enough for proteins
+MANY_DOTS = 500_000  # beyond which the triangles would take minutes
+
+
+def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=True):
+    """Write a PLY mesh whose vertices are the dots, in their order, as text (PyMOL reads no other).
+
+    Parameters
+    ----------
+    path : file to write
+    surface : Surface
+    values : (N,), shown as colours (viridis from the smallest to the largest, grey for NaN) and as a float
+        property; without them the colours tell contact (blue), saddle (orange) and concave (green) dots
+    name : of that property
+    columns : further float properties, name -> (N,)
+    mesh : whether triangles between the dots are written, which takes seconds on 20 thousand dots
+
+    Raises
+    ------
+    InputError : values of another length
+    """
+    properties = dict(columns or {}) if values is None else {name: values, **(columns or {})}
+    properties = {key: np.asarray(column, float) for key, column in properties.items()}
+    for key, column in properties.items():
+        if len(column) != len(surface):
+            raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
+    faces = triangles(surface) if mesh and len(surface) <= MANY_DOTS else np.empty((0, 3), int)
+    colours = KIND_COLOURS[surface.kind] if values is None else _viridis(values)
+    table = {
+        axis: column
+        for axis, column in zip(AXES, np.hstack([surface.points, surface.normals]).T, strict=True)
+    }
+    table |= dict(zip(CHANNELS, colours.T, strict=True)) | properties
+    header = ["ply", "format ascii 1.0", f"element vertex {len(surface)}"]
+    header += [f"property {'uchar' if key in CHANNELS else 'float'} {key}" for key in table]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    row = " ".join(["%.4f"] * len(AXES) + ["%d"] * len(CHANNELS) + ["%.6g"] * len(properties))
+    with open(path, "w", encoding="ascii", newline="\n") as stream:
+        stream.write("\n".join(header) + "\n")
+        stream.writelines(
+            f"{row % each}\n" for each in zip(*map(np.ndarray.tolist, table.values()), strict=True)
+        )
+        stream.writelines(f"3 {a} {b} {c}\n" for a, b, c in faces.tolist())
+
+
+def _viridis(values):
+    """(N, 3) uint8 colours; evenly bright and safe for the colour-blind."""
+    values = np.asarray(values, dtype=float)
+    known = np.isfinite(values)
+    low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
+    scaled = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
+    colours = colormaps["viridis"](np.where(known, scaled, 0), bytes=True)[:, :3]
+    return np.where(known[:, None], colours, GREY)
+
+
+def triangles(surface):
+    """Triangles between dots, (M, 3), counterclockwise seen from outside: the boundary of what lies inside.
+
+    The dots' Delaunay tetrahedra lie inside or outside the molecule; the normals tell which. Their common boundary is
+    closed whatever they tell. A triangle may be missing its dot where dots crowd (DMS's own inside other probes).
+    """
+    try:
+        cells = Delaunay(surface.points)
+    except (QhullError, ValueError):  # fewer than five dots, or all in one plane
+        return np.empty((0, 3), int)
+    inside, neighbours = _inside(surface, cells), cells.neighbors
+    faces = []
+    for corner in range(4):
+        outward = inside & ~np.append(inside, False)[neighbours[:, corner]]  # -1, no neighbour, is outside
+        face, apex = np.delete(cells.simplices[outward], corner, axis=1), cells.simplices[outward, corner]
+        a, b, c = (surface.points[face[:, k]] for k in range(3))
+        clockwise = (np.cross(b - a, c - a) * (surface.points[apex] - a)).sum(axis=1) > 0
+        faces.append(np.where(clockwise[:, None], face[:, ::-1], face))
+    return np.concatenate(faces)
+
+
+def _inside(surface, cells):
+    """(T,) bool: tetrahedra inside the molecule.
+
+    The centre of the ball through the four dots lies behind them, against their normals, if the tetrahedron is inside,
+    which is plain for all but the flat ones between dots side by side. Those change sides while that makes the
+    boundary smaller.
+    """
+    corners = cells.simplices
+    start, normals = surface.points[corners[:, 0]], surface.normals
+    edges = surface.points[corners[:, 1:]] - start[:, None]
+    solid = np.abs(np.linalg.det(edges)) > FLAT
+    centre = start.copy()
+    centre[solid] += np.linalg.solve(edges[solid], (edges[solid] ** 2).sum(axis=2)[..., None] / 2)[..., 0]
+    towards = np.zeros(len(corners))
+    for corner in range(4):
+        ray = centre - surface.points[corners[:, corner]]
+        ray /= np.maximum(np.linalg.norm(ray, axis=1), FLAT)[:, None]
+        towards += (ray * normals[corners[:, corner]]).sum(axis=1)
+    towards[~solid] = 0.0
+    inside, doubtful = towards < 0, np.abs(towards) < DOUBTFUL
+    area = np.stack([_areas(surface.points[np.delete(corners, each, axis=1)]) for each in range(4)], axis=1)
+    for _ in range(ROUNDS):
+        differs = np.append(inside, False)[cells.neighbors] != inside[:, None]
+        gain = np.where(doubtful, np.where(differs, area, -area).sum(axis=1), 0.0)
+        best = gain >= np.append(gain, 0.0)[cells.neighbors].max(axis=1)  # no two neighbours at once
+        change = best & (gain > FLAT)
+        if not change.any():
+            break
+        inside ^= change
+    return inside
+
+
+def _areas(corners):
+    """Areas of triangles (T, 3, 3)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def _sniff(head):
+    return head.startswith(b"ply")
+
+
+FORMAT = Format("PLY", (".ply",), _sniff, write=write_ply)

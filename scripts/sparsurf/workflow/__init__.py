@@ -1,0 +1,1 @@
+"""What the Snakefile and its scripts ask for: config, files, digests, jobs."""

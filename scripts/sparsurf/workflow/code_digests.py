@@ -1,0 +1,57 @@
+"""Digests of the code behind a rule: the library modules that its script imports, and the data files these read."""
+
+import ast
+import hashlib
+from functools import cache
+from pathlib import Path
+
+SCRIPTS = Path(__file__).parents[2]
+
+
+@cache
+def digest(script, *more):
+    """Digest of a script, of every library module that it imports, directly or not, and of their data files.
+
+    `more` are files below scripts/ that the script imports by a name it is given.
+
+    Passed to the rules as a parameter, so that editing a module reruns exactly the steps that use it.
+    """
+    content = b"\0".join(
+        str(path.relative_to(SCRIPTS)).encode() + path.read_bytes() for path in files(script, *more)
+    )
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def files(*scripts):
+    """Files that the work of scripts depends on, sorted; a data file is one that a module beside it names."""
+    found, waiting = set(), [SCRIPTS / script for script in scripts]
+    while waiting:
+        path = waiting.pop()
+        if path not in found:
+            found.add(path)
+            waiting += _needed(path) if path.suffix == ".py" else []
+    return sorted(found)
+
+
+def _needed(path):
+    """Library modules that a Python file imports, with the packages that hold them, and its data files."""
+    return [each for each in _named(path, path.read_text(encoding="utf-8"), SCRIPTS) if each.is_file()]
+
+
+@cache
+def _named(path, text, scripts):
+    """Files that a module of this text may mean; kept, since most rules share most modules."""
+    candidates = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "sparsurf":
+            module = scripts.joinpath(*node.module.split("."))
+            packages = [module, *module.parents]
+            candidates += [each / "__init__.py" for each in packages[: packages.index(scripts)]]
+            candidates.append(module.with_suffix(".py"))
+            candidates += [module / f"{alias.name}.py" for alias in node.names]
+            candidates += [module / alias.name / "__init__.py" for alias in node.names]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and "." in node.value[1:]:
+            candidates += (
+                [path.with_name(node.value)] if len(node.value) < 100 and "/" not in node.value else []
+            )
+    return candidates

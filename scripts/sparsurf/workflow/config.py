@@ -1,0 +1,245 @@
+"""The config of a study: schema, defaults, and what a schema cannot say, in sentences."""
+
+import math
+import os
+from pathlib import Path
+
+import yaml
+from jsonschema import Draft202012Validator
+
+from sparsurf import InputError
+from sparsurf.molecules.formats import STRUCTURES, suffix
+from sparsurf.workflow import listing, pair_listing
+from sparsurf.workflow.download import ONLY, allowed, variable
+from sparsurf.workflow.protein import FILES, Protein
+from sparsurf.workflow.sentences import sentence
+from sparsurf.workflow.yaml_file import read_config
+
+# What a run has of its own beside its proteins: folders, and endings of files.
+OWN_FOLDERS = ("logs", "pairs")
+OF_PAPER = ("kept", "surface")  # readings that its verdict needs
+OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
+WHAT_NEEDS_MEMORY = "combinations x draws x test_dots x islands"
+PUBLISHED_TESTS = 100  # N / 200 of a surface like the paper's
+COPIES = 3  # of the distances at the worst moment
+SCHEMA = yaml.safe_load((Path(__file__).with_name("config.schema.yaml")).read_text())
+
+
+def checked(config, files, home):
+    """As `check`; a mistake ends the program with its sentences."""
+    try:
+        return check(config, files, home)
+    except InputError as error:
+        raise SystemExit(f"\n{error}\n") from None
+
+
+def check(config, files=(), home="."):
+    """Return a checked copy of `config` with every default filled in.
+
+    Parameters
+    ----------
+    config : dict
+    files : iterable of paths
+        The files the config was read from, searched for keys given twice.
+    home : path
+        Where files lie that are not in the working directory: the folder of the Snakefile, with the embedded example.
+
+    Raises
+    ------
+    InputError
+        One sentence per mistake: the key, what was given, what is allowed.
+    """
+    for path in files:
+        read_config(path)
+    errors = list(_no_values(config))
+    if not errors:
+        config = _whole(_with_defaults(_with_listed_proteins(config), SCHEMA), SCHEMA)
+        config = _with_files_at_home(_with_local_copies(config), Path(home))
+        errors = [sentence(error) for error in Draft202012Validator(SCHEMA).iter_errors(config)]
+    errors = errors or list(_second_check(config))
+    if errors:
+        raise InputError("config: " + "\n        ".join(dict.fromkeys(errors)))
+    return config
+
+
+def _with_listed_proteins(config):
+    """Copy of the config in which a table or a folder of proteins or pairs has become their mapping."""
+    if isinstance(config.get("pairs"), str):
+        config = config | {"pairs": pair_listing.from_table(config["pairs"])}
+    elif isinstance(config.get("pairs"), dict) and isinstance(config["pairs"].get("folder"), str):
+        config = config | {"pairs": pair_listing.from_folder(config["pairs"]["folder"])}
+    if config.get("pairs"):  # pairs of files need no proteins
+        config = {"proteins": {}} | config
+    proteins = config.get("proteins")
+    if isinstance(proteins, str):
+        return config | {"proteins": listing.from_table(proteins)}
+    if isinstance(proteins, dict) and isinstance(proteins.get("folder"), str) and len(proteins) == 1:
+        return config | {"proteins": listing.from_folder(proteins["folder"])}
+    return config
+
+
+def _with_local_copies(config):
+    """Copy of the config in which a file named by an environment variable replaces one from the network."""
+    if not isinstance(config.get("proteins"), dict):
+        return config
+    proteins = dict(config["proteins"])
+    for name, protein in proteins.items():
+        if not (isinstance(protein, dict) and {"url", "pdb"} & set(protein)):
+            continue
+        path = os.environ.get(variable(str(name))) or _by_id(protein.get("pdb"))
+        if path:
+            kind = "surface" if suffix(path) in listing.surface_suffixes() else "structure"
+            rest = (
+                {}
+                if kind == "surface"
+                else {k: v for k, v in protein.items() if k not in ("url", "pdb", "sha256")}
+            )
+            proteins[name] = rest | {kind: path}
+    return config | {"proteins": proteins}
+
+
+def _by_id(pdb):
+    """The structure called like a PDB id in the folder that SPARSURF_STRUCTURES names, if there is one."""
+    folder = os.environ.get("SPARSURF_STRUCTURES")
+    if not (folder and pdb):
+        return None
+    if not Path(folder).is_dir():
+        raise InputError(f"SPARSURF_STRUCTURES is {folder!r}, but there is no such folder.")
+    names = {pdb.lower() + ending for ending in STRUCTURES}
+    found = [
+        path for path in sorted(Path(folder).iterdir()) if path.name.lower().removesuffix(".gz") in names
+    ]
+    return str(found[0]) if found else None
+
+
+def _with_files_at_home(config, home):
+    """Copy of the config in which a file that is only in `home` has its path from there."""
+    if not isinstance(config.get("proteins"), dict):
+        return config
+
+    def found(key, value):
+        here = key not in FILES or not isinstance(value, str) or Path(value).exists()
+        return value if here or not (home / value).is_file() else str(home / value)
+
+    proteins = {
+        name: {key: found(key, value) for key, value in protein.items()}
+        if isinstance(protein, dict)
+        else protein
+        for name, protein in config["proteins"].items()
+    }
+    return config | {"proteins": proteins}
+
+
+def _with_defaults(value, schema):
+    """Copy of a mapping in which missing keys of the schema take their defaults."""
+    if not isinstance(value, dict):
+        return value
+    out = dict(value)
+    for key, rule in schema.get("properties", {}).items():
+        if key not in out and "default" in rule:
+            out[key] = rule["default"]
+        if key in out:
+            out[key] = _with_defaults(out[key], rule)
+    return out
+
+
+def _no_values(value, key="the config"):
+    """Sentences for keys that are no texts and numbers that are none, wherever they stand."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield f"{key} is {value}, but must be a number."
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for name, each in inside:
+        if isinstance(value, dict) and not isinstance(name, str):
+            yield f"the key {name!r} in {key} is not read as a text; put it in quotes."
+        yield from _no_values(each, f"{key}.{name}".removeprefix("the config."))
+
+
+def _whole(value, rule):
+    """Copy of a value in which a number like 3.0 is 3 where the schema wants a whole number."""
+    if "$ref" in rule:
+        rule = SCHEMA["$defs"][rule["$ref"].rsplit("/", 1)[-1]]
+    for alternative in rule.get("anyOf", ()):
+        value = _whole(value, alternative)
+    if rule.get("type") == "integer" and isinstance(value, float) and value.is_integer():
+        return int(value)
+    if isinstance(value, list) and isinstance(rule.get("items"), dict):
+        return [_whole(each, rule["items"]) for each in value]
+    if isinstance(value, dict):
+        others = rule.get("additionalProperties") or {}
+        return {key: _whole(each, rule.get("properties", {}).get(key, others)) for key, each in value.items()}
+    return value
+
+
+def _second_check(config):
+    """Sentences for what the schema cannot say."""
+    names = {}
+    if not config["proteins"] and not config["pairs"]:
+        yield "proteins is empty; name at least one protein."
+    yield from _check_pairs(config)
+    for name, protein in config["proteins"].items():
+        twin = names.setdefault(name.lower(), name)
+        if twin != name:
+            yield f"proteins {twin!r} and {name!r} differ in upper and lower case only; rename one of them."
+        for key in FILES:
+            if key in protein and not Path(protein[key]).is_file():
+                yield f"proteins.{name}.{key}: there is no file {protein[key]!r} (paths start at the working directory)."
+        if "url" in protein and not allowed(protein["url"], protein.get("sha256")):
+            yield f"proteins.{name}.url is {protein['url']!r}, but {ONLY}."
+        if "simulate" in protein and "trajectory" in protein:
+            yield f"proteins.{name} has a trajectory and asks to simulate one; remove one of the two keys."
+        if name.lower().endswith(OWN_FILES) or name.lower() in OWN_FOLDERS:
+            yield f"proteins: {name!r} is what the study calls a file or folder of its own; choose another name."
+        for key in Protein(**protein).without_meaning:
+            yield f"proteins.{name}.{key} has no meaning for a ready surface; remove it."
+    if "paper" in config and config["paper"] not in config["proteins"]:
+        yield f"paper is {config['paper']!r}, which is none of the proteins {', '.join(config['proteins'])}."
+    if "paper" in config and not set(OF_PAPER) <= set(config["evaluation"]["islands"]):
+        yield f"evaluation.islands is {config['evaluation']['islands']}, but `paper` needs both of [kept, surface]."
+    if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():
+        yield f"run is {config['run']!r}, but results/{config['run']} is a file; choose another name."
+    needed, there = memory_of_grid(config), _memory()
+    if needed > there:
+        yield (
+            f"sampling and evaluation ask for {needed / 2**30:.1f} GB of memory ({WHAT_NEEDS_MEMORY}), but this machine "
+            f"has {there / 2**30:.1f} GB; lower one of them."
+        )
+    wishes = [key for key in ("floor", "n_S_percent", "n_S", "Z", "combination") if key in config["minimal"]]
+    if len(wishes) != 1:
+        yield f"minimal needs exactly one of floor, n_S_percent, n_S, Z and combination, but has {', '.join(wishes) or 'none'}."
+    patches = config["patches"]
+    if patches["D_link"] >= min(patches["R_patch"], patches["R_zernike"]):
+        yield f"patches.D_link is {patches['D_link']:g} Å, but must be smaller than R_patch and R_zernike."
+
+
+def _check_pairs(config):
+    """Sentences for what the schema cannot say of pairs."""
+    for name, pair in config["pairs"].items():
+        for protein in pair.get("proteins", ()):
+            if protein not in config["proteins"]:
+                known = ", ".join(config["proteins"]) or "none"
+                yield f"pairs.{name}: {protein!r} is none of the proteins; these are {known}."
+        for path in [*pair.get("files", ()), *([pair["complex"]] if "complex" in pair else [])]:
+            if not Path(path).is_file():
+                yield f"pairs.{name}: there is no file {path!r} (paths start at the working directory)."
+        both = set.intersection(*map(set, pair["chains"])) if "chains" in pair else ()
+        if both:
+            yield f"pairs.{name}.chains: chain {sorted(both)[0]} stands on both sides; give each chain to one partner."
+    thinning = config["complementarity"]["thinning"]
+    if thinning["run"] and not config["pairs"]:
+        yield "complementarity.thinning.run is true, but there are no pairs to thin; name one under pairs."
+
+
+def memory_of_grid(config):
+    """Bytes that the grid of one surface fills with distances, and its tables with copies of them."""
+    sampling, evaluation = config["sampling"], config["evaluation"]
+    tests = evaluation["test_dots"] if evaluation["test_dots"] != "published" else PUBLISHED_TESTS
+    combinations = math.prod(len(sampling[parameter]) for parameter in ("alpha", "beta", "gamma", "delta"))
+    return COPIES * 8 * combinations * evaluation["draws"] * tests * len(evaluation["islands"])
+
+
+def _memory():
+    """Bytes of memory of this machine; infinite where the system does not tell."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return math.inf

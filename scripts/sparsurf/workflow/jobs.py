@@ -1,0 +1,133 @@
+"""What the Snakefile and the scripts share: logs of jobs, digests of code, names of conformations."""
+
+import errno
+import inspect
+import logging
+import os
+import re
+import resource
+import shutil
+import sys
+import time
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+
+from sparsurf import InputError
+
+DISK = (
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EACCES,
+    errno.EROFS,
+)  # a full disk, a folder that may not be written
+
+
+def run(main, snakemake):
+    """Do a script's work: call its `main` with what it asks for by name.
+
+    A `main` may ask for `inputs` and `outputs` (paths by their names in the rule), for any of the rule's params,
+    for `name` (protein, or protein/conformation) and for `threads`.
+    """
+    known = {"name": "/".join(snakemake.wildcards), "threads": snakemake.threads}
+    known |= {"inputs": dict(snakemake.input.items())} | dict(snakemake.params.items())
+    with job(snakemake) as outputs:
+        known["outputs"] = outputs
+        main(**{key: known[key] for key in inspect.signature(main).parameters})
+
+
+def use_this_library():
+    """Let the processes of jobs import this library, whatever other version is installed."""
+    paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
+
+
+@contextmanager
+def job(snakemake):
+    """The frame of a script's work.
+
+    What it prints and logs goes to the rule's log. Its outputs are written under other names, given as a dict of
+    paths by name, and take their own names when all are complete: a killed job leaves no half a file. An InputError,
+    a full disk or a file that may not be written ends it with one sentence.
+    """
+    outputs = {name: _paths(value) for name, value in snakemake.output.items()}
+    parts = {
+        name: [path.parent / f".part-{snakemake.rule}" / path.name for path in paths]
+        for name, paths in outputs.items()
+    }
+    for folder in {part.parent for paths in parts.values() for part in paths}:
+        shutil.rmtree(folder, ignore_errors=True)
+    with (
+        open(snakemake.log[0], "w", encoding="utf-8", buffering=1) as log,
+        redirect_stdout(log),
+        redirect_stderr(log),
+    ):
+        logging.basicConfig(stream=log, level=logging.INFO, format="%(levelname)s %(message)s", force=True)
+        logging.captureWarnings(True)
+        try:
+            for part in (part for paths in parts.values() for part in paths):
+                part.parent.mkdir(parents=True, exist_ok=True)
+            yield {
+                name: [str(part) for part in paths] if len(paths) > 1 else str(paths[0])
+                for name, paths in parts.items()
+            }
+            for name, paths in outputs.items():
+                for part, path in zip(parts[name], paths, strict=True):
+                    os.replace(part, path)
+            print(used(snakemake.input), file=log)
+        except (InputError, OSError) as error:
+            if isinstance(error, OSError) and error.errno not in DISK:
+                raise
+            sentence = error if isinstance(error, InputError) else _unwritten(error, snakemake)
+            print(f"ERROR {sentence}", file=log)
+            print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
+            sys.exit(1)
+        finally:
+            for folder in {part.parent for paths in parts.values() for part in paths}:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def used(inputs):
+    """A line on what a job has used, with the processes that it started: MB of memory, s of CPU time, MB of input."""
+    given = sum(os.path.getsize(path) for path in inputs if os.path.isfile(path)) / 1e6
+    own, others = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    megabytes = (own.ru_maxrss + others.ru_maxrss) * (1 if sys.platform == "darwin" else 1024) / 1e6
+    seconds = sum(each.ru_utime + each.ru_stime for each in (own, others))
+    return f"USED {megabytes:.0f} MB {seconds:.1f} s for {given:.2f} MB"
+
+
+def _unwritten(error, snakemake):
+    """What could not be written, and why."""
+    what = error.filename or f"the outputs of {snakemake.rule}"
+    return f"{what}: {error.strerror}; mend that and run again, what was made before stays."
+
+
+def _paths(value):
+    return [Path(path) for path in ([value] if isinstance(value, str) else value)]
+
+
+def reporter(what, unit="samplings", every=5.0):
+    """Function (done, of) that tells the log and the terminal how far a long step is, every few seconds."""
+    begin = last = time.monotonic()
+
+    def report(done, of):
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= every or done >= of:
+            last = now
+            left = (now - begin) * (of - done) / max(done, 1)
+            line = f"{what}: {done} of {of} {unit}, {now - begin:.0f} s, {left:.0f} s to go"
+            for stream in (sys.stderr, sys.__stderr__):
+                print(line, file=stream, flush=True)
+
+    return report
+
+
+def conformations_of(path_to_frames):
+    """Names in the first column of frames.csv, in its order."""
+    with open(path_to_frames, encoding="utf-8") as stream:
+        return [line.split(",")[0] for line in stream.read().splitlines()[1:]]
+
+
+def one_of(names):
+    """Regular expression for a wildcard that is one of `names`; without names it matches nothing."""
+    return "|".join(map(re.escape, names)) or "(?!)"

@@ -1,0 +1,155 @@
+"""Proteins listed in a table or lying in a folder, as the config's mapping of proteins."""
+
+import csv
+import logging
+import re
+from pathlib import Path
+
+from sparsurf import InputError
+from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, suffix
+from sparsurf.workflow.protein import FILES
+
+log = logging.getLogger("sparsurf")
+
+LISTS = ("chains", "ligands")  # columns of a table that hold several values, parted by blanks
+NUMBERS = ("model",)
+
+
+def from_table(path):
+    """Proteins of a CSV table: a column `name` and any keys of a protein; empty cells are left out.
+
+    Parameters
+    ----------
+    path : str
+
+    Returns
+    -------
+    dict of name to the protein's keys; files are sought beside the table.
+
+    Raises
+    ------
+    InputError
+    """
+    if not Path(path).is_file():
+        raise InputError(f"config: proteins is {path!r}, but there is no such table.")
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as stream:
+            rows = list(csv.DictReader(stream, strict=True))
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise InputError(f"config: {path} is no CSV table ({error}).") from None
+    if not rows or "name" not in rows[0]:
+        raise InputError(f"config: {path} needs a header with the column name and at least one row.")
+    proteins = {}
+    for number, row in enumerate(rows, 2):
+        if None in row or None in row.values():
+            raise InputError(f"config: line {number} of {path} has not as many cells as the header.")
+        cells = {key.strip(): value.strip() for key, value in row.items() if value.strip()}
+        name = cells.pop("name", "")
+        if not name or name in proteins:
+            raise InputError(
+                f"config: line {number} of {path} has {'a name given before' if name else 'no name'}."
+            )
+        proteins[name] = {key: _cell(key, value, Path(path).parent) for key, value in cells.items()}
+    return proteins
+
+
+def _cell(key, value, folder):
+    if key in FILES:
+        return str(folder / value)
+    if key in NUMBERS and value.isdigit():
+        return int(value)
+    if key == "ligands" and value.lower() in ("true", "false"):
+        return value.lower() == "true"
+    return value.split() if key in LISTS else value
+
+
+def from_folder(path):
+    """Every structure, surface and trajectory of a folder as a protein, named after its file.
+
+    A trajectory belongs to the topology or structure whose name it begins with; that file is then no protein of its
+    own. A topology without a trajectory, and the reverse, are left out and named on the terminal. Files of other kinds
+    and hidden ones are passed over.
+
+    Returns
+    -------
+    dict of name to the protein's keys
+
+    Raises
+    ------
+    InputError : no such folder, or nothing in it
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        raise InputError(f"config: proteins.folder is {path!r}, but there is no such folder.")
+    files = sorted(f for f in folder.iterdir() if f.is_file() and not f.name.startswith(".") and _kind(f))
+    owners = {f: _topology_of(f, files) for f in files if _kind(f) == "trajectory"}
+    proteins = {}
+    for file in files:
+        entry = _entry(file, owners)
+        if entry:
+            name = _name(file, files)
+            while name.lower() in map(str.lower, proteins):
+                name += "_"
+            proteins[name] = entry
+    if not proteins:
+        known = " ".join(STRUCTURES + SELF_CONTAINED + TOPOLOGIES + TRAJECTORIES + surface_suffixes())
+        raise InputError(
+            f"config: the folder {path!r} holds no protein: none of its files ends in one of {known}."
+        )
+    return proteins
+
+
+def _entry(file, owners):
+    """The protein of a file; None where the file is only a part of one."""
+    kind, owned = _kind(file), file in owners.values()
+    if owners.get(file):
+        return {"structure": str(owners[file]), "trajectory": str(file)}
+    if kind == "trajectory" or (kind == "topology" and not owned):
+        lacks = "topology or structure whose name it begins with" if kind == "trajectory" else "trajectory"
+        log.warning("%s is left out: beside it lies no %s.", file, lacks)
+        return None
+    return None if owned else {"surface" if kind == "surface" else "structure": str(file)}
+
+
+def surface_suffixes():
+    """Endings of the files that hold a ready surface, each also with .gz."""
+    from sparsurf.surfaces.formats.registry import READABLE  # here: numpy and pandas take half a second
+
+    return READABLE
+
+
+def _kind(file):
+    kinds = {
+        "structure": STRUCTURES + SELF_CONTAINED,
+        "topology": TOPOLOGIES,
+        "trajectory": TRAJECTORIES,
+        "surface": surface_suffixes(),
+    }
+    return next((kind for kind, suffixes in kinds.items() if suffix(file) in suffixes), None)
+
+
+def _stem(file):
+    return file.name[: len(file.name.lower().removesuffix(".gz")) - len(suffix(file))]
+
+
+def _topology_of(trajectory, files):
+    """The structure or topology whose name the trajectory's begins with, the longest one; None without."""
+    fitting = [
+        f
+        for f in files
+        if _kind(f) in ("structure", "topology") and _begins_with(_stem(trajectory), _stem(f))
+    ]
+    return max(fitting, key=lambda f: len(_stem(f)), default=None)
+
+
+def _begins_with(name, stem):
+    """Whether a name begins with another; run10 does not begin with run1."""
+    rest = name.removeprefix(stem)
+    return name.startswith(stem) and not (stem[-1:].isdigit() and rest[:1].isdigit())
+
+
+def _name(file, files):
+    """A name for results/: the file's stem, with its ending where another file has the same stem."""
+    twins = [f for f in files if _stem(f).lower() == _stem(file).lower() and _kind(f) != "trajectory"]
+    name = _stem(file) if len(twins) < 2 else f"{_stem(file)}_{suffix(file)[1:]}"
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", name).lstrip(".-_") or "protein"

@@ -1,0 +1,86 @@
+"""Pairs listed in a table or lying in a folder, as the config's mapping of pairs."""
+
+import csv
+import re
+from pathlib import Path
+
+from sparsurf import InputError
+from sparsurf.molecules.formats import STRUCTURES
+
+COLUMNS = "name and either first and second (two files) or complex, chains_1 and chains_2"
+SIDES = (("_r", "_l"), ("_1", "_2"))  # ends of the two names of a pair in a folder
+
+
+def from_table(path):
+    """Pairs of a CSV table; files are sought beside it, chains are parted by blanks.
+
+    Parameters
+    ----------
+    path : str
+
+    Returns
+    -------
+    dict of name to the pair's keys
+
+    Raises
+    ------
+    InputError
+    """
+    if not Path(path).is_file():
+        raise InputError(f"config: pairs is {path!r}, but there is no such table.")
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as stream:
+            rows = list(csv.DictReader(stream, strict=True))
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise InputError(f"config: {path} is no CSV table ({error}).") from None
+    pairs, folder = {}, Path(path).parent
+    for number, row in enumerate(rows, 2):
+        cells = {key.strip(): value.strip() for key, value in row.items() if key and value and value.strip()}
+        name = cells.pop("name", "")
+        if not name or name in pairs:
+            raise InputError(
+                f"config: line {number} of {path} has {'a name given before' if name else 'no name'}."
+            )
+        if set(cells) == {"first", "second"}:
+            pairs[name] = {"files": [str(folder / cells[key]) for key in ("first", "second")]}
+        elif set(cells) == {"complex", "chains_1", "chains_2"}:
+            chains = [cells[key].split() for key in ("chains_1", "chains_2")]
+            pairs[name] = {"complex": str(folder / cells["complex"]), "chains": chains}
+        else:
+            raise InputError(f"config: line {number} of {path} needs {COLUMNS}.")
+    if not pairs:
+        raise InputError(f"config: {path} needs a header with {COLUMNS}, and at least one row.")
+    return pairs
+
+
+def from_folder(path):
+    """Pairs of structures whose names differ only in _r and _l, or _1 and _2, at their end, named by what they share.
+
+    Returns
+    -------
+    dict of name to the pair's keys
+
+    Raises
+    ------
+    InputError : no such folder, or no two such files in it
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        raise InputError(f"config: pairs.folder is {path!r}, but there is no such folder.")
+    pairs = {}
+    for file in sorted(folder.iterdir()):
+        stem = re.sub(r"\.gz$", "", file.name, flags=re.I)
+        if Path(stem).suffix.lower() not in STRUCTURES:
+            continue
+        stem = Path(stem).stem
+        for first, second in SIDES:
+            partner = file.with_name(file.name.replace(f"{stem}.", f"{stem[: -len(first)]}{second}.", 1))
+            if stem.endswith(first) and partner.is_file():
+                name = re.sub(r"[^A-Za-z0-9_.-]", "_", stem[: -len(first)]).lstrip(".-_") or "pair"
+                pairs[name] = {"files": [str(file), str(partner)]}
+    if not pairs:
+        raise InputError(
+            f"config: the folder {path!r} holds no two structures NAME_r and NAME_l (or NAME_1 and NAME_2), such as "
+            "1A2K_r.pdb and 1A2K_l.pdb."
+        )
+    return pairs

@@ -1,0 +1,54 @@
+"""The partners of a pair, from the files of a run."""
+
+import numpy as np
+
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.study.complex_scores import centres_of
+from sparsurf.study.matching import Recipe
+from sparsurf.study.partners import partner_of
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.spacing import refuse_sparse
+
+SIDES = ("1", "2")
+
+
+def structure_of(inputs, side):
+    """The atoms of one side, '1' or '2'; None for a surface that came without."""
+    path = inputs.get(f"structure_{side}")
+    return read_molecule(path, selection="all", whole=False) if path else None
+
+
+def partners(inputs, settings, name, threads=1):
+    """Both partners from surface_1, surface_2 and, where there are atoms, structure_1, structure_2."""
+    patches, out = settings["patches"], []
+    for side in SIDES:
+        surface = read_npz(inputs[f"surface_{side}"])
+        refuse_sparse(surface.points, patches["D_link"], f"{name}, partner {side}")
+        molecule = structure_of(inputs, side)
+        out.append(
+            partner_of(
+                surface,
+                molecule,
+                f"{name} {side}",
+                patches["R_patch"],
+                patches["D_link"],
+                threads,
+                patches["roughness"],
+            )
+        )
+    return tuple(out)
+
+
+def recipe_of(settings):
+    """How patches become numbers, by the config."""
+    return Recipe(settings["patches"]["descriptor"], settings["patches"]["R_zernike"])
+
+
+def wished_centres(partner, settings):
+    """Dots whose patches are compared, by the config's `complementarity.centres`, (n,) int."""
+    wish = settings["complementarity"]["centres"]
+    n = len(partner.surface)
+    if wish == "all":
+        return np.arange(n)
+    most = wish.get("n_S") or max(1, round(wish["n_S_percent"] / 100 * n))
+    return centres_of(partner, min(most, n), wish["sampler"], settings["seed"])

@@ -1,0 +1,68 @@
+"""Mistakes in a config that its schema finds, as sentences for the person who wrote it."""
+
+import difflib
+
+
+def sentence(error):
+    """What a schema error means: the key, what was given, what is allowed."""
+    key = ".".join(map(str, error.absolute_path)) or "the config"
+    if error.validator == "additionalProperties":
+        return _unknown(key, sorted(set(error.instance) - set(error.schema["properties"]))[0], error.schema)
+    if error.validator == "required":
+        return f"{key} lacks the key {error.message.split()[0]}."
+    if error.validator == "oneOf" and key.startswith("pairs."):
+        return f"{key} needs exactly one of 'proteins', 'files' and 'complex' (with 'chains')."
+    if error.validator == "oneOf":
+        return f"{key} needs exactly one of 'structure' (with or without 'trajectory'), 'pdb', 'url' and 'surface'."
+    if error.validator == "minProperties":
+        return f"{key} is empty; name at least one protein."
+    if error.validator in ("minItems", "maxItems"):
+        least, word = error.validator_value, "at least" if error.validator == "minItems" else "at most"
+        given = error.instance if len(error.instance) < 10 else f"{len(error.instance)} values long"
+        return f"{key} is {given}, but needs {word} {least} value{'s' if least > 1 else ''}."
+    if error.validator == "uniqueItems":
+        return f"{key} holds a value twice: {error.instance}."
+    named = "propertyNames" in error.absolute_schema_path or key == "run"
+    if named and error.validator in ("pattern", "maxLength"):
+        return (
+            f"{_short(error.instance)} in {key} cannot name a folder; use at most 100 letters, digits, '_', '-' and "
+            "'.', not '.' first."
+        )
+    rule = error.schema if "description" in error.schema or not error.parent else error.parent.schema
+    meaning = rule.get("description", "").rstrip(".")
+    return f"{key} is {_short(error.instance)}, but must be {_allowed(error)}" + (
+        f" ({meaning})." if meaning else "."
+    )
+
+
+def _unknown(key, unknown, schema):
+    known = list(schema["properties"])
+    near = difflib.get_close_matches(unknown, known, 1, 0.5)
+    hint = f"did you mean {near[0]!r}?" if near else f"the keys here are {', '.join(known)}."
+    return f"unknown key {unknown!r} in {key}; {hint}"
+
+
+def _short(value):
+    """A value as it is written in Python, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= 100 else f"{text[:80]}... ({len(text)} characters)"
+
+
+def _allowed(error):
+    """What a schema keyword allows, in words."""
+    rule = error.validator_value
+    if error.validator == "enum":
+        near = difflib.get_close_matches(str(error.instance), list(map(str, rule)), 1, 0.5)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        return f"one of {', '.join(map(str, rule))}{hint}"
+    words = {
+        "type": f"of type {rule}",
+        "const": f"{rule!r}",
+        "minimum": f"{rule} or more",
+        "maximum": f"{rule} or less",
+        "exclusiveMinimum": f"more than {rule}",
+        "minLength": "a text that is not empty",
+        "maxLength": f"a text of at most {rule} characters",
+        "pattern": f"of the form {rule}",
+    }
+    return words.get(error.validator, "one of the forms that config.yaml describes")

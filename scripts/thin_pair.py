@@ -1,0 +1,30 @@
+"""What the maps of a pair are worth from fewer and fewer centres."""
+
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.thinning_figure import thinning_figure
+from sparsurf.study.thinning import thinning
+from sparsurf.workflow.jobs import run
+from sparsurf.workflow.partner_files import partners, recipe_of
+
+
+def main(inputs, outputs, settings, name):
+    """Write thinning.csv and its figure; in one thread, so that seconds can be compared."""
+    rules = settings["complementarity"]
+    wish = rules["thinning"]
+    table = thinning(
+        *partners(inputs, settings, name),
+        wish["percents"],
+        wish["samplers"],
+        wish["draws"],
+        wish["recovered"],
+        recipe_of(settings),
+        smoothing=rules["smoothing"],
+        within=rules["interface"],
+        seed=settings["seed"],
+    )
+    table.to_csv(outputs["table"], index=False, float_format="%.6g")
+    layout.save(thinning_figure(table, name), outputs["png"].removesuffix(".png"))
+
+
+if __name__ == "__main__":
+    run(main, snakemake)

@@ -1,0 +1,205 @@
+"""The command line: every example of its help runs, every mistake is a sentence, what comes out can be read again."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from sparsurf.calls import command
+from sparsurf.molecules.reading import read_molecule
+
+EXAMPLES = sorted(
+    {
+        line.strip()
+        for name in command.COMMANDS
+        for line in [*command.EPILOG.splitlines(), *command.build_parser(name)[1][name].EXAMPLES.splitlines()]
+        if line.startswith("  sparsurf ") and " recommend " not in line  # tests/study has a run to ask
+    }
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with the files that the examples name, small ones."""
+    place = tmp_path_factory.mktemp("commands")
+    data = ROOT / "data" / "tdp43"
+    read_molecule(data / "topology.pdb", residues="209-216").write_pdb(place / "protein.pdb")
+    shutil.copy(place / "protein.pdb", place / "run.pdb")
+    dots = sparsurf.surface(place / "protein.pdb")
+    table = np.hstack([dots.points, dots.normals])
+    table = pd.DataFrame(table, columns=["x", "y", "z", "nx", "ny", "nz"])
+    table.to_csv(place / "dots.csv", index=False)
+    table.iloc[sparsurf.sample(dots, 0.1)].to_csv(place / "minimal.csv", index=False)
+    return place
+
+
+def ended(*arguments):
+    """Exit code of a command."""
+    try:
+        return command.main(list(map(str, arguments)))
+    except SystemExit as end:
+        return end.code
+
+
+@pytest.mark.parametrize("line", EXAMPLES)
+def test_every_example_of_the_help_runs(folder, line, monkeypatch, capfd):
+    if "--trajectory" in line:
+        pytest.skip("test_a_frame_of_a_trajectory has the files for it")
+    monkeypatch.chdir(folder)
+    words = line.split("|")[0].split(">")[0].split()[1:]
+    assert ended(*words) == 0
+    shown = capfd.readouterr()
+    assert shown.err == ""
+    if "-o" in words:
+        out = words[words.index("-o") + 1]
+        assert (len(shown.out) > 100) if out == "-" else (folder / out).stat().st_size > 100
+
+
+@pytest.mark.parametrize("name", command.COMMANDS)
+def test_every_option_is_explained(name, capsys):
+    assert ended(name, "--help") == 0
+    parser, _ = command.build_parser(name)
+    own = next(each for each in parser._actions if each.dest == "command").choices[name]
+    assert all(action.help for action in own._actions)
+    assert "examples:" in capsys.readouterr().out
+
+
+def test_version_and_the_list_of_commands(capsys):
+    assert ended("--version") == 0
+    assert capsys.readouterr().out == f"sparsurf {sparsurf.__version__}\n"
+    assert ended("--help") == 0
+    assert all(name in capsys.readouterr().out for name in ["surface"])
+    assert ended() == 2
+
+
+def test_formats_hold_the_same_dots(folder, tmp_path):
+    files = {end: tmp_path / f"dots.{end}" for end in ("csv", "npz", "ply", "dms", "dms.gz")}
+    for path in files.values():
+        assert ended("surface", folder / "protein.pdb", "-o", path) == 0
+    dots = sparsurf.surface(folder / "protein.pdb")
+    for end, digits in {"csv": 1e-9, "npz": 0, "dms": 6e-4, "dms.gz": 6e-4}.items():
+        again = sparsurf.read_surface(files[end])
+        assert np.abs(again.points - dots.points).max() <= digits * 100, end
+        assert np.abs(again.normals - dots.normals).max() <= digits, end
+    table = pd.read_csv(files["csv"])
+    assert list(table) == ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "atom"]
+    assert np.allclose(table["area"], dots.area) and np.array_equal(table["atom"], dots.atom)
+    assert files["ply"].read_bytes().startswith(b"ply\n")
+    assert f"element vertex {len(dots)}\n".encode() in files["ply"].read_bytes()
+
+
+def test_commands_give_what_the_functions_give(folder, tmp_path):
+    dots = sparsurf.surface(folder / "protein.pdb")
+    for source in ("protein.pdb", "dots.csv"):
+        assert ended("roughness", folder / source, "--r-patch", 5, "-o", tmp_path / "r.csv") == 0
+        assert np.allclose(
+            pd.read_csv(tmp_path / "r.csv")["roughness"], sparsurf.roughness(dots, radius=5), atol=1e-6
+        )
+    assert (
+        ended("descriptors", folder / "protein.pdb", "--at", "3,40", "--down", "-o", tmp_path / "z.npz") == 0
+    )
+    with np.load(tmp_path / "z.npz") as found:
+        assert np.array_equal(found["z"], sparsurf.descriptors(dots, [3, 40], up=False))
+        assert np.array_equal(found["points"], dots.points[[3, 40]]) and found["dot"].tolist() == [3, 40]
+    assert ended("descriptors", folder / "protein.pdb", "--every", 500, "-o", tmp_path / "z.csv") == 0
+    table = pd.read_csv(tmp_path / "z.csv")
+    assert list(table)[:5] == ["dot", "x", "y", "z", "z_0_0"] and list(table)[-1] == "z_20_20"
+    assert np.allclose(table.filter(like="z_").iloc[1], sparsurf.descriptors(dots, [500])[0], rtol=1e-8)
+
+
+def test_the_kept_dots_stand_for_all(folder, tmp_path):
+    dots = sparsurf.surface(folder / "protein.pdb")
+    for wish, n in (
+        (["--dots", 77], 77),
+        (["--percent", 5], round(0.05 * len(dots))),
+        ([], round(0.2 * len(dots))),
+    ):
+        assert ended("minimal", folder / "protein.pdb", *wish, "-o", tmp_path / "m.csv") == 0
+        table = pd.read_csv(tmp_path / "m.csv")
+        assert len(table) == n == table["dot"].nunique() and table["weight"].sum() == len(dots)
+        assert np.allclose(table[["x", "y", "z"]], dots.points[table["dot"]])
+
+
+def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
+    assert ended("minimal", folder / "protein.pdb", "--percent", 10, "-o", tmp_path / "few.csv") == 0
+    assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / "dense.npz") == 0
+    dots, dense = sparsurf.surface(folder / "protein.pdb"), sparsurf.read_surface(tmp_path / "dense.npz")
+    few = sparsurf.read_surface(tmp_path / "few.csv")
+    assert np.allclose(dense.points[: len(few)], few.points) and len(dense) > 0.8 * len(dots)
+    gap = np.linalg.norm(dense.points[:, None] - dots.points[None], axis=2).min(axis=1)
+    assert gap.mean() < 0.25  # half the distance between neighbouring dots, about
+
+
+def test_a_mesh_is_made_where_it_is_asked_for(folder, tmp_path):
+    for options, words in (([], b"element face 0\n"), (["--mesh"], b"element face ")):
+        assert ended("surface", folder / "protein.pdb", *options, "-o", tmp_path / "x.ply") == 0
+        head = (tmp_path / "x.ply").read_bytes()[:600]
+        assert words in head and (b"element face 0\n" in head) == (not options)
+
+
+def test_a_frame_of_a_trajectory(folder, tmp_path):
+    data = ROOT / "data" / "tdp43"
+    arguments = ["surface", data / "topology.pdb", "--trajectory", data / "trajectory.xtc"]
+    arguments += ["--residues", "209-212", "-o", tmp_path / "dots.npz"]
+    places = []
+    for frame in (0, 20):
+        assert ended(*arguments, "--frame", frame) == 0
+        places.append(sparsurf.read_surface(tmp_path / "dots.npz").points)
+    molecule = sparsurf.read_molecule(data / "topology.pdb", data / "trajectory.xtc", residues="209-212")
+    for frame, points in zip((0, 20), places, strict=True):
+        assert np.array_equal(points, sparsurf.surface(molecule, frame=frame).points)
+    assert len(places[0]) != len(places[1]) or np.abs(places[0] - places[1]).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["surface", "no.pdb", "-o", "x.csv"], 1, "no.pdb does not exist: check the path."),
+        (["surface", "dots.csv", "-o", "x.csv"], 1, "dots.csv is no structure by its suffix"),
+        (["surface", "protein.pdb", "-o", "x.doc"], 1, "cannot be written as '.doc'"),
+        (["surface", "protein.pdb", "-o", "no/such/x.csv"], 1, "there is no folder"),
+        (["surface", "protein.pdb", "--frame", "1", "-o", "x.csv"], 1, "there is no frame 1"),
+        (["surface", "protein.pdb", "--chains", "Q", "-o", "x.csv"], 1, "has no chain Q"),
+        (["surface", "protein.pdb", "--probe", "-1", "-o", "x.csv"], 2, "'-1' must be a number, more than 0"),
+        (["surface", "protein.pdb"], 2, "-o/--output"),
+        (["surfaces", "protein.pdb"], 2, "surfaces"),
+        (["roughness", "protein.pdb", "-o", "x.dms"], 1, "cannot be written as '.dms'"),
+        (
+            ["roughness", "protein.pdb", "--density", "1", "-o", "x.csv"],
+            1,
+            "D_link = 0.5 Å is below 1.3 times",
+        ),
+        (["minimal", "protein.pdb", "--dots", "1000000", "-o", "x.csv"], 1, "1000000 are more than the"),
+        (["minimal", "protein.pdb", "--dots", "2.5", "-o", "x.csv"], 2, "must be a whole number"),
+        (["minimal", "protein.pdb", "--dots", "5", "--z", "1", "-o", "x.csv"], 2, "not allowed with"),
+        (["descriptors", "protein.pdb", "--at", "9999999", "-o", "x.csv"], 1, "there is no dot 9999999"),
+        (["descriptors", "protein.pdb", "--at", "1,-2", "-o", "x.csv"], 2, "must be whole numbers"),
+    ],
+)
+def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, arguments, code, words):
+    monkeypatch.chdir(folder)
+    assert ended(*arguments) == code
+    shown = capsys.readouterr()
+    assert shown.out == "" and words in shown.err.splitlines()[-1] and "Traceback" not in shown.err
+    assert not list(folder.glob("x.*")) and not list(folder.glob(".sparsurf-*"))
+
+
+def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
+    """A reader that leaves early, as `head` does, is no error; a small command loads nothing of the study."""
+    call = [sys.executable, "-X", "importtime", "-m", "sparsurf", "surface", "protein.pdb", "-o", "-"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "scripts")}
+    with open(tmp_path / "loaded", "w", encoding="utf-8") as errors:
+        process = subprocess.Popen(call, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=errors)
+        assert process.stdout.readline() == b"x,y,z,nx,ny,nz,area,kind,atom\n"
+        process.stdout.close()
+        assert process.wait(60) == 0
+    loaded = (tmp_path / "loaded").read_text()
+    assert "Traceback" not in loaded
+    for module in ("sparsurf.study", "sparsurf.sampling", "sparsurf.report", "jsonschema", "snakemake"):
+        assert module not in loaded, module

@@ -1,0 +1,211 @@
+"""What a residue is and which of its locations count: small tables with one answer each."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from peptides import ALANINE, STEP, atom_line, peptide, write
+from sparsurf import InputError
+from sparsurf.molecules.atom_table import choose_altlocs, missing_residues, number_residues
+from sparsurf.molecules.elements import element_of
+from sparsurf.molecules.mmcif import read_mmcif
+from sparsurf.molecules.pdb import _decoded, _encoded, read_pdb
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.residues import heavy_atoms_found, residue_kinds
+
+NUCLEOTIDE = {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}
+
+
+def kinds(*residues, hetero):
+    """Kind of each residue, given as (name, atoms, shift along x in Å)."""
+    rows = [
+        (name, r, atom, np.add(place, (shift, 0, 0)))
+        for r, (name, atoms, shift) in enumerate(residues)
+        for atom, place in atoms.items()
+    ]
+    names, index, atoms, xyz = map(np.array, zip(*rows, strict=True))
+    found = residue_kinds(names, index, atoms, np.array(hetero)[index], xyz)
+    return found[np.unique(index, return_index=True)[1]].tolist()
+
+
+# ---- bonds of residues that the file marks as hetero groups
+
+
+def test_hetero_groups_belong_to_the_protein_where_a_peptide_bond_says_so():
+    alone, bonded = ALANINE, {name: np.add(place, STEP) for name, place in ALANINE.items()}
+    assert kinds(("ALA", alone, 0), hetero=[True]) == ["other"]
+    assert kinds(("ALA", alone, 0), hetero=[False]) == ["protein"]
+    assert kinds(("ALA", alone, 0), ("XYZ", bonded, 0), hetero=[False, True]) == ["protein"] * 2
+    assert kinds(("XYZ", alone, 0), ("ALA", bonded, 0), hetero=[True, True]) == ["protein"] * 2
+    assert kinds(("ALA", alone, 0), ("ALA", bonded, 5), hetero=[False, True]) == ["protein", "other"]
+
+
+def test_a_bond_of_1_33_and_one_of_1_9_are_bonds_one_of_2_1_is_none():
+    bonded = {name: np.add(place, STEP) for name, place in ALANINE.items()}  # C-N 1.33 Å
+    for longer, kind in ((0.5, "protein"), (0.8, "other")):
+        assert kinds(("ALA", ALANINE, 0), ("XYZ", bonded, longer), hetero=[False, True])[1] == kind
+
+
+def test_a_ligand_near_the_chain_with_an_atom_called_n_is_no_part_of_it():
+    ligand = {"N": np.add(ALANINE["N"], STEP), "C9": (9, 9, 9)}
+    assert kinds(("ALA", ALANINE, 0), ("LIG", ligand, 0), hetero=[False, True]) == ["protein", "other"]
+
+
+def test_hetero_nucleotides_belong_together_within_a_phosphodiester_bond():
+    for gap, kind in ((1.6, "nucleic"), (2.1, "nucleic"), (2.3, "other"), (9.0, "other")):
+        pair = ("DA", NUCLEOTIDE, 0), ("DC", NUCLEOTIDE, 4.4 + gap)
+        assert kinds(*pair, hetero=[True, True]) == [kind] * 2, gap
+
+
+def test_heavy_atoms_are_counted_against_the_standard_residue():
+    names, index = np.array(["ALA"] * 6 + ["HID"] * 2), np.array([0] * 6 + [1] * 2)
+    elements = np.array(["N", "C", "C", "O", "C", "H", "N", "D"])
+    found, expected = heavy_atoms_found(names, index, elements)
+    assert (found.tolist(), expected.tolist()) == ([5, 1], [5, 10])
+
+
+# ---- elements
+
+
+@pytest.mark.parametrize(
+    ("given", "name", "residue", "polymer", "alone", "expected"),
+    [
+        ("CA", "CA", "ALA", True, False, "C"),  # calcium in a polymer is a C-alpha misread
+        ("CA", "CA", "CA", False, True, "CA"),
+        ("", "CA", "CA", False, True, "CA"),  # an ion by its name
+        ("", "CA", "CAX", False, False, "C"),  # a ligand's first carbon, though its name begins alike
+        ("", "1HB", "ALA", True, False, "H"),
+        ("", "2HB", "LIG", False, False, "H"),
+        ("", "SE", "MSE", True, False, "SE"),
+        ("", "SEX", "CYS", True, False, "S"),
+        ("", "FE", "HEM", False, False, "FE"),
+    ],
+)
+def test_element_by_column_or_name(given, name, residue, polymer, alone, expected):
+    assert element_of(given, name, residue, polymer, alone) == expected
+
+
+# ---- alternate locations
+
+
+def located(*rows):
+    """Table of one residue's atoms from (name, altloc, occupancy)."""
+    table = pd.DataFrame(rows, columns=["name", "altloc", "occupancy"])
+    return table.assign(model=1, chain="A", residue="1", residue_name="SER")
+
+
+ROWS = (
+    ("N", "", 1.0),
+    ("CB", "A", 0.4),
+    ("OG", "A", 0.45),
+    ("CB", "B", 0.6),
+    ("OG", "B", 0.3),
+    ("HG", "B", 0.6),
+)
+
+
+@pytest.mark.parametrize(
+    ("altloc", "rows", "expected"),
+    [
+        ("first", ROWS, ["N", "CB A", "OG A", "HG B"]),  # an atom that only B has is kept: no hole
+        ("highest", ROWS, ["N", "CB B", "OG B", "HG B"]),  # means .425 and .5
+        ("B", ROWS, ["N", "CB B", "OG B", "HG B"]),
+        ("C", ROWS, ["N", "CB A", "OG A", "HG B"]),
+        ("highest", (("CB", "A", 0.5), ("CB", "B", 0.5)), ["CB A"]),
+        (
+            "highest",
+            (("CB", "A", 0.3), ("OG", "A", 0.9), ("CB", "B", 0.7), ("OG", "B", 0.7)),
+            ["CB B", "OG B"],
+        ),
+        ("highest", (("CB", "B", 0.3), ("CB", "A", 0.7)), ["CB A"]),
+    ],
+)
+def test_one_location_of_each_atom(altloc, rows, expected):
+    kept = choose_altlocs(located(*rows), altloc, "a.pdb")
+    assert (kept.name + " " + kept.altloc).str.strip().tolist() == expected
+
+
+# ---- tables
+
+
+def test_residues_are_numbered_from_0_in_each_model():
+    text = "".join(f"MODEL {k}\n{peptide(['ALA', 'GLY'])}ENDMDL\n" for k in (1, 2))
+    assert number_residues(read_pdb(text, "a.pdb").atoms).tolist() == ([0] * 5 + [1] * 5) * 2
+
+
+def test_a_complete_sequence_lacks_nothing():
+    atoms = read_pdb(peptide(["ALA", "GLY"]) + "END\n", "a.pdb").atoms
+    assert missing_residues(atoms, {"A": ["ALA", "GLY"]}) == {}
+    assert missing_residues(atoms, {"A": ["ALA", "GLY", "SER"]}) == {"A": (2, 3)}
+
+
+@pytest.mark.parametrize(
+    ("number", "field"),
+    [(9999, "9999"), (10_000, "A000"), (10_035, "A00Z"), (1_223_055, "ZZZZ"), (1_223_056, "a000")],
+)
+def test_hybrid_36_at_its_limits(number, field):
+    assert _encoded(str(number)) == f"{field} "
+    assert _decoded(field) == str(number)
+
+
+def test_two_letters_of_a_chain_or_four_of_a_residue(tmp_path):
+    wide = "".join(atom_line(name, "ALA", "AB", "1", place) for name, place in ALANINE.items())
+    long = "".join(atom_line(name, "HISE", "B", "2", place) for name, place in ALANINE.items())
+    assert set(read_pdb(wide, "a.pdb").atoms.chain) == {"AB"}
+    atoms = read_pdb(long, "a.pdb").atoms
+    assert set(atoms.chain) == {"B"} and set(atoms.residue_name) == {"HISE"}
+
+
+CIF = """data_x
+loop_
+_atom_site.group_PDB
+_atom_site.auth_atom_id
+_atom_site.auth_comp_id
+_atom_site.auth_asym_id
+_atom_site.label_asym_id
+_atom_site.auth_seq_id
+_atom_site.Cartn_x
+_atom_site.Cartn_y
+_atom_site.Cartn_z
+_atom_site.occupancy
+ATOM CA ALA H A 1 1 2 3 0.5
+? CA ALA H A 2 1 2 9 ?
+HETATM CA ALA L B 3 1 2 6 1.0
+"""
+
+
+def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
+    atoms = read_mmcif(CIF, "a.cif").atoms
+    assert atoms.chain.tolist() == ["H", "H", "L"]
+    assert atoms.hetero.tolist() == [False, False, True]
+    assert atoms.occupancy.tolist() == [0.5, 1.0, 1.0]
+
+
+def test_chains_and_residues_narrow_down_ligands_too(tmp_path):
+    ligands = "".join(
+        atom_line("C1", "LIG", chain, "9", (0, 0, z), record="HETATM") for chain, z in (("A", 5), ("B", 25))
+    )
+    text = peptide(chain="A") + peptide(chain="B", origin=(0, 0, 20)) + ligands + "END\n"
+    path = write(tmp_path / "a.pdb", text)
+    for chains in (["A"], ["B"], ["A", "B"], "A,B"):
+        molecule = read_molecule(path, chains=chains, ligands=["LIG"])
+        wanted = chains if isinstance(chains, list) else ["A", "B"]
+        assert sorted(set(molecule.chain)) == wanted
+        assert (molecule.residue_name == "LIG").sum() == len(wanted)
+        assert molecule.n_atoms == 21 * len(wanted)
+
+
+def test_a_fragment_of_two_residues_may_be_a_backbone_one_of_three_may_not(tmp_path):
+    alpha = [atom_line("CA", "ALA", "A", str(k + 1), (3.8 * k, 0, 0)) for k in range(3)]
+    assert read_molecule(write(tmp_path / "two.pdb", "".join(alpha[:2]) + "END\n")).n_atoms == 2
+    with pytest.raises(InputError, match="20% of the heavy atoms"):
+        read_molecule(write(tmp_path / "three.pdb", "".join(alpha) + "END\n"))
+
+
+def test_nucleic_acids_take_part_only_where_they_are_named(tmp_path):
+    dna = "".join(
+        atom_line(name, "DA", "B", "1", np.add(place, (0, 0, 9))) for name, place in NUCLEOTIDE.items()
+    )
+    path = write(tmp_path / "a.pdb", peptide(chain="A") + dna + "END\n")
+    assert set(read_molecule(path).chain) == {"A"}
+    assert set(read_molecule(path, chains=["B"]).chain) == {"B"}

@@ -1,0 +1,490 @@
+"""Reading of structures and trajectories: what is read, what is chosen, and that it is Å."""
+
+import logging
+
+import mdtraj
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from peptides import ALANINE, STEP, atom_line, peptide, write
+from sparsurf import InputError
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.pdb import read_pdb, write_pdb
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.unwrapping import make_whole
+from sparsurf.surfaces.radii import RADII, radii
+
+NAMES = ("name", "residue_name", "chain", "element", "residue", "residue_index", "kind")
+
+
+def equal_names(first, second):
+    return [each for each in NAMES if not np.array_equal(getattr(first, each), getattr(second, each))] == []
+
+
+@pytest.fixture
+def example(shared):
+    return shared / "example" / "topology.pdb", shared / "example" / "trajectory.xtc"
+
+
+# --- files ---------------------------------------------------------------------------------------------
+
+
+def test_pdb_coordinates_are_taken_as_they_stand(tmp_path):
+    molecule = read_molecule(write(tmp_path / "a.pdb", peptide() + "END\n"))
+    assert molecule.xyz.shape == (1, 20, 3)
+    assert np.array_equal(molecule.xyz[0, 5:10], np.round(np.array(list(ALANINE.values())) + STEP, 3))
+    assert molecule.name[:3].tolist() == ["N", "CA", "C"] and set(molecule.kind) == {"protein"}
+    assert np.isnan(molecule.time_ps).all() and molecule.residue[-1] == "4"
+
+
+def test_trajectory_is_in_angstrom_and_picoseconds(example):
+    """The topology is the first frame in Å; the trajectory stores nm to 0.001, so 0.005 Å (half) apart."""
+    topology, trajectory = example
+    molecule = read_molecule(topology, trajectory)
+    assert (molecule.n_frames, molecule.n_atoms, molecule.n_residues) == (1001, 953, 61)
+    assert np.abs(molecule.xyz[0] - read_molecule(topology).xyz[0]).max() < 0.0051
+    assert np.array_equal(molecule.time_ps, np.arange(1001.0))
+    bond = np.linalg.norm(molecule.xyz[:, 0] - molecule.xyz[:, 1], axis=1)  # N-H of the first residue
+    assert np.allclose(bond, 1.04, atol=0.03)  # GROMACS constrains it; precision 0.01 Å per coordinate
+
+
+@pytest.mark.parametrize("extension", ["xtc", "trr", "dcd", "nc", "h5", "gro", "lammpstrj", "xyz", "pdb"])
+def test_twins_give_equal_frames(example, tmp_path, extension):
+    """One trajectory in every format: equal to the precision that the format stores."""
+    topology, trajectory = example
+    original = mdtraj.load(str(trajectory), top=str(topology))[:9]
+    twin = tmp_path / f"twin.{extension}"
+    original.save(str(twin))
+    expected = original.xyz[::4].astype(float) * 10
+    molecule = (
+        read_molecule(twin, stride=4) if extension == "pdb" else read_molecule(topology, twin, stride=4)
+    )
+    precision = {"xtc": 0.0051, "gro": 0.0051, "pdb": 0.00051}.get(
+        extension, 1e-4
+    )  # Å, half of the last digit
+    assert molecule.frame_number.tolist() == [0, 4, 8]
+    moved = molecule.xyz - expected
+    assert np.abs(moved).max() < precision
+    if extension in ("xtc", "trr", "nc", "h5", "gro"):
+        assert molecule.time_ps.tolist() == [0, 4, 8]
+    else:
+        assert np.isnan(molecule.time_ps).all()
+
+
+def test_one_frame_formats(example, tmp_path):
+    topology, trajectory = example
+    frame = mdtraj.load_frame(str(trajectory), 7, top=str(topology))
+    for extension in ("rst7", "ncrst"):
+        frame.save(str(tmp_path / f"one.{extension}"))
+        molecule = read_molecule(topology, tmp_path / f"one.{extension}")
+        assert np.abs(molecule.xyz[0] - frame.xyz[0].astype(float) * 10).max() < 1e-4
+
+
+@pytest.mark.parametrize("entry", [("1BD2.pdb.gz", "1BD2.cif.gz"), ("1a8o_mse.pdb", "1a8o_mse.cif")])
+def test_pdb_and_mmcif_of_one_entry_are_equal(shared, entry):
+    first, second = (read_molecule(shared / "data" / "structures" / each) for each in entry)
+    assert equal_names(first, second)
+    assert np.array_equal(first.xyz, second.xyz)
+
+
+def test_names_and_coordinates_agree_with_mdtraj(shared):
+    """Outside oracle: mdtraj's own reader, in nm and float32 (1e-5 Å of 100 Å)."""
+    for name in ("1ubi.pdb", "3nzmA_negres.pdb.gz", "ala3_3res.pdb", "2beg_fibril5chains.pdb"):
+        path = shared / "data" / "structures" / name
+        ours, theirs = read_molecule(path, selection="all"), mdtraj.load(str(path), standard_names=False)
+        assert np.allclose(ours.xyz[0], theirs.xyz[0].astype(float) * 10, atol=2e-5)
+        assert ours.name.tolist() == [atom.name for atom in theirs.topology.atoms]
+        assert ours.element.tolist() == [atom.element.symbol.upper() for atom in theirs.topology.atoms]
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["N", "CA", "HG11", "CD1", "OXT"]),
+            st.sampled_from(["ALA", "HISD", "TIP3", "NALA", "DA", "A"]),
+            st.sampled_from(["", "A", "b", "7"]),
+            st.integers(-999, 2_000_000),
+            st.sampled_from(["", "A", "Z"]),
+            st.tuples(*[st.integers(-999_999, 9_999_999)] * 3),
+        ),
+        min_size=1,
+        max_size=20,
+    )
+)
+@settings(max_examples=80, deadline=None)
+def test_pdb_written_is_pdb_read(tmp_path_factory, rows):
+    """Round trip of every name, number (hybrid-36 beyond 9999) and coordinate that the columns hold."""
+    names, residue_names, chains, numbers, codes, places = zip(*rows, strict=True)
+    residues = [str(number) + code for number, code in zip(numbers, codes, strict=True)]
+    xyz = np.array(places) / 1000
+    molecule = Molecule(
+        xyz[None], np.zeros(1), np.zeros(1, int), *map(np.array, (names, residue_names, chains)),
+        np.array([name[:1] for name in names]), np.array(residues), np.arange(len(rows)),
+        np.array(["protein"] * len(rows)),
+    )  # fmt: skip
+    path = tmp_path_factory.mktemp("pdb") / "a.pdb"
+    write_pdb(path, xyz, molecule)
+    atoms = read_pdb(path.read_text(), path).atoms
+    assert atoms.name.tolist() == list(names) and atoms.residue_name.tolist() == list(residue_names)
+    assert atoms.chain.tolist() == list(chains) and atoms.residue.tolist() == residues
+    assert np.array_equal(atoms[["x", "y", "z"]].to_numpy(), xyz)
+
+
+def test_written_structures_read_back_equal(shared, tmp_path):
+    for path in sorted((shared / "data" / "structures").iterdir()):
+        if "ribosome" in path.name:
+            continue
+        molecule = read_molecule(path)
+        molecule.write_pdb(tmp_path / "back.pdb", frame=molecule.n_frames - 1)
+        back = read_molecule(tmp_path / "back.pdb")
+        assert equal_names(back, molecule), path.name
+        assert np.array_equal(back.xyz[0], np.round(molecule.xyz[-1], 3)), path.name
+
+
+def test_long_and_many_chain_ids_are_renamed_in_pdb(tmp_path):
+    one = read_molecule(write(tmp_path / "a.pdb", peptide()))
+    chains = np.repeat([f"L{i:02d}" for i in range(70)], one.n_atoms)
+    many = Molecule(
+        np.tile(one.xyz, (1, 70, 1)), one.time_ps, one.frame_number, np.tile(one.name, 70),
+        np.tile(one.residue_name, 70), chains, np.tile(one.element, 70), np.tile(one.residue, 70),
+        np.repeat(np.arange(280), 5), np.tile(one.kind, 70),
+    )  # fmt: skip
+    many.write_pdb(tmp_path / "many.pdb")
+    back = read_molecule(tmp_path / "many.pdb")
+    assert len(set(back.chain)) == 70 and back.n_residues == 280
+    assert back.residue_name.tolist() == many.residue_name.tolist()
+
+
+def test_chains_of_one_letterless_file_stay_apart(tmp_path):
+    """Two molecules without chain ids and with equal numbers: order kept, residues not merged."""
+    text = peptide(chain=" ") + "TER\n" + peptide(chain=" ", origin=(0, 0, 20)) + "END\n"
+    for broken in (text, text.replace("TER\n", "")):
+        molecule = read_molecule(write(tmp_path / "a.pdb", broken))
+        assert molecule.n_residues == 8
+        assert (molecule.xyz[0, 20:, 2] > 15).all()
+        assert set(molecule.chain) == {""}
+
+
+def test_end_and_model_separate_frames(tmp_path):
+    for separators in (("", "END\n", "END\n"), ("MODEL        3\n", "ENDMDL\nMODEL        7\n", "ENDMDL\n")):
+        text = separators[0] + peptide() + separators[1] + peptide(origin=(1, 0, 0)) + separators[2]
+        path = write(tmp_path / "a.pdb", text)
+        molecule = read_molecule(path)
+        assert molecule.n_frames == 2
+        assert np.allclose(molecule.xyz[1] - molecule.xyz[0], (1, 0, 0))
+    assert np.array_equal(read_molecule(path, model=7).xyz[0], molecule.xyz[1])
+    assert read_molecule(path, model=7).frame_number.tolist() == [1]
+    with pytest.raises(InputError, match="no model 1: it has 3, 7"):
+        read_molecule(path, model=1)
+
+
+@pytest.mark.parametrize(
+    ("given", "called"),
+    [((1, 1), (1, 2)), ((2, 2, 3), (2, 3, 4)), ((5, 3), (5, 3)), ((1, 1, 2), (1, 2, 3)), (("", ""), (1, 2))],
+)
+def test_models_of_equal_numbers_are_models_of_their_own(tmp_path, caplog, given, called):
+    """Each is a frame; a number stays with the first that has it, the later one gets the next free one and it is said."""
+    models = [f"MODEL {number:>8}\n{peptide(origin=(k, 0, 0))}ENDMDL\n" for k, number in enumerate(given)]
+    path = write(tmp_path / "a.pdb", "".join(models))
+    with caplog.at_level(logging.WARNING, "sparsurf"):
+        molecule = read_molecule(path)
+    assert (molecule.xyz[:, 0, 0] - molecule.xyz[0, 0, 0]).tolist() == list(range(len(given)))
+    assert ("several models of the number" in caplog.text) == (given != called and given[0] != "")
+    for k, number in enumerate(called):
+        one = read_molecule(path, model=number)
+        assert np.array_equal(one.xyz, molecule.xyz[k : k + 1])
+        assert one.frame_number.tolist() == [k]
+
+
+@pytest.mark.parametrize(
+    ("stride", "expected"), [(2, [0, 2, 4]), (3, [0, 3]), (4, [0, 4]), (5, [0]), (9, [0])]
+)
+def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path, stride, expected):
+    models = [f"MODEL {k + 1:>8}\n{peptide(origin=(k, 0, 0))}ENDMDL\n" for k in range(5)]
+    molecule = read_molecule(write(tmp_path / "a.pdb", "".join(models)), stride=stride)
+    assert molecule.frame_number.tolist() == expected
+    assert molecule.xyz[:, 0, 0].tolist() == expected
+
+
+def test_four_letter_names_and_two_letter_chains(tmp_path):
+    four = read_molecule(write(tmp_path / "a.pdb", peptide(("HISD", "NALA", "ALA", "ASPH"), chain="D")))
+    assert set(four.chain) == {"D"} and four.residue_name[::5].tolist() == ["HISD", "NALA", "ALA", "ASPH"]
+    two = read_molecule(write(tmp_path / "b.pdb", peptide(("HIS", "ALA", "ALA"), chain="DA")))
+    assert set(two.chain) == {"DA"} and two.residue_name[0] == "HIS"
+
+
+# --- what is chosen ------------------------------------------------------------------------------------
+
+VARIANTS = [
+    "HID", "HIE", "HIP", "HSD", "HSE", "HSP", "CYM", "CYX", "ASH", "GLH", "LYN", "MSE", "SEP", "TPO", "PTR",
+    "HYP", "CSO", "SME", "KCX", "LLP", "NALA", "CHID", "HISD", "DAL",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("record", ["ATOM", "HETATM"])
+def test_residue_variants_in_a_chain_are_protein(tmp_path, variant, record):
+    middle = peptide((variant,), first=3, origin=2 * STEP, record=record)
+    text = peptide(("ALA", "ALA")) + middle + peptide(("ALA",), first=4, origin=3 * STEP)
+    assert read_molecule(write(tmp_path / "a.pdb", text)).n_residues == 4
+
+
+def test_unknown_residue_bonded_into_the_chain_and_caps_are_protein(tmp_path):
+    ace = atom_line("C", "ACE", residue="0", place=(-1.33, 0, 0), record="HETATM")
+    nme = atom_line("N", "NME", residue="9", place=2 * STEP + np.add(ALANINE["C"], (1.33, 0, 0)))
+    body = peptide(("ALA", "QQQ", "ALA"), record="HETATM").replace("HETATM", "ATOM  ", 5)
+    molecule = read_molecule(write(tmp_path / "a.pdb", ace + body + nme))
+    assert molecule.n_residues == 5 and "QQQ" in molecule.residue_name
+
+
+def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, caplog):
+    free = peptide(("GLY",), first=201, origin=(0, 0, 30), record="HETATM")
+    rest = "".join(
+        atom_line(name, residue_name, residue=str(300 + i), place=(i, 9, 9), record="HETATM", element=element)
+        for i, (name, residue_name, element) in enumerate(
+            [
+                ("O", "HOH", "O"),
+                ("O", "HOH", "O"),
+                ("ZN  ", "ZN", "ZN"),
+                ("C1", "NAG", "C"),
+                ("C2", "LIG", "C"),
+            ]
+        )
+    )
+    path = write(tmp_path / "a.pdb", peptide() + free + rest)
+    with caplog.at_level(logging.INFO, "sparsurf"):
+        assert read_molecule(path).n_residues == 4
+    text = " ".join(caplog.messages)
+    assert all(each in text for each in ("1 GLY", "2 HOH", "1 ZN", "1 NAG"))
+    with_ligand = read_molecule(path, ligands=["NAG", "ZN"])
+    assert with_ligand.n_residues == 6 and with_ligand.element[-2:].tolist() == ["ZN", "C"]
+    every = read_molecule(path, ligands=True)  # but waters and single atoms: here the free amino acid
+    assert every.n_residues == 5 and set(every.residue_name[every.kind == "other"]) == {"GLY"}
+    with pytest.raises(InputError, match="no ligand HEM: beside the polymers it has"):
+        read_molecule(path, ligands=["HEM"])
+
+
+def test_nucleic_acids_are_chosen_by_chain(shared):
+    path = shared / "data" / "structures" / "3mht_dna.pdb"
+    assert set(read_molecule(path).kind) == {"protein"}
+    dna = read_molecule(path, chains=["C", "D"])
+    assert set(dna.kind) == {"nucleic"} and dna.n_residues == 25
+    assert set(read_molecule(path, chains="A, C").kind) == {"protein", "nucleic"}
+    assert set(read_molecule(path, selection="resname SAH").residue_name) == {"SAH"}
+
+
+@pytest.mark.parametrize(
+    ("residues", "expected"),
+    [
+        ("-5", ["-5"]),
+        ("-5-3", ["-5", "-4", "3"]),
+        ("-5--4", ["-5", "-4"]),
+        ("A:3-52", ["3", "52"]),
+        ("A:3-52A", ["3", "52", "52A"]),
+        ("52A-52B", ["52A", "52B"]),
+        ("A:3,52B,B:60", ["3", "52B", "60"]),
+        (["A:3", "B:60"], ["3", "60"]),
+        ("3,60", ["A 3", "A 60", "B 3", "B 60"]),  # no chain: all of them
+        ("A:3,60", ["A 3", "A 60"]),  # a chain holds for what comes after it, though B has a 60 as well
+        (["A:3", "60"], ["A 3", "A 60"]),
+        ("60,A:3", ["A 3", "A 60", "B 60"]),
+        ("A:3,B:60,3", ["A 3", "B 3", "B 60"]),
+    ],
+)
+def test_residue_ranges(tmp_path, residues, expected):
+    labels = [("A", "-5"), ("A", "-4"), ("A", "3"), ("A", "52"), ("A", "52A"), ("A", "52B"), ("B", "60")]
+    twice = " " in expected[0]
+    labels = [("A", "3"), ("A", "60"), ("B", "3"), ("B", "60")] if twice else labels
+    text = "".join(
+        atom_line(name, chain=chain, residue=label, place=np.add(place, (0, 0, 9 * i)))
+        for i, (chain, label) in enumerate(labels)
+        for name, place in ALANINE.items()
+    )
+    molecule = read_molecule(write(tmp_path / "a.pdb", text), residues=residues)
+    found = zip(molecule.chain.tolist(), molecule.residue.tolist(), strict=True)
+    assert list(dict.fromkeys(" ".join(each) if twice else each[1] for each in found)) == expected
+
+
+def test_a_range_that_only_another_chain_has_is_a_sentence(tmp_path):
+    path = write(tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", first=60, origin=(0, 0, 9)))
+    with pytest.raises(InputError, match=r"'60' is not in .*a\.pdb, which has A 1 to 4, B 60 to 63"):
+        read_molecule(path, residues="A:3,60")
+
+
+def test_real_insertion_codes_and_negative_numbers(shared):
+    structures = shared / "data" / "structures"
+    molecule = read_molecule(structures / "1BD2.pdb.gz", residues="D:54-55")
+    assert list(dict.fromkeys(molecule.residue.tolist())) == ["54", "54A", "55"]
+    assert read_molecule(structures / "3nzmA_negres.pdb.gz", residues="-5--1").n_residues == 5
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"chains": "Z"}, "no chain Z: its chains are A"),
+        ({"residues": "A:500-600"}, "'A:500-600' is not in .* has A 1 to 4"),
+        ({"residues": "ten-12"}, "'ten-12' is not of the form"),
+        ({"selection": "resname GLY"}, "the selection holds no atoms; .* 4 protein residues"),
+        ({"selection": "resname ==="}, "is no mdtraj expression"),
+        ({"selection": "__import__('os')"}, "is no mdtraj expression"),
+        ({"hydrogens": "maybe"}, "neither keep nor remove"),
+        ({"altloc": "lowest"}, "neither first, highest nor one letter"),
+        ({"stride": 0}, "stride: 0"),
+    ],
+)
+def test_wrong_keys_are_sentences(tmp_path, keys, words):
+    with pytest.raises(InputError, match=words):
+        read_molecule(write(tmp_path / "a.pdb", peptide()), **keys)
+
+
+def test_expression_and_hydrogens(shared):
+    path = shared / "data" / "structures" / "2beg_fibril5chains.pdb"
+    whole = read_molecule(path)
+    bare = read_molecule(path, hydrogens="remove")
+    assert bare.n_atoms == np.sum(whole.element != "H") < whole.n_atoms
+    part = read_molecule(path, selection="resSeq 20 to 25 and segname B")
+    assert set(part.chain) == {"B"} and sorted(set(part.residue)) == [str(i) for i in range(20, 26)]
+    assert part.residue_index[0] == 0
+
+
+ALTLOCS = "".join(
+    atom_line(name, residue_name, altloc=altloc, place=(x, 0, 0), occupancy=occupancy)
+    for name, residue_name, altloc, x, occupancy in [
+        ("N", "SER", "", 0, 1.0), ("CA", "SER", "A", 1, 0.3), ("CA", "SER", "B", 2, 0.7), ("CB", "SER", "A", 3, 0.3),
+        ("CB", "SER", "B", 4, 0.7), ("C", "SER", "", 5, 1.0), ("O", "SER", "B", 6, 0.7),
+    ]
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("altloc", "places"),
+    [
+        ("first", [0, 1, 3, 5, 6]),
+        ("highest", [0, 2, 4, 5, 6]),
+        ("B", [0, 2, 4, 5, 6]),
+        ("Q", [0, 1, 3, 5, 6]),
+    ],
+)
+def test_altlocs(tmp_path, altloc, places):
+    """One location throughout the residue; an atom that has only the other one is kept."""
+    assert read_molecule(write(tmp_path / "a.pdb", ALTLOCS), altloc=altloc).xyz[0, :, 0].tolist() == places
+
+
+def test_altlocs_of_different_residues_at_one_place(tmp_path):
+    lines = [
+        atom_line(name, residue_name, altloc=altloc, place=(x, 0, 0), occupancy=occupancy)
+        for x, (name, residue_name, altloc, occupancy) in enumerate(
+            [
+                ("N", "SER", "A", 0.4),
+                ("N", "THR", "B", 0.6),
+                ("OG", "SER", "A", 0.4),
+                ("CG2", "THR", "B", 0.6),
+            ]
+        )
+    ]
+    path = write(tmp_path / "a.pdb", "".join(lines))
+    assert read_molecule(path).name.tolist() == ["N", "OG"]
+    assert read_molecule(path, altloc="highest").name.tolist() == ["N", "CG2"]
+    assert read_molecule(path).n_residues == 1
+
+
+# --- elements and radii --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "residue_name", "given", "expected"),
+    [
+        ("CA  ", "ALA", "", "C"), ("HG  ", "SER", "", "H"), ("HG11", "VAL", "", "H"), ("1HB ", "ALA", "", "H"),
+        ("CD1 ", "LEU", "", "C"), ("NE2 ", "GLN", "", "N"), ("OXT ", "ALA", "", "O"), ("SE  ", "MSE", "", "SE"),
+        ("SD  ", "MET", "", "S"), ("CA", "ALA", "CA", "C"), ("HG", "SER", "HG", "H"), ("D", "ALA", "D", "D"),
+        ("P", "SEP", "P", "P"), ("CA  ", "CA", "", "CA"), ("FE  ", "HEM", "", "FE"), ("CAA ", "HEM", "", "C"),
+    ],
+)  # fmt: skip
+def test_elements_are_plausible(tmp_path, name, residue_name, given, expected):
+    line = atom_line(name, residue_name, element=given)
+    others = atom_line("C1", residue_name, place=(1, 1, 1)) if residue_name == "HEM" else ""
+    molecule = read_molecule(write(tmp_path / "a.pdb", line + others), selection="all")
+    assert molecule.element[0] == expected
+
+
+def test_file_without_element_column_has_the_same_radii(shared, tmp_path):
+    path = shared / "data" / "structures" / "2beg_fibril5chains.pdb"
+    lines = path.read_text().splitlines(keepends=True)
+    shifted = [
+        line[:12] + line[12:16].strip().ljust(4) + line[16:66] + "\n" if line.startswith("ATOM") else line
+        for line in lines
+    ]
+    blind = read_molecule(write(tmp_path / "a.pdb", "".join(shifted)))
+    assert np.array_equal(radii(blind), radii(read_molecule(path)))
+
+
+def test_radii(tmp_path, caplog):
+    text = (
+        peptide(("MSE",))
+        + atom_line("D", residue="9", element="D")
+        + atom_line("XE", "XE", residue="10", element="XE")
+    )
+    molecule = read_molecule(write(tmp_path / "a.pdb", text), selection="all")
+    molecule.element[4] = "SE"
+    assert radii(molecule).tolist() == [1.5, 1.9, 1.9, 1.4, 1.85, 1.2, 1.9]
+    assert "XE" in caplog.text
+    assert radii(molecule, "bondi")[:4].tolist() == [1.55, 1.7, 1.7, 1.52]
+    assert set(RADII) == {"dms", "bondi"}
+
+
+# --- periodic box --------------------------------------------------------------------------------------
+
+
+def wrapped(xyz, box, shift):
+    fraction = (xyz + shift) @ np.linalg.inv(box)
+    return (fraction - np.floor(fraction)) @ box
+
+
+def test_molecules_cut_by_the_box_are_made_whole(example):
+    """The example, which is whole, wrapped into its rhombic box at random and put together again."""
+    topology, trajectory = example
+    molecule = read_molecule(topology, trajectory, stride=50)
+    box = mdtraj.load(str(trajectory), top=str(topology), stride=50).unitcell_vectors.astype(float) * 10
+    shift = np.random.default_rng(1).uniform(0, 60, (len(box), 1, 3))
+    cut = wrapped(molecule.xyz, box, shift)
+    moved = make_whole(cut, box, molecule.residue_index) - molecule.xyz
+    assert np.ptp(cut - molecule.xyz, axis=1).max() > 30
+    assert np.ptp(moved, axis=1).max() < 1e-10  # one translation for all atoms; sums of 60 Å in float64
+    assert np.array_equal(make_whole(molecule.xyz, box, molecule.residue_index), molecule.xyz)
+
+
+def test_whole_agrees_with_mdtraj(example, tmp_path):
+    """Outside oracle: mdtraj's own algorithm along the bonds of its templates, in float32."""
+    topology, trajectory = example
+    theirs = mdtraj.load(str(trajectory), top=str(topology), stride=100)
+    box = theirs.unitcell_vectors.astype(float) * 10
+    theirs.xyz = wrapped(theirs.xyz.astype(float) * 10, box, 25.0).astype(np.float32) / 10
+    theirs.save(str(tmp_path / "cut.trr"))
+    ours = read_molecule(topology, tmp_path / "cut.trr").xyz
+    moved = ours - theirs.make_molecules_whole(inplace=False).xyz.astype(float) * 10
+    assert np.ptp(moved, axis=1).max() < 1e-3  # float32 of 100 Å, and sums of lattice vectors
+
+
+def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path):
+    box = np.diag([40.0, 40.0, 40.0])
+    pieces = [read_molecule(write(tmp_path / "a.pdb", peptide(chain=chain))).xyz[0] for chain in "AB"]
+    whole = np.concatenate([pieces[0], pieces[1] + (0, 0, 4)])
+    cut = wrapped(whole, box, (36, 5, 38))
+    index = np.repeat(np.arange(8), 5)
+    joined = make_whole(cut[None], box[None], index)[0] - whole
+    assert np.ptp(joined, axis=0).max() < 1e-10
+    apart = make_whole(cut[None], box[None], index, join=False)[0] - whole
+    assert np.ptp(apart[:20], axis=0).max() < 1e-10 < np.ptp(apart, axis=0).max()
+    lines = "CRYST1   40.000   40.000   40.000  90.00  90.00  90.00 P 1           1\n" + "".join(
+        atom_line(name, residue=str(1 + i // 5), place=cut[i]) for i, name in enumerate(list(ALANINE) * 4)
+    )
+    read = read_molecule(write(tmp_path / "cut.pdb", lines))
+    assert np.ptp(read.xyz[0] - whole[:20], axis=0).max() < 0.002  # three decimals, twice
+
+
+def test_crystals_pass_unchanged(shared):
+    for name in ("1ubi.pdb", "1BD2.cif.gz", "1hvr_dimer_ligand_CSO.pdb", "7etn_tiny.cif.gz", "4cup.cif"):
+        path = shared / "data" / "structures" / name
+        assert np.array_equal(read_molecule(path).xyz, read_molecule(path, whole=False).xyz)

@@ -1,0 +1,208 @@
+"""Descriptors: exact cases, invariances, the plain method to 1e-9, the authors' numbers to 1e-6."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import naive
+from sparsurf.patches import descriptors
+from sparsurf.patches.index import build_index
+from sparsurf.patches.zernike import images, polynomials
+
+D_LINK = 0.8
+
+
+@pytest.fixture(scope="module")
+def index(blob):
+    return build_index(*blob, D_LINK)
+
+
+def in_order(z):
+    """Kernel order to the order of `zernike.indices`."""
+    out = np.empty_like(z)
+    out[..., polynomials.fold().order] = z
+    return out
+
+
+@pytest.mark.parametrize("up", [True, False])
+def test_equals_the_plain_method(blob, index, up):
+    points, normals = blob
+    tests = np.arange(0, 3000, 150)
+    z, sizes = descriptors.describe(index, points[tests], up=up)
+    for k, i in enumerate(tests):
+        ids = naive.patch(points, i, 6.0, D_LINK)
+        assert sizes[k] == len(ids)
+        assert np.abs(z[k] - naive.descriptor(points[ids], normals[ids], up)).max() < 1e-9
+
+
+@pytest.mark.parametrize("reading", ["kept", "surface"])
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.5, 0.9])
+def test_subsets_equal_the_plain_method(blob, index, reading, share):
+    points, normals = blob
+    rng = np.random.default_rng(int(100 * share))
+    subsets = [np.flatnonzero(rng.random(len(points)) < share) for _ in range(3)]
+    tests = rng.choice(len(points), 6, replace=False)
+    z, sizes = descriptors.evaluate(index, points[tests], descriptors.pack(index, subsets), 3, reading)
+    for k, i in enumerate(tests):
+        ball = np.flatnonzero(np.linalg.norm(points - points[i], axis=1) <= 6.0)
+        for b, subset in enumerate(subsets):
+            if reading == "kept":
+                ids = naive.island(points, np.intersect1d(ball, subset), D_LINK)
+            else:
+                ids = np.intersect1d(naive.island(points, ball, D_LINK), subset)
+            assert sizes[k, b] == len(ids)
+            assert np.abs(in_order(z[k, b]) - naive.descriptor(points[ids], normals[ids])).max() < 1e-9
+
+
+def test_weights_equal_the_plain_method(blob, index):
+    points, normals = blob
+    rng = np.random.default_rng(9)
+    weights = rng.uniform(0.2, 5, len(points))
+    everything = descriptors.pack(index, [np.arange(len(points))])
+    z, _ = descriptors.evaluate(index, points[:5], everything, 1, "surface", weights=weights[index.dot][None])
+    for i in range(5):
+        ids = naive.patch(points, i, 6.0, D_LINK)
+        expected = naive.descriptor(points[ids], normals[ids], weights=weights[ids])
+        assert np.abs(in_order(z[i, 0]) - expected).max() < 1e-9
+
+
+def test_weights_of_subsets_leave_the_whole_patch_alone(blob, index):
+    points, _ = blob
+    rng = np.random.default_rng(10)
+    tests = points[::300]
+    words = descriptors.pack(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(2)])
+    weights = rng.uniform(0.2, 5, (2, len(points)))
+    z_tot, _ = descriptors.describe(index, tests)
+    for readings in (("kept",), ("surface",), ("kept", "surface")):
+        together = descriptors.compare(index, tests, words, 2, readings, None, weights)
+        apart = descriptors.compare(index, tests, words, 2, readings, z_tot, weights)
+        assert np.allclose(together[0], z_tot, rtol=0, atol=1e-9)
+        assert np.allclose(together[1], apart[1], rtol=0, atol=1e-9)
+
+
+def test_distances_are_those_of_the_descriptors(blob, index):
+    points, _ = blob
+    rng = np.random.default_rng(11)
+    tests = points[::200]
+    words = descriptors.pack(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(5)])
+    z_tot, _ = descriptors.describe(index, tests)
+    z, _ = descriptors.evaluate(index, tests, words, 5, "kept")
+    distances, _ = descriptors.evaluate(index, tests, words, 5, "kept", z_tot)
+    assert np.allclose(distances, np.linalg.norm(in_order(z) - z_tot[:, None], axis=2), rtol=1e-12)
+
+
+def test_the_whole_surface_is_at_distance_zero(blob, index):
+    points, _ = blob
+    z_tot, _ = descriptors.describe(index, points[:20])
+    words = descriptors.pack(index, [np.arange(len(points))] * 64)
+    for reading in ("kept", "surface"):
+        distances, _ = descriptors.evaluate(index, points[:20], words, 64, reading, z_tot)
+        assert np.abs(distances).max() < 1e-9
+
+
+def test_an_empty_patch_and_a_single_dot_are_the_zero_vector(blob, index):
+    points, _ = blob
+    words = descriptors.pack(index, [[], [17]])
+    z, sizes = descriptors.evaluate(index, points[17:18], words, 2, "kept")
+    assert sizes.tolist() == [[0, 1]]
+    assert not z.any()
+
+
+def test_threads_and_company_change_nothing(blob, index):
+    # bit-identical with more threads; and a subset's result does not depend on the subsets beside it but for
+    # the last digits of the matrix product
+    points, _ = blob
+    rng = np.random.default_rng(12)
+    subsets = [np.flatnonzero(rng.random(len(points)) < 0.3) for _ in range(64)]
+    words = descriptors.pack(index, subsets)
+    one, _ = descriptors.evaluate(index, points[:100], words, 64, "kept", threads=1)
+    two, _ = descriptors.evaluate(index, points[:100], words, 64, "kept", threads=2)
+    assert np.array_equal(one, two)
+    alone, _ = descriptors.evaluate(index, points[:100], descriptors.pack(index, subsets[5:6]), 1, "kept")
+    assert np.allclose(alone[:, 0], one[:, 5], atol=1e-12)
+
+
+def test_the_order_of_the_dots_changes_nothing(blob):
+    points, normals = blob
+    order = np.random.default_rng(13).permutation(len(points))
+    z = [
+        descriptors.describe(build_index(p, n, D_LINK), points[:40])[0]
+        for p, n in ((points, normals), (points[order], normals[order]))
+    ]
+    # sums run in another order, and a dot on a pixel's edge may change sides: allow one patch in forty
+    assert (np.abs(z[0] - z[1]).max(axis=1) < 1e-9).sum() >= 39
+
+
+def test_a_turn_about_the_mean_normal_keeps_most_of_the_descriptor(blob, index):
+    # |c_nm| would be invariant on a continuous image; 25 x 25 pixels leave a few per cent of the norm
+    points, normals = blob
+    turn = Rotation.from_euler("z", 1.0).as_matrix()
+    turned = build_index(points @ turn.T, normals @ turn.T, D_LINK)
+    z, _ = descriptors.describe(index, points[::100])
+    w, _ = descriptors.describe(turned, points[::100] @ turn.T)
+    assert np.linalg.norm(z - w, axis=1).mean() < 0.12 * np.linalg.norm(z, axis=1).mean()
+
+
+def test_a_translation_keeps_the_descriptor(blob, index):
+    # exact but for rounding and, rarely, a dot on a pixel's edge
+    points, normals = blob
+    moved = build_index(points + 100.0, normals, D_LINK)
+    z, w = (descriptors.describe(i, points[::100] + s)[0] for i, s in ((index, 0.0), (moved, 100.0)))
+    assert (np.abs(z - w).max(axis=1) < 1e-9).mean() > 0.9
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(2, 120), st.integers(0, 10**6), st.booleans())
+def test_random_patches_equal_the_plain_method(n, seed, up):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(n, 3)) * [2, 2, 0.5]
+    normals = rng.normal(size=(n, 3)) * 0.3 + [0, 0, 1]
+    z, _ = descriptors.describe(build_index(points, normals, 20.0), points[:1], 20.0, up)
+    assert np.abs(z[0] - naive.descriptor(points, normals, up)).max() < 1e-9
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.integers(0, 10**9), st.floats(0.003, 0.9))
+def test_gap_filling_equals_the_plain_sweeps(seed, share):
+    rng = np.random.default_rng(seed)
+    picture = np.where(rng.random((25, 25)) < share, rng.uniform(1, 9, (25, 25)), 0.0)
+    wide = np.zeros(25 * images.WIDTH + images.WIDTH)
+    wide[: 25 * images.WIDTH].reshape(25, -1)[:, :25] = picture
+    filled = ((picture != 0) * (1 << np.arange(25))).sum(axis=1).astype(np.uint32)
+    images.fill_gaps(wide, filled, *images.TABLES[3:])
+    result = wide[: 25 * images.WIDTH].reshape(25, -1)[:, :25]
+    i, j = np.mgrid[:25, :25]
+    inside = (i - 12) ** 2 + (j - 12) ** 2 <= 144
+    assert np.allclose(result[inside], naive.fill(picture)[inside], rtol=1e-13)
+
+
+@pytest.mark.parametrize("name", ["up", "down"])
+def test_equals_the_authors_descriptors_of_a1(a1, shared, name):
+    published = pd.read_csv(shared / "oracle" / f"a1_descriptors_{name}.csv")
+    index = build_index(a1.points, a1.normals)
+    z, sizes = descriptors.describe(index, a1.points[published["point"]], up=name == "up")
+    assert np.array_equal(sizes, published["n_points"])
+    assert np.abs(z - published.iloc[:, 2:].to_numpy()).max() < 1e-6
+
+
+@pytest.mark.parametrize("percent", [5, 20, 50])
+def test_equals_the_authors_descriptors_of_subsets_of_a1(a1, shared, percent):
+    published = pd.read_csv(shared / "oracle" / f"a1_subset_{percent}pct_descriptors_up.csv")
+    subset = pd.read_csv(shared / "oracle" / f"a1_subset_{percent}pct_indices.csv")["point"]
+    index = build_index(a1.points, a1.normals)
+    words = descriptors.pack(index, [subset])
+    z, sizes = descriptors.evaluate(index, a1.points[published["point"]], words, 1, "kept")
+    assert np.array_equal(sizes[:, 0], published["n_points"])
+    assert np.abs(in_order(z[:, 0]) - published.iloc[:, 2:].to_numpy()).max() < 1e-6
+
+
+def test_equals_the_published_coefficients_of_1a1u(shared):
+    from sparsurf.surfaces.reading import read_surface
+
+    surface = read_surface(shared / "data" / "1a1u" / "1a1u_A.dms.gz")
+    published = np.loadtxt(shared / "data" / "1a1u" / "1a1u_A_up_coeff.csv")
+    z, _ = descriptors.describe(build_index(surface.points, surface.normals), surface.points[:1])
+    assert np.abs(z[0] - published).max() < 1e-5

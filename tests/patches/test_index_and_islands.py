@@ -1,0 +1,88 @@
+"""Patches and islands against a brute-force reference, and the invariances they must have."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import naive
+from conftest import make_blob
+from sparsurf import InputError
+from sparsurf.patches.index import ball, ball_bound, build_index
+from sparsurf.patches.islands import patch
+from sparsurf.surfaces.spacing import refuse_sparse, spacing
+
+
+@pytest.mark.parametrize("radius, d_link", [(4.0, 0.9), (6.0, 0.75), (2.0, 0.4)])
+def test_patch_equals_brute_force(blob, radius, d_link):
+    points, normals = blob
+    index = build_index(points, normals, d_link)
+    for i in range(0, len(points), 37):
+        assert np.array_equal(patch(index, i, radius), naive.patch(points, i, radius, d_link))
+
+
+def test_ball_equals_brute_force_outside_the_box_too(blob):
+    points, normals = blob
+    index = build_index(points, normals)
+    for centre in ([0.0, 0, 0], [8, 0, 0], [40, 0, 0], [-14, -14, -14], points[7]):
+        centre = np.asarray(centre, float)
+        found = np.empty(ball_bound(index, centre[None], 6.0) + 1, np.int32)
+        n = ball(index, *centre, 6.0, found)
+        expected = np.flatnonzero(np.linalg.norm(points - centre, axis=1) <= 6.0)
+        assert np.array_equal(np.sort(index.dot[found[:n]]), expected)
+
+
+def test_links_are_the_pairs_closer_than_d_link(blob):
+    points, normals = blob
+    index = build_index(points, normals, 0.8)
+    near = np.linalg.norm(points[:, None] - points[None], axis=2) < 0.8
+    np.fill_diagonal(near, False)
+    for p in range(0, len(points), 11):
+        row = index.link[index.link_start[p] : index.link_start[p + 1]]
+        assert np.array_equal(np.sort(index.dot[row[row < len(points)]]), np.flatnonzero(near[index.dot[p]]))
+
+
+def test_linking_is_strict():
+    # two dots exactly D_link apart are not linked (0.5 is exact in binary)
+    points, normals = np.array([[0.0, 0, 0], [0.5, 0, 0]]), np.tile([0.0, 0, 1], (2, 1))
+    assert len(patch(build_index(points, normals, 0.5), 1, 4.0)) == 1
+    assert len(patch(build_index(points, normals, 0.5 + 1e-12), 1, 4.0)) == 2
+
+
+def test_a_tie_goes_to_the_island_with_the_lowest_dot():
+    points = np.array([[0.0, 0, 0], [3.0, 0, 0], [3.1, 0, 0], [0.1, 0, 0]])
+    index = build_index(points, np.tile([0.0, 0, 1], (4, 1)), 0.5)
+    for i in range(4):
+        assert patch(index, i, 4.0).tolist() == [0, 3]
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 60), st.integers(0, 10**6), st.floats(0.05, 3.0), st.floats(0.1, 8.0))
+def test_random_dots_equal_brute_force(n, seed, d_link, radius):
+    points = np.random.default_rng(seed).normal(scale=1.5, size=(n, 3))
+    index = build_index(points, np.tile([0.0, 0, 1], (n, 1)), d_link)
+    for i in range(n):
+        assert np.array_equal(patch(index, i, radius), naive.patch(points, i, radius, d_link))
+
+
+def test_patches_do_not_depend_on_the_order_of_the_dots(blob):
+    points, normals = blob
+    order = np.random.default_rng(3).permutation(len(points))
+    plain, shuffled = build_index(points, normals, 0.8), build_index(points[order], normals[order], 0.8)
+    for i in range(0, len(points), 301):
+        assert np.array_equal(np.sort(order[patch(shuffled, i, 5.0)]), patch(plain, order[i], 5.0))
+
+
+def test_two_far_dots_do_not_fill_the_memory_with_cells():
+    points = np.array([[0.0, 0, 0], [1e6, 1e6, 1e6]])
+    index = build_index(points, np.tile([0.0, 0, 1], (2, 1)))
+    assert len(index.start) < 2e6
+    assert patch(index, 1, 6.0).tolist() == [1]
+
+
+def test_a_surface_too_sparse_for_its_linking_distance_is_refused():
+    points, normals = make_blob(400)
+    index = build_index(points, normals, 0.5)
+    with pytest.raises(InputError, match=r"my protein: D_link = 0\.5 Å is below 1\.3 times"):
+        refuse_sparse(index.xyz, 0.5, "my protein")
+    refuse_sparse(index.xyz, 2 * spacing(index.xyz), "my protein")

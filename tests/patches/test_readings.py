@@ -1,0 +1,39 @@
+"""A reading is one entry: what it needs to take part."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from sparsurf.patches import readings
+from sparsurf.patches.index import build_index
+from sparsurf.study.evaluator import Evaluator
+
+
+def test_readings_of_the_grid():
+    assert readings.OF_GRID == ("kept", "surface")
+    assert readings.READINGS["kept"].among_kept and not readings.READINGS["surface"].among_kept
+
+
+def test_a_reading_is_one_entry(blob, monkeypatch):
+    # the toy reading links kept dots within 0.8 Å, as `kept` does on this surface: the same numbers
+    toy = readings.Reading(
+        "toy", alone=lambda points, normals, d_link, area: build_index(points, normals, 0.8)
+    )
+    monkeypatch.setitem(readings.READINGS, "toy", toy)
+    evaluator = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob")
+    tests = evaluator.draw_tests(12)
+    z_tot, _ = evaluator.describe(tests)
+    subsets = evaluator.pair((0.8, 0.0, 2.0, 0.0), 0)
+    z, sizes = evaluator.distances(subsets, tests, z_tot, "toy")
+    wanted, size = evaluator.distances(subsets, tests, z_tot, "kept")
+    assert np.allclose(z, wanted, atol=1e-9) and np.array_equal(sizes, size)
+
+
+def test_scaled_links_within_the_spacing_of_the_kept_dots(blob):
+    points, normals = blob
+    index = readings.linked_by_spacing(points[::10], normals[::10], 0.5, 900.0)
+    link = 1.6 * np.sqrt(900.0 / 300)
+    gaps = np.linalg.norm(points[::10][:, None] - points[::10], axis=2)
+    assert index.link_start[-1] >= ((gaps < link).sum() - 300)
+    short = readings.linked_by_spacing(points[::10], normals[::10], 0.5, 900.0, scale=0.1)
+    assert np.array_equal(short.link_start, build_index(points[::10], normals[::10], 0.5).link_start)

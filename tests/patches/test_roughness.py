@@ -1,0 +1,64 @@
+"""Roughness: exact cases, invariances, the plain formula, the authors' own numbers."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+
+import naive
+from sparsurf.patches.index import build_index
+from sparsurf.patches.roughness import roughness
+
+
+def plane(n=20, gap=0.3):
+    x, y = np.meshgrid(np.arange(n) * gap, np.arange(n) * gap)
+    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)
+    return points, np.tile([0.0, 0, 1], (len(points), 1))
+
+
+def test_a_plane_is_flat():
+    assert np.allclose(roughness(build_index(*plane())), 1.0, atol=1e-12)
+
+
+def test_a_sphere_has_the_analytic_value():
+    # A cap of a sphere of radius a cut by a ball of radius R around its pole has half-angle t with
+    # cos t = 1 - R^2 / (2 a^2); the mean of the cosine to its axis is (1 + cos t)/2. The dots are a
+    # spiral of near-equal areas: ragged edges leave an error of about the dot spacing over R, here 2 %.
+    n, a, radius = 20000, 10.0, 4.0
+    k = np.arange(n) + 0.5
+    polar, azimuth = np.arccos(1 - 2 * k / n), np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
+    values = roughness(build_index(a * unit, unit), radius)
+    assert np.allclose(values, (1 + 1 - radius**2 / (2 * a**2)) / 2, rtol=1e-3)
+
+
+def test_lonely_dots_are_flat_and_opposite_normals_rough():
+    points = np.array([[0.0, 0, 0], [10, 0, 0], [10.2, 0, 0]])
+    normals = np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, -1]])
+    assert roughness(build_index(points, normals)).tolist() == [1.0, 0.0, 0.0]
+
+
+def test_equals_the_plain_formula(blob):
+    points, normals = blob
+    values = roughness(build_index(points, normals, 0.8), 3.0)
+    for i in range(0, len(points), 53):
+        assert values[i] == pytest.approx(naive.roughness(points, normals, i, 3.0, 0.8), abs=1e-12)
+
+
+def test_a_rigid_motion_changes_nothing(blob):
+    points, normals = blob
+    turn = Rotation.random(rng=4).as_matrix()
+    moved = roughness(build_index(points @ turn.T + [5, -7, 3], normals @ turn.T, 0.8))
+    assert np.allclose(moved, roughness(build_index(points, normals, 0.8)), atol=1e-9)
+
+
+def test_threads_change_nothing(blob):
+    index = build_index(*blob)
+    assert np.array_equal(roughness(index, threads=1), roughness(index, threads=3))
+
+
+def test_equals_the_authors_values_on_a1(a1, shared):
+    published = pd.read_csv(shared / "oracle" / "a1_roughness_R4.csv")["roughness"].to_numpy()
+    values = roughness(build_index(a1.points, a1.normals))
+    assert len(values) == 20045
+    assert np.abs(values - published).max() < 1e-9

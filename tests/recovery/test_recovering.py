@@ -1,0 +1,157 @@
+"""A dense surface from few dots: spheres, a torus, invariances, a naive solution of the same system."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from sparsurf.recovery.interpolants import SUPPORT, fit, value
+from sparsurf.recovery.neighbours import local_spacing
+from sparsurf.recovery.recovering import recover
+from sparsurf.surfaces.making import molecular_surface
+
+
+def sphere(n, radius=3.0):
+    """Evenly spread dots of a sphere, and its normals."""
+    k = np.arange(n) + 0.5
+    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], axis=1)
+    return radius * unit, unit
+
+
+def torus(n, ring=4.0, tube=1.4, seed=0):
+    """Random dots of a torus with distances at least a spacing apart, and its normals."""
+    rng = np.random.default_rng(seed)
+    u, v = rng.random((2, 40 * n)) * 2 * np.pi
+    keep = rng.random(len(u)) < (ring + tube * np.cos(v)) / (ring + tube)
+    u, v = u[keep], v[keep]
+    normals = np.stack([np.cos(u) * np.cos(v), np.sin(u) * np.cos(v), np.sin(v)], axis=1)
+    points = ring * np.stack([np.cos(u), np.sin(u), 0 * u], axis=1) + tube * normals
+    chosen = [0]
+    gap = np.linalg.norm(points - points[0], axis=1)
+    while len(chosen) < n:  # farthest-point dots, naively
+        chosen.append(int(gap.argmax()))
+        gap = np.minimum(gap, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return points[chosen], normals[chosen]
+
+
+def test_a_sphere_comes_back():
+    points, normals = recover(*sphere(60))
+    assert (
+        np.abs(np.linalg.norm(points, axis=1) - 3).max() < 0.01
+    )  # dots are 1.4 Å apart; a chord's height is 0.08
+    assert np.abs((normals * points).sum(axis=1) / 3 - 1).max() < 1e-3
+    assert len(points) == pytest.approx(5.35 * 4 * np.pi * 9, rel=0.35)
+    assert cKDTree(points).query(sphere(2000)[0])[0].max() < 0.5  # no hole: patches stay linked
+
+
+def test_a_torus_comes_back():
+    dots = torus(150)
+    points, normals = recover(*dots)
+    ring = np.hypot(points[:, 0], points[:, 1]) - 4
+    away = np.hypot(ring, points[:, 2])
+    assert np.abs(away - 1.4).mean() < 0.01
+    spoke = points[:, :2] / np.hypot(points[:, 0], points[:, 1])[:, None]
+    true = np.column_stack([spoke * (ring / away)[:, None], points[:, 2] / away])
+    assert np.degrees(np.arccos(np.clip((true * normals).sum(axis=1), -1, 1))).mean() < 3
+
+
+def test_the_kept_dots_come_first_and_stay():
+    dots = sphere(60)
+    for density in (1.0, 5.35, 20.0):
+        points, normals = recover(*dots, density=density)
+        assert np.array_equal(points[:60], dots[0]) and np.array_equal(normals[:60], dots[1])
+        gap = cKDTree(points).query(points[60:], k=2)[0][:, 1]
+        assert (gap > 0.65 / np.sqrt(density)).all()
+    assert len(recover(*sphere(3))[0]) == 3  # too few to say anything
+
+
+def test_recovery_turns_with_the_dots():
+    points, normals = torus(150)
+    q = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    there, back = recover(points, normals)[0], recover(points @ q.T + 20, normals @ q.T)[0]
+    gap = cKDTree(there).query((back - 20) @ q)[0]
+    assert gap.max() < 0.45  # other places of the same surface
+    assert (
+        np.abs(np.hypot(np.hypot(*((back - 20) @ q)[:, :2].T) - 4, ((back - 20) @ q)[:, 2]) - 1.4).mean()
+        < 0.01
+    )
+
+
+def test_threads_do_not_change_a_bit(blob):
+    some = slice(0, 700)  # more than a slice of kept dots
+    one, two = recover(blob[0][some], blob[1][some]), recover(blob[0][some], blob[1][some], threads=3)
+    assert np.array_equal(one[0], two[0]) and np.array_equal(one[1], two[1])
+
+
+def test_interpolants_solve_the_written_system():
+    points, normals = torus(60)
+    functions = fit(points, normals, neighbours=9)
+    i, x = 17, np.array([0.3, -0.2, 0.25])
+    own, facing = functions.index.xyz[i], functions.index.normals[i]
+    near = np.argsort(np.where(normals @ facing < -0.5, 9.9e9, np.linalg.norm(points - own, axis=1)))[:9]
+    support = SUPPORT * np.linalg.norm(points[near[-1]] - own)
+
+    def phi(d):  # Wendland's function of a vector, in supports
+        t = min(np.linalg.norm(d), 1.0)
+        return (1 - t) ** 6 * (35 * t * t + 18 * t + 3)
+
+    def derivatives(function, d, h=1e-4):
+        """Value, then gradient by central differences."""
+        return [function(d)] + [(function(d + h * e) - function(d - h * e)) / (2 * h) for e in np.eye(3)]
+
+    p, n = (points[near] - own) / support, normals[near]
+
+    def columns(d):  # phi and -grad phi around every neighbour: the functions that are summed
+        rows = [derivatives(phi, d - q) for q in p]
+        return np.array([[r[0], *(-np.array(r[1:]))] for r in rows]).ravel()
+
+    rows = np.concatenate([np.array(derivatives(columns, q)) for q in p])
+    bend = np.sum(p * (n - facing)) / np.sum(p * p)
+    right = np.concatenate(
+        [[-(q @ facing) - bend / 2 * q @ q, *(m - facing - bend * q)] for q, m in zip(p, n, strict=True)]
+    )
+    coefficient = np.linalg.solve(rows, right)
+    y = x / support
+    expected = support * (columns(y) @ coefficient + facing @ y + bend / 2 * y @ y)
+    found = value(functions, i, *(own + x))
+    assert found[0] == pytest.approx(expected, abs=2e-3)
+    step = [
+        (value(functions, i, *(own + x + h))[0] - value(functions, i, *(own + x - h))[0]) / 2e-5
+        for h in 1e-5 * np.eye(3)
+    ]
+    assert np.allclose(found[1:], step, atol=1e-6)
+    for q, m in zip(points[near], n, strict=True):  # 0 there, with the normals as gradients
+        f, *gradient = value(functions, i, *q)
+        assert abs(f) < 1e-3 and np.allclose(gradient, m, atol=0.01)
+
+
+def test_two_dots_at_one_place_do_no_harm():
+    points, normals = sphere(60)
+    double = np.concatenate([points, points[:5]]), np.concatenate([normals, normals[5:10]])
+    found = recover(*double)[0]
+    assert np.isfinite(found).all()
+    assert np.abs(np.linalg.norm(found, axis=1) - 3).max() < 0.5
+
+
+def test_spacing_of_even_dots():
+    gap = np.sqrt((np.arange(9) + 0.5) / np.pi)[None] * 2.0  # neighbours of a dot, dots being 2 Å apart
+    assert local_spacing(gap) == pytest.approx([2.0])
+
+
+def test_a_twentieth_of_a_molecule_gives_it_back():
+    xyz = np.array(
+        [[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [5.8, 2.8, 0.8]]
+    )
+    radii = np.array([1.9, 1.5, 1.9, 1.4, 1.85, 1.9])
+    whole, dense = molecular_surface(xyz, radii), molecular_surface(xyz, radii, density=60)
+    rng = np.random.default_rng(0)
+    chosen = [0]
+    gap = np.linalg.norm(whole.points - whole.points[0], axis=1)
+    while len(chosen) < len(whole) // 15:
+        chosen.append(int(gap.argmax()))
+        gap = np.minimum(gap, np.linalg.norm(whole.points - whole.points[chosen[-1]], axis=1))
+    points, _ = recover(whole.points[chosen], whole.normals[chosen])
+    off = cKDTree(dense.points).query(points)[0]
+    assert np.mean(off) < 0.12  # half the spacing of the dense dots is 0.065
+    bare = whole.points[chosen] + 0.5 * rng.normal(size=(len(chosen), 3))
+    assert np.mean(cKDTree(dense.points).query(recover(bare, whole.normals[chosen])[0])[0]) > 0.2

@@ -1,0 +1,231 @@
+"""Figures draw from little data and from awkward data, their texts stay apart, files repeat byte by byte."""
+
+import gzip
+from itertools import combinations, product
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib import rcParams
+from matplotlib.image import imread
+
+from drawn import drawn_texts
+from sparsurf.report.figures import d_over_grid, layout, number_of_dots, rough_and_flat, subsets
+from sparsurf.report.figures import frames as frames_figure
+from sparsurf.report.figures import roughness as roughness_figure
+
+LISTS = {"alpha": [0.2, 1], "beta": [0, 0.4, 1], "gamma": [0, 2, 10], "delta": [0, 4, 10]}
+
+
+def sphere(n=400, radius=8.0):
+    """Points and normals of an evenly covered sphere (golden spiral)."""
+    k = np.arange(n) + 0.5
+    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
+    normals = np.column_stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z])
+    return radius * normals * [1.4, 1.0, 0.8], normals
+
+
+def grid(**lists):
+    """A grid.csv of smooth invented numbers for 1000 dots."""
+    lists = LISTS | lists
+    table = pd.DataFrame(product(*lists.values()), columns=list(lists), dtype=float)
+    fall = 1 + 0.1 * table.delta + 0.2 * table.gamma
+    table["n_S_expected"] = 1000 * table.alpha / (1 + table.beta) / fall
+    table["n_S"] = table.n_S_expected + 3.0
+    table["n_S_percent"] = table.n_S / 10
+    table["d_kept"] = np.sin(table.gamma + table.beta) + 0.3 * np.cos(table.delta)
+    table["d_surface"] = -0.2 - 0.01 * table.gamma - 0.01 * table.delta * table.beta
+    return table.assign(d_se_kept=0.1, d_se_surface=0.02)
+
+
+def frames(f=300, k=3, chosen=None):
+    rng = np.random.default_rng(k)
+    labels = np.arange(f) % k
+    plane = 20 * rng.normal(size=(k, 2))[labels] + rng.normal(size=(f, 2))
+    chosen = list(range(k)) if chosen is None else chosen
+    names = [f"c{i + 1}" for i in range(len(chosen))]
+    silhouettes = {n: 0.5 - 0.01 * n for n in range(2, 12)}
+    return plane, labels, chosen, names, np.array([0.5, 0.2, 0.1]), silhouettes
+
+
+def distances(n=500):
+    rng = np.random.default_rng(1)
+    return rng.uniform(0.1, 0.9, n), rng.uniform(0, 9, (4, n))
+
+
+def patch(n=60):
+    points, normals = sphere(n, 4.0)
+    return "rough patch, $R_i$ = 0.21", points, normals, np.arange(0, n, 2), np.arange(0, n, 3)
+
+
+def figure4(n=500, readings=("kept", "surface"), roughness=None, patches=2, **kwargs):
+    r, z = distances(n)
+    r = r if roughness is None else roughness
+    panels = [(f"any dots, {name}", r, z[2 * k], z[2 * k + 1]) for k, name in enumerate(readings)]
+    yardsticks = {"empty_patch": 8.6, "null_model": 1.5}
+    return rough_and_flat.figure(panels, [patch()] * patches, np.random.default_rng(0), yardsticks, **kwargs)
+
+
+def figure5(n=400):
+    points, normals = sphere(n)
+    kept = [np.arange(n), np.arange(0, n, 2), np.arange(1, n, 2), np.arange(0, n, 9), np.arange(0)]
+    titles = ["whole surface", "best sampling (α 1, β 0, γ 6, δ 0)", "random", "a title " * 8, "random"]
+    return subsets.figure(points, normals, list(zip(titles, kept, strict=True)))
+
+
+def figure1(n=400):
+    return roughness_figure.figure(*sphere(n), np.linspace(0.2, 0.9, n))
+
+
+LACKING = grid().assign(d_kept=np.nan, d_se_surface=np.nan)
+HOLES = grid().assign(d_kept=lambda t: t.d_kept.where((t.gamma != 2) | (t.delta != 4)))
+FINE = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
+CASES = {
+    "frames": lambda: frames_figure.frames_projection(*frames()),
+    "frames, 11 clusters": lambda: frames_figure.frames_projection(*frames(k=11)),
+    "frames, 2 clusters side by side": lambda: frames_figure.frames_projection(
+        *frames(k=2, chosen=[0, 2, 4])
+    ),
+    "frames, 1 cluster": lambda: frames_figure.frames_projection(*frames(k=1)),
+    "frames, every frame": lambda: frames_figure.frames_projection(*frames(f=40, chosen=list(range(40)))),
+    "frames, 1 frame, 1 component": lambda: frames_figure.frames_projection(
+        [[0.0]], [0], [0], ["c1"], [1.0], {}
+    ),
+    "frames, nothing known": lambda: frames_figure.frames_projection(np.eye(3), [0, 0, 1], [], [], [], {}),
+    "1": figure1,
+    "1, 30 dots": lambda: figure1(30),
+    "1, constant": lambda: roughness_figure.figure(*sphere(50), np.full(50, 0.5)),
+    "2": lambda: number_of_dots.figure(grid()),
+    "2, fine": lambda: number_of_dots.figure(grid(gamma=FINE, delta=FINE)),
+    "2, long labels": lambda: number_of_dots.figure(
+        grid(beta=[0, 1, 2, 3, 4, 5], delta=[0.25, 1.25, 2.25, 3.25])
+    ),
+    "2, one combination": lambda: number_of_dots.figure(grid(alpha=[1], beta=[0], gamma=[6], delta=[0])),
+    "3": lambda: d_over_grid.figure(grid()),
+    "3, largest alpha 0.4": lambda: d_over_grid.figure(grid(alpha=[0.2, 0.4])),
+    "3, fine": lambda: d_over_grid.figure(grid(beta=[0, 1, 2, 3, 4, 5, 6, 7], gamma=FINE, delta=FINE)),
+    "3, long labels": lambda: d_over_grid.figure(
+        grid(beta=[0, 1, 2, 3, 4, 5], delta=[0.25, 1.25, 2.25, 3.25])
+    ),
+    "3, one gamma": lambda: d_over_grid.figure(grid(gamma=[6])),
+    "3, one combination": lambda: d_over_grid.figure(grid(alpha=[1], beta=[0], gamma=[6], delta=[0])),
+    "3, one reading": lambda: d_over_grid.figure(
+        grid().drop(columns=["d_kept", "d_se_kept", "d_se_surface"])
+    ),
+    "3, no values": lambda: d_over_grid.figure(LACKING),
+    "3, holes": lambda: d_over_grid.figure(HOLES),
+    "4": figure4,
+    "4, one reading": lambda: figure4(readings=["surface"]),
+    "4, few tests": lambda: figure4(n=7),
+    "4, one test": lambda: figure4(n=1),
+    "4, one roughness": lambda: figure4(n=20, roughness=np.full(20, 0.6)),
+    "4, empty bins": lambda: figure4(n=20, roughness=np.r_[0.1, np.full(19, 0.9)]),
+    "4, one patch": lambda: figure4(patches=1),
+    "5": figure5,
+    "5, 30 dots": lambda: figure5(30),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.filterwarnings("error")
+def test_draws_with_texts_apart_and_inside(name, monkeypatch):
+    figure = CASES[name]()
+    texts = drawn_texts(figure, monkeypatch)
+    assert texts
+    width, height = figure.canvas.get_width_height()
+    for words, box in texts:
+        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, f"{words!r} is cut off"
+    for (one, a), (other, b) in combinations(texts, 2):
+        # boxes of mathematical text reach half a pixel beyond the ink
+        apart = min(a.x1, b.x1) - max(a.x0, b.x0) <= 0.5 or min(a.y1, b.y1) - max(a.y0, b.y0) <= 0.5
+        assert apart, f"{one!r} and {other!r} overlap"
+
+
+@pytest.mark.parametrize("name", ["frames", "1", "2", "3", "4", "5"])
+def test_files_repeat_byte_by_byte(name, tmp_path):
+    figure = CASES[name]()
+    for folder, drawing in (("a", figure), ("b", figure), ("c", CASES[name]())):
+        (tmp_path / folder).mkdir()
+        layout.save(drawing, tmp_path / folder / "v1.2_figure")
+    for suffix in ("svg", "png"):
+        first, *others = [(tmp_path / f / f"v1.2_figure.{suffix}").read_bytes() for f in "abc"]
+        assert all(other == first for other in others)
+        assert b"dc:date" not in first and b"tIME" not in first
+    assert ElementTree.fromstring((tmp_path / "a" / "v1.2_figure.svg").read_text()).tag.endswith("svg")
+    picture = imread(tmp_path / "a" / "v1.2_figure.png")
+    # 89 or 183 mm at 300 dots per inch
+    assert picture.shape[1] in (1051, 2161)
+
+
+def test_style_leaves_no_trace(tmp_path):
+    before = dict(rcParams)
+    layout.save(d_over_grid.figure(grid()), tmp_path / "x")
+    assert dict(rcParams) == before
+
+
+def test_figure2_shows_the_closed_form():
+    table = grid()
+    figure = number_of_dots.figure(table)
+    panels = [ax for ax in figure.axes if ax.lines]
+    assert len(panels) == 6
+    line, points = panels[0].lines[:2]  # alpha 0.2, beta 0, gamma 0
+    part = table[(table.alpha == 0.2) & (table.beta == 0) & (table.gamma == 0)]
+    np.testing.assert_allclose(line.get_xydata(), part[["delta", "n_S_expected"]] / [1, 10], rtol=1e-12)
+    np.testing.assert_allclose(points.get_xydata(), part[["delta", "n_S_percent"]], rtol=1e-12)
+
+
+def test_figure3_marks_the_maxima():
+    table = grid()
+    figure = d_over_grid.figure(table)
+    part = table[table.alpha == 1]
+    stars = [
+        (ax.get_title(), *line.get_xydata()[0])
+        for ax in figure.axes
+        for line in ax.lines
+        if line.get_marker() == "*"
+    ]
+    expected = [part.loc[part[f"d_{r}"].idxmax()] for r in ("kept", "surface")]
+    assert stars == [(f"β = {e.beta:g}", e.delta, e.gamma) for e in expected]
+    words = [t.get_text() for t in figure.texts]
+    assert any(f"highest $d$ = {expected[0].d_kept:.2f} ± 0.10 at" in w and "α = 1" in w for w in words)
+
+
+def test_interpolation_goes_through_the_values_and_adds_no_maximum():
+    x, y = np.array([0.0, 2, 4, 6, 8, 10]), np.array([0.0, 5, 10])
+    table = np.random.default_rng(3).normal(size=(3, 6))
+    fine_x, fine_y, fine = d_over_grid._interpolated(x, y, table)
+    at = fine[np.searchsorted(fine_y, y)[:, None], np.searchsorted(fine_x, x)]
+    np.testing.assert_allclose(at, table, atol=1e-12)
+    # monotone between neighbours along each axis, so never beyond the values that it joins
+    assert fine.max() <= table.max() + 1e-12 and fine.min() >= table.min() - 1e-12
+
+
+@pytest.mark.parametrize("n", [1, 9, 300])
+def test_bins_hold_equally_many(n):
+    roughness = np.random.default_rng(n).beta(5, 2, n)
+    edges, chosen = rough_and_flat._equal_bins(roughness, np.random.default_rng(0), 10)
+    counts = np.histogram(roughness, edges)[0]
+    assert {len(c) for c in chosen.values()} == {counts[counts > 0].min()}
+    assert sorted(chosen) == np.flatnonzero(counts).tolist()
+    for k, dots in chosen.items():
+        assert len(set(dots)) == len(dots)
+        assert (roughness[dots] >= edges[k] - 1e-12).all() and (roughness[dots] <= edges[k + 1] + 1e-12).all()
+
+
+def test_a1_figures_stay_small(shared, tmp_path):
+    dots = []
+    with gzip.open(shared / "data" / "tdp43" / "A1.dms.gz", "rt") as lines:
+        for line in lines:
+            columns = line.split()
+            if columns[-1] != "A":
+                dots.append([float(x) for x in columns[3:6] + columns[-3:]])
+    points, normals = np.hsplit(np.array(dots), 2)
+    roughness = np.loadtxt(shared / "oracle" / "a1_roughness_R4.csv", skiprows=1, delimiter=",", ndmin=2)[
+        :, -1
+    ]
+    half = np.arange(0, len(points), 2)
+    pictures = [("whole", np.arange(len(points)))] + [("half", half)] * 4
+    layout.save(roughness_figure.figure(points, normals, roughness), tmp_path / "1")
+    layout.save(subsets.figure(points, normals, pictures), tmp_path / "5")
+    assert all((tmp_path / f"{k}.svg").stat().st_size < 2e6 for k in "15")

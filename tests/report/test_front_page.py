@@ -1,0 +1,113 @@
+"""The first page of a run: its sentences follow from the tables, its links lead somewhere."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sparsurf.report.front_page import best_sentence, enough_sentence, front_page, sampler_sentence, studied
+from sparsurf.report.html import as_html, in_report
+from sparsurf.study.enough import enough
+
+GRID = pd.DataFrame(
+    {
+        "n_S_percent": [5.0, 10.0, 20.0, 40.0],
+        "Z_tR_surface": [2.0, 1.5, 1.0, 0.5],
+        "Z_tR_high_surface": [2.2, 2.1, 1.2, 0.7],
+        "Z_tS_surface": [2.5, 2.2, 1.9, 1.4],
+        "Z_tS_high_surface": [2.7, 2.4, 2.1, np.nan],
+    }
+)
+LINKS = [("c1", [("look", "p/c1/view.html"), ("x", "p/c1/a b.csv")])]
+
+
+def surfaces(n=1):
+    row = {"protein": "p", "N": 2000, "mean_roughness": 0.6}
+    for reading, d in (("kept", 2.5), ("surface", -0.1)):
+        row |= {f"best_{reading}": "(1, 0, 6, 0)", f"n_S_percent_{reading}": 46.0, f"d_{reading}": d}
+        row |= {f"d_held_out_low_{reading}": d - 0.3, f"d_held_out_high_{reading}": d + 0.1}
+        row[f"d_held_out_{reading}"] = d - 0.1
+    return pd.DataFrame([row | {"conformation": f"c{k + 1}"} for k in range(n)])
+
+
+def handed_out(n=1, dots=400):
+    return pd.DataFrame({"protein": "p", "conformation": [f"c{k + 1}" for k in range(n)], "dots": dots})
+
+
+def test_enough_is_the_smallest_n_s_surely_below_the_yardstick():
+    table = enough(GRID, {"null_model": 2.0, "better": 0.4}).set_index(["sampler", "yardstick"])[
+        "n_S_percent"
+    ]
+    assert table["uniform", "null_model"] == 20  # the interval of 1.5 reaches above 2
+    assert table["paper", "null_model"] == 40  # so does that of 1.9
+    assert table.isna().tolist() == [False, True, False, True]
+    assert not enough(GRID, {"null_model": 2.0})["smallest"].any()
+    assert enough(GRID, {"null_model": 9.0})["smallest"].all()
+
+
+def test_sentences_of_one_surface():
+    one = surfaces()
+    assert studied(one) == "Studied: 1 surface of 1 protein (p), 2,000 dots each, mean roughness 0.60.\n"
+    said = best_sentence(one)
+    assert (
+        "(1, 0, 6, 0) is best: it keeps 46.0 % of the dots with d = 2.40 (held out; 95 %: 2.20 to 2.60; as selected 2.50)"
+        in said
+    )
+    assert "d = -0.20 (held out; 95 %: -0.40 to 0.00" in said
+    found = enough_sentence(enough(GRID, {"null_model": 2.0}))
+    assert "below 2.00," in found and "uniform draw from 20 % of the dots on" in found
+    assert "paper's sampling from 40 % of the dots on" in found
+
+
+def test_sentences_of_several_surfaces():
+    three = surfaces(3)
+    three.loc[2, ["best_kept", "d_kept"]] = ["(1, 0, 0, 8)", 9.0]
+    three.loc[1, ["d_held_out_kept", "d_held_out_high_kept"]] = [3.0, 3.3]
+    said = best_sentence(three)
+    assert "(1, 0, 6, 0) is best on 2 of 3 surfaces" in said
+    assert "d = 2.40 to 3.00 (held out; 95 %: 2.20 to 3.30" in said
+    both = pd.concat(
+        [
+            enough(GRID, {"null_model": 2.0}),
+            enough(GRID.assign(n_S_percent=[9, 12, 30, 50]), {"null_model": 2.0}),
+        ]
+    )
+    assert "uniform draw from 25 % of the dots (20 to 30 %) on" in enough_sentence(both)
+    never = pd.concat([enough(GRID, {"null_model": 2.0}), enough(GRID, {"null_model": 0.1})])
+    assert "at no n_S of the grid on 1 of 2 surfaces" in enough_sentence(never)
+
+
+def test_samplers_where_they_were_compared():
+    assert "20 % of the dots" in sampler_sentence(None, surfaces(), handed_out())
+    assert "not compared" in sampler_sentence(None, surfaces(), handed_out())
+    fewer = pd.DataFrame(
+        [
+            ("Z surface", "uniform", "farthest", 10.0, 1.9, ""),
+            ("Z surface", "uniform", "farthest", 40.0, 9.0, ""),
+            ("Z surface", "uniform", "paper", 10.0, 0.5, ""),
+            ("Z centres", "uniform", "voxel", 10.0, 7.0, ""),
+        ],
+        columns=["measure", "than", "sampler", "percent", "factor", "bound"],
+    )
+    said = sampler_sentence(fewer, surfaces(), handed_out())
+    assert "uniform draw of 10 % of the dots, farthest needs 1.9 times fewer dots" in said
+    assert "paper's sampling 2.0 times more dots" in said
+
+
+@pytest.mark.parametrize("n", [1, 25])
+def test_the_page_begins_with_the_answer(n):
+    page = front_page("run", surfaces(n), enough(GRID, {"null_model": 2.0}), handed_out(n), None, LINKS)
+    answer = page.index("## The answer")
+    assert answer < 200 + page.index("# Results") and answer < page.index("| protein")
+    assert len(re.findall(r"^\d\. ", page, re.M)) == 3
+    assert page.count("| p | c") == min(n, 20)
+    assert ("all in surfaces.csv" in page) == (n > 20)
+
+
+def test_links_of_the_page_and_of_the_report():
+    page = "# T\n\n[look](p/c1/view.html) [away](https://example.org)\n"
+    assert 'href="p/c1/view.html"' in as_html(page, "T")
+    part = in_report(page, "results/my run")
+    assert "href=\"javascript:app.showResultInfo('results/my%20run/p/c1/view.html')\"" in part
+    assert 'href="https://example.org"' in part

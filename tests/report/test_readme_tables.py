@@ -1,0 +1,59 @@
+"""The README's tables: filled between their comments, and equal to the stored tables."""
+
+import re
+
+import pandas as pd
+import pytest
+
+from conftest import ROOT
+from sparsurf.report.readme_tables import filled, ranges_table, readme_tables
+
+TABLES = ROOT / "docs" / "tables"
+
+
+def test_tables_stand_between_their_comments():
+    text = "a\n<!-- table: one -->\nold\n<!-- end of table -->\nb\n<!-- table: two -->\nstays\n<!-- end of table -->\n"
+    new = filled(text, {"one": "| new |\n"})
+    assert (
+        "old" not in new and "| new |" in new and "stays" in new and new.startswith("a\n") and "\nb\n" in new
+    )
+    assert filled(new, {"one": "| new |\n"}) == new
+
+
+def test_a_row_of_the_ranges():
+    row = {
+        "n_S_low_percent": 3.0,
+        "n_S_high_percent": 12.5,
+        "alpha": 0.6,
+        "beta": 1.0,
+        "gamma": 10.0,
+        "delta": 8.0,
+    }
+    row |= {
+        "d_held_out": 1.18,
+        "d_held_out_low": 1.0,
+        "d_held_out_high": 1.36,
+        "d": 1.25,
+        "Z_tS": 7.75,
+        "n_best_set": 6.0,
+    }
+    table = ranges_table(pd.DataFrame([row | {"islands": name} for name in ("kept", "surface")]))
+    assert "| 3.00 – 12.50 | (0.6, 1, 10, 8) | 1.18 (1.00 .. 1.36) | 1.25 | 7.75 | 6 |" in table
+
+
+def test_the_readme_holds_the_stored_tables():
+    stored = [TABLES / name for name in ("default_ranges.csv", "paper_facts.csv")]
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    if not all(path.is_file() for path in stored) or "<!-- table: " not in text:
+        pytest.skip("no tables are stored, or the README has no place for them")
+    tables = readme_tables(pd.read_csv(stored[0]), pd.read_csv(stored[1], dtype=str))
+    assert filled(text, tables) == text
+
+
+def test_the_readme_quotes_the_page_of_recovered_surfaces():
+    page = (ROOT / "docs" / "recover.md").read_text(encoding="utf-8").splitlines()
+    quoted = [line for line in page if line.startswith(("From 10 %", "From 5 %"))]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(quoted) == 2 and all(f"- {line}\n" in readme for line in quoted)
+    number = re.search(r"mean of (\d+) structures", " ".join(page))[1]
+    assert f"Mean over {number} structures" in readme

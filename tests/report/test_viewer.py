@@ -1,0 +1,375 @@
+"""The page of a surface: what it stores, and what a real browser makes of it."""
+
+import base64
+import json
+import zlib
+
+import matplotlib.image
+import numpy as np
+import pandas as pd
+import pytest
+
+from browser import Browser, programs
+from sparsurf.report.viewer import packing
+from sparsurf.report.viewer import page as viewer
+from sparsurf.sampling import law
+from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.sampling.samplers import farthest
+from sparsurf.study import grid as grids
+from sparsurf.study import tables
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.surface import Surface
+
+COMBINATIONS = [(1, 0, 6, 0), (0.2, 0.4, 2, 1), (0.6, 1, 0, 0), (1, 0.5, 10, 10)]
+MINIMAL = [5, 70, 2999]
+RESIDUES = ["LEU 212 A", "HIS 256 A"]
+
+
+@pytest.fixture(scope="module")
+def evaluator(blob):
+    """A bumpy surface whose places have three decimals, as those of a DMS file."""
+    points, normals = blob[0].round(3), blob[1]
+    n = len(points)
+    surface = Surface(points, normals, kind=np.arange(n) % 3, atom=np.arange(n) % 2)
+    return Evaluator(surface, d_link=1.5, name="blob")
+
+
+@pytest.fixture(scope="module")
+def grid(evaluator):
+    """The table of a small grid and its raw distances."""
+    raw = grids.run(evaluator, law.grid([0.5, 1], [0, 1], [0, 6], [0, 6]), 20, 2)
+    return tables.grid_table(raw), raw
+
+
+def write(evaluator, grid, values=()):
+    """The page of the surface, and the order of its farthest-point sampling."""
+    order = farthest(evaluator, len(evaluator.points), evaluator.stream("test"))
+    text = viewer.page(
+        "blob/c1", evaluator.surface, evaluator.roughness, evaluator.cover, evaluator.r_patch,
+        {"farthest": order}, grid[0], tables.best(*grid, 50), RESIDUES, values, MINIMAL,
+    )  # fmt: skip
+    return text, order
+
+
+def unpacked(text):
+    """Header and columns, read back as slowly as it goes."""
+    content = zlib.decompress(base64.b64decode(text))
+    size = int.from_bytes(content[:4], "little")
+    header, place, columns = json.loads(content[4 : 4 + size]), 4 + size, {}
+    for name, length, planes, summed in header["columns"]:
+        values = []
+        for i in range(length):
+            folded = sum(content[place + k * length + i] << 8 * k for k in range(planes))
+            value = -(folded + 1) // 2 if folded % 2 else folded // 2
+            values.append(value + (values[-1] if summed and values else 0))
+        columns[name], place = values, place + length * planes
+    assert place == len(content)
+    return header, columns
+
+
+def test_columns_come_back_as_they_were():
+    given = {
+        "mixed": [0, -1, 5, 300, -70_000, 2**24],
+        "slow": list(range(-5, 900)),
+        "none": [],
+        "zeros": [0, 0, 0],
+    }
+    header, columns = unpacked(packing.pack({"n": 3}, {name: np.array(v, int) for name, v in given.items()}))
+    assert header["n"] == 3
+    assert columns == given
+
+
+def test_flat_normals_are_within_two_degrees():
+    rng = np.random.default_rng(1)
+    normals = rng.normal(size=(5000, 3))
+    normals = np.vstack([normals / np.linalg.norm(normals, axis=1)[:, None], np.eye(3), -np.eye(3)])
+    u, v = packing.flat_normals(normals).T / packing.OCTAHEDRON
+    z = 1 - np.abs(u) - np.abs(v)
+    back = np.stack([u, v, z], axis=1)
+    below = z < 0
+    back[below, 0], back[below, 1] = (
+        (1 - np.abs(v[below])) * np.where(u[below] < 0, -1, 1),
+        (1 - np.abs(u[below])) * np.where(v[below] < 0, -1, 1),
+    )
+    cosine = (back * normals).sum(axis=1) / np.linalg.norm(back, axis=1)
+    assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 2
+
+
+def test_a_hundred_thousand_dots_fit(grid):
+    """Dots of a sphere in the order that a surface has, with a cover of three pairs each and two more colours."""
+    n, rng = 130_000, np.random.default_rng(2)
+    k = np.arange(n) + 0.5
+    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
+    unit = np.stack(
+        [np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1
+    )  # neighbours in the order lie far apart: packs worse than the dots of atoms do
+    surface = Surface(50 * unit, unit, kind=np.zeros(n), atom=np.zeros(n))
+    centre = np.arange(0, n, 300)
+    start = np.append(np.arange(len(centre)) * 900, len(centre) * 900)
+    dot = (np.repeat(centre, 900) + np.tile(np.arange(900), len(centre))) % n
+    cover = law.Cover(centre, centre, rng.random(len(centre)), start, dot, np.ones(len(dot)), n)
+    more = [viewer.Values("other", "o", " Å", np.cos(40 * z)) for _ in range(2)]
+    order = {"farthest": rng.permutation(n)}
+    text = viewer.page("big", surface, z**2, cover, 4.0, order, grid[0], tables.best(*grid, 50), (), more)
+    assert len(text.encode()) <= viewer.MOST_BYTES
+    header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
+    assert header["total"] == n
+    assert 60_000 < header["stored"] <= viewer.MOST_DOTS
+    assert set(columns["index"]) == set(order["farthest"][: header["stored"]].tolist())
+    shown = np.isin(dot, columns["index"])
+    assert len(columns["pair"]) == shown.sum()
+    assert np.array_equal(
+        np.array(columns["index"])[columns["pair"][:600]][:3], np.sort(dot[:900][shown[:900]])[:3]
+    )
+
+
+def test_a_page_that_would_be_too_long_shows_fewer_dots(evaluator, grid, monkeypatch):
+    whole, order = write(evaluator, grid)
+    monkeypatch.setattr(viewer, "MOST_BYTES", len(whole) - 5000)
+    fewer, _ = write(evaluator, grid)
+    assert len(fewer) <= len(whole) - 5000
+    header, columns = unpacked(fewer.split('PACKED = "')[1].split('"')[0])
+    assert 1000 < header["stored"] < header["total"] == 3000
+    assert set(columns["index"]) == set(order[: header["stored"]].tolist())
+
+
+def test_the_page_stands_alone(evaluator, grid):
+    text, _ = write(evaluator, grid)
+    assert "http://" not in text and "https://" not in text and "%" + "DATA" not in text
+    assert "src=" not in text and "@import" not in text
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """A browser for the tests of this file."""
+    if None in programs():
+        pytest.skip("no chromium and chromedriver on the PATH (Debian: chromium, chromium-driver)")
+    made = Browser(tmp_path_factory.mktemp("browser"))
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def path(evaluator, grid, tmp_path_factory):
+    """The page as a file, with a colour of which some values are unknown."""
+    depth = np.where(np.arange(len(evaluator.points)) % 7 == 0, np.nan, evaluator.points[:, 2])
+    values = [viewer.Values("height above the middle", "z", " Å", depth, "low", "high")]
+    path = tmp_path_factory.mktemp("page") / "view.html"
+    path.write_text(write(evaluator, grid, values)[0])
+    return path
+
+
+@pytest.fixture
+def opened(browser, path):
+    """The page, freshly loaded; whatever the console says is an error."""
+    browser.open(path.as_uri())
+    browser.wait_for("document.getElementById('shown').textContent.includes('dots (')")
+    yield browser
+    assert browser.complaints() == []
+
+
+def set_control(browser, name, value):
+    """Move a control as a user does: value, then its event."""
+    browser.run(
+        "const e = document.getElementById(arguments[0]); e.value = arguments[1];"
+        "e.dispatchEvent(new Event('input', {bubbles: true}))",
+        name,
+        str(value),
+    )
+
+
+def text_of(browser, name):
+    return browser.run("return document.getElementById(arguments[0]).textContent", name)
+
+
+def exponentials(count, seed):
+    """The page's numbers: -ln of xorshift's."""
+    mask, out = 0xFFFFFFFF, []
+    state = ((seed + 1) * 0x9E3779B1 & mask) | 1
+    for _ in range(count):
+        state ^= state << 13 & mask
+        state ^= state >> 17
+        state ^= state << 5 & mask
+        out.append(-np.log((state + 0.5) / 2**32))
+    return np.array(out)
+
+
+class Given:
+    """Hands the library numbers that are already there."""
+
+    def __init__(self, numbers):
+        self.numbers = numbers
+
+    def standard_exponential(self, out):
+        out[:], self.numbers = self.numbers[: len(out)], self.numbers[len(out) :]
+
+
+def test_the_page_keeps_the_dots_that_the_library_keeps(opened, evaluator):
+    cover = evaluator.cover
+    owner = np.repeat(np.arange(len(cover.centre)), np.diff(cover.start))
+    luck = np.empty(len(cover.dot))
+    set_control(opened, "sampler", "paper")
+    for seed in (1, 2):
+        luck[np.lexsort((cover.dot, owner))] = exponentials(len(luck), seed)
+        for combination in COMBINATIONS:
+            for name, value in zip(PARAMETERS, combination, strict=True):
+                set_control(opened, name, value)
+            expected = law.sample(cover, combination, Given(luck))
+            assert opened.run("return Array.from(view.shown)") == expected.tolist()
+            assert f"{len(expected):,} of 3,000 dots" in text_of(opened, "shown")
+        opened.run("document.getElementById('again').click()")
+
+
+def test_one_sample_takes_milliseconds(opened):
+    spent = opened.run(
+        "let least = Infinity; for (let k = 0; k < 200; k++) { const t = performance.now();"
+        "for (let m = 0; m < 10; m++) sample(cover, [1, 0, 6, 0], luck, keep);"
+        "least = Math.min(least, performance.now() - t) } return least / 10 / luck.length"
+    )
+    assert spent * 61_636 < 5  # ms, for the pairs of the paper's A1
+
+
+def test_nested_sampler_and_number(opened, evaluator, grid):
+    _, order = write(evaluator, grid)
+    assert opened.run("return Array.from(view.shown)") == MINIMAL  # what the page opens with
+    set_control(opened, "sampler", "farthest")
+    for percent in (10, 50):
+        set_control(opened, "percent", percent)
+        assert opened.run("return Array.from(view.shown)") == order[: 30 * percent].tolist()
+    for name in ("uniform", "roughness", "stride"):
+        set_control(opened, "sampler", name)
+        shown = opened.run("return Array.from(view.shown)")
+        assert len(set(shown)) == len(shown) == 1500
+        assert max(shown) < 3000
+    assert np.ptp(np.diff(sorted(shown))) == 0  # every second dot
+
+
+def test_grid_rows_are_those_of_the_table(opened, grid):
+    set_control(opened, "sampler", "paper")
+    for name, value in zip(PARAMETERS, (0.9, 0.2, 5, 1), strict=True):
+        set_control(opened, name, value)
+    table = grid[0]
+    row = table[(table[PARAMETERS] == [1, 0, 6, 0]).all(axis=1)].iloc[0]
+    said = text_of(opened, "nearest")
+    assert "(1, 0, 6, 0)" in said
+    for reading in ("kept", "surface"):
+        for name in ("Z_tS", "Z_tR", "d"):
+            assert f"{row[f'{name}_{reading}']:.2f}".replace("-", "−") in said
+
+
+def picture(browser):
+    """The window, (rows, columns, 3)."""
+    path = browser.folder / "window.png"
+    path.write_bytes(browser.screenshot())
+    return matplotlib.image.imread(path)[..., :3]
+
+
+def coloured(image):
+    """Number of pixels that are neither white nor grey."""
+    return int((np.ptp(image, axis=2) > 0.15).sum())
+
+
+def test_colours_fill_the_picture(opened):
+    found = {}
+    for colour in ("0", "1", "kind"):
+        set_control(opened, "colour", colour)
+        set_control(opened, "sampler", "all")
+        opened.run("drawNow()")
+        image = picture(opened)[100:, :600]
+        assert coloured(image) > 20_000
+        found[colour] = image
+    assert np.abs(found["0"] - found["kind"]).max() > 0.3
+    assert "contact" in text_of(opened, "legend")
+    set_control(opened, "sampler", "farthest")
+    set_control(opened, "percent", 5)
+    opened.run("drawNow()")
+    assert coloured(picture(opened)[100:, :600]) < coloured(found["kind"]) / 2
+
+
+def test_pick_turn_zoom_by_mouse_finger_and_keys(opened, evaluator):
+    set_control(opened, "sampler", "all")
+    for kind in ("mouse", "touch"):
+        opened.run("pick(-1)")
+        opened.point("#canvas", (5, 5), kind=kind)
+        dot = opened.run("return view.picked")
+        said = text_of(opened, "picked")
+        assert said.startswith(f"Dot {dot}, {RESIDUES[dot % 2]}, {viewer.KINDS[dot % 3]}, R_i = ")
+        assert abs(float(said.split("R_i = ")[1][:4]) - evaluator.roughness[dot]) < 0.008
+        assert evaluator.normals[dot, 2] > 0  # the side that is seen, as long as nothing is turned
+    opened.point("#canvas", (0, 0), (60, 20))
+    turned = opened.run("return view.turn")
+    assert np.allclose(np.reshape(turned, (3, 3)) @ np.reshape(turned, (3, 3)).T, np.eye(3), atol=1e-9)
+    assert turned[2] > 0.4  # what lay in front went to the right
+    opened.press("#canvas", "0\ue014+")  # back, arrow to the right, nearer
+    assert np.isclose(opened.run("return view.turn[2]"), np.sin(0.12))
+    assert opened.run("return view.zoom") > 1
+
+
+def test_saved_picture_is_not_empty(opened):
+    set_control(opened, "sampler", "all")
+    data = opened.run("return picture().toDataURL('image/png')")
+    path = opened.folder / "saved.png"
+    path.write_bytes(base64.b64decode(data.split(",")[1]))
+    image = matplotlib.image.imread(path)[..., :3]
+    assert coloured(image) > 20_000
+    assert (image[-40:] < 0.5).any()  # the line below it
+
+
+def test_inside_the_frame_of_a_report(browser, path, tmp_path):
+    inner = base64.b64encode(path.read_bytes()).decode()
+    outer = tmp_path / "outer.html"
+    outer.write_text(
+        f'<iframe style="width:900px;height:600px" src="data:text/html;charset=utf8;base64,{inner}"></iframe>'
+    )
+    browser.open(outer.as_uri())
+    browser.frame(0)
+    browser.wait_for("document.getElementById('shown').textContent.includes('dots (')")
+    set_control(browser, "sampler", "paper")
+    count = browser.run("return view.shown.length")
+    set_control(browser, "alpha", 0.2)
+    assert browser.run("return view.shown.length") < count
+    browser.run("drawNow()")
+    browser.frame(None)
+    assert coloured(picture(browser)) > 3000
+    assert browser.complaints() == []
+
+
+def test_a_small_screen_needs_no_sideways_scrolling(opened):
+    opened.ask("POST", "/window/rect", width=500, height=800)
+    try:
+        set_control(opened, "sampler", "paper")
+        wide = opened.run("return [document.documentElement.scrollWidth, window.innerWidth]")
+        assert wide[0] <= wide[1] <= 500
+        assert opened.run("return element('canvas').clientHeight") > 200
+        assert opened.run("return element('canvas').clientWidth") > 0.9 * wide[1]  # the controls stand below
+    finally:
+        opened.ask("POST", "/window/rect", width=1000, height=700)
+
+
+def test_a_page_without_a_study_shows_the_surface_alone(browser, evaluator, tmp_path):
+    order = {"farthest": np.arange(len(evaluator.points))}
+    near = viewer.Values("propensity", "propensity", "", evaluator.points[:, 0], "likely", "unlikely")
+    text = viewer.page(
+        "partner", evaluator.surface, evaluator.roughness, evaluator.cover, 4.0, order, values=[near]
+    )
+    (tmp_path / "view.html").write_text(text)
+    browser.open((tmp_path / "view.html").as_uri())
+    browser.wait_for("document.getElementById('shown').textContent.includes('dots (')")
+    set_control(browser, "sampler", "paper")
+    assert "dots (" in text_of(browser, "shown") and text_of(browser, "nearest") == ""
+    set_control(browser, "colour", "1")
+    assert "likely" in text_of(browser, "legend")
+    assert browser.complaints() == []
+
+
+def test_a_surface_without_structure_and_grid_values(evaluator, grid):
+    bare = Surface(evaluator.points, evaluator.normals)
+    order = {"farthest": np.arange(len(bare))}
+    table = grid[0].assign(d_kept=np.nan)
+    text = viewer.page(
+        "bare", bare, evaluator.roughness, evaluator.cover, 4.0, order, table, tables.best(*grid, 50)
+    )
+    header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
+    assert "kind" not in columns and "residue" not in columns
+    assert header["grid"][0][7] is None
+    assert pd.isna(table["d_kept"]).all()

@@ -1,0 +1,48 @@
+"""Dots where the recovered surface errs: what the error is, and that the dots lower it."""
+
+import numpy as np
+import pytest
+
+from sparsurf.sampling.adaptive import NORMAL, POSITION, adaptive, errors
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.making import molecular_surface
+
+
+@pytest.fixture(scope="module")
+def evaluator():
+    xyz = np.array(
+        [[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [9, 1, 1], [11, 1, 1]]
+    )
+    return Evaluator(molecular_surface(xyz, np.full(len(xyz), 1.7)), seed=2)
+
+
+def test_the_error_is_distance_and_angle():
+    k = np.arange(300) + 0.5  # a sphere, which comes back from any of its dots
+    z, turn = 1 - 2 * k / 300, np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], axis=1)
+    points, normals, kept = 3 * unit, unit.copy(), np.arange(0, 300, 4)
+    assert errors(points, normals, kept).max() < 1e-4
+    points[1] *= 1.05  # 0.15 Å off, seen along its normal
+    axis = np.cross(unit[2], [0, 0, 1.0])
+    axis /= np.linalg.norm(axis)
+    normals[2] = np.cos(0.3) * unit[2] + np.sin(0.3) * np.cross(axis, unit[2])
+    found = errors(points, normals, kept)
+    assert found[1] == pytest.approx(0.15 / POSITION, rel=0.03)
+    assert found[2] == pytest.approx(0.3 / NORMAL, rel=0.01)
+    assert (found[kept] == 0).all() and (np.delete(found, [1, 2]) < 1e-4).all()
+
+
+def test_adaptive_dots_lower_the_error(evaluator):
+    n = len(evaluator.points) // 12
+    by_error, even = (
+        SAMPLERS[name](evaluator, n, np.random.default_rng(0)) for name in ("adaptive", "farthest")
+    )
+    assert len(set(by_error)) == n
+    mean = [errors(evaluator.points, evaluator.normals, kept).mean() for kept in (by_error, even)]
+    assert mean[0] < 0.95 * mean[1]
+
+
+def test_all_dots_can_be_kept(evaluator):
+    n = len(evaluator.points)
+    assert sorted(adaptive(evaluator, n, np.random.default_rng(0))) == list(range(n))

@@ -1,0 +1,100 @@
+"""What the samplers choose: which row of Table I, which alpha, what is left out at random, where a stride starts."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import naive
+from sparsurf.patches.index import build_index
+from sparsurf.sampling import law
+from sparsurf.sampling.published import OF_PAPER, PUBLISHED_ROWS, TABLE_1, Choices
+from sparsurf.sampling.samplers import _longest, paper, paper_corrected, stride, tune_alpha
+from sparsurf.study.evaluator import Evaluator
+
+
+@pytest.fixture(scope="module")
+def surface(blob):
+    points, normals = blob
+    return Evaluator(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
+
+
+def test_the_row_of_table_1_is_that_of_the_range_which_holds_n_s():
+    lowest = TABLE_1["n_S_low_percent"]
+    for k, low in enumerate(lowest):
+        high = lowest[k + 1] if k + 1 < len(lowest) else 100.0
+        for percent in (low + 0.01, (low + high) / 2, high - 0.01):
+            rows = OF_PAPER.from_n_s(percent)
+            assert np.array_equal(rows, PUBLISHED_ROWS[k:]), percent
+    assert np.array_equal(OF_PAPER.from_n_s(0.1), PUBLISHED_ROWS)  # below all ranges: the first
+    assert np.array_equal(OF_PAPER.from_n_s(100.0), PUBLISHED_ROWS[-1:])
+
+
+SHORT, LONG, WIDE = (1.0, 1.0, 10.0, 10.0), (1.0, 0.5, 6.0, 2.0), (1.0, 0.0, 2.0, 0.0)
+WHOLE = (1.0, 0.0, 0.0, 0.0)
+
+
+def expected(cover, combination):
+    return law.expected_n_s(cover, [combination])[0]
+
+
+@pytest.mark.parametrize("function", [paper, paper_corrected])
+def test_where_a_choice_cannot_keep_n_the_next_that_can_takes_its_place(surface, function):
+    cover = surface.cover if function is paper else surface.corrected_cover
+    reach = [expected(cover, each) for each in (SHORT, LONG, WIDE, WHOLE)]
+    assert reach == sorted(reach)
+    n = round((reach[1] + reach[2]) / 2)
+    choices = Choices(np.array([0.0, 60.0, 80.0, 90.0]), np.array([SHORT, LONG, WIDE, WHOLE]))
+    dots = function(surface, n, np.random.default_rng(5), choices)
+    assert np.array_equal(dots, law.sample(cover, tune_alpha(cover, WIDE, n), np.random.default_rng(5)))
+
+
+def test_where_no_choice_can_keep_n_the_one_that_comes_nearest_is_taken(surface):
+    choices = Choices(np.array([0.0, 90.0, 95.0]), np.array([SHORT, LONG, SHORT]))
+    dots = paper(surface, 2000, np.random.default_rng(5), choices)
+    assert np.array_equal(
+        dots, law.sample(surface.cover, tune_alpha(surface.cover, LONG, 2000), np.random.default_rng(5))
+    )
+
+
+def test_the_two_covers_of_the_papers_sampler_differ(surface):
+    choices = Choices(np.array([0.0]), np.array([WIDE]))
+    one, two = (f(surface, 900, np.random.default_rng(5), choices) for f in (paper, paper_corrected))
+    assert not np.array_equal(one, two)
+
+
+def test_every_dot_too_many_may_be_the_one_that_is_left_out():
+    whole = SimpleNamespace(points=np.zeros((3000, 3)))
+    times = np.zeros(103)
+    for seed in range(400):
+        times[_longest(lambda length: np.arange(103), whole, 100, np.random.default_rng(seed))] += 1
+    assert times.sum() == 400 * 100
+    # binomial, 400 of 100 / 103: 388.3 +- 3.4; five of these
+    assert np.abs(times - 388.3).max() < 17
+
+
+def test_the_length_is_sought_until_few_dots_are_too_many():
+    whole = SimpleNamespace(points=np.zeros((3000, 3)))
+    dots = _longest(lambda length: np.arange(int(3000 / length**2)), whole, 500, np.random.default_rng(0))
+    assert len(dots) == 500
+    assert dots.max() <= 502  # half a percent too many
+
+
+def test_a_stride_starts_anywhere_within_one_step(surface):
+    starts = {int(stride(surface, 300, np.random.default_rng(seed)).min()) for seed in range(200)}
+    assert starts == set(range(10))
+
+
+def test_distances_are_measured_from_the_starter_or_from_the_moved_centre(blob, surface):
+    index = build_index(*blob, 0.45)  # so short that islands lack the dot that starts their patch
+    plain = naive.cover(blob[0], 4.0, 0.45)
+    assert any(starter != centre for starter, centre, _ in plain)
+    assert law.build_cover(index, surface.roughness).origin.tolist() == [centre for _, centre, _ in plain]
+    own = law.build_cover(index, surface.roughness, moved_centre=False)
+    assert own.origin.tolist() == [starter for starter, _, _ in plain]
+
+
+def test_every_dot_is_as_likely_in_a_uniform_subset():
+    rng = np.random.default_rng(2)
+    times = sum(np.bincount(law.uniform(10, 3, rng), minlength=10) for _ in range(2000))
+    assert np.abs(times - 600).max() < 5 * np.sqrt(2000 * 0.3 * 0.7)

@@ -1,0 +1,30 @@
+"""Combinations: text, numbers and fields of tables; the paper's own choice."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sparsurf.sampling.combination import PARAMETERS, Combination, joined, split, texts_of
+from sparsurf.sampling.published import OF_PAPER, PUBLISHED_ROWS
+
+
+def test_text_and_back():
+    one = Combination(0.4, 0.2, 10.0, 0.0)
+    assert str(one) == "(0.4, 0.2, 10, 0)" and Combination.parse(str(one)) == one
+    assert one.keys() == [400000, 200000, 10000000, 0]
+    with pytest.raises(ValueError, match="is no combination"):
+        Combination.parse("(1, 2, 3)")
+
+
+def test_fields_of_tables():
+    table = pd.DataFrame(PUBLISHED_ROWS[:2], columns=PARAMETERS).assign(d=1.0)
+    assert texts_of(table) == ["(0.4, 0.2, 10, 10)", "(1, 0.4, 10, 6)"]
+    assert split(joined(texts_of(table))) == texts_of(table)
+    assert split(np.nan) == split("") == []
+
+
+def test_the_papers_choice_for_a_number_of_dots():
+    # Table I: 5 % lies in the first range, 45 % in the fifth; below the first limit the first, above the last the last
+    assert len(OF_PAPER.from_n_s(5.0)) == 10 and len(OF_PAPER.from_n_s(1.0)) == 10
+    assert OF_PAPER.from_n_s(45.0)[0].tolist() == [1.0, 0.0, 6.0, 0.0]
+    assert OF_PAPER.from_n_s(100.0).tolist() == [[1.0, 0.2, 0.0, 0.0]]

@@ -1,0 +1,129 @@
+"""A real Slurm of one node on the loopback address: started for a test, and ended after it.
+
+Needs Debian's slurm-wlm and munge, and root; `missing` says what is lacking. Without accounting, as many small
+clusters are.
+"""
+
+import getpass
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+CPUS = 32  # told to Slurm, whatever the machine has: a study asks for more than a small one
+CONFIGURED = Path(
+    "/etc/slurm/slurm.conf"
+)  # the steps of a job look there: Snakemake hides SLURM_CONF from them
+PROGRAMS = ("slurmctld", "slurmd", "sbatch", "squeue", "scancel", "munged", "munge")
+SETTINGS = """\
+ClusterName=test
+SlurmctldHost={host}(127.0.0.1)
+SlurmUser=root
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core_Memory
+ReturnToService=2
+SlurmdParameters=config_overrides
+MinJobAge=600
+SchedulerParameters=sched_interval=2,batch_sched_delay=0,sched_min_interval=100000
+AccountingStorageType=accounting_storage/none
+JobAcctGatherType=jobacct_gather/linux
+JobAcctGatherFrequency=2
+JobAcctGatherParams=OverMemoryKill
+StateSaveLocation={folder}/state
+SlurmdSpoolDir={folder}/spool
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/slurmd.pid
+SlurmctldLogFile={folder}/slurmctld.log
+SlurmdLogFile={folder}/slurmd.log
+SlurmctldPort={ports[0]}
+SlurmdPort={ports[1]}
+NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory={memory} State=UNKNOWN
+PartitionName=main Nodes={host} Default=YES MaxTime=INFINITE State=UP
+"""
+
+
+def missing():
+    """Why no Slurm can be started here; an empty text where it can."""
+    lacking = [name for name in PROGRAMS if shutil.which(name) is None]
+    if lacking:
+        return f"{lacking[0]} is not installed (tests/install_extras.sh)"
+    if CONFIGURED.exists():
+        return "this machine has a Slurm of its own"
+    return "" if getpass.getuser() == "root" else "Slurm's daemons need root"
+
+
+@contextmanager
+def running(folder):
+    """Environment, a dict, in which Slurm's commands speak to a node of one's own; its state is in `folder`."""
+    folder = Path(folder)
+    for name in ("state", "spool"):
+        (folder / name).mkdir(parents=True)
+    environment = os.environ | {"SLURM_CONF": str(folder / "slurm.conf")}
+    host = socket.gethostname().split(".")[0]
+    megabytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
+    values = {"host": host, "folder": folder, "ports": free_ports(2), "cpus": CPUS}
+    (folder / "slurm.conf").write_text(SETTINGS.format(memory=megabytes * 9 // 10, **values))
+    CONFIGURED.parent.mkdir(exist_ok=True)
+    CONFIGURED.unlink(missing_ok=True)  # a link that leads nowhere: its run was killed
+    CONFIGURED.symlink_to(folder / "slurm.conf")
+    started = []
+    try:
+        started.append(start_munge(folder))
+        for daemon in ("slurmctld", "slurmd"):
+            command = [daemon, "-D", "-f", folder / "slurm.conf"]
+            with open(folder / f"{daemon}.out", "wb") as out:
+                started.append(subprocess.Popen(command, env=environment, stdout=out, stderr=out))
+        wait_until_up(environment, folder)
+        yield environment
+    finally:
+        subprocess.run(["scancel", "--user", "root"], env=environment, check=False, capture_output=True)
+        time.sleep(1)
+        CONFIGURED.unlink()
+        for process in reversed(started):
+            process.send_signal(signal.SIGTERM)
+            process.wait(20)
+
+
+def start_munge(folder):
+    """munged with a key and a socket of its own, in the foreground."""
+    key, place = folder / "munge.key", folder / "munge"
+    key.write_bytes(os.urandom(1024))
+    key.chmod(0o400)
+    place.mkdir(mode=0o755)
+    names = {"key-file": key, "socket": folder / "munge.socket", "pid-file": place / "pid"}
+    names |= {"log-file": place / "log", "seed-file": place / "seed"}
+    command = ["munged", "--foreground", "--force", *(f"--{name}={path}" for name, path in names.items())]
+    with open(folder / "munged.out", "wb") as out:
+        return subprocess.Popen(command, stdout=out, stderr=out)
+
+
+def wait_until_up(environment, folder):
+    """Return when the node takes jobs."""
+    for _ in range(60):
+        answer = subprocess.run(
+            ["sinfo", "-h", "-o", "%t"], env=environment, capture_output=True, text=True, check=False
+        )
+        if answer.stdout.strip() in ("idle", "mix", "alloc"):
+            return
+        time.sleep(0.5)
+    logs = "".join(path.read_text(errors="replace")[-1000:] for path in folder.glob("*.out"))
+    raise RuntimeError(f"Slurm did not come up: {answer.stdout}{answer.stderr}\n{logs}")
+
+
+def free_ports(n):
+    """`n` ports of the loopback address that nobody listens on."""
+    sockets = [socket.socket() for _ in range(n)]
+    for each in sockets:
+        each.bind(("127.0.0.1", 0))
+    ports = [each.getsockname()[1] for each in sockets]
+    for each in sockets:
+        each.close()
+    return ports

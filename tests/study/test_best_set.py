@@ -1,0 +1,60 @@
+"""The confidence set of the best on simulated distances whose best is known."""
+
+import numpy as np
+import pytest
+
+from sparsurf.study import best_set as module
+from sparsurf.study.best_set import best_set, scatter
+
+
+def drawn(rng, truth, draws=6, tests=60, of_draw=0.1, rest=1.0):
+    """d of combinations with these true means at shared test dots; test dots differ between combinations, too."""
+    k = len(truth)
+    x = np.asarray(truth, float)[:, None, None] + rng.normal(size=(1, 1, tests))
+    return (
+        x
+        + 0.5 * rng.normal(size=(k, 1, tests))
+        + of_draw * rng.normal(size=(k, draws, 1))
+        + rest * rng.normal(size=(k, draws, tests))
+    )
+
+
+def test_scatter_of_the_means_is_that_of_repetitions():
+    rng = np.random.default_rng(0)
+    many = [scatter(drawn(rng, [0, 1])) for _ in range(600)]
+    means = np.array([one.mean for one in many])
+    apart = means[:, 1] - means[:, 0]
+    assumed = np.mean([((o.by_test[1] - o.by_test[0]) ** 2).sum() + o.of_draws.sum() for o in many])
+    assert assumed == pytest.approx(apart.var(ddof=1), rel=0.15)
+
+
+@pytest.mark.parametrize(
+    "truth", [np.zeros(12), np.r_[0, np.linspace(-0.4, -0.05, 11)]], ids=["equal", "graded"]
+)
+def test_the_best_is_held_in_95_percent(truth, monkeypatch):
+    # 200 repetitions: s.e. of the share 0.015; the best of equal ones is each of them
+    monkeypatch.setattr(module, "SIMULATED", 300)
+    rng = np.random.default_rng(1)
+    best = truth == truth.max()
+    held = [best_set(drawn(rng, truth))[best].mean() for _ in range(200)]
+    assert 0.925 <= np.mean(held) <= 1.0
+
+
+def test_a_set_is_larger_than_pairwise_tests_and_no_larger_than_needed(monkeypatch):
+    monkeypatch.setattr(module, "SIMULATED", 500)
+    rng = np.random.default_rng(2)
+    found = best_set(drawn(rng, [2.0, 1.95, 1.9, 0.0, -1.0], of_draw=0.02))
+    assert found[0] and not found[3:].any()
+    alone = best_set(drawn(rng, np.r_[5.0, np.zeros(30)]))
+    assert alone.tolist() == [True] + [False] * 30
+
+
+def test_one_combination_and_one_draw():
+    rng = np.random.default_rng(3)
+    assert best_set(drawn(rng, [0.0])).tolist() == [True]
+    assert best_set(drawn(rng, [9.0, 0.0], draws=1)).tolist() == [True, False]
+
+
+def test_the_set_is_the_same_every_time():
+    x = drawn(np.random.default_rng(4), np.zeros(8))
+    assert np.array_equal(best_set(x), best_set(x))

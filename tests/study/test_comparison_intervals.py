@@ -1,0 +1,107 @@
+"""Paired differences, intervals of times fewer, and subsets that stand alone."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from conftest import ROOT
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.report.comparison_answer import alone_markdown, answer
+from sparsurf.sampling import samplers
+from sparsurf.study.comparison_intervals import paired, times_fewer_intervals
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.statistics import estimate
+from sparsurf.study.without_the_surface import dotted, stand_alone
+from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.radii import radii
+
+PERCENTS = (5.0, 10.0, 20.0, 40.0)
+
+
+def curves(rng, factor, noise=0.05):
+    """Z = factor / sqrt(n_S) with a scatter of test dots that all samplers share; (4, 6, 80)."""
+    own = noise * rng.normal(size=(4, 6, 80))
+    return factor / np.sqrt(np.array(PERCENTS))[:, None, None] + own
+
+
+@pytest.fixture(scope="module")
+def raw():
+    rng = np.random.default_rng(0)
+    shared = 0.3 * rng.normal(size=(1, 1, 80))
+    names = {"uniform": 4.0, "farthest": 3.0, "paper": 8.0}
+    return {
+        (name, m): curves(rng, f) + shared for m in ("Z surface", "Z centres") for name, f in names.items()
+    }
+
+
+def table_of(raw):
+    rows = [
+        {"sampler": name, "measure": measure, "percent": p, "n_S_percent": p, "value": x[k].mean()}
+        for (name, measure), x in raw.items()
+        for k, p in enumerate(PERCENTS)
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_a_difference_is_paired_by_test_dot(raw):
+    found = paired(raw, PERCENTS, ("Z surface",)).set_index(["than", "sampler", "percent"])
+    row = found.loc["uniform", "farthest", 10.0]
+    wanted = estimate(raw["farthest", "Z surface"][1] - raw["uniform", "Z surface"][1])
+    assert row["difference"] == pytest.approx(wanted.mean) and row["high"] == pytest.approx(wanted.high)
+    assert row["high"] - row["low"] < 0.05  # what test dots share, 0.3 / sqrt(80) each, has gone
+    alone = estimate(raw["uniform", "Z surface"][1])
+    assert alone.high - alone.low > 0.1
+
+
+def test_times_fewer_of_exact_curves(raw):
+    # Z = f / sqrt(n): (4 / 3)^2 = 1.78 times fewer than uniform; the interval holds it
+    found = times_fewer_intervals(raw, table_of(raw), np.random.default_rng(1), resampled=200)
+    row = found[
+        (found["measure"] == "Z surface") & (found["than"] == "uniform") & (found["sampler"] == "farthest")
+    ]
+    row = row.set_index("percent").loc[20.0]
+    assert row["factor"] == pytest.approx(16 / 9, rel=0.05) and row["low"] < row["factor"] < row["high"]
+    assert row["high"] / row["low"] < 1.3
+    beyond = found[(found["than"] == "paper") & (found["sampler"] == "farthest") & (found["percent"] == 5.0)]
+    assert (beyond["factor"] == 1.0).all()  # fewer than were measured: the smallest counts
+
+
+def test_a_surface_is_dotted_with_the_wished_number():
+    molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
+    xyz, r = molecule.xyz[0], radii(molecule)
+    points, normals = dotted(xyz, r, 150, np.random.default_rng(0))
+    assert abs(len(points) - 150) <= 12
+    gap = np.linalg.norm(points[:, None] - xyz, axis=2) - r
+    assert (np.abs(gap).min(axis=1) < 1.5).all()  # turned back: on the molecule again
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1)
+
+
+def test_subsets_that_stand_alone():
+    molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
+    xyz, r = molecule.xyz[0], radii(molecule)
+    evaluator = Evaluator(molecular_surface(xyz, r), seed=1, name="piece")
+    drawers = {"uniform": lambda n, rng: samplers.uniform(evaluator, n, rng)}
+    table = stand_alone(evaluator, drawers, (xyz, r), (10.0, 40.0), 30, 2, (1.2, 1.6))
+    assert table["sampler"].unique().tolist() == ["uniform", "dotted"] and len(table) == 8
+    z = table[table["scale"] == 1.6].pivot(index="sampler", columns="percent", values="Z")
+    assert (z[40.0] < z[10.0]).all() and (table["low"] < table["Z"]).all()
+    # by hand, one draw: the reading `scaled` of the same subset
+    kept = [
+        np.sort(drawers["uniform"](n, evaluator.stream("stand alone", "uniform", n, 0)))
+        for n in [round(0.4 * len(evaluator.points))]
+    ]
+    tests = evaluator.draw_tests(30)
+    wanted = evaluator.distances(kept, tests, evaluator.describe(tests)[0], "scaled")[0]
+    one = stand_alone(evaluator, drawers, None, (40.0,), 30, 1, (1.6,))
+    assert one["Z"].iloc[0] == pytest.approx(wanted.mean())
+    assert "dotted" in alone_markdown(table) and "1.2" in alone_markdown(table)
+
+
+def test_the_answer_has_five_lines_at_most_and_one_table(raw):
+    table = table_of(raw)
+    fewer = times_fewer_intervals(raw, table, np.random.default_rng(1), resampled=20)
+    lines = answer(table, paired(raw, PERCENTS), fewer)
+    bullets = [line for line in lines if line.startswith("- ")]
+    assert 3 <= len(bullets) <= 5 and sum("| --- |" in line for line in lines) == 1
+    assert "At 10 % of the dots farthest describes the surface best" in bullets[0]
+    assert any("worse than a uniform draw" in line and "paper" in line for line in bullets)

@@ -1,0 +1,136 @@
+"""Many complexes: superposition and labels of other forms, relative distances, means with intervals, choosing on few."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import t
+
+from peptides import peptide, write
+from sparsurf import InputError
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.study import complexes
+from sparsurf.study.complex_scores import centres_of, score_complex
+from sparsurf.study.complex_tables import tables_of
+from sparsurf.study.matching import Recipe
+from sparsurf.study.partners import partner_of
+from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.radii import radii
+
+SEQUENCE = ("ALA", "LEU", "LYS", "GLY")
+
+
+@pytest.fixture(scope="module")
+def molecules(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("complexes")
+    return [
+        read_molecule(write(folder / f"{chain}.pdb", peptide(3 * SEQUENCE, chain, origin=(0, y, 0))))
+        for chain, y in (("A", 0.0), ("B", 8.0))
+    ]
+
+
+@pytest.fixture(scope="module")
+def pair(molecules):
+    out = []
+    for name, molecule in zip("AB", molecules, strict=True):
+        surface = molecular_surface(molecule.xyz[0], radii(molecule, "dms"), density=6.0)
+        out.append(partner_of(surface, molecule, name))
+    return out
+
+
+def test_another_form_is_laid_on_and_takes_the_labels(molecules):
+    straight = molecules[0]
+    bend = 5 * np.sin(
+        straight.xyz[..., :1] / [8.0, 3.0, 5.0]
+    )  # in a straight chain the C-alpha atoms fix no turn about it
+    bound = replace(straight, xyz=straight.xyz + bend)
+    turn = Rotation.random(rng=2).as_matrix()
+    moved = replace(bound, xyz=bound.xyz @ turn.T + [30.0, -5, 2])
+    part = moved.take(moved.residue != "1")  # one residue is missing in the other form
+    laid = complexes.laid_on(part, bound)
+    assert np.abs(laid.xyz[0] - bound.xyz[0][bound.residue != "1"]).max() < 1e-9
+    labels = bound.xyz[0][:, 0] > 10
+    carried = complexes.carried_labels(laid.xyz[0] + 0.1, bound.xyz[0], labels)
+    assert np.array_equal(carried, labels[bound.residue != "1"])
+    with pytest.raises(InputError, match="share 0 residues"):
+        complexes.laid_on(molecules[1], bound)
+
+
+def test_relative_values_lose_what_flatness_explains():
+    rng = np.random.default_rng(3)
+    rough, noise = rng.random(2000), rng.normal(0, 0.01, 2000)
+    left = complexes.relative(3 * np.round(rough, 1) + noise, np.round(rough, 1), bins=10)
+    assert left.std() < 0.2 * (3 * rough).std()
+    in_bin = np.argsort(np.argsort(np.round(rough, 1), kind="stable")) * 10 // 2000
+    assert np.allclose(np.bincount(in_bin, left), 0, atol=1e-9)
+
+
+def test_together_takes_ranks():
+    assert complexes.together([1.0, 2, 300], [3.0, 2, 1]).tolist() == [2.0, 2.0, 2.0]
+
+
+def test_means_over_complexes_average_the_sides_first():
+    table = pd.DataFrame({"complex": list("aabbc"), "score": "s", "auc": [0.4, 0.6, 0.7, 0.9, np.nan]})
+    row = complexes.means_over_complexes(table, ["score"]).iloc[0]
+    half = t.ppf(0.975, 1) * np.std([0.5, 0.8], ddof=1) / np.sqrt(2)
+    assert row["mean"] == pytest.approx(0.65)
+    assert (row["low"], row["high"]) == (pytest.approx(0.65 - half), pytest.approx(0.65 + half))
+    assert row["complexes"] == 2
+
+
+def test_variants_are_chosen_on_few_and_reported_on_the_others():
+    table = pd.DataFrame(
+        [(name, variant, value) for name, values in {"a": (0.9, 0.5), "b": (0.4, 0.6), "c": (0.2, 0.8)}.items()
+         for variant, value in zip("xy", values, strict=True)],
+        columns=["complex", "variant", "auc"],
+    )  # fmt: skip
+    chosen = complexes.chosen_on_few(table, ["variant"], {"a"})
+    assert chosen["variant"].tolist() == ["x", "y"]
+    assert chosen["chosen_on"].tolist() == [0.9, 0.5]
+    assert chosen["mean"].tolist() == pytest.approx([0.3, 0.7])
+
+
+def test_a_complex_gets_all_scores_and_the_tables_sum_them_up(pair):
+    recipes = (Recipe(), Recipe(radius=8.0))
+    table, touching, own, same = score_complex(pair, None, None, recipes, (1, 3), most=200)
+    assert np.isnan(same).all()
+    again, _, _, same = score_complex(pair, own, None, recipes, (1, 3), most=200)
+    assert same == pytest.approx((1.0, 1.0))  # against itself the control is the map
+    control = again[again["score"] == "another protein"].set_index(["side", "map"])["auc"]
+    plain = again[(again["score"] == "complementarity") & (again["k"] == 1) & (again["kind"] == "plain")]
+    plain = plain[plain["descriptor"] == "published, 6 Å"].set_index(["side", "map"])["auc"]
+    pd.testing.assert_series_equal(control.sort_index(), plain.sort_index())
+    assert len(table) == 2 * (
+        2 * 2 * 2 * 2 * 2 + 9
+    )  # radii, both maps, k, kinds, smoothing; yardsticks, combinations
+    assert table["auc"].between(0, 1).all()
+    assert (table["patches"] == 200).all()
+
+    tables = [table.assign(complex=name, form="bound") for name in ("1a1u", "a", "b")]
+    tables += [again.assign(complex="six", form=form) for form in ("bound", "unbound")]
+    contacts = touching.assign(complex="a", descriptor="published")
+    controls = pd.DataFrame(
+        {"complex": ["a", "b"], "form": "bound", "correlation_1": [0.5, 0.7], "correlation_2": [0.7, 0.9],
+         "descriptor": "published"}
+    )  # fmt: skip
+    found = tables_of(pd.concat(tables), contacts, controls)
+    means = found["complexes_means"].set_index(["group", "score", "map"])["mean"]
+    assert set(means.index.levels[0]) == {"tutorial", "bound", "bound six", "unbound six"}
+    assert means["bound", "flatness", "-"] == pytest.approx(table[table["score"] == "flatness"]["auc"].mean())
+    assert found["complexes_control"]["mean"].tolist() == pytest.approx([0.7])
+    assert len(found["complexes"]) == 5 * 2 * 7
+    assert len(found["complexes_variants"]) == 0  # all of these are among the first ten: nothing to report on
+
+
+def test_centres_are_spread(pair):
+    dots = centres_of(pair[0], 50)
+    assert len(dots) == 50
+    place = pair[0].surface.points[dots]
+    apart = np.linalg.norm(place[:, None] - place[None], axis=2) + 100 * np.eye(50)
+    uniform = pair[0].surface.points[centres_of(pair[0], 50, "uniform")]
+    closer = np.linalg.norm(uniform[:, None] - uniform[None], axis=2) + 100 * np.eye(50)
+    assert apart.min() > 2 * closer.min()
+    with pytest.raises(InputError, match=r"complementarity\.centres\.sampler: there is no sampler 'fathest'"):
+        centres_of(pair[0], 50, "fathest")

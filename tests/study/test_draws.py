@@ -1,0 +1,107 @@
+"""Draws that must differ, weights that belong to their subset, numbers of test dots."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sparsurf import InputError
+from sparsurf.streams import stream
+from sparsurf.study import comparison, grid
+from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.minimal import minimal_subset
+
+COMBINATION = (0.5, 0.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def evaluator(blob):
+    points, normals = blob
+    return Evaluator(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
+
+
+def test_draws_of_a_combination_differ_and_so_do_their_uniform_subsets(evaluator):
+    pairs = [evaluator.pair(COMBINATION, draw) for draw in (0, 1, 0)]
+    for half in (0, 1):
+        assert not np.array_equal(pairs[0][half], pairs[1][half])
+        assert np.array_equal(pairs[0][half], pairs[2][half])
+    # two uniform draws share no more dots than by chance: n m / N, within five standard deviations
+    one, two = pairs[0][1], pairs[1][1]
+    n, m, every = len(one), len(two), len(evaluator.points)
+    assert abs(len(np.intersect1d(one, two)) - n * m / every) < 5 * np.sqrt(n * m / every)
+
+
+def test_every_subset_has_a_stream_of_its_own(evaluator):
+    """Also where sizes differ, so that two subsets from one stream would differ as well."""
+    keys = []
+
+    def noted(*names):
+        keys.append(names)
+        return stream(evaluator.seed, evaluator.name, *names)
+
+    watched = evaluator.changed(stream=noted)
+    for combination in (COMBINATION, (0.5, 0.0, 0.0, 2.0)):
+        for draw in (0, 1):
+            watched.pair(combination, draw)
+    watched.draw_tests(5)
+    assert len(set(keys)) == len(keys) == 9
+
+
+def test_combinations_draw_apart_even_if_they_are_alike(evaluator):
+    one, two = (evaluator.pair((alpha, 0, 0, 0), 0)[0] for alpha in (0.5, 0.500001))
+    assert len(np.setxor1d(one, two)) > 100
+
+
+def test_seed_name_and_every_key_make_another_stream():
+    first = stream(1, "a/c1", "tests").random(4)
+    assert np.array_equal(first, stream(1, "a/c1", "tests").random(4))
+    for other in (stream(2, "a/c1", "tests"), stream(1, "a/c2", "tests"), stream(1, "a/c1", "tests", 0)):
+        assert not np.isclose(first, other.random(4)).any()
+
+
+def test_weights_belong_to_their_subset_also_beyond_64_subsets(evaluator):
+    rng = np.random.default_rng(1)
+    subsets = [rng.choice(3000, 900, replace=False) for _ in range(66)]
+    weights = rng.uniform(0.2, 5, (66, 3000))
+    tests = np.array([5, 700, 2100])
+    z_tot, _ = evaluator.describe(tests)
+    together, _ = evaluator.distances(subsets, tests, z_tot, "surface", weights)
+    for k in (0, 1, 63, 64, 65):
+        alone, _ = evaluator.distances(subsets[k : k + 1], tests, z_tot, "surface", weights[k : k + 1])
+        assert np.allclose(together[k], alone[0], rtol=0, atol=1e-9), k
+
+
+@pytest.mark.parametrize(
+    ("wished", "n_dots", "number"),
+    [("published", 20045, 100), ("published", 300, 2), (50, 1000, 50), (50, 20, 20), (1, 100, 2)],
+)
+def test_number_of_test_dots(wished, n_dots, number):
+    assert number_of_tests(wished, n_dots) == number
+
+
+def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(evaluator):
+    def draw(n, rng):
+        return rng.permutation(3000)[:n]
+
+    subsets, seconds = comparison._draw(evaluator, "any", draw, (1.0, 2.0), 3)
+    assert [len(subset) for subset in subsets] == [30] * 3 + [60] * 3
+    assert seconds.shape == (2, 3)
+    for a in range(6):
+        assert (np.diff(subsets[a]) > 0).all()
+        assert not any(set(subsets[a]) <= set(subsets[b]) for b in range(6) if b != a)
+
+
+def test_all_dots_may_be_handed_out_but_not_more(evaluator):
+    kept, weight = minimal_subset(evaluator, "uniform", 3000)
+    assert sorted(kept.tolist()) == list(range(3000)) and (weight == 1).all()
+    with pytest.raises(InputError, match="blob has 3000 dots; give 1 to 3000"):
+        minimal_subset(evaluator, "uniform", 3001)
+
+
+def test_fragments_are_medians_over_draws_and_test_dots(evaluator):
+    found = grid.run(evaluator, [COMBINATION], 15, draws=3, readings=("kept",))
+    z_tot, _ = evaluator.describe(found.tests)
+    for half in (0, 1):
+        subsets = [evaluator.pair(COMBINATION, draw)[half] for draw in range(3)]
+        _, sizes = evaluator.distances(subsets, found.tests, z_tot, "kept")
+        assert found.fragment[0, half, 0] == np.median(sizes) != np.mean(sizes)

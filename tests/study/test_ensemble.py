@@ -1,0 +1,225 @@
+"""One combination over frames: the same rows whatever the threads and interruptions, and the chain's own surface."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from drawn import drawn_texts
+from peptides import peptide, write
+from sparsurf import InputError
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.report.figures import residues_over_time, summary_figures
+from sparsurf.study import ensemble
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.residues import over_frames, residue_table
+from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.radii import radii
+
+SETTINGS = {
+    "surface": {
+        "method": "analytic", "probe_radius": 1.4, "density": 6.0, "radii": "dms", "reentrant": "exact",
+    },
+    "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.6},
+    "sampling": {"moved_centre": True, "every_patch": True},
+    "evaluation": {"islands": ["kept", "surface"]},
+    "ensemble": {"combination": [1.0, 0.0, 6.0, 0.0], "test_dots": 20, "draws": 2, "stride": 1},
+    "seed": 3,
+}  # fmt: skip
+FRAMES = 7
+
+
+def followed(*arguments, **keys):
+    """The table of all frames, followed in one part."""
+    return ensemble.gathered([ensemble.follow(*arguments, **keys)])
+
+
+@pytest.fixture(scope="module")
+def molecule(tmp_path_factory):
+    """Seven models of a peptide, the last residue farther out in each."""
+    models = ""
+    for k in range(FRAMES):
+        models += f"MODEL     {k + 1:4d}\n{peptide()}{peptide(['ALA'], 'B', 9, (0, 0, 4 + 0.5 * k))}ENDMDL\n"
+    return read_molecule(write(tmp_path_factory.mktemp("models") / "m.pdb", models + "END\n"))
+
+
+@pytest.fixture(scope="module")
+def table(molecule, tmp_path_factory):
+    return followed(molecule, SETTINGS, "p", 1, tmp_path_factory.mktemp("one") / "part")
+
+
+def test_one_row_per_frame_in_order(table):
+    assert table["frame"].tolist() == list(range(FRAMES))
+    assert table["time_ps"].isna().all()
+    first = ["frame", "time_ps", "N", "area", "mean_roughness", "n_S", "n_S_percent", "n_S_expected"]
+    assert table.columns[:8].tolist() == first
+    for reading in ("kept", "surface"):
+        for name in ("Z_tS", "Z_tR", "d"):
+            assert np.isfinite(table[f"{name}_{reading}"]).all()
+            assert (table[f"{name}_se_{reading}"] > 0).all()
+        difference = table[f"Z_tR_{reading}"] - table[f"Z_tS_{reading}"]
+        assert np.allclose(table[f"d_{reading}"], difference, atol=1e-9)
+
+
+def test_a_row_is_what_the_parts_give(molecule, table):
+    surface = molecular_surface(molecule.xyz[3], radii(molecule), density=6.0)
+    evaluator = Evaluator(surface, d_link=0.6, seed=3, name="p/f3")
+    row = table.iloc[3]
+    assert row["N"] == len(surface) and row["area"] == surface.area.sum()
+    assert row["mean_roughness"] == evaluator.roughness.mean()
+    kept = [len(evaluator.pair([1, 0, 6, 0], draw)[0]) for draw in range(2)]
+    assert row["n_S"] == np.mean(kept)
+    assert row["n_S_percent"] == pytest.approx(100 * np.mean(kept) / len(surface))
+
+
+def test_threads_change_no_bit(molecule, table, tmp_path):
+    two = followed(molecule, SETTINGS, "p", 2, tmp_path / "part")
+    assert two.to_csv() == table.to_csv()
+
+
+@pytest.mark.parametrize("n", [2, 3, 9])
+def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, tmp_path, n):
+    """Seven frames; nine parts leave two without any."""
+    whole = ensemble.follow(molecule, SETTINGS, "p", 1, tmp_path / "whole")
+    parts = [
+        ensemble.follow(molecule, SETTINGS, "p", 1, tmp_path / f"{k}", part=(k, n)) for k in range(1, n + 1)
+    ]
+    assert "".join(parts) == whole and whole.count("\n") == FRAMES + 1
+    assert sum(bool(part) for part in parts) == min(n, FRAMES)
+
+
+@pytest.mark.parametrize("cut", [0, 10, 60, 700, 1500, -1, None])
+def test_a_killed_run_is_taken_up_again(molecule, table, tmp_path, monkeypatch, cut):
+    # two frames per write; killed after the third write, and the partial file cut anywhere at that
+    path, done = tmp_path / "part", []
+    monkeypatch.setattr(ensemble, "CHUNK", 2)
+
+    def killed(count, of):
+        if count >= 6:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        followed(molecule, SETTINGS, "p", 1, path, progress=killed)
+    path.write_bytes(path.read_bytes()[:cut])
+    again = followed(molecule, SETTINGS, "p", 2, path, progress=lambda count, of: done.append(count))
+    assert again.to_csv() == table.to_csv()
+    if cut is None:
+        assert done == [7]  # only the frame that was missing
+    if cut == -1:
+        assert done == [7]  # a torn row is made anew
+    if cut == 0:
+        assert done == [2, 4, 6, 7]
+
+
+def test_a_finished_part_needs_no_frame(molecule, table, tmp_path, monkeypatch):
+    followed(molecule, SETTINGS, "p", 1, tmp_path / "part")
+    monkeypatch.setattr(ensemble, "frame_row", None)
+    assert followed(molecule, SETTINGS, "p", 1, tmp_path / "part").to_csv() == table.to_csv()
+
+
+def test_rows_of_other_settings_are_not_taken_up(molecule, tmp_path):
+    part = tmp_path / "part"
+    followed(molecule.frame(0), SETTINGS, "p", 1, part)
+    mark = part.read_text().split("\n")[0] + "\n"
+    assert len(ensemble.rows_done(part, mark)[1]) == 1
+    one = molecule.frame(0)
+    other = SETTINGS | {"seed": 4}
+    marks = {
+        ensemble.fingerprint(one, SETTINGS, "p", ""), ensemble.fingerprint(one, other, "p", ""),
+        ensemble.fingerprint(one, SETTINGS, "q", ""), ensemble.fingerprint(one, SETTINGS, "p", "new"),
+        ensemble.fingerprint(molecule.frame(1), SETTINGS, "p", ""),
+    }  # fmt: skip
+    assert len(marks) == 5 and mark == f"# {ensemble.fingerprint(one, SETTINGS, 'p', '')} 1 of 1\n"
+    anew = followed(one, other, "p", 1, part)
+    before = followed(one, SETTINGS, "p", 1, tmp_path / "another")
+    assert len(anew) == 1 and anew["d_kept"][0] != before["d_kept"][0]
+
+
+def test_a_surface_that_is_too_sparse_is_refused(molecule, tmp_path):
+    sparse = SETTINGS | {"surface": SETTINGS["surface"] | {"density": 2.0}}
+    with pytest.raises(InputError, match="p, frame 0: D_link"):
+        followed(molecule, sparse, "p", 1, tmp_path / "part")
+
+
+def test_the_frame_of_an_error_is_named(molecule, tmp_path):
+    without = SETTINGS | {"surface": SETTINGS["surface"] | {"method": "dms"}}
+    with pytest.raises(InputError, match=r"p, frame 0: .*program dms"):
+        followed(molecule, without, "p", 1, tmp_path / "part")
+
+
+def invented(n, time=True, readings=("kept", "surface")):
+    """A table like ensemble.csv of invented numbers."""
+    rng, k = np.random.default_rng(n), np.arange(n)
+    out = pd.DataFrame({"frame": k, "time_ps": 50.0 * k if time else np.full(n, np.nan)})
+    out["n_S_percent"] = 46 + rng.normal(size=n)
+    out["mean_roughness"] = 0.6 + 0.01 * np.sin(k / 50)
+    for j, reading in enumerate(readings):
+        out[f"d_{reading}"] = (2.1, 0.0)[j] + 0.1 * rng.normal(size=n)
+        out[f"d_se_{reading}"] = 0.1
+    return out
+
+
+@pytest.mark.parametrize(
+    "table",
+    [invented(400), invented(12), invented(1), invented(70, time=False), invented(40, readings=["surface"])],
+    ids=["long", "short", "one frame", "no times", "one reading"],
+)
+@pytest.mark.filterwarnings("error")
+def test_figure_draws_with_texts_apart_and_inside(table, monkeypatch):
+    figure = summary_figures.ensemble_figure(table, [1, 0, 6, 0])
+    texts = drawn_texts(figure, monkeypatch)
+    width, height = figure.canvas.get_width_height()
+    for k, (words, box) in enumerate(texts):
+        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, f"{words!r} is cut off"
+        for other, b in texts[:k]:
+            apart = (
+                min(box.x1, b.x1) - max(box.x0, b.x0) <= 0.5 or min(box.y1, b.y1) - max(box.y0, b.y0) <= 0.5
+            )
+            assert apart, f"{words!r} and {other!r} overlap"
+
+
+def test_moving_mean_is_the_mean_of_its_window():
+    table = invented(100)
+    ax = summary_figures.ensemble_figure(table, [1, 0, 6, 0]).axes[0]
+    line = ax.lines[1].get_ydata()
+    assert line[50] == pytest.approx(table["n_S_percent"][48:53].mean())  # five frames, centred
+
+
+def test_residues_of_a_frame_are_those_of_its_surface(molecule, table):
+    by_frame, over_time = ensemble.apart(table, molecule.residues)
+    assert not [name for name in by_frame if name.startswith("residue")]
+    assert over_time.columns.tolist() == ["frame", "time_ps", *(f"A:ALA{k}" for k in range(1, 5)), "B:ALA9"]
+    surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
+    rough = Evaluator(surface, d_link=0.6).roughness
+    expected = residue_table(surface, rough, molecule)["mean_roughness"]
+    assert np.allclose(over_time.iloc[3, 2:].to_numpy(float), expected, atol=1e-12)
+
+
+def test_figure_of_the_residues_has_every_text_in_place(molecule, table, monkeypatch):
+    over_time = ensemble.apart(table, molecule.residues)[1]
+    over_time.iloc[2, 3] = np.nan  # buried for a while
+    residues = over_frames(molecule.residues, over_time.iloc[:, 2:].to_numpy(float))
+    figure = residues_over_time.draw(over_time, residues)
+    texts = drawn_texts(figure, monkeypatch)
+    words = [text for text, _ in texts]
+    assert {"A 1", "A 4", "B 9", "frame", "residue"} <= set(words)
+    assert any("grey: buried" in text for text in words)
+    width, height = figure.canvas.get_width_height()
+    assert all(box.x0 >= 0 and box.x1 <= width and box.y0 >= 0 and box.y1 <= height for _, box in texts)
+
+
+def test_the_mark_of_a_part_follows_all_that_its_rows_depend_on(molecule):
+    moved = replace(molecule, xyz=molecule.xyz + 0.001)
+    later = replace(molecule, time_ps=np.arange(FRAMES) * 1.0)
+    other = replace(molecule, element=np.where(molecule.element == "C", "N", molecule.element))
+    calls = [
+        (molecule, SETTINGS, "p", "code"),
+        (moved, SETTINGS, "p", "code"),
+        (later, SETTINGS, "p", "code"),
+    ]
+    calls += [(other, SETTINGS, "p", "code"), (molecule, SETTINGS | {"seed": 4}, "p", "code")]
+    calls += [(molecule, SETTINGS, "q", "code"), (molecule, SETTINGS, "p", "edited")]
+    marks = [ensemble.fingerprint(*each) for each in calls]
+    assert len(set(marks)) == len(calls)
+    assert ensemble.fingerprint(*calls[0]) == marks[0]

@@ -1,0 +1,146 @@
+"""Noise floors, how many dots are enough for them, and the subset that stands on its own."""
+
+import shutil
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial import cKDTree
+
+from sparsurf import InputError
+from sparsurf.calls import command
+from sparsurf.patches.descriptors import describe
+from sparsurf.patches.index import build_index
+from sparsurf.recovery.recovering import recover
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.study import minimal_by_floor, recovery
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.floors import floors, frames_apart, turning
+from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.reading import read_surface
+
+ATOMS = np.array(
+    [[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [5, 5, 1], [7, 5.5, 2.5]]
+)
+RADII = np.array([1.9, 1.5, 1.9, 1.4, 1.85, 1.9, 1.7])
+
+
+def lay(xyz):
+    return molecular_surface(xyz, RADII)
+
+
+@pytest.fixture(scope="module")
+def evaluator():
+    return Evaluator(lay(ATOMS), seed=3, name="seven atoms")
+
+
+@pytest.fixture(scope="module")
+def table(evaluator):
+    return floors(
+        evaluator, 60, lay, ATOMS, {1.0: [ATOMS + np.array([0, 0, 0.5])], 20.0: [ATOMS * 1.1]}
+    ).set_index("floor")
+
+
+def test_floors_grow_with_what_changes(table):
+    z = table["Z"]
+    assert 0 < z["fresh dots"] < z["turned"]
+    assert z["fresh dots"] < z["atoms moved 0.3 Å"] > z["atoms moved 0.1 Å"]
+    assert z["frames 1 ps apart"] < 1.5 * z["fresh dots"]  # moved as a whole, patches go along
+    assert z["frames 20 ps apart"] > z["frames 1 ps apart"]
+    assert (table["low"] < z).all() and (table.loc["fresh dots", "draws"], table["test_dots"].iloc[0]) == (
+        3,
+        60,
+    )
+
+
+def test_the_same_dots_cost_nothing(evaluator):
+    z = floors(evaluator, 40, lambda xyz: evaluator.surface, ATOMS).set_index("floor")["Z"]
+    assert z["atoms moved 0.1 Å"] == pytest.approx(0, abs=1e-9)  # nothing moved
+
+
+def test_a_ready_surface_has_the_floors_of_its_dots(evaluator, table):
+    z = floors(evaluator, 60).set_index("floor")["Z"]
+    assert list(z.index) == ["fresh dots", "turned"]
+    assert z["fresh dots"] == pytest.approx(table.loc["fresh dots", "Z"], rel=0.3)
+
+
+def test_frames_so_far_apart_are_found_and_superposed():
+    times, turn = np.array([0.0, 1, 2, 21]), turning(np.random.default_rng(0))
+    frames = np.array([ATOMS, ATOMS @ turn + 3, ATOMS, ATOMS * 1.01])
+    found = frames_apart(SimpleNamespace(xyz=frames, time_ps=times), ATOMS, 1.0)
+    assert {gap: len(places) for gap, places in found.items()} == {1.0: 2, 20.0: 1}
+    assert found[1.0][0] == pytest.approx(ATOMS, abs=1e-9)
+    turned = frames_apart(SimpleNamespace(xyz=frames, time_ps=times), ATOMS, 0.0)
+    assert turned[1.0][0] == pytest.approx(ATOMS, abs=1e-9)  # superposed
+
+
+def test_turnings_are_rotations():
+    turns = [turning(np.random.default_rng(k)) for k in range(300)]
+    assert all(np.allclose(t @ t.T, np.eye(3)) and np.linalg.det(t) > 0 for t in turns)
+    assert np.abs(np.mean(turns, axis=0)).max() < 0.12  # no direction is favoured
+
+
+def test_enough_is_where_the_curve_meets_the_floor(evaluator, table):
+    wanted = table.reset_index()
+    enough = minimal_by_floor.enough_dots(evaluator, "farthest", wanted, 60)
+    by = enough.set_index(["floor", "islands"])
+    assert by.loc[("fresh dots", "recovered"), "n_S"] < by.loc[("fresh dots", "surface"), "n_S"]
+    one = by.loc[("turned", "recovered")]
+    dots = minimal_by_floor.smallest(evaluator, "farthest", wanted, "turned", enough, 60)
+    assert minimal_by_floor.FEWEST <= len(dots) <= one["n_S"]
+    tests = evaluator.draw_tests(60)
+    z, _ = evaluator.distances([dots], tests, evaluator.describe(tests)[0], "recovered")
+    assert z.mean() <= table.loc["turned", "Z"] + 1.96 * np.hypot(
+        z.std(ddof=1) / 60**0.5, table.loc["turned", "se"]
+    )
+    with pytest.raises(InputError, match="seven atoms has fresh dots"):
+        minimal_by_floor.smallest(evaluator, "farthest", wanted, "no such floor", enough, 60)
+
+
+def test_the_handed_out_dots_need_nothing_else(evaluator, tmp_path, monkeypatch):
+    """minimal.csv alone, in an empty folder: the surface, as npz, DMS and PLY, and descriptors around points."""
+    chosen = SAMPLERS["farthest"](evaluator, len(evaluator.points) // 8, np.random.default_rng(0))
+    kept = evaluator.points[chosen], evaluator.normals[chosen]
+    old, new = tmp_path / "old", tmp_path / "new"
+    old.mkdir(), new.mkdir()
+    pd.DataFrame(np.hstack(kept), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(
+        old / "minimal.csv", index=False
+    )
+    shutil.copy(old / "minimal.csv", new)
+    shutil.rmtree(old)
+    monkeypatch.chdir(new)
+    for name in ("dense.npz", "dense.dms", "dense.ply", "dense.csv"):
+        assert command.main(["recover", "minimal.csv", "-o", name]) == 0
+    assert command.main(["recover", "minimal.csv", "--around", "minimal.csv", "-o", "z.csv"]) == 0
+    points, _ = recover(*kept)
+    for name in ("dense.npz", "dense.dms", "dense.csv"):
+        assert read_surface(new / name).points == pytest.approx(points, abs=1e-3), name
+    distance, angle = (
+        recovery.errors(*recover(*kept), recovery.truth(ATOMS, RADII))[key] for key in ("distance", "angle")
+    )
+    assert distance < 0.05 and angle < 8
+    z = pd.read_csv("z.csv").filter(like="z_").to_numpy()
+    true = evaluator.describe(chosen)[0]
+    as_they_are, _ = evaluator.distances([chosen], chosen, true, "surface")
+    assert np.linalg.norm(z - true, axis=1).mean() < 0.75 * as_they_are.mean()
+    assert z == pytest.approx(describe(build_index(*recover(*kept)), kept[0])[0], rel=1e-5)
+    assert cKDTree(points).query(evaluator.points)[0].max() < 0.5
+
+
+def test_intervals_over_proteins():
+    rng = np.random.default_rng(0)
+    rows = [
+        {"protein": p, "sampler": s, "percent": 5.0, "Z": z * (0.8 if s == "a" else 1.0)}
+        for p, z in enumerate(rng.uniform(0.5, 1, 9))
+        for s in ("a", "b")
+    ]
+    change = recovery.paired(pd.DataFrame(rows), "a", "b", ("Z",)).iloc[0]
+    assert change["mean"] == pytest.approx(-20) and change["high"] - change["low"] == pytest.approx(
+        0, abs=1e-9
+    )
+    mean = recovery.means(pd.DataFrame(rows), ("Z",)).iloc[1]
+    values = np.array([row["Z"] for row in rows if row["sampler"] == "b"])
+    assert mean["high"] - mean["mean"] == pytest.approx(
+        2.306 * values.std(ddof=1) / 3, rel=1e-3
+    )  # t of 8 degrees

@@ -1,0 +1,90 @@
+"""The surface residue by residue, and the structures coloured by it."""
+
+import gemmi
+import numpy as np
+import pandas as pd
+import pytest
+
+from peptides import peptide, write
+from sparsurf.molecules.mmcif import write_mmcif
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.study.residues import over_frames, residue_table
+from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.radii import radii
+
+
+@pytest.fixture(scope="module")
+def molecule(tmp_path_factory):
+    """Two chains, the second far from the first."""
+    text = peptide(["ALA", "GLY", "SER"], "A", -1) + peptide(["LEU", "LYS"], "B", 40, (0, 0, 30)) + "END\n"
+    return read_molecule(write(tmp_path_factory.mktemp("two") / "two.pdb", text), selection="all")
+
+
+@pytest.fixture(scope="module")
+def surface(molecule):
+    return molecular_surface(molecule.xyz[0], radii(molecule, "dms"), 1.4, 3.0)
+
+
+def test_table_says_what_a_loop_finds(molecule, surface):
+    rng = np.random.default_rng(3)
+    rough = rng.random(len(surface))
+    kept = rng.choice(len(surface), 60, replace=False)
+    weight = rng.integers(1, 9, 60)
+    table = residue_table(surface, rough, molecule, kept, weight)
+    assert table["residue"].tolist() == ["-1", "0", "1", "40", "41"]
+    assert table["chain"].tolist() == list("AAABB")
+    assert table["residue_name"].tolist() == ["ALA", "GLY", "SER", "LEU", "LYS"]
+    for r, row in table.iterrows():
+        mine = [k for k in range(len(surface)) if molecule.residue_index[surface.atom[k]] == r]
+        assert row["dots"] == len(mine)
+        assert row["area"] == pytest.approx(sum(surface.area[mine]))
+        for kind, name in enumerate(("contact", "saddle", "concave")):
+            assert row[f"area_{name}"] == pytest.approx(
+                sum(surface.area[k] for k in mine if surface.kind[k] == kind)
+            )
+        assert row["mean_roughness"] == pytest.approx(sum(rough[mine]) / len(mine))
+        assert row["least_roughness"] == min(rough[mine])
+        chosen = [i for i, k in enumerate(kept) if k in mine]
+        assert row["kept"] == len(chosen)
+        assert row["weight"] == sum(weight[chosen])
+    assert table["dots"].sum() == len(surface)
+
+
+def test_a_residue_without_dots_is_buried(molecule, surface):
+    far = surface.atom >= np.flatnonzero(molecule.chain == "B")[0]
+    only = type(surface)(*(getattr(surface, name)[far] for name in surface.__dataclass_fields__))
+    table = residue_table(only, np.full(far.sum(), 0.5), molecule)
+    assert table["area"][:3].tolist() == [0, 0, 0]
+    assert table["mean_roughness"].isna().tolist() == [True, True, True, False, False]
+    assert table["least_roughness"].isna().tolist() == [True, True, True, False, False]
+
+
+@pytest.mark.parametrize("kind", ["pdb", "cif"])
+def test_other_programs_read_the_numbers_at_the_atoms(molecule, tmp_path, kind):
+    shown = np.linspace(-1, 0.99, molecule.n_atoms)
+    path = tmp_path / f"shown.{kind}"
+    if kind == "pdb":
+        molecule.write_pdb(path, b_factor=shown)
+    else:
+        write_mmcif(path, "two/c1", molecule.xyz[0], molecule, shown)
+    structure = gemmi.read_structure(str(path))  # owns its atoms
+    atoms = list(structure[0].all())
+    assert [each.atom.b_iso for each in atoms] == pytest.approx(shown, abs=0.006 if kind == "pdb" else 1e-4)
+    assert [each.atom.name for each in atoms] == molecule.name.tolist()
+    assert [str(each.residue.seqid) for each in atoms] == molecule.residue.tolist()
+    assert [each.chain.name for each in atoms] == molecule.chain.tolist()
+    again = read_molecule(path, selection="all")
+    assert np.allclose(again.xyz, molecule.xyz, atol=6e-4)
+    assert again.residue_name.tolist() == molecule.residue_name.tolist()
+
+
+def test_spread_over_frames():
+    residues = pd.DataFrame({"chain": "A", "residue": ["1", "2", "3"], "residue_name": "ALA"})
+    values = np.array([[0.2, 0.5, np.nan], [0.4, np.nan, np.nan], [0.9, 0.7, np.nan]])
+    table = over_frames(residues, values)
+    assert table["mean_roughness"][:2].tolist() == pytest.approx([0.5, 0.6])
+    assert table["sd_roughness"][0] == pytest.approx(np.sqrt((0.09 + 0.01 + 0.16) / 2))
+    assert table["least_roughness"][:2].tolist() == [0.2, 0.5]
+    assert table["largest_roughness"][:2].tolist() == [0.9, 0.7]
+    assert table["frames"].tolist() == [3, 2, 0]
+    assert table["mean_roughness"].isna().tolist() == [False, False, True]

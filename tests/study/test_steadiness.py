@@ -1,0 +1,67 @@
+"""How far position and dots move a descriptor, on a few atoms."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sparsurf.study import steadiness
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.making import molecular_surface
+
+RADII = np.full(12, 1.7)
+
+
+@pytest.fixture(scope="module")
+def atoms():
+    """Twelve atoms of a loose coil, Å."""
+    k = np.arange(12.0)
+    return np.stack([3 * np.cos(0.9 * k), 3 * np.sin(0.9 * k), 0.9 * k], axis=1)
+
+
+def test_poses_are_the_same_surface(atoms):
+    dots = molecular_surface(atoms, RADII)
+    tests = dots.points[::50]
+    found = list(steadiness.poses(atoms, RADII, tests, 5.35, np.random.default_rng(0), turns=1))
+    assert [change for change, *_ in found] == ["", *steadiness.CHANGES]
+    for _, points, normals, places in found:
+        centre = atoms if np.allclose(places, tests) else None
+        gap = np.linalg.norm(points[:, None] - places[None], axis=2).min(axis=0)
+        assert gap.max() < 0.5  # the places stay on the surface
+        assert np.allclose(np.linalg.norm(normals, axis=1), 1)
+        if centre is not None:
+            assert np.linalg.norm(points[:, None] - centre[None], axis=2).min() > 1.69
+    assert np.allclose(np.linalg.norm(found[1][3], axis=1), np.linalg.norm(tests, axis=1))
+
+
+def test_the_steady_descriptor_moves_less(atoms):
+    tests = molecular_surface(atoms, RADII).points[::40]
+    changes, orders = steadiness.steadiness(atoms, RADII, tests, np.random.default_rng(1))
+    ratio = changes.set_index(["descriptor", "change"])["ratio"]
+    assert ratio["steady", "turned"] < 0.1 * ratio["published", "turned"]
+    assert ratio["steady", "turned, fresh dots"] < 0.5 * ratio["published", "turned, fresh dots"]
+    assert (changes["ratio"] == changes["Z"] / changes["two_patches"]).all()
+    assert orders.groupby("descriptor").size().tolist() == [21, 21]
+
+
+def test_tables_of_rows_grid_and_samplers_agree_with_the_evaluator(blob, monkeypatch):
+    surface = SimpleNamespace(points=blob[0], normals=blob[1])
+    evaluator = Evaluator(surface, d_link=0.8, seed=3, name="blob")
+    monkeypatch.setattr(steadiness, "SAMPLERS", {"uniform": steadiness.SAMPLERS["uniform"]})
+    monkeypatch.setattr(steadiness, "PERCENTS", (10,))
+    table = steadiness.of_samplers(evaluator, 20).set_index("descriptor")
+    tests = evaluator.draw_tests(20)
+    for name in table.index:
+        own = evaluator.changed(descriptor=name)
+        subsets = [
+            steadiness.SAMPLERS["uniform"](evaluator, 300, evaluator.stream("steadiness", "uniform", draw))
+            for draw in range(3)
+        ]
+        z, _ = own.distances(subsets, tests, own.describe(tests)[0], "surface")
+        assert table.loc[name, "Z"] == pytest.approx(z.mean())
+        assert table.loc[name, "n_S_percent"] == pytest.approx(10)
+    rows = steadiness.rows_of_paper(evaluator, 10)
+    assert len(rows) == 2 * 2 * 10
+    found = steadiness.whole_grid(evaluator, ([1.0], [0.0], [0, 6], [0]))
+    assert found["correlation"].iloc[:2].tolist() == pytest.approx([1, 1])
+    assert found["best_d"].notna().all()

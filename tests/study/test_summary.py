@@ -1,0 +1,445 @@
+"""The summary of a run and the recommendation, from made-up surfaces whose best parameters are known."""
+
+import json
+from itertools import permutations
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import spearmanr
+
+import summarise_run
+from conftest import make_blob
+from drawn import drawn_texts
+from sparsurf import InputError
+from sparsurf.calls import command
+from sparsurf.patches.index import build_index
+from sparsurf.patches.roughness import roughness
+from sparsurf.report import recommendation
+from sparsurf.report.figures import few_surfaces, summary_figures
+from sparsurf.report.front_page import best_sentence
+from sparsurf.report.summary_page import summary_markdown
+from sparsurf.sampling import law
+from sparsurf.sampling.combination import PARAMETERS, Combination
+from sparsurf.study import summary, tables
+from sparsurf.study.grid import Grid
+from sparsurf.study.relation import correlations, mean_interval, one_each, relation, rho_interval
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.surface import Surface
+
+COMBINATIONS = law.grid([0.5, 1], [0], [0, 1, 2, 3, 4, 5], [0])
+PATCHES = {"R_patch": 4.0, "D_link": 0.5}
+
+
+def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
+    """A conformation on which `kept` likes one gamma best and `surface` is always below a uniform draw."""
+    rng, k = np.random.default_rng(seed), len(combinations)
+    percent = 15 * combinations[:, 0] + np.where(combinations[:, 0] == 1, 3, 0) + 0.1 * combinations[:, 2]
+    d = np.stack([1 - 0.3 * (combinations[:, 2] - gamma) ** 2, np.full(k, -0.3)])
+    z_ts = np.ones((2, k, 2, 60))
+    z_tr = z_ts + d[:, :, None, None] + noise * rng.normal(size=z_ts.shape)
+    n_s = np.tile(np.round(10 * percent).astype(int)[:, None], 2)
+    z_tot, sizes = rng.normal(size=(60, 121)), np.full((2, 2, k), 7.0)
+    grid = Grid(
+        combinations, 1000, n_s, n_s[:, 0] * 1.0, np.arange(60), z_tot, z_ts, z_tr, sizes, ("kept", "surface")
+    )
+    table = tables.grid_table(grid)
+    protein, conformation = name.split("/")
+    ranges, best = tables.ranges_table(table, grid, 3), tables.best(table, grid, 20)
+    return summary.Result(protein, conformation, 1000, 250.0, 0.37, rough, table, ranges, best)
+
+
+def study(gamma, roughs, names=None):
+    """Surfaces of these mean roughnesses, the best gamma being a function of it and of the surface's number."""
+    names = names or [f"p{s + 1:02d}/c1" for s in range(len(roughs))]
+    return [result(name, r, gamma(r, s), s) for s, (name, r) in enumerate(zip(names, roughs, strict=True))]
+
+
+def run_of(results):
+    """The tables that a recommendation is made from."""
+    table = summary.summary_table(results)
+    return {
+        "summary": table,
+        "relation": summary.relation_table(results, table, np.random.default_rng(0)),
+        "surfaces": summary.surfaces_table(results, PATCHES),
+    }
+
+
+ROUGHS = [round(0.50 + 0.0125 * k + 0.0001 * k * k, 4) for k in range(12)]  # one protein each
+
+
+@pytest.fixture(scope="module")
+def related():
+    """The best gamma goes from 0 to 5 with mean roughness."""
+    return run_of(study(lambda r, s: (r - 0.5) / 0.1496 * 5, ROUGHS))
+
+
+@pytest.fixture(scope="module")
+def unrelated():
+    """The best gamma is the same on all surfaces."""
+    return run_of(study(lambda r, s: 2, ROUGHS))
+
+
+def said(run, roughness=0.55, percent=18):
+    """The answers for the two readings."""
+    text = recommendation.recommend(run, roughness, percent, np.random.default_rng(0))
+    return text.split("islands removed on the full surface")
+
+
+def test_tables_have_a_row_per_surface_and_per_range(related):
+    surfaces, table = related["surfaces"], related["summary"]
+    assert len(surfaces) == 12 and len(table) == 12 * 2 * 3
+    assert surfaces["N"].tolist() == [1000] * 12 and surfaces["area"].tolist() == [250.0] * 12
+    assert surfaces["best_kept"][0] == "(1, 0, 0, 0)" and surfaces["best_kept"][11] == "(1, 0, 5, 0)"
+    assert table["range"].tolist() == [1, 2, 3] * 24
+    assert (table[table["range"] == 2]["n_combinations"] == 0).all()  # nothing keeps 12 %
+    own = table[(table["range"] == 3) & (table["islands"] == "kept")]
+    assert own["gamma"].tolist() == sorted(own["gamma"])
+
+
+def test_winners_and_limits_are_those_of_the_ranges():
+    results = study(lambda r, s: 2, ROUGHS[:4])
+    table = summary.summary_table(results)
+    for s, one in enumerate(results):
+        rows = table.iloc[6 * s : 6 * s + 6]
+        pd.testing.assert_frame_equal(
+            rows[one.ranges.columns].reset_index(drop=True), one.ranges, check_dtype=False
+        )
+
+
+def test_choices_of_others_equal_the_plain_way():
+    names = [f"{'ab' if s < 4 else 'cd'}{s % 2}/c{s}" for s in range(8)]
+    results = study(lambda r, s: (s * 3) % 5, ROUGHS[:8], names)
+    guesses, local = summary.chosen_nearby(results, "kept")
+    for s, one in enumerate(results):
+        others = [o for o in results if o.protein != one.protein]
+        others.sort(key=lambda o: abs(o.mean_roughness - one.mean_roughness))
+        inside = one.grid[one.grid["alpha"] == 1].index  # the last range
+        for g, group in enumerate((others[:3], others[-3:], others)):
+            score = sum(o.grid["d_kept"] for o in group)[inside]
+            assert guesses[s, 2, g] == one.grid["d_kept"][score.idxmax()]
+        score = (one.grid["d_kept"] + others[0].grid["d_kept"] + others[1].grid["d_kept"])[inside]
+        assert local[s, 2] == str(Combination.of(one.grid.loc[score.idxmax()]))
+
+
+def test_what_too_few_surfaces_cannot_tell():
+    one = run_of(study(lambda r, s: 2, [0.6]))
+    assert one["summary"][summary.GUESSES].isna().all().all()
+    two = run_of(study(lambda r, s: 2, [0.6, 0.61]))["summary"]
+    assert two[["d_from_near", "d_from_far"]].isna().all().all()
+    assert two[two["n_combinations"] > 0]["d_from_all"].notna().all()
+
+
+def test_conformations_of_other_grids_are_refused():
+    results = [result("p/c1", 0.6, 2), result("p/c2", 0.6, 2, combinations=COMBINATIONS[:-1])]
+    with pytest.raises(InputError, match="p/c2 was not evaluated as p/c1 was"):
+        summary.summary_table(results)
+
+
+def test_rank_correlation_is_spearmans():
+    rng = np.random.default_rng(1)
+    rough, values = rng.random(9), rng.integers(0, 3, (9, 4)).astype(float)
+    found = correlations(rough, values, rng)
+    for k, name in enumerate(PARAMETERS):
+        assert found[f"rho_{name}"] == pytest.approx(spearmanr(rough, values[:, k]).statistic)
+
+
+def test_p_of_five_surfaces_counts_all_orders():
+    rough = np.array([0.5, 0.52, 0.55, 0.58, 0.6])
+    values = np.column_stack([[1, 2, 3, 5, 4], [0, 0, 1, 0, 1], np.ones(5), np.ones(5)]).astype(float)
+    found = correlations(rough, values, np.random.default_rng(0))
+    seen = max(abs(spearmanr(rough, values[:, k]).statistic) for k in (0, 1))
+    as_large = [
+        max(abs(spearmanr(rough[list(order)], values[:, k]).statistic) for k in (0, 1)) >= seen - 1e-12
+        for order in permutations(range(5))
+    ]
+    assert found["p"] == pytest.approx(np.mean(as_large))
+    assert np.isnan(found["rho_gamma"])  # a parameter that does not vary
+
+
+def test_p_is_below_five_percent_five_times_in_a_hundred():
+    # of unrelated numbers; binomial, 400 trials: 0.05 +- 0.011, three of these allowed
+    rng = np.random.default_rng(2)
+    p = [correlations(rng.random(7), rng.random((7, 4)), rng)["p"] for _ in range(400)]
+    assert np.mean(np.array(p) < 0.05) == pytest.approx(0.05, abs=0.033)
+
+
+def test_interval_of_rho_covers_the_truth():
+    # normal pairs of correlation 0.6 have rho = 6/pi asin(0.3) = 0.58; 95 % of 1000 intervals of 20, +- 3 sd of
+    # the count and 1 % for the formula being asymptotic
+    rng = np.random.default_rng(3)
+    x = rng.normal(size=(1000, 20, 2))
+    x[..., 1] = 0.6 * x[..., 0] + 0.8 * x[..., 1]
+    rho = np.array([spearmanr(one).statistic for one in x])
+    low, high = rho_interval(rho, 20)
+    truth = 6 / np.pi * np.arcsin(0.3)
+    assert np.mean((low < truth) & (truth < high)) == pytest.approx(0.95, abs=0.031)
+
+
+def test_a_perfect_rho_is_never_certain():
+    low, high = rho_interval(np.array([1.0, -1.0]), 5)
+    assert low[0] < 0.5 and high[0] <= 1 and high[1] > -0.5
+    assert np.isnan(rho_interval(np.array([1.0]), 3)).all()
+
+
+def test_interval_of_a_mean_is_students():
+    assert mean_interval(np.array([1.0, 2.0, 3.0])) == pytest.approx((2, 2 - 2.4841, 2 + 2.4841), abs=1e-4)
+    assert np.isnan(mean_interval(np.array([1.0, 2.0]))[1:]).all()
+    assert np.isnan(mean_interval(np.array([]))).all()
+
+
+def test_conformations_of_one_protein_count_once():
+    names = [f"{p}/c{c}" for p in "abc" for c in (1, 2, 3)]
+    roughs = [0.5, 0.501, 0.502, 0.55, 0.551, 0.552, 0.6, 0.601, 0.602]
+    table = run_of(study(lambda r, s: (r - 0.5) * 50, roughs, names))["summary"]
+    rows = table[(table["islands"] == "kept") & (table["range"] == 3)]
+    found = relation(rows, np.random.default_rng(0))
+    assert found["n_surfaces"] == 9 and found["n_proteins"] == 3
+    assert found["p"] == pytest.approx(2 / 6)  # two of the six orders of three proteins
+    alone = relation(rows.assign(protein="a"), np.random.default_rng(0))
+    assert alone["n_proteins"] == 1  # nine frames of one protein give neither a p nor an interval
+    assert np.isnan(
+        [alone[key] for key in ("p", "rho_gamma", "rho_gamma_low", "gain_low", "gain_high")]
+    ).all()
+
+
+def test_frames_of_one_protein_do_not_make_a_small_p():
+    # frames alike within each of 8 proteins, no relation between the proteins: counted one by one they would give
+    # p < 0.05 in half of 100 runs; each protein counted once, in about 5 (standard deviation 2.2)
+    rng, small, as_frames = np.random.default_rng(10), 0, 0
+    for _ in range(100):
+        rough, gamma = np.repeat(rng.random(8), 5), np.repeat(rng.random(8), 5)
+        table = pd.DataFrame(
+            {"protein": np.repeat(list("abcdefgh"), 5), "mean_roughness": rough, "gamma": gamma}
+        )
+        for name in ("alpha", "beta", "delta", "d", "d_held_out", "d_from_near", "d_from_far", "d_from_all"):
+            table[name] = 0.0
+        proteins = one_each(table)
+        small += (
+            correlations(proteins["mean_roughness"].to_numpy(), proteins[PARAMETERS].to_numpy(), rng)["p"]
+            < 0.05
+        )
+        as_frames += correlations(rough, table[PARAMETERS].to_numpy(), rng)["p"] < 0.05
+    assert small <= 11 and as_frames > 30
+
+
+def test_changes_between_equally_rough_surfaces_are_counted():
+    table = run_of(study(lambda r, s: [0, 0, 5, 2][s], [0.5, 0.502, 0.504, 0.6]))["summary"]
+    rows = table[(table["islands"] == "kept") & (table["range"] == 3)]
+    found = relation(rows, np.random.default_rng(0))
+    assert (found["n_pairs"], found["n_changes"], found["n_told_apart"]) == (3, 2, 2)
+
+
+def test_a_relation_is_found_and_used(related):
+    kept, surface = said(related, 0.561)
+    assert "Take (1, 0, 2, 0)" in kept and "not support" not in kept
+    assert "rank correlation gamma +0.9" in kept and "near surfaces choose better" in kept
+    assert "Not the paper's sampling" in surface and "worse than a uniform subset" in surface
+    assert "sampler: farthest, n_S_percent: 18" in surface
+    # the best of the three surfaces at either end: gamma 0, 0.5, 0.9 and 5, 4.5, 4.1
+    assert "Take (1, 0, 0, 0)" in said(related, 0.50)[0] and "Take (1, 0, 5, 0)" in said(related, 0.64)[0]
+
+
+def test_without_a_relation_no_choice_is_supported(unrelated):
+    kept, _ = said(unrelated)
+    assert "The evidence does not support a choice by mean roughness" in kept
+    assert "one combination, (1, 0, 2, 0), may be the best on each of the 12 surfaces" in kept
+    assert (
+        "no more correlated in rank with mean roughness than by chance (they are the same on all 12" in kept
+    )
+    assert "gives no higher d" in kept
+    assert "Regardless of mean roughness, (1, 0, 2, 0) is the paper's best" in kept
+
+
+def test_scattered_winners_support_no_choice():
+    run = run_of(study(lambda r, s: [4, 0, 5, 1, 3, 0, 4, 2, 5, 0, 3, 1][s], ROUGHS))
+    kept = said(run)[0]
+    assert "than by chance (gamma" in kept and "p = 0." in kept
+
+
+@pytest.mark.parametrize(
+    ("roughs", "asked", "words"),
+    [
+        (
+            [0.6],
+            0.6,
+            "only 1 protein has an answer in this range of n_S, and a relation needs at least 10 proteins",
+        ),
+        ([0.6, 0.62], 0.61, "only 2 proteins have"),
+        (ROUGHS, 0.7, "0.700 lies outside of what was seen, 0.500 .. 0.650"),
+    ],
+)
+def test_reasons_are_given(roughs, asked, words):
+    assert words in said(run_of(study(lambda r, s: (r - 0.5) / 0.1496 * 5, roughs)), asked)[0]
+
+
+@pytest.mark.parametrize("percent", [1, 12, 99])
+def test_an_n_s_that_nothing_keeps_has_no_answer(related, percent):
+    for answer in said(related, 0.55, percent):
+        assert "No answer: no combination" in answer and f"about {percent} %" in answer
+
+
+def write_run(folder, results):
+    """Files of conformations as the chain leaves them."""
+    rng = np.random.default_rng(0)
+    for one in results:
+        own = folder / one.protein / one.conformation
+        own.mkdir(parents=True)
+        normals = rng.normal(size=(one.n_dots, 3))
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        area = np.full(one.n_dots, one.area / one.n_dots)
+        write_npz(own / "surface.npz", Surface(10 * normals, normals, area))
+        pd.DataFrame({"roughness": np.full(one.n_dots, one.mean_roughness)}).to_csv(own / "roughness.csv")
+        one.grid.to_csv(own / "grid.csv", index=False)
+        one.ranges.to_csv(own / "ranges.csv", index=False)
+        (own / "best.json").write_text(json.dumps(one.best))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A summed-up run on the disk."""
+    path = tmp_path_factory.mktemp("here") / "results" / "mine"
+    write_run(path, study(lambda r, s: (r - 0.5) / 0.1496 * 5, ROUGHS))
+    (path / "p01" / "c99").mkdir()  # a conformation that failed
+    summarise_run.by_hand([str(path), "--R-patch", "4", "--D-link", "0.5"])
+    return path
+
+
+def test_a_run_is_summed_up_by_hand_and_repeats(folder, related):
+    names = ["summary.csv", "surfaces.csv", "relation.csv", "summary.md", "summary.png", "summary.svg"]
+    before = [(folder / name).read_bytes() for name in names]
+    summarise_run.by_hand([str(folder), "--R-patch", "5.5", "--D-link", "0.9"])
+    surfaces = pd.read_csv(folder / "surfaces.csv")
+    assert (surfaces["R_patch"] == 5.5).all() and (surfaces["D_link"] == 0.9).all()
+    summarise_run.by_hand([str(folder), "--R-patch", "4", "--D-link", "0.5"])
+    assert [(folder / name).read_bytes() for name in names] == before
+    back = recommendation.read_run(folder)
+    assert back["surfaces"]["spacing"].between(0.2, 0.6).all()
+    pd.testing.assert_frame_equal(back["summary"], related["summary"], check_dtype=False)
+    assert "| p12 | c1 | 1000 | 250.000 | 0.650 | (1, 0, 5, 0) |" in before[3].decode()
+    assert said(back) == said(related)
+
+
+def test_recommendation_on_the_command_line(folder, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(folder.parents[1])
+    command.main(["recommend", "--roughness", "0.561", "--n-s", "18"])
+    out = capsys.readouterr().out
+    assert "12 surfaces of 12 proteins, mean roughness 0.500 .. 0.650" in out and "Take (1, 0, 2, 0)" in out
+    points, normals = make_blob(6000)
+    dots = pd.DataFrame(np.hstack([points * 0.6, normals]), columns=["x", "y", "z", "nx", "ny", "nz"])
+    dots.to_csv(tmp_path / "mine.csv", index=False)
+    command.main(["recommend", str(tmp_path / "mine.csv"), "--n-s", "18", "--results", str(folder)])
+    out = capsys.readouterr().out
+    own = roughness(build_index(points * 0.6, normals, 0.5)).mean()
+    assert "under `kept` d depends strongly on that" in out
+    assert f"Asked: mean roughness {own:.3f}, n_S 18 % of the dots (1080 of the 6000 dots" in out
+
+
+def ended(arguments):
+    """Exit code of a command."""
+    try:
+        return command.main(arguments)
+    except SystemExit as end:
+        return end.code
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "--n-s"),
+        (["--roughness", "0.6"], "--n-s"),
+        (["--n-s", "20"], "one of the arguments FILE --roughness is required"),
+        (["--roughness", "1.2", "--n-s", "20"], "'1.2' must be a number, 0 to 1"),
+        (["--roughness", "rough", "--n-s", "20"], "'rough' must be a number, 0 to 1"),
+        (["--roughness", "nan", "--n-s", "20"], "'nan' must be a number"),
+        (["--roughness", "0.6", "--n-s", "0"], "'0' must be a number, more than 0 and at most 100"),
+        (["--roughness", "0.6", "--n-s", "101"], "more than 0 and at most 100"),
+        (["x", "--roughness", "0.6", "--n-s", "20"], "not allowed with"),
+        (["--roughness", "0.6", "--n-s", "20", "--results", "no/such"], "no/such/summary.csv cannot be read"),
+        (["no.dms", "--n-s", "20"], "no.dms"),
+        ([".", "--n-s", "20"], "."),
+    ],
+)
+def test_bad_arguments_end_with_a_sentence(folder, monkeypatch, capsys, arguments, words):
+    monkeypatch.chdir(folder.parents[1])
+    # the command line is told apart from the files that it names
+    assert ended(["recommend", *arguments]) == (1 if {"no/such", "no.dms", "."} & set(arguments) else 2)
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert words in shown.err.splitlines()[-1] and "Traceback" not in shown.err
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [("", "cannot be read"), ("protein,conformation\n", "lacks the column"), ("\x00\xff", "summary.csv")],
+)
+def test_a_broken_summary_is_refused(tmp_path, monkeypatch, capsys, content, words):
+    run = tmp_path / "results" / "broken"
+    run.mkdir(parents=True)
+    (run / "summary.csv").write_text(content, encoding="latin-1")
+    monkeypatch.chdir(tmp_path)
+    assert ended(["recommend", "--roughness", "0.6", "--n-s", "20"]) == 1
+    assert words in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_nothing_summed_up_is_a_sentence(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert ended(["recommend", "--roughness", "0.6", "--n-s", "20"]) == 1
+    assert capsys.readouterr().err.strip().endswith(".")
+    with pytest.raises(SystemExit) as end:
+        summarise_run.by_hand(["results/x", "--R-patch", "4", "--D-link", "0.5"])
+    assert end.value.code == 2 and capsys.readouterr().err.strip().endswith(".")
+
+
+def test_page_begins_with_the_answer(related):
+    page = summary_markdown(related["surfaces"], related["relation"])
+    answer = best_sentence(related["surfaces"])
+    assert page.startswith(f"# The surfaces of this run\n\n{answer}\n")
+
+
+def test_figure_without_a_comparison_has_no_panels_for_it(related):
+    relations = related["relation"]
+    whole = summary_figures.summary_figure(related["summary"], relations)
+    relations = relations.assign(gain=np.nan, gain_low=np.nan, gain_high=np.nan)
+    figure = summary_figures.summary_figure(related["summary"], relations)
+    assert len(figure.axes) == len(whole.axes) - 2
+    assert not figure.legends and whole.legends
+    assert figure.get_figheight() < whole.get_figheight()
+
+
+def test_damaged_results_are_named(tmp_path):
+    write_run(tmp_path, study(lambda r, s: 2, [0.6]))
+    (tmp_path / "p01" / "c1" / "best.json").write_text("{")
+    with pytest.raises(InputError, match="c1 lacks results"):
+        summary.read_result(tmp_path / "p01" / "c1")
+
+
+@pytest.mark.parametrize("case", ["related", "unrelated", 1, 2, "one reading", "many"])
+@pytest.mark.filterwarnings("error")
+def test_figure_draws_with_texts_apart_and_inside(case, related, unrelated, monkeypatch):
+    run = {"related": related, "unrelated": unrelated, "one reading": related}.get(case)
+    if run is None:
+        run = run_of(study(lambda r, s: s % 5, np.linspace(0.5, 0.6, 30 if case == "many" else case)))
+    table, relations = run["summary"], run["relation"]
+    if case == "one reading":
+        table, relations = (t[t["islands"] == "surface"].reset_index(drop=True) for t in (table, relations))
+    few = case in (1, 2)
+    figure = few_surfaces.draw(table) if few else summary_figures.summary_figure(table, relations)
+    for ax in figure.axes:
+        assert ax.has_data(), "an empty panel"
+    texts = drawn_texts(figure, monkeypatch)
+    width, height = figure.canvas.get_width_height()
+    for k, (words, box) in enumerate(texts):
+        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, f"{words!r} is cut off"
+        for other, b in texts[:k]:
+            over = min(box.x1, b.x1) - max(box.x0, b.x0), min(box.y1, b.y1) - max(box.y0, b.y0)
+            assert min(over) <= 0.5, f"{words!r} and {other!r} overlap"
+
+
+def test_the_scatter_over_surfaces_is_that_of_a_sample():
+    results = study(lambda r, s: s, [0.5, 0.52, 0.54])
+    row = summary.relation_table(results, summary.summary_table(results), np.random.default_rng(0)).iloc[2]
+    k = int(np.flatnonzero((results[0].grid[PARAMETERS] == row[PARAMETERS].to_numpy(float)).all(axis=1))[0])
+    d = [one.grid[f"d_{row['islands']}"][k] for one in results]
+    assert row["d"] == pytest.approx(np.mean(d))
+    assert row["d_sd"] == pytest.approx(np.std(d) * np.sqrt(3 / 2))

@@ -1,0 +1,114 @@
+"""Tables from made-up distances whose answers are known."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sparsurf.report import pages
+from sparsurf.sampling.combination import Combination
+from sparsurf.study import tables
+from sparsurf.study.grid import Grid
+
+
+def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
+    """Grid of one reading whose d is as wished; Z_tS = 1."""
+    rng = np.random.default_rng(0)
+    k = len(d)
+    combinations = (
+        np.tile([1.0, 0, 0, 0], (k, 1)) if combinations is None else np.asarray(combinations, float)
+    )
+    n_s = np.tile(np.round(np.asarray(n_s_percent) * 10).astype(int)[:, None], draws)
+    z_ts = np.ones((1, k, draws, tests))
+    z_tr = z_ts + np.asarray(d, float)[None, :, None, None] + noise * rng.normal(size=z_ts.shape)
+    z_tot = rng.normal(size=(tests, 121))
+    return Grid(
+        combinations,
+        1000,
+        n_s,
+        n_s[:, 0] * 1.0,
+        np.arange(tests),
+        z_tot,
+        z_ts,
+        z_tr,
+        np.full((1, 2, k), 7.0),
+        ("kept",),
+    )
+
+
+def test_grid_table_has_the_contract_columns():
+    table = tables.grid_table(made_up([0.5, 1.5], [10, 20]))
+    assert list(table.columns[:7]) == [
+        "alpha",
+        "beta",
+        "gamma",
+        "delta",
+        "n_S",
+        "n_S_percent",
+        "n_S_expected",
+    ]
+    assert table["n_S_percent"].tolist() == [10, 20]
+    assert np.allclose(table["d_kept"], [0.5, 1.5])
+    assert np.allclose(table["d_se_kept"], 0)
+    assert table["fragment_kept"].tolist() == [7, 7]
+
+
+def test_ranges_are_equal_and_hold_every_combination():
+    percent = np.array([2.0, 5, 5.1, 22, 30, 71, 100])
+    grid = made_up(np.arange(7.0), percent)
+    ranges = tables.ranges_table(tables.grid_table(grid), grid, 10)
+    assert np.allclose(np.diff(ranges["n_S_low_percent"]), 9.8)
+    assert ranges["n_combinations"].sum() == 7
+    assert ranges["n_combinations"].iloc[-1] == 1  # the largest n_S belongs to the last range
+    first = ranges.iloc[0]
+    assert first["d"] == pytest.approx(2.0) and first["n_S_percent"] == pytest.approx(5.1)
+    assert ranges.iloc[4]["n_combinations"] == 0 and np.isnan(ranges.iloc[4]["d"])
+
+
+def test_the_confidence_set_lists_what_may_be_the_best():
+    combos = [[1, 0, g, 0] for g in range(3)]
+    grid = made_up([1.0, 0.99, 0.2], [10, 10, 10], tests=200, noise=0.3, combinations=combos)
+    row = tables.ranges_table(tables.grid_table(grid), grid, 1).iloc[0]
+    assert row["n_best_set"] == 2
+    assert set(row["best_set"].split("; ")) == {"(1, 0, 0, 0)", "(1, 0, 1, 0)"}
+
+
+def test_held_out_value_is_free_of_selection_bias():
+    # 200 equal combinations of pure noise: the best looks good, held out it is 0 within its error
+    rng = np.random.default_rng(3)
+    grid = made_up(np.zeros(200), np.full(200, 10.0), tests=100, noise=1.0, combinations=rng.random((200, 4)))
+    row = tables.ranges_table(tables.grid_table(grid), grid, 1).iloc[0]
+    assert row["d"] > 0.15
+    assert abs(row["d_held_out"]) < 3 / np.sqrt(100)
+
+
+def test_best_is_sought_at_alpha_one_and_under_the_maximum():
+    combos = [[0.5, 0, 0, 0], [1, 0, 2, 0], [1, 0, 4, 0]]
+    grid = made_up([3.0, 1.0, 2.0], [5, 30, 40], combinations=combos)
+    best = tables.best(tables.grid_table(grid), grid, 35)
+    assert str(Combination.of(best["kept"]["unrestricted"])) == "(1, 0, 4, 0)"
+    assert str(Combination.of(best["kept"]["under_max_n_S"])) == "(0.5, 0, 0, 0)"
+    assert "d held out = 3.00" in pages.best_markdown(best)
+
+
+def test_an_answer_is_given_when_nothing_is_that_small():
+    grid = made_up([1.0], [30])
+    best = tables.best(tables.grid_table(grid), grid, 2)
+    answer = best["kept"]["under_max_n_S"]["answer"]
+    assert "No combination of the grid keeps 2 % of the dots or fewer; the smallest n_S is 30.00 %" in answer
+    assert answer in pages.best_markdown(best)
+
+
+def test_markdown_twins_hold_every_range():
+    grid = made_up(np.arange(7.0), [2.0, 5, 5.1, 22, 30, 71, 100])
+    ranges = tables.ranges_table(tables.grid_table(grid), grid, 10)
+    text = pages.ranges_markdown(ranges, {"empty_patch": 9.6, "null_model": 1.5, "two_patches": 2.2})
+    assert text.count("\n| ") == 12  # header, rule and ten ranges
+    assert "2.00 - 11.80" in text and "9.60" in text
+
+
+def test_tables_are_the_same_after_the_disk(tmp_path):
+    grid = made_up(np.arange(7.0), [2.0, 5, 5.1, 22, 30, 71, 100], noise=0.1)
+    table = tables.grid_table(grid)
+    table.to_csv(tmp_path / "grid.csv", index=False)
+    back = pd.read_csv(tmp_path / "grid.csv")
+    assert tables.ranges_table(back, grid).equals(tables.ranges_table(table, grid))

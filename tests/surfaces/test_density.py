@@ -1,0 +1,60 @@
+"""How dense the dots are laid where the config leaves it open."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from peptides import peptide, write
+from sparsurf import InputError
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.spacing import DENSITY, SPARSE, refuse_sparse, spacing
+
+SETTINGS = {
+    "method": "analytic",
+    "probe_radius": 1.4,
+    "density": "auto",
+    "radii": "dms",
+    "reentrant": "exact",
+}
+
+
+def without_hydrogens(folder, n_residues):
+    molecule = read_molecule(write(folder / "a.pdb", peptide(["ALA"] * n_residues) + "END\n"))
+    return molecule, radii(molecule, "dms")
+
+
+@pytest.mark.parametrize("n_residues", [1, 10, 15, 37])
+def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_residues):
+    """From 15 residues on one step of correction does not reach it: the spacing falls slower than 1 / sqrt(density)."""
+    molecule, atom_radii = without_hydrogens(tmp_path, n_residues)
+    with caplog.at_level(logging.WARNING, "sparsurf"):
+        density = fitting_density(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
+    points = surface_of(molecule, 0, atom_radii, SETTINGS | {"density": density}).points
+    refuse_sparse(points, 0.5, "a")
+    assert 0.45 < SPARSE * spacing(points) <= 0.5, "much denser than needed"
+    assert f"{density:.2f} dots per Å^2 instead of {DENSITY:.2f}" in caplog.text
+
+
+def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_path, caplog):
+    molecule, atom_radii = without_hydrogens(tmp_path, 3)
+    assert fitting_density(molecule, 0, atom_radii, SETTINGS, 1.0, "a") == DENSITY
+    assert fitting_density(molecule, 0, atom_radii, SETTINGS | {"density": 0.1}, 0.5, "a") == 0.1
+    assert not caplog.text
+
+
+def test_a_linking_distance_that_no_density_suits_is_told(tmp_path):
+    molecule, atom_radii = without_hydrogens(tmp_path, 3)
+    with pytest.raises(
+        InputError, match=r"a: D_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.D_link"
+    ):
+        fitting_density(molecule, 0, atom_radii, SETTINGS, 0.05, "a")
+
+
+def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():
+    points = np.column_stack([np.arange(50.0), np.zeros(50), np.zeros(50)])
+    refuse_sparse(points, 1.301, "a")
+    with pytest.raises(InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\)"):
+        refuse_sparse(points, 1.299, "a")

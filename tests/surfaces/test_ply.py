@@ -1,0 +1,165 @@
+"""PLY files: what they hold, whether their triangles close, whether PyMOL opens them."""
+
+import ast
+import os
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from sparsurf import InputError
+from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, triangles, write_ply
+from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.surface import Surface
+
+
+@pytest.fixture(scope="module")
+def small():
+    return molecular_surface([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2]], [1.9, 1.5, 1.2])
+
+
+@pytest.fixture(scope="module")
+def ring():
+    """Twelve atoms in a circle around a hole: a torus."""
+    turn = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    return molecular_surface(
+        np.column_stack([5 * np.cos(turn), 5 * np.sin(turn), 0 * turn]), np.full(12, 1.7)
+    )
+
+
+def read_ply(path):
+    """Vertices as a dict of columns, and triangles, by the header alone."""
+    lines = path.read_text("ascii").splitlines()
+    end = lines.index("end_header")
+    assert lines[:2] == ["ply", "format ascii 1.0"]
+    n, m = (int(line.split()[2]) for line in lines if line.startswith("element"))
+    keys = [line.split()[2] for line in lines[:end] if line.startswith("property") and "list" not in line]
+    vertices = np.array([line.split() for line in lines[end + 1 : end + 1 + n]], float)
+    faces = np.array([line.split() for line in lines[end + 1 + n :]], int).reshape(-1, 4)
+    assert vertices.shape == (n, len(keys)) and len(faces) == m
+    assert (faces[:, 0] == 3).all()
+    return dict(zip(keys, vertices.T, strict=True)), faces[:, 1:]
+
+
+def loose_edges(faces):
+    """Edges that do not belong to exactly two triangles, and edges that two triangles run along in one direction."""
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    _, edge, times = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    balance = np.bincount(edge.ravel(), np.where(directed[:, 0] < directed[:, 1], 1, -1))
+    return int((times != 2).sum()), int((balance != 0).sum())
+
+
+def area_and_volume(points, faces):
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2, (a * np.cross(b, c)).sum() / 6
+
+
+# ---- the file
+
+
+def test_ply_holds_dots_values_and_colours(tmp_path, small):
+    values = np.linspace(0.2, 0.8, len(small))
+    values[5] = np.nan
+    write_ply(tmp_path / "a.ply", small, values, "roughness", {"weight": small.area})
+    vertices, faces = read_ply(tmp_path / "a.ply")
+    assert list(vertices) == ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "roughness", "weight"]
+    np.testing.assert_allclose(np.stack([vertices[k] for k in "xyz"], 1), small.points, rtol=0, atol=5.1e-5)
+    normals = np.stack([vertices[k] for k in ("nx", "ny", "nz")], 1)
+    np.testing.assert_allclose(normals, small.normals, rtol=0, atol=5.1e-5)
+    np.testing.assert_allclose(vertices["roughness"], values, rtol=1e-5)
+    np.testing.assert_allclose(vertices["weight"], small.area, rtol=1e-5)
+    np.testing.assert_array_equal(faces, triangles(small))
+    # The ends of viridis, its middle, and grey.
+    colours = np.column_stack([vertices[channel] for channel in ("red", "green", "blue")])
+    assert colours[[0, -1, 5]].tolist() == [[68, 1, 84], [253, 231, 36], [160, 160, 160]]
+    assert np.abs(colours[len(small) // 2] - [33, 145, 140]).max() <= 3
+
+
+def test_without_values_the_colours_tell_the_kinds_of_dots(tmp_path, small):
+    kind = small.kind.copy()
+    kind[7] = -1
+    write_ply(tmp_path / "a.ply", Surface(small.points, small.normals, kind=kind))
+    vertices, _ = read_ply(tmp_path / "a.ply")
+    assert len(vertices) == 9
+    colours = np.column_stack([vertices[channel] for channel in ("red", "green", "blue")])
+    for number, colour in enumerate([(86, 180, 233), (230, 159, 0), (0, 158, 115)]):
+        assert (colours[kind == number] == colour).all()
+    assert colours[7].tolist() == GREY.tolist() == KIND_COLOURS[-1].tolist()
+
+
+def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
+    surface = Surface(np.eye(3), np.eye(3))
+    write_ply(tmp_path / "a.ply", surface, np.ones(3))
+    vertices, faces = read_ply(tmp_path / "a.ply")
+    assert len(vertices["x"]) == 3 and len(faces) == 0
+    assert [vertices[channel][0] for channel in ("red", "green", "blue")] == [
+        32,
+        144,
+        140,
+    ]  # the middle of viridis
+    with pytest.raises(InputError, match="2 values of roughness for 3 dots"):
+        write_ply(tmp_path / "a.ply", surface, np.ones(2))
+
+
+def test_many_dots_have_no_triangles(tmp_path, small, monkeypatch):
+    monkeypatch.setattr("sparsurf.surfaces.formats.ply.MANY_DOTS", len(small) - 1)
+    write_ply(tmp_path / "a.ply", small)
+    vertices, faces = read_ply(tmp_path / "a.ply")
+    assert len(vertices["x"]) == len(small) and len(faces) == 0
+
+
+# ---- the triangles
+
+
+@pytest.mark.parametrize("handles", [0, 1])
+def test_triangles_close_and_face_outwards(small, ring, handles):
+    """Every edge in two triangles that run along it in opposite directions, every dot in use, Euler's V - E + F."""
+    surface = ring if handles else small
+    faces = triangles(surface)
+    assert loose_edges(faces) == (0, 0)
+    assert len(np.unique(faces)) == len(surface)
+    assert len(surface) - len(faces) / 2 == 2 - 2 * handles
+    area, volume = area_and_volume(surface.points, faces)
+    assert 0.97 * surface.area.sum() < area < surface.area.sum()  # flat triangles on a rounded surface
+    # Gauss: the volume is a third of the sum of area times distance along the normal.
+    exact = (surface.area * (surface.points * surface.normals).sum(axis=1)).sum() / 3
+    assert volume == pytest.approx(exact, rel=0.04)
+    assert volume > 0
+
+
+def test_a_cavity_is_closed_from_within():
+    """A shell of dots inside another, its normals towards its middle."""
+    k = np.arange(600) + 0.5
+    polar, azimuth = np.arccos(1 - 2 * k / 600), np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
+    faces = triangles(Surface(np.concatenate([4 * unit, 2 * unit]), np.concatenate([unit, -unit])))
+    assert loose_edges(faces) == (0, 0)
+    _, volume = area_and_volume(np.concatenate([4 * unit, 2 * unit]), faces)
+    assert volume == pytest.approx(4 / 3 * np.pi * (4**3 - 2**3), rel=0.02)
+
+
+def test_triangles_of_a_protein_close(a1):
+    """DMS keeps one dot in a hundred inside other probes: those may be left out, the mesh closes nevertheless."""
+    faces = triangles(a1)
+    assert loose_edges(faces) == (0, 0)
+    assert len(np.unique(faces)) > 0.995 * len(a1)
+    assert area_and_volume(a1.points, faces)[0] == pytest.approx(a1.area.sum(), rel=0.01)
+
+
+def test_pymol_opens_it(tmp_path, small):
+    """PyMOL's own scale for PLY is a hundredth: what it shows is a hundred times as large."""
+    if shutil.which("pymol") is None:
+        pytest.skip("the program pymol is not installed")
+    write_ply(tmp_path / "a.ply", small)
+    commands = "load a.ply, mesh; print('SEEN', cmd.get_type('mesh'), cmd.get_extent('mesh'))"
+    path = os.pathsep.join(["/usr/bin", os.environ["PATH"]])  # Debian's own python runs it
+    run = subprocess.run(
+        ["pymol", "-ckq", "-d", commands], cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True,
+        text=True, timeout=100, check=False,
+    )  # fmt: skip
+    seen = [line for line in run.stdout.splitlines() if line.startswith("SEEN object:cgo")]
+    assert seen, run.stdout + run.stderr
+    extent = np.array(ast.literal_eval(seen[0].removeprefix("SEEN object:cgo ")))
+    expected = 100 * np.array([small.points.min(axis=0), small.points.max(axis=0)])
+    np.testing.assert_allclose(extent, expected, atol=0.1)

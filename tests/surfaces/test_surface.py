@@ -1,0 +1,373 @@
+"""Surfaces as objects and files."""
+
+import gzip
+import logging
+import os
+import stat
+
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from sparsurf import InputError
+from sparsurf.surfaces.dms_program import surface_by_dms_program
+from sparsurf.surfaces.formats.dms import write_dms
+from sparsurf.surfaces.formats.format import Format
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.formats.registry import FORMATS, READABLE
+from sparsurf.surfaces.making import DENSITY, molecular_surface
+from sparsurf.surfaces.reading import read_surface
+from sparsurf.surfaces.surface import Surface, surface_of_columns
+
+FIELDS = ("points", "normals", "area", "kind", "atom")
+# Three atoms of two residues; columns as in DMS's own files, without and with chain letters.
+DMS = {
+    "no chain": """\
+GLU  209    N  58.200   40.310   13.010 A
+GLU  209    N  59.267   39.612   12.138 SS0  0.284  0.839 -0.481 -0.254
+GLU  209   H1  59.050   40.870   13.200 A
+GLU  209   H1  58.546   42.303   13.449 SR0  0.185  0.548  0.726  0.415
+GLU  209   H1  59.460   40.870   14.328 SC0  0.190  0.342  0.000  0.940
+""",
+    "chain": """\
+GLU  26A    N   43.775    3.105   46.312 A
+GLU  26A    N   42.908    2.449   44.993 SS0  0.185 -0.690  0.307 -0.655
+GLU  26A   CD   42.775    3.105   46.312 A
+GLU  26A   CD   42.458    2.892   47.016 SR0  0.185 -0.910 -0.000  0.415
+GLU  26A   CD -142.569-1002.178 -945.519 SC0  0.185 -0.894  0.167 -0.415
+""",
+}
+
+
+@pytest.fixture(scope="module")
+def small():
+    return molecular_surface([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2]], [1.9, 1.5, 1.2])
+
+
+def written(tmp_path, text, name="surface.dms"):
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+# ---- the object
+
+
+def test_surface_fills_in_what_is_unknown():
+    surface = Surface(np.zeros((2, 3)), [[0, 0, 1], [1, 0, 0]])
+    assert len(surface) == 2
+    assert np.isnan(surface.area).all()
+    assert (surface.kind == -1).all()
+    assert (surface.atom == -1).all()
+    assert [getattr(surface, name).dtype.str for name in FIELDS] == ["<f8", "<f8", "<f8", "|i1", "<i4"]
+
+
+@pytest.mark.parametrize(
+    ("points", "normals", "word"),
+    [
+        (np.empty((0, 3)), np.empty((0, 3)), "no dots"),
+        ([[0, 0, np.nan]], [[0, 0, 1]], "NaN"),
+        ([[0, 0, 0]], [[0, 0, np.inf]], "NaN"),
+        ([[0, 0, 0]], [[0, 0, 0.9]], "unit"),
+        ([[0, 0]], [[0, 0, 1]], "shape"),
+        ([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]], "shape"),
+    ],
+)
+def test_surface_refuses(points, normals, word):
+    with pytest.raises(InputError, match=word):
+        Surface(np.array(points, float), np.array(normals, float))
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"xyz": [[0, 0]]}, "centres"),
+        ({"xyz": np.empty((0, 3)), "radii": []}, "centres"),
+        ({"radii": [1.0, 1.0]}, "radii"),
+        ({"xyz": [[0, 0, np.nan]]}, "coordinates"),
+        ({"xyz": [[0, 0, 1e7]]}, "coordinates"),
+        ({"radii": [0.0]}, "radii"),
+        ({"radii": [np.nan]}, "radii"),
+        ({"probe": 0}, "probe_radius"),
+        ({"probe": np.nan}, "probe_radius"),
+        ({"density": -1}, "density"),
+        ({"reentrant": "msms"}, "reentrant"),
+    ],
+)
+def test_molecular_surface_refuses(change, word):
+    with pytest.raises(InputError, match=word):
+        molecular_surface(**{"xyz": [[0, 0, 0]], "radii": [1.9], **change})
+
+
+def test_lowest_density_leaves_a_dot():
+    """One dot per sphere, at its north pole: the highest of all poles is always free."""
+    assert len(molecular_surface([[0, 0, 0], [0, 0, 0.5]], [1.9, 1.4], density=1e-6)) == 1
+
+
+# ---- DMS files
+
+
+@pytest.mark.parametrize("layout", DMS)
+@pytest.mark.parametrize("packed", [False, True])
+def test_read_dms(tmp_path, layout, packed):
+    text = DMS[layout].encode()
+    path = written(tmp_path, gzip.compress(text) if packed else text, "a.dms.gz" if packed else "a.dms")
+    surface = read_surface(path)
+    assert surface.kind.tolist() == [1, 2, 0]
+    assert surface.atom.tolist() == [0, 1, 1]
+    last = {"no chain": [59.460, 40.870, 14.328], "chain": [-142.569, -1002.178, -945.519]}[layout]
+    np.testing.assert_array_equal(surface.points[2], last)
+    # kept as written: three decimals are within sqrt(3) * 0.0005 of unit length
+    np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=1), 1, rtol=0, atol=9e-4)
+    assert surface.area[1] == 0.185
+
+
+def test_read_published_dms(shared):
+    surface = read_surface(shared / "data" / "tdp43" / "A1.dms.gz")
+    assert np.bincount(surface.kind).tolist() == [6111, 7992, 5942]
+    assert surface.atom[-1] == 952
+    # The program's own sums, 1170.4 and 2572.2 Å^2; areas are rounded to 0.001 Å^2 in the file.
+    assert surface.area[surface.kind == 0].sum() == pytest.approx(1170.4, abs=0.0005 * 6111)
+    assert surface.area[surface.kind > 0].sum() == pytest.approx(2572.2, abs=0.0005 * 13934)
+
+
+LINE = "GLU  209    N  59.267   39.612   12.138 SS0  0.284  0.839 -0.481 -0.254\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("", "no dots"),
+        ("GLU  209    N  58.200   40.310   13.010 A\n", "no dots"),
+        ("<html>\n", "no dots"),
+        (LINE[:51] + "\n", "-n"),
+        (LINE.replace("59.267", "   nan"), "NaN"),
+        (LINE.replace("0.839", "  inf"), "NaN"),
+        (LINE.replace("59.267", "5x.267"), "line 1"),
+        (LINE + LINE[:-8] + "\n", "line 2"),
+        (LINE[:50] + "  0.000  0.000  0.000\n", "length"),
+    ],
+)
+def test_bad_dms_is_one_sentence(tmp_path, text, word):
+    path = written(tmp_path, text)
+    with pytest.raises(InputError, match=word) as error:
+        read_surface(path)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_missing_and_damaged_files(tmp_path):
+    for path in (tmp_path / "none.dms", tmp_path, written(tmp_path, b"PK\x03\x04 rubbish", "a.npz")):
+        with pytest.raises(InputError, match=path.name):
+            read_surface(path)
+
+
+def test_doubled_dots_are_removed_with_a_warning(tmp_path, caplog):
+    other = LINE.replace("59.267", "58.267")
+    with caplog.at_level(logging.WARNING, "sparsurf"):
+        surface = read_surface(written(tmp_path, LINE + other + LINE + other.replace("SS0", "SR0")))
+    assert "2 dots" in caplog.text
+    assert surface.points[:, 0].tolist() == [59.267, 58.267]  # the order of the file
+
+
+# ---- CSV
+
+
+@pytest.mark.parametrize("header", ["Res,x,y,z,Nx,Ny,Nz", "res,x,y,z,nx,ny,nz", " X, Y, Z, NX, NY, NZ"])
+def test_read_csv(tmp_path, header):
+    first = "N_209_GLU," if header.lower().startswith("res") else ""
+    rows = "\n".join([header, first + "1.5,2,3,0,0,1", first + "-1e1,2,3,0.6,0,0.8", ""])
+    surface = read_surface(written(tmp_path, rows, "a.csv"))
+    np.testing.assert_array_equal(surface.points, [[1.5, 2, 3], [-10, 2, 3]])
+    np.testing.assert_allclose(surface.normals, [[0, 0, 1], [0.6, 0, 0.8]], atol=1e-15)
+    assert (surface.atom == -1).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("x,y,z\n1,2,3\n", "column nx"),
+        ("x,y,z,nx,ny,nz\n", "no dots"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,0\n", "length"),
+        ("x,y,z,nx,ny,nz\n1,2,,0,0,1\n", "NaN"),
+        ("x,y,z,nx,ny,nz\n1,2,rubbish,0,0,1\n", "NaN"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "table"),
+    ],
+)
+def test_bad_csv_is_one_sentence(tmp_path, text, word):
+    with pytest.raises(InputError, match=word):
+        read_surface(written(tmp_path, text, "a.csv"))
+
+
+# ---- npz
+
+
+def test_npz_returns_the_same_surface(tmp_path, small):
+    write_npz(tmp_path / "a.npz", small)
+    again = read_surface(tmp_path / "a.npz")
+    for name in FIELDS:
+        np.testing.assert_array_equal(getattr(again, name), getattr(small, name))
+
+
+def test_npz_has_the_same_bytes_at_any_time(tmp_path, small, monkeypatch):
+    write_npz(tmp_path / "a.npz", small)
+    monkeypatch.setattr("time.time", lambda: 2e9)
+    write_npz(tmp_path / "b.npz", small)
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "arrays",
+    [
+        {"points": np.zeros((2, 3))},
+        {name: np.zeros(2) for name in FIELDS},
+        {name: np.array([{}], dtype=object) for name in FIELDS},
+        {
+            **{name: np.zeros(1) for name in FIELDS},
+            "points": np.array([["a"] * 3]),
+            "normals": np.ones((1, 3)),
+        },
+        {**{name: np.zeros(2) for name in FIELDS}, "points": np.zeros((3, 3)), "normals": np.zeros((2, 3))},
+    ],
+)
+def test_foreign_npz_is_refused(tmp_path, arrays):
+    np.savez(tmp_path / "a.npz", **arrays)
+    with pytest.raises(InputError, match="not a surface"):
+        read_surface(tmp_path / "a.npz")
+
+
+# ---- for other programs
+
+
+@pytest.mark.parametrize("labels", [["209", "209", "210"], ["26A", "26A", "-27A"]])
+@pytest.mark.parametrize("shift", [0.0, -1200.0])
+@pytest.mark.parametrize("name", ["a.dms", "a.dms.gz"])
+def test_dms_returns_the_same_surface(tmp_path, small, labels, shift, name):
+    xyz = np.array([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2]]) + shift
+    surface = Surface(small.points + shift, *(getattr(small, field) for field in FIELDS[1:]))
+    write_dms(tmp_path / name, surface, ["GLU", "GLU", "HIS"], labels, ["N", "2HH1", "C"], xyz)
+    again = read_surface(tmp_path / name)
+    np.testing.assert_allclose(again.points, surface.points, rtol=0, atol=0.00051)
+    np.testing.assert_allclose(again.normals, surface.normals, rtol=0, atol=0.001)
+    np.testing.assert_allclose(again.area, surface.area, rtol=0, atol=0.00051)
+    np.testing.assert_array_equal(again.kind, surface.kind)
+    np.testing.assert_array_equal(again.atom, surface.atom)
+
+
+def test_dms_columns_are_those_of_the_program(shared, tmp_path):
+    """Reading and writing DMS's own files gives the same text, but for the last digit of the normals."""
+    for stem in ("tdp43/A1", "1a1u/1a1u_A"):
+        text = gzip.decompress((shared / "data" / f"{stem}.dms.gz").read_bytes()).decode()
+        atoms = [line for line in text.split("\n") if line.endswith(" A")]
+        labels = [
+            [line[:3] for line in atoms],
+            [line[3:8].strip() for line in atoms],
+            [line[8:13].strip() for line in atoms],
+        ]
+        xyz = np.array([line.split()[-4:-1] for line in atoms], float)
+        write_dms(tmp_path / "a.dms", read_surface(shared / "data" / f"{stem}.dms.gz"), *labels, xyz)
+        ours = (tmp_path / "a.dms").read_text()
+        assert [line[:-22] for line in ours.split("\n")] == [line[:-22] for line in text.split("\n")]
+
+
+def test_dms_needs_atoms_and_kinds(tmp_path):
+    with pytest.raises(InputError, match="atom"):
+        write_dms(tmp_path / "a.dms", Surface(np.eye(3), np.eye(3)), ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
+
+
+# ---- the program DMS
+
+
+def fake_program(folder, script):
+    path = folder / "dms"
+    path.write_text(f"#!/bin/sh\n{script}\n")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+
+
+def test_program_gets_its_options(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    pdb, output = written(tmp_path, "END\n", "structure.pdb"), written(tmp_path, DMS["chain"], "made.dms")
+    fake_program(tmp_path, f'echo "$@" > {tmp_path}/options; test -s in.pdb && cp {output} out.dms')
+    surface = surface_by_dms_program(pdb, probe=1.5, density=2 * DENSITY)
+    assert surface.kind.tolist() == [1, 2, 0]
+    assert (tmp_path / "options").read_text() == "in.pdb -a -n -d 2 -w 1.5 -o out.dms\n"
+
+
+def test_program_that_fails_or_is_absent(tmp_path, monkeypatch):
+    pdb = written(tmp_path, "END\n", "structure.pdb")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="PATH"):
+        surface_by_dms_program(pdb)
+    fake_program(tmp_path, "echo no radii >&2; exit 1")
+    with pytest.raises(InputError, match="no radii"):
+        surface_by_dms_program(pdb)
+
+
+# ---- all formats
+
+
+def test_every_format_has_its_file_and_its_own_suffixes():
+    modules = {
+        module.name.removesuffix(".py")
+        for module in (ROOT / "scripts/sparsurf/surfaces/formats").glob("*.py")
+    }
+    assert {each.name.lower() for each in FORMATS} == modules - {"__init__", "format", "registry"}
+    suffixes = [suffix for each in FORMATS for suffix in each.suffixes]
+    assert len(set(suffixes)) == len(suffixes)
+    assert set(READABLE) == {".npz", ".csv", ".dms"}
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.dms"])
+def test_formats_are_told_apart_by_content_packed_or_not(tmp_path, small, name):
+    """Whatever a file is called, one format takes it, and gives the dots back."""
+    as_csv = "\n".join(
+        ["x,y,z,nx,ny,nz", *(",".join(map(str, row)) for row in np.hstack([small.points, small.normals]))]
+    )
+    write_npz(tmp_path / "a.npz", small)
+    write_dms(tmp_path / "a.dms", small, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], np.zeros((3, 3)))
+    written(tmp_path, as_csv, "a.csv")
+    content = (tmp_path / name).read_bytes()
+    assert [each.suffixes[0] for each in FORMATS if each.sniff(content[:1000])] == [name[1:]]
+    for path in (written(tmp_path, content, "wrong.xyz"), written(tmp_path, gzip.compress(content), "a.gz")):
+        np.testing.assert_allclose(read_surface(path).points, small.points, rtol=0, atol=0.00051)
+
+
+def test_a_new_format_is_one_file_and_one_line(tmp_path, small, monkeypatch):
+    """A toy: rows of six numbers below a line that names it."""
+
+    def read(content, path):
+        rows = np.array([line.split() for line in content.decode().split("\n")[1:]], float)
+        return surface_of_columns({"points": rows[:, :3], "normals": rows[:, 3:]}, path)
+
+    toy = Format("toy", (".toy",), lambda head: head.startswith(b"#toy"), read)
+    monkeypatch.setattr("sparsurf.surfaces.reading.FORMATS", (*FORMATS, toy))
+    surface = read_surface(written(tmp_path, "#toy\n1 2 3 0 0 1\n4 5 6 0 1 0", "a.toy"))
+    np.testing.assert_array_equal(surface.points, [[1, 2, 3], [4, 5, 6]])
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.dms.gz", "a.dms"])
+def test_a_file_that_unpacks_beyond_the_limit_is_refused(tmp_path, monkeypatch, name):
+    """A hundred bytes that unpack to a million: read no farther than the limit."""
+    path = tmp_path / name
+    if name == "a.npz":
+        np.savez_compressed(path, **{field: np.zeros(10_000) for field in FIELDS})
+    else:
+        written(tmp_path, gzip.compress(bytes(10**6)) if name.endswith("gz") else bytes(10**6), name)
+    monkeypatch.setattr("sparsurf.texts.MOST_BYTES", 2**17)
+    monkeypatch.setattr("sparsurf.surfaces.formats.npz.MOST_BYTES", 2**17)
+    with pytest.raises(InputError, match="more than 0 MB"):
+        read_surface(path)
+
+
+def test_lines_that_are_neither_atoms_nor_dots_count_for_nothing(tmp_path):
+    lines = DMS["no chain"].splitlines(keepends=True)
+    text = "".join(["# made by hand\n", "\n", *lines[:2], "# a remark\n", *lines[2:]])
+    assert read_surface(written(tmp_path, text)).atom.tolist() == [0, 1, 1]
+
+
+def test_numbers_of_a_dms_file_do_not_touch_the_names(tmp_path, small):
+    moved = Surface(small.points - [150, 0, 0], *(getattr(small, field) for field in FIELDS[1:]))
+    xyz = np.array([[-150.0, 0, 0], [-148.5, 0, 0], [-147.8, 1.3, 0.2]])
+    write_dms(tmp_path / "a.dms", moved, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], xyz)
+    lines = (tmp_path / "a.dms").read_text().splitlines()
+    assert {len(line.split()) for line in lines} == {7, 11}

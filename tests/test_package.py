@@ -1,0 +1,102 @@
+"""The library as a package: built, installed into an empty environment, used from another folder. No network."""
+
+import os
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+
+import numpy as np
+import pytest
+
+import sparsurf
+from conftest import ROOT
+
+USE = """
+import sys, sparsurf
+print(sparsurf.__file__, sparsurf.__version__)
+assert not {"numpy", "numba", "pandas", "scipy", "mdtraj"} & set(sys.modules), "the import is not cheap"
+dots = sparsurf.surface("protein.pdb", density=1.0, d_link=1.5)
+print(len(dots), dots.points.sum(), dots.normals.sum())
+"""
+SPHERES = "ATOM  {:5d}  {:3s} ALA A   1    {:8.3f}{:8.3f}{:8.3f}  1.00  0.00           C  \n"
+
+
+def run(command, **keys):
+    """Standard output of a command that must succeed."""
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False, **keys)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel of this checkout."""
+    pytest.importorskip("hatchling", reason="hatchling builds the wheel")
+    folder = tmp_path_factory.mktemp("wheel")
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "--disable-pip-version-check",
+        "wheel",
+        "--quiet",
+        "--no-index",
+        "--no-deps",
+    ]
+    run([*pip, "--no-build-isolation", "--wheel-dir", folder, ROOT], cwd=folder)
+    return next(folder.glob("sparsurf-*.whl"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
+    """bin/ of an environment that holds the wheel, and only sees the packages that it depends on."""
+    folder = tmp_path_factory.mktemp("environment")
+    venv.create(folder, with_pip=False)
+    python = folder / "bin" / "python"
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", python]
+    run([*pip, "install", "--quiet", "--no-index", "--no-deps", wheel])
+    own = next(folder.glob("lib/python*/site-packages"))
+    (own / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"])
+    return python.parent
+
+
+def test_the_wheel_holds_the_library_and_its_data(wheel):
+    names = set(zipfile.ZipFile(wheel).namelist())
+    library = ROOT / "scripts" / "sparsurf"
+    files = {path for path in library.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
+    assert {str(path.relative_to(library.parent)) for path in files} <= names
+    assert not [name for name in names if name.startswith(("tests", "scripts", "data"))]
+    assert wheel.name == f"sparsurf-{sparsurf.__version__}-py3-none-any.whl"
+
+
+def test_installed_it_is_used_from_another_folder(installed, tmp_path):
+    """The kernels go to the user's cache, not beside the package; uncompiled here, which gives the same numbers."""
+    xyz = np.array([[0, 0, 0], [3, 0, 0.5], [1, 2.5, 0]], dtype=float)
+    lines = [
+        SPHERES.format(k + 1, name, *place)
+        for k, (name, place) in enumerate(zip(("CA", "CB", "C"), xyz, strict=True))
+    ]
+    (tmp_path / "protein.pdb").write_text("".join(lines))
+    environment = {name: os.environ[name] for name in ("PATH", "LANG") if name in os.environ}
+    environment |= {"XDG_CACHE_HOME": str(tmp_path / "cache"), "NUMBA_DISABLE_JIT": "1"}
+    first, second = run([installed / "python", "-c", USE], cwd=tmp_path, env=environment).splitlines()
+    assert first.startswith(str(installed.parent)) and first.endswith(sparsurf.__version__)
+    dots = sparsurf.surface((xyz, np.full(3, 1.9)), density=1.0, d_link=1.5)
+    count, points, normals = second.split()
+    assert int(count) == len(dots)
+    assert np.allclose([float(points), float(normals)], [dots.points.sum(), dots.normals.sum()], atol=1e-8)
+    assert list((tmp_path / "cache" / "sparsurf" / "numba").iterdir())
+    command = [installed / "sparsurf", "surface", "protein.pdb", "--density", "1", "-o", "-"]
+    table = run(command, cwd=tmp_path, env=environment).splitlines()
+    assert len(table) == len(dots) + 1
+
+
+def test_make_can_install_the_checkout_itself(tmp_path):
+    """`pip install --editable`, as the Makefile does, with the packages of the lock alone."""
+    build = pytest.importorskip("hatchling.build", reason="hatchling builds the package")
+    run([sys.executable, "-c", f"import hatchling.build as b; b.build_editable({str(tmp_path)!r})"], cwd=ROOT)
+    with zipfile.ZipFile(next(tmp_path.glob("*.whl"))) as archive:
+        paths = [archive.read(name).decode() for name in archive.namelist() if name.endswith(".pth")]
+    assert paths == [str(ROOT / "scripts")] and build

@@ -1,0 +1,58 @@
+"""What counts as the code of a rule, and which conformations a table names."""
+
+import re
+
+import pytest
+
+from sparsurf.workflow import code_digests
+from sparsurf.workflow.jobs import conformations_of, one_of
+
+
+@pytest.fixture
+def scripts(tmp_path, monkeypatch):
+    """A library of three modules: a script imports one, which imports the next."""
+    files = {
+        "run.py": "from sparsurf.one.first import work\n",
+        "sparsurf/__init__.py": '"""Top."""\n',
+        "sparsurf/one/__init__.py": '"""One."""\n',
+        "sparsurf/one/first.py": "from sparsurf.two import second\nTABLE = 'table.csv'\n",
+        "sparsurf/one/table.csv": "a,b\n",
+        "sparsurf/two/__init__.py": '"""Two."""\n',
+        "sparsurf/two/second.py": "X = 1\n",
+        "sparsurf/two/third.py": "Y = 1\n",
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr(code_digests, "SCRIPTS", tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "counts"),
+    [
+        ("run.py", True),
+        ("sparsurf/__init__.py", True),
+        ("sparsurf/one/__init__.py", True),
+        ("sparsurf/one/first.py", True),
+        ("sparsurf/one/table.csv", True),
+        ("sparsurf/two/__init__.py", True),
+        ("sparsurf/two/second.py", True),
+        ("sparsurf/two/third.py", False),
+    ],
+)
+def test_a_change_of_what_a_script_imports_changes_its_digest(scripts, name, counts):
+    before = code_digests.digest.__wrapped__("run.py")
+    with (scripts / name).open("a") as stream:
+        stream.write("# more\n")
+    assert (code_digests.digest.__wrapped__("run.py") != before) == counts
+
+
+def test_conformations_are_the_first_column_without_its_header(tmp_path):
+    (tmp_path / "frames.csv").write_text("conformation,frame\nc1,5\nc2,9\n")
+    assert conformations_of(tmp_path / "frames.csv") == ["c1", "c2"]
+
+
+def test_a_wildcard_is_one_of_the_names_and_nothing_else():
+    assert re.fullmatch(one_of(["a.b", "c"]), "a.b") and not re.fullmatch(one_of(["a.b"]), "axb")
+    assert not re.match(one_of([]), "")

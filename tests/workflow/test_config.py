@@ -1,0 +1,309 @@
+"""The config: defaults, and one sentence for every kind of mistake."""
+
+import copy
+import re
+from dataclasses import fields
+
+import pytest
+import yaml
+
+from conftest import ROOT
+from sparsurf import InputError
+from sparsurf.patches.descriptors import DESCRIPTORS
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.workflow import config as config_module
+from sparsurf.workflow import listing
+from sparsurf.workflow.config import SCHEMA, check, memory_of_grid
+from sparsurf.workflow.protein import Protein, proteins
+from sparsurf.workflow.yaml_file import read_config
+
+DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())
+
+
+@pytest.fixture(autouse=True)
+def at_root(monkeypatch):
+    monkeypatch.chdir(ROOT)
+
+
+def changed(path, value):
+    config = copy.deepcopy(DEFAULT)
+    *parents, last = path.split(".")
+    place = config
+    for key in parents:
+        place = place.setdefault(key, {})
+    place[last] = value
+    return config
+
+
+def test_the_default_config_is_valid_and_states_every_default():
+    checked = check(DEFAULT, [ROOT / "config.yaml"])
+    bare = check({"proteins": DEFAULT["proteins"]})
+    assert {k: v for k, v in checked.items() if k != "run"} == {k: v for k, v in bare.items() if k != "run"}
+
+
+def test_every_key_of_the_default_config_is_described():
+    def walk(schema, values, path):
+        for key, value in values.items():
+            rule = schema["properties"][key]
+            assert rule.get("description"), f"{path}{key} has no description"
+            if isinstance(value, dict) and "properties" in rule:
+                walk(rule, value, f"{path}{key}.")
+
+    walk(SCHEMA, {k: v for k, v in DEFAULT.items() if k != "proteins"}, "")
+
+
+def test_the_descriptors_of_the_config_are_those_there_are():
+    assert SCHEMA["properties"]["patches"]["properties"]["descriptor"]["enum"] == list(DESCRIPTORS)
+
+
+@pytest.mark.parametrize(
+    "path, value, words",
+    [
+        ("seed", "seven", ["seed is 'seven'", "type integer"]),
+        ("seed", -1, ["seed is -1", "0 or more"]),
+        ("sampling.alpha", [0.5, 1.5], ["sampling.alpha.1 is 1.5", "1 or less"]),
+        ("sampling.alpha", [0.0], ["sampling.alpha.0 is 0.0", "more than 0"]),
+        ("sampling.beta", [-0.2], ["sampling.beta.0 is -0.2", "0 or more"]),
+        ("sampling.gamma", [], ["sampling.gamma is [], but needs at least 1 value"]),
+        ("sampling.delta", [2, 2], ["sampling.delta holds a value twice"]),
+        ("sampling.gama", [1], ["unknown key 'gama' in sampling", "did you mean 'gamma'?"]),
+        ("evalution", {}, ["unknown key 'evalution'", "did you mean 'evaluation'?"]),
+        ("proteins", {}, ["proteins is empty"]),
+        (
+            "proteins.tdp43.structure",
+            "no/such.pdb",
+            ["there is no file 'no/such.pdb'", "proteins.tdp43.structure"],
+        ),
+        ("proteins.tdp43.surface", "x.dms", ["exactly one of 'structure'", "'surface'"]),
+        ("proteins.TDP43", {"structure": "data/tdp43/topology.pdb"}, ["differ in upper and lower case only"]),
+        (
+            "proteins.bad/name",
+            {"structure": "data/tdp43/topology.pdb"},
+            ["'bad/name'", "cannot name a folder"],
+        ),
+        ("proteins...", {"structure": "x"}, ["cannot name a folder"]),
+        ("run", "../elsewhere", ["'../elsewhere'", "cannot name a folder"]),
+        ("patches.D_link", 5.0, ["patches.D_link is 5 Å", "smaller than R_patch"]),
+        ("evaluation.islands", ["kept", "both"], ["evaluation.islands.1 is 'both'", "kept, surface"]),
+        ("evaluation.test_dots", "many", ["evaluation.test_dots is 'many'"]),
+        ("frames.clusters", 0, ["frames.clusters is 0"]),
+        ("tables.max_n_S_percent", 120, ["tables.max_n_S_percent is 120", "100 or less"]),
+        ("surface.method", "msms", ["surface.method is 'msms'", "analytic, dms"]),
+        ("patches", 7, ["patches is 7", "type object"]),
+        ("minimal.sampler", "farthst", ["minimal.sampler is 'farthst'", "did you mean 'farthest'?"]),
+        ("compare.samplers", ["uniform", "best"], ["compare.samplers.1 is 'best'", "one of paper,"]),
+        ("patches.D_link", float("nan"), ["patches.D_link is nan, but must be a number"]),
+        ("patches.R_patch", float("inf"), ["patches.R_patch is inf, but must be a number"]),
+        ("sampling.alpha", [0.5, float("nan")], ["sampling.alpha.1 is nan"]),
+        ("sampling.gamma", [float("inf")], ["sampling.gamma.0 is inf"]),
+        ("evaluation.draws", 2.5, ["evaluation.draws is 2.5", "type integer"]),
+        ("evaluation.draws", 100_000_000, ["evaluation.draws is 100000000", "10000 or less"]),
+        ("tables.ranges", 100_000_000, ["tables.ranges is 100000000", "1000 or less"]),
+        ("frames.stride", 10**12, ["frames.stride is 1000000000000", "1000000000 or less"]),
+        ("sampling.beta", [k / 100 for k in range(101)], ["sampling.beta is 101 values long", "at most 100"]),
+        ("run", "x\n", ["cannot name a folder"]),
+        ("run", "x" * 300, ["in run cannot name a folder", "(302 characters)"]),
+        ("run", "..", ["cannot name a folder"]),
+        ("proteins", {"x\n": {"structure": "data/tdp43/topology.pdb"}}, ["cannot name a folder"]),
+        ("proteins", {"x" * 300: {"structure": "data/tdp43/topology.pdb"}}, ["cannot name a folder"]),
+        (
+            "proteins",
+            {1: {"structure": "data/tdp43/topology.pdb"}},
+            ["the key 1 in proteins is not read as a text"],
+        ),
+        ("proteins", {"a": {"pdb": "1ubi\n"}}, ["proteins.a.pdb is '1ubi\\n'"]),
+        ("minimal", {"n_S": 5, "Z": 1.0}, ["minimal needs exactly one of", "but has n_S, Z"]),
+        ("minimal", {"sampler": "uniform"}, ["minimal needs exactly one of", "but has none"]),
+        ("paper", "none", ["paper is 'none'", "none of the proteins tdp43"]),
+    ],
+)
+def test_a_mistake_is_answered_with_a_sentence(path, value, words):
+    config = changed(path, value) if path != "proteins..." else DEFAULT | {"proteins": {"..": value}}
+    with pytest.raises(InputError) as error:
+        check(config)
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_a_config_without_proteins_is_refused():
+    with pytest.raises(InputError, match="lacks the key 'proteins'"):
+        check({"run": "x"})
+
+
+def test_paper_asks_for_both_readings():
+    config = {"proteins": DEFAULT["proteins"], "paper": "tdp43"}
+    assert check(config)["paper"] == "tdp43"
+    with pytest.raises(InputError, match=r"evaluation.islands is \['kept'\], but `paper` needs both"):
+        check(config | {"evaluation": {"islands": ["kept"]}})
+
+
+@pytest.mark.parametrize(
+    "path, value, whole",
+    [
+        ("seed", 1.0, 1),
+        ("evaluation.draws", 2.0, 2),
+        ("evaluation.test_dots", 40.0, 40),
+        ("tables.ranges", 3.0, 3),
+        ("minimal", {"n_S": 100.0}, 100),
+        ("frames.clusters", 4.0, 4),
+        ("frames.use", [0.0, 7.0], [0, 7]),
+        ("frames.use", {"stride": 2.0}, 2),
+        ("proteins.tdp43.model", 1.0, 1),
+    ],
+)
+def test_a_whole_number_may_have_a_point(path, value, whole):
+    config = changed(path, value)
+    if path.endswith("model"):
+        del config["proteins"]["tdp43"]["trajectory"]
+    found = check(config)
+    for key in path.split("."):
+        found = found[key]
+    found = (
+        next(iter(found[key] for key in ("n_S", "stride") if key in found))
+        if isinstance(found, dict)
+        else found
+    )
+    assert found == whole and "." not in str(found)
+
+
+def test_exponents_stay_as_they_are():
+    assert str(check(changed("sampling.gamma", [2.0]))["sampling"]["gamma"]) == "[2.0]"
+
+
+def test_more_memory_than_the_machine_has_is_told_before_anything_runs(monkeypatch):
+    monkeypatch.setattr(config_module, "_memory", lambda: 2.0**30)
+    evaluation = {"draws": 3, "test_dots": 400}
+    config = check(DEFAULT | {"evaluation": evaluation})
+    # 1296 combinations, 3 draws, 400 test dots, 2 readings, 2 distances of 4 bytes
+    assert memory_of_grid(config) == config_module.COPIES * 1296 * 3 * 400 * 2 * 2 * 4
+    with pytest.raises(InputError, match=r"ask for 23\.2 GB of memory .*, but this machine has 1\.0 GB"):
+        check(DEFAULT | {"evaluation": evaluation | {"draws": 1000}})
+    check(changed("evaluation.test_dots", "published"))
+
+
+@pytest.mark.parametrize(
+    "name", ["summary.csv", "Verdict.MD", "logs", "compare.png", "report.html", "x.json"]
+)
+def test_a_protein_is_not_called_like_a_file_of_the_run(name):
+    with pytest.raises(InputError, match="is what the study calls a file or folder of its own"):
+        check({"proteins": {name: DEFAULT["proteins"]["tdp43"]}})
+
+
+def test_no_file_of_a_run_can_be_the_name_of_a_protein():
+    files = re.findall(r'f"\{RUN\}/([\w.-]+)"', (ROOT / "Snakefile").read_text())
+    assert {"summary.csv", "verdict.md", "compare_needed.csv"} <= set(files)
+    for name in files:
+        if name and not name.startswith("."):
+            with pytest.raises(InputError):
+                check({"proteins": {name: DEFAULT["proteins"]["tdp43"]}})
+
+
+def test_a_run_is_not_called_like_a_file_in_results():
+    with pytest.raises(InputError, match=r"results/README\.md is a file; choose another name"):
+        check(changed("run", "README.md"))
+
+
+def test_the_schema_knows_every_sampler_and_no_other():
+    assert SCHEMA["$defs"]["sampler"]["enum"] == list(SAMPLERS)
+
+
+def test_the_schema_and_the_type_of_a_protein_have_the_same_keys():
+    assert list(SCHEMA["$defs"]["protein"]["properties"]) != []
+    assert set(SCHEMA["$defs"]["protein"]["properties"]) == {field.name for field in fields(Protein)}
+
+
+def test_a_protein_tells_where_it_is_from_how_it_is_read():
+    config = {"proteins": {"a": {"pdb": "1ubi", "chains": ["A"], "ligands": True}, "b": {"surface": "x.dms"}}}
+    a, b = proteins(config).values()
+    assert a.source.endswith("/1UBI.cif.gz") and a.download == "1UBI.cif.gz" and a.files == {}
+    assert a.reading == {"chains": ["A"], "ligands": True}
+    assert b.source is None and b.download is None and b.reading == {} and b.surface == "x.dms"
+    assert Protein(structure="x.gro", trajectory="x.xtc").files == {
+        "structure": "x.gro",
+        "trajectory": "x.xtc",
+    }
+    assert Protein(surface="x.dms", model=1, trajectory="t.xtc").without_meaning == ["model", "trajectory"]
+    simulated = Protein(structure="x.pdb", residues="1-9", hydrogens="keep", simulate={})
+    assert simulated.chosen == {"residues": "1-9", "hydrogens": "keep"} and simulated.reading == {
+        "hydrogens": "keep"
+    }
+
+
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        ("", "mine.yaml is empty; it must hold keys"),
+        ("# only a comment\n", "mine.yaml is empty; it must hold keys"),
+        ("- a\n- b\n", "mine.yaml holds a list; it must hold keys"),
+        ("just a text\n", "mine.yaml holds no keys; it must hold keys"),
+        ("42\n", "mine.yaml holds no keys"),
+        ("run: a\n---\nrun: b\n", r"is not valid YAML in line 2: but found another document"),
+        ("run: a\nfrom:\n\tx: 1\n", r"is not valid YAML in line 3: found character '\\t'"),
+        (
+            "run: a\nseed: !!python/object/apply:os.system [ls]\n",
+            "is not valid YAML in line 2: could not determine",
+        ),
+        ("proteins:\n  p: {structure: a.pdb\nseed: 1\n", r"is not valid YAML in line"),
+        (
+            "proteins:\n  p: {structure: a.pdb}\n  p: {structure: b.pdb}\n",
+            "the key 'p' stands twice, .* in line 3;",
+        ),
+        (
+            "proteins:\n  123: {structure: a.pdb}\n",
+            "the key 123 in line 2 is not read as a text; put it in quotes",
+        ),
+        ("proteins:\n  yes: {structure: a.pdb}\n", "the key yes in line 2 is not read as a text"),
+        ("a:\n  1.5: 2\n", "the key 1.5 in line 2"),
+        ("? [1, 2]\n: 3\n", "the key of several parts in line 1"),
+        ("a: &x {b: 1}\nc:\n  <<: *x\n  <<: *x\n", "the key '<<' stands twice, the second time in line 4"),
+        ("a: *nowhere\n", "is not valid YAML in line 1: found undefined alias"),
+        ("run: a\nname: Grüße\n".encode("latin-1"), "is no UTF-8 text, see line 2"),
+        (b"run: a\n\x00\x01\n", "is not valid YAML in line 2"),
+        (b"\x89PNG\r\n\x1a\n\xff\xfe", "is no UTF-8 text, see line 1"),
+        ("a: " + "[" * 5000, "mine.yaml is not valid YAML"),
+        ("seed: 2024-99-99\n", "is not valid YAML: month must be in 1..12"),
+        ("seed: " + "9" * 5000, "is not valid YAML"),
+    ],
+)
+def test_a_file_that_is_no_config_is_one_sentence(tmp_path, content, words):
+    path = tmp_path / "mine.yaml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError, match=words) as error:
+        read_config(path)
+    assert "\n" not in str(error.value)
+
+
+def test_merge_keys_and_a_byte_order_mark_work(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("\ufeffproteins:\n  a: &a {structure: x.pdb, model: 1}\n  b: {<<: *a, model: 2}\n")
+    assert read_config(path)["proteins"]["b"] == {"structure": "x.pdb", "model": 2}
+
+
+def test_a_config_that_is_not_there_or_no_file_is_one_sentence(tmp_path):
+    for path in (tmp_path, tmp_path / "none.yaml"):
+        with pytest.raises(InputError, match=r"cannot be read"):
+            read_config(path)
+
+
+def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeypatch):
+    for name in ("1ABC.cif.gz", "1abcd.pdb", "2xyz.pdb"):
+        (tmp_path / name).write_text("")
+    monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path))
+    listed = {
+        "a": {"pdb": "1abc", "model": 1},
+        "b": {"pdb": "2XYZ", "sha256": "0" * 64},
+        "c": {"pdb": "3enl"},
+    }
+    found = check({"proteins": listed})["proteins"]
+    assert found["a"] == {"structure": str(tmp_path / "1ABC.cif.gz"), "model": 1}
+    assert found["b"] == {"structure": str(tmp_path / "2xyz.pdb")}
+    assert found["c"] == {"pdb": "3enl"}
+    monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path / "none"))
+    with pytest.raises(InputError, match=r"SPARSURF_STRUCTURES is '.*none', but there is no such folder"):
+        check({"proteins": listed})
+
+
+def test_the_study_of_proteins_lists_ids_once_with_one_convention_for_hydrogens():
+    proteins = listing.from_table(ROOT / "studies" / "proteins.csv")
+    assert len(proteins) >= 30 and len({entry["pdb"] for entry in proteins.values()}) == len(proteins)
+    assert {entry["hydrogens"] for entry in proteins.values()} == {"remove"}

@@ -1,0 +1,251 @@
+"""Proteins from a table or a folder, and from the network."""
+
+import hashlib
+import http.server
+import json
+import threading
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from conftest import ROOT
+from sparsurf import InputError
+from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES
+from sparsurf.workflow.config import check
+from sparsurf.workflow.download import fetch, file_name, variable
+from sparsurf.workflow.listing import from_folder, from_table
+
+TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
+
+
+def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
+    (tmp_path / "a.pdb").write_bytes(TOPOLOGY.read_bytes())
+    table = tmp_path / "proteins.csv"
+    table.write_text("name,structure,chains,model,ligands\none,a.pdb,A B,2,\ntwo,a.pdb,,,HEM XK2\n")
+    proteins = from_table(str(table))
+    assert proteins["one"] == {"structure": str(tmp_path / "a.pdb"), "chains": ["A", "B"], "model": 2}
+    assert proteins["two"] == {"structure": str(tmp_path / "a.pdb"), "ligands": ["HEM", "XK2"]}
+    assert set(check({"proteins": str(table)})["proteins"]) == {"one", "two"}
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("", "needs a header with the column name"),
+        ("structure\na.pdb\n", "needs a header with the column name"),
+        ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* has a name given before"),
+        ("name,structure\n,a.pdb\n", "line 2 of .* has no name"),
+        ("name,structure\nx,a.pdb,more\n", "line 2 of .* has not as many cells"),
+    ],
+)
+def test_a_bad_table_is_a_sentence(tmp_path, text, words):
+    table = tmp_path / "proteins.csv"
+    table.write_text(text)
+    with pytest.raises(InputError, match=words):
+        from_table(str(table))
+
+
+def test_a_folder_becomes_proteins(tmp_path):
+    for name in [
+        "x.pdb",
+        "x.cif.gz",
+        "y.pdb",
+        "y_long.xtc",
+        "z.dms",
+        "notes.txt",
+        ".hidden.pdb",
+        "αβ",
+        "γ.pdb",
+        "t.dcd",
+    ]:
+        (tmp_path / name).write_text("")
+    proteins = from_folder(str(tmp_path))
+    assert proteins == {
+        "x_pdb": {"structure": str(tmp_path / "x.pdb")},
+        "x_cif": {"structure": str(tmp_path / "x.cif.gz")},
+        "y_long": {"structure": str(tmp_path / "y.pdb"), "trajectory": str(tmp_path / "y_long.xtc")},
+        "z": {"surface": str(tmp_path / "z.dms")},
+        "protein": {"structure": str(tmp_path / "γ.pdb")},
+    }
+
+
+def test_a_trajectory_belongs_to_the_longest_name_that_it_begins_with(tmp_path):
+    for name in ("y.pdb", "y_long.pdb", "y_long_1.xtc", "y_other.xtc", "run1.gro", "run10.xtc", "run1_a.dcd"):
+        (tmp_path / name).write_text("")
+    # run10.xtc is not the first run's: it is left out
+    own = {"structure": "y_long.pdb", "trajectory": "y_long_1.xtc"}
+    expected = {
+        "run1_a": {"structure": "run1.gro", "trajectory": "run1_a.dcd"},
+        "y_long_1": own,
+        "y_other": {"structure": "y.pdb", "trajectory": "y_other.xtc"},
+    }
+    assert from_folder(str(tmp_path)) == {
+        name: {key: str(tmp_path / file) for key, file in entry.items()} for name, entry in expected.items()
+    }
+
+
+@pytest.mark.parametrize("ending", [*TOPOLOGIES, *SELF_CONTAINED, *STRUCTURES])
+def test_whatever_can_be_read_is_listed_with_its_trajectory(tmp_path, ending):
+    for name in (f"x{ending}", *(f"x_{k}{other}" for k, other in enumerate(TRAJECTORIES))):
+        (tmp_path / name).write_text("")
+    proteins = from_folder(str(tmp_path))
+    assert sorted(proteins) == sorted(f"x_{k}" for k in range(len(TRAJECTORIES)))
+    assert {protein["structure"] for protein in proteins.values()} == {str(tmp_path / f"x{ending}")}
+
+
+def test_half_a_protein_is_left_out_by_name(tmp_path, caplog):
+    for name in ("topol.top", "topol_run.xtc", "alone.psf", "good.pdb"):
+        (tmp_path / name).write_text("")
+    assert list(from_folder(str(tmp_path))) == ["good"]
+    said = [record.getMessage() for record in caplog.records]
+    assert said == [
+        f"{tmp_path / 'alone.psf'} is left out: beside it lies no trajectory.",
+        f"{tmp_path / 'topol_run.xtc'} is left out: beside it lies no topology or structure whose name it begins with.",
+    ]
+    (tmp_path / "good.pdb").unlink()
+    with pytest.raises(InputError, match="holds no protein"):
+        from_folder(str(tmp_path))
+
+
+@given(st.lists(st.text(min_size=1, max_size=12), min_size=1, max_size=6, unique=True))
+@settings(max_examples=50, deadline=None)
+def test_names_of_files_never_leave_the_results(tmp_path_factory, stems):
+    folder = tmp_path_factory.mktemp("files")
+    for stem in stems:
+        if "/" not in stem and "\0" not in stem:
+            try:
+                (folder / f"{stem}.pdb").write_text("")
+            except (OSError, UnicodeError):
+                continue
+    try:
+        names = from_folder(str(folder))
+    except InputError:
+        return
+    assert len(names) == len(list(folder.glob("[!.]*.pdb")))
+    for name in names:
+        assert "/" not in name and not name.startswith((".", "-")) and name
+
+
+def test_an_empty_or_missing_folder_is_a_sentence(tmp_path):
+    with pytest.raises(InputError, match="holds no protein: none of its files ends in one of"):
+        from_folder(str(tmp_path))
+    with pytest.raises(InputError, match="there is no such folder"):
+        check({"proteins": {"folder": str(tmp_path / "none")}})
+
+
+@pytest.fixture
+def server(tmp_path):
+    """A web server on this machine that serves one structure."""
+    (tmp_path / "served").mkdir()
+    (tmp_path / "served" / "my file.pdb").write_bytes(TOPOLOGY.read_bytes())
+
+    class Handler(http.server.SimpleHTTPRequestHandler):
+        def __init__(self, *args):
+            super().__init__(*args, directory=tmp_path / "served")
+
+        def log_message(self, *args):
+            pass
+
+        def do_GET(self):
+            if self.path.startswith("/to/"):
+                self.send_response(302)
+                self.send_header("Location", self.path.removeprefix("/to/"))
+                self.end_headers()
+            elif self.path == "/cut":
+                self.send_response(200)
+                self.send_header("Content-Length", "9")
+                self.end_headers()
+                self.wfile.write(b"ATOM ")
+            else:
+                super().do_GET()
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler) as serving:
+        threading.Thread(target=serving.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{serving.server_address[1]}"
+        serving.shutdown()
+
+
+def test_a_fetched_file_is_verified_and_recorded(server, tmp_path):
+    url, sha256 = f"{server}/my%20file.pdb", hashlib.sha256(TOPOLOGY.read_bytes()).hexdigest()
+    fetch(url, sha256, tmp_path / "a.pdb", tmp_path / "a.json", "x")
+    assert (tmp_path / "a.pdb").read_bytes() == TOPOLOGY.read_bytes()
+    assert json.loads((tmp_path / "a.json").read_text()) == {
+        "url": url,
+        "bytes": TOPOLOGY.stat().st_size,
+        "sha256": sha256,
+    }
+
+
+def test_another_checksum_is_refused(server, tmp_path):
+    with pytest.raises(InputError, match=r"has the sha256 .*, not 0{64}"):
+        fetch(f"{server}/my%20file.pdb", "0" * 64, tmp_path / "a.pdb", tmp_path / "a.json", "x")
+    assert not (tmp_path / "a.pdb").exists()
+
+
+def test_no_network_is_a_sentence(tmp_path):
+    with pytest.raises(InputError, match=r"A1 cannot be fetched from .* SPARSURF_A1"):
+        fetch("http://127.0.0.1:9/a.pdb", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
+
+
+def test_a_missing_file_is_a_sentence(server, tmp_path):
+    with pytest.raises(InputError, match=r"cannot be fetched from .* \(File not found\)"):
+        fetch(f"{server}/none.pdb", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
+
+
+@pytest.mark.parametrize(
+    ("url", "sha256"), [("file:///etc/passwd", "0" * 64), ("http://127.0.0.1:9/a.pdb", None)]
+)
+def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
+    """Refused before anything is fetched: by the config, and by the job itself."""
+    with pytest.raises(InputError, match="only https:// is fetched, or http:// if a sha256 is given"):
+        fetch(url, sha256, tmp_path / "a", tmp_path / "b", "A1")
+    with pytest.raises(InputError, match=r"proteins\.A1\.url"):
+        check({"proteins": {"A1": {"url": url} | ({"sha256": sha256} if sha256 else {})}})
+    assert (
+        "url"
+        in check({"proteins": {"A1": {"url": "http://x.org/a.pdb", "sha256": "0" * 64}}})["proteins"]["A1"]
+    )
+
+
+@pytest.mark.parametrize("path", ["to/file:///etc/passwd", "to/ftp://127.0.0.1/a.pdb"])
+def test_a_redirect_leads_nowhere_else(server, tmp_path, path):
+    with pytest.raises(
+        InputError, match=r"cannot be fetched from .*(it leads to ftp:.*only https|url 'file:.*not allowed)"
+    ):
+        fetch(f"{server}/{path}", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
+
+
+def test_a_redirect_to_where_one_may_fetch_is_followed(server, tmp_path):
+    sha256 = hashlib.sha256(TOPOLOGY.read_bytes()).hexdigest()
+    fetch(f"{server}/to/{server}/my%20file.pdb", sha256, tmp_path / "a.pdb", tmp_path / "b", "A1")
+    assert (tmp_path / "a.pdb").read_bytes() == TOPOLOGY.read_bytes()
+
+
+def test_a_file_that_is_too_large_or_cut_short_is_refused(server, tmp_path, monkeypatch):
+    with pytest.raises(InputError, match=r"A1 cannot be fetched from .* \(5 of 9 bytes came\)"):
+        fetch(f"{server}/cut", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
+    monkeypatch.setattr("sparsurf.workflow.download.MOST", 1000)
+    with pytest.raises(InputError, match="is larger than 0 MB"):
+        fetch(f"{server}/my%20file.pdb", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
+    assert not (tmp_path / "a").exists()
+
+
+def test_names_and_variables():
+    assert file_name("https://x.org/a/pdb%20files/208/cluster1.pdb") == "cluster1.pdb"
+    assert file_name("https://x.org/..%2f..%2fpasswd") == "_2f.._2fpasswd"
+    assert variable("my-protein.1") == "SPARSURF_MY_PROTEIN_1"
+
+
+def test_a_local_copy_replaces_a_fetched_one(monkeypatch):
+    config = {"proteins": {"A1": {"url": "https://x.org/a.pdb", "sha256": "0" * 64, "chains": ["A"]}}}
+    monkeypatch.setenv("SPARSURF_A1", str(TOPOLOGY))
+    assert check(config)["proteins"]["A1"] == {"structure": str(TOPOLOGY), "chains": ["A"]}
+    monkeypatch.delenv("SPARSURF_A1")
+    assert "url" in check(config)["proteins"]["A1"]
+
+
+def test_names_that_differ_in_case_only_are_kept_apart(tmp_path):
+    for name in ("Protein.pdb", "γ.pdb"):  # no letter of the second can name a folder
+        (tmp_path / name).write_text("")
+    assert list(from_folder(str(tmp_path))) == ["Protein", "protein_"]

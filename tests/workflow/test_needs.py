@@ -1,0 +1,87 @@
+"""What jobs ask a cluster for: more than was measured, more with size, more after a failure."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import yaml
+
+import measure_needs
+from conftest import ROOT
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.surface import Surface
+from sparsurf.workflow import needs
+from sparsurf.workflow.needs import BYTES_PER_ATOM, BYTES_PER_DOT, DOTS_PER_ATOM
+
+HERE = SimpleNamespace(protein="p", conformation="c1")
+
+
+@pytest.fixture
+def table(tmp_path, monkeypatch):
+    (tmp_path / "needs.csv").write_text(
+        "rule,unit,mb,mb_per_unit,seconds,seconds_per_unit\nwork,thousand dots,600,20,60,9\n"
+    )
+    monkeypatch.setattr(needs, "TABLE", tmp_path / "needs.csv")
+
+
+@pytest.mark.parametrize(
+    ("size", "attempt", "megabytes", "minutes"),
+    [(0, 1, 1000, 10), (20, 1, 1500, 16), (20, 2, 3000, 32), (20, 3, 6000, 48), (1000, 1, 30900, 604)],
+)
+def test_jobs_ask_for_more_with_size_and_after_a_failure(table, size, attempt, megabytes, minutes):
+    asked = needs.needs("work", lambda wildcards: size)
+    assert (asked["mem_mb"](HERE, attempt), asked["runtime"](HERE, attempt)) == (megabytes, minutes)
+
+
+def test_a_share_of_the_work_takes_less_time_but_the_memory_of_all(table):
+    asked = needs.needs("work", lambda wildcards: 1000, 0.1)
+    assert asked["mem_mb"](HERE, 1) == 30900 and asked["runtime"](HERE, 1) == 64
+
+
+def test_dots_are_guessed_from_the_size_of_the_files(tmp_path):
+    (tmp_path / "a.pdb").write_bytes(bytes(BYTES_PER_ATOM * 1000))
+    (tmp_path / "a.dms").write_bytes(bytes(BYTES_PER_DOT * 5000))
+    (tmp_path / "a.dms.gz").write_bytes(bytes(BYTES_PER_DOT * 5000))
+    assert needs.thousand_dots([tmp_path / "a.pdb"], False) == pytest.approx(DOTS_PER_ATOM)
+    assert needs.thousand_dots([tmp_path / "a.dms"], True) == pytest.approx(5)
+    assert needs.thousand_dots([tmp_path / "a.dms.gz"], True) == pytest.approx(20)
+    assert needs.megabytes([tmp_path / "not yet there.pdb"]) == 0
+
+
+def test_a_line_lies_above_all_that_was_measured():
+    x, y = np.array([1.0, 2.0, 9.0, 10.0]), np.array([10.0, 14.0, 30.0, 28.0])
+    base, slope = measure_needs.line_above(x, y)
+    assert (base + slope * x - y).min() == pytest.approx(0) and slope == pytest.approx(np.polyfit(x, y, 1)[0])
+    assert measure_needs.line_above(np.array([2.0, 2.0]), np.array([1.0, 3.0])) == (3.0, 0.0)
+    assert measure_needs.line_above(np.array([1.0, 2.0]), np.array([5.0, 3.0])) == (5.0, 0.0)
+
+
+def test_needs_are_read_from_the_logs_of_runs(tmp_path):
+    for name, n, used in (
+        ("small", 1000, "USED 300 MB 5.0 s for 2.00 MB"),
+        ("large", 3000, "USED 500 MB 7.0 s for 4.00 MB"),
+    ):
+        run = tmp_path / name
+        for folder in (run / "logs" / "p" / "c1", run / "p" / "c1"):
+            folder.mkdir(parents=True)
+        (run / "logs" / "p" / "c1" / "take_minimal.log").write_text(f"INFO said\n{used}\n")
+        (run / "logs" / "p" / "c1" / "draw_view.log").write_text("killed before it could tell\n")
+        (run / "logs" / "p" / "follow_frames_2of10.log").write_text(f"{used}\n")
+        points = np.random.default_rng(0).normal(size=(n, 3))
+        write_npz(run / "p" / "c1" / "surface.npz", Surface(points, np.tile([0.0, 0, 1], (n, 1))))
+    measure_needs.main([tmp_path / "small", tmp_path / "large"], tmp_path / "needs.csv")
+    assert (tmp_path / "needs.csv").read_text().splitlines() == [
+        "rule,unit,jobs,mb,mb_per_unit,seconds,seconds_per_unit",
+        "follow_frames,MB of input,2,100,100,30,10",
+        "take_minimal,thousand dots,2,200,100,4,1",
+    ]
+
+
+def test_every_rule_that_asks_is_measured_and_grouped():
+    """The rules of the chain of a conformation are one job of the profile, and no name in it is misspelt."""
+    text = (ROOT / "Snakefile").read_text()
+    profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text())
+    rows = needs.measured()
+    assert all(f'needs("{rule}"' in text for rule in rows)
+    grouped = {rule for rule, row in rows.items() if row["unit"] == "thousand dots"}
+    assert set(profile["groups"]) == grouped

@@ -1,0 +1,201 @@
+"""Pairs: what the config may say of them, tables and folders of them, and every script of a pair on two small peptides."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.image import imread
+
+from conftest import ROOT
+from peptides import peptide, write
+from sparsurf import InputError
+from sparsurf.workflow import pair_listing
+from sparsurf.workflow.config import check
+
+sys.path.append(str(ROOT / "scripts"))
+import draw_pair
+import make_partners
+import match_partners
+import summarise_pairs
+import tabulate_pair_residues
+import thin_pair
+
+SEQUENCE = ("ALA", "LEU", "LYS", "GLY")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A complex of two short peptides, as one file and as two."""
+    folder = tmp_path_factory.mktemp("pairs")
+    first, second = peptide(SEQUENCE, "A"), peptide(SEQUENCE, "B", origin=(0, 9.0, 0))
+    write(folder / "both.pdb", first + "TER\n" + second + "END\n")
+    write(folder / "both_r.pdb", first + "END\n")
+    write(folder / "both_l.pdb", second + "END\n")
+    write(folder / "far.pdb", peptide(SEQUENCE, "B", origin=(0, 90.0, 0)) + "END\n")
+    return folder
+
+
+def config(**pairs):
+    return check({"run": "x", "pairs": pairs})
+
+
+def test_a_config_of_pairs_needs_no_proteins(folder):
+    pair = {"complex": str(folder / "both.pdb"), "chains": [["A"], ["B"]]}
+    found = config(mine=pair)
+    assert found["proteins"] == {}
+    assert found["pairs"] == {"mine": pair}
+    assert found["complementarity"]["centres"] == "all"
+    assert found["complementarity"]["nearest"] == 10
+
+
+@pytest.mark.parametrize(
+    ("pair", "words"),
+    [
+        ({"complex": "no.pdb", "chains": [["A"], ["B"]]}, "pairs.p: there is no file 'no.pdb'"),
+        ({"complex": "both.pdb"}, "pairs.p"),
+        ({"complex": "both.pdb", "chains": [["A"], ["A", "B"]]}, "chain A stands on both sides"),
+        ({"complex": "both.pdb", "chains": [["A"]]}, "needs at least 2 values"),
+        ({"proteins": ["a", "b"]}, "'a' is none of the proteins; these are none"),
+        (
+            {"files": ["both_r.pdb", "both_l.pdb"], "proteins": ["a", "b"]},
+            "exactly one of 'proteins', 'files'",
+        ),
+        ({"file": "both.pdb"}, "did you mean 'files'"),
+    ],
+)
+def test_a_mistake_in_a_pair_is_answered_with_a_sentence(folder, monkeypatch, pair, words):
+    monkeypatch.chdir(folder)
+    with pytest.raises(InputError) as error:
+        config(p=pair)
+    assert words in str(error.value)
+
+
+def test_pairs_come_from_a_table_or_a_folder(folder):
+    table = write(
+        folder / "pairs.csv",
+        "name,first,second,complex,chains_1,chains_2\none,both_r.pdb,both_l.pdb,,,\ntwo,,,both.pdb,A,B\n",
+    )
+    found = pair_listing.from_table(str(table))
+    assert found["one"] == {"files": [str(folder / "both_r.pdb"), str(folder / "both_l.pdb")]}
+    assert found["two"] == {"complex": str(folder / "both.pdb"), "chains": [["A"], ["B"]]}
+    assert pair_listing.from_folder(str(folder)) == {"both": found["one"]}
+    assert set(check({"pairs": str(table)})["pairs"]) == {"one", "two"}
+    assert set(check({"pairs": {"folder": str(folder)}})["pairs"]) == {"both"}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("name,first\na,b\n", "line 2 of"),
+        ("first,second\na,b\n", "has no name"),
+        ("name,first,second\n", "at least one row"),
+    ],
+)
+def test_a_wrong_table_of_pairs_is_refused(tmp_path, text, words):
+    with pytest.raises(InputError, match=words):
+        pair_listing.from_table(str(write(tmp_path / "t.csv", text)))
+    with pytest.raises(InputError, match="holds no two structures"):
+        pair_listing.from_folder(str(tmp_path))
+
+
+@pytest.fixture(scope="module")
+def settings(folder):
+    checked = config(p={"files": [str(folder / "both_r.pdb"), str(folder / "both_l.pdb")]})
+    rules = checked["complementarity"] | {"centres": {"sampler": "farthest", "n_S_percent": 20}, "nearest": 3}
+    rules["thinning"] = {
+        "run": True,
+        "percents": [10],
+        "samplers": ["farthest"],
+        "recovered": False,
+        "draws": 1,
+    }
+    keys = ("surface", "patches", "seed")
+    return {key: checked[key] for key in keys} | {"complementarity": rules, "D_link": 0.5}
+
+
+def made(folder, settings, pair, name, **inputs):
+    """Every output of a pair, in a folder of its name."""
+    out = folder / name
+    out.mkdir()
+    sides = {f"{what}_{side}": str(out / f"{what}_{side}.{end}")
+             for what, end in (("surface", "npz"), ("structure", "pdb")) for side in (1, 2)}  # fmt: skip
+    make_partners.main(inputs, sides, pair, settings, name)
+    names = {"dots": "propensity.csv", "best": "best_pairs.csv", "agreement": "agreement.csv"}
+    names |= {"contacts": "contacts.csv", "page": "pair.md", "ply_1": "1.ply", "ply_2": "2.ply"}
+    files = {key: str(out / file) for key, file in names.items()}
+    match_partners.main(sides, files, settings, name, 1)
+    return out, sides, files
+
+
+@pytest.fixture(scope="module")
+def touching(folder, settings):
+    pair = {"complex": "", "chains": [["A"], ["B"]]}
+    return made(folder, settings, pair, "touching", complex=str(folder / "both.pdb"))
+
+
+def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
+    out, sides, files = touching
+    dots = pd.read_csv(files["dots"])
+    centres = dots["propensity"].notna().groupby(dots["partner"]).mean()
+    assert np.allclose(centres, 0.2, atol=0.01)
+    assert set(dots["chain"]) == {"A", "B"}
+    page = Path(files["page"]).read_text(encoding="utf-8")
+    assert "Partner 1: the smoothed propensity finds the interface with AUC" in page
+    assert set(pd.read_csv(files["agreement"])["partner"]) == {1, 2}
+
+    outputs = {
+        "residues": str(out / "residues.csv"),
+        "pdb_1": str(out / "1.pdb"),
+        "pdb_2": str(out / "2.pdb"),
+    }
+    tabulate_pair_residues.main(sides | {"dots": files["dots"]}, outputs)
+    residues = pd.read_csv(outputs["residues"])
+    assert residues["residue_name"].tolist() == 2 * list(SEQUENCE)
+    written = [line for line in Path(outputs["pdb_2"]).read_text().split("\n") if line.startswith("ATOM")]
+    shown = {line[22:26].strip(): float(line[60:66]) for line in written}
+    expected = residues[residues["partner"] == 2].set_index("residue")["propensity_smoothed"]
+    assert {int(key): value for key, value in shown.items()} == pytest.approx(expected.to_dict(), abs=0.005)
+
+    draw_pair.main(sides | {"dots": files["dots"]}, {"png": str(out / "book.png")}, "touching")
+    picture = imread(out / "book.png")[..., :3]
+    assert ((picture[..., 0] > 0.55) & (picture[..., 2] < 0.15)).mean() > 0.003  # the interface in vermillion
+
+    thin = {"table": str(out / "thinning.csv"), "png": str(out / "thinning.png")}
+    thin_pair.main(sides, thin, settings, "touching")
+    table = pd.read_csv(thin["table"])
+    assert table["sampler"].tolist() == ["all", "all", "farthest", "farthest"]
+    assert (out / "thinning.svg").is_file()
+
+
+def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, touching):
+    pair = {"files": []}
+    first, second = str(folder / "both_r.pdb"), str(folder / "far.pdb")
+    out, sides, files = made(folder, settings, pair, "apart", first=first, second=second)
+    assert "The partners do not touch" in Path(files["page"]).read_text(encoding="utf-8")
+    assert len(pd.read_csv(files["agreement"])) == 0
+    assert pd.read_csv(files["dots"])["propensity_smoothed"].notna().all()
+    draw_pair.main(sides | {"dots": files["dots"]}, {"png": str(out / "book.png")}, "apart")
+
+    # a ready surface: the same without atoms
+    bare = {key: path for key, path in sides.items() if key.startswith("surface")}
+    match_partners.main(bare, files, settings, "apart", 1)
+    assert "residue" not in pd.read_csv(files["dots"]).columns
+
+    summary = {key: str(out / f"{key}.csv") for key in ("table", "means", "page")}
+    summarise_pairs.main({"tables": [touching[2]["agreement"], files["agreement"]]}, summary)
+    assert "Over 1 of 2 pairs" in Path(summary["page"]).read_text(encoding="utf-8")
+    summarise_pairs.main({"tables": [files["agreement"]]}, summary)
+    assert "None of the 1 pairs has an interface" in Path(summary["page"]).read_text(encoding="utf-8")
+
+
+def test_chains_that_are_not_there_are_named(folder, settings):
+    with pytest.raises(InputError, match="no chain X: its chains are A, B"):
+        make_partners.main(
+            {"complex": str(folder / "both.pdb")},
+            {},
+            {"complex": "", "chains": [["A"], ["X"]]},
+            settings,
+            "x",
+        )

@@ -1,0 +1,98 @@
+"""A study on a real Slurm of one node: the tables of a local run, a killed job tried again, a cancelled run continued."""
+
+import shutil
+import subprocess
+import sys
+import time
+
+import pytest
+
+import slurm_node
+from conftest import ROOT
+
+CONFIG = ROOT / "studies" / "short.yaml"
+WITHOUT_ACCOUNTING = ["--slurm-status-command", "squeue", "--slurm-no-account"]
+MOST_SECONDS = 600  # of a run; 2 minutes where nothing else runs
+
+
+@pytest.fixture(scope="module")
+def slurm(tmp_path_factory):
+    """Environment of a running Slurm."""
+    pytest.importorskip(
+        "snakemake_executor_plugin_slurm", reason="envs/requirements-slurm.txt is not installed"
+    )
+    if reason := slurm_node.missing():
+        pytest.skip(reason)
+    with slurm_node.running(tmp_path_factory.mktemp("slurm")) as environment:
+        yield environment
+
+
+def command(folder, *options):
+    """Snakemake's, for the short study in a folder of its own."""
+    folder.mkdir(exist_ok=True)
+    if not (folder / "data").exists():
+        (folder / "data").symlink_to(ROOT / "data")
+    where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", CONFIG, "--nolock"]
+    return [sys.executable, "-m", "snakemake", *map(str, where), *options]
+
+
+def on_slurm(folder, *options):
+    profile = ["--workflow-profile", str(ROOT / "profiles" / "slurm"), *WITHOUT_ACCOUNTING]
+    return command(folder, *profile, *options)
+
+
+def wait_for(condition, process):
+    """The first true answer of `condition`, while `process` runs."""
+    deadline = time.monotonic() + MOST_SECONDS
+    while time.monotonic() < deadline and process.poll() is None:
+        if answer := condition():
+            return answer
+        time.sleep(0.2)
+    raise AssertionError(f"it did not happen; exit code {process.poll()}")
+
+
+def running_jobs(slurm):
+    """Ids of the jobs that run."""
+    answer = subprocess.run(
+        ["squeue", "-h", "-t", "RUNNING", "-o", "%i"], env=slurm, capture_output=True, text=True, check=False
+    )
+    return answer.stdout.split()
+
+
+def tables(folder):
+    """Bytes of every table of the run, by name."""
+    results = folder / "results" / "short"
+    return {str(path.relative_to(results)): path.read_bytes() for path in sorted(results.rglob("*.csv"))}
+
+
+def test_a_cancelled_study_continues_and_a_killed_job_is_tried_again(slurm, tmp_path):
+    local = subprocess.run(
+        command(tmp_path / "local", "--cores", "2"), capture_output=True, text=True, check=False
+    )
+    assert local.returncode == 0, local.stdout + local.stderr
+
+    folder, log = tmp_path / "cluster", tmp_path / "log"
+    # scancel of everything, no second attempt: the run ends with what there is
+    with open(log, "w", encoding="utf-8") as out:
+        first = subprocess.Popen(on_slurm(folder, "--retries", "0"), env=slurm, stdout=out, stderr=out)
+        wait_for(lambda: running_jobs(slurm), first)
+        subprocess.run(["scancel", "--user", "root"], env=slurm, check=True)
+        assert first.wait(MOST_SECONDS) != 0
+    # again; now a job of a conformation is killed in the middle, and tried again with more memory
+    with open(log, "w", encoding="utf-8") as out:
+        second = subprocess.Popen(on_slurm(folder), env=slurm, stdout=out, stderr=out)
+        wait_for(lambda: list(folder.glob("results/short/tdp43/*/surface.npz")), second)
+        killed = running_jobs(slurm)[0]
+        subprocess.run(["scancel", killed], env=slurm, check=True)
+        code = second.wait(MOST_SECONDS)
+    said = log.read_text()
+    assert code == 0, said
+    assert "Trying to restart" in said
+    assert tables(folder) == tables(tmp_path / "local") and len(tables(folder)) > 8
+    memory = subprocess.run(
+        ["squeue", "-h", "-t", "all", "-o", "%i %m"], env=slurm, capture_output=True, text=True, check=True
+    )
+    asked = dict(line.split() for line in memory.stdout.splitlines())
+    doubled = str(2 * int(asked[killed].rstrip("M"))) + "M"
+    assert doubled in asked.values()
+    shutil.rmtree(folder)

@@ -1,0 +1,157 @@
+"""`make run` from its outside: what is said before and after, and the exit code; Snakemake itself is played."""
+
+import fcntl
+import os
+import sys
+
+import pytest
+import yaml
+
+import study
+from conftest import ROOT
+
+STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """An empty checkout; Snakemake leaves its options in `calls` and ends with the next of `codes`."""
+
+    class Checkout:
+        root, calls, codes, done = tmp_path / "checkout", [], [], []
+
+        def config(self, **keys):
+            path = tmp_path / "mine.yaml"
+            path.write_text(yaml.safe_dump({"proteins": {"p": STRUCTURE}, "run": "mine"} | keys))
+            return str(path)
+
+    own = Checkout()
+    own.root.mkdir()
+    (own.root / "config.yaml").write_bytes((ROOT / "config.yaml").read_bytes())
+    (own.root / "data").symlink_to(ROOT / "data")
+
+    def played(path, *options):
+        own.calls.append(options)
+        for work in own.done:
+            work()
+        return own.codes.pop(0) if own.codes else 0
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(study, "ROOT", own.root)
+    monkeypatch.setattr(study, "snakemake", played)
+    return own
+
+
+def test_a_study_ends_with_a_report_that_is_made_when_something_is_newer(checkout, capsys):
+    results = checkout.root / "results" / "mine"
+    assert study.main(checkout.config(), "--cores", "2") == 0
+    first, report = checkout.calls
+    assert first == ("--nolock", "--cores", "2") and report[-2:] == ("--report", str(results / "report.html"))
+    assert "Results: results/mine/" in capsys.readouterr().out
+    (results / "report.html").write_text("")
+    checkout.calls.clear()
+    assert study.main(checkout.config()) == 0
+    assert len(checkout.calls) == 1  # nothing is newer
+    (results / "p").mkdir()
+    (results / "p" / "table.csv").write_text("")
+    os.utime(results / "report.html", (0, 0))
+    assert study.main(checkout.config()) == 0
+    assert len(checkout.calls) == 3
+
+
+def test_a_study_that_failed_says_what_went_wrong_and_sums_up_with_its_own_settings(
+    checkout, capsys, monkeypatch
+):
+    summed = []
+    monkeypatch.setattr(study.subprocess, "call", lambda command: summed.append(command))
+
+    def work():
+        log = checkout.root / "results" / "mine" / "logs" / "p" / "choose_frames.log"
+        log.parent.mkdir(parents=True, exist_ok=True)
+        log.write_text("INFO fine\nERROR x.pdb holds no atoms.\n")
+        ranges = checkout.root / "results" / "mine" / "q" / "c1" / "ranges.csv"
+        ranges.parent.mkdir(parents=True, exist_ok=True)
+        ranges.write_text("")
+
+    checkout.done, checkout.codes = [work], [1]
+    config = checkout.config(patches={"R_patch": 5.0, "D_link": 0.75}, seed=3)
+    assert study.main(config) == 1
+    assert len(checkout.calls) == 1  # no report of half a study
+    assert "- p/choose_frames: x.pdb holds no atoms." in capsys.readouterr().err
+    assert summed[0][0] == sys.executable
+    assert summed[0][2:] == [
+        str(checkout.root / "results" / "mine"), "--R-patch", "5.0", "--D-link", "0.75", "--seed", "3",
+    ]  # fmt: skip
+
+
+def test_a_dry_run_writes_nothing(checkout):
+    checkout.codes = [7]
+    assert study.main(checkout.config(), "-n") == 7
+    assert len(checkout.calls) == 1 and not (checkout.root / "results").exists()
+
+
+@pytest.mark.parametrize(
+    "config, sentence",
+    [
+        ({"run": "../.."}, "'../..' in run cannot name a folder"),
+        ({"run": "README.md"}, "results/README.md is a file"),
+        ({"run": "x" * 300}, "cannot name a folder"),
+        ({"minimal": {"sampler": "farthst", "n_S": 3}}, "did you mean 'farthest'?"),
+    ],
+)
+def test_a_bad_config_ends_before_anything_runs(checkout, capsys, config, sentence):
+    (checkout.root / "results").mkdir()
+    (checkout.root / "results" / "README.md").write_text("")
+    assert study.main(checkout.config(**config)) == 2
+    said = capsys.readouterr()
+    assert sentence in said.err and "results/../" not in said.err and not said.out
+    assert not checkout.calls
+
+
+def test_no_config_or_no_yaml_is_a_sentence(checkout, capsys, tmp_path):
+    assert study.main("none.yaml") == 2
+    assert "There is no config file 'none.yaml'; give one with CONFIG=" in capsys.readouterr().err
+    (tmp_path / "list.yaml").write_text("- a\n")
+    assert study.main(str(tmp_path / "list.yaml")) == 2
+    assert "list.yaml holds a list" in capsys.readouterr().err
+
+
+def test_a_config_without_proteins_changes_the_default_study(checkout, tmp_path):
+    (tmp_path / "seed.yaml").write_text("seed: 5\nrun: other\n")
+    assert study.main("seed.yaml") == 0
+    assert (checkout.root / "results" / "other").is_dir()
+
+
+def test_one_study_at_a_time(checkout, capsys):
+    (checkout.root / ".snakemake").mkdir()
+    with open(checkout.root / ".snakemake" / "study.lock", "w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        assert study.main(checkout.config()) == 2
+    assert "Another study runs in this folder" in capsys.readouterr().err
+    assert study.main(checkout.config()) == 0
+
+
+@pytest.mark.parametrize("place", [".snakemake", "results"])
+def test_a_folder_that_may_not_be_written_is_a_sentence(checkout, capsys, place):
+    (checkout.root / place).symlink_to("/proc/no/such/place")  # a place where even root may not write
+    assert study.main(checkout.config()) == 2
+    said = capsys.readouterr().err
+    assert "cannot be written (" in said and place in said and len(said.splitlines()) == 1
+    assert not checkout.calls
+
+
+def test_the_memory_of_a_large_grid_is_told(checkout, capsys, monkeypatch):
+    monkeypatch.setattr(study, "TELL", 10**7)
+    assert study.main(checkout.config(evaluation={"draws": 3, "test_dots": 400})) == 0
+    assert "The grid of one surface will need about 0.1 GB of memory." in capsys.readouterr().out
+
+
+def test_what_an_earlier_run_said_is_not_said_again(checkout, capsys):
+    logs = checkout.root / "results" / "mine" / "logs"
+    logs.mkdir(parents=True)
+    for name, when in (("old.log", 1000), ("new.log", 3000)):
+        (logs / name).write_text(f"INFO begins\nERROR {name} went wrong\n")
+        os.utime(logs / name, (when, when))
+    study.print_results(logs.parent, 1, begin=2000)
+    said = capsys.readouterr().err
+    assert "- new: new.log went wrong" in said and "old" not in said and "begins" not in said

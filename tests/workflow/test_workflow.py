@@ -1,0 +1,317 @@
+"""The workflow as a user runs it, on a small study: order, cores, kills, edits, mistakes."""
+
+import errno
+import hashlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+
+from conftest import ROOT
+from sparsurf import InputError
+from sparsurf.workflow import code_digests, jobs
+
+SMALL = {
+    "run": "small",
+    "proteins": {
+        "tdp43": {
+            "structure": str(ROOT / "data" / "tdp43" / "topology.pdb"),
+            "trajectory": str(ROOT / "data" / "tdp43" / "trajectory.xtc"),
+            "residues": "209-222",
+        }
+    },
+    "frames": {"use": [0, 700]},
+    "sampling": {"alpha": [0.5, 1.0], "beta": [0.0, 0.4], "gamma": [0, 6], "delta": [0, 6]},
+    "evaluation": {"test_dots": 40, "draws": 2},
+    "tables": {"ranges": 3},
+}
+ONE = SMALL | {"frames": {"use": [0]}}  # its first conformation only
+FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")
+TABLES = (
+    "frames.csv",
+    "*/roughness.csv",
+    "*/grid.csv",
+    "*/ranges.*",
+    "*/best.*",
+    "*/minimal.csv",
+    "*/surface.*",
+)
+
+
+def snakemake(folder, config, *options, root=ROOT):
+    """Run the workflow in a folder of its own; returns the finished process."""
+    return subprocess.run(
+        command(folder, config, *options, root=root), capture_output=True, text=True, check=False
+    )
+
+
+def command(folder, config, *options, root=ROOT):
+    folder.mkdir(exist_ok=True)
+    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    where = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", folder / "config.yaml"]
+    return [sys.executable, "-m", "snakemake", *map(str, where), "--cores", "2", *options]
+
+
+def digests(folder):
+    """Digest of every table of the run."""
+    protein = folder / "results" / "small" / "tdp43"
+    files = sorted(path for pattern in TABLES for path in protein.glob(pattern))
+    return {str(path.relative_to(protein)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+IMPORTING = """
+configfile: "config.yaml"
+
+module surfaces:
+    snakefile: {snakefile!r}
+    config: config
+
+use rule * from surfaces as surfaces_*
+"""
+
+
+def of_one(folder):
+    """The same of the first conformation alone."""
+    return {path: digest for path, digest in digests(folder).items() if path.startswith("f0000/")}
+
+
+def output(process):
+    return process.stdout + process.stderr
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """The small study, run with two cores."""
+    folder = tmp_path_factory.mktemp("two")
+    process = snakemake(folder, SMALL)
+    assert process.returncode == 0, output(process)
+    return folder
+
+
+def test_every_promised_file_is_there(finished):
+    protein = finished / "results" / "small" / "tdp43"
+    for name in ("frames.csv", "figures/frames.png", "figures/frames.svg"):
+        assert (protein / name).stat().st_size > 0, name
+    for conformation in ("f0000", "f0700"):
+        for name in [
+            "structure.pdb",
+            "surface.npz",
+            "surface.ply",
+            "roughness.csv",
+            "grid.csv",
+            "distances.npz",
+            "ranges.csv",
+            "ranges.md",
+            "best.json",
+            "best.md",
+            "minimal.csv",
+            "minimal.ply",
+        ] + [f"figures/{name}.{end}" for name in FIGURES for end in ("png", "svg")]:
+            assert (protein / conformation / name).stat().st_size > 0, name
+    assert not list(protein.rglob(".part-*"))
+
+
+def test_a_second_run_has_nothing_to_do(finished):
+    process = snakemake(finished, SMALL)
+    assert process.returncode == 0
+    assert "Nothing to be done" in output(process)
+
+
+def test_imported_by_another_workflow_on_one_core_it_gives_the_same_bytes(finished, tmp_path):
+    """Scripts, schema, captions and the embedded example are found from the Snakefile, results lie where it is asked for."""
+    folder = tmp_path / "one"
+    folder.mkdir()
+    snakefile = folder / "Snakefile"
+    snakefile.write_text(IMPORTING.format(snakefile=str(ROOT / "Snakefile")))
+    embedded = {
+        key: f"data/tdp43/{SMALL['proteins']['tdp43'][key].split('/')[-1]}"
+        for key in ("structure", "trajectory")
+    }
+    config = ONE | {"proteins": {"tdp43": SMALL["proteins"]["tdp43"] | embedded}}
+    process = snakemake(folder, config, "--cores", "1", root=folder)
+    assert process.returncode == 0, output(process)
+    assert of_one(folder) == of_one(finished)
+    assert len(of_one(finished)) > 6 and len(digests(finished)) > 12
+    process = snakemake(folder, config, "--report", str(folder / "report.html"), root=folder)
+    assert process.returncode == 0, output(process)
+    assert "how R_i is distributed over the dots" in (folder / "report.html").read_text()  # a caption
+
+
+def test_a_run_killed_at_every_stage_continues_to_the_same_tables(finished, tmp_path):
+    folder = tmp_path / "killed"
+    for stage in (
+        "frames.csv",
+        "*/surface.npz",
+        "*/roughness.csv",
+        "*/grid.csv",
+        "*/ranges.csv",
+        "*/minimal.csv",
+    ):
+        process = subprocess.Popen(
+            command(folder, ONE, "--nolock"),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        deadline = time.monotonic() + 120
+        while not list(folder.glob(f"results/small/tdp43/{stage}")) and time.monotonic() < deadline:
+            if process.poll() is not None:
+                break
+            time.sleep(0.02)
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    again = snakemake(folder, ONE, "--nolock")
+    assert again.returncode == 0, output(again)
+    assert of_one(folder) == of_one(finished)
+
+
+def test_the_report_is_made_offline(finished):
+    process = snakemake(finished, SMALL, "--report", str(finished / "report.html"))
+    assert process.returncode == 0, output(process)
+    text = (finished / "report.html").read_text()
+    assert "tdp43" in text and len(text) > 500_000
+
+
+def test_editing_a_module_reruns_the_step_that_uses_it(finished, tmp_path):
+    copy = copied(tmp_path)
+    process = snakemake(finished, SMALL, "--dry-run", "--nolock", root=copy)
+    assert "Nothing to be done" in output(process)
+    edit(copy, "molecules/conformations")
+    process = snakemake(finished, SMALL, "--dry-run", "--nolock", root=copy)
+    assert re.search(r"params have changed since last execution:\s+choose_frames\n", output(process)), output(
+        process
+    )
+
+
+@pytest.mark.parametrize(
+    "module, scripts",
+    [
+        ("molecules/conformations", {"choose_frames.py"}),
+        ("report/figures/layout", {"draw_frames.py", "draw_figures.py"}),
+        ("surfaces/laying_dots", {"compile_kernels.py", "make_surface.py"}),
+        ("study/tables", {"evaluate_grid.py", "tabulate_best.py", "reproduce_paper.py"}),
+    ],
+)
+def test_a_module_counts_for_the_scripts_that_import_it(tmp_path, monkeypatch, module, scripts):
+    copy = copied(tmp_path)
+    monkeypatch.setattr(code_digests, "SCRIPTS", copy / "scripts")
+    rules = re.findall(r'code=digest\("(\w+\.py)"', (ROOT / "Snakefile").read_text())
+    before = {script: code_digests.digest.__wrapped__(script) for script in rules}
+    edit(copy, module)
+    changed = {script for script in rules if code_digests.digest.__wrapped__(script) != before[script]}
+    assert scripts <= changed
+    assert not changed & ({"choose_frames.py", "make_surface.py", "measure_roughness.py"} - scripts)
+
+
+def copied(tmp_path):
+    """A copy of what the rules are made of."""
+    copy = tmp_path / "copy"
+    for name in ("scripts", "profiles", "envs"):
+        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("Snakefile", "config.yaml"):
+        shutil.copy(ROOT / name, copy / name)
+    return copy
+
+
+def edit(copy, module):
+    path = copy / "scripts" / "sparsurf" / f"{module}.py"
+    path.write_text(path.read_text(encoding="utf-8") + "\n# a change\n", encoding="utf-8")
+
+
+class Job:
+    """What a script sees of Snakemake, for `workflow.job`."""
+
+    def __init__(self, folder):
+        self.rule, self.log, self.input = "rule", [str(folder / "log")], []
+        self.output = {
+            "one": str(folder / "a" / "one.csv"),
+            "two": [str(folder / "a" / "x.png"), str(folder / "a" / "x.svg")],
+        }
+
+
+def test_outputs_appear_when_all_are_complete(tmp_path):
+    with jobs.job(Job(tmp_path)) as output:
+        Path(output["one"]).write_text("1")
+        for path in output["two"]:
+            Path(path).write_text("2")
+        assert not (tmp_path / "a" / "one.csv").exists()
+        print("said")
+    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == ["one.csv", "x.png", "x.svg"]
+    assert re.fullmatch(r"said\nUSED [1-9]\d+ MB [\d.]+ s for 0.00 MB\n", (tmp_path / "log").read_text())
+
+
+@pytest.mark.parametrize(
+    "error, sentence",
+    [
+        (InputError("the file is wrong."), "ERROR the file is wrong."),
+        (
+            OSError(errno.ENOSPC, "No space left on device", "out.csv"),
+            "ERROR out.csv: No space left on device; mend that",
+        ),
+    ],
+)
+def test_a_failing_job_leaves_a_sentence_and_no_file(tmp_path, error, sentence):
+    with pytest.raises(SystemExit), jobs.job(Job(tmp_path)) as output:
+        Path(output["one"]).write_text("half")
+        raise error
+    assert list((tmp_path / "a").iterdir()) == []
+    assert sentence in (tmp_path / "log").read_text()
+
+
+def test_your_own_protein_as_the_readme_says(shared, tmp_path):
+    """The config of the README, letter by letter, with a file where it says, in a folder with blanks and accents."""
+    text = re.search(r"```yaml\n(# my_study\.yaml.*?)```", (ROOT / "README.md").read_text(), re.S).group(1)
+    folder = tmp_path / "mein Ordner é"
+    (folder / "path" / "to").mkdir(parents=True)
+    shutil.copy(
+        shared / "data" / "structures" / "A6PA6_13res_nochain.pdb", folder / "path" / "to" / "protein.pdb"
+    )
+    os.chmod(folder / "path" / "to", 0o555)
+    process = snakemake(folder, yaml.safe_load(text))
+    assert process.returncode == 0, output(process)
+    protein = folder / "results" / "my_study" / "my_protein"
+    assert len((protein / "c1" / "grid.csv").read_text().splitlines()) == 1297
+    assert (protein / "c1" / "minimal.csv").is_file()
+
+
+@pytest.mark.parametrize(
+    "change, sentences",
+    [
+        (
+            {"sampling": {"alpha": [2.0]}, "evaluaton": {}},
+            [
+                "sampling.alpha.0 is 2.0, but must be 1 or less",
+                "unknown key 'evaluaton' in the config; did you mean 'evaluation'?",
+            ],
+        ),
+        ({"proteins": {"a": {"structure": "missing.pdb"}}}, ["there is no file 'missing.pdb'"]),
+    ],
+)
+def test_a_mistake_in_the_config_is_a_sentence(tmp_path, change, sentences):
+    process = snakemake(tmp_path / "x", SMALL | change)
+    assert process.returncode != 0
+    assert all(sentence in output(process) for sentence in sentences)
+    assert "Traceback" not in output(process)
+
+
+def test_a_bad_protein_does_not_stop_the_others(tmp_path):
+    bad = tmp_path / "bad.pdb"
+    bad.write_text("REMARK nothing here\n")
+    config = SMALL | {
+        "proteins": SMALL["proteins"] | {"broken": {"structure": str(bad)}},
+        "frames": {"use": [0]},
+        "sampling": {"alpha": [1.0], "beta": [0], "gamma": [0], "delta": [0, 6]},
+    }
+    process = snakemake(tmp_path / "x", config)
+    assert process.returncode != 0
+    assert "bad.pdb holds no atoms" in output(process)
+    assert "Traceback (most" not in output(process)
+    assert list((tmp_path / "x" / "results" / "small" / "tdp43").glob("*/ranges.csv"))
