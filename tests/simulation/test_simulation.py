@@ -271,4 +271,4 @@ def test_a_structure_alone_becomes_a_study(shared, tmp_path):
     quality_table = pd.read_csv(folder / "simulation" / "quality.csv").set_index("quantity")
     assert quality_table["mean"]["temperature_K"] == pytest.approx(300, abs=5)
     assert len(pd.read_csv(folder / "simulation" / "motion.csv")) == 11
-    assert (folder / "f0000" / "ranges.csv").is_file() and (folder / "figures" / "simulation.png").is_file()
+    assert (folder / "f10" / "ranges.csv").is_file() and (folder / "figures" / "simulation.png").is_file()
