@@ -229,6 +229,7 @@ rule compile_kernels:
         f"{LOGS}/compile_kernels.log",
     conda:
         "envs/study.yaml"
+    threads: 2
     params:
         descriptor=config["patches"]["descriptor"],
         code=digest("compile_kernels.py"),
@@ -519,7 +520,6 @@ rule draw_figures:
         f"{CONFORMATION_LOGS}/draw_figures.log",
     conda:
         "envs/study.yaml"
-    threads: THREADS
     resources:
         **needs("draw_figures", dots),
     params:

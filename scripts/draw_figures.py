@@ -18,7 +18,7 @@ from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import run
 
 SPARSE = Combination(1.0, 1.0, 10.0, 0.0)  # Fig. 5 D of the paper: few dots, where the surface is rough
-MOST_TESTS = 30_000  # test dots by roughness: the rarest roughness decides how many each bin may show
+MOST_TESTS = 8_000  # test dots by roughness: the rarest roughness decides how many each bin may show
 DRAWS = 6  # of the combination, for the numbers by roughness
 
 

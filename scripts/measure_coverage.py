@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from sparsurf.patches.readings import OF_GRID
 from sparsurf.report.coverage_page import coverage_markdown
@@ -42,8 +41,7 @@ def main(folders, n, path_to_table, path_to_page):
             {**own, "draws": draws, "test_dots": tests, "replicates": n} | table.to_dict("series")
         )
 
-    with threadpool_limits(1, "blas"):
-        parts = over_slices(one, len(cases), available_cores(), 1)
+    parts = over_slices(one, len(cases), available_cores(), 1)
     table = pd.concat(parts, ignore_index=True).round(4)
     table.to_csv(path_to_table, index=False)
     path_to_page.write_text(coverage_markdown(table), encoding="utf-8")

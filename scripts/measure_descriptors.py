@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
@@ -52,8 +51,7 @@ def main(path_to_docs, *structures):
     """Measure every NAME=FILE and write tables, page and figures; without any, write page and figures anew."""
     docs = Path(path_to_docs)
     (docs / "tables").mkdir(parents=True, exist_ok=True)
-    with threadpool_limits(1, "blas"):
-        found = [measure(*each.split("=", 1), available_cores()) for each in structures]
+    found = [measure(*each.split("=", 1), available_cores()) for each in structures]
     for key in TABLES if found else ():
         table = pd.concat([tables[key] for tables in found])
         table.to_csv(docs / "tables" / f"descriptors_{key}.csv", index=False, float_format="%.5g")

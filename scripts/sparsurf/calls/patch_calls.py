@@ -1,7 +1,6 @@
 """What lies around each dot: its roughness and its descriptors."""
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from sparsurf import InputError
 from sparsurf.calls.inputs import as_surface
@@ -75,8 +74,7 @@ def descriptors(surface, at=None, *, radius=R_ZERNIKE, up=True, d_link=D_LINK):
     1.74
     """
     index = prepared(surface, d_link)
-    with threadpool_limits(1, "blas"):
-        return describe(index, _places(index, at), radius, up, available_cores())[0]
+    return describe(index, _places(index, at), radius, up, available_cores())[0]
 
 
 def prepared(surface, d_link=D_LINK):

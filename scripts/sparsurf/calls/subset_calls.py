@@ -2,7 +2,6 @@
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from sparsurf import InputError
 from sparsurf.calls.inputs import as_surface
@@ -124,9 +123,8 @@ def compare(surface, subsets, *, reading="surface", test_dots=400):
     uniform = [
         law.uniform(len(ready.points), len(subset), ready.stream("compare", len(subset))) for subset in kept
     ]
-    with threadpool_limits(1, "blas"):
-        z_tot, _ = ready.describe(tests)
-        distances, _ = ready.distances(kept + uniform, tests, z_tot, reading)
+    z_tot, _ = ready.describe(tests)
+    distances, _ = ready.distances(kept + uniform, tests, z_tot, reading)
     sticks = yardsticks(z_tot)
     rows = []
     for subset, own, other in zip(kept, distances, distances[len(kept) :], strict=False):

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from threadpoolctl import threadpool_limits
 
 from sparsurf import InputError
 from sparsurf.threads import over_slices
@@ -71,8 +70,7 @@ def nearest(a, b, k=1, threads=1):
         with lock:
             _merge(*mine, *of_b)
 
-    with threadpool_limits(1, "blas"):
-        over_slices(rows, len(a), threads, ROWS)
+    over_slices(rows, len(a), threads, ROWS)
     return _measured(a, b, of_a[1]), _measured(b, a, of_b[1])
 
 

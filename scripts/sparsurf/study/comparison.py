@@ -10,7 +10,6 @@ from functools import partial
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from sparsurf.patches.readings import PUBLISHED, TEXT
 from sparsurf.recovery.reading import RECOVERED
@@ -130,18 +129,17 @@ def compare(
     """
     tests = evaluator.draw_tests(n_tests)
     parts = []
-    with threadpool_limits(1, "blas"):
-        z_tot, _ = evaluator.describe(tests)
-        sticks = yardsticks(z_tot)
-        for name, draw in drawers.items():
-            subsets, seconds = _draw(evaluator, name, draw, percents, draws)
-            measured = {"seconds": np.median(seconds, axis=1)}
-            measured |= _measure(evaluator, subsets, tests, z_tot, (len(percents), draws, -1))
-            if raw is not None:
-                raw |= {(name, measure): x for measure, x in measured.items() if x.ndim == 3}
-            n_s = np.reshape([len(s) for s in subsets], (len(percents), draws)).mean(axis=1)
-            parts += [_rows(name, percents, n_s, measure, measured[measure]) for measure in USE]
-            progress(len(parts) // len(USE), len(drawers))
+    z_tot, _ = evaluator.describe(tests)
+    sticks = yardsticks(z_tot)
+    for name, draw in drawers.items():
+        subsets, seconds = _draw(evaluator, name, draw, percents, draws)
+        measured = {"seconds": np.median(seconds, axis=1)}
+        measured |= _measure(evaluator, subsets, tests, z_tot, (len(percents), draws, -1))
+        if raw is not None:
+            raw |= {(name, measure): x for measure, x in measured.items() if x.ndim == 3}
+        n_s = np.reshape([len(s) for s in subsets], (len(percents), draws)).mean(axis=1)
+        parts += [_rows(name, percents, n_s, measure, measured[measure]) for measure in USE]
+        progress(len(parts) // len(USE), len(drawers))
     table = pd.concat(parts, ignore_index=True)
     table.insert(3, "n_S_percent", 100 * table["n_S"] / len(evaluator.points))
     of_z = table["measure"].str.startswith("Z ")

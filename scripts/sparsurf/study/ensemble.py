@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from sparsurf import InputError
 from sparsurf.sampling.combination import PARAMETERS
@@ -63,19 +62,18 @@ def follow(
     settings = settings | {"surface": settings["surface"] | {"density": density}}  # the same for all frames
     first, last = (molecule.n_frames * k // part[1] for k in (part[0] - 1, part[0]))
     Path(path_to_part).write_text("".join([mark, header, *rows]), encoding="utf-8")
-    with threadpool_limits(1, "blas"):
-        for a in range(first + len(rows), last, CHUNK):
-            chunk = pd.DataFrame(
-                over_slices(
-                    lambda i, _, a=a: frame_row(molecule, a + i, atom_radii, settings, name),
-                    min(CHUNK, last - a),
-                    threads,
-                    1,
-                )
+    for a in range(first + len(rows), last, CHUNK):
+        chunk = pd.DataFrame(
+            over_slices(
+                lambda i, _, a=a: frame_row(molecule, a + i, atom_radii, settings, name),
+                min(CHUNK, last - a),
+                threads,
+                1,
             )
-            with open(path_to_part, "a", encoding="utf-8") as stream:
-                stream.write(chunk.to_csv(index=False, header=a == first, lineterminator="\n"))
-            progress(a + len(chunk) - first, last - first)
+        )
+        with open(path_to_part, "a", encoding="utf-8") as stream:
+            stream.write(chunk.to_csv(index=False, header=a == first, lineterminator="\n"))
+        progress(a + len(chunk) - first, last - first)
     text = Path(path_to_part).read_text(encoding="utf-8").removeprefix(mark)
     return text if first == 0 else text.partition("\n")[2]
 

@@ -6,7 +6,6 @@ the surface better. All dots take part on both sides.
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from sparsurf.molecules.conformations import superpose
 from sparsurf.patches import descriptors
@@ -43,29 +42,28 @@ def floors(evaluator, n_tests, lay=None, atoms=None, frames=None):
     place, around = evaluator.points[tests], evaluator.points.mean(axis=0)
     rng = evaluator.stream("floors")
     found = {FRESH: [], TURNED: []}
-    with threadpool_limits(1, "blas"):
-        z_tot, _ = evaluator.describe(tests)
+    z_tot, _ = evaluator.describe(tests)
 
-        def against(surface, place):
-            index = build_index(*surface, evaluator.d_link)
-            z, _ = descriptors.describe(
-                index, place, evaluator.r_zernike, True, evaluator.threads, evaluator.descriptor
-            )
-            return np.linalg.norm(z - z_tot, axis=1)
+    def against(surface, place):
+        index = build_index(*surface, evaluator.d_link)
+        z, _ = descriptors.describe(
+            index, place, evaluator.r_zernike, True, evaluator.threads, evaluator.descriptor
+        )
+        return np.linalg.norm(z - z_tot, axis=1)
 
-        for _ in range(DRAWS):
-            turn = turning(rng)
-            points, normals = _fresh(evaluator, lay, atoms, around, turn)
-            found[FRESH].append(against(((points @ turn) + around, normals @ turn), place))
-            found[TURNED].append(against((points, normals), (place - around) @ turn.T))
-        own = evaluator.surface.atom[tests] if lay else None
-        for rms in MOVED if lay else ():
-            moved = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(DRAWS)]
-            found[f"atoms moved {rms:g} Å"] = [against(_laid(lay(xyz)), place) for xyz in moved]
-        for gap, others in (frames or {}).items():
-            found[f"frames {gap:g} ps apart"] = [
-                against(_laid(lay(xyz)), place + (xyz - atoms)[own]) for xyz in others
-            ]
+    for _ in range(DRAWS):
+        turn = turning(rng)
+        points, normals = _fresh(evaluator, lay, atoms, around, turn)
+        found[FRESH].append(against(((points @ turn) + around, normals @ turn), place))
+        found[TURNED].append(against((points, normals), (place - around) @ turn.T))
+    own = evaluator.surface.atom[tests] if lay else None
+    for rms in MOVED if lay else ():
+        moved = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(DRAWS)]
+        found[f"atoms moved {rms:g} Å"] = [against(_laid(lay(xyz)), place) for xyz in moved]
+    for gap, others in (frames or {}).items():
+        found[f"frames {gap:g} ps apart"] = [
+            against(_laid(lay(xyz)), place + (xyz - atoms)[own]) for xyz in others
+        ]
     return pd.DataFrame([_row(name, np.array(z)) for name, z in found.items()])
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 from threading import Lock
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from sparsurf.patches import descriptors
 from sparsurf.patches.readings import OF_GRID
@@ -79,36 +78,35 @@ def run(
     if not shared:
         tests = np.array([evaluator.draw_tests(n_tests, *Combination(*c).keys()) for c in combinations])
     k, shape = len(combinations), (len(readings), len(combinations), draws, tests.shape[-1])
-    with threadpool_limits(1, "blas"):
-        out = Grid(
-            combinations=combinations,
-            n_dots=len(evaluator.points),
-            n_s=np.empty((k, draws), np.int64),
-            n_s_expected=law.expected_n_s(evaluator.cover, combinations),
-            tests=tests,
-            z_tot=np.empty((tests.shape[-1], descriptors.DESCRIPTORS[evaluator.descriptor].width)),
-            z_ts=np.empty(shape, np.float32),
-            z_tr=np.empty(shape, np.float32),
-            fragment=np.empty((len(readings), 2, k)),
-            readings=tuple(readings),
-        )
-        if shared:
-            per = max(1, descriptors.BITS // (2 * draws))
-            z_tot = None
-            for a in range(0, k, per):
-                z_tot = _fill(evaluator, out, range(a, min(a + per, k)), tests, z_tot)
-                progress(draws * min(a + per, k), draws * k)
-            out.z_tot[:] = z_tot
-        else:  # combinations side by side, each with one thread
-            alone, done = evaluator.changed(threads=1), []
-            out.z_tot[:] = evaluator.describe(evaluator.draw_tests(n_tests))[0]
+    out = Grid(
+        combinations=combinations,
+        n_dots=len(evaluator.points),
+        n_s=np.empty((k, draws), np.int64),
+        n_s_expected=law.expected_n_s(evaluator.cover, combinations),
+        tests=tests,
+        z_tot=np.empty((tests.shape[-1], descriptors.DESCRIPTORS[evaluator.descriptor].width)),
+        z_ts=np.empty(shape, np.float32),
+        z_tr=np.empty(shape, np.float32),
+        fragment=np.empty((len(readings), 2, k)),
+        readings=tuple(readings),
+    )
+    if shared:
+        per = max(1, descriptors.BITS // (2 * draws))
+        z_tot = None
+        for a in range(0, k, per):
+            z_tot = _fill(evaluator, out, range(a, min(a + per, k)), tests, z_tot)
+            progress(draws * min(a + per, k), draws * k)
+        out.z_tot[:] = z_tot
+    else:  # combinations side by side, each with one thread
+        alone, done = evaluator.changed(threads=1), []
+        out.z_tot[:] = evaluator.describe(evaluator.draw_tests(n_tests))[0]
 
-            def one(i, _):
-                _fill(alone, out, [i], tests[i])
-                done.append(i)
-                progress(draws * len(done), draws * k)
+        def one(i, _):
+            _fill(alone, out, [i], tests[i])
+            done.append(i)
+            progress(draws * len(done), draws * k)
 
-            over_slices(one, k, evaluator.threads, 1)
+        over_slices(one, k, evaluator.threads, 1)
     return out
 
 

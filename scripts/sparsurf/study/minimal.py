@@ -3,7 +3,6 @@
 import logging
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from sparsurf import InputError
 from sparsurf.patches.readings import TEXT
@@ -72,30 +71,29 @@ def _smallest(evaluator, sampler, draw, z, n_tests):
     """The smallest subset whose Z is at most z: the first of a row of sizes that reaches it, then between
     that and the one before, until they are neighbours."""
     tests = evaluator.draw_tests(n_tests)
-    with threadpool_limits(1, "blas"):
-        z_tot, _ = evaluator.describe(tests)
+    z_tot, _ = evaluator.describe(tests)
 
-        def reached(subsets):
-            return evaluator.distances(subsets, tests, z_tot, TEXT)[0]
+    def reached(subsets):
+        return evaluator.distances(subsets, tests, z_tot, TEXT)[0]
 
-        low, high, best = 0, len(evaluator.points), draw(len(evaluator.points))
-        distances = reached([best])
-        if distances.mean() > z + 1e-9:  # of the whole surface it is 0 but for rounding
-            raise InputError(
-                f"minimal.Z is {z:g}, but {sampler} comes down to {distances.mean():.3g} only, with all the "
-                f"{len(best)} dots that it can keep; wish for more, or choose a sampler that can keep every dot."
-            )
-        while high - low > 1:
-            sizes = np.unique(np.geomspace(low + 1, high, STEPS).round().astype(int))[:-1]
-            subsets = [draw(int(n)) for n in sizes]
-            found = reached(subsets)
-            first = np.flatnonzero(found.mean(axis=1) <= z)[:1]
-            if len(first):
-                k = int(first[0])
-                low, high = (int(sizes[k - 1]) if k else low), int(sizes[k])
-                best, distances = subsets[k], found[k : k + 1]
-            else:
-                low = int(sizes[-1])
+    low, high, best = 0, len(evaluator.points), draw(len(evaluator.points))
+    distances = reached([best])
+    if distances.mean() > z + 1e-9:  # of the whole surface it is 0 but for rounding
+        raise InputError(
+            f"minimal.Z is {z:g}, but {sampler} comes down to {distances.mean():.3g} only, with all the "
+            f"{len(best)} dots that it can keep; wish for more, or choose a sampler that can keep every dot."
+        )
+    while high - low > 1:
+        sizes = np.unique(np.geomspace(low + 1, high, STEPS).round().astype(int))[:-1]
+        subsets = [draw(int(n)) for n in sizes]
+        found = reached(subsets)
+        first = np.flatnonzero(found.mean(axis=1) <= z)[:1]
+        if len(first):
+            k = int(first[0])
+            low, high = (int(sizes[k - 1]) if k else low), int(sizes[k])
+            best, distances = subsets[k], found[k : k + 1]
+        else:
+            low = int(sizes[-1])
     value = estimate(distances)
     log.info(
         "%s: %s reaches Z = %.3f (95 %%: %.3f to %.3f) with %d of %d dots",

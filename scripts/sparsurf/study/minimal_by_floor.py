@@ -4,7 +4,6 @@ import logging
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from sparsurf import InputError
 from sparsurf.patches.readings import TEXT
@@ -41,15 +40,14 @@ def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER):
     draw, z_of = _tools(evaluator, sampler, n_tests, choices)
     n_dots, rows = len(evaluator.points), []
     sizes = np.unique([min(n_dots, max(FEWEST, round(p / 100 * n_dots))) for p in PERCENTS])
-    with threadpool_limits(1, "blas"):
-        for reading in (TEXT, RECOVERED):
-            drawn = [draw(n) for n in sizes]
-            found = [z_of(dots, reading) for dots in drawn]
-            for floor in floors.itertuples():
-                reached = [k for k, z in enumerate(found) if _reaches(z, floor)]
-                n, value = (len(drawn[reached[0]]), found[reached[0]][0]) if reached else (n_dots, 0.0)
-                row = {"floor": floor.floor, "Z_floor": floor.Z, "islands": reading, "n_S": int(n)}
-                rows.append(row | {"n_S_percent": 100 * n / n_dots, "Z": value})
+    for reading in (TEXT, RECOVERED):
+        drawn = [draw(n) for n in sizes]
+        found = [z_of(dots, reading) for dots in drawn]
+        for floor in floors.itertuples():
+            reached = [k for k, z in enumerate(found) if _reaches(z, floor)]
+            n, value = (len(drawn[reached[0]]), found[reached[0]][0]) if reached else (n_dots, 0.0)
+            row = {"floor": floor.floor, "Z_floor": floor.Z, "islands": reading, "n_S": int(n)}
+            rows.append(row | {"n_S_percent": 100 * n / n_dots, "Z": value})
     return pd.DataFrame(rows)
 
 
@@ -80,16 +78,15 @@ def smallest(evaluator, sampler, floors, floor, enough, n_tests, choices=OF_PAPE
     below = [p for p in PERCENTS if p < 0.999 * share]
     low = max(FEWEST, round((below[-1] if below else 0) / 100 * len(evaluator.points)))
     best = draw(high)
-    with threadpool_limits(1, "blas"):
-        for _ in range(HALVINGS):
-            middle = (low + high) // 2
-            if not low < middle < high:
-                break
-            some = draw(middle)
-            if _reaches(z_of(some, RECOVERED), limit):
-                high, best = middle, some
-            else:
-                low = middle
+    for _ in range(HALVINGS):
+        middle = (low + high) // 2
+        if not low < middle < high:
+            break
+        some = draw(middle)
+        if _reaches(z_of(some, RECOVERED), limit):
+            high, best = middle, some
+        else:
+            low = middle
     log.info(
         "%s: recovered from %d of %d dots of %s, Z is that of %s, %.3f, within the error",
         evaluator.name, len(best), len(evaluator.points), sampler, floor, limit["Z"],

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 from scipy.spatial import cKDTree
-from threadpoolctl import threadpool_limits
 
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
@@ -46,17 +45,16 @@ def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=
     floor = table.set_index("floor").loc[FRESH, "Z"]
     true = truth(xyz, radii)
     tests, rows = evaluator.draw_tests(n_tests), []
-    with threadpool_limits(1, "blas"):
-        z_tot, _ = evaluator.describe(tests)
-        for sampler in names:
-            for percent in percents:
-                n = max(4, round(percent / 100 * len(surface)))
-                kept = SAMPLERS[sampler](evaluator, n, evaluator.stream("recovery", sampler))
-                row = own | {"sampler": sampler, "percent": percent, "n_S": n}
-                for key, reading in (("Z_kept", "surface"), ("Z", "recovered")):
-                    row[key] = evaluator.distances([kept], tests, z_tot, reading)[0].mean()
-                row["Z_over_floor"] = row["Z"] / floor
-                rows.append(row | _quality(surface.points[kept], surface.normals[kept], true))
+    z_tot, _ = evaluator.describe(tests)
+    for sampler in names:
+        for percent in percents:
+            n = max(4, round(percent / 100 * len(surface)))
+            kept = SAMPLERS[sampler](evaluator, n, evaluator.stream("recovery", sampler))
+            row = own | {"sampler": sampler, "percent": percent, "n_S": n}
+            for key, reading in (("Z_kept", "surface"), ("Z", "recovered")):
+                row[key] = evaluator.distances([kept], tests, z_tot, reading)[0].mean()
+            row["Z_over_floor"] = row["Z"] / floor
+            rows.append(row | _quality(surface.points[kept], surface.normals[kept], true))
     return table.assign(**own), pd.DataFrame(rows)
 
 

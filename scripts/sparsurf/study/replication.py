@@ -5,7 +5,6 @@ Everything here works on one surface made ready by `evaluator.Evaluator`.
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import PUBLISHED
@@ -44,27 +43,26 @@ def sweep_links(surface, links, n_tests, draws, **settings):
     tests = first.draw_tests(n_tests)
     pairs = [first.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
     out = []
-    with threadpool_limits(1, "blas"):
-        for link in links:
-            linked = first.changed(index=build_index(first.points, first.normals, link))
-            z_tot, _ = linked.describe(tests)
-            z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, PUBLISHED)
-            z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, PUBLISHED)
-            shape = (len(PUBLISHED_ROWS), draws, len(tests))
-            d = estimate((z_tr - z_ts).reshape(shape))
-            for row in range(len(PUBLISHED_ROWS)):
-                out.append(
-                    {
-                        "D_link": link,
-                        "row": row + 1,
-                        "n_S_percent": 100 * len(pairs[row * draws][0]) / len(surface.points),
-                        "d": d.mean[row],
-                        "d_low": d.low[row],
-                        "d_high": d.high[row],
-                        "Z_tS": z_ts.reshape(shape)[row].mean(),
-                        "fragment": np.median(size.reshape(shape)[row]),
-                    }
-                )
+    for link in links:
+        linked = first.changed(index=build_index(first.points, first.normals, link))
+        z_tot, _ = linked.describe(tests)
+        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, PUBLISHED)
+        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, PUBLISHED)
+        shape = (len(PUBLISHED_ROWS), draws, len(tests))
+        d = estimate((z_tr - z_ts).reshape(shape))
+        for row in range(len(PUBLISHED_ROWS)):
+            out.append(
+                {
+                    "D_link": link,
+                    "row": row + 1,
+                    "n_S_percent": 100 * len(pairs[row * draws][0]) / len(surface.points),
+                    "d": d.mean[row],
+                    "d_low": d.low[row],
+                    "d_high": d.high[row],
+                    "Z_tS": z_ts.reshape(shape)[row].mean(),
+                    "fragment": np.median(size.reshape(shape)[row]),
+                }
+            )
     return pd.DataFrame(out)
 
 
