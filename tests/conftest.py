@@ -50,4 +50,5 @@ def make_blob(n, seed=5):
 
 def pytest_collection_modifyitems(items):
     """Whole studies first: with two processes, the other tests fill the time that they take."""
-    items.sort(key=lambda item: item.path.name != "test_workflow.py")
+    first = ["test_workflow.py", "test_simulation.py", "test_own_proteins.py", "test_slurm.py"]
+    items.sort(key=lambda item: first.index(item.path.name) if item.path.name in first else len(first))

@@ -341,7 +341,7 @@ def read_in_a_loop(connection):
 
 @pytest.fixture
 def reader():
-    """Reads paths in another process; 'died' after a crash of it, 'hangs' after 10 s."""
+    """Reads paths in another process; 'died' after a crash of it, 'hangs' after a minute."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=read_in_a_loop, args=(theirs,), daemon=True)
@@ -351,7 +351,7 @@ def reader():
     def read(*paths):
         ours.send(paths)
         try:
-            return ours.recv() if ours.poll(10) else "hangs"
+            return ours.recv() if ours.poll(60) else "hangs"
         except EOFError:
             return "died"
 
@@ -370,7 +370,7 @@ def test_damaged_files_are_read_or_refused(shared, tmp_path, reader):
         frames.save(str(tmp_path / "made" / f"twin.{extension}"))
     rng = random.Random(20260101)
     outcomes = []
-    for case in range(int(os.environ.get("SPARSURF_FUZZ_CASES", "150"))):
+    for case in range(int(os.environ.get("SPARSURF_FUZZ_CASES", "80"))):
         *names, which = FUZZED[case % len(FUZZED)]
         roots = [tmp_path if name and name.startswith("made") else shared for name in names]
         paths = [root / name if name else None for root, name in zip(roots, names, strict=True)]

@@ -7,32 +7,16 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
-import yaml
 
 from conftest import ROOT
+from small_study import ONE, SMALL, command, output, snakemake
 from sparsurf import InputError
 from sparsurf.workflow import code_digests, jobs
 
-SMALL = {
-    "run": "small",
-    "proteins": {
-        "tdp43": {
-            "structure": str(ROOT / "data" / "tdp43" / "topology.pdb"),
-            "trajectory": str(ROOT / "data" / "tdp43" / "trajectory.xtc"),
-            "residues": "209-222",
-        }
-    },
-    "frames": {"use": [0, 700]},
-    "sampling": {"alpha": [0.5, 1.0], "beta": [0.0, 0.4], "gamma": [0, 6], "delta": [0, 6]},
-    "evaluation": {"test_dots": 40, "draws": 2},
-    "tables": {"ranges": 3},
-}
-ONE = SMALL | {"frames": {"use": [0]}}  # its first conformation only
 FIGURES = ("roughness", "number_of_dots", "d_over_grid", "rough_and_flat", "subsets")
 TABLES = (
     "frames.csv",
@@ -43,20 +27,6 @@ TABLES = (
     "*/minimal.csv",
     "*/surface.*",
 )
-
-
-def snakemake(folder, config, *options, root=ROOT):
-    """Run the workflow in a folder of its own; returns the finished process."""
-    return subprocess.run(
-        command(folder, config, *options, root=root), capture_output=True, text=True, check=False
-    )
-
-
-def command(folder, config, *options, root=ROOT):
-    folder.mkdir(exist_ok=True)
-    (folder / "config.yaml").write_text(yaml.safe_dump(config))
-    where = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", folder / "config.yaml"]
-    return [sys.executable, "-m", "snakemake", *map(str, where), "--cores", "2", *options]
 
 
 def digests(folder):
@@ -80,10 +50,6 @@ use rule * from surfaces as surfaces_*
 def of_one(folder):
     """The same of the first conformation alone."""
     return {path: digest for path, digest in digests(folder).items() if path.startswith("f0000/")}
-
-
-def output(process):
-    return process.stdout + process.stderr
 
 
 @pytest.fixture(scope="module")
@@ -264,54 +230,3 @@ def test_a_failing_job_leaves_a_sentence_and_no_file(tmp_path, error, sentence):
         raise error
     assert list((tmp_path / "a").iterdir()) == []
     assert sentence in (tmp_path / "log").read_text()
-
-
-def test_your_own_protein_as_the_readme_says(shared, tmp_path):
-    """The config of the README, letter by letter, with a file where it says, in a folder with blanks and accents."""
-    text = re.search(r"```yaml\n(# my_study\.yaml.*?)```", (ROOT / "README.md").read_text(), re.S).group(1)
-    folder = tmp_path / "mein Ordner é"
-    (folder / "path" / "to").mkdir(parents=True)
-    shutil.copy(
-        shared / "data" / "structures" / "A6PA6_13res_nochain.pdb", folder / "path" / "to" / "protein.pdb"
-    )
-    os.chmod(folder / "path" / "to", 0o555)
-    process = snakemake(folder, yaml.safe_load(text))
-    assert process.returncode == 0, output(process)
-    protein = folder / "results" / "my_study" / "my_protein"
-    assert len((protein / "c1" / "grid.csv").read_text().splitlines()) == 1297
-    assert (protein / "c1" / "minimal.csv").is_file()
-
-
-@pytest.mark.parametrize(
-    "change, sentences",
-    [
-        (
-            {"sampling": {"alpha": [2.0]}, "evaluaton": {}},
-            [
-                "sampling.alpha.0 is 2.0, but must be 1 or less",
-                "unknown key 'evaluaton' in the config; did you mean 'evaluation'?",
-            ],
-        ),
-        ({"proteins": {"a": {"structure": "missing.pdb"}}}, ["there is no file 'missing.pdb'"]),
-    ],
-)
-def test_a_mistake_in_the_config_is_a_sentence(tmp_path, change, sentences):
-    process = snakemake(tmp_path / "x", SMALL | change)
-    assert process.returncode != 0
-    assert all(sentence in output(process) for sentence in sentences)
-    assert "Traceback" not in output(process)
-
-
-def test_a_bad_protein_does_not_stop_the_others(tmp_path):
-    bad = tmp_path / "bad.pdb"
-    bad.write_text("REMARK nothing here\n")
-    config = SMALL | {
-        "proteins": SMALL["proteins"] | {"broken": {"structure": str(bad)}},
-        "frames": {"use": [0]},
-        "sampling": {"alpha": [1.0], "beta": [0], "gamma": [0], "delta": [0, 6]},
-    }
-    process = snakemake(tmp_path / "x", config)
-    assert process.returncode != 0
-    assert "bad.pdb holds no atoms" in output(process)
-    assert "Traceback (most" not in output(process)
-    assert list((tmp_path / "x" / "results" / "small" / "tdp43").glob("*/ranges.csv"))
