@@ -200,6 +200,24 @@ def test_every_claim_has_numbers_and_a_file(page):
     assert as_html(text).count("<h2>") == text.count("\n## ")
 
 
+def test_the_verdict_begins_with_its_answer(page):
+    rows = page["rows"].assign(d_kept=np.linspace(1, 2.5, 10), d_surface=-0.25)
+    grid = page["grid"].assign(d_low_kept=0.1, d_high_surface=-0.1, Z_tS_kept=9.0)
+    grid.loc[grid.index[:5], "d_low_kept"] = -0.1
+    lines = verdict(page | {"rows": rows, "grid": grid}, FILES).splitlines()
+    assert lines[3].startswith(
+        "- `kept`: d of the ten published rows is 1.00 to 2.50; the sampling beats a uniform draw for certain in 50 % of"
+    )
+    assert "in 100 % its subset describes a patch worse than the mean of all patches does" in lines[3]
+    assert "-0.25 to -0.25" in lines[4] and "loses to it in 100 %" in lines[4]
+    named = [
+        f"{name} ({binning} ranges)"
+        for name in published_runs.MEASURES
+        for binning in published_runs.BINNINGS
+    ]
+    assert all(name in lines[2] for name in named)
+
+
 def test_sentences_change_when_numbers_do(page):
     text = verdict(page, FILES)
     turned = page["grid"].assign(d_kept=-page["grid"]["d_kept"])

@@ -106,6 +106,17 @@ def test_markdown_twins_hold_every_range():
     assert "2.00 - 11.80" in text and "9.60" in text
 
 
+def test_the_page_of_ranges_begins_with_its_answer():
+    grid = made_up([-1.0, 0.0, 2.0], [10.0, 50.0, 90.0], tests=100, noise=0.5)
+    ranges = tables.ranges_table(tables.grid_table(grid), grid, 3)
+    text = pages.ranges_markdown(ranges, {"empty_patch": 9.6, "null_model": 1.5, "two_patches": 2.2})
+    assert text.splitlines()[2].startswith(
+        "- `kept`: of 3 ranges the best combination beats a uniform draw of as many dots for certain in 1 and loses to it "
+        "for certain in 1; d is largest, "
+    )
+    assert "at 90.0 % of the dots." in text.splitlines()[2]
+
+
 def test_tables_are_the_same_after_the_disk(tmp_path):
     grid = made_up(np.arange(7.0), [2.0, 5, 5.1, 22, 30, 71, 100], noise=0.1)
     table = tables.grid_table(grid)

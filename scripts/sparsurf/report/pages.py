@@ -40,8 +40,12 @@ def yardsticks_markdown(sticks):
 
 
 def ranges_markdown(ranges, sticks):
-    """ranges.csv as a page."""
-    parts = ["# Best combination per range of n_S\n", READINGS_EXPLAINED, yardsticks_markdown(sticks)]
+    """ranges.csv as a page: where the sampling beats a uniform draw, the ranges, what the words mean."""
+    parts = ["# Best combination per range of n_S\n"]
+    parts += [
+        f"- {_ranges_sentence(reading, rows)}" for reading, rows in ranges.groupby("islands", sort=False)
+    ]
+    parts.append("")
     for reading, rows in ranges.groupby("islands", sort=False):
         short = pd.DataFrame(
             {
@@ -69,7 +73,21 @@ def ranges_markdown(ranges, sticks):
         "the combinations among which the truly best of the range lies (docs/coverage.md); ranges.csv lists them. The "
         "ranges share their test dots, so that their errors go together.\n"
     )
-    return "\n".join(parts)
+    return "\n".join([*parts, READINGS_EXPLAINED, yardsticks_markdown(sticks)])
+
+
+def _ranges_sentence(reading, rows):
+    """In how many ranges d is above and below zero for certain, and where it is largest."""
+    rows = rows.dropna(subset="d_held_out")
+    if rows.empty:
+        return f"`{reading}`: too few test dots and draws to tell."
+    top = rows.loc[rows["d_held_out"].idxmax()]
+    return (
+        f"`{reading}`: of {len(rows)} ranges the best combination beats a uniform draw of as many dots for certain in "
+        f"{(rows['d_held_out_low'] > 0).sum()} and loses to it for certain in {(rows['d_held_out_high'] < 0).sum()}; d is "
+        f"largest, {top['d_held_out']:.2f} ({interval(top)}), with {Combination.of(top)} at {top['n_S_percent']:.1f} % of the "
+        f"dots."
+    )
 
 
 def interval(row):
@@ -80,7 +98,7 @@ def interval(row):
 
 def best_markdown(result):
     """best.json as a page."""
-    parts = ["# Best parameters\n", READINGS_EXPLAINED, yardsticks_markdown(result["yardsticks"])]
+    parts = ["# Best parameters\n"]
     for reading in [key for key in OF_GRID if key in result]:
         parts.append(f"## islands: {reading}\n")
         for title, row in (
@@ -89,7 +107,7 @@ def best_markdown(result):
         ):
             parts.append(f"- {title}: {row['answer'] if 'answer' in row else _best_sentence(row)}")
         parts.append("")
-    return "\n".join(parts)
+    return "\n".join([*parts, READINGS_EXPLAINED, yardsticks_markdown(result["yardsticks"])])
 
 
 def may_be_best(row):

@@ -33,6 +33,17 @@ def against_runs(places, bias):
     return out
 
 
+def all_agree(places):
+    """Which published values, over all rows at once, could be those of one more run: dict of bool to words."""
+    out = {True: [], False: []}
+    for name in MEASURES:
+        for binning in BINNINGS:
+            own = places[places["binning"] == binning]
+            fits = bool(all_rows_at_once(own, name)["p"] >= UNLIKELY)
+            out[fits].append(f"{name} ({binning} ranges)")
+    return out
+
+
 def _binned(binning):
     words = {
         "closed": "The largest n_S in the last range,",

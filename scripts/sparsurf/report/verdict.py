@@ -55,6 +55,8 @@ def verdict(data, files):
     ]
     parts = [
         "# The paper's claims and what came out\n",
+        *[f"- {sentence}" for sentence in _answer(data)],
+        "",
         data["surface"] + "\n",
         pages.READINGS_EXPLAINED,
         pages.yardsticks_markdown(sticks),
@@ -73,6 +75,29 @@ def verdict(data, files):
     parts.append(table_1.places_markdown(data["places"], data["rows"]))
     parts.append(f"From `{files['places']}` and `{files['rows']}`.\n")
     return "\n".join(parts)
+
+
+def _answer(data):
+    """The page in short: Table I again or not, and what the subsets are worth, under each reading."""
+    grid, rows, null = data["grid"], data["rows"], data["best"]["yardsticks"]["null_model"]
+    found = table_1.all_agree(data["places"])
+    out = [
+        f"Table I made again as published: the published values of {_listed(found[True])} could come from one more run; "
+        f"those of {_listed(found[False])} could not."
+    ]
+    for reading in OF_GRID:
+        d, z = rows[f"d_{reading}"], grid[f"Z_tS_{reading}"]
+        out.append(
+            f"`{reading}`: d of the ten published rows is {d.min():.2f} to {d.max():.2f}; the sampling beats a uniform draw for "
+            f"certain in {100 * (grid[f'd_low_{reading}'] > 0).mean():.0f} % of the combinations and loses to it in "
+            f"{100 * (grid[f'd_high_{reading}'] < 0).mean():.0f} %; in {100 * (z > null).mean():.0f} % its subset describes a "
+            "patch worse than the mean of all patches does."
+        )
+    return out
+
+
+def _listed(names):
+    return " and ".join(names) if names else "none"
 
 
 def _agree(yes):
