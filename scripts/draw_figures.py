@@ -9,11 +9,13 @@ import pandas as pd
 
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import READINGS
+from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.results import Results, readings_of
 from sparsurf.sampling.combination import Combination
 from sparsurf.study import rough_and_flat
 from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.off_recovered import off
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import run
 
@@ -41,10 +43,20 @@ def main(inputs, outputs, settings, name, threads):
         ("random, as many", random_sparse),
     ]
     fourth = _rough_and_flat(evaluator, combination, readings, best["yardsticks"], outputs["bins"])
-    results = Results(surface, rough, grid, best, subsets, fourth)
+    recovered = [
+        _recovered(surface, f"recovered from {letter}", kept)
+        for letter, (_, kept) in zip("DE", subsets[3:], strict=True)
+    ]
+    results = Results(surface, rough, grid, best, subsets, fourth, recovered)
     for figure in outputs.keys() - {"svgs", "bins"}:
         draw = import_module(f"sparsurf.report.figures.{figure}").draw
         layout.save(draw(results), outputs[figure].removesuffix(".png"))
+
+
+def _recovered(surface, title, kept):
+    """Title, points and normals of the surface that kept dots give back, and its distance from the whole one."""
+    points, normals = recover(surface.points[kept], surface.normals[kept])
+    return title, points, normals, off(points, surface.points, surface.normals)
 
 
 def _rough_and_flat(evaluator, combination, readings, yardsticks, path_to_bins):

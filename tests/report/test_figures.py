@@ -67,11 +67,15 @@ def figure4(n=500, readings=("kept", "surface"), roughness=None, patches=2, **kw
     return rough_and_flat.figure(panels, [patch()] * patches, np.random.default_rng(0), yardsticks, **kwargs)
 
 
-def figure5(n=400):
+def figure5(n=400, distances=(0.02, 0.2)):
+    """The last two pictures recovered, at the first and the second distance."""
     points, normals = sphere(n)
     kept = [np.arange(n), np.arange(0, n, 2), np.arange(1, n, 2), np.arange(0, n, 9), np.arange(0)]
     titles = ["whole surface", "best sampling (α 1, β 0, γ 6, δ 0)", "random", "a title " * 8, "random"]
-    return subsets.figure(points, normals, list(zip(titles, kept, strict=True)))
+    back = [
+        (f"recovered from {k}", points, normals, np.full(n, d)) for k, d in zip("DE", distances, strict=False)
+    ]
+    return subsets.figure(points, normals, list(zip(titles, kept, strict=True)), back)
 
 
 def figure1(n=400):
@@ -124,6 +128,7 @@ CASES = {
     "4, one patch": lambda: figure4(patches=1),
     "5": figure5,
     "5, 30 dots": lambda: figure5(30),
+    "5, nothing recovered": lambda: figure5(distances=()),
 }
 
 
@@ -140,6 +145,12 @@ def test_draws_with_texts_apart_and_inside(name, monkeypatch):
         # boxes of mathematical text reach half a pixel beyond the ink
         apart = min(a.x1, b.x1) - max(a.x0, b.x0) <= 0.5 or min(a.y1, b.y1) - max(a.y0, b.y0) <= 0.5
         assert apart, f"{one!r} and {other!r} overlap"
+
+
+def test_recovered_surfaces_are_coloured_by_their_distance():
+    near, far = (axes.images[0].get_array().reshape(-1, 3) for axes in figure5().axes[-3:-1])
+    near, far = (picture[np.ptp(picture, axis=1) > 60].mean(axis=0) for picture in (near, far))
+    assert near[2] > near[0] and far[0] > 1.5 * far[2]  # blue and yellow
 
 
 @pytest.mark.parametrize("name", ["frames", "1", "2", "3", "4", "5"])

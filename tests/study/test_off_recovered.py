@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sparsurf.study.off_recovered import off_recovered
+from sparsurf.study.off_recovered import off, off_recovered
 
 
 @pytest.fixture(scope="module")
@@ -40,3 +40,9 @@ def test_a_missing_cap_is_far(sphere):
     top = np.argmax(points[:, 2])
     assert off[top] > 1.0
     assert np.median(off[points[:, 2] < 3]) < 0.05
+
+
+def test_a_surface_beside_another_one(sphere):
+    points, normals = sphere
+    assert off(1.05 * points[::3], points, normals) == pytest.approx(0.4, abs=0.01)
+    assert off(np.add(points, [20, 0, 0]), points, normals).max() == pytest.approx(20, abs=0.1)

@@ -1,4 +1,4 @@
-"""How far the surface recovered from a subset lies from the dots of the whole one."""
+"""How far the surface recovered from a subset and the whole one lie apart."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -18,10 +18,16 @@ def off_recovered(points, kept, normals, threads=1):
 
     Returns
     -------
-    (N,) float64, Å: to the tangent plane of the nearest recovered dot, or to that dot itself where it lies farther
-    than the recovered dots lie apart.
+    (N,) float64, Å, see `off`.
     """
-    places, outward = recover(kept, normals, threads=threads)
+    return off(points, *recover(kept, normals, threads=threads), threads)
+
+
+def off(points, places, outward, threads=1):
+    """Distance of points (M, 3) from the surface of dense dots, their places and normals (N, 3); (M,) float64, Å.
+
+    To the tangent plane of the nearest dot, or to that dot itself where it lies farther than the dots lie apart.
+    """
     gap, nearest = cKDTree(places).query(points, workers=threads)
     aside = np.abs(np.einsum("ij,ij->i", points - places[nearest], outward[nearest]))
     apart = np.median(cKDTree(places).query(places, k=2)[0][:, 1]) if len(places) > 1 else 0.0

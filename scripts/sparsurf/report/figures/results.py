@@ -20,6 +20,7 @@ class Results:
     best : dict, as in best.json
     subsets : list of (title, dots), the pictures of `subsets`
     rough_and_flat : dict, the arguments of `rough_and_flat.figure`
+    recovered : sequence of (title, points, normals, distance), the last pictures of `subsets`
     """
 
     surface: Surface
@@ -28,6 +29,7 @@ class Results:
     best: dict
     subsets: list
     rough_and_flat: dict
+    recovered: tuple = ()
 
     @property
     def readings(self):
