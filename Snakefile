@@ -69,6 +69,7 @@ RANGES = {"ranges": f"{CONFORMATION}/ranges.csv"}
 BEST = {"best": f"{CONFORMATION}/best.json"}
 BINS = {"bins": f"{CONFORMATION}/rough_and_flat.csv"}
 FLOORS = {"floors": f"{CONFORMATION}/floors.csv"}
+ENOUGH = {"enough": f"{CONFORMATION}/enough.csv"}
 
 
 wildcard_constraints:
@@ -145,7 +146,7 @@ def of_conformations(*files):
 def led_to(wildcards):
     """Input function: what the first page leads to."""
     figures = [f"figures/{name}.png" for name in FIGURES]
-    found = of_conformations("view.html", "ranges.csv", "residues.csv", *figures)(wildcards)
+    found = of_conformations("view.html", "enough.csv", "ranges.csv", "residues.csv", *figures)(wildcards)
     found += [path.format(protein=name) for name in MOLECULES for path in OF_MOLECULE if path.endswith("png")]
     found += [f"{RUN}/{file}" for file in ("summary.csv", "summary.png")]
     found += [f"{RUN}/compare.png"] if config["compare"]["run"] else []
@@ -536,8 +537,8 @@ rule take_minimal:
         **(ROUGH_SURFACE | FLOORS),
         **(RANGES if config["minimal"]["sampler"].startswith("paper") else {}),
     output:
+        **ENOUGH,
         table=f"{CONFORMATION}/minimal.csv",
-        enough=f"{CONFORMATION}/enough.csv",
         ply=f"{CONFORMATION}/minimal.ply",
     log:
         f"{CONFORMATION_LOGS}/take_minimal.log",
@@ -654,7 +655,9 @@ rule summarise_comparison:
 
 rule summarise_run:
     input:
-        results=of_conformations("best.json", "ranges.csv", "grid.csv", "roughness.csv", "surface.npz"),
+        results=of_conformations(
+            "best.json", "ranges.csv", "grid.csv", "roughness.csv", "surface.npz", "enough.csv"
+        ),
     output:
         summary=shown(f"{RUN}/summary.csv", "Best combination per surface and range of n_S", "summary"),
         surfaces=f"{RUN}/surfaces.csv",
@@ -681,6 +684,7 @@ rule write_front_page:
         grids=of_conformations("grid.csv"),
         best=of_conformations("best.json"),
         minimal=of_conformations("minimal.csv"),
+        enough=of_conformations("enough.csv"),
         needed=[f"{RUN}/compare_needed.csv"] if config["compare"]["run"] else [],
         pages=led_to,
     output:
@@ -966,7 +970,10 @@ if "paper" in config:  # the name of the protein that is the paper's A1
 
     rule reproduce_paper:
         input:
-            **{key: path.format(**A1) for key, path in (ROUGH_SURFACE | GRID | RANGES | BEST | BINS).items()},
+            **{
+                key: path.format(**A1)
+                for key, path in (ROUGH_SURFACE | GRID | RANGES | BEST | BINS | FLOORS | ENOUGH).items()
+            },
         output:
             verdict=f"{RUN}/verdict.md",
             html=shown(f"{RUN}/verdict.html", "Claim by claim", "verdict", "The paper"),

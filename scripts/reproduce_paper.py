@@ -56,6 +56,7 @@ def main(inputs, outputs, settings, name, threads, path_to_surface):
             "bias": published_runs.selection_bias(runs, grid),
             "signs": replication.sign_changes(results["links"]),
             "bins": pd.read_csv(inputs["bins"]),
+            "enough": pd.read_csv(inputs["enough"]),
             "family": tuned.best_of_family(results["family"]),
             "uniform": {"median": float(np.median(np.bincount(evaluator.cover.dot)))},
             "surface": surface_sentence(evaluator, settings["surface"], path_to_surface),

@@ -20,7 +20,11 @@ OF_PROTEIN = {
 }
 OF_CONFORMATION = {"view.html": "to turn and sample", "figures/roughness.png": "roughness"}
 OF_CONFORMATION |= {"figures/d_over_grid.png": "d over the grid", "figures/subsets.png": "the subsets"}
-OF_CONFORMATION |= {"ranges.csv": "best combinations", "residues.csv": "residues"}
+OF_CONFORMATION |= {
+    "enough.csv": "how many dots are enough",
+    "ranges.csv": "best combinations",
+    "residues.csv": "residues",
+}
 
 
 def main(inputs, outputs):
@@ -31,6 +35,7 @@ def main(inputs, outputs):
     places = [tuple(Path(path).parts[-3:-1]) for path in inputs["minimal"]]
     handed_out = pd.DataFrame(places, columns=["protein", "conformation"])
     handed_out["dots"] = [len(pd.read_csv(path)) for path in inputs["minimal"]]
+    reached = pd.concat([pd.read_csv(path) for path in inputs["enough"]])
     found = []
     for place, path in zip(places, inputs["best"], strict=True):
         grid = pd.read_csv(Path(path).with_name("grid.csv"))
@@ -43,7 +48,9 @@ def main(inputs, outputs):
         own = enough(grid, wanted, reading)
         found.append(own.assign(protein=place[0], conformation=place[1]))
     shown = {str(Path(path).relative_to(folder)) for path in inputs["pages"]}
-    page = front_page(folder.name, surfaces, pd.concat(found), handed_out, fewer, links_to(places, shown))
+    page = front_page(
+        folder.name, surfaces, pd.concat(found), reached, handed_out, fewer, links_to(places, shown)
+    )
     for key, text in {
         "md": page,
         "html": as_html(page, folder.name),

@@ -6,7 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sparsurf.report.front_page import best_sentence, enough_sentence, front_page, sampler_sentence, studied
+from sparsurf.report.front_page import (
+    best_sentence,
+    enough_sentence,
+    front_page,
+    recovered_sentence,
+    sampler_sentence,
+    studied,
+)
 from sparsurf.report.html import as_html, in_report
 from sparsurf.study.enough import enough
 
@@ -33,6 +40,16 @@ def surfaces(n=1):
 
 def handed_out(n=1, dots=400):
     return pd.DataFrame({"protein": "p", "conformation": [f"c{k + 1}" for k in range(n)], "dots": dots})
+
+
+def reached(percent=5.0):
+    """enough.csv of one surface."""
+    rows = [
+        ("poisson", "fresh dots", 0.53, "surface", 1600, 80.0, 0.6),
+        ("poisson", "turned", 0.8, "recovered", 40, 2.0, 0.9),
+        ("poisson", "fresh dots", 0.53, "recovered", 100, percent, 0.58),
+    ]
+    return pd.DataFrame(rows, columns=["sampler", "floor", "Z_floor", "islands", "n_S", "n_S_percent", "Z"])
 
 
 def test_enough_is_the_smallest_n_s_surely_below_the_yardstick():
@@ -78,9 +95,21 @@ def test_sentences_of_several_surfaces():
     assert "at no n_S of the grid on 1 of 2 surfaces" in enough_sentence(never)
 
 
+def test_the_share_of_dots_that_gives_the_surface_back():
+    said = recovered_sentence(reached(), surfaces(), handed_out(1, 87))
+    assert (
+        "From 5 % of the dots on, taken by poisson, the surface is recovered to within what other dots"
+        in said
+    )
+    assert "(Z 0.58 beside 0.53; the dots as they are need 80 %)" in said
+    assert "`minimal.csv` hands out 4.35 % of them" in said
+    both = pd.concat([reached(), reached(7.0)])
+    said = recovered_sentence(both, surfaces(2), handed_out(2, [87, 2000]))
+    assert "From 5 to 7 % of" in said and "hands out 4.35 to 100 % of them" in said
+
+
 def test_samplers_where_they_were_compared():
-    assert "20 % of the dots" in sampler_sentence(None, surfaces(), handed_out())
-    assert "not compared" in sampler_sentence(None, surfaces(), handed_out())
+    assert "not compared" in sampler_sentence(None)
     fewer = pd.DataFrame(
         [
             ("Z surface", "uniform", "farthest", 10.0, 1.9, ""),
@@ -90,14 +119,16 @@ def test_samplers_where_they_were_compared():
         ],
         columns=["measure", "than", "sampler", "percent", "factor", "bound"],
     )
-    said = sampler_sentence(fewer, surfaces(), handed_out())
+    said = sampler_sentence(fewer)
     assert "uniform draw of 10 % of the dots, farthest needs 1.9 times fewer dots" in said
     assert "paper's sampling 2.0 times more dots" in said
 
 
 @pytest.mark.parametrize("n", [1, 25])
 def test_the_page_begins_with_the_answer(n):
-    page = front_page("run", surfaces(n), enough(GRID, {"null_model": 2.0}), handed_out(n), None, LINKS)
+    page = front_page(
+        "run", surfaces(n), enough(GRID, {"null_model": 2.0}), reached(), handed_out(n), None, LINKS
+    )
     answer = page.index("## The answer")
     assert answer < 200 + page.index("# Results") and answer < page.index("| protein")
     assert len(re.findall(r"^\d\. ", page, re.M)) == 3

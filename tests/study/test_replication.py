@@ -16,6 +16,16 @@ from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.ranges import range_of
 from sparsurf.study.statistics import estimate
 
+ENOUGH = pd.DataFrame(
+    [
+        ("farthest", "fresh dots", 0.45, "surface", 80.0, 0.44),
+        ("farthest", "turned", 0.7, "surface", 20.0, 0.72),
+        ("farthest", "fresh dots", 0.45, "recovered", 7.0, 0.48),
+        ("farthest", "turned", 0.7, "recovered", 2.5, 0.74),
+    ],
+    columns=["sampler", "floor", "Z_floor", "islands", "n_S_percent", "Z"],
+)
+
 
 def runs(shift=0.0, sd=0.1, n=40):
     """Winners of as-published runs around the published values, shifted; the published combinations win."""
@@ -180,6 +190,7 @@ def page(blob):
         "defects": replication.compare_defects(surface, 20, 1, **own),
         "bins": pd.concat(bins),
         "family": tuned.best_of_family(tuned.tuned_family(evaluator, PUBLISHED_ROWS[:, 1:], (10.0,), 20, 2)),
+        "enough": ENOUGH,
         "uniform": {"median": 3.0},
         "surface": surface_sentence(evaluator, {"reentrant": "exact", "density": 5}, "a/blob.dms"),
     }
@@ -187,7 +198,19 @@ def page(blob):
 
 FILES = {
     key: f"{key}.csv"
-    for key in ("grid", "ranges", "best", "rows", "links", "defects", "places", "bins", "family")
+    for key in (
+        "grid",
+        "ranges",
+        "best",
+        "rows",
+        "links",
+        "defects",
+        "places",
+        "bins",
+        "family",
+        "enough",
+        "floors",
+    )
 }
 
 
@@ -225,6 +248,12 @@ def test_sentences_change_when_numbers_do(page):
     assert text != other
     flipped = page["bins"].assign(d_kept=-page["bins"]["d_kept"])
     assert verdict(page | {"bins": flipped}, FILES) != text
+    outlook = text[text.index("## Outlook") :]
+    assert "has a Z of 0.48 where other dots of the same surface, all kept, have 0.45" in outlook
+    assert (
+        "For a Z of 0.70, what turning the molecule costs, 2.5 % of the dots suffice instead of 20 %"
+        in outlook
+    )
 
 
 def test_links_keep_the_samplings_and_change_the_islands(page):

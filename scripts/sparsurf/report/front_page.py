@@ -2,12 +2,14 @@
 
 import pandas as pd
 
-from sparsurf.patches.readings import OF_GRID, READINGS
+from sparsurf.patches.readings import OF_GRID, READINGS, TEXT
+from sparsurf.recovery.reading import RECOVERED
 from sparsurf.report.pages import markdown
 
+FRESH = "fresh dots"
 YARDSTICKS = {
     "null_model": "what the mean of all patches in place of every patch costs",
-    "fresh dots": "what other dots of the same surface cost",
+    FRESH: "what other dots of the same surface cost",
     "turned": "what turning the molecule costs",
 }
 SAMPLERS = {"uniform": "for a uniform draw", "paper": "for the best combination of the paper's sampling"}
@@ -15,7 +17,7 @@ AT = 10  # % of the dots, at which samplers are compared
 SHOWN = 20  # conformations in the table
 
 
-def front_page(run, surfaces, enough, handed_out, fewer, links):
+def front_page(run, surfaces, enough, reached, handed_out, fewer, links):
     """The page as Markdown.
 
     Parameters
@@ -25,13 +27,16 @@ def front_page(run, surfaces, enough, handed_out, fewer, links):
         See `summary.surfaces_table`.
     enough : DataFrame
         See `enough.enough`, with protein and conformation.
+    reached : DataFrame
+        enough.csv of all conformations, see `minimal_by_floor.enough_dots`.
     handed_out : DataFrame
         protein, conformation and dots, how many dots minimal.csv holds.
     fewer : DataFrame or None
         See `comparison_over_proteins.needed_over_proteins`.
     links : list of (heading, list of (words, path from the folder of the run))
     """
-    answer = [best_sentence(surfaces), enough_sentence(enough), sampler_sentence(fewer, surfaces, handed_out)]
+    back = f"{recovered_sentence(reached, surfaces, handed_out)} {sampler_sentence(fewer)}"
+    answer = [best_sentence(surfaces), enough_sentence(enough), back]
     parts = [
         f"# Results of the run {run}\n",
         studied(surfaces),
@@ -103,12 +108,23 @@ def _from(rows):
     return f"from {known.median():.0f} % of the dots{spread}{already} on"
 
 
-def sampler_sentence(fewer, surfaces, handed_out):
-    """What other samplers need, where they were compared, and what is handed out."""
+def recovered_sentence(reached, surfaces, handed_out):
+    """From which share of the dots the surface comes back, and what is handed out."""
+    own = reached[reached["floor"] == FRESH].set_index("islands")
     share = 100 * handed_out["dots"].to_numpy() / surfaces["N"].to_numpy()
-    out = f"`minimal.csv` hands out {_span(pd.Series(share), '{:.0f}')} % of the dots of each surface"
+    back, as_they_are = own.loc[[RECOVERED]], own.loc[[TEXT]]
+    return (
+        f"From {_span(back['n_S_percent'], '{:.3g}')} % of the dots on, taken by {back['sampler'].iloc[0]}, the surface is "
+        f"recovered to within {YARDSTICKS[FRESH]} (Z {_span(back['Z'], '{:.2f}')} beside {_span(back['Z_floor'], '{:.2f}')}; "
+        f"the dots as they are need {_span(as_they_are['n_S_percent'], '{:.3g}')} %): `minimal.csv` hands out "
+        f"{_span(pd.Series(share), '{:.3g}')} % of them."
+    )
+
+
+def sampler_sentence(fewer):
+    """What other samplers need, where they were compared."""
     if fewer is None:
-        return f"{out}; the samplers were not compared in this run (`make compare` does)."
+        return "The samplers were not compared in this run (`make compare` does)."
     rows = fewer[(fewer["measure"] == "Z surface") & (fewer["than"] == "uniform")]
     rows = rows[(rows["percent"] - AT).abs() == (rows["percent"] - AT).abs().min()]
     best = rows.sort_values("factor").iloc[-1]
@@ -116,7 +132,7 @@ def sampler_sentence(fewer, surfaces, handed_out):
     also = f", the paper's sampling {_times(paper.iloc[0])}" if len(paper) else ""
     return (
         f"For the Z of a uniform draw of {best['percent']:g} % of the dots, {best['sampler']} needs "
-        f"{_times(best)}{also}; {out}."
+        f"{_times(best)}{also}."
     )
 
 

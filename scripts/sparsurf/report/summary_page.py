@@ -2,10 +2,39 @@
 
 import pandas as pd
 
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import OF_GRID, TEXT
+from sparsurf.recovery.reading import RECOVERED
 from sparsurf.report.front_page import best_sentence
 from sparsurf.report.pages import markdown
 from sparsurf.sampling.combination import PARAMETERS, texts_of
+from sparsurf.study.enough import PREFIX
+
+
+def enough_markdown(surfaces):
+    """How many dots are enough by each noise floor, over the surfaces; nothing where that is not known."""
+    names = [
+        name.removesuffix(f"_{TEXT}")
+        for name in surfaces
+        if name.startswith(PREFIX) and name.endswith(f"_{TEXT}")
+    ]
+    rows = [
+        {"floor": name.removeprefix(PREFIX).replace("_", " ")}
+        | {
+            words: f"{own.median():.3g} ({own.min():.3g} to {own.max():.3g})"
+            for words, own in (
+                ("as they are", surfaces[f"{name}_{TEXT}"].dropna()),
+                ("recovered", surfaces[f"{name}_{RECOVERED}"].dropna()),
+            )
+        }
+        for name in names
+    ]
+    if not rows:
+        return []
+    words = (
+        "Smallest n_S, % of the dots, whose Z reaches each noise floor within its error: median of the surfaces (smallest "
+        "to largest). As they are: the kept dots alone; recovered: the surface that they give back.\n"
+    )
+    return ["# How many dots are enough\n", words, markdown(pd.DataFrame(rows))]
 
 
 def summary_markdown(surfaces, relations):
@@ -21,6 +50,7 @@ def summary_markdown(surfaces, relations):
         "# The surfaces of this run\n",
         answer,
         markdown(short, 3),
+        *enough_markdown(surfaces),
         "# Best parameters against mean roughness\n",
     ]
     for name in found:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import OF_GRID, TEXT
+from sparsurf.recovery.reading import RECOVERED
 from sparsurf.report import pages, table_1
 from sparsurf.report.rough_and_flat import claims
 from sparsurf.sampling.combination import PARAMETERS, Combination, split
@@ -23,7 +24,8 @@ def verdict(data, files):
     data : dict
         DataFrames: `grid` and `ranges` of the surface, `rows` (`replication.published_rows`), `places` and `bias`
         (`published_runs`), `links` and `signs` (`replication.sweep_links`, `sign_changes`), `defects`, `bins`
-        (`rough_and_flat.bins_table`, with a column `around`), `family` (`tuned.best_of_family`). `best` (dict), `uniform`
+        (`rough_and_flat.bins_table`, with a column `around`), `family` (`tuned.best_of_family`), `enough`
+        (`minimal_by_floor.enough_dots`). `best` (dict), `uniform`
         (dict: median number of patches of a dot), `surface` (a sentence on the dots).
     files : dict
         Name of the file behind each of them.
@@ -72,6 +74,9 @@ def verdict(data, files):
     parts.append("## What the two defects of the published sampling change\n")
     parts += [f"- {sentence}" for sentence in _defects(data["defects"])]
     parts.append(f"\nFrom `{files['defects']}`.\n")
+    parts.append("## Outlook: the surface recovered from a subset\n")
+    parts += [f"- {sentence}" for sentence in _outlook(data["enough"])]
+    parts.append(f"\nFrom `{files['enough']}` and `{files['floors']}`.\n")
     parts.append(table_1.places_markdown(data["places"], data["rows"]))
     parts.append(f"From `{files['places']}` and `{files['rows']}`.\n")
     return "\n".join(parts)
@@ -221,6 +226,26 @@ def _defects(defects):
             f"and {d['surface']:+.2f} under `surface`."
         )
     return out
+
+
+def _outlook(enough):
+    """What a subset with its normals gives once the surface is recovered from it, beside the dots as they are."""
+    by = enough.set_index(["floor", "islands"])
+
+    def shares(floor):
+        back, alone = by.loc[(floor, RECOVERED)], by.loc[(floor, TEXT)]
+        return (
+            back,
+            f"{back['n_S_percent']:.3g} % of the dots suffice instead of {alone['n_S_percent']:.3g} % as they are",
+        )
+
+    fresh, needed = shares("fresh dots")
+    _, needed_turned = shares("turned")
+    return [
+        f"The surface recovered from {fresh['sampler']} dots and their normals alone has a Z of {fresh['Z']:.2f} where other "
+        f"dots of the same surface, all kept, have {fresh['Z_floor']:.2f}, not to be told apart: {needed}.",
+        f"For a Z of {by.loc[('turned', RECOVERED), 'Z_floor']:.2f}, what turning the molecule costs, {needed_turned}.",
+    ]
 
 
 def surface_sentence(evaluator, rules, path_to_surface=None):

@@ -6,6 +6,7 @@ import pandas as pd
 from sparsurf.patches.readings import TEXT
 
 COLUMNS = {"uniform": "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
+PREFIX = "enough_"  # of the columns of surfaces.csv
 
 
 def enough(grid, yardsticks, reading=TEXT):
@@ -32,3 +33,10 @@ def enough(grid, yardsticks, reading=TEXT):
             found = least if np.isfinite(least) else np.nan
             rows.append((reading, sampler, name, value, found, bool(least == percent.min())))
     return pd.DataFrame(rows, columns=["islands", "sampler", "yardstick", "Z", "n_S_percent", "smallest"])
+
+
+def percents(enough):
+    """The n_S_percent of `minimal_by_floor.enough_dots` as columns of one surface: a dict by floor and reading."""
+    return {
+        f"{PREFIX}{row.floor.replace(' ', '_')}_{row.islands}": row.n_S_percent for row in enough.itertuples()
+    }

@@ -34,7 +34,7 @@ def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER):
 
     Returns
     -------
-    DataFrame: floor, Z_floor, islands (`surface`: the kept dots as they are, patches cut on the full surface;
+    DataFrame: sampler, floor, Z_floor, islands (`surface`: the kept dots as they are, patches cut on the full surface;
     `recovered`), n_S, n_S_percent and Z there; all dots where no fewer of `PERCENTS` do.
     """
     draw, z_of = _tools(evaluator, sampler, n_tests, choices)
@@ -46,8 +46,8 @@ def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER):
         for floor in floors.itertuples():
             reached = [k for k, z in enumerate(found) if _reaches(z, floor)]
             n, value = (len(drawn[reached[0]]), found[reached[0]][0]) if reached else (n_dots, 0.0)
-            row = {"floor": floor.floor, "Z_floor": floor.Z, "islands": reading, "n_S": int(n)}
-            rows.append(row | {"n_S_percent": 100 * n / n_dots, "Z": value})
+            row = {"sampler": sampler, "floor": floor.floor, "Z_floor": floor.Z, "islands": reading}
+            rows.append(row | {"n_S": int(n), "n_S_percent": 100 * n / n_dots, "Z": value})
     return pd.DataFrame(rows)
 
 

@@ -14,12 +14,14 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.sampling.combination import PARAMETERS, Combination
+from sparsurf.study.enough import percents
 from sparsurf.study.ranges import range_limits, range_of
 from sparsurf.study.relation import relation
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 
 FILES = ("surface.npz", "roughness.csv", "grid.csv", "ranges.csv", "best.json")
+ALSO = "enough.csv"  # read where there is one
 NEAREST = 3  # surfaces that stand for 'near', and for 'far'
 GUESSES = ["d_from_near", "d_from_far", "d_from_all"]
 
@@ -37,6 +39,7 @@ class Result:
     grid: pd.DataFrame
     ranges: pd.DataFrame
     best: dict
+    enough: pd.DataFrame | None = None
 
 
 def read_result(folder):
@@ -54,6 +57,7 @@ def read_result(folder):
             pd.read_csv(folder / "grid.csv"),
             pd.read_csv(folder / "ranges.csv"),
             json.loads((folder / "best.json").read_text(encoding="utf-8")),
+            pd.read_csv(folder / ALSO) if (folder / ALSO).is_file() else None,
         )
     except (OSError, KeyError, ValueError) as error:
         raise InputError(
@@ -73,7 +77,7 @@ def surfaces_table(results, patches):
     Returns
     -------
     DataFrame; area in Å^2, NaN for a ready surface without areas; spacing, the median distance between neighbouring
-    dots, in Å. Best: highest d at the largest alpha.
+    dots, in Å. Best: highest d at the largest alpha. enough_<floor>_<reading>: the n_S in % that reaches a noise floor.
     """
     rows = []
     for one in results:
@@ -96,6 +100,7 @@ def surfaces_table(results, patches):
                 row[f"{key}_{reading}"] = winner[key]
         row |= {"empty_patch": sticks["empty_patch"], "null_model": sticks["null_model"]}
         row |= {words.replace(" ", "_"): z for words, z in sticks.get("floors", {}).items()}
+        row |= {} if one.enough is None else percents(one.enough)
         rows.append(row | {"R_patch": patches["R_patch"], "D_link": patches["D_link"]})
     return pd.DataFrame(rows)
 
