@@ -473,6 +473,7 @@ rule evaluate_grid:
         **(GRID | DISTANCES),
     log:
         f"{CONFORMATION_LOGS}/evaluate_grid.log",
+    priority: 1  # with all cores; the figures of one surface then share them with those of another
     conda:
         "envs/study.yaml"
     threads: THREADS

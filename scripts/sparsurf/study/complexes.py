@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-from scipy.stats import rankdata, t
+from scipy.stats import rankdata
 
 from sparsurf import InputError
 from sparsurf.complementarity.interface import gaps
@@ -13,6 +13,7 @@ from sparsurf.complementarity.neighbourhoods import SMOOTHING, smooth
 from sparsurf.complementarity.ranking import auc
 from sparsurf.molecules.conformations import superpose
 from sparsurf.study.partners import baseline_scores
+from sparsurf.study.statistics import half_interval
 
 BINS = 10  # of roughness, in which a patch's expected distance is a mean
 FEWEST_COMMON = 10  # residues that two forms must share to be laid on each other
@@ -152,7 +153,7 @@ def mean_and_interval(values):
     mean = float(values.mean()) if n else np.nan
     if n < 2:
         return mean, np.nan, np.nan, n
-    half = float(t.ppf(0.975, n - 1) * values.std(ddof=1) / np.sqrt(n))
+    half = half_interval(values)
     return mean, mean - half, mean + half, n
 
 

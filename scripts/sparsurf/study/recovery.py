@@ -4,13 +4,13 @@ import time
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 from scipy.spatial import cKDTree
 
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.floors import FRESH, floors
+from sparsurf.study.statistics import half_interval
 from sparsurf.surfaces.making import molecular_surface
 
 PERCENTS = (2.5, 5.0, 10.0, 20.0)
@@ -126,5 +126,5 @@ def paired(table, first, second, measures=("Z", "distance", "angle")):
 def _interval(values):
     """Mean of proteins and its 95 % interval."""
     n, mean = len(values), values.mean()
-    half = stats.t.ppf(0.975, n - 1) * values.std(ddof=1) / np.sqrt(n) if n > 1 else np.nan
+    half = half_interval(values) if n > 1 else np.nan
     return {"mean": mean, "low": mean - half, "high": mean + half, "n": n}

@@ -9,9 +9,10 @@ from collections import Counter
 from itertools import combinations, permutations
 
 import numpy as np
-from scipy.stats import norm, rankdata, t
+from scipy.stats import norm, rankdata
 
 from sparsurf.sampling.combination import PARAMETERS, split, texts_of
+from sparsurf.study.statistics import half_interval
 
 NORMAL = norm.ppf(0.975)
 EQUAL = 0.01  # surfaces whose mean roughness differs by less count as equally rough
@@ -106,5 +107,5 @@ def mean_interval(x):
     """Mean and its 95 % interval (Student's t); NaN below 1 and below 3 values."""
     if len(x) < 3:
         return (float(np.mean(x)) if len(x) else np.nan), np.nan, np.nan
-    half = t.ppf(0.975, len(x) - 1) * np.std(x, ddof=1) / np.sqrt(len(x))
+    half = half_interval(x)
     return float(np.mean(x)), float(np.mean(x) - half), float(np.mean(x) + half)
