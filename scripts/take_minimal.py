@@ -2,8 +2,7 @@
 
 import pandas as pd
 
-from sparsurf.recovery.interpolants import fit
-from sparsurf.recovery.recovering import REACH
+from sparsurf.recovery.recovering import REACH, spacing_of
 from sparsurf.sampling.samplers import weights
 from sparsurf.study.comparison import choices_of
 from sparsurf.study.evaluator import Evaluator, number_of_tests
@@ -38,18 +37,14 @@ def main(inputs, outputs, settings, name):
     table = pd.DataFrame({"dot": dots})
     table[["x", "y", "z"]] = subset.points
     table[["nx", "ny", "nz"]] = subset.normals
-    table["weight"], table["spacing"], table["reach"] = weight, spacing_of(subset), REACH
+    table["weight"], table["spacing"], table["reach"] = (
+        weight,
+        spacing_of(subset.points, subset.normals),
+        REACH,
+    )
     table.to_csv(outputs["table"], index=False)
     columns = {key: table[key].to_numpy(float) for key in ("spacing", "reach")}
     write_ply(outputs["ply"], subset, weight.astype(float), "weight", columns)
-
-
-def spacing_of(subset):
-    """Spacing of the kept dots around each, Å; NaN for a single dot."""
-    if len(subset) < 2:
-        return float("nan")
-    functions = fit(subset.points, subset.normals)
-    return functions.spacing[functions.index.position]
 
 
 def number_of_dots(wish, n_dots):

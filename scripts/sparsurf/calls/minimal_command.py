@@ -5,20 +5,31 @@ import numpy as np
 from sparsurf import InputError
 from sparsurf.calls import options, outputs
 from sparsurf.calls.subset_calls import prepare
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.calls.surface_calls import surface as surface_of
+from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.recovering import REACH, spacing_of
+from sparsurf.sampling.samplers import SAMPLERS, weights
+from sparsurf.study.evaluator import number_of_tests
+from sparsurf.study.floors import FRESH, floors
 from sparsurf.study.minimal import minimal_subset
+from sparsurf.study.minimal_by_floor import enough_dots, smallest
+from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 
 EXAMPLES = """\
-Each dot comes with `dot`, its number on the surface from 0, in the order of choice, and `weight`, the number of dots of the
-surface that it stands for.
+Without --percent, --dots or --z as few dots are kept as give the surface back: described from the surface recovered from
+them, patches differ no more than from other dots of the same surface, within the error (as `minimal: {floor: fresh dots}` of
+a study does). `sparsurf recover` makes that surface.
+
+Each dot comes with `dot`, its number on the surface from 0, in the order of choice; `weight`, the number of dots of the
+surface that it stands for; `spacing` (Å) of the kept dots around it, and `reach` (in spacings), how far the surface goes on.
 
 examples:
   sparsurf minimal protein.pdb -o minimal.csv
   sparsurf minimal protein.pdb --dots 500 --sampler poisson -o minimal.ply
   sparsurf minimal dots.csv --z 1.0 -o minimal.npz
 """
-PERCENT = 20.0
+TESTS = 200  # test dots, as in a study
 
 
 def arguments(parser):
@@ -27,10 +38,7 @@ def arguments(parser):
     options.add_output(parser, outputs.DOTS_ALONE)
     size = parser.add_mutually_exclusive_group()
     size.add_argument(
-        "--percent",
-        type=options.number(0, 100),
-        default=PERCENT,
-        help=f"of the dots to keep (default {PERCENT:g})",
+        "--percent", type=options.number(0, 100), help="of the dots to keep (default: as few as suffice)"
     )
     size.add_argument("--dots", type=options.number(0, whole=True), help="number of dots to keep")
     size.add_argument("--z", type=options.number(0, open_low=False), help="keep as few dots as reach this Z")
@@ -43,12 +51,41 @@ def arguments(parser):
 
 def run(wish):
     """Write the chosen dots."""
-    surface, _ = options.read_dots(wish)
+    surface, molecule = options.read_dots(wish)
     options.say(f"choosing among {len(surface)} dots")
     ready = prepare(surface, d_link=wish.d_link, seed=wish.seed)
     if wish.dots is not None and wish.dots > len(surface):
         raise InputError(f"--dots: {wish.dots} are more than the {len(surface)} dots of the surface.")
-    n = wish.dots or (None if wish.z is not None else max(1, round(wish.percent / 100 * len(surface))))
-    dots, weight = minimal_subset(ready, wish.sampler, n, wish.z)
+    if wish.dots is wish.z is wish.percent is None:
+        dots = _as_few_as_suffice(wish, ready, molecule)
+        weight = weights(ready.points, dots)
+    else:
+        n = wish.dots or (None if wish.z is not None else max(1, round(wish.percent / 100 * len(surface))))
+        dots, weight = minimal_subset(ready, wish.sampler, n, wish.z)
     kept = Surface(*(getattr(surface, name)[dots] for name in Surface.__dataclass_fields__))
-    outputs.write_dots(wish, kept, {"dot": np.asarray(dots), "weight": weight}, "weight")
+    spacing = spacing_of(kept.points, kept.normals)
+    columns = {
+        "dot": np.asarray(dots),
+        "weight": weight,
+        "spacing": spacing,
+        "reach": np.full(len(kept), REACH),
+    }
+    outputs.write_dots(wish, kept, columns, "weight")
+
+
+def _as_few_as_suffice(wish, ready, molecule):
+    """The smallest subset whose recovered Z reaches that of fresh dots; of a structure, these lie on its own atoms."""
+    own = {}
+    if molecule is not None:
+        sizes = radii(molecule, wish.radii)
+        rules = {"probe": wish.probe, "density": wish.density or "auto", "d_link": wish.d_link}
+        own = {"lay": lambda xyz: surface_of((xyz, sizes), **rules), "atoms": molecule.xyz[wish.frame]}
+    n_tests = number_of_tests(TESTS, len(ready.points))
+    found = floors(ready, n_tests, **own, moved=())
+    enough = enough_dots(ready, wish.sampler, found, n_tests, readings=(RECOVERED,))
+    dots = smallest(ready, wish.sampler, found, FRESH, enough, n_tests)
+    options.say(
+        f"{len(dots)} dots suffice: the surface recovered from them has the Z of other dots of the same surface, "
+        f"{found.set_index('floor').loc[FRESH, 'Z']:.2f}, within the error"
+    )
+    return dots

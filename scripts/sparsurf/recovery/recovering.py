@@ -62,6 +62,14 @@ def recover(points, normals, density=DENSITY, reach=REACH, steps=STEPS, threads=
     return all_points[chosen], all_normals[chosen]
 
 
+def spacing_of(points, normals):
+    """Spacing of the dots around each, (n,) float64, Å, in which `reach` is counted; NaN for a single dot."""
+    if len(points) < 2:
+        return np.full(len(points), np.nan)
+    functions = fit(points, normals)
+    return functions.spacing[functions.index.position]
+
+
 @njit(cache=True, nogil=True)
 def _lay(functions, begin, end, density, reach, steps):
     """Points and normals of the surface around the kept dots of a slice, each nearest to its own dot."""

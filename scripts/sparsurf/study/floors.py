@@ -20,7 +20,7 @@ FRESH = "fresh dots"
 TURNED = "turned"
 
 
-def floors(evaluator, n_tests, lay=None, atoms=None, frames=None):
+def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED):
     """Table of the floors of one surface.
 
     Parameters
@@ -33,6 +33,8 @@ def floors(evaluator, n_tests, lay=None, atoms=None, frames=None):
     atoms : (A, 3) float64, Å, where the atoms are
     frames : dict, optional
         ps -> list of places of the atoms (A, 3) so much earlier or later, superposed on `atoms`.
+    moved : sequence of float
+        Å, rms displacements of the atoms.
 
     Returns
     -------
@@ -57,9 +59,9 @@ def floors(evaluator, n_tests, lay=None, atoms=None, frames=None):
         found[FRESH].append(against(((points @ turn) + around, normals @ turn), place))
         found[TURNED].append(against((points, normals), (place - around) @ turn.T))
     own = evaluator.surface.atom[tests] if lay else None
-    for rms in MOVED if lay else ():
-        moved = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(DRAWS)]
-        found[f"atoms moved {rms:g} Å"] = [against(_laid(lay(xyz)), place) for xyz in moved]
+    for rms in moved if lay else ():
+        others = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(DRAWS)]
+        found[f"atoms moved {rms:g} Å"] = [against(_laid(lay(xyz)), place) for xyz in others]
     for gap, others in (frames or {}).items():
         found[f"frames {gap:g} ps apart"] = [
             against(_laid(lay(xyz)), place + (xyz - atoms)[own]) for xyz in others

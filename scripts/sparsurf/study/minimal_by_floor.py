@@ -20,7 +20,7 @@ WITHIN = 1.96  # standard errors of a difference
 HALVINGS = 3  # of the step between two percents, for the subset that is handed out
 
 
-def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER):
+def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER, readings=(TEXT, RECOVERED)):
     """The smallest n_S of a sampler whose Z cannot be told from each floor, or lies below it.
 
     Parameters
@@ -31,6 +31,7 @@ def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER):
         See `floors.floors`.
     n_tests : int
     choices : published.Choices
+    readings : sequence of str, `surface`, `recovered` or both
 
     Returns
     -------
@@ -40,7 +41,7 @@ def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER):
     draw, z_of = _tools(evaluator, sampler, n_tests, choices)
     n_dots, rows = len(evaluator.points), []
     sizes = np.unique([min(n_dots, max(FEWEST, round(p / 100 * n_dots))) for p in PERCENTS])
-    for reading in (TEXT, RECOVERED):
+    for reading in readings:
         drawn = [draw(n) for n in sizes]
         found = [z_of(dots, reading) for dots in drawn]
         for floor in floors.itertuples():
