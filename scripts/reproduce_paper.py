@@ -30,19 +30,12 @@ def main(inputs, outputs, settings, name, threads, path_to_surface):
     runs = published_runs.as_published(
         evaluator, combinations, progress=reporter(f"{name} as published", "runs of the grid")
     )
-    own = {
-        "roughness_values": rough,
-        "seed": settings["seed"],
-        "name": name,
-        "threads": threads,
-        **{key.lower(): value for key, value in settings["patches"].items()},
-    }
     results = {
         "runs": runs,
         "places": published_runs.place_of_published(runs),
         "rows": replication.published_rows(evaluator, n_tests, draws),
-        "links": replication.sweep_links(surface, replication.LINKS, n_tests, draws, **own),
-        "defects": replication.compare_defects(surface, n_tests, draws, **own),
+        "links": replication.sweep_links(evaluator, replication.LINKS, n_tests, draws),
+        "defects": replication.compare_defects(evaluator, n_tests, draws),
         "family": tuned.tuned_family(evaluator, combinations[:, 1:], n_tests=n_tests, draws=draws),
     }
     for key, table in results.items():

@@ -173,7 +173,7 @@ def page(blob):
     table = tables.grid_table(result)
     runs = published_runs.as_published(evaluator, PUBLISHED_ROWS, 3)
     best = tables.best(table, result, 20)
-    links = replication.sweep_links(surface, (0.8, 1.2), 20, 2, **own)
+    links = replication.sweep_links(evaluator, (0.8, 1.2), 20, 2)
     combination, bins = Combination.of(best["kept"]["unrestricted"]), []
     for around, kept in rough_and_flat.AROUND.items():
         found = rough_and_flat.by_roughness(evaluator, combination, ["kept", "surface"], 600, 2, kept)
@@ -187,7 +187,7 @@ def page(blob):
         "bias": published_runs.selection_bias(runs, table),
         "links": links,
         "signs": replication.sign_changes(links),
-        "defects": replication.compare_defects(surface, 20, 1, **own),
+        "defects": replication.compare_defects(evaluator, 20, 1),
         "bins": pd.concat(bins),
         "family": tuned.best_of_family(tuned.tuned_family(evaluator, PUBLISHED_ROWS[:, 1:], (10.0,), 20, 2)),
         "enough": ENOUGH,

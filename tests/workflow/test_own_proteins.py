@@ -51,9 +51,10 @@ def test_a_mistake_in_the_config_is_a_sentence(tmp_path, change, sentences):
 def test_a_bad_protein_does_not_stop_the_others(tmp_path):
     bad = tmp_path / "bad.pdb"
     bad.write_text("REMARK nothing here\n")
-    config = SMALL | {
-        "proteins": SMALL["proteins"] | {"broken": {"structure": str(bad)}},
-        "frames": {"use": [0]},
+    good = {key: SMALL["proteins"]["tdp43"][key] for key in ("structure", "residues")}
+    config = {key: value for key, value in SMALL.items() if key != "frames"} | {
+        "proteins": {"tdp43": good, "broken": {"structure": str(bad)}},
+        "paper": "tdp43",
         "sampling": {"alpha": [1.0], "beta": [0], "gamma": [0], "delta": [0, 6]},
     }
     process = snakemake(tmp_path / "x", config)
@@ -61,3 +62,5 @@ def test_a_bad_protein_does_not_stop_the_others(tmp_path):
     assert "bad.pdb holds no atoms" in output(process)
     assert "Traceback (most" not in output(process)
     assert list((tmp_path / "x" / "results" / "small" / "tdp43").glob("*/ranges.csv"))
+    verdict = (tmp_path / "x" / "results" / "small" / "verdict.md").read_text()
+    assert verdict.startswith("# The paper's claims") and "2 combinations" in verdict

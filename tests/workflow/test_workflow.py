@@ -222,6 +222,7 @@ def test_outputs_appear_when_all_are_complete(tmp_path):
             OSError(errno.ENOSPC, "No space left on device", "out.csv"),
             "ERROR out.csv: No space left on device; mend that",
         ),
+        (KeyError("n_S"), "ERROR a defect of this program (KeyError: 'n_S'): please report it with "),
     ],
 )
 def test_a_failing_job_leaves_a_sentence_and_no_file(tmp_path, error, sentence):

@@ -8,9 +8,9 @@ import pandas as pd
 
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import PUBLISHED
+from sparsurf.sampling import law
 from sparsurf.sampling.published import PUBLISHED_ROWS, TABLE_1
 from sparsurf.study import grid, tables
-from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.statistics import estimate
 
 LINKS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
@@ -30,7 +30,7 @@ def published_rows(evaluator, n_tests, draws):
     )
 
 
-def sweep_links(surface, links, n_tests, draws, **settings):
+def sweep_links(evaluator, links, n_tests, draws):
     """d of the published combinations under `kept` for other linking distances.
 
     The sampling itself stays that of D_link = 0.5 Å: only the evaluation's islands change.
@@ -39,12 +39,11 @@ def sweep_links(surface, links, n_tests, draws, **settings):
     -------
     DataFrame: D_link, row (1..10), n_S_percent, d with d_low and d_high, Z_tS, fragment
     """
-    first = Evaluator(surface, **settings)
-    tests = first.draw_tests(n_tests)
-    pairs = [first.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
+    tests = evaluator.draw_tests(n_tests)
+    pairs = [evaluator.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
     out = []
     for link in links:
-        linked = first.changed(index=build_index(first.points, first.normals, link))
+        linked = evaluator.changed(index=build_index(evaluator.points, evaluator.normals, link))
         z_tot, _ = linked.describe(tests)
         z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, PUBLISHED)
         z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, PUBLISHED)
@@ -55,7 +54,7 @@ def sweep_links(surface, links, n_tests, draws, **settings):
                 {
                     "D_link": link,
                     "row": row + 1,
-                    "n_S_percent": 100 * len(pairs[row * draws][0]) / len(surface.points),
+                    "n_S_percent": 100 * len(pairs[row * draws][0]) / len(evaluator.points),
                     "d": d.mean[row],
                     "d_low": d.low[row],
                     "d_high": d.high[row],
@@ -104,7 +103,7 @@ DEFECTS = {
 }
 
 
-def compare_defects(surface, n_tests, draws, **settings):
+def compare_defects(evaluator, n_tests, draws):
     """n_S, d and Z_tS of the published combinations with each defect of the published sampling corrected.
 
     Returns
@@ -113,8 +112,10 @@ def compare_defects(surface, n_tests, draws, **settings):
     """
     out = []
     for name, (moved_centre, every_patch) in DEFECTS.items():
-        evaluator = Evaluator(surface, moved_centre=moved_centre, every_patch=every_patch, **settings)
-        result = grid.run(evaluator, PUBLISHED_ROWS, n_tests, draws)
+        cover = law.build_cover(
+            evaluator.index, evaluator.roughness, evaluator.r_patch, moved_centre, every_patch
+        )
+        result = grid.run(evaluator.changed(cover=cover), PUBLISHED_ROWS, n_tests, draws)
         table = tables.grid_table(result)
         part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
         part["n_S_percent"] = 100 * result.n_s_expected / result.n_dots

@@ -9,6 +9,7 @@ import resource
 import shutil
 import sys
 import time
+import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 
@@ -46,8 +47,8 @@ def job(snakemake):
     """The frame of a script's work.
 
     What it prints and logs goes to the rule's log. Its outputs are written under other names, given as a dict of
-    paths by name, and take their own names when all are complete: a killed job leaves no half a file. An InputError,
-    a full disk or a file that may not be written ends it with one sentence.
+    paths by name, and take their own names when all are complete: a killed job leaves no half a file. An error ends it
+    with one sentence; of one that is no user's mistake the log has the traceback.
     """
     outputs = {name: _paths(value) for name, value in snakemake.output.items()}
     parts = {
@@ -74,10 +75,17 @@ def job(snakemake):
                 for part, path in zip(parts[name], paths, strict=True):
                     os.replace(part, path)
             print(used(snakemake.input), file=log)
-        except (InputError, OSError) as error:
-            if isinstance(error, OSError) and error.errno not in DISK:
-                raise
-            sentence = error if isinstance(error, InputError) else _unwritten(error, snakemake)
+        except Exception as error:
+            if isinstance(error, InputError):
+                sentence = error
+            elif isinstance(error, OSError) and error.errno in DISK:
+                sentence = _unwritten(error, snakemake)
+            else:
+                traceback.print_exc(file=log)
+                sentence = (
+                    f"a defect of this program ({type(error).__name__}: {error}): please report it with "
+                    f"{snakemake.log[0]}; what was made before stays."
+                )
             print(f"ERROR {sentence}", file=log)
             print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
             sys.exit(1)
