@@ -32,6 +32,8 @@ RUN_BY_HAND = {
     "measure_needs.py",
     "measure_coverage.py",
     "measure_recovery.py",
+    "study_proteins.py",
+    "write_proteins.py",
     "store_tables.py",
     "draw_rules.py",
     "measure_descriptors.py",

@@ -5,6 +5,8 @@ from the mean roughness and the required number of points. A choice by mean roug
 the run support it in every way that `reasons` asks for; else the best combination regardless of roughness is named.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
@@ -14,6 +16,7 @@ from sparsurf.sampling.combination import PARAMETERS, Combination, split
 from sparsurf.study.relation import EQUAL, mean_interval, one_each, relation
 from sparsurf.study.summary import NEAREST
 
+EVIDENCE = Path(__file__).with_name("evidence")  # of the study over many proteins, docs/proteins.md
 FEWEST = 10  # proteins: with 5 a real dependence is found in 1 to 3 %, with 10 in 9 to 59 %, with 20 in 48 to 98 % of runs
 SIGNIFICANT = 0.05
 SHOWN = 5  # surfaces in the table of evidence
@@ -38,6 +41,8 @@ def read_run(folder):
     out = {}
     for name, columns in NEEDED.items():
         path = folder / f"{name}.csv"
+        if not path.is_file() and path.with_name(f"{name}.csv.gz").is_file():
+            path = path.with_name(f"{name}.csv.gz")
         try:
             out[name] = pd.read_csv(path)
         except (OSError, ValueError) as error:

@@ -1,0 +1,81 @@
+"""All tables of the study over many proteins, from what was measured on each."""
+
+import pandas as pd
+
+from sparsurf.patches.readings import PUBLISHED, TEXT
+from sparsurf.recovery.reading import RECOVERED
+from sparsurf.streams import stream
+from sparsurf.study import over_proteins, protein_variants
+from sparsurf.study.over_proteins import YARDSTICKS
+from sparsurf.study.protein_scores import SEED, Rules
+from sparsurf.study.summary import relation_table, summary_table, surfaces_table
+
+OF_RECOMMENDATION = ("summary", "relation", "surfaces")  # that a recommendation answers from
+N_RANGES = 10
+
+
+def tables_of(measured, varied):
+    """Every table by name; those of `OF_RECOMMENDATION` are as `summarise_run.py` writes them.
+
+    Parameters
+    ----------
+    measured : list of what `protein_files.load` returns
+    varied : dict of variant to such a list; may be empty
+    """
+    results = [each[0] for each in measured]
+    curves, floors = (
+        pd.concat([each[k].assign(protein=each[0].protein) for each in measured], ignore_index=True)
+        for k in (2, 1)
+    )
+    rules = Rules()
+    surfaces = surfaces_table(results, {"R_patch": rules.R_patch, "D_link": rules.D_link})
+    surfaces = surfaces.assign(hydrogens="remove", n_atoms=[each[3]["n_atoms"] for each in measured])
+    surfaces["n_residues"] = [each[3]["n_residues"] for each in measured]
+    summary = summary_table(results)
+    summary["best_set"] = summary["best_set"].fillna("")
+    relation = relation_table(results, summary, stream(SEED, "relation over proteins"))
+    found = {"summary": summary, "relation": relation, "surfaces": surfaces}
+    found["d"] = over_proteins.d_by_range(summary)
+    found["plateaus"] = over_proteins.plateaus(results, summary)
+    enough, needed = over_proteins.enough(curves, floors), over_proteins.needed(curves)
+    found["enough"] = enough
+    found["enough_means"] = over_proteins.enough_means(enough)
+    found["needed_means"] = over_proteins.needed_means(needed)
+    found["by_n_s"] = over_proteins.recovered_means(curves, floors)
+    quantities = quantities_of(summary, enough, needed)
+    found["correlations"] = over_proteins.rank_correlations(quantities, surfaces)
+    proteins = sorted(relation["n_proteins"].unique())
+    found["power"] = pd.DataFrame(
+        [over_proteins.power(int(n), stream(SEED, "power", int(n))) for n in proteins]
+    )
+    found["coverage"] = coverage(results, quantities)
+    if varied:
+        found["variants"] = protein_variants.table(varied)
+    return found
+
+
+def quantities_of(summary, enough, needed):
+    """Numbers of each protein that are set against its size and mean roughness: words -> Series by protein."""
+    own = summary[summary["n_combinations"] > 0].groupby(["islands", "protein"])["d_held_out"].mean()
+    out = {f"d held out, `{reading}`": own[reading] for reading in (PUBLISHED, TEXT)}
+    rows = enough[(enough["sampler"] == "farthest") & (enough["islands"] == RECOVERED)]
+    for name in YARDSTICKS:
+        out[f"n_S enough, {name}"] = rows[rows["yardstick"] == name].set_index("protein")["n_S_percent"]
+    for target, part in needed.groupby("target"):
+        own = part[(part["sampler"] == "farthest") & (part["islands"] == RECOVERED)].set_index("protein")
+        out[f"times fewer than {target:g} % uniform"] = own["factor"]
+    return out
+
+
+def coverage(results, quantities):
+    """How often intervals over as many proteins hold what they should, the measured proteins being all there are."""
+    rng = stream(SEED, "coverage over proteins")
+    rows = [
+        (words, "mean", len(values), over_proteins.coverage_of_mean(values.to_numpy(), rng))
+        for words, values in quantities.items()
+    ]
+    for reading in (PUBLISHED, TEXT):
+        for k in (2, 5):
+            held = over_proteins.coverage_of_set(results, reading, k, N_RANGES, rng)
+            rows.append((f"the best of range {k}, `{reading}`", "confidence set", len(results), held))
+    return pd.DataFrame(rows, columns=["quantity", "interval", "n", "coverage"])

@@ -1,0 +1,53 @@
+"""Sum up many proteins: `python scripts/write_proteins.py results/over_proteins`.
+
+Reads what `study_proteins.py` measured, writes docs/tables/proteins_*.csv and the evidence of `sparsurf recommend`, and from
+these tables docs/proteins.md with its figures. Without a folder, the page and the figures are made again.
+"""
+
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+from sparsurf import InputError
+from sparsurf.report.figures import protein_figures
+from sparsurf.report.proteins_page import STORED, page
+from sparsurf.report.recommendation import EVIDENCE, read_run
+from sparsurf.study.protein_files import load_all
+from sparsurf.study.protein_tables import OF_RECOMMENDATION, tables_of
+
+DOCS = Path(__file__).parents[1] / "docs"
+PACKED = {"method": "gzip", "mtime": 0}  # the same bytes for the same table
+
+
+def write_tables(path_to_results, tables, evidence):
+    """Write every table of the study."""
+    results = Path(path_to_results)
+    varied = {path.name: load_all(path) for path in sorted((results / "variants").glob("*"))}
+    for name, table in tables_of(load_all(results), varied).items():
+        if name in OF_RECOMMENDATION:
+            path = evidence / f"{name}.csv.gz"
+            table.to_csv(path, index=False, float_format="%.5g", compression=PACKED)
+        else:
+            table.to_csv(tables / f"proteins_{name}.csv", index=False, float_format="%.5g")
+
+
+def main(path_to_results=None, path_to_docs=DOCS, path_to_evidence=EVIDENCE):
+    """Write the tables, then the page and its figures."""
+    docs, evidence = Path(path_to_docs), Path(path_to_evidence)
+    for folder in (docs / "tables", evidence):
+        folder.mkdir(parents=True, exist_ok=True)
+    if path_to_results is not None:
+        write_tables(path_to_results, docs / "tables", evidence)
+    stored = {name: pd.read_csv(docs / "tables" / f"proteins_{name}.csv") for name in STORED}
+    stored |= read_run(evidence)
+    (docs / "proteins.md").write_text(page(stored), encoding="utf-8")
+    for name, draw in protein_figures.FIGURES.items():
+        draw(stored).savefig(docs / f"proteins_{name}.png", dpi=200, metadata={"Software": None})
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:3])
+    except InputError as error:
+        sys.exit(str(error))

@@ -1,0 +1,280 @@
+"""Claims over many proteins: made-up proteins whose answers are known, and a peptide measured end to end."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import binom, spearmanr
+from test_summary import ROUGHS, run_of, study
+
+import study_proteins
+import write_proteins
+from peptides import peptide, write
+from sparsurf import InputError
+from sparsurf.molecules.likeness import likeness, words_of
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED
+from sparsurf.patches.zernike.polynomials import indices
+from sparsurf.sampling import law
+from sparsurf.study import over_proteins, protein_files, protein_variants
+from sparsurf.study.protein_scores import PERCENTS, SAMPLERS, Counts, Rules, measure, ready
+
+FEW = Counts(draws=2, tests=5, of_floors=10, draws_by_n_s=1, tests_by_n_s=10)
+GRID = law.grid([0.2, 1.0], [0], [0, 4], [0])
+
+
+def curve(protein="p", sampler="uniform", islands="surface", factor=1.0):
+    """Z that falls with the square root of n_S: `factor` times as many dots are needed for the same Z."""
+    percents = np.array(PERCENTS)
+    table = {"protein": protein, "sampler": sampler, "islands": islands, "percent": percents}
+    return pd.DataFrame(table | {"n_S_percent": percents, "Z": np.sqrt(factor * 10 / percents)})
+
+
+def floor(protein="p", **z):
+    return pd.DataFrame(
+        [(protein, name, value) for name, value in z.items()], columns=["protein", "floor", "Z"]
+    )
+
+
+def floors_at(fresh):
+    return floor(**{"fresh dots": fresh, "turned": 1.0, "atoms moved 0.1 Å": 2.0, "atoms moved 0.3 Å": 0.9})
+
+
+def test_enough_is_where_the_curve_comes_near_a_yardstick():
+    found = over_proteins.enough(curve(), floors_at(0.1)).set_index("yardstick")["n_S_percent"]
+    # Z = sqrt(10 / n) within a tenth of 1: n = 10 / 1.1^2
+    assert found["turned"] == pytest.approx(10 / over_proteins.CLOSE**2)
+    assert found["fresh dots"] == np.inf
+    assert found["atoms moved 0.1 Å"] == pytest.approx(10 / (2 * over_proteins.CLOSE) ** 2)
+    assert (over_proteins.enough(curve(), floors_at(9.0))["n_S_percent"] == 0).sum() == 1
+
+
+def test_quartiles_hold_numbers_beyond_what_was_measured():
+    table = pd.DataFrame({"n_S_percent": [0.0, 1, 2, 3, 4, 5, 6, np.inf, np.inf]})
+    row = over_proteins.enough_means(table.assign(sampler="s", islands="surface", yardstick="y")).iloc[0]
+    assert (row["median"], row["highest"], row["lowest"]) == (4, np.inf, 0)
+    assert (row["n"], row["n_less"], row["n_more"]) == (9, 1, 2)
+
+
+@pytest.mark.parametrize("n", [6, 20, 65])
+def test_interval_of_a_median_is_that_of_ranks(n):
+    low, high = over_proteins.median_interval(np.random.default_rng(0).permutation(n).astype(float))
+    # it misses the median where at most `low` values lie below it, or above
+    assert high == n - 1 - low
+    assert 1 - 2 * binom.cdf(low, n, 0.5) >= 0.95 > 1 - 2 * binom.cdf(low + 1, n, 0.5)
+
+
+def test_interval_of_a_median_covers_skewed_numbers():
+    rng, held = np.random.default_rng(1), 0
+    for _ in range(400):
+        low, high = over_proteins.median_interval(rng.exponential(size=20))
+        held += low <= np.log(2) <= high
+    assert held / 400 > 0.92  # exactly 0.959
+
+
+def test_times_fewer_dots_is_the_ratio_of_the_curves():
+    curves = pd.concat([curve(), curve(sampler="farthest", islands="recovered", factor=0.25)])
+    found = over_proteins.needed(curves)
+    own = found[found["sampler"] == "farthest"].set_index("target")
+    assert own["factor"].to_numpy() == pytest.approx([4, 4, 4]) and not own["bound"].any()
+    far = over_proteins.needed(pd.concat([curve(), curve(sampler="paper", factor=4)]))
+    far = far[far["sampler"] == "paper"].set_index("target")
+    assert far["bound"].tolist() == [False, True, True] and far.loc[40.0, "n_S_percent"] == 60
+
+
+def test_means_of_factors_are_geometric():
+    tables = [
+        pd.concat([curve(p), curve(p, "farthest", factor=1 / f)])
+        for p, f in zip("abc", (2, 4, 8), strict=True)
+    ]
+    found = over_proteins.needed_means(over_proteins.needed(pd.concat(tables)))
+    row = found[(found["sampler"] == "farthest") & (found["target"] == 25)].iloc[0]
+    assert row["factor"] == pytest.approx(4) and row["n"] == 3
+    # ln 2, ln 4, ln 8: sd ln 2, t(.975, 2) = 4.3027
+    assert row["factor_high"] == pytest.approx(4 * 2 ** (4.3027 / np.sqrt(3)), rel=1e-4)
+
+
+def test_z_over_the_floor_is_taken_protein_by_protein():
+    curves = pd.concat([curve("a"), curve("b", factor=4)])
+    floors = pd.concat([floor("a", **{"fresh dots": 0.5}), floor("b", **{"fresh dots": 1.0})])
+    row = over_proteins.recovered_means(curves, floors).set_index("percent").loc[10.0]
+    assert row["Z"] == pytest.approx(1.5) and row["over_floor"] == pytest.approx(2.0) and row["n"] == 2
+
+
+@pytest.fixture(scope="module")
+def made_up():
+    """Twelve proteins that like one and the same combination best under `kept`."""
+    results = study(lambda r, s: 2, ROUGHS)
+    return results, run_of(results)
+
+
+def test_d_over_proteins(made_up):
+    table = over_proteins.d_by_range(made_up[1]["summary"]).set_index(["islands", "range"])
+    row = table.loc[("kept", 3)]
+    assert row["n"] == row["n_above"] == 12 and row["own_low"] < 1.0 < row["own_high"]
+    assert row["own_low"] > 0.9 and abs(row["lost"]) < 0.1
+    assert table.loc[("surface", 3), "n_below"] >= 10 and table.loc[("surface", 0), "own_high"] < 0
+    assert ("kept", 2) not in table.index  # nothing keeps 12 %
+
+
+def test_one_combination_is_the_best_on_all(made_up):
+    results, run = made_up
+    table = over_proteins.plateaus(results, run["summary"]).set_index(["islands", "range"])
+    row = table.loc[("kept", 3)]
+    assert row["winner"] == row["best_set"] == "(1, 0, 2, 0)" and row["n_best_set"] == 1
+    assert row["n_there"] == 12 and row["n_held"] >= 11
+
+
+def test_the_plateau_breaks_where_proteins_differ():
+    results = study(lambda r, s: 5 * (s % 2), ROUGHS)
+    row = (
+        over_proteins.plateaus(results, run_of(results)["summary"])
+        .set_index(["islands", "range"])
+        .loc[("kept", 3)]
+    )
+    assert row["n_held"] < 8
+
+
+def test_confidence_sets_over_proteins_hold_the_best(made_up):
+    rng = np.random.default_rng(3)
+    assert over_proteins.coverage_of_set(made_up[0], "kept", 3, 3, rng, resampled=60) > 0.9
+    alike = study(lambda r, s: 2.5, ROUGHS)  # two combinations are equally good
+    assert over_proteins.coverage_of_set(alike, "kept", 3, 3, rng, resampled=60) > 0.85
+
+
+def test_coverage_tells_normal_numbers_from_skewed_ones():
+    rng = np.random.default_rng(4)
+    normal = over_proteins.coverage_of_mean(rng.normal(size=40), rng)
+    skewed = over_proteins.coverage_of_mean(np.append(np.zeros(39), 1.0), rng)
+    assert normal == pytest.approx(0.95, abs=0.02) and skewed < 0.75
+
+
+def test_power_grows_with_the_number_of_proteins():
+    few, many = (over_proteins.power(n, np.random.default_rng(5), runs=600) for n in (15, 60))
+    assert few["rho"] > many["rho"] > many["critical"] > 0
+    # one of four at 0.05: as a single test at 1 - 0.95^(1/4); Fisher's z of 60 pairs
+    assert many["critical"] == pytest.approx(np.tanh(2.49 / np.sqrt(57)), abs=0.03)
+    assert many["rho"] == pytest.approx(np.tanh((2.49 + 0.84) / np.sqrt(57)), abs=0.05)
+
+
+def test_rank_correlations_with_size_and_roughness():
+    surfaces = pd.DataFrame(
+        {"protein": list("abcdef"), "N": [1, 2, 3, 4, 5, 6], "mean_roughness": [3, 1, 2, 6, 5, 4]}
+    )
+    values = pd.Series([1.0, 5, 2, 8, 9, np.inf], index=list("abcdef"))
+    table = over_proteins.rank_correlations({"x": values}, surfaces).set_index("against")
+    assert table.loc["N", "rho"] == pytest.approx(spearmanr(values, surfaces["N"]).statistic)
+    assert table.loc["mean_roughness", "rho_low"] < table.loc["mean_roughness", "rho"]
+
+
+RESIDUES = ["ALA", "GLY", "SER", "VAL", "LEU", "ILE", "THR", "CYS", "MET", "PRO"]
+
+
+def molecule_of(tmp_path, residues, name="m"):
+    return read_molecule(write(tmp_path / f"{name}.pdb", peptide(residues)))
+
+
+def test_sequences_tell_conformations_from_other_proteins(tmp_path):
+    one = words_of(molecule_of(tmp_path, RESIDUES, "a"))
+    other = words_of(molecule_of(tmp_path, RESIDUES[::-1], "b"))
+    part = words_of(molecule_of(tmp_path, RESIDUES[2:], "c"))
+    assert len(one) == 6 and likeness(one, part) == 1 and likeness(one, other) == 0
+    assert likeness(one, words_of(molecule_of(tmp_path, RESIDUES[:3], "d"))) == 0
+
+
+def test_one_protein_of_each_kind_is_measured(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(study_proteins, "FEWEST_ATOMS", 20)
+    for name, residues in {
+        "long": RESIDUES,
+        "part": RESIDUES[1:],
+        "other": RESIDUES[::-1],
+        "few": RESIDUES[:3],
+    }.items():
+        write(tmp_path / f"{name}.pdb", peptide(residues))
+    write(tmp_path / "broken.pdb", "nothing")
+    write(tmp_path / "notes.txt", "nothing")
+    names = [name for name, _, _ in study_proteins.distinct(study_proteins.structures(tmp_path))]
+    said = capsys.readouterr().out
+    assert names == ["part", "other"]
+    assert "long: left out, its sequence is like that of part" in said and "few: left out, 15 atoms" in said
+    assert "broken.pdb: left out" in said and "notes" not in said
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="holds no structure"):
+        study_proteins.structures(tmp_path / "empty")
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    molecule = molecule_of(tmp_path_factory.mktemp("m"), RESIDUES[:4])
+    return molecule, measure(molecule, "p", GRID, counts=FEW)
+
+
+def test_a_protein_is_the_same_with_any_number_of_threads(measured):
+    again = measure(measured[0], "p", GRID, threads=2, counts=FEW)
+    for one, other in ((measured[1][0].grid, again[0].grid), *zip(measured[1][1:], again[1:], strict=True)):
+        pd.testing.assert_frame_equal(one, other, check_exact=True)
+
+
+def test_a_protein_is_measured_as_it_is_and_recovered(measured):
+    result, floors, by_n_s = measured[1]
+    assert len(by_n_s) == 2 * len(SAMPLERS) * len(PERCENTS)
+    z = by_n_s[by_n_s["sampler"] == "farthest"].pivot(index="percent", columns="islands", values="Z")
+    assert (
+        z.loc[10.0, "recovered"] < z.loc[10.0, "surface"] and z.loc[40.0, "surface"] < z.loc[4.0, "surface"]
+    )
+    assert set(over_proteins.YARDSTICKS) <= set(floors["floor"])
+    assert result.best["yardsticks"]["floors"]["turned"] == floors.set_index("floor").loc["turned", "Z"]
+    assert list(result.ranges["islands"].unique()) == ["kept", "surface"]
+
+
+def test_what_is_saved_comes_back_and_half_a_protein_is_refused(measured, tmp_path):
+    protein_files.save(tmp_path / "p", *measured[1], n_atoms=20)
+    result, floors, _, single = protein_files.load(tmp_path / "p")
+    assert result.mean_roughness == measured[1][0].mean_roughness and single["n_atoms"] == 20
+    pd.testing.assert_frame_equal(result.ranges, measured[1][0].ranges, check_dtype=False)
+    pd.testing.assert_frame_equal(floors, measured[1][1])
+    (tmp_path / "p" / "by_n_s.csv").unlink()
+    with pytest.raises(InputError, match="does not hold what was measured"):
+        protein_files.load_all(tmp_path)
+    with pytest.raises(InputError, match="holds no measured protein"):
+        write_proteins.main(str(tmp_path / "nothing"), tmp_path, tmp_path)
+
+
+def test_one_rule_changed_at_a_time():
+    assert protein_variants.rules_of(protein_variants.DEFAULT) == Rules()
+    for variant, changes in protein_variants.VARIANTS.items():
+        rules = protein_variants.rules_of(variant)
+        assert {key: getattr(rules, key) for key in changes} == changes and len(changes) <= 1
+        assert variant in (protein_variants.DEFAULT, protein_variants.HYDROGENS) or rules != Rules()
+    assert protein_variants.thin_grid({"alpha": [1, 2, 3], "gamma": [1, 2, 3]}) == {
+        "alpha": [1, 3],
+        "gamma": [1, 2, 3],
+    }
+
+
+def test_the_short_descriptor_is_the_beginning_of_the_published_one(measured, monkeypatch):
+    monkeypatch.delitem(DESCRIPTORS, protein_variants.SHORT, raising=False)
+    protein_variants.enter_short_descriptor()
+    try:
+        short, whole = (
+            ready(measured[0], "p", Rules(descriptor=name), 1)[0].describe(np.arange(5))[0]
+            for name in (protein_variants.SHORT, PUBLISHED)
+        )
+    finally:
+        DESCRIPTORS.pop(protein_variants.SHORT)
+    few = [k for k, (order, _) in enumerate(indices()) if order <= 10]
+    assert short.shape == (5, len(few)) == (5, 36)
+    assert np.array_equal(short, whole[:, few])
+
+
+def test_claims_of_variants_are_set_against_the_unvaried_rules(measured):
+    result, floors, by_n_s = measured[1]
+    worse = by_n_s.assign(Z=np.where(by_n_s["islands"] == "recovered", 2 * by_n_s["Z"], by_n_s["Z"]))
+    table = protein_variants.table(
+        {protein_variants.DEFAULT: [(result, floors, by_n_s, {})], "other": [(result, floors, worse, {})]}
+    ).set_index(["variant", "claim"])
+    assert table.loc[("other", "d_kept"), "change"] == 0
+    before, after = (table.loc[(each, "over_floor"), "value"] for each in (protein_variants.DEFAULT, "other"))
+    assert after == pytest.approx(2 * before) and table.loc[
+        ("other", "over_floor"), "change"
+    ] == pytest.approx(before)
+    assert table.loc[(protein_variants.DEFAULT, "held"), "value"] == 1
