@@ -67,8 +67,8 @@ def add_molecule(parser):
     )
 
 
-def add_output(parser, formats):
-    """Where the result goes."""
+def add_output(parser, formats, mesh="triangles between the dots of a PLY, too (slower)"):
+    """Where the result goes; `mesh` says what triangles it has."""
     parser.add_argument(
         "-o",
         "--output",
@@ -82,22 +82,14 @@ def add_output(parser, formats):
         help="instead of the suffix of OUT (default csv)",
     )
     if ".ply" in formats:
-        parser.add_argument(
-            "--mesh", action="store_true", help="triangles between the dots of a PLY, too (slower)"
-        )
+        parser.add_argument("--mesh", action="store_true", help=mesh)
 
 
 def read_dots(wish):
     """The Surface of a command's FILE, and its Molecule; None for a file of dots."""
     if not is_structure(wish.file):
         return read_surface(wish.file), None
-    keys = {key: getattr(wish, key) for key in OF_MOLECULE}
-    keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
-    molecule = read_molecule(wish.file, wish.trajectory, **keys)
-    if wish.frame >= molecule.n_frames:
-        raise InputError(
-            f"{wish.file} has the frames 0 to {molecule.n_frames - 1}: there is no frame {wish.frame}."
-        )
+    molecule = read_atoms(wish)
     say(f"surface of {molecule.n_atoms} atoms")
     dots = surface_of(
         molecule,
@@ -108,6 +100,18 @@ def read_dots(wish):
         d_link=wish.d_link,
     )
     return dots, molecule
+
+
+def read_atoms(wish):
+    """The Molecule of a command's FILE."""
+    keys = {key: getattr(wish, key) for key in OF_MOLECULE}
+    keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
+    molecule = read_molecule(wish.file, wish.trajectory, **keys)
+    if wish.frame >= molecule.n_frames:
+        raise InputError(
+            f"{wish.file} has the frames 0 to {molecule.n_frames - 1}: there is no frame {wish.frame}."
+        )
+    return molecule
 
 
 def say(text):

@@ -93,6 +93,20 @@ def write_dots(wish, surface, columns, shown=None, molecule=None):
     )
 
 
+def write_mesh(wish, mesh):
+    """Write a Mesh, as the options -o and --format of a command say: the vertices with the area around each."""
+    write(
+        wish.output,
+        wish.format,
+        (".ply",),
+        {
+            ".ply": lambda path: write_ply(
+                path, mesh.vertices, columns={"area": mesh.vertices.area}, faces=mesh.triangles
+            )
+        },
+    )
+
+
 def write_table(wish, table, arrays):
     """Write a DataFrame as CSV or arrays by name as npz, as the options -o and --format of a command say."""
     write(

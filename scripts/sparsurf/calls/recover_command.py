@@ -10,7 +10,9 @@ from sparsurf.calls import options, outputs
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
 from sparsurf.patches.zernike.polynomials import indices
+from sparsurf.recovery.mesh import recovered_mesh
 from sparsurf.recovery.recovering import REACH, STEPS, recover
+from sparsurf.surfaces.mesh import step_of
 from sparsurf.surfaces.reading import read_surface
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import Surface
@@ -19,12 +21,13 @@ from sparsurf.threads import available_cores
 EXAMPLES = """\
 FILE holds a few dots with normals, such as minimal.csv or the dots of any program; nothing else is needed. The dots come first,
 then those that fill the gaps. With --around, descriptors (|c_nm|, as of `sparsurf descriptors`) of the patches of the dense
-surface around points come instead of dots.
+surface around points come instead of dots; with --mesh, a closed surface of triangles, as fine as --density says.
 
 examples:
   sparsurf minimal protein.pdb --percent 10 -o minimal.csv
   sparsurf recover minimal.csv -o dense.npz
   sparsurf recover minimal.csv --density 20 -o dense.ply
+  sparsurf recover minimal.csv --mesh -o mesh.ply
   sparsurf recover minimal.csv --around minimal.csv -o descriptors.csv
 """
 
@@ -32,7 +35,8 @@ examples:
 def arguments(parser):
     """Options of the command."""
     parser.add_argument("file", metavar="FILE", help="dots with normals")
-    options.add_output(parser, (*outputs.DOTS_ALONE, ".dms"))
+    formats = (*outputs.DOTS_ALONE, ".dms")
+    options.add_output(parser, formats, "triangles of the surface, watertight, instead of dots (PLY)")
     parser.add_argument(
         "--density", type=options.number(0), default=DENSITY, help=f"dots per Å^2 (default {DENSITY:g})"
     )
@@ -54,6 +58,12 @@ def arguments(parser):
 def run(wish):
     """Write the dense dots, or descriptors of their patches."""
     few = read_surface(wish.file)
+    if wish.mesh:
+        how = wish.density, wish.reach, wish.steps, available_cores()
+        mesh = recovered_mesh(few.points, few.normals, step_of(wish.density), *how)
+        options.say(f"{len(mesh.triangles)} triangles from {len(few)} dots, {mesh.volume:.0f} Å^3")
+        outputs.write_mesh(wish, mesh)
+        return
     points, normals = recover(
         few.points, few.normals, wish.density, wish.reach, wish.steps, available_cores()
     )

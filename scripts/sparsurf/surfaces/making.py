@@ -107,6 +107,19 @@ def molecular_surface(xyz, radii, probe=1.4, density=DENSITY, reentrant="exact")
     ------
     InputError
     """
+    xyz, radii, kept = spheres(xyz, radii, probe)
+    if not 0 < density < np.inf:
+        raise InputError(f"surface.density is {density}; it must be a positive number.")
+    if reentrant not in ("exact", "dms"):
+        raise InputError(f"surface.reentrant is {reentrant!r}; it must be 'exact' or 'dms'.")
+    lattice = LATTICE * (density / DENSITY)
+    exact = reentrant == "exact"
+    points, normals, area, kind, atom = lay_dots(xyz, radii, float(probe), lattice, exact)
+    return Surface(points, normals, area, kind, kept[atom])
+
+
+def spheres(xyz, radii, probe):
+    """Centres and radii of distinct atoms, checked, and which of the given ones these are; see `molecular_surface`."""
     xyz, radii = np.asarray(xyz, dtype=float), np.asarray(radii, dtype=float)
     if xyz.ndim != 2 or xyz.shape[1] != 3 or len(xyz) == 0 or radii.shape != (len(xyz),):
         raise InputError(f"surface: needs (A, 3) centres and (A,) radii, not {xyz.shape} and {radii.shape}.")
@@ -114,16 +127,10 @@ def molecular_surface(xyz, radii, probe=1.4, density=DENSITY, reentrant="exact")
         raise InputError(f"surface: coordinates must be numbers below {FARTHEST:.0f} Å.")
     if not (np.isfinite(radii) & (radii > 0)).all():
         raise InputError("surface: atomic radii must be positive numbers.")
-    for name, value in (("probe_radius", probe), ("density", density)):
-        if not 0 < value < np.inf:
-            raise InputError(f"surface.{name} is {value}; it must be a positive number.")
-    if reentrant not in ("exact", "dms"):
-        raise InputError(f"surface.reentrant is {reentrant!r}; it must be 'exact' or 'dms'.")
+    if not 0 < probe < np.inf:
+        raise InputError(f"surface.probe_radius is {probe}; it must be a positive number.")
     kept = _distinct(xyz, radii)
-    lattice = LATTICE * (density / DENSITY)
-    exact = reentrant == "exact"
-    points, normals, area, kind, atom = lay_dots(xyz[kept], radii[kept], float(probe), lattice, exact)
-    return Surface(points, normals, area, kind, kept[atom])
+    return xyz[kept], radii[kept], kept
 
 
 def _distinct(xyz, radii):

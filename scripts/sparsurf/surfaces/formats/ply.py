@@ -16,7 +16,7 @@ ROUNDS = 50  # of changes of sides; 5 to 7 are enough for proteins
 MANY_DOTS = 500_000  # beyond which the triangles would take minutes
 
 
-def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=True):
+def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=True, faces=None):
     """Write a PLY mesh whose vertices are the dots, in their order, as text (PyMOL reads no other).
 
     Parameters
@@ -28,6 +28,7 @@ def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=T
     name : of that property
     columns : further float properties, name -> (N,)
     mesh : whether triangles between the dots are written, which takes seconds on 20 thousand dots
+    faces : (F, 3) triangles between the dots where they are known
 
     Raises
     ------
@@ -38,7 +39,8 @@ def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=T
     for key, column in properties.items():
         if len(column) != len(surface):
             raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
-    faces = triangles(surface) if mesh and len(surface) <= MANY_DOTS else np.empty((0, 3), int)
+    if faces is None:
+        faces = triangles(surface) if mesh and len(surface) <= MANY_DOTS else np.empty((0, 3), int)
     colours = KIND_COLOURS[surface.kind] if values is None else _viridis(values)
     table = {
         axis: column
