@@ -11,6 +11,7 @@ import importlib
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import yaml
 from threadpoolctl import threadpool_limits
 
 from sparsurf import InputError
@@ -29,14 +31,19 @@ from sparsurf.patches.index import R_ZERNIKE, build_index
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import OF_GRID
 from sparsurf.patches.roughness import roughness
+from sparsurf.patches.zernike import published
+from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
 from sparsurf.sampling import law
+from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study import grid
+from sparsurf.study.ensemble import frame_row
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.making import fitting_density, molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.reading import read_surface
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
+from sparsurf.workflow.config import checked
 from sparsurf.workflow.timing import Table, machine, peak_memory, timed
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -44,6 +51,9 @@ SHARED = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared"))
 A1_DOTS = SHARED / "data" / "tdp43" / "A1.dms.gz"
 RIBOSOME = SHARED / "data" / "structures" / "6zu5_ribosome.cif.gz"
 EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"
+TRAJECTORY = EMBEDDED.with_name("trajectory.xtc")
+MOST_OF_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
+KEPT = 0.05  # of the dots, by farthest point
 COPIES = (1, 10, 50)  # of A1: 20 thousand, 200 thousand and a million dots
 SHARES = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
 STEADY = 60  # µs that a steady descriptor may take
@@ -165,6 +175,55 @@ def measure_surface(table, copies, repeats, residues=None):
         run = partial(molecular_surface, lattice(xyz, c), np.tile(r, c))
         what, per = f"surface per atom, {c * len(r)} atoms", 1e6 / (c * len(r))
         table.time(what, len(run()), run, repeats, "µs", per)
+
+
+def measure_frames(table, quick):
+    """One combination on frames of the embedded trajectory, as an ensemble evaluates each."""
+    settings = checked(yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8")), [], ROOT)
+    residues = PIECE if quick else None
+    molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
+    own = radii(molecule)
+    density = fitting_density(molecule, 0, own, settings["surface"], settings["patches"]["D_link"], "bench")
+    settings["surface"] = settings["surface"] | {"density": density}
+
+    def frames():
+        for k in range(molecule.n_frames):
+            frame_row(molecule, k, own, settings, "bench")
+
+    what, most = f"a frame of an ensemble, {molecule.n_atoms} atoms", None if quick else MOST_OF_FRAME
+    table.time(what, None, frames, 1, "s", 1 / molecule.n_frames, most)
+
+
+def measure_peers(table, surface, repeats):
+    """Other programs on the same work, each where it is installed; ours beside it."""
+    n, keep = len(surface), round(KEPT * len(surface))
+    if shutil.which("EDTSurf"):
+        with tempfile.TemporaryDirectory() as folder:
+            command = ["EDTSurf", "-i", EMBEDDED, "-o", Path(folder, "out")]
+            _, wall = timed(partial(subprocess.run, command, check=True, capture_output=True), repeats)
+            table.add("peer: surface of the embedded structure by EDTSurf, a process", None, None, "s", wall)
+        table.time("the same surface here", None, partial(molecular_surface, *embedded()), repeats)
+    if fpsample := installed("fpsample"):
+        farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
+        table.time(f"peer: {KEPT:.0%} farthest dots by fpsample", n, farthest, repeats)
+        evaluator, rng = Evaluator(surface, name="bench"), np.random.default_rng(0)
+        table.time("the same here", n, partial(SAMPLERS["farthest"], evaluator, keep, rng), repeats)
+    if mahotas := installed("mahotas.features"):
+        image = np.random.default_rng(0).random((PIXELS, PIXELS))
+        moments = partial(mahotas.zernike_moments, image, DISC, N_MAX)
+        table.time("peer: moments of one image by mahotas", None, moments, repeats, "µs", 1e6)
+        images = np.random.default_rng(0).random((512, published.N_EVEN + published.N_ODD))
+        table.time(
+            "the same here, 512 images", None, partial(published.moments, images), repeats, "µs", 1e6 / 512
+        )
+
+
+def installed(name):
+    """A module where it can be imported, else None."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        return None
 
 
 def measure_reference(table, surface, name):
@@ -318,6 +377,8 @@ def main(path_to_output, quick=False, reference=None):
         measure_grids(table, surface, combinations, {n_tests: None} if quick else GRIDS, repeats)
         measure_pairs(table, {500: None} if quick else PAIRS, repeats)
         measure_surface(table, copies, repeats, PIECE if quick else None)
+        measure_frames(table, quick)
+        measure_peers(table, surface, repeats)
         if reference:
             measure_reference(table, surface, reference)
     measure_start(table, quick)

@@ -6,7 +6,8 @@ import pandas as pd
 import pytest
 
 from conftest import ROOT
-from sparsurf.report.readme_tables import filled, ranges_table, readme_tables
+from sparsurf.report.readme_tables import filled, plan_table, ranges_table, readme_tables
+from store_tables import bytes_per_frame
 
 TABLES = ROOT / "docs" / "tables"
 
@@ -48,6 +49,21 @@ def test_the_readme_holds_the_stored_tables():
         pytest.skip("no tables are stored, or the README has no place for them")
     tables = readme_tables(pd.read_csv(stored[0]), pd.read_csv(stored[1], dtype=str))
     assert filled(text, tables) == text
+
+
+def test_the_plan_counts_hours_from_the_cost_of_a_frame():
+    bench = pd.DataFrame({"what": ["other", "a frame of an ensemble, 953 atoms"], "value": [9.0, 0.36]})
+    table = plan_table(bench, 4000).splitlines()
+    assert table[3] == "| 100 ps | 100,000 | 10.0 | 2 | 0.40 GB |"  # 36,000 s
+    assert table[4] == "| 10 ps | 1,000,000 | 100.0 | 13 | 4.00 GB |"
+
+
+def test_the_page_on_clusters_holds_the_stored_plan():
+    stored = TABLES / "bench.csv"
+    if not stored.is_file():
+        pytest.skip("no figures of make bench are stored")
+    text = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
+    assert filled(text, {"plan": plan_table(pd.read_csv(stored), bytes_per_frame())}) == text
 
 
 def test_the_readme_quotes_the_page_of_recovered_surfaces():

@@ -34,6 +34,7 @@ def test_quick_run_writes_every_kind_of_figure(tmp_path, monkeypatch):
         "nearest patches",
         "per atom",
         "warm start",
+        "a frame of an ensemble",
     ):
         rows = [row for row in content["figures"] if words in row["what"]]
         assert rows and all(row["value"] > 0 for row in rows), words

@@ -1,8 +1,9 @@
-"""The two tables of the README, made from the stored tables of the default and the paper's study.
+"""The tables of the README, made from the stored tables of the default and the paper's study, and the plan of docs/cluster.md.
 
 They stand between the comments `<!-- table: NAME -->` and `<!-- end of table -->`; `filled` puts them there.
 """
 
+import math
 import re
 
 import pandas as pd
@@ -11,6 +12,10 @@ from sparsurf.patches.readings import OF_GRID
 from sparsurf.report.pages import interval, markdown
 from sparsurf.sampling.combination import texts_of
 
+MICROSECONDS = 10  # of the paper's trajectory
+INTERVALS = (1000, 100, 10)  # ps between two frames
+FRAME = "a frame of an ensemble, 953 atoms"  # of `make bench`
+JOB_HOURS = 1  # of a job of 8 cores
 PLACE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.S)
 
 
@@ -56,6 +61,33 @@ def ranges_table(ranges):
         parts[f"Z_tS, `{reading}`"] = own["Z_tS"]
         parts[f"may be the best, `{reading}`"] = own["n_best_set"].fillna(0).astype(int)
     return markdown(pd.DataFrame(parts))
+
+
+def plan_table(bench, bytes_per_frame):
+    """What following one combination over the paper's trajectory takes, from the measured cost of a frame.
+
+    Parameters
+    ----------
+    bench : DataFrame
+        Stored figures of `make bench`: what, value.
+    bytes_per_frame : float
+        Of the embedded trajectory, protein only.
+    """
+    seconds = bench.set_index("what")["value"][FRAME]
+    rows = []
+    for interval_ps in INTERVALS:
+        frames = round(MICROSECONDS * 1e6 / interval_ps)
+        hours = frames * seconds / 3600
+        rows.append(
+            {
+                "a frame every": f"{interval_ps} ps",
+                "frames": f"{frames:,}",
+                "CPU hours": f"{hours:.1f}",
+                "`jobs`, of an hour on 8 cores": max(1, math.ceil(hours / 8 / JOB_HOURS)),
+                "trajectory of the protein": f"{frames * bytes_per_frame / 1e9:.2f} GB",
+            }
+        )
+    return markdown(pd.DataFrame(rows))
 
 
 def claims_table(facts):

@@ -33,6 +33,11 @@ def describe(index, ids, start, centres, weights, radius, up):
     """
     images = np.empty((len(start) - 1, N_EVEN + N_ODD))
     _images(index.xyz, index.normals, ids, start, centres, weights, 1.0 if up else -1.0, images, TABLES)
+    return moments(images)
+
+
+def moments(images):
+    """|c_nm| of folded images (see `polynomials`), (n, N_EVEN + N_ODD), in two matrix products: (n, N_Z)."""
     out = np.empty((len(images), N_Z))
     _moduli(images[:, :N_EVEN] @ _FOLD.even, images[:, N_EVEN:] @ _FOLD.odd, out)
     return out
