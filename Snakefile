@@ -14,7 +14,7 @@ report: "scripts/report/first.rst"
 
 HOME = Path(workflow.current_basedir)  # where this file lies, also where another workflow imports it
 sys.path.insert(0, str(HOME / "scripts"))  # before a sparsurf that is installed
-from sparsurf.simulation.protocol import STAGES, stage_before
+from sparsurf.simulation.protocol import STAGES, length_ns, stage_before
 from sparsurf.workflow.config import checked
 from sparsurf.workflow.code_digests import digest
 from sparsurf.workflow.jobs import conformations_of, one_of, use_this_library
@@ -86,6 +86,11 @@ def protein(wildcards):
 def simulate(wildcards):
     """How a protein is simulated."""
     return protein(wildcards).simulate
+
+
+def nanoseconds(wildcards):
+    """Simulated time of a stage."""
+    return length_ns(wildcards.stage, simulate(wildcards))
 
 
 def settings(*sections):
@@ -298,6 +303,8 @@ rule simulate_stage:  # minimise, nvt, npt, production: each begins where the on
     conda:
         "envs/study.yaml"
     threads: THREADS
+    resources:
+        **needs("simulate_stage", nanoseconds),
     params:
         simulate=simulate,
         settings=settings("seed"),

@@ -1,9 +1,10 @@
 """What memory and CPU time each rule takes, from the logs of runs: `python scripts/measure_needs.py results/<run> ...`.
 
 Writes scripts/sparsurf/workflow/needs.csv: per rule a straight line over the size of the input that no job of the runs
-lies above, with the steepest slope that the smallest and the largest show. Give runs of small and of large proteins.
+lies above. Give runs of small and of large proteins; rules that they do not have keep their line.
 """
 
+import csv
 import re
 import sys
 from pathlib import Path
@@ -21,14 +22,18 @@ OF_PROTEIN = ("choose_frames", "follow_frames")
 def main(folders, path_to_table=TABLE):
     """Write the table."""
     jobs = pd.DataFrame([job for folder in folders for job in jobs_of(Path(folder))])
-    rows = []
+    with open(path_to_table, encoding="utf-8", newline="") as stream:
+        rows = {row["rule"]: {"jobs": 0} | row for row in csv.DictReader(stream)}
     for rule, found in jobs.groupby("rule"):
+        if rule not in rows:
+            continue  # runs where Snakemake runs
         row = {"rule": rule, "unit": found["unit"].iloc[0], "jobs": len(found)}
         for name in ("mb", "seconds"):
             base, slope = line_above(found["size"].to_numpy(), found[name].to_numpy())
             row |= {name: f"{base:.3g}", f"{name}_per_unit": f"{slope:.3g}"}
-        rows.append(row)
-    pd.DataFrame(rows).to_csv(path_to_table, index=False, lineterminator="\n")
+        rows[rule] = row
+    columns = ["rule", "unit", "jobs", "mb", "mb_per_unit", "seconds", "seconds_per_unit"]
+    pd.DataFrame(rows.values(), columns=columns).to_csv(path_to_table, index=False, lineterminator="\n")
     print(Path(path_to_table).read_text(encoding="utf-8"))
 
 

@@ -69,11 +69,16 @@ def test_needs_are_read_from_the_logs_of_runs(tmp_path):
         (run / "logs" / "p" / "follow_frames_2of10.log").write_text(f"{used}\n")
         points = np.random.default_rng(0).normal(size=(n, 3))
         write_npz(run / "p" / "c1" / "surface.npz", Surface(points, np.tile([0.0, 0, 1], (n, 1))))
+    (tmp_path / "needs.csv").write_text(
+        "rule,unit,mb,mb_per_unit,seconds,seconds_per_unit\nfollow_frames,MB of input,1,1,1,1\n"
+        "take_minimal,thousand dots,1,1,1,1\nsimulate_stage,ns,1000,0,600,9000\n"
+    )
     measure_needs.main([tmp_path / "small", tmp_path / "large"], tmp_path / "needs.csv")
     assert (tmp_path / "needs.csv").read_text().splitlines() == [
         "rule,unit,jobs,mb,mb_per_unit,seconds,seconds_per_unit",
         "follow_frames,MB of input,2,100,100,30,10",
         "take_minimal,thousand dots,2,200,100,4,1",
+        "simulate_stage,ns,0,1000,0,600,9000",  # in none of the runs
     ]
 
 
