@@ -9,10 +9,12 @@ import pytest
 from scipy.stats import spearmanr
 
 import summarise_run
-from conftest import make_blob
+from conftest import ROOT, make_blob
 from drawn import drawn_texts
 from sparsurf import InputError
 from sparsurf.calls import command
+from sparsurf.calls.surface_calls import surface as surface_of_molecule
+from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.report import recommendation
@@ -322,7 +324,7 @@ def test_a_run_is_summed_up_by_hand_and_repeats(folder, related):
 
 def test_recommendation_on_the_command_line(folder, monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(folder.parents[1])
-    command.main(["recommend", "--roughness", "0.561", "--n-s", "18"])
+    command.main(["recommend", "--roughness", "0.561", "--n-s", "18", "--results", "results/mine"])
     out = capsys.readouterr().out
     assert "12 surfaces of 12 proteins, mean roughness 0.500 .. 0.650" in out and "Take (1, 0, 2, 0)" in out
     points, normals = make_blob(6000)
@@ -346,8 +348,7 @@ def ended(arguments):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([], "--n-s"),
-        (["--roughness", "0.6"], "--n-s"),
+        ([], "one of the arguments FILE --roughness is required"),
         (["--n-s", "20"], "one of the arguments FILE --roughness is required"),
         (["--roughness", "1.2", "--n-s", "20"], "'1.2' must be a number, 0 to 1"),
         (["--roughness", "rough", "--n-s", "20"], "'rough' must be a number, 0 to 1"),
@@ -373,19 +374,51 @@ def test_bad_arguments_end_with_a_sentence(folder, monkeypatch, capsys, argument
     ("content", "words"),
     [("", "cannot be read"), ("protein,conformation\n", "lacks the column"), ("\x00\xff", "summary.csv")],
 )
-def test_a_broken_summary_is_refused(tmp_path, monkeypatch, capsys, content, words):
+def test_a_broken_summary_is_refused(tmp_path, capsys, content, words):
     run = tmp_path / "results" / "broken"
     run.mkdir(parents=True)
     (run / "summary.csv").write_text(content, encoding="latin-1")
-    monkeypatch.chdir(tmp_path)
-    assert ended(["recommend", "--roughness", "0.6", "--n-s", "20"]) == 1
+    assert ended(["recommend", "--roughness", "0.6", "--results", str(run)]) == 1
     assert words in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_many_proteins_answer_at_once_wherever_one_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert not ended(["recommend", "--roughness", "0.6"])
+    out = capsys.readouterr().out
+    n = recommendation.read_run(recommendation.EVIDENCE)["surfaces"]["protein"].nunique()
+    assert n >= recommendation.FEWEST and f"docs/proteins.md: {n} surfaces of {n} proteins" in out
+    assert "n_S 10 % of the dots" in out and "is the paper's best in this range" in out
+    assert "at least 10 proteins" not in out
+
+
+def test_a_structure_is_asked_about_without_its_hydrogens(tmp_path, capsys):
+    whole = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-216")
+    whole.write_pdb(tmp_path / "my.pdb")
+    bare = surface_of_molecule(read_molecule(tmp_path / "my.pdb", hydrogens="remove"))
+    assert not ended(["recommend", str(tmp_path / "my.pdb")])
+    out = capsys.readouterr().out
+    rough = roughness(build_index(bare.points, bare.normals, 0.5)).mean()
+    assert (
+        f"Asked: mean roughness {rough:.3f}, n_S 10 % of the dots ({round(len(bare) / 10)} of the {len(bare)}"
+        in out
+    )
+    assert "without its hydrogens" in out and "do not hold for it" not in out
+
+
+def test_few_proteins_say_how_many_are_needed(folder, capsys):
+    few = folder.parent / "few"
+    write_run(few, study(lambda r, s: 2, ROUGHS[:4]))
+    summarise_run.by_hand([str(few), "--R-patch", "4", "--D-link", "0.5"])
+    assert not ended(["recommend", "--roughness", "0.51", "--n-s", "18", "--results", str(few)])
+    assert (
+        "only 4 proteins have an answer in this range of n_S, and a relation needs at least 10 proteins"
+        in (capsys.readouterr().out)
+    )
 
 
 def test_nothing_summed_up_is_a_sentence(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert ended(["recommend", "--roughness", "0.6", "--n-s", "20"]) == 1
-    assert capsys.readouterr().err.strip().endswith(".")
     with pytest.raises(SystemExit) as end:
         summarise_run.by_hand(["results/x", "--R-patch", "4", "--D-link", "0.5"])
     assert end.value.code == 2 and capsys.readouterr().err.strip().endswith(".")

@@ -17,7 +17,7 @@ COMMANDS = {
     "minimal": "the few dots that stand for a surface",
     "recover": "the dense surface of a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
-    "recommend": "which combination of the paper's sampling suits a surface, from the evidence of a run",
+    "recommend": "which combination of the paper's sampling suits a surface, from the evidence of many proteins",
 }
 FAILED, INTERRUPTED = 1, 130  # exit codes; argparse ends with 2 where it does not understand
 EPILOG = """\

@@ -182,13 +182,17 @@ def recovered_means(curves, floors):
     -------
     DataFrame: sampler, percent, islands, n, and Z and over_floor with their intervals
     """
-    fresh = floors[floors["floor"] == YARDSTICKS[0]].set_index("protein")["Z"]
-    table = curves.assign(over_floor=curves["Z"] / curves["protein"].map(fresh))
-    rows = []
+    table, rows = over_floor(curves, floors), []
     for keys, part in table.groupby(["sampler", "percent", "islands"], sort=False):
         row = dict(zip(("sampler", "percent", "islands"), keys, strict=True)) | {"n": len(part)}
         rows.append(row | with_interval("Z", part["Z"]) | with_interval("over_floor", part["over_floor"]))
     return pd.DataFrame(rows)
+
+
+def over_floor(curves, floors):
+    """`curves` with `over_floor`, Z over that of fresh dots of the same protein."""
+    fresh = floors[floors["floor"] == YARDSTICKS[0]].set_index("protein")["Z"]
+    return curves.assign(over_floor=curves["Z"] / curves["protein"].map(fresh))
 
 
 def rank_correlations(quantities, surfaces):

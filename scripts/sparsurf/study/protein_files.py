@@ -13,7 +13,7 @@ from sparsurf.study.summary import Result
 
 TABLES = ("grid", "ranges", "floors", "by_n_s")
 OF_RESULT = [
-    field.name for field in fields(Result) if field.name not in ("grid", "ranges", "best")
+    field.name for field in fields(Result) if field.name not in ("grid", "ranges", "best", "enough")
 ]  # single values
 
 

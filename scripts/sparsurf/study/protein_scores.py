@@ -27,17 +27,19 @@ SEED = 20261120
 READINGS = ("kept", "surface")  # of the grid
 MAX_N_S_PERCENT = 20  # of the best combination that is restricted, as in config.yaml
 PERCENTS = (1.0, 1.5, 2.5, 4.0, 6.0, 10.0, 15.0, 25.0, 40.0, 60.0)  # n_S of the samplers, % of the dots
+ONE_DRAW = 38_000  # dots; of a larger surface samplers get one draw by n_S: recovering takes most of its time
 SAMPLERS = ("uniform", "farthest", "poisson", "paper")  # the last: Table I, alpha set for each n_S
 
 
 class Counts(NamedTuple):
-    """How often is measured: draws and test dots of the grid, test dots of the floors, draws and test dots by n_S."""
+    """How often is measured: draws and test dots of the grid, test dots of the floors; draws, test dots and samplers by n_S."""
 
     draws: int = 6
     tests: int = 48
     of_floors: int = 200
     draws_by_n_s: int = 2
     tests_by_n_s: int = 200  # the same dots as of the floors
+    samplers: tuple = SAMPLERS
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,8 @@ def measure(molecule, name, combinations, rules=None, threads=1, counts=None):
     """
     rules, counts = rules or Rules(), counts or Counts()
     evaluator, lay = ready(molecule, name, rules, threads)
+    if len(evaluator.points) > ONE_DRAW:
+        counts = counts._replace(draws_by_n_s=1)
     floor = floors(evaluator, counts.of_floors, lay, molecule.xyz[0])
     sticks = tables.as_yardsticks(floor)
     found = grid.run(evaluator, combinations, counts.tests, counts.draws, READINGS)
@@ -114,7 +118,7 @@ def measure(molecule, name, combinations, rules=None, threads=1, counts=None):
     return result, floor, by_n_s(evaluator, counts)
 
 
-def by_n_s(evaluator, counts, names=SAMPLERS, percents=PERCENTS):
+def by_n_s(evaluator, counts, percents=PERCENTS):
     """Z of samplers by n_S, of the dots as they are and of the surface recovered from them.
 
     Returns
@@ -122,11 +126,11 @@ def by_n_s(evaluator, counts, names=SAMPLERS, percents=PERCENTS):
     DataFrame: sampler, percent (wished), n_S, n_S_percent (means of the draws), islands (`surface`: the dots as they are,
     patches cut on the full surface; `recovered`), Z
     """
-    functions = named(names, "samplers")
+    functions = named(counts.samplers, "samplers")
     tests = evaluator.draw_tests(counts.tests_by_n_s)
     z_tot, _ = evaluator.describe(tests)
     n_dots = len(evaluator.points)
-    jobs = [(name, p, k) for name in names for p in percents for k in range(counts.draws_by_n_s)]
+    jobs = [(name, p, k) for name in counts.samplers for p in percents for k in range(counts.draws_by_n_s)]
     alone, rows = evaluator.changed(threads=1), [None] * len(jobs)
 
     def one(i, _):

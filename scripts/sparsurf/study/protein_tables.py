@@ -1,5 +1,6 @@
 """All tables of the study over many proteins, from what was measured on each."""
 
+import numpy as np
 import pandas as pd
 
 from sparsurf.patches.readings import PUBLISHED, TEXT
@@ -12,6 +13,7 @@ from sparsurf.study.summary import relation_table, summary_table, surfaces_table
 
 OF_RECOMMENDATION = ("summary", "relation", "surfaces")  # that a recommendation answers from
 N_RANGES = 10
+LOWEST_TARGET = 10.0  # %, whose Z recovered dots reach below the fewest that were measured: but a bound
 
 
 def tables_of(measured, varied):
@@ -48,7 +50,7 @@ def tables_of(measured, varied):
     found["power"] = pd.DataFrame(
         [over_proteins.power(int(n), stream(SEED, "power", int(n))) for n in proteins]
     )
-    found["coverage"] = coverage(results, quantities)
+    found["coverage"] = coverage(results, quantities, curves, floors)
     if varied:
         found["variants"] = protein_variants.table(varied)
     return found
@@ -61,18 +63,26 @@ def quantities_of(summary, enough, needed):
     rows = enough[(enough["sampler"] == "farthest") & (enough["islands"] == RECOVERED)]
     for name in YARDSTICKS:
         out[f"n_S enough, {name}"] = rows[rows["yardstick"] == name].set_index("protein")["n_S_percent"]
-    for target, part in needed.groupby("target"):
+    for target, part in needed[needed["target"] > LOWEST_TARGET].groupby("target"):
         own = part[(part["sampler"] == "farthest") & (part["islands"] == RECOVERED)].set_index("protein")
         out[f"times fewer than {target:g} % uniform"] = own["factor"]
     return out
 
 
-def coverage(results, quantities):
+def coverage(results, quantities, curves, floors):
     """How often intervals over as many proteins hold what they should, the measured proteins being all there are."""
     rng = stream(SEED, "coverage over proteins")
+    means = {words: values for words, values in quantities.items() if words.startswith("d ")}
+    means |= {f"ln of {words}": np.log(x) for words, x in quantities.items() if words.startswith("times")}
+    for percent in (2.5, 10.0):
+        own = over_proteins.over_floor(curves, floors)
+        own = own[
+            (own["sampler"] == "farthest") & (own["islands"] == RECOVERED) & (own["percent"] == percent)
+        ]
+        means[f"Z recovered from {percent:g} %, over fresh dots"] = own["over_floor"]
     rows = [
         (words, "mean", len(values), over_proteins.coverage_of_mean(values.to_numpy(), rng))
-        for words, values in quantities.items()
+        for words, values in means.items()
     ]
     for reading in (PUBLISHED, TEXT):
         for k in (2, 5):

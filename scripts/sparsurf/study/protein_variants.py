@@ -16,7 +16,7 @@ from sparsurf.study.protein_scores import Counts, Rules
 DEFAULT = "as it is"
 HYDROGENS = "hydrogens kept"
 SHORT = "published, n <= 10"  # a descriptor of lower order, for this study only
-COUNTS = Counts(draws=3, tests=48, draws_by_n_s=2, tests_by_n_s=200)
+COUNTS = Counts(draws=3, draws_by_n_s=1, samplers=("uniform", "farthest"))
 VARIANTS = {
     DEFAULT: {},
     "R_patch 3 Å": {"R_patch": 3.0},

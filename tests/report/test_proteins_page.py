@@ -1,0 +1,91 @@
+"""The page on many proteins is what its tables say, and the README repeats it."""
+
+import pandas as pd
+import pytest
+
+import write_proteins
+from conftest import ROOT
+from sparsurf.report.figures import protein_figures
+from sparsurf.report.proteins_answer import answer, of_parameters, of_sign, readme, share, supported_ranges
+from sparsurf.report.proteins_page import STORED, lost_claims, page
+from sparsurf.report.recommendation import FEWEST
+
+DOCS = ROOT / "docs"
+
+
+@pytest.fixture(scope="module")
+def stored():
+    return write_proteins.read_stored()
+
+
+def test_the_stored_page_follows_from_the_stored_tables(stored):
+    assert page(stored) == (DOCS / "proteins.md").read_text(encoding="utf-8")
+    assert len(answer(stored).strip().split("\n\n")) == 3
+
+
+def test_the_readme_repeats_the_page(stored):
+    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert readme(stored) in text
+
+
+def test_every_protein_counts_once_and_there_are_enough(stored):
+    proteins = stored["surfaces"]["protein"]
+    assert proteins.is_unique and len(proteins) >= 2 * FEWEST
+    assert set(stored["summary"]["protein"]) == set(proteins) == set(stored["enough"]["protein"])
+    assert stored["needed_means"]["n"].eq(len(proteins)).all()
+    assert (stored["surfaces"]["hydrogens"] == "remove").all()
+
+
+def test_intervals_over_proteins_hold_what_they_should(stored):
+    found = stored["coverage"].set_index("quantity")["coverage"]
+    assert len(found) >= 8 and found.min() > 0.9
+
+
+def test_another_number_changes_the_sentences(stored):
+    d = stored["d"].assign(own=stored["d"]["own"] + 1, n_above=stored["d"]["n"])
+    assert of_sign(stored | {"d": d}) != of_sign(stored)
+    assert "is above 0 on more than" in of_sign(stored | {"d": d})
+    related = stored["relation"].assign(p=0.01, gain_low=0.1)
+    words = of_parameters(stored | {"relation": related})
+    assert words.startswith(f"**In {len(related)} ranges of n_S mean roughness predicts")
+    assert supported_ranges(related) == (len(related), len(related), len(related))
+    assert readme(stored | {"relation": related}) != readme(stored)
+
+
+def test_a_rule_that_turns_a_claim_is_named():
+    claims = {"d_kept": (-0.1, -0.3, 0.1), "d_surface": (-0.1, -0.2, -0.05), "factor": (0.9, 0.5, 1.3)}
+    rows = pd.DataFrame(
+        {
+            ("other", claim): dict(zip(("value", "value_low", "value_high"), values, strict=True))
+            for claim, values in claims.items()
+        }
+    ).T
+    said = list(lost_claims("other", rows))
+    assert (
+        len(said) == 2
+        and "no longer above 0 (−0.10 (−0.30 to +0.10))" in said[0]
+        and "saves no dots" in said[1]
+    )
+
+
+def test_shares_beyond_what_was_measured():
+    assert [share(x) for x in (0.0, 2.04, float("inf"))] == ["< 1", "2.0", "> 60"]
+
+
+def test_page_and_figures_are_made_again_from_the_tables(stored, tmp_path, monkeypatch):
+    monkeypatch.setattr(protein_figures, "FIGURES", {"d": protein_figures.FIGURES["d"]})
+    tables = tmp_path / "tables"
+    tables.mkdir()
+    for name in set(STORED) & set(stored):
+        stored[name].to_csv(tables / f"proteins_{name}.csv", index=False)
+    write_proteins.main(None, tmp_path)
+    assert (tmp_path / "proteins.md").read_bytes() == (DOCS / "proteins.md").read_bytes()
+    assert (tmp_path / "proteins_d.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", list(protein_figures.FIGURES))
+def test_figures_show_every_protein(stored, name):
+    figure = protein_figures.FIGURES[name](stored)
+    n = len(stored["surfaces"])
+    sizes = [len(line.get_xdata()) for ax in figure.axes for line in ax.lines]
+    assert n in sizes or name in ("needed", "roughness") or max(sizes) > n
