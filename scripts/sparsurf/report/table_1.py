@@ -1,5 +1,7 @@
 """Sentences and tables on Table I of the paper: as published, as made again, and as measured here."""
 
+import math
+
 import pandas as pd
 
 from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
@@ -57,7 +59,7 @@ def _test(own, name):
     verdict = "agree with" if found["p"] >= UNLIKELY else "do not agree with"
     return (
         f"the {found['n_rows']} published values together {verdict} the winners of {own['n_runs'].max()} runs made as "
-        f"published (sum of squares {found['statistic']:.1f} for {found['n_rows']} rows, p = {p_text(found['p'])})"
+        f"published (sum of squares {_sum(found['statistic'])} for {found['n_rows']} rows, {p_text(found['p'])})"
     )
 
 
@@ -75,7 +77,7 @@ def _odd(own, name):
         for _, row in outside.iterrows()
     ]
     rest = all_rows_at_once(own, name, outside["range"])
-    without = f"{rest['statistic']:.1f} for {rest['n_rows']} rows, p = {p_text(rest['p'])}"
+    without = f"{rest['statistic']:.1f} for {rest['n_rows']} rows, {p_text(rest['p'])}"
     without = f"; without {'it' if len(cases) == 1 else 'them'} {without}" if rest["n_rows"] else ""
     return f"; outside of all runs: {', '.join(cases)}{without}"
 
@@ -92,9 +94,15 @@ def _last_range(places):
     )
 
 
+def _sum(statistic):
+    return (
+        f"{statistic:.1f}" if math.isfinite(statistic) else "without limit, since all runs agree in a range,"
+    )
+
+
 def p_text(p):
     """A probability, never as 0."""
-    return "< 0.0001" if p < 0.0001 else f"{p:.2g}"
+    return "p < 0.0001" if p < 0.0001 else f"p = {p:.2g}"
 
 
 def winners(ranges, places):
