@@ -2,11 +2,16 @@
 
 Reads every structure of a folder (first model, all its polymers), writes recover.csv (a row per protein, sampler and
 n_S), recover_floors.csv, recover_means.csv and recover_pairs.csv, and renders recover.md in the folder above, with
-recover.png of the embedded example.
-Proteins that are in recover.csv already are not measured again.
+recover.png of the embedded example. Where the package fast-simplification is installed, recover_opponents.csv sets beside
+them a mesh decimated by it, a surface laid sparsely and the atoms; the paper's structure A1 (--a1 or $SPARSURF_A1) gives
+recover_a1.csv, with the time and the memory of a million recovered dots.
+Proteins that are in a table already are not measured again.
 """
 
 import argparse
+import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import pandas as pd
@@ -17,7 +22,7 @@ from sparsurf.recovery.recovering import recover
 from sparsurf.report import recovery_page
 from sparsurf.report.figures import recovered
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study import recovery
+from sparsurf.study import opponents, recovery
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.making import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -25,43 +30,100 @@ from sparsurf.threads import available_cores
 
 EXAMPLE = Path(__file__).parents[1] / "data" / "tdp43" / "topology.pdb"
 MOST_ATOMS = 20_000
+MOST_ATOMS_OF_OPPONENTS = 3_000  # beyond, they take minutes each
 TESTS = 1000
 
 
-def main(structures, tables, threads):
-    """Measure what is missing, then write the tables."""
+def main(structures, tables, threads, a1):
+    """Measure what is missing, then write the tables and the page."""
     tables = Path(tables)
     tables.mkdir(parents=True, exist_ok=True)
-    done = {key: _read(tables / f"recover{key}.csv") for key in ("", "_floors")}
-    known = set() if done[""] is None else set(done[""]["protein"])
+    simplify = simplifier()
+    for name, xyz, atom_radii in molecules(structures):
+        if name not in known(tables / "recover.csv"):
+            floors, subsets = recovery.measure(name, xyz, atom_radii, TESTS, threads=threads)
+            append(floors, tables / "recover_floors.csv")
+            append(subsets, tables / "recover.csv")
+        if (
+            simplify
+            and len(xyz) <= MOST_ATOMS_OF_OPPONENTS
+            and name not in known(tables / "recover_opponents.csv")
+        ):
+            found = opponents.measure(name, xyz, atom_radii, simplify, TESTS, threads=threads)
+            append(found, tables / "recover_opponents.csv")
+        print(name, flush=True)
+    if a1:
+        measure_a1(a1, tables, threads)
+    stored = {key: _read(tables / f"recover{key}.csv") for key in ("", "_floors", "_opponents", "_a1")}
+    table, beside = stored[""], stored["_opponents"]
+    stored["_means"] = recovery.means(table)
+    pairs = [(table, "adaptive", "farthest"), (table, "roughness", "uniform")]
+    if beside is not None:
+        alike = beside[beside["sampler"] != opponents.ATOMS]  # of which there are as many as there are
+        stored["_opponents_means"] = recovery.means(alike, ("bytes", "Z", "distance", "angle"))
+        others = opponents.SETTLED, opponents.SPARSE, opponents.MESH, opponents.CORNERS
+        pairs += [(alike, each, opponents.KEPT) for each in others]
+    stored["_pairs"] = pd.concat([recovery.paired(*pair) for pair in pairs], ignore_index=True)
+    for key in {"_means", "_pairs", "_opponents_means"} & set(stored):
+        stored[key].to_csv(tables / f"recover{key}.csv", index=False, float_format="%.4g")
+    (tables.parent / "recover.md").write_text(
+        recovery_page.page(*recovery_page.read(tables)), encoding="utf-8"
+    )
+    _draw(tables.parent / "recover.png", threads)
+
+
+def molecules(structures):
+    """Name, places of the atoms and radii of the structures of a folder, the small files first."""
     for path in sorted(Path(structures).iterdir(), key=lambda path: path.stat().st_size):
-        name = path.name.split(".")[0]
-        if name in known or not any(end in READERS for end in path.suffixes):
+        if not any(end in READERS for end in path.suffixes):
             continue
         try:
             molecule = read_molecule(path, selection=None)
         except InputError as error:
-            print(f"{name}: left out, {error}")
+            print(f"{path.name}: left out, {error}")
             continue
         if molecule.n_atoms > MOST_ATOMS:
-            print(f"{name}: left out, {molecule.n_atoms} atoms")
+            print(f"{path.name}: left out, {molecule.n_atoms} atoms")
             continue
-        floors, subsets = recovery.measure(
-            name, molecule.xyz[0], radii(molecule, "dms"), TESTS, threads=threads
-        )
-        known.add(name)
-        for key, part in (("_floors", floors), ("", subsets)):
-            done[key] = part if done[key] is None else pd.concat([done[key], part], ignore_index=True)
-            done[key].to_csv(tables / f"recover{key}.csv", index=False, float_format="%.5g")
-        print(name, flush=True)
-    table = pd.read_csv(tables / "recover.csv")
-    recovery.means(table).to_csv(tables / "recover_means.csv", index=False, float_format="%.4g")
-    pairs = [("adaptive", "farthest"), ("roughness", "uniform")]
-    changes = pd.concat([recovery.paired(table, *pair) for pair in pairs], ignore_index=True)
-    changes.to_csv(tables / "recover_pairs.csv", index=False, float_format="%.4g")
-    stored = (pd.read_csv(tables / f"recover{key}.csv") for key in ("", "_floors", "_means", "_pairs"))
-    (tables.parent / "recover.md").write_text(recovery_page.page(*stored), encoding="utf-8")
-    _draw(tables.parent / "recover.png", threads)
+        yield path.name.split(".")[0], molecule.xyz[0], radii(molecule, "dms")
+
+
+def measure_a1(path, tables, threads):
+    """recover_a1.csv: the paper's structure, and what a million dots recovered from copies of its own cost."""
+    molecule = read_molecule(path)
+    xyz, atom_radii = molecule.xyz[0], radii(molecule, "dms")
+    _, subsets = recovery.measure(
+        "A1", xyz, atom_radii, TESTS, names=("farthest", "adaptive"), threads=threads
+    )
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:  # whose memory is its own
+        cost = pool.submit(recovery.cost, xyz, atom_radii).result()
+    subsets.assign(**cost).to_csv(tables / "recover_a1.csv", index=False, float_format="%.5g")
+
+
+def simplifier():
+    """Decimation by quadric error of the package fast-simplification, where it is installed."""
+    try:
+        from fast_simplification import simplify
+    except ImportError:
+        print("fast-simplification is not installed: no opponents are measured")
+        return None
+
+    def fewer(vertices, triangles, n):
+        found = simplify(vertices.astype("float32"), triangles.astype("int32"), target_count=n)
+        return found[0].astype(float), found[1].astype(int)
+
+    return fewer
+
+
+def known(path):
+    """Names of the proteins of a table."""
+    return set() if not path.is_file() else set(pd.read_csv(path)["protein"])
+
+
+def append(part, path):
+    """Add rows to a table."""
+    before = [pd.read_csv(path)] if path.is_file() else []
+    pd.concat([*before, part], ignore_index=True).to_csv(path, index=False, float_format="%.5g")
 
 
 def _draw(path, threads):
@@ -92,6 +154,7 @@ if __name__ == "__main__":
     )
     parser.add_argument("structures", help="folder of structures")
     parser.add_argument("tables", nargs="?", default="docs/tables")
+    parser.add_argument("--a1", default=os.environ.get("SPARSURF_A1"), help="structure A1 of the paper")
     parser.add_argument("--threads", type=int, default=available_cores())
     wish = parser.parse_args()
-    main(wish.structures, wish.tables, wish.threads)
+    main(wish.structures, wish.tables, wish.threads, wish.a1)

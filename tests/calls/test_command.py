@@ -145,6 +145,16 @@ def test_without_a_size_as_few_dots_are_kept_as_reach_the_floor_of_fresh_dots(fo
     assert len(few) < 0.3 * len(ready.points) and z[0] < 1.25 * floor < z[1]
 
 
+def test_fewer_dots_suffice_at_better_places(folder, tmp_path):
+    found = []
+    for name, more in (("as", []), ("better", ["--settle"])):
+        assert ended("minimal", folder / "protein.pdb", *more, "-o", tmp_path / f"{name}.csv") == 0
+        found.append(pd.read_csv(tmp_path / f"{name}.csv"))
+    places = sparsurf.surface(folder / "protein.pdb").points[found[1]["dot"]]
+    moved = np.linalg.norm(found[1][["x", "y", "z"]] - places, axis=1)
+    assert len(found[1]) < len(found[0]) and 0 < moved.mean() < 0.3
+
+
 def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
     alone = tmp_path / "alone"
     alone.mkdir()

@@ -1,5 +1,7 @@
 """`sparsurf minimal`: the few dots that stand for a surface."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from sparsurf import InputError
@@ -8,6 +10,7 @@ from sparsurf.calls.subset_calls import prepare
 from sparsurf.calls.surface_calls import surface as surface_of
 from sparsurf.recovery.reading import RECOVERED
 from sparsurf.recovery.recovering import REACH, spacing_of
+from sparsurf.recovery.settling import settle
 from sparsurf.sampling.samplers import SAMPLERS, weights
 from sparsurf.study.evaluator import number_of_tests
 from sparsurf.study.floors import FRESH, floors
@@ -23,6 +26,8 @@ a study does). `sparsurf recover` makes that surface.
 
 Each dot comes with `dot`, its number on the surface from 0, in the order of choice; `weight`, the number of dots of the
 surface that it stands for; `spacing` (Å) of the kept dots around it, and `reach` (in spacings), how far the surface goes on.
+
+With --settle the dots leave their places (by 0.1 Å or so): not dots of the surface any more, but fewer of them give it back.
 
 examples:
   sparsurf minimal protein.pdb -o minimal.csv
@@ -45,6 +50,11 @@ def arguments(parser):
     parser.add_argument(
         "--sampler", choices=SAMPLERS, default="farthest", help="how to choose (default farthest)"
     )
+    parser.add_argument(
+        "--settle",
+        action="store_true",
+        help="move the dots off their places, so that the surface recovered from them comes nearer to the whole one",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the random numbers (default 0)")
     options.add_molecule(parser)
 
@@ -63,6 +73,9 @@ def run(wish):
         n = wish.dots or (None if wish.z is not None else max(1, round(wish.percent / 100 * len(surface))))
         dots, weight = minimal_subset(ready, wish.sampler, n, wish.z)
     kept = Surface(*(getattr(surface, name)[dots] for name in Surface.__dataclass_fields__))
+    if wish.settle:
+        better = settle(kept.points, kept.normals, surface.points, surface.normals, threads=ready.threads)
+        kept = replace(kept, points=better[0], normals=better[1])
     spacing = spacing_of(kept.points, kept.normals)
     columns = {
         "dot": np.asarray(dots),
@@ -82,8 +95,8 @@ def _as_few_as_suffice(wish, ready, molecule):
         own = {"lay": lambda xyz: surface_of((xyz, sizes), **rules), "atoms": molecule.xyz[wish.frame]}
     n_tests = number_of_tests(TESTS, len(ready.points))
     found = floors(ready, n_tests, **own, moved=())
-    enough = enough_dots(ready, wish.sampler, found, n_tests, readings=(RECOVERED,))
-    dots = smallest(ready, wish.sampler, found, FRESH, enough, n_tests)
+    enough = enough_dots(ready, wish.sampler, found, n_tests, readings=(RECOVERED,), settled=wish.settle)
+    dots = smallest(ready, wish.sampler, found, FRESH, enough, n_tests, settled=wish.settle)
     options.say(
         f"{len(dots)} dots suffice: the surface recovered from them has the Z of other dots of the same surface, "
         f"{found.set_index('floor').loc[FRESH, 'Z']:.2f}, within the error"

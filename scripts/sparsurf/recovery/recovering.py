@@ -53,13 +53,19 @@ def recover(points, normals, density=DENSITY, reach=REACH, steps=STEPS, threads=
     n = len(points)
     if n < 4:
         return points.copy(), normals.copy()
-    functions = fit(points, normals, threads)
-    laid = over_slices(lambda a, b: _lay(functions, a, b, density, reach, steps), n, threads, SLICE)
+    laid = _laid(points, normals, density, reach, steps, threads)
     n_kept = n if keep else 0
     all_points = np.concatenate([points[:n_kept], *(x for x, _ in laid)])
     all_normals = np.concatenate([normals[:n_kept], *(x for _, x in laid)])
-    chosen = _thin(build_grid(all_points, all_normals, CELL), n_kept, APART / math.sqrt(density))
+    del laid  # memory is highest from here on
+    chosen = thin(build_grid(all_points, all_normals, CELL), n_kept, APART / math.sqrt(density))
     return all_points[chosen], all_normals[chosen]
+
+
+def _laid(points, normals, density, reach, steps, threads):
+    """Points and normals around the kept dots, a pair for each slice of them."""
+    functions = fit(points, normals, threads)
+    return over_slices(lambda a, b: _lay(functions, a, b, density, reach, steps), len(points), threads, SLICE)
 
 
 def spacing_of(points, normals):
@@ -153,7 +159,7 @@ def _project(functions, i, x, y, z, steps, longest):
 
 
 @njit(cache=True, nogil=True)
-def _thin(index, n_kept, apart):
+def thin(index, n_kept, apart):
     """Dots in order: the first `n_kept`, then those that none before lies within `apart` (Å) of."""
     n = len(index.dot)
     blocked, found, out = np.zeros(n, np.bool_), np.empty(n + 1, np.int32), np.empty(n, np.int64)

@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import READINGS, TEXT
 from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.settling import settle
 from sparsurf.sampling.published import OF_PAPER
 from sparsurf.sampling.samplers import NESTED, named
 from sparsurf.study.statistics import mean_and_error
@@ -20,7 +21,9 @@ WITHIN = 1.96  # standard errors of a difference
 HALVINGS = 3  # of the step between two percents, for the subset that is handed out
 
 
-def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER, readings=(TEXT, RECOVERED)):
+def enough_dots(
+    evaluator, sampler, floors, n_tests, choices=OF_PAPER, readings=(TEXT, RECOVERED), settled=False
+):
     """The smallest n_S of a sampler whose Z cannot be told from each floor, or lies below it.
 
     Parameters
@@ -32,13 +35,15 @@ def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER, readings=
     n_tests : int
     choices : published.Choices
     readings : sequence of str, `surface`, `recovered` or both
+    settled : bool
+        The surface is recovered from the dots at better places, see `settling.settle`.
 
     Returns
     -------
     DataFrame: sampler, floor, Z_floor, islands (`surface`: the kept dots as they are, patches cut on the full surface;
     `recovered`), n_S, n_S_percent and Z there; all dots where no fewer of `PERCENTS` do.
     """
-    draw, z_of = _tools(evaluator, sampler, n_tests, choices)
+    draw, z_of = _tools(evaluator, sampler, n_tests, choices, settled)
     n_dots, rows = len(evaluator.points), []
     sizes = np.unique([min(n_dots, max(FEWEST, round(p / 100 * n_dots))) for p in PERCENTS])
     for reading in readings:
@@ -52,7 +57,7 @@ def enough_dots(evaluator, sampler, floors, n_tests, choices=OF_PAPER, readings=
     return pd.DataFrame(rows)
 
 
-def smallest(evaluator, sampler, floors, floor, enough, n_tests, choices=OF_PAPER):
+def smallest(evaluator, sampler, floors, floor, enough, n_tests, choices=OF_PAPER, settled=False):
     """The smallest subset whose recovered Z reaches a floor, between the step of `enough` and the one before.
 
     Parameters
@@ -73,7 +78,7 @@ def smallest(evaluator, sampler, floors, floor, enough, n_tests, choices=OF_PAPE
             f"minimal.floor is {floor!r}, but {evaluator.name} has {', '.join(floors['floor'])} only; name one of them."
         )
     limit = floors.set_index("floor").loc[floor]
-    draw, z_of = _tools(evaluator, sampler, n_tests, choices)
+    draw, z_of = _tools(evaluator, sampler, n_tests, choices, settled)
     own = enough[(enough["floor"] == floor) & (enough["islands"] == RECOVERED)].iloc[0]
     high, share = int(own["n_S"]), own["n_S_percent"]
     below = [p for p in PERCENTS if p < 0.999 * share]
@@ -101,7 +106,7 @@ def _reaches(z, floor):
     return value - floor.Z <= WITHIN * np.hypot(se, floor.se)
 
 
-def _tools(evaluator, sampler, n_tests, choices):
+def _tools(evaluator, sampler, n_tests, choices, settled):
     """Functions n -> dots, and (dots, reading) -> Z with its error on the test dots of the study."""
     function = named([sampler], "minimal.sampler", choices)[sampler]
     tests = evaluator.draw_tests(n_tests)
@@ -110,8 +115,18 @@ def _tools(evaluator, sampler, n_tests, choices):
     def draw(n):
         return function(evaluator, n, evaluator.stream("minimal", sampler))
 
+    def z_of(dots, reading):
+        if not (settled and reading == RECOVERED):
+            return mean_and_error(evaluator.distances([dots], tests, z_tot, reading)[0])
+        kept = settle(
+            evaluator.points[dots],
+            evaluator.normals[dots],
+            evaluator.points,
+            evaluator.normals,
+            threads=evaluator.threads,
+        )
+        index = READINGS[RECOVERED].alone(*kept, evaluator.d_link, evaluator.area)
+        return mean_and_error(evaluator.distances_of(index, tests, z_tot)[0][None])
+
     longest = draw(len(evaluator.points)) if sampler in NESTED else None
-    return (
-        (lambda n: longest[:n]) if longest is not None else draw,
-        lambda dots, reading: mean_and_error(evaluator.distances([dots], tests, z_tot, reading)[0]),
-    )
+    return (lambda n: longest[:n]) if longest is not None else draw, z_of

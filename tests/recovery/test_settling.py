@@ -1,0 +1,61 @@
+"""Dots at better places: the surface recovered from them comes nearer to the true one."""
+
+import numpy as np
+import pytest
+
+from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.settling import settle
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.study import recovery
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.making import molecular_surface
+
+ATOMS = np.array(
+    [[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [5, 5, 1], [7, 5.5, 2.5]]
+)
+RADII = np.array([1.9, 1.5, 1.9, 1.4, 1.85, 1.9, 1.7])
+
+
+@pytest.fixture(scope="module")
+def dots():
+    return molecular_surface(ATOMS, RADII)
+
+
+@pytest.fixture(scope="module")
+def kept(dots):
+    chosen = SAMPLERS["farthest"](Evaluator(dots), len(dots) // 20, np.random.default_rng(0))
+    return dots.points[chosen], dots.normals[chosen]
+
+
+def test_the_recovered_surface_comes_nearer(dots, kept):
+    true = recovery.truth(ATOMS, RADII)
+    before = recovery.errors(*recover(*kept), true)
+    moved = settle(*kept, dots.points, dots.normals)
+    after = recovery.errors(*recover(*moved), true)
+    assert after["distance"] < 0.8 * before["distance"] and after["distance_95"] < 0.8 * before["distance_95"]
+    assert np.linalg.norm(moved[0] - kept[0], axis=1).max() < 1
+    assert np.linalg.norm(moved[1], axis=1) == pytest.approx(1)
+
+
+def test_threads_and_turning_do_not_matter(dots, kept):
+    one = settle(*kept, dots.points, dots.normals)
+    two = settle(*kept, dots.points, dots.normals, threads=2)
+    assert all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
+    turn = np.array([[0, 1.0, 0], [0, 0, 1.0], [1.0, 0, 0]])
+    turned = settle(*(x @ turn for x in kept), dots.points @ turn, dots.normals @ turn)
+    assert turned[0] == pytest.approx(one[0] @ turn, abs=1e-6)
+
+
+def test_a_dot_off_the_surface_is_drawn_onto_it(dots, kept):
+    points = kept[0].copy()
+    points[3] += 0.3 * kept[1][3]
+    moved, _ = settle(points, kept[1], dots.points, dots.normals)
+    stayed, _ = settle(*kept, dots.points, dots.normals)
+    assert np.linalg.norm(moved[3] - stayed[3]) < 0.05
+
+
+def test_a_dense_subset_and_a_few_dots_stay(dots):
+    moved, _ = settle(dots.points[::2], dots.normals[::2], dots.points, dots.normals)
+    assert np.linalg.norm(moved - dots.points[::2], axis=1).mean() < 0.03
+    few = settle(dots.points[:3], dots.normals[:3], dots.points, dots.normals)
+    assert np.array_equal(few[0], dots.points[:3])
