@@ -44,6 +44,7 @@ MOLECULES = [name for name in PROTEINS if name not in SURFACES]
 FETCHED = {name: protein.download for name, protein in PROTEINS.items() if protein.source}
 SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is not None]
 JOBS = config["ensemble"]["jobs"]  # that share the frames of a trajectory
+CHOOSING = ("paper", "paper_corrected")  # samplers that take the combination which is best in its range
 THREADS = 8  # of a job that takes minutes; Snakemake scales them down to --cores
 
 RUN = f"results/{config['run']}"
@@ -543,7 +544,7 @@ rule draw_figures:
 rule take_minimal:
     input:
         **(ROUGH_SURFACE | FLOORS),
-        **(RANGES if config["minimal"]["sampler"].startswith("paper") else {}),
+        **(RANGES if config["minimal"]["sampler"] in CHOOSING else {}),
     output:
         **ENOUGH,
         table=f"{CONFORMATION}/minimal.csv",

@@ -1,5 +1,6 @@
 """The config: defaults, and one sentence for every kind of mistake."""
 
+import ast
 import copy
 import re
 from dataclasses import fields
@@ -10,7 +11,7 @@ import yaml
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.samplers import CHOOSING, SAMPLERS
 from sparsurf.workflow import config as config_module
 from sparsurf.workflow import listing
 from sparsurf.workflow.config import SCHEMA, check, memory_of_grid
@@ -205,6 +206,8 @@ def test_a_run_is_not_called_like_a_file_in_results():
 
 def test_the_schema_knows_every_sampler_and_no_other():
     assert SCHEMA["$defs"]["sampler"]["enum"] == list(SAMPLERS)
+    told = re.search(r"^CHOOSING = (\(.*?\))", (ROOT / "Snakefile").read_text(encoding="utf-8"), re.M)[1]
+    assert ast.literal_eval(told) == tuple(chooser.__name__ for chooser in CHOOSING)
 
 
 def test_the_schema_and_the_type_of_a_protein_have_the_same_keys():
