@@ -204,6 +204,11 @@ def test_a_run_is_not_called_like_a_file_in_results():
         check(changed("run", "README.md"))
 
 
+def test_a_template_that_snakemake_would_run_is_refused():
+    with pytest.raises(InputError, match="unknown key '__use_yte__'"):
+        check(DEFAULT | {"__use_yte__": True})
+
+
 def test_the_schema_knows_every_sampler_and_no_other():
     assert SCHEMA["$defs"]["sampler"]["enum"] == list(SAMPLERS)
     told = re.search(r"^CHOOSING = (\(.*?\))", (ROOT / "Snakefile").read_text(encoding="utf-8"), re.M)[1]
