@@ -25,6 +25,7 @@ from sparsurf.workflow.config import check
 
 FEWEST_ATOMS = 150  # a peptide of fewer has no patch that its neighbours do not share
 VARIED = 400  # atoms of the smallest protein that is measured with rules changed
+ALL_HYDROGENS = 0.4  # of the atoms; a protein has about as many as other atoms
 ATOM_DOTS = 35.0  # dots of an atom without hydrogens, about
 
 
@@ -71,25 +72,43 @@ def main(folder, out, most_dots=None, variants=0, threads=1):
     out = Path(out)
     found = structures(folder)
     sampling = check({"proteins": {"any": {"structure": str(found[0][1])}}})["sampling"]
-    for name, _, molecule in distinct(found):
+    proteins = list(distinct(found))
+    for name, _, molecule in proteins:
         if not (out / name).is_dir():
             _measure_one(
                 out / name, molecule, combinations_of(sampling), Rules(), threads, most_dots=most_dots
             )
-    some = [each for each in distinct(found) if each[2].n_atoms >= VARIED][:variants] if variants else []
-    if some:
-        protein_variants.enter_short_descriptor()
-    few = combinations_of(protein_variants.thin_grid(sampling))
-    for variant in protein_variants.VARIANTS:
-        for name, path, molecule in some:
-            place = out / "variants" / variant / name
-            if variant == protein_variants.HYDROGENS:
-                molecule = read_molecule(path)
-                if "H" not in molecule.element:
-                    continue
+    if variants:
+        measure_variants(proteins, out / "variants", sampling, variants, threads)
+
+
+def measure_variants(proteins, out, sampling, number, threads):
+    """Measure a few proteins with one rule changed at a time."""
+    protein_variants.enter_short_descriptor()
+    some = [(name, molecule) for name, _, molecule in proteins if molecule.n_atoms >= VARIED][:number]
+    whole = with_hydrogens(proteins, number)
+    bare = {name: molecule for name, _, molecule in proteins}
+    subjects = dict.fromkeys(protein_variants.VARIANTS, some) | {protein_variants.HYDROGENS: whole}
+    names = dict.fromkeys(name for name, _ in some + whole)
+    subjects[protein_variants.DEFAULT] = [(name, bare[name]) for name in names]
+    combinations = combinations_of(protein_variants.thin_grid(sampling))
+    for variant, rules in ((variant, protein_variants.rules_of(variant)) for variant in subjects):
+        for name, molecule in subjects[variant]:
+            place = out / variant / name
             if not place.is_dir():
-                rules = protein_variants.rules_of(variant)
-                _measure_one(place, molecule, few, rules, threads, protein_variants.COUNTS)
+                _measure_one(place, molecule, combinations, rules, threads, protein_variants.COUNTS)
+
+
+def with_hydrogens(proteins, number):
+    """Name and molecule with its hydrogens of the first proteins whose files hold them all, about."""
+    found = []
+    for name, path, _ in proteins:
+        molecule = read_molecule(path)
+        if (molecule.element == "H").mean() > ALL_HYDROGENS:
+            found.append((name, molecule))
+        if len(found) == number:
+            break
+    return found
 
 
 def _measure_one(place, molecule, combinations, rules, threads, counts=None, most_dots=None):

@@ -1,5 +1,7 @@
 """Claims over many proteins: made-up proteins whose answers are known, and a peptide measured end to end."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -200,6 +202,16 @@ def test_one_protein_of_each_kind_is_measured(tmp_path, capsys, monkeypatch):
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="holds no structure"):
         study_proteins.structures(tmp_path / "empty")
+
+
+def test_hydrogens_are_compared_where_a_file_has_them(monkeypatch):
+    files = {"bare": "CNOC", "polar": "CNOCH", "whole": "CHHNHOCH", "more": "CH"}
+    monkeypatch.setattr(
+        study_proteins, "read_molecule", lambda path: SimpleNamespace(element=np.array(list(files[path])))
+    )
+    proteins = [(name, name, None) for name in files]
+    assert [name for name, _ in study_proteins.with_hydrogens(proteins, 5)] == ["whole", "more"]
+    assert [name for name, _ in study_proteins.with_hydrogens(proteins, 1)] == ["whole"]
 
 
 @pytest.fixture(scope="module")
