@@ -1,5 +1,6 @@
 """Claims over many proteins: made-up proteins whose answers are known, and a peptide measured end to end."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -115,6 +116,7 @@ def test_d_over_proteins(made_up):
     assert row["n"] == row["n_above"] == 12 and row["own_low"] < 1.0 < row["own_high"]
     assert row["own_low"] > 0.9 and abs(row["lost"]) < 0.1
     assert table.loc[("surface", 3), "n_below"] >= 10 and table.loc[("surface", 0), "own_high"] < 0
+    assert table.loc[("surface", 3), "n_above"] == 0  # though of some the interval holds 0
     assert ("kept", 2) not in table.index  # nothing keeps 12 %
 
 
@@ -124,6 +126,14 @@ def test_one_combination_is_the_best_on_all(made_up):
     row = table.loc[("kept", 3)]
     assert row["winner"] == row["best_set"] == "(1, 0, 2, 0)" and row["n_best_set"] == 1
     assert row["n_there"] == 12 and row["n_held"] >= 11
+
+
+def test_a_protein_counts_only_where_it_has_the_winner_in_that_range(made_up):
+    results, run = made_up
+    other = results[0].grid.assign(n_S_percent=30 - results[0].grid["n_S_percent"])
+    moved = [replace(results[0], grid=other), *results[1:]]
+    table = over_proteins.plateaus(moved, run["summary"]).set_index(["islands", "range"])
+    assert table.loc[("kept", 3), "n_there"] == 11
 
 
 def test_the_plateau_breaks_where_proteins_differ():
