@@ -7,10 +7,7 @@ from sparsurf.report import recovery_page
 
 
 def test_the_stored_page_follows_from_the_stored_tables():
-    tables = [
-        pd.read_csv(ROOT / "docs" / "tables" / f"recover{key}.csv")
-        for key in ("", "_floors", "_means", "_pairs")
-    ]
+    tables = recovery_page.read(ROOT / "docs" / "tables")
     assert recovery_page.page(*tables) == (ROOT / "docs" / "recover.md").read_text(encoding="utf-8")
     rows = tables[2].set_index(["sampler", "percent", "measure"])["mean"]
     assert f"comes back {rows['farthest', 10.0, 'distance']:.3f} Å" in recovery_page.answer(tables[2])

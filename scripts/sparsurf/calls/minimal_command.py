@@ -27,7 +27,7 @@ a study does). `sparsurf recover` makes that surface.
 Each dot comes with `dot`, its number on the surface from 0, in the order of choice; `weight`, the number of dots of the
 surface that it stands for; `spacing` (Å) of the kept dots around it, and `reach` (in spacings), how far the surface goes on.
 
-With --settle the dots leave their places (by 0.1 Å or so): not dots of the surface any more, but fewer of them give it back.
+With --settle the dots leave their places a little: they are not dots of the surface any more, but fewer give it back.
 
 examples:
   sparsurf minimal protein.pdb -o minimal.csv

@@ -22,18 +22,53 @@ its first model, 1000 test dots; means over proteins with 95 % intervals by Stud
 """
 
 
-def page(table, floors, means, pairs):
+TABLES = ("", "_floors", "_means", "_pairs", "_opponents", "_opponents_means", "_a1")
+# Z and distance (Å) of an algebraic point-set surface (Guennebaud & Gross, SIGGRAPH 2007) through as many dots of A1, which
+# this recovery was to better; bytes of memory for a recovered dot.
+GOALS = {"Z": {2.5: 0.81, 5.0: 0.64, 10.0: 0.54}, "distance": {5.0: 0.086, 10.0: 0.047}}
+MOST_BYTES = 400
+BESIDE = """Bytes: a dot with its normal takes 24 (six float32). A mesh takes 12 for a vertex and 6 for a triangle (three indices
+of two bytes); with two triangles for every vertex that is 24 again: equal numbers are equal bytes.
+
+- Settled dots: the farthest ones, each with its normal moved by least squares to where the surface recovered from them
+  comes nearest to all dots (`sparsurf minimal --settle`).
+- Sparsely laid dots: those of a turned molecule at a low density. The surface is recovered from these three.
+- Decimated mesh: by quadric error (fast-simplification), from a mesh whose vertices lie on the analytic surface; dots are
+  laid on its triangles as densely as recovered ones, with normals interpolated between its corners. Or the surface is
+  recovered from its corners and their normals alone.
+
+The structures of at most 3000 atoms take part.
+"""
+
+
+def read(folder):
+    """The `TABLES` of a folder, as `page` takes them."""
+    return [pd.read_csv(folder / f"recover{key}.csv") for key in TABLES]
+
+
+def page(table, floors, means, pairs, opponents, opponents_means, a1):
     """The page as Markdown.
 
     Parameters
     ----------
-    table, floors, means, pairs : DataFrames of `study.recovery`: recover.csv, recover_floors.csv, recover_means.csv,
-        recover_pairs.csv
+    table, floors, means, pairs, opponents, opponents_means, a1 : DataFrames
+        `TABLES`, of `study.recovery` and `study.opponents`.
     """
+    beside = ~pairs["first"].isin(table["sampler"])
     parts = ["# A surface from a tenth of its dots\n", answer(means), "![](recover.png)\n", HOW]
+    parts += ["## The paper's A1, and the goals\n", goals(a1)]
+    parts += [
+        "## Beside other ways to keep as many bytes\n",
+        paying(pairs[beside], atoms(opponents, a1)),
+        BESIDE,
+    ]
+    parts += [_opponents(opponents_means)]
     for sampler, part in means.groupby("sampler", sort=False):
         parts += [f"## {sampler} dots, mean of {part['n'].max()} structures\n", _matrix(part)]
-    parts += ["## Does it pay to put dots where the surface is rough, or where it errs?\n", paying(pairs)]
+    parts += [
+        "## Does it pay to put dots where the surface is rough, or where it errs?\n",
+        paying(pairs[~beside]),
+    ]
     parts += ["## Each structure, farthest-point dots\n", _each(table, floors)]
     return "\n".join(parts)
 
@@ -72,8 +107,62 @@ def _interval(mean, low, high):
     return f"{mean:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
-def paying(pairs):
-    """Paired changes in %, with what follows from them."""
+def goals(a1):
+    """What came out on A1, beside what was to be bettered."""
+    rows, n = a1[a1["sampler"] == "farthest"].set_index("percent"), int(a1["N"].iloc[0])
+    lines = []
+    for measure, wished in GOALS.items():
+        found = [(p, rows.loc[p, measure], goal) for p, goal in wished.items()]
+        words = ", ".join(f"{value:.3f} at {p:g} % (goal {goal:g})" for p, value, goal in found)
+        unit = " Å" if measure == "distance" else ""
+        lines.append(f"- {measure}{unit}: {words}: {_met(all(value < goal for _, value, goal in found))}.")
+    per_dot, seconds = a1["bytes_per_dot"].iloc[0], a1["a_million_s"].iloc[0]
+    lines.append(
+        f"- Memory: {per_dot:.0f} bytes for a recovered dot (goal {MOST_BYTES}): {_met(per_dot < MOST_BYTES)}; a million dots "
+        f"from a tenth of those of copies side by side take {seconds:.1f} CPU seconds, the kernels being compiled."
+    )
+    shown = rows.loc[[2.5, 5.0, 10.0], ["n_S", "Z_kept", "Z", "Z_over_floor", "distance", "angle"]].T
+    shown = shown.map(lambda value: f"{value:.0f}" if value >= 100 else f"{value:.3g}").rename(
+        index={"n_S": "dots kept"} | WORDS, columns=lambda p: f"{p:g} %"
+    )
+    head = f"{n} dots of the exact surface, farthest-point subsets, 1000 test dots. The goals for Z and distance are what an "
+    head += "algebraic point-set surface through as many dots gave.\n"
+    return head + "\n" + "\n".join(lines) + "\n\n" + markdown(shown.reset_index(names="A1"))
+
+
+def _met(yes):
+    return "met" if yes else "not met"
+
+
+def atoms(opponents, a1):
+    """What the atoms themselves take and give."""
+    own, one = opponents[opponents["sampler"] == "atoms"], a1[a1["sampler"] == "atoms"].iloc[0]
+    share = 16 / 24 * own["percent"]
+    return (
+        f"- The atoms themselves, places and radii, 16 bytes each, are {share.mean():.1f} % of the bytes of all dots "
+        f"({share.min():.1f} to {share.max():.1f}) and give the surface back exactly (distance {own['distance'].mean():.3f} Å, "
+        f"the error of measuring; Z {own['Z'].mean():.2f}, that of other dots); so do the {one['n_S']:.0f} atoms of A1 "
+        f"({one['distance']:.3f} Å, Z {one['Z']:.2f}). Where the atoms may be kept, nothing of as few bytes comes near them."
+    )
+
+
+def _opponents(means):
+    """Bytes, Z and distance of each way, n_S across."""
+    cells = means[means["measure"].isin(["bytes", "Z", "distance"])].copy()
+    cells["text"] = [
+        f"{row.mean_:,.0f}" if row.measure == "bytes" else _interval(row.mean_, row.low, row.high)
+        for row in cells.rename(columns={"mean": "mean_"}).itertuples()
+    ]
+    cells["what"] = cells["sampler"] + ", " + cells["measure"].replace({"distance": "distance in Å"})
+    short = cells.pivot(index="what", columns="percent", values="text").reindex(cells["what"].unique())
+    short = short.rename(columns=lambda p: f"{p:g} %").reset_index(
+        names=f"mean of {cells['n'].max()} structures (95 %)"
+    )
+    return markdown(short)
+
+
+def paying(pairs, *further):
+    """Paired changes in %, with what follows from them, and further lines."""
     lines = []
     for (first, second), part in pairs.groupby(["first", "second"], sort=False):
         rows = part[part["measure"] == "Z"]
@@ -85,6 +174,7 @@ def paying(pairs):
         lines.append(
             f"- {first} instead of {second}: {' and '.join(said) or 'no Z that differs beyond its interval'}."
         )
+    lines += further
     table = pairs.assign(
         change=[
             f"{row.mean_:+.1f} ({row.low:+.1f} to {row.high:+.1f})"

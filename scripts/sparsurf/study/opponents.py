@@ -23,11 +23,11 @@ PERCENTS = (2.5, 5.0, 10.0)
 DOT, VERTEX, TRIANGLE, ATOM = 24, 12, 6, 16  # bytes; an atom is its place and its radius
 CANDIDATES = 8  # places on a mesh per dot that is laid on it
 KEPT, SETTLED, SPARSE, MESH, CORNERS, ATOMS = (
-    "farthest dots, recovered",
-    "farthest dots settled, recovered",
-    "laid sparsely, recovered",
+    "farthest dots",
+    "settled dots",
+    "sparsely laid dots",
     "decimated mesh",
-    "corners of that mesh with normals, recovered",
+    "its corners with normals",
     "atoms",
 )
 

@@ -1,8 +1,5 @@
 """What surfaces recovered from subsets are worth, over many proteins: errors, Z beside the floors, means with intervals."""
 
-import math
-import resource
-import sys
 import time
 
 import numpy as np
@@ -59,31 +56,6 @@ def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=
             row["Z_over_floor"] = row["Z"] / floor
             rows.append(row | _quality(surface.points[kept], surface.normals[kept], true))
     return table.assign(**own), pd.DataFrame(rows)
-
-
-def cost(xyz, radii, dots=1_000_000, percent=10.0):
-    """CPU seconds and peak memory of recovering many dots, in a fresh process: a_million_s, bytes_per_dot.
-
-    Copies of a molecule's kept dots (farthest-point, `percent`) stand side by side, so many that `dots` come back.
-    """
-    surface = molecular_surface(xyz, radii)
-    evaluator = Evaluator(surface, roughness_values=np.zeros(len(surface)))
-    kept = SAMPLERS["farthest"](evaluator, round(percent / 100 * len(surface)), evaluator.stream("cost"))
-    points, normals = surface.points[kept], surface.normals[kept]
-    copies = math.ceil(dots / len(recover(points, normals)[0]))
-    apart = [np.ptp(points[:, 0]) + 10.0, 0.0, 0.0]
-    points = np.concatenate([points + np.multiply(k, apart) for k in range(copies)])
-    normals = np.tile(normals, (copies, 1))
-    before, begin = peak_memory(), time.process_time()
-    n = len(recover(points, normals)[0])
-    seconds = time.process_time() - begin
-    return {"a_million_s": 1e6 * seconds / n, "bytes_per_dot": (peak_memory() - before) / n}
-
-
-def peak_memory():
-    """Bytes that the process has held at most."""
-    unit = 1 if sys.platform == "darwin" else 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
 
 
 def truth(xyz, radii):

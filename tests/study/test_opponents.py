@@ -1,0 +1,44 @@
+"""Opponents at equal bytes: dots on a mesh lie on it, and what is counted is what there is."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from sparsurf.study import opponents
+from sparsurf.surfaces.mesh import molecular_mesh
+
+ATOMS, RADII = np.array([[0.0, 0, 0], [2.5, 0, 0], [4.0, 1.5, 0]]), np.array([1.9, 1.7, 1.8])
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return molecular_mesh(np.zeros((1, 3)), np.array([4.0]))
+
+
+def test_normals_at_corners_and_dots_on_a_mesh(ball):
+    corners, triangles = ball.vertices.points, ball.triangles
+    assert opponents.corner_normals(corners, triangles) == pytest.approx(corners / 4, abs=0.1)
+    points, normals = opponents.dots_on(corners, triangles, np.random.default_rng(0))
+    radius = np.linalg.norm(points, axis=1)
+    assert radius.max() <= 4 + 1e-9 and radius.min() > 3.96
+    assert normals == pytest.approx(points / radius[:, None], abs=0.06)
+    assert len(points) / (4 * np.pi * 16) == pytest.approx(5.35, rel=0.1)
+    apart = cKDTree(points).query(points, k=2)[0][:, 1]
+    assert apart.min() >= 0.65 / 5.35**0.5 - 1e-9
+
+
+def test_bytes_and_errors():
+    def coarser(vertices, triangles, n):
+        assert n < len(triangles)
+        mesh = molecular_mesh(ATOMS, RADII, step=0.7)
+        return mesh.vertices.points, mesh.triangles
+
+    rows = opponents.measure("three atoms", ATOMS, RADII, coarser, 40, (10.0,)).set_index("sampler")
+    kept, mesh = rows.loc[opponents.KEPT], rows.loc[opponents.MESH]
+    assert kept["bytes"] == 24 * kept["n_S"]
+    assert mesh["bytes"] == 12 * mesh["n_S"] + 6 * (
+        2 * mesh["n_S"] - 4
+    )  # Euler: two triangles a vertex, but for four
+    assert rows.loc[opponents.ATOMS, "bytes"] == 48 and rows.loc[opponents.ATOMS, "distance"] < 0.01
+    assert rows.loc[opponents.SETTLED, "distance"] < kept["distance"]
+    assert opponents.MESH not in set(opponents.measure("no mesh", ATOMS, RADII, None, 40, (10.0,))["sampler"])
