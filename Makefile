@@ -30,7 +30,7 @@ paper: $(READY) $(EXTRA)
 	@$(BIN)/python scripts/study.py studies/paper.yaml $(WHERE)
 
 compare: $(READY) $(EXTRA)
-	@$(BIN)/python scripts/study.py $(CONFIG) $(WHERE) all compare
+	@$(BIN)/python scripts/study.py $(CONFIG) $(WHERE) compare
 
 test: $(READY) $(EXTRA)
 	$(BIN)/ruff check .

@@ -1,4 +1,4 @@
-"""Run a study and write its report: `python scripts/study.py [config.yaml] [--cluster slurm] [snakemake options]`.
+"""Run a study and write its report: `python scripts/study.py [config.yaml] [--cluster slurm] [compare] [snakemake options]`.
 
 One study at a time per checkout: the lock is the operating system's, so that a killed run leaves
 nothing to unlock and the next one continues where it was.
@@ -18,6 +18,7 @@ from sparsurf.workflow.config import check, memory_of_grid
 from sparsurf.workflow.yaml_file import read_config
 
 ROOT = Path(__file__).resolve().parents[1]
+COMPARE = ROOT / "studies" / "compare.yaml"
 TELL = 2**30  # bytes of memory from which on a grid's need is told
 
 
@@ -27,6 +28,10 @@ def main(path_to_config="config.yaml", *options):
     if "--cluster" in options:
         at = options.index("--cluster")
         options[at : at + 2] = cluster(options[at + 1])
+    files = [path]
+    if "compare" in options:
+        options.remove("compare")
+        files.append(COMPARE)
     dry = bool({"--dry-run", "-n"} & set(options))
     os.chdir(ROOT)
     try:
@@ -35,8 +40,8 @@ def main(path_to_config="config.yaml", *options):
         with locked():
             if not dry:
                 make_writable(results)
-            code = snakemake(path, "--nolock", *options)
-            return code if dry else finish(path, config, results, code, begin)
+            code = snakemake(files, "--nolock", *options)
+            return code if dry else finish(files, config, results, code, begin)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
@@ -86,7 +91,7 @@ def make_writable(folder):
         ) from None
 
 
-def finish(path_to_config, config, results, code, begin):
+def finish(files, config, results, code, begin):
     """Sum up what there is and write the report; returns the exit code."""
     report = results / "report.html"
     if code and any(results.glob("*/*/ranges.csv")):  # what there is, without the proteins that failed
@@ -95,15 +100,15 @@ def finish(path_to_config, config, results, code, begin):
         call = [sys.executable, ROOT / "scripts" / "summarise_run.py", results, *wish]
         subprocess.call([*map(str, call)])
     if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study
-        code = snakemake(path_to_config, "--nolock", "--quiet", "all", "--report", str(report))
+        code = snakemake(files, "--nolock", "--quiet", "all", "--report", str(report))
     print_results(results, code, begin)
     return code
 
 
-def snakemake(path_to_config, *options):
-    """Run Snakemake in the project's folder; returns its exit code."""
+def snakemake(files, *options):
+    """Run Snakemake in the project's folder with some files of config, a later one before an earlier; returns its exit code."""
     command = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile", "--directory", ROOT]
-    return subprocess.call([*map(str, command), "--configfile", str(path_to_config), *options])
+    return subprocess.call([*map(str, command), "--configfile", *map(str, files), *options])
 
 
 def cluster(name):

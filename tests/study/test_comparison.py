@@ -249,10 +249,13 @@ def test_page_says_what_the_numbers_say(table):
     factor, bound = times_fewer(needed(table), "farthest", "uniform", 5)
     assert f"farthest needs {bound}{factor:.1f} times fewer dots than uniform at 5 %" in page
     assert f"uniform {z['uniform']:.2f}" in page and "null model" in page
+    back = values_of(table, "Z recovered")[5]
+    assert f"recovered from the kept dots alone: Z = {back.min():.2f} from those of" in page.split("\n\n")[1]
+    assert f", {back['uniform']:.2f} from a uniform draw" in page.split("\n\n")[1]
     for word in ("nan", " inf", "None"):
         assert word not in page
-    # a row in each of: the answer, Z five times, fragment, centres, position, normal, dots needed twice, time
-    assert page.count("\n| uniform |") == 13
+    # a row in each of: the answer twice, Z five times, fragment, centres, position, normal, dots needed twice, time
+    assert page.count("\n| uniform |") == 14
 
 
 CASES = {

@@ -30,8 +30,9 @@ def checkout(tmp_path, monkeypatch):
     (own.root / "config.yaml").write_bytes((ROOT / "config.yaml").read_bytes())
     (own.root / "data").symlink_to(ROOT / "data")
 
-    def played(path, *options):
+    def played(files, *options):
         own.calls.append(options)
+        own.files = [path.name for path in files]
         for work in own.done:
             work()
         return own.codes.pop(0) if own.codes else 0
@@ -120,6 +121,16 @@ def test_a_config_without_proteins_changes_the_default_study(checkout, tmp_path)
     (tmp_path / "seed.yaml").write_text("seed: 5\nrun: other\n")
     assert study.main("seed.yaml") == 0
     assert (checkout.root / "results" / "other").is_dir()
+
+
+def test_a_comparison_is_part_of_the_study_and_of_its_report(checkout):
+    assert study.main(checkout.config(), "--cores", "2", "compare") == 0
+    assert [options[:3] for options in checkout.calls] == [
+        ("--nolock", "--cores", "2"),
+        ("--nolock", "--quiet", "all"),
+    ]
+    assert checkout.files == ["mine.yaml", "compare.yaml"]
+    assert yaml.safe_load(study.COMPARE.read_text()) == {"compare": {"run": True}}
 
 
 def test_one_study_at_a_time(checkout, capsys):

@@ -8,6 +8,7 @@ from sparsurf.report.pages import markdown
 from sparsurf.study.dots_needed import REFERENCE, values_of
 from sparsurf.study.without_the_surface import DOTTED
 
+RECOVERED = "Z recovered"  # as `comparison` calls it
 AT = 10.0  # n_S in % that the sentences speak of, or the nearest that was measured
 
 
@@ -19,11 +20,12 @@ def spoken(sampler):
 
 
 def answer(table, pairs=None, fewer=None, alone=None):
-    """Five lines at most, then Z under `surface` of every sampler."""
+    """Five lines at most, then Z of every sampler: of its dots as they are, and of the surface recovered from them."""
     z = values_of(table, "Z surface")
     at = float(z.columns[np.argmin(np.abs(z.columns - AT))])
     best = z[at].idxmin()
     lines = [f"At {at:g} % of the dots {spoken(best)} describes the surface best: Z = {z.loc[best, at]:.2f}."]
+    lines += _recovered(table, at)
     if pairs is not None and len(pairs):
         lines += _against(pairs, at)
     if fewer is not None and len(fewer):
@@ -31,9 +33,35 @@ def answer(table, pairs=None, fewer=None, alone=None):
     if alone is not None and len(alone):
         lines += _alone(alone, at)
     rows = [f"- {line}" for line in lines[:5]]
+    parts = [*rows, "\nZ, patches cut on the full surface, by n_S:\n", _by_n_s(z)]
+    if RECOVERED in set(table["measure"]):
+        parts += [
+            "Z of the surface recovered from the kept dots alone:\n",
+            _by_n_s(values_of(table, RECOVERED)),
+        ]
+    return parts
+
+
+def _by_n_s(z):
+    """A row per sampler, a column per n_S."""
     short = z.map("{:.2f}".format).rename(columns=lambda p: f"{p:g} %").reset_index()
     short["sampler"] = short["sampler"].map(spoken)
-    return [*rows, "\nZ, patches cut on the full surface, by n_S:\n", markdown(short)]
+    return markdown(short)
+
+
+def _recovered(table, at):
+    """Which dots give the surface back best, beside what other dots of the same surface cost."""
+    if RECOVERED not in set(table["measure"]):
+        return
+    z = values_of(table, RECOVERED)[at]
+    floor = table["fresh_dots"].mean() if "fresh_dots" in table else np.nan
+    beside = f"; other dots of the same surface, all kept, cost {floor:.2f}" if np.isfinite(floor) else ""
+    yield (
+        f"The surface recovered from the kept dots alone: Z = {z.min():.2f} from those of {spoken(z.idxmin())}, "
+        f"{z[REFERENCE]:.2f} from a uniform draw{beside}."
+        if REFERENCE in z.index
+        else f"The surface recovered from the kept dots alone: Z = {z.min():.2f} from those of {spoken(z.idxmin())}{beside}."
+    )
 
 
 def _against(pairs, at):

@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from sparsurf.report.comparison_answer import answer
 from sparsurf.report.comparison_page import ABOUT, TWO_USES, matrix_markdown
 from sparsurf.study.dots_needed import RANKING
 
@@ -25,8 +26,12 @@ def summary_markdown(table, fewer, rankings, of, n_conformations):
         f"Cells: mean over {among}, in brackets lowest .. highest. > and <: a bound, where the n_S that was sought lies "
         "beyond those measured.\n"
     )
+    spread = fewer[fewer["use"] == "surface"].rename(columns={"lowest": "low", "highest": "high"})
     parts = [
         f"# Samplers compared over {n} {of}\n",
+        *answer(table, fewer=spread),
+        "In brackets: lowest .. highest of them.\n",
+        "## How it was measured\n",
         TWO_USES,
         note,
         "## Ranking\n",

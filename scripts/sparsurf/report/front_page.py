@@ -117,7 +117,7 @@ def recovered_sentence(reached, surfaces, handed_out):
         f"From {_span(back['n_S_percent'], '{:.3g}')} % of the dots on, taken by {back['sampler'].iloc[0]}, the surface is "
         f"recovered to within {YARDSTICKS[FRESH]} (Z {_span(back['Z'], '{:.2f}')} beside {_span(back['Z_floor'], '{:.2f}')}; "
         f"the dots as they are need {_span(as_they_are['n_S_percent'], '{:.3g}')} %): `minimal.csv` hands out "
-        f"{_span(pd.Series(share), '{:.3g}')} % of them."
+        f"{_span(pd.Series(share), '{:.1f}')} % of them."
     )
 
 

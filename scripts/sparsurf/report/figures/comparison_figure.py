@@ -34,7 +34,7 @@ LINES = {
 SMALL = [  # measure, title, label of the y axis; two panels in each row
     ("Z scaled", "as A, surface unknown: islands\ncut by the kept dots' spacing", "error Z"),
     ("Z kept", "as A, islands cut at $D_{link}$ like\nthe paper: subsets break up", "error Z"),
-    ("Z surface weighted", "as A, each kept dot counting\nfor the dots nearest to it", "error Z"),
+    ("Z recovered", "as A, after the surface has been\nrecovered from the kept dots", "error Z"),
     ("Z centres", "the kept dots serve as centres\nof patches of all dots", "error Z"),
     ("position", "from any dot to the nearest\nkept one", "distance (Å)"),
     ("normal", "between the normals of any dot\nand the nearest kept one", "angle (degrees)"),
