@@ -104,8 +104,8 @@ def test_the_share_of_dots_that_gives_the_surface_back():
     assert "(Z 0.58 beside 0.53; the dots as they are need 80 %)" in said
     assert "`minimal.csv` hands out 4.4 % of them" in said
     both = pd.concat([reached(), reached(7.0)])
-    said = recovered_sentence(both, surfaces(2), handed_out(2, [87, 2000]))
-    assert "From 5 to 7 % of" in said and "hands out 4.35 to 100 % of them" in said
+    said = recovered_sentence(both, surfaces(2), handed_out(2, [88, 2000]))
+    assert "From 5 to 7 % of" in said and "hands out 4.4 to 100.0 % of them" in said
 
 
 def test_samplers_where_they_were_compared():
