@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from sparsurf.recovery.recovering import recover
 from sparsurf.study import opponents
 from sparsurf.surfaces.mesh import molecular_mesh
 
@@ -19,10 +20,11 @@ def test_normals_at_corners_and_dots_on_a_mesh(ball):
     corners, triangles = ball.vertices.points, ball.triangles
     assert opponents.corner_normals(corners, triangles) == pytest.approx(corners / 4, abs=0.1)
     points, normals = opponents.dots_on(corners, triangles, np.random.default_rng(0))
-    radius = np.linalg.norm(points, axis=1)
+    radius, unit = np.linalg.norm(points, axis=1), corners[::35] / 4
     assert radius.max() <= 4 + 1e-9 and radius.min() > 3.96
     assert normals == pytest.approx(points / radius[:, None], abs=0.06)
-    assert len(points) / (4 * np.pi * 16) == pytest.approx(5.35, rel=0.1)
+    recovered, _ = recover(4 * unit, unit)
+    assert len(points) == pytest.approx(len(recovered), rel=0.1)
     apart = cKDTree(points).query(points, k=2)[0][:, 1]
     assert apart.min() >= 0.65 / 5.35**0.5 - 1e-9
 
