@@ -99,10 +99,11 @@ def measure_a1(path, tables, threads):
     _, subsets = recovery.measure(
         "A1", xyz, atom_radii, TESTS, names=("farthest", "adaptive"), threads=threads
     )
-    atoms = opponents.measure("A1", xyz, atom_radii, n_tests=TESTS, percents=(), threads=threads)
+    others = opponents.measure("A1", xyz, atom_radii, n_tests=TESTS, threads=threads)
+    others = others[others["sampler"] != opponents.KEPT].drop(columns="bytes")
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:  # whose memory is its own
         paid = pool.submit(cost, *copies_of_a_tenth(xyz, atom_radii)).result()
-    rows = pd.concat([subsets, atoms.drop(columns="bytes")], ignore_index=True).assign(**paid)
+    rows = pd.concat([subsets, others], ignore_index=True).assign(**paid)
     rows.to_csv(tables / "recover_a1.csv", index=False, float_format="%.5g")
 
 

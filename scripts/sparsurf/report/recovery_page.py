@@ -116,6 +116,10 @@ def goals(a1):
         words = ", ".join(f"{value:.3f} at {p:g} % (goal {goal:g})" for p, value, goal in found)
         unit = " Å" if measure == "distance" else ""
         lines.append(f"- {measure}{unit}: {words}: {_met(all(value < goal for _, value, goal in found))}.")
+    for sampler in ("adaptive", "settled dots"):
+        own = a1[a1["sampler"] == sampler].set_index("percent").loc[[2.5, 5.0, 10.0]]
+        values = (", ".join(f"{value:.3f}" for value in own[key]) for key in ("Z", "distance"))
+        lines.append("- {}, at 2.5, 5 and 10 %: Z {}, distance {} Å.".format(sampler, *values))
     per_dot, seconds = a1["bytes_per_dot"].iloc[0], a1["a_million_s"].iloc[0]
     lines.append(
         f"- Memory: {per_dot:.0f} bytes for a recovered dot (goal {MOST_BYTES}): {_met(per_dot < MOST_BYTES)}; a million dots "
