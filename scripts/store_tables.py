@@ -1,4 +1,4 @@
-"""Keep the numbers that the README quotes: `python scripts/store_tables.py results/default results/paper results/bench`
+"""Keep the numbers that the README quotes: `python scripts/store_tables.py results/default results/paper [results/bench]`
 
 Writes docs/tables/default_ranges.csv (of the first conformation), paper_facts.csv and bench.csv, and fills the README's
 two tables and the plan of docs/cluster.md from them.
@@ -17,14 +17,16 @@ ROOT = Path(__file__).resolve().parents[1]
 FRAMES = 1001  # of the embedded trajectory
 
 
-def main(default, paper, bench, docs=ROOT / "docs" / "tables", readme=ROOT / "README.md"):
-    """Store the tables and fill the pages."""
+def main(default, paper, bench=None, docs=ROOT / "docs" / "tables", readme=ROOT / "README.md"):
+    """Store the tables and fill the pages; without `bench` the plan stays as it is."""
     first = sorted(Path(default).glob("*/*/ranges.csv"))[0]
     ranges = pd.read_csv(first).drop(columns="best_set").round(4)
     ranges.to_csv(docs / "default_ranges.csv", index=False)
     paper_facts(paper).to_csv(docs / "paper_facts.csv", index=False)
     stored = pd.read_csv(docs / "default_ranges.csv"), pd.read_csv(docs / "paper_facts.csv", dtype=str)
     readme.write_text(filled(readme.read_text(encoding="utf-8"), readme_tables(*stored)), encoding="utf-8")
+    if bench is None:
+        return
     figures = json.loads((Path(bench) / "bench.json").read_text(encoding="utf-8"))["figures"]
     pd.DataFrame(figures).to_csv(docs / "bench.csv", index=False, float_format="%.3g")
     page = docs.parent / "cluster.md"

@@ -10,6 +10,7 @@ import pandas as pd
 
 from sparsurf.patches.readings import OF_GRID
 from sparsurf.report.pages import interval, markdown
+from sparsurf.report.table_1 import p_text
 from sparsurf.sampling.combination import texts_of
 
 MICROSECONDS = 10  # of the paper's trajectory
@@ -111,8 +112,8 @@ def claims_table(facts):
     rows = [
         (
             f"Table I against the winners of {facts['n_runs']} runs made as published, half-open ranges",
-            f"d: sum of squares {number('d_statistic_half-open', 1)} for {facts['d_n_rows_half-open']} rows, p = "
-            f"{facts['d_p_half-open']}; rows outside of all runs: {facts['d_outside_half-open']}",
+            f"d: sum of squares {number('d_statistic_half-open', 1)} for {facts['d_n_rows_half-open']} rows, "
+            f"{p_text(float(facts['d_p_half-open']))}; rows outside of all runs: {facts['d_outside_half-open']}",
             f"d of the ten rows from {number('rows_d_lowest_surface')} to {number('rows_d_highest_surface')}",
         ),
         ("best at α = 1: (1, 0, 6, 0), d = 2.69", best("kept"), best("surface")),
