@@ -144,6 +144,21 @@ def test_the_recovered_surface_as_a_mesh():
     assert np.array_equal(mesh.vertices.points, again.vertices.points)
 
 
+def test_holes_are_closed_and_an_end_is_told(caplog):
+    """Dots of a ball without those of a cap: the inside stays one; a sheet has none."""
+    k = np.arange(700) + 0.5
+    z, turn = 1 - 2 * k / len(k), np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
+    unit = unit[unit[:, 2] < 0.92]  # a hole of 5 Å, where the recovered surface goes on by half an Å
+    mesh = recovered_mesh(6 * unit, unit)
+    assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
+    assert mesh.volume == pytest.approx(4 / 3 * np.pi * 6**3, rel=0.03)
+    assert not caplog.records
+    sheet = recovered_mesh(6 * unit[unit[:, 2] < 0], unit[unit[:, 2] < 0])
+    closed(sheet.triangles, len(sheet.vertices))
+    assert "leave holes wider than 8.0 Å" in caplog.text
+
+
 @pytest.mark.parametrize("name", ["ala3_3res.pdb", "A6PA6_13res_nochain.pdb", "7etn_tiny.cif.gz", "1ubi.pdb"])
 def test_proteins_close(shared, name):
     """The mesh of the atoms, and that of a tenth of their dots."""

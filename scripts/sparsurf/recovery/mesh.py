@@ -1,5 +1,7 @@
 """A closed mesh of the surface that few dots with normals describe."""
 
+import logging
+
 import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
@@ -9,8 +11,13 @@ from sparsurf.surfaces.marching import march
 from sparsurf.surfaces.mesh import STEP, grid_around, mesh_of
 from sparsurf.surfaces.spacing import DENSITY
 
+log = logging.getLogger("sparsurf")
+
 AROUND = 6  # dense dots whose tangent planes a place is seen from
-BAND = 2.0  # steps of the grid, how far from the surface its distance is measured; an edge of a tetrahedron has sqrt(3)
+# Steps of the grid, how far from the surface its distance is measured: an edge of a tetrahedron has sqrt(3). More only where
+# the dots leave holes, which a wider layer closes.
+BANDS = (2.0, 4.0, 8.0)
+DISSENT = 0.02  # share of the walls of rooms that may be on the other side
 
 
 def recovered_mesh(points, normals, step=STEP, density=DENSITY, reach=REACH, steps=STEPS, threads=1):
@@ -31,13 +38,18 @@ def recovered_mesh(points, normals, step=STEP, density=DENSITY, reach=REACH, ste
     InputError : a grid of too many points
     """
     dense, outward = recover(points, normals, density, reach, steps, threads)
-    low, shape = grid_around(dense, BAND * step, step)
+    low, shape = grid_around(dense, BANDS[-1] * step, step)
     tree = cKDTree(dense)
-    near = _near(dense, low, shape, step)
-    values = np.zeros(shape)
-    places = low + step * np.argwhere(near)
-    values[near] = -_height(tree, outward, places, threads)[0]
-    values = _filled(values, near)
+    gap = _gap(dense, low, shape, step)
+    for band in BANDS:
+        near = gap <= band + 0.5
+        values = np.zeros(shape)
+        values[near] = -_height(tree, outward, low + step * np.argwhere(near), threads)[0]
+        values, agreed = _filled(values, near)
+        if agreed:
+            break
+    else:
+        log.warning("the dots leave holes wider than %.1f Å: the mesh has walls there", 2 * band * step)
     vertices, triangles = march(values)
     vertices = low + step * vertices
     for _ in range(2):
@@ -46,12 +58,11 @@ def recovered_mesh(points, normals, step=STEP, density=DENSITY, reach=REACH, ste
     return mesh_of(vertices, across, triangles)
 
 
-def _near(dense, low, shape, step):
-    """(X, Y, Z) bool: points of the grid within `BAND` steps of a dense dot, or little more."""
-    near = np.zeros(shape, bool)
-    near[tuple(np.round((dense - low) / step).astype(int).T)] = True
-    ball = np.linalg.norm(np.indices((7, 7, 7)) - 3, axis=0) <= BAND + 0.5
-    return ndimage.binary_dilation(near, ball)
+def _gap(dense, low, shape, step):
+    """Steps from each point of the grid to the nearest that has a dense dot beside it, (X, Y, Z)."""
+    empty = np.ones(shape, bool)
+    empty[tuple(np.round((dense - low) / step).astype(int).T)] = False
+    return ndimage.distance_transform_edt(empty)
 
 
 def _height(tree, outward, places, threads):
@@ -68,13 +79,20 @@ def _height(tree, outward, places, threads):
 
 
 def _filled(values, near):
-    """Values where there were none: each room between the layers near the surface lies on the side that most of its walls say."""
+    """Values where there were none, and whether the walls agree on them.
+
+    Each room between the layers near the surface lies on the side that most of its walls say. Where the inside and the
+    outside are one room, through a hole that no layer closes, they say both.
+    """
     rooms, n = ndimage.label(~near)
-    votes = np.zeros(n + 1)
+    inside, outside = np.zeros(n + 1), np.zeros(n + 1)
     for axis in range(3):
         a, b = np.moveaxis(rooms, axis, 0), np.moveaxis(values, axis, 0)
         for there, here in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
             wall = (a[there] > 0) & (a[here] == 0)
-            votes += np.bincount(a[there][wall], np.sign(b[here][wall]), n + 1)
-    votes[rooms[0, 0, 0]] = -1  # the corner of the grid is outside
-    return np.where(near, values, np.sign(votes)[rooms])
+            inside += np.bincount(a[there][wall], b[here][wall] > 0, n + 1)
+            outside += np.bincount(a[there][wall], b[here][wall] <= 0, n + 1)
+    side = np.where(inside > outside, 1.0, -1.0)
+    side[rooms[0, 0, 0]] = -1.0  # the corner of the grid is outside
+    wrong = np.where(side > 0, outside, inside).sum()
+    return np.where(near, values, side[rooms]), wrong <= DISSENT * (inside.sum() + outside.sum())
