@@ -36,6 +36,11 @@ def test_smoothing_keeps_a_constant_and_a_lonely_dot_takes_the_nearest_value():
     assert smooth(points, centres, np.full(2, 0.25), 6.0).tolist() == [0.25] * 4
 
 
+def test_the_published_smoothing_reaches_six_angstrom():
+    points = np.array([[0.0, 0, 0], [5.9, 0, 0], [12.0, 0, 0]])
+    assert smooth(points, np.array([0, 1]), np.array([1.0, 3.0])).tolist() == [2.0, 2.0, 3.0]
+
+
 def test_two_planes_touch_where_they_are_near():
     x, y = np.meshgrid(np.arange(10.0), np.arange(10.0))
     lower = np.stack([x.ravel(), y.ravel(), np.zeros(100)], axis=1)
@@ -47,6 +52,15 @@ def test_two_planes_touch_where_they_are_near():
     assert np.array_equal(pairs[:, 0], np.flatnonzero(touching))
     above = lower[:, 0][pairs[:, 0]] >= 5
     assert np.allclose(upper[pairs[above, 1]], lower[pairs[above, 0]] + [0, 0, 2.5])
+
+
+def test_a_dot_at_the_very_distance_does_not_touch():
+    points, partner = (
+        np.array([[0.0, 0, 0], [5, 0, 0], [9, 0, 0]]),
+        np.array([[9.0, 2, 0], [0, 3, 0], [5, 2, 0]]),
+    )
+    assert interface(points, partner).tolist() == [False, True, True]
+    assert native_pairs(points, partner).tolist() == [[1, 2], [2, 0]]
 
 
 def test_area_of_known_rankings():
@@ -81,6 +95,30 @@ def test_blocks_keep_residues_whole_and_stay_short(dots):
         assert cdist(middles[owner == each], middles[owner == each]).max() <= 12.0
 
 
+def test_a_residue_joins_the_nearest_block():
+    # the first lies at 0, the farthest from it at 16 begins the second; 7 stays with 0, 9 goes over
+    points = np.array([[0.0, 0, 0], [7, 0, 0], [9, 0, 0], [16, 0, 0]])
+    assert blocks_of_residues(points, np.arange(4), 10.0).tolist() == [0, 0, 1, 1]
+
+
+def test_draws_and_dots_without_an_answer_do_not_count():
+    # two dots: a draw that holds both has the area 1, one that holds one of them twice has none
+    score, positive = np.array([1.0, 0.0, np.nan]), np.array([True, False, False])
+    found = bootstrap_auc({"score": score}, positive, np.array([0, 1, 1]), np.random.default_rng(0))
+    assert found == {"score": (1.0, 1.0, 1.0)}
+
+
+def test_the_interval_holds_95_percent():
+    rng = np.random.default_rng(6)
+    positive = np.arange(60) < 30
+    score = rng.normal(size=60) + positive
+    _, low, high = bootstrap_auc({"s": score}, positive, np.arange(60), rng, 2000)["s"]
+    some = rng.integers(0, 60, (2000, 60))
+    drawn = np.array([auc(score[k], positive[k]) for k in some])
+    assert np.mean(drawn < low) == pytest.approx(0.025, abs=0.012)
+    assert np.mean(drawn > high) == pytest.approx(0.025, abs=0.012)
+
+
 def test_the_interval_is_wider_where_dots_come_in_blocks():
     rng = np.random.default_rng(3)
     block = np.repeat(np.arange(20), 50)
@@ -111,4 +149,7 @@ def test_protrusion_counts_atoms_and_hydropathy_averages_residues():
     names = np.array(["ILE", "ARG", "XYZ", "GLY"])
     found = baselines.hydropathy(atoms, np.array([[0.0, 0, 0], [30, 0, 0], [99, 0, 0]]), names)
     assert np.allclose(found, [0.0, -0.4, np.nan], equal_nan=True)
+    # 'XYZ' at 9 Å does not count; ILE 4.5, ARG -4.5 and GLY -0.4 do, each alone but for it
+    alone = baselines.hydropathy(atoms, atoms, names, reach=6.5)
+    assert np.allclose(alone, [0.0, 0.0, -4.5, -0.4])
     assert baselines.distance_from_centroid(atoms, atoms[:1]).tolist() == [10.5]

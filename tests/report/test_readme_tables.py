@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from conftest import ROOT
-from sparsurf.report.readme_tables import filled, plan_table, ranges_table, readme_tables
+from sparsurf.report.readme_tables import claims_table, filled, plan_table, ranges_table, readme_tables
 from store_tables import bytes_per_frame
 
 TABLES = ROOT / "docs" / "tables"
@@ -40,6 +40,44 @@ def test_a_row_of_the_ranges():
     }
     table = ranges_table(pd.DataFrame([row | {"islands": name} for name in ("kept", "surface")]))
     assert "| 3.00 – 12.50 | (0.6, 1, 10, 8) | 1.18 (1.00 .. 1.36) | 1.25 | 7.75 | 6 |" in table
+
+
+def test_the_claims_beside_the_paper():
+    values = {
+        "n_runs": "40",
+        "d_statistic_half-open": "12.34",
+        "d_n_rows_half-open": "9",
+        "d_p_half-open": "0.2",
+    }
+    values |= {
+        "d_outside_half-open": "none",
+        "rows_d_lowest_surface": "-1.111",
+        "rows_d_highest_surface": "2.222",
+    }
+    values |= {"n_combinations": "100", "uniform_0.2_percent": "49.96"}
+    for k, name in enumerate(("kept", "surface")):
+        values |= {f"best_{name}": f"(1, 0, {k}, 0)", f"best_d_held_out_{name}": f"{k}.5"}
+        values |= {f"best_d_held_out_low_{name}": f"{k}.25", f"best_d_held_out_high_{name}": f"{k}.75"}
+        values |= {f"best_n_best_set_{name}": f"{k + 3}", f"n_positive_{name}": f"{k + 50}"}
+        values |= {f"n_above_null_{name}": f"{k + 60}", f"n_rows_above_null_{name}": f"{k + 7}"}
+        for j, half in enumerate(("rougher", "flatter")):
+            values |= {f"d_{half}_any_dots_{name}": f"{k}.{j}1", f"d_{half}_kept_dots_{name}": f"-{k}.{j}1"}
+    lines = claims_table(values).splitlines()[2:]
+    assert (
+        "runs made as published, half-open ranges | d: sum of squares 12.3 for 9 rows, p = 0.2; rows outside of"
+        in lines[0]
+    )
+    assert lines[0].endswith("all runs: none | d of the ten rows from -1.11 to 2.22 |")
+    assert lines[1].endswith(
+        "| (1, 0, 0, 0), d held out = 0.50 (0.25 .. 0.75); 3 may be the best "
+        "| (1, 0, 1, 0), d held out = 1.50 (1.25 .. 1.75); 4 may be the best |"
+    )
+    assert lines[2] == "| d > 0 | in 50 of 100 combinations | in 51 of 100 combinations |"
+    assert "null model in 60 of 100 combinations and 7 of the 10 published rows | Z_tS above" in lines[3]
+    assert lines[4].endswith(
+        "| d 0.0 against 0.1; around kept dots -0.0 against -0.1 | d 1.0 against 1.1; around kept dots -1.0 against -1.1 |"
+    )
+    assert "α = 0.2 keeps 50.0 %" in lines[5]
 
 
 def test_the_readme_holds_the_stored_tables():

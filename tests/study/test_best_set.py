@@ -28,6 +28,16 @@ def test_scatter_of_the_means_is_that_of_repetitions():
     assert assumed == pytest.approx(apart.var(ddof=1), rel=0.15)
 
 
+def test_scatter_of_two_draws_at_two_test_dots_by_hand():
+    # means of the test dots 3 and 7, of the draws 2 and 8, of all 5; the rest is +1, -1, -1, +1: mean square 4
+    found = scatter([[[1.0, 3.0], [5.0, 11.0]]])
+    assert found.mean.tolist() == [5.0]
+    assert found.by_test[0] == pytest.approx(
+        [-(2**0.5), 2**0.5]
+    )  # their variance 8 / 2 tests is the sum of squares
+    assert found.of_draws[0] == pytest.approx((2 * 18 - 4) / 4)
+
+
 @pytest.mark.parametrize(
     "truth", [np.zeros(12), np.r_[0, np.linspace(-0.4, -0.05, 11)]], ids=["equal", "graded"]
 )
@@ -58,3 +68,4 @@ def test_one_combination_and_one_draw():
 def test_the_set_is_the_same_every_time():
     x = drawn(np.random.default_rng(4), np.zeros(8))
     assert np.array_equal(best_set(x), best_set(x))
+    assert np.array_equal(best_set(x), best_set(1024 * x)) and best_set(x).sum() > 4  # no unit of d counts

@@ -243,6 +243,19 @@ def test_summary_means_and_spread_between_proteins():
     assert list(by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
 
 
+def test_a_factor_beyond_what_was_measured_is_a_bound():
+    # at 40 % uniform has 4 / sqrt(40); another sampler comes down to that at (f / 4)^2 40 %: 640 %, 2.5 % and 0.6 %
+    units = {name: curves(uniform=4.0, farthest=f) for name, f in (("worse", 16.0), ("better", 0.5))}
+    fewer = {
+        names: needed_over_proteins({name: units[name] for name in names})
+        .query("than == 'uniform' and sampler == 'farthest' and measure == 'Z surface' and percent == 40")
+        .iloc[0]
+        for names in (("worse",), ("better",), ("worse", "better"))
+    }
+    assert [row["bound"] for row in fewer.values()] == ["less than ", "more than ", "about "]
+    assert [row["factor"] for row in fewer.values()] == pytest.approx([1.0, 16.0, 4.0])
+
+
 def test_page_says_what_the_numbers_say(table):
     page = compare_markdown(table, "blob/c1", "3000 dots.\n")
     z = values_of(table, "Z surface")[5]

@@ -9,6 +9,7 @@ from sparsurf.molecules.reading import read_molecule
 from sparsurf.report.comparison_answer import alone_markdown, answer
 from sparsurf.sampling import samplers
 from sparsurf.study.comparison_intervals import paired, times_fewer_intervals
+from sparsurf.study.dots_needed import OF_ERROR
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.statistics import estimate
 from sparsurf.study.without_the_surface import dotted, stand_alone
@@ -66,6 +67,23 @@ def test_times_fewer_of_exact_curves(raw):
     assert (beyond["factor"] == 1.0).all()  # fewer than were measured: the smallest counts
 
 
+def test_the_interval_of_times_fewer_holds_95_percent():
+    # three test dots of 2, 2 and 5 (over sqrt(n_S)): all three picks fall on the last with 1/27 = 3.7 %, which lies
+    # inside of a 95 % interval and outside of a 90 % one; uniform is 4: 16 / 4, 16 / 9 and 16 / 25 times fewer
+    percents = (1.0, 10.0, 100.0)
+    dots = {"uniform": [4.0, 4, 4], "farthest": [2.0, 2, 5]}
+    raw = {
+        (name, measure): np.array(f)[None, None] / np.sqrt(percents)[:, None, None]
+        for name, f in dots.items()
+        for measure in OF_ERROR
+    }
+    rows = [(measure, name, p, p) for name, measure in raw for p in percents]
+    table = pd.DataFrame(rows, columns=["measure", "sampler", "percent", "n_S_percent"])
+    found = times_fewer_intervals(raw, table, np.random.default_rng(2), ("uniform",), 3000)
+    row = found[found["measure"] == "Z surface"].set_index(["sampler", "percent"]).loc["farthest", 10.0]
+    assert (row["factor"], row["low"], row["high"]) == pytest.approx((16 / 9, 16 / 25, 4.0))
+
+
 def test_a_surface_is_dotted_with_the_wished_number():
     molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
     xyz, r = molecule.xyz[0], radii(molecule)
@@ -83,6 +101,8 @@ def test_subsets_that_stand_alone():
     drawers = {"uniform": lambda n, rng: samplers.uniform(evaluator, n, rng)}
     table = stand_alone(evaluator, drawers, (xyz, r), (10.0, 40.0), 30, 2, (1.2, 1.6))
     assert table["sampler"].unique().tolist() == ["uniform", "dotted"] and len(table) == 8
+    share = table[table["sampler"] == "uniform"].groupby("percent")["n_S_percent"].first()
+    assert share.to_dict() == pytest.approx({10.0: 10.0, 40.0: 40.0}, rel=0.02)
     z = table[table["scale"] == 1.6].pivot(index="sampler", columns="percent", values="Z")
     assert (z[40.0] < z[10.0]).all() and (table["low"] < table["Z"]).all()
     # by hand, one draw: the reading `scaled` of the same subset

@@ -1,10 +1,12 @@
 """Many complexes: superposition and labels of other forms, relative distances, means with intervals, choosing on few."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 from scipy.stats import t
 
@@ -67,6 +69,35 @@ def test_relative_values_lose_what_flatness_explains():
     assert np.allclose(np.bincount(in_bin, left), 0, atol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:invalid value")  # empty bins
+def test_scores_of_four_patches_by_hand():
+    # two rough patches 5 Å apart and, 100 Å away, two flat ones; the two nearest of each
+    points = np.array([[0.0, 0, 0], [5, 0, 0], [100, 0, 0], [105, 0, 0]])
+    partner = SimpleNamespace(
+        surface=SimpleNamespace(points=points), roughness=np.repeat([0.1, 0.2, 0.8, 0.9], 1)
+    )
+    near = SimpleNamespace(distance=np.array([[1.0, 3.0], [3.0, 5.0], [6.0, 8.0], [10.0, 10.0]]))
+    found = complexes.distance_scores(partner, np.arange(4), near, (1, 2))
+    assert found[1, "plain", "raw"].tolist() == [-1, -3, -6, -10]
+    assert found[2, "plain", "raw"].tolist() == [-2, -4, -7, -10]
+    assert found[2, "plain", "smoothed"].tolist() == [-3, -3, -8.5, -8.5]
+    assert found[1, "relative", "raw"].tolist() == [0, 0, 0, 0]  # ten bins of four patches: each its own
+    assert complexes.relative(near.distance[:, 0], partner.roughness, 2).tolist() == [-1, 1, -2, 2]
+
+
+@pytest.mark.filterwarnings("ignore:invalid value")
+def test_complementarity_takes_the_second_down_and_similarity_up():
+    up, down = ([np.array([[0.0], [5.0]]), np.array([[1.0], [9.0]])], [None, np.array([[3.0], [20.0]])])
+    partner = SimpleNamespace(
+        surface=SimpleNamespace(points=np.array([[0.0, 0, 0], [50, 0, 0]])), roughness=np.array([0.1, 0.9])
+    )
+    first, second = complexes.scores_of_pair([partner] * 2, [np.arange(2)] * 2, up, down, (1,), "name")
+    assert first["name", "complementarity", 1, "plain", "raw"].tolist() == [-3, -2]
+    assert second["name", "complementarity", 1, "plain", "raw"].tolist() == [-2, -15]
+    assert first["name", "similarity", 1, "plain", "raw"].tolist() == [-1, -4]
+    assert second["name", "similarity", 1, "plain", "raw"].tolist() == [-1, -4]
+
+
 def test_together_takes_ranks():
     assert complexes.together([1.0, 2, 300], [3.0, 2, 1]).tolist() == [2.0, 2.0, 2.0]
 
@@ -105,6 +136,14 @@ def test_a_complex_gets_all_scores_and_the_tables_sum_them_up(pair):
     assert len(table) == 2 * (
         2 * 2 * 2 * 2 * 2 + 9
     )  # radii, both maps, k, kinds, smoothing; yardsticks, combinations
+    for side in (0, 1):
+        own = pair[side].surface.points[centres_of(pair[side], 200)]
+        touching_dots = cdist(own, pair[1 - side].surface.points).min(axis=1) < 3.0
+        assert (table.loc[table["side"] == side + 1, "interface"] == touching_dots.sum()).all()
+    assert table["interface"].nunique() == 2
+    measured = table.dropna(subset="low")
+    assert {"complementarity", "flatness", "propensity + protrusion"} <= set(measured["score"])
+    assert ((measured["low"] < measured["auc"]) & (measured["auc"] < measured["high"])).all()
     assert table["auc"].between(0, 1).all()
     assert (table["patches"] == 200).all()
 

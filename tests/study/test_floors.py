@@ -38,7 +38,7 @@ def evaluator():
 @pytest.fixture(scope="module")
 def table(evaluator):
     return floors(
-        evaluator, 60, lay, ATOMS, {1.0: [ATOMS + np.array([0, 0, 0.5])], 20.0: [ATOMS * 1.1]}
+        evaluator, 60, lay, ATOMS, {1.0: [ATOMS + np.array([0, 0, 4.0])], 20.0: [ATOMS * 1.1]}
     ).set_index("floor")
 
 
@@ -57,6 +57,14 @@ def test_floors_grow_with_what_changes(table):
 def test_the_same_dots_cost_nothing(evaluator):
     z = floors(evaluator, 40, lambda xyz: evaluator.surface, ATOMS).set_index("floor")["Z"]
     assert z["atoms moved 0.1 Å"] == pytest.approx(0, abs=1e-9)  # nothing moved
+
+
+def test_atoms_are_moved_by_the_rms_that_is_named(evaluator):
+    places = []
+    floors(evaluator, 5, lambda xyz: places.append(xyz) or evaluator.surface, ATOMS, moved=(0.1, 3.0))
+    rms = [np.sqrt(((xyz - ATOMS) ** 2).sum(axis=1).mean()) for xyz in places[3:]]
+    assert np.mean(rms[:3]) == pytest.approx(0.1, rel=0.2)  # 21 atoms, 63 numbers: 9 % of scatter
+    assert np.mean(rms[3:]) == pytest.approx(3.0, rel=0.2)
 
 
 def test_a_ready_surface_has_the_floors_of_its_dots(evaluator, table):
@@ -144,3 +152,18 @@ def test_intervals_over_proteins():
     assert mean["high"] - mean["mean"] == pytest.approx(
         2.306 * values.std(ddof=1) / 3, rel=1e-3
     )  # t of 8 degrees
+
+
+def test_errors_of_dots_beside_a_ball_by_hand():
+    """Dots 0.1 Å outside of one atom, their normals 30° off; and one 1 Å away in the space beyond."""
+    true = recovery.truth(np.zeros((1, 3)), np.array([2.0]))
+    angles = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    out = np.stack([np.cos(angles), np.sin(angles), np.zeros(40)], axis=1)
+    aside = np.array([0.0, 0, 1])
+    found = recovery.errors(2.1 * out, np.cos(np.pi / 6) * out + np.sin(np.pi / 6) * aside, true)
+    assert found["distance"] == pytest.approx(0.1, abs=0.005)
+    assert found["angle"] == pytest.approx(30, abs=3)  # dense dots lie 0.13 Å apart
+    far = np.where(np.arange(40) < 3, 3.0, 2.0)[:, None] * out  # 7.5 % of them 1 Å off
+    found = recovery.errors(far, out, true)
+    assert found["distance"] == pytest.approx(3 / 40, abs=0.01)
+    assert found["distance_95"] == pytest.approx(1.0, abs=0.05)

@@ -1,5 +1,7 @@
 """Partners matched: a lock and its key, tables that add up, labels that are refused, thinning to all dots."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -11,7 +13,7 @@ from sparsurf.complementarity.ranking import auc
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.descriptors import describe
 from sparsurf.study import matching
-from sparsurf.study.partners import partner_of
+from sparsurf.study.partners import baseline_scores, partner_of
 from sparsurf.study.thinning import thinning
 from sparsurf.surfaces.making import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -102,6 +104,12 @@ def test_tables_tell_residues_gaps_and_interface(peptides):
     assert row["interface"] == pytest.approx(leucine["interface"].mean())
 
 
+def sorted_pair(found, side, i, partner):
+    """Dots of the first and of the second partner."""
+    mine, other = found.centres[side][i], found.centres[1 - side][partner]
+    return (int(mine), int(other)) if side == 0 else (int(other), int(mine))
+
+
 def test_best_pairs_are_ranked_and_apart(peptides):
     found = matching.match(*peptides)
     table = matching.best_pairs(found, most=20)
@@ -112,6 +120,18 @@ def test_best_pairs_are_ranked_and_apart(peptides):
     assert np.allclose(table["gap"], np.linalg.norm(place[0] - place[1], axis=1))
     near = (cdist(place[0], place[0]) < 6.0) & (cdist(place[1], place[1]) < 6.0)
     assert near.sum() == len(table)  # each with itself only
+    # the first of both sides' best matches in a row by distance; what is missing lies near a better one on both sides
+    pairs = [
+        (near.distance[i, 0], *sorted_pair(found, side, i, near.partner[i, 0]))
+        for side, near in enumerate(found.complementary)
+        for i in range(len(near.distance))
+    ]
+    chosen = []
+    for distance, a, b in sorted(pairs):
+        at = [peptides[0].surface.points[a], peptides[1].surface.points[b]]
+        if not any(np.linalg.norm(at[0] - p) < 6 and np.linalg.norm(at[1] - q) < 6 for _, p, q, *_ in chosen):
+            chosen.append((distance, *at, a, b))
+    assert table[["dot_1", "dot_2"]].to_numpy().tolist() == [[a, b] for *_, a, b in chosen[:20]]
     assert table["residue_1"].str.match(r"A:(ALA|LEU|LYS|GLY)[1-4]$").all()
 
 
@@ -129,6 +149,29 @@ def test_agreement_is_the_area_of_each_score(peptides):
     contact = matching.contacts(*peptides)
     assert contact["against"].tolist() == ["any pair", "exchanged"]
     assert ((contact["auc"] > 0) & (contact["auc"] < 1)).all()
+
+
+def test_yardsticks_belong_to_the_dots_that_are_asked_for():
+    # five atoms of three residues 20 Å apart, one of them a hydrogen; two dots above each residue
+    dots = np.array([[x + dx, 0.0, 2.0] for x in (0.0, 20.0, 40.0) for dx in (0.0, 1.0)])
+    surface = Surface(dots, np.tile([0.0, 0, 1], (6, 1)), atom=np.array([0, 1, 2, 2, 4, 4]))
+    molecule = SimpleNamespace(
+        xyz=np.array([[[0.0, 0, 0], [1, 0, 0], [20, 0, 0], [21, 0, 0], [40, 0, 0]]]),
+        element=np.array(["N", "C", "C", "H", "C"]),
+        residue_index=np.array([0, 0, 1, 1, 2]),
+        chain=np.array(list("AAAAB")),
+        residue=np.array(["1", "1", "2", "2", "1"]),
+        residue_name=np.array(["ILE", "ILE", "ARG", "ARG", "GLY"]),
+    )
+    partner = partner_of(surface, molecule, "three", d_link=1.5)
+    assert partner.residue.tolist() == [0, 0, 1, 1, 2, 2]
+    scores = baseline_scores(partner, np.array([4, 0, 2]))
+    assert scores["hydropathy"].tolist() == [-0.4, 4.5, -4.5]
+    assert scores["protrusion"].tolist() == [-1, -2, -1]  # heavy atoms only
+    assert scores["centroid"].tolist() == [19.5, 20.5, 0.5]
+    residues = pd.DataFrame({"chain": ["A", "B"], "residue": ["2", "1"], "value": [7.0, 9.0]})
+    shown = matching.on_atoms(molecule, residues, "value", -1.0)
+    assert shown.tolist() == [-1, -1, 7, 7, 9]  # the first residue has no row
 
 
 def test_without_atoms_there_are_fewer_yardsticks_and_no_residues(blobs):
@@ -151,6 +194,12 @@ def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
     table = thinning(*blobs, percents=(10, 100), samplers=("farthest", "uniform"), draws=1)
     assert isinstance(table, pd.DataFrame)
     every = table[table["n_S_percent"] == 100]
+    whole = matching.match(*blobs)
+    for side in (0, 1):
+        truth = matching.by_dot(whole, side, matching.maps(whole, side))["interface"] == 1
+        area = auc(-matching.maps(whole, side)["propensity_smoothed"].to_numpy(), truth.to_numpy())
+        found = table[(table["sampler"] == "all") & (table["side"] == side + 1)]["auc"].iloc[0]
+        assert found == pytest.approx(area, abs=1e-9) and abs(area - 0.5) > 0.01
     assert np.allclose(every["correlation"], 1.0, atol=1e-12)
     assert every.groupby("side")["auc"].nunique().eq(1).all()
     few = table[table["percent"] == 10]

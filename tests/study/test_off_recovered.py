@@ -46,3 +46,12 @@ def test_a_surface_beside_another_one(sphere):
     points, normals = sphere
     assert off(1.05 * points[::3], points, normals) == pytest.approx(0.4, abs=0.01)
     assert off(np.add(points, [20, 0, 0]), points, normals).max() == pytest.approx(20, abs=0.1)
+
+
+def test_a_plane_by_hand():
+    # dots 1 Å apart on z = 0: above one of them the plane tells, 3 Å beyond the edge the nearest dot
+    x, y = np.meshgrid(np.arange(5.0), np.arange(5.0))
+    places = np.stack([x.ravel(), y.ravel(), np.zeros(25)], axis=1)
+    up = np.tile([0.0, 0, 1], (25, 1))
+    points = np.array([[2.3, 2.0, 0.5], [2.3, 2.0, -0.5], [7.0, 2.0, 0.0], [2.0, 2.0, 2.5], [2.0, 2.3, 0.0]])
+    assert off(points, places, up) == pytest.approx([0.5, 0.5, 3.0, 2.5, 0.0])

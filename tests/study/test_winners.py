@@ -45,10 +45,18 @@ def against_the_best(gap):
     return np.stack([shared, shared + 0.1 * own - gap * 0.1 / np.sqrt(TESTS)])
 
 
-@pytest.mark.parametrize(("gap", "equal"), [(0.0, True), (1.2, True), (2.2, False), (5.0, False)])
+@pytest.mark.parametrize(("gap", "equal"), [(0.0, True), (1.5, True), (1.8, False), (5.0, False)])
 def test_who_may_be_the_best_is_told_from_paired_differences(gap, equal):
     """One other can be told from the best at 1.645 errors, on one side of the paired difference."""
     assert best_set(against_the_best(gap)).tolist() == [True, equal]
+
+
+def test_a_third_with_a_scatter_of_its_own_changes_nothing_about_a_pair():
+    """The second shares its scatter with the first and lies 4 errors behind; the third shares nothing, 1 behind."""
+    third = 10 * np.random.default_rng(5).normal(size=(1, 1, TESTS))
+    pair = against_the_best(4.0)
+    third += pair[0].mean() - third.mean() - 10 / np.sqrt(TESTS)
+    assert best_set(np.concatenate([pair, third])).tolist() == [True, False, True]
 
 
 def grid_of(d, percent, alpha):
