@@ -3,6 +3,7 @@
 # make compare  a study, and its samplers compared at equal n_S
 # make test    set up, run every check
 # make bench   measure speed and memory
+# make setup   set up only; with CLUSTER=slurm what a cluster needs besides
 # make lock    renew envs/requirements.txt from envs/requirements.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
 # On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm (docs/cluster.md)
@@ -21,7 +22,9 @@ EXTRA  := $(if $(CLUSTER),$(VENV)/.ready-$(CLUSTER)-$(shell cat envs/requirement
 export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 
-.PHONY: run paper compare test bench lock
+.PHONY: setup run paper compare test bench lock
+
+setup: $(READY) $(EXTRA)
 
 run: $(READY) $(EXTRA)
 	@$(BIN)/python scripts/study.py $(CONFIG) $(WHERE)

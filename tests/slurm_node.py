@@ -50,6 +50,10 @@ PartitionName=main Nodes={host} Default=YES MaxTime=INFINITE State=UP
 """
 
 
+class DidNotStart(Exception):
+    """Its daemons are there, but this machine does not let them run."""
+
+
 def missing():
     """Why no Slurm can be started here; an empty text where it can."""
     lacking = [name for name in PROGRAMS if shutil.which(name) is None]
@@ -115,7 +119,7 @@ def wait_until_up(environment, folder):
             return
         time.sleep(0.5)
     logs = "".join(path.read_text(errors="replace")[-1000:] for path in folder.glob("*.out"))
-    raise RuntimeError(f"Slurm did not come up: {answer.stdout}{answer.stderr}\n{logs}")
+    raise DidNotStart(f"Slurm did not come up: {answer.stdout}{answer.stderr}\n{logs}")
 
 
 def free_ports(n):

@@ -4,6 +4,7 @@ import shutil
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 
 import pytest
 
@@ -23,8 +24,11 @@ def slurm(tmp_path_factory):
     )
     if reason := slurm_node.missing():
         pytest.skip(reason)
-    with slurm_node.running(tmp_path_factory.mktemp("slurm")) as environment:
-        yield environment
+    with ExitStack() as stack:
+        try:
+            yield stack.enter_context(slurm_node.running(tmp_path_factory.mktemp("slurm")))
+        except slurm_node.DidNotStart as error:
+            pytest.skip(str(error))
 
 
 def command(folder, *options):
