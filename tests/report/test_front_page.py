@@ -101,7 +101,7 @@ def test_the_share_of_dots_that_gives_the_surface_back():
         "From 5 % of the dots on, taken by poisson, the surface is recovered to within what other dots"
         in said
     )
-    assert "(Z 0.58 beside 0.53; the dots as they are need 80 %)" in said
+    assert "(Z 0.58 beside 0.53, alike within the error; the dots as they are need 80 %)" in said
     assert "`minimal.csv` hands out 4.4 % of them" in said
     both = pd.concat([reached(), reached(7.0)])
     said = recovered_sentence(both, surfaces(2), handed_out(2, [88, 2000]))

@@ -115,8 +115,9 @@ def recovered_sentence(reached, surfaces, handed_out):
     back, as_they_are = own.loc[[RECOVERED]], own.loc[[TEXT]]
     return (
         f"From {_span(back['n_S_percent'], '{:.3g}')} % of the dots on, taken by {back['sampler'].iloc[0]}, the surface is "
-        f"recovered to within {YARDSTICKS[FRESH]} (Z {_span(back['Z'], '{:.2f}')} beside {_span(back['Z_floor'], '{:.2f}')}; "
-        f"the dots as they are need {_span(as_they_are['n_S_percent'], '{:.3g}')} %): `minimal.csv` hands out "
+        f"recovered to within {YARDSTICKS[FRESH]} (Z {_span(back['Z'], '{:.2f}')} beside "
+        f"{_span(back['Z_floor'], '{:.2f}')}, alike within the error; the dots as they are need "
+        f"{_span(as_they_are['n_S_percent'], '{:.3g}')} %): `minimal.csv` hands out "
         f"{_span(pd.Series(share), '{:.1f}')} % of them."
     )
 
