@@ -6,7 +6,7 @@ import pytest
 import write_proteins
 from conftest import ROOT
 from sparsurf.report.figures import protein_figures
-from sparsurf.report.proteins_answer import answer, of_parameters, of_sign, readme, share, supported_ranges
+from sparsurf.report.proteins_answer import answer, counted, of_parameters, of_sign, readme, share
 from sparsurf.report.proteins_page import STORED, lost_claims, page
 from sparsurf.report.recommendation import FEWEST
 
@@ -42,14 +42,28 @@ def test_intervals_over_proteins_hold_what_they_should(stored):
 
 
 def test_another_number_changes_the_sentences(stored):
-    d = stored["d"].assign(own=stored["d"]["own"] + 1, n_above=stored["d"]["n"])
-    assert of_sign(stored | {"d": d}) != of_sign(stored)
-    assert "is above 0 on more than" in of_sign(stored | {"d": d})
-    related = stored["relation"].assign(p=0.01, gain_low=0.1)
-    words = of_parameters(stored | {"relation": related})
-    assert words.startswith(f"**In {len(related)} ranges of n_S mean roughness predicts")
-    assert supported_ranges(related) == (len(related), len(related), len(related))
-    assert readme(stored | {"relation": related}) != readme(stored)
+    d = stored["d"].assign(own=stored["d"]["own"] + 1, n_above=stored["d"]["n"] - 1)
+    changed = of_sign(stored | {"d": d})
+    n = len(stored["surfaces"])
+    assert f"interval on {n - 1} or more of them" in changed and f"above 0 on {n - 1} at most" in changed
+    assert changed != of_sign(stored)
+
+
+def test_mean_roughness_predicts_only_what_stays_after_correction(stored):
+    one = stored["relation"].iloc[:1]
+    many = pd.concat([one] * 20, ignore_index=True).assign(p=0.5, gain_low=-1.0)
+    assert counted(many) == (20, 0, 0, 0)
+    many.loc[:2, "p"] = [0.0024, 0.0026, 0.04]  # 0.05 / 20 = 0.0025
+    assert counted(many) == (20, 3, 1, 0)
+    many.loc[:1, "gain_low"] = 0.1
+    assert counted(many) == (20, 3, 1, 1)
+    assert of_parameters(stored | {"relation": many}).startswith(
+        "**In 1 ranges of n_S mean roughness predicts"
+    )
+    assert counted(many.assign(p=float("nan")))[0] == 0
+    many["gain_low"] = -1.0
+    assert of_parameters(stored | {"relation": many}).startswith("**Mean roughness does not predict")
+    assert "does not predict" in readme(stored | {"relation": many})
 
 
 def test_a_rule_that_turns_a_claim_is_named():
@@ -66,6 +80,14 @@ def test_a_rule_that_turns_a_claim_is_named():
         and "no longer above 0 (−0.10 (−0.30 to +0.10))" in said[0]
         and "saves no dots" in said[1]
     )
+
+
+def test_too_few_proteins_turn_no_claim():
+    rows = pd.DataFrame(
+        {("few", claim): (0.1, float("nan"), float("nan")) for claim in ("d_kept", "d_surface", "factor")}
+    ).T
+    rows.columns = ["value", "value_low", "value_high"]
+    assert not list(lost_claims("few", rows))
 
 
 def test_shares_beyond_what_was_measured():

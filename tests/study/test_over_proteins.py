@@ -116,6 +116,7 @@ def test_d_over_proteins(made_up):
     assert row["n"] == row["n_above"] == 12 and row["own_low"] < 1.0 < row["own_high"]
     assert row["own_low"] > 0.9 and abs(row["lost"]) < 0.1
     assert table.loc[("surface", 3), "n_below"] >= 10 and table.loc[("surface", 0), "own_high"] < 0
+    assert abs(row["near"]) < 0.1 and row["near_low"] <= row["near"] <= row["near_high"]
     assert table.loc[("surface", 3), "n_above"] == 0  # though of some the interval holds 0
     assert ("kept", 2) not in table.index  # nothing keeps 12 %
 

@@ -5,7 +5,7 @@ import pandas as pd
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.reading import RECOVERED
 from sparsurf.report.pages import markdown
-from sparsurf.report.proteins_answer import answer, interval, rho, share, signed, supported_ranges
+from sparsurf.report.proteins_answer import answer, counted, interval, rho, share, signed
 from sparsurf.report.recommendation import SIGNIFICANT, recommend
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.streams import stream
@@ -77,14 +77,14 @@ def of_d(table):
                 "below 0 on": [f"{x:.0f}" for x in rows["n_below"]],
                 "d of the choice of all others": [interval(row, "from_all") for _, row in rows.iterrows()],
                 "own less that": [interval(row, "lost") for _, row in rows.iterrows()],
+                "of the nearest less that": [interval(row, "near") for _, row in rows.iterrows()],
             }
         )
         parts += [f"### islands: {reading}\n", markdown(short)]
     parts.append(
         "own best: the combination with the highest d on this protein, measured on test dots and draws that did not choose it; "
         "above, below: by the protein's own 95 % interval. Choice of all others: the combination with the highest "
-        "mean d on the "
-        "other proteins.\n"
+        "mean d on the other proteins; of the nearest: on the three nearest in mean roughness.\n"
     )
     return "\n".join(parts)
 
@@ -135,20 +135,21 @@ def of_roughness(stored):
             "near less far": [interval(row, "gain") for _, row in relation.iterrows()],
         }
     )
-    known, found, supported = supported_ranges(relation)
+    known, found, certain, supported = counted(relation)
+    small = [
+        f"`{row['islands']}` {row['range']} (p = {row['p']:.4f}, near less far {interval(row, 'gain')})"
+        for _, row in relation[relation["p"] < SIGNIFICANT].iterrows()
+    ]
     median = stored["surfaces"]["mean_roughness"].median()
     asked = recommend(stored, median, ASKED, stream(0, "recommend"))
     return "\n".join(
         [
-            f"{supported or 'No'} of {known} tests finds a correlation by which a choice gains "
-            f"({found} with p < "
-            f"{SIGNIFICANT:g}, where chance alone gives {SIGNIFICANT * known:.0f}). The test takes the largest of "
-            "four |rho|; over "
-            f"{power['n'].max()} proteins chance exceeds {power['critical'].min():.2f} in 5 % of studies, and the "
-            "smallest true rank "
-            f"correlation of one parameter that is found in 80 % is {power['rho'].min():.2f}. A weaker one may be "
-            "there and was not "
-            "looked for with enough proteins; what it could gain is the last column.\n",
+            f"Of {known} ranges whose winners vary, {found} have p < {SIGNIFICANT:g}, where chance alone gives "
+            f"{SIGNIFICANT * known:.0f}: {'; '.join(small) or 'none'}. Corrected for so many tests (Bonferroni) {certain} "
+            f"remain, and in {supported} of these a choice by roughness gains. The test takes the largest of four |rho|: over "
+            f"{power['n'].max()} proteins chance exceeds {power['critical'].min():.2f} in 5 % of studies, and the smallest "
+            f"true rank correlation of one parameter that is found in 80 % is {power['rho'].min():.2f}. A weaker one may be "
+            "there; what it could gain is the last column.\n",
             "![](proteins_roughness.png)\n",
             markdown(short),
             "rho: Spearman's, of the winner's parameter with mean roughness (95 %, Bonett and Wright); p: of so large "
@@ -265,11 +266,11 @@ def of_variants(table):
 def lost_claims(variant, rows):
     """Sentences on the claims that do not hold under a variant."""
     kept, surface, factor = (rows.loc[(variant, claim)] for claim in ("d_kept", "d_surface", "factor"))
-    if not kept["value_low"] > 0:
+    if kept["value_low"] <= 0:
         yield f"With {variant}, d under `kept` is no longer above 0 ({interval(kept, 'value')})."
-    if not surface["value_high"] < 0:
+    if surface["value_high"] >= 0:
         yield f"With {variant}, d under `surface` is no longer below 0 ({interval(surface, 'value')})."
-    if not factor["value_low"] > 1:
+    if factor["value_low"] <= 1:
         yield f"With {variant}, recovering saves no dots ({interval(factor, 'value', True)})."
 
 

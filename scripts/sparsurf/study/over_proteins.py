@@ -15,6 +15,7 @@ from sparsurf.study.summary import readings, stacked
 CLOSE = 1.1  # a Z within a tenth of a yardstick counts as enough: recovered surfaces level off there
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are, whose Z the others are to reach
 YARDSTICKS = ("fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å")
+COLUMNS = {"own": "d_held_out", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
 RESAMPLED = 4000
 SETS_RESAMPLED = 200  # a confidence set takes longer than a mean
 
@@ -39,15 +40,18 @@ def d_by_range(summary):
     -------
     DataFrame: islands, range (0: mean of a protein's ranges), n (proteins), n_S_percent, `own`, d held out of each
     protein's own best; `from_all`, d of the combination with the highest mean d on all others; `lost`, the first less the
-    second; with their intervals; n_above and n_below, proteins whose own interval of d held out lies above and below 0.
+    second; `near`, d of the choice of the others nearest in mean roughness less `from_all`; with their intervals;
+    n_above and n_below, proteins whose own interval of d held out lies above and below 0.
     """
     rows = []
-    found = summary[summary["n_combinations"] > 0].assign(lost=lambda t: t["d_held_out"] - t["d_from_all"])
+    found = summary[summary["n_combinations"] > 0].assign(
+        lost=lambda t: t["d_held_out"] - t["d_from_all"], near=lambda t: t["d_from_near"] - t["d_from_all"]
+    )
     for reading, part in found.groupby("islands", sort=False):
         whole = part.groupby("protein", sort=False).mean(numeric_only=True)
         for k, own in [(0, whole), *part.groupby("range")]:
             row = {"islands": reading, "range": k, "n": len(own), "n_S_percent": own["n_S_percent"].mean()}
-            for name, column in (("own", "d_held_out"), ("from_all", "d_from_all"), ("lost", "lost")):
+            for name, column in COLUMNS.items():
                 row |= with_interval(name, own[column])
             if k:
                 row["n_above"] = int((own["d_held_out_low"] > 0).sum())

@@ -102,7 +102,10 @@ def table(measured):
         for claim in found[0] if found else ():
             values, old = (np.array([one[claim] for one in each]) for each in (found, before))
             row = {"variant": variant, "claim": claim, "n": len(values)}
-            rows.append(row | with_interval("value", values) | with_interval("change", values - old))
+            row |= with_interval("value", values) | with_interval("change", values - old)
+            if claim == "held":  # a share
+                row |= {key: min(max(row[key], 0.0), 1.0) for key in ("value_low", "value_high")}
+            rows.append(row)
     return pd.DataFrame(rows)
 
 

@@ -10,6 +10,7 @@ from sparsurf.report.figures.comparison_figure import LINES, NAMES
 from sparsurf.report.figures.layout import PALETTE, styled
 from sparsurf.report.figures.summary_figures import GREEK
 
+FAIR = "atoms moved 0.3 Å"
 COLOURS = {TEXT: PALETTE[0], PUBLISHED: PALETTE[5]}
 ENDS = (1.0, 60.0)  # %, the n_S that were measured
 READINGS_SHOWN = [name for name in OF_GRID if name in COLOURS]
@@ -136,7 +137,7 @@ def needed(stored):
     figure = layout.sheet(layout.PAGE, 82)
     table, surfaces = stored["by_n_s"], stored["surfaces"]
     floors = {"fresh dots": surfaces["fresh_dots"].mean(), "turned": surfaces["turned"].mean()}
-    floors["atoms moved 0.3 Å"] = surfaces["atoms_moved_0.3_Å"].mean()
+    floors[FAIR] = surfaces["atoms_moved_0.3_Å"].mean()
     for k, islands in enumerate((TEXT, RECOVERED)):
         ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
         for sampler, rows in table[table["islands"] == islands].groupby("sampler", sort=False):
@@ -148,9 +149,10 @@ def needed(stored):
             ax.plot(rows["percent"], rows["Z"], **style)
         for words, z in floors.items():
             ax.axhline(z, color="#4D4D4D", linewidth=0.5, linestyle=":")
-            ax.annotate(
-                words, (0, z), (3, 1.5), xycoords=("axes fraction", "data"), textcoords="offset points"
-            )
+            if k == 0:
+                below = words != "turned"
+                place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+                ax.annotate(words, (0, z), (3, -1 if below else 1), va="top" if below else "bottom", **place)
         ax.set(
             xscale="log",
             xlabel=AXIS,
