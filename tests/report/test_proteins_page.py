@@ -7,8 +7,9 @@ import write_proteins
 from conftest import ROOT
 from sparsurf.report.figures import protein_figures
 from sparsurf.report.proteins_answer import answer, counted, of_parameters, of_sign, readme, share
-from sparsurf.report.proteins_page import STORED, lost_claims, page
+from sparsurf.report.proteins_page import HYDROGENS, STORED, lost_claims, of_hydrogens, page
 from sparsurf.report.recommendation import FEWEST
+from sparsurf.study import protein_variants
 
 DOCS = ROOT / "docs"
 
@@ -80,6 +81,13 @@ def test_a_rule_that_turns_a_claim_is_named():
         and "no longer above 0 (−0.10 (−0.30 to +0.10))" in said[0]
         and "saves no dots" in said[1]
     )
+
+
+def test_what_hydrogens_change_is_said_where_it_was_measured(stored):
+    rows = stored["variants"].set_index(["variant", "claim"])
+    assert f"{100 * rows.loc[(HYDROGENS, 'held'), 'value']:.0f} % of the ranges" in of_hydrogens(rows)
+    assert of_hydrogens(rows.drop(index=HYDROGENS, level=0)) == ""
+    assert HYDROGENS in protein_variants.VARIANTS
 
 
 def test_too_few_proteins_turn_no_claim():
