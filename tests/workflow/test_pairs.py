@@ -89,7 +89,7 @@ def test_pairs_come_from_a_table_or_a_folder(folder):
     ("text", "words"),
     [
         ("name,first\na,b\n", "line 2 of"),
-        ("first,second\na,b\n", "has no name"),
+        ("first,second\na,b\n", "needs a header with name and either first"),
         ("name,first,second\n", "at least one row"),
     ],
 )

@@ -30,27 +30,44 @@ def from_table(path):
     ------
     InputError
     """
+    folder = Path(path).parent
+    return {
+        name: {key: _cell(key, value, folder) for key, value in cells.items()}
+        for _, name, cells in named_rows("proteins", path, "the column name")
+    }
+
+
+def named_rows(key, path, columns):
+    """Rows of a CSV table of the config's `key`: (number of the line, name, dict of its other cells that are not blank).
+
+    `columns` says what the header needs, among it `name`.
+
+    Raises
+    ------
+    InputError
+    """
     if not Path(path).is_file():
-        raise InputError(f"config: proteins is {path!r}, but there is no such table.")
+        raise InputError(f"config: {key} is {path!r}, but there is no such table.")
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             rows = list(csv.DictReader(stream, strict=True))
     except (csv.Error, UnicodeDecodeError) as error:
         raise InputError(f"config: {path} is no CSV table ({error}).") from None
-    if not rows or "name" not in rows[0]:
-        raise InputError(f"config: {path} needs a header with the column name and at least one row.")
-    proteins = {}
+    if not rows or "name" not in [(header or "").strip() for header in rows[0]]:
+        raise InputError(f"config: {path} needs a header with {columns}, and at least one row.")
+    out, names = [], set()
     for number, row in enumerate(rows, 2):
         if None in row or None in row.values():
             raise InputError(f"config: line {number} of {path} has not as many cells as the header.")
-        cells = {key.strip(): value.strip() for key, value in row.items() if value.strip()}
+        cells = {header.strip(): value.strip() for header, value in row.items() if value.strip()}
         name = cells.pop("name", "")
-        if not name or name in proteins:
+        if not name or name in names:
             raise InputError(
                 f"config: line {number} of {path} has {'a name given before' if name else 'no name'}."
             )
-        proteins[name] = {key: _cell(key, value, Path(path).parent) for key, value in cells.items()}
-    return proteins
+        names.add(name)
+        out.append((number, name, cells))
+    return out
 
 
 def _cell(key, value, folder):

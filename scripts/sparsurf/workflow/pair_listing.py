@@ -1,11 +1,11 @@
 """Pairs listed in a table or lying in a folder, as the config's mapping of pairs."""
 
-import csv
 import re
 from pathlib import Path
 
 from sparsurf import InputError
 from sparsurf.molecules.formats import STRUCTURES
+from sparsurf.workflow.listing import named_rows
 
 COLUMNS = "name and either first and second (two files) or complex, chains_1 and chains_2"
 SIDES = (("_r", "_l"), ("_1", "_2"))  # ends of the two names of a pair in a folder
@@ -26,21 +26,8 @@ def from_table(path):
     ------
     InputError
     """
-    if not Path(path).is_file():
-        raise InputError(f"config: pairs is {path!r}, but there is no such table.")
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as stream:
-            rows = list(csv.DictReader(stream, strict=True))
-    except (csv.Error, UnicodeDecodeError) as error:
-        raise InputError(f"config: {path} is no CSV table ({error}).") from None
     pairs, folder = {}, Path(path).parent
-    for number, row in enumerate(rows, 2):
-        cells = {key.strip(): value.strip() for key, value in row.items() if key and value and value.strip()}
-        name = cells.pop("name", "")
-        if not name or name in pairs:
-            raise InputError(
-                f"config: line {number} of {path} has {'a name given before' if name else 'no name'}."
-            )
+    for number, name, cells in named_rows("pairs", path, COLUMNS):
         if set(cells) == {"first", "second"}:
             pairs[name] = {"files": [str(folder / cells[key]) for key in ("first", "second")]}
         elif set(cells) == {"complex", "chains_1", "chains_2"}:
@@ -48,8 +35,6 @@ def from_table(path):
             pairs[name] = {"complex": str(folder / cells["complex"]), "chains": chains}
         else:
             raise InputError(f"config: line {number} of {path} needs {COLUMNS}.")
-    if not pairs:
-        raise InputError(f"config: {path} needs a header with {COLUMNS}, and at least one row.")
     return pairs
 
 
