@@ -109,5 +109,5 @@ def test_the_readme_quotes_the_page_of_recovered_surfaces():
     quoted = [line for line in page if line.startswith(("From 10 %", "From 5 %"))]
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert len(quoted) == 2 and all(f"- {line}\n" in readme for line in quoted)
-    number = re.search(r"mean of (\d+) structures", " ".join(page))[1]
+    number = re.search(r"## farthest dots, mean of (\d+) structures", " ".join(page))[1]
     assert f"Mean over {number} structures" in readme

@@ -23,10 +23,10 @@ its first model, 1000 test dots; means over proteins with 95 % intervals by Stud
 
 
 TABLES = ("", "_floors", "_means", "_pairs", "_opponents", "_opponents_means", "_a1")
-# Z and distance (Å) of an algebraic point-set surface (Guennebaud & Gross, SIGGRAPH 2007) through as many dots of A1, which
-# this recovery was to better; bytes of memory for a recovered dot.
-GOALS = {"Z": {2.5: 0.81, 5.0: 0.64, 10.0: 0.54}, "distance": {5.0: 0.086, 10.0: 0.047}}
-MOST_BYTES = 400
+# What this recovery was to reach on A1: Z and distance (Å), below those of an algebraic point-set surface (Guennebaud & Gross,
+# SIGGRAPH 2007) through as many dots; bytes of memory for a recovered dot, CPU seconds for a million.
+GOALS = {"Z": {2.5: 0.75, 5.0: 0.60, 10.0: 0.53}, "distance": {5.0: 0.08}}
+MOST_BYTES, MOST_SECONDS = 400, 2.0
 BESIDE = """Bytes: a dot with its normal takes 24 (six float32). A mesh takes 12 for a vertex and 6 for a triangle (three indices
 of two bytes); with two triangles for every vertex that is 24 again: equal numbers are equal bytes.
 
@@ -115,7 +115,7 @@ def goals(a1):
         found = [(p, rows.loc[p, measure], goal) for p, goal in wished.items()]
         words = ", ".join(f"{value:.3f} at {p:g} % (goal {goal:g})" for p, value, goal in found)
         unit = " Å" if measure == "distance" else ""
-        lines.append(f"- {measure}{unit}: {words}: {_met(all(value < goal for _, value, goal in found))}.")
+        lines.append(f"- {measure}{unit}: {words}: {_met(all(value <= goal for _, value, goal in found))}.")
     for sampler in ("adaptive", "settled dots"):
         own = a1[a1["sampler"] == sampler].set_index("percent").loc[[2.5, 5.0, 10.0]]
         values = (", ".join(f"{value:.3f}" for value in own[key]) for key in ("Z", "distance"))
@@ -123,14 +123,17 @@ def goals(a1):
     per_dot, seconds = a1["bytes_per_dot"].iloc[0], a1["a_million_s"].iloc[0]
     lines.append(
         f"- Memory: {per_dot:.0f} bytes for a recovered dot (goal {MOST_BYTES}): {_met(per_dot < MOST_BYTES)}; a million dots "
-        f"from a tenth of those of copies side by side take {seconds:.1f} CPU seconds, the kernels being compiled."
+        f"from a tenth of those of copies side by side take {seconds:.1f} CPU seconds (goal {MOST_SECONDS:g}), the kernels being "
+        f"compiled: {_met(seconds <= MOST_SECONDS)}."
     )
     shown = rows.loc[[2.5, 5.0, 10.0], ["n_S", "Z_kept", "Z", "Z_over_floor", "distance", "angle"]].T
     shown = shown.map(lambda value: f"{value:.0f}" if value >= 100 else f"{value:.3g}").rename(
         index={"n_S": "dots kept"} | WORDS, columns=lambda p: f"{p:g} %"
     )
-    head = f"{n} dots of the exact surface, farthest-point subsets, 1000 test dots. The goals for Z and distance are what an "
-    head += "algebraic point-set surface through as many dots gave.\n"
+    head = f"{n} dots of the exact surface, farthest-point subsets, 1000 test dots. The goals were set below what an "
+    head += (
+        "algebraic point-set surface through as many dots gives (Z 0.81, 0.64 and 0.54; 0.086 Å at 5 %).\n"
+    )
     return head + "\n" + "\n".join(lines) + "\n\n" + markdown(shown.reset_index(names="A1"))
 
 
