@@ -62,15 +62,23 @@ ALONE = pd.DataFrame(
 
 
 def test_the_answer_of_a_comparison():
-    lines = comparison_answer.answer(comparison(), PAIRS, FEWER, ALONE)
+    recovered = {"farthest": (0.75, 0.5), "uniform": (1.25, 0.5), "paper": (0.5, 0.5)}
+    table = comparison(**{"Z recovered": recovered})
+    lines = comparison_answer.answer(table, PAIRS, FEWER, ALONE)
     assert lines[:5] == [
         "- At 8 % of the dots farthest describes the surface best: Z = 2.00.",  # 8 is nearer to 10 than 32
+        "- The surface recovered from the kept dots alone: Z = 0.50 from those of paper, 1.25 from a uniform draw.",
         "- For certain better than a uniform draw, by (paired 95 % interval): farthest -1.00 (-1.25 .. -0.75).",
         "- For certain worse than a uniform draw, by (paired 95 % interval): paper +1.00 (+0.50 .. +1.50).",
         "- For the Z they reach there, farthest needs 2.2 (2.0 .. 2.5) times fewer than uniform.",
-        "- With nothing known of the full surface (`scaled`), Z is dotted 1.00 (0.90 .. 1.10), uniform 2.00 (1.90 .. 2.10).",
     ]
-    assert "| farthest | 2.00 | 1.00 |" in lines[-1]
+    assert lines[5].startswith("\nZ, patches cut")  # five at most
+    assert "| farthest | 2.00 | 1.00 |" in lines[6] and "| farthest | 0.75 | 0.50 |" in lines[8]
+    floor = comparison_answer.answer(table.assign(fresh_dots=0.4), None, None, ALONE)
+    assert floor[1].endswith("from a uniform draw; other dots of the same surface, all kept, cost 0.40.")
+    assert floor[2] == (
+        "- With nothing known of the full surface (`scaled`), Z is dotted 1.00 (0.90 .. 1.10), uniform 2.00 (1.90 .. 2.10)."
+    )
 
 
 def test_subsets_that_stand_alone_in_a_table():

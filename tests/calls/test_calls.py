@@ -1,0 +1,364 @@
+"""The functions for users and what commands share, on dots whose answers are known."""
+
+import argparse
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import sparsurf
+from sparsurf import InputError
+from sparsurf.calls import command, descriptors_command, inputs, options, outputs, recommend_command
+from sparsurf.patches import descriptors as engine
+from sparsurf.patches.index import build_index
+from sparsurf.patches.roughness import roughness
+from sparsurf.sampling import law
+from sparsurf.surfaces.surface import Surface
+
+D_LINK = 0.8  # Å, for the few dots of the blob
+BALL = (np.array([[1.0, 2.0, 3.0]]), np.array([2.0]))
+
+
+@pytest.fixture(scope="module")
+def ready(blob):
+    return sparsurf.prepare(blob, d_link=D_LINK, seed=4)
+
+
+def test_what_is_prepared_is_what_was_wished(blob, ready):
+    assert (ready.r_patch, ready.r_zernike, ready.d_link, ready.seed) == (4.0, 6.0, D_LINK, 4)
+    assert sparsurf.prepare(ready) is ready
+    other = sparsurf.prepare(blob, r_patch=3.0, r_zernike=5.0, d_link=0.9)
+    assert (other.r_patch, other.r_zernike, other.d_link, other.seed) == (3.0, 5.0, 0.9, 0)
+    with pytest.raises(InputError, match=r"surface: D_link = 0.1 Å is below"):
+        sparsurf.prepare(blob, d_link=0.1)
+
+
+def test_a_sample_has_the_wished_number(ready):
+    assert len(sparsurf.sample(ready, 0.1)) == 300
+    assert len(sparsurf.sample(ready, 1)) == 1
+    assert sorted(sparsurf.sample(ready, 3000, sampler="uniform")) == list(range(3000))
+    for n in (0, -1, 2.5, 3001, None):
+        with pytest.raises(InputError, match="give 1 to 3000, or a share below 1"):
+            sparsurf.sample(ready, n)
+    first, again, other = (sparsurf.sample(ready, 50, sampler="uniform", seed=s).tolist() for s in (0, 0, 1))
+    assert first == again and len(set(first) & set(other)) < 10
+    kept = sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=7)
+    assert np.array_equal(kept, law.sample(ready.cover, (1, 0, 6, 0), ready.stream("sample", "paper", 7)))
+
+
+def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
+    half = np.arange(0, 3000, 2)
+    table = sparsurf.compare(ready, {"half": half, "all": np.ones(3000, bool)}, test_dots=50)
+    assert table.index.tolist() == ["half", "all"]
+    assert table["n_S"].tolist() == [1500, 3000] and table["n_S_percent"].tolist() == [50, 100]
+    assert table.loc["all", ["Z", "Z_uniform", "d"]].tolist() == pytest.approx([0, 0, 0], abs=1e-9)
+    tests = ready.draw_tests(50)
+    z_tot, _ = ready.describe(tests)
+    uniform = law.uniform(3000, 1500, ready.stream("compare", 1500))
+    own, other = ready.distances([half, uniform], tests, z_tot, "surface")[0]
+    row = table.loc["half"]
+    assert (row["Z"], row["Z_uniform"]) == pytest.approx((own.mean(), other.mean()))
+    assert row["d"] == pytest.approx(other.mean() - own.mean())
+    assert row["d_se"] == pytest.approx((other - own).std(ddof=1) / np.sqrt(50))
+    assert row["Z_empty"] == pytest.approx(np.linalg.norm(z_tot, axis=1).mean())
+    assert row["Z_null"] == pytest.approx(np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean())
+    kept = sparsurf.compare(ready, half, reading="kept", test_dots=50)
+    assert kept.loc["subset", "Z"] == pytest.approx(ready.distances([half], tests, z_tot, "kept")[0].mean())
+
+
+@pytest.mark.parametrize("subset", [[0, 0], [-1], [3000], [], [0.5], [[1, 2]], np.ones(5, bool)])
+def test_what_is_no_subset_is_refused(ready, subset):
+    with pytest.raises(
+        InputError, match="wrong: a subset is numbers from 0 to 2999, each once, at least one"
+    ):
+        sparsurf.compare(ready, {"wrong": subset})
+
+
+def test_patches_are_cut_as_wished(blob):
+    index = build_index(*blob, D_LINK)
+    assert np.array_equal(sparsurf.roughness(blob, radius=3, d_link=D_LINK), roughness(index, 3.0, 1))
+    z = sparsurf.descriptors(blob, [5, 2999], radius=4, d_link=D_LINK)
+    assert np.array_equal(z, engine.describe(index, blob[0][[5, 2999]], 4.0, True)[0])
+    assert np.array_equal(sparsurf.descriptors(blob, blob[0][[5, 2999]], radius=4, d_link=D_LINK), z)
+    down = sparsurf.descriptors(blob, [5], radius=4, up=False, d_link=D_LINK)
+    assert np.array_equal(down, engine.describe(index, blob[0][[5]], 4.0, False)[0])
+    assert np.abs(down - z[:1]).max() > 1e-3
+    few = tuple(x[:200] for x in blob)
+    every = sparsurf.descriptors(few, radius=1, d_link=5.0)
+    assert every.shape == (200, 121)
+    assert np.array_equal(every[[7, 9]], sparsurf.descriptors(few, [7, 9], radius=1, d_link=5.0))
+    for at, words in (([3000], "dots 3000 to 3000 are asked for, the surface has 0 to 2999"), ([-1], "dots -1"),
+                      ([0.5], "give"), ([[1, 2]], "give")):  # fmt: skip
+        with pytest.raises(InputError, match=words):
+            sparsurf.descriptors(blob, at, d_link=D_LINK)
+
+
+def test_a_ball_has_the_dots_that_are_wished():
+    for density, probe in ((5.0, 1.4), (20.0, 1.0)):
+        dots = sparsurf.surface(BALL, density=density, probe=probe, d_link=1.0)
+        assert len(dots) == pytest.approx(16 * np.pi * density, rel=0.1)
+        assert np.linalg.norm(dots.points - BALL[0], axis=1) == pytest.approx(2.0, abs=1e-6)
+        assert dots.area.sum() == pytest.approx(16 * np.pi, rel=1e-6)
+    auto, denser = (len(sparsurf.surface(BALL, d_link=link)) for link in (0.6, 0.25))
+    assert auto == pytest.approx(16 * np.pi * 5.35, rel=0.1) and denser > 2 * auto
+    pair = (np.array([[0, 0, 0], [4.4, 0, 0]]), np.array([1.0, 1.0]))  # 2.4 Å of room between them
+    assert (sparsurf.surface(pair, probe=1.3, d_link=2.0).kind > 0).any()
+    assert (sparsurf.surface(pair, probe=1.1, d_link=2.0).kind == 0).all()
+
+
+def test_a_frame_is_taken_by_its_place():
+    frame = SimpleNamespace(n_frames=2)
+    with pytest.raises(InputError, match="a SimpleNamespace is no molecule"):
+        sparsurf.surface(frame)
+
+
+def test_dots_come_back_first_and_as_dense_as_wished(blob):
+    few = tuple(x[::6] for x in blob)
+    sparse, dense = (sparsurf.recover(few, density=d) for d in (3.0, 6.0))
+    assert np.array_equal(dense.points[:500], few[0]) and np.allclose(dense.normals[:500], few[1])
+    assert 1.6 < (len(dense) - 500) / (len(sparse) - 500) < 3
+
+
+def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
+    made = inputs.as_surface(tuple(map(np.ndarray.tolist, blob)))
+    assert np.array_equal(made.points, blob[0]) and inputs.as_surface(made) is made
+    for wrong in (list(blob), (blob[0],), 3):
+        with pytest.raises(InputError, match="is no surface: give the path"):
+            inputs.as_surface(wrong)
+    with pytest.raises(InputError, match="a int is no molecule"):
+        inputs.as_molecule(3)
+    names = {"a.pdb": True, "a.PDB.gz": True, "a.cif": True, "a.gro": True, "a.prmtop": True, "a.csv": False}
+    names |= {"a.dms.gz": False, "a.npz": False, "a.xtc": False}
+    assert {name: inputs.is_structure(tmp_path / name) for name in names} == names
+
+
+def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
+    written = {end: lambda path, end=end: path.write_text(f"{end} in {path.name}") for end in outputs.DOTS}
+    for name, given, words in (
+        ("a.csv", None, ".csv in part.csv"),
+        ("a.PLY", None, ".ply in part.ply"),
+        ("a.csv", "npz", ".npz in part.npz"),
+        ("a.dms.gz", None, ".dms in part.dms.gz"),
+    ):
+        outputs.write(tmp_path / name, given, outputs.DOTS, written)
+        assert (tmp_path / name).read_text() == words
+    outputs.write("-", None, outputs.DOTS, written)
+    outputs.write("-", "ply", outputs.DOTS, written)
+    assert capfdbinary.readouterr().out == b".csv in part.csv.ply in part.ply"
+    with pytest.raises(InputError, match=r"cannot be written as '.ply'; name a file in .csv, .npz."):
+        outputs.write(tmp_path / "a.ply", None, outputs.TABLES, written)
+
+    def broken(path):
+        path.write_text("half")
+        raise OSError("full")
+
+    with pytest.raises(OSError):
+        outputs.write(tmp_path / "b.csv", None, outputs.DOTS, {".csv": broken})
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.PLY", "a.csv", "a.dms.gz"]
+
+
+@pytest.mark.parametrize(
+    ("keys", "text", "value"),
+    [
+        ({"low": 0}, "0.5", 0.5),
+        ({"low": 0}, "0", None),
+        ({"low": 0, "open_low": False}, "0", 0),
+        ({"low": 0, "open_low": False}, "-1", None),
+        ({"low": 0, "high": 100}, "100", 100),
+        ({"low": 0, "high": 100}, "100.1", None),
+        ({"low": 0, "whole": True}, "2", 2),
+        ({"low": 0, "whole": True}, "2.5", None),
+        ({"low": 0}, "nan", None),
+        ({"low": 0}, "x", None),
+    ],
+)
+def test_a_number_lies_within_its_limits(keys, text, value):
+    parse = options.number(**keys)
+    if value is not None:
+        assert parse(text) == value
+        return
+    with pytest.raises(argparse.ArgumentTypeError, match="must be a"):
+        parse(text)
+
+
+def test_options_reach_the_reader(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        options,
+        "read_molecule",
+        lambda *args, **keys: asked.append((args, keys)) or SimpleNamespace(n_frames=3),
+    )
+    parser = argparse.ArgumentParser()
+    parser.add_argument("file")
+    options.add_molecule(parser)
+    line = (
+        "a.pdb --trajectory t.xtc --frame 2 --chains A,B --residues 1-9 --model 4 --altloc B --ligands HEM,ZN"
+    )
+    options.read_atoms(parser.parse_args([*line.split(), "--hydrogens", "remove", "--selection", "all"]))
+    keys = {"chains": "A,B", "residues": "1-9", "model": 4, "altloc": "B", "ligands": ["HEM", "ZN"]}
+    assert asked == [(("a.pdb", "t.xtc"), keys | {"hydrogens": "remove", "selection": "all"})]
+    plain = parser.parse_args(["a.pdb"])
+    options.read_atoms(plain)
+    assert asked[1][1]["ligands"] is False and (plain.probe, plain.radii, plain.d_link) == (1.4, "dms", 0.5)
+    with pytest.raises(InputError, match="has the frames 0 to 2: there is no frame 3"):
+        options.read_atoms(parser.parse_args(["a.pdb", "--frame", "3"]))
+
+
+@pytest.fixture(scope="module")
+def dots(blob, tmp_path_factory):
+    path = tmp_path_factory.mktemp("dots") / "dots.csv"
+    pd.DataFrame(np.hstack(blob), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(path, index=False)
+    return path
+
+
+def ran(*words):
+    assert command.main([*map(str, words), "--d-link", str(D_LINK)]) == 0
+
+
+def test_minimal_keeps_the_share_that_is_wished(dots, ready, tmp_path):
+    ran("minimal", dots, "--percent", 5, "-o", tmp_path / "m.csv")
+    table = pd.read_csv(tmp_path / "m.csv")
+    assert list(table) == ["x", "y", "z", "nx", "ny", "nz", "dot", "weight", "spacing", "reach"]
+    assert len(table) == 150 and table["weight"].sum() == 3000
+    assert np.allclose(table[["x", "y", "z"]], ready.points[table["dot"]], atol=1e-8)
+    # 800 Å^2 for 150 dots
+    assert table["spacing"].median() == pytest.approx(np.sqrt(800 / 150), rel=0.35)
+    ran("minimal", dots, "--dots", 40, "--sampler", "uniform", "--seed", 3, "-o", tmp_path / "u.csv")
+    ran("minimal", dots, "--dots", 40, "--sampler", "uniform", "--seed", 4, "-o", tmp_path / "v.csv")
+    some, others = (pd.read_csv(tmp_path / name)["dot"].tolist() for name in ("u.csv", "v.csv"))
+    assert len(some) == len(others) == 40 and len(set(some) & set(others)) < 10
+    ran("minimal", dots, "--percent", 5, "--settle", "-o", tmp_path / "s.csv")
+    settled = pd.read_csv(tmp_path / "s.csv")
+    assert settled["dot"].tolist() == table["dot"].tolist()
+    moved = np.linalg.norm(settled[["x", "y", "z"]] - table[["x", "y", "z"]], axis=1)
+    assert 0 < moved.mean() < 0.5
+    assert np.linalg.norm(settled[["nx", "ny", "nz"]], axis=1) == pytest.approx(1, abs=1e-6)
+    z = 0.9 * sparsurf.compare(ready, table["dot"], test_dots=400)["Z"].iloc[0]
+    ran("minimal", dots, "--z", z, "-o", tmp_path / "z.csv")
+    assert len(pd.read_csv(tmp_path / "z.csv")) > 150
+
+
+def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
+    few = tmp_path / "few.csv"
+    pd.read_csv(dots).iloc[::6].to_csv(few, index=False)
+    for density, name in ((3, "a.csv"), (6, "b.csv")):
+        assert command.main(["recover", str(few), "--density", str(density), "-o", str(tmp_path / name)]) == 0
+    sparse, dense = (pd.read_csv(tmp_path / name) for name in ("a.csv", "b.csv"))
+    assert dense["kept"].tolist() == [1] * 500 + [0] * (len(dense) - 500)
+    assert 1.6 < (len(dense) - 500) / (len(sparse) - 500) < 3
+    places = tmp_path / "places.csv"
+    pd.DataFrame({"name": ["a"], "z": [8.0], "x": [0.0], "y": [0.5]}).to_csv(places, index=False)
+    assert command.main(["recover", str(few), "--around", str(places), "-o", str(tmp_path / "z.csv")]) == 0
+    z = pd.read_csv(tmp_path / "z.csv")
+    assert z[["x", "y", "z"]].to_numpy().tolist() == [[0.0, 0.5, 8.0]]
+    whole = sparsurf.recover(few)
+    expected = sparsurf.descriptors(whole, np.array([[0.0, 0.5, 8.0]]))
+    assert z.filter(like="z_").to_numpy() == pytest.approx(expected, rel=1e-5)
+
+
+def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_path):
+    ran("descriptors", dots, "--every", 1000, "--radius", 4, "-o", tmp_path / "z.npz")
+    with np.load(tmp_path / "z.npz") as found:
+        assert found["dot"].tolist() == [0, 1000, 2000]
+        assert np.allclose(found["points"], blob[0][[0, 1000, 2000]])
+        wanted = sparsurf.descriptors(blob, [0, 1000, 2000], radius=4, d_link=D_LINK)
+        assert np.allclose(found["z"], wanted, rtol=1e-6)
+    ran("descriptors", dots, "--at", "2999,0", "--down", "-o", tmp_path / "z.csv")
+    table = pd.read_csv(tmp_path / "z.csv")
+    down = sparsurf.descriptors(blob, [2999, 0], up=False, d_link=D_LINK)
+    assert table["dot"].tolist() == [2999, 0]
+    assert np.allclose(table.filter(like="z_"), down, rtol=1e-6)
+    assert command.main(["descriptors", str(dots), "--at", "3000", "--d-link", "0.8", "-o", "x.csv"]) == 1
+    assert descriptors_command._numbers(" 3, 0") == [3, 0]
+    for text in ("1,-2", "1,,2", "1.5"):
+        with pytest.raises(argparse.ArgumentTypeError):
+            descriptors_command._numbers(text)
+    ran("roughness", dots, "--r-patch", 3, "-o", tmp_path / "r.csv")
+    rough = pd.read_csv(tmp_path / "r.csv")["roughness"]
+    assert np.allclose(rough, sparsurf.roughness(blob, radius=3, d_link=D_LINK), atol=1e-6)
+
+
+def test_a_recommendation_says_whose_evidence_it_is():
+    seen = pd.DataFrame({"protein": ["a", "a", "b"], "mean_roughness": [0.6, 0.65, 0.55]})
+    assert (
+        recommend_command.header("x", seen) == "x: 3 surfaces of 2 proteins, mean roughness 0.550 .. 0.650."
+    )
+    one = recommend_command.header("x", seen.head(1))
+    assert one == "x: 1 surface of 1 protein, mean roughness 0.600 .. 0.600."
+    gaps = pd.Series([0.40, 0.42])
+    for own, warned in ((0.40, 0), (0.43, 0), (0.39, 0), (0.38, 1), (0.44, 1)):
+        note = recommend_command.spacing_note(own, gaps)
+        assert bool(note) == warned
+    assert "Its dots lie 0.440 Å apart, those of the run 0.400 .. 0.420 Å" in note
+
+
+def test_a_recommendation_for_a_roughness_alone(capsys):
+    assert command.main(["recommend", "--roughness", "0.6", "--n-s", "20"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("docs/proteins.md: ")
+    assert lines[1].startswith("Asked: mean roughness 0.600, n_S 20 % of the dots.")
+
+
+def test_a_recommendation_for_dots(dots, blob, capsys):
+    """R_patch and D_link are those of the evidence, whose dots are spaced otherwise."""
+    evidence = recommend_command.read_run(recommend_command.EVIDENCE)["surfaces"].iloc[0]
+    points = 0.55 * blob[0]
+    path = dots.with_name("small.csv")
+    pd.DataFrame(np.hstack([points, blob[1]]), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(
+        path, index=False
+    )
+    assert command.main(["recommend", str(path), "--n-s", "5", "--d-link", "3"]) == 0
+    asked = capsys.readouterr().out.splitlines()[1]
+    rough = sparsurf.roughness(
+        (points, blob[1]), radius=evidence["R_patch"], d_link=evidence["D_link"]
+    ).mean()
+    assert f"mean roughness {rough:.3f}, n_S 5 % of the dots (150 of the 3000 dots of {path})" in asked
+
+
+def test_a_closed_mesh_of_a_structure_is_as_fine_as_wished(tmp_path):
+    line = "ATOM      1  N   GLY A   1       0.000   0.000   0.000  1.00  0.00           N  \n"
+    (tmp_path / "one.pdb").write_text(line + line.replace("1  N ", "2  CA").replace("0.000   0.000   0.0", "1.450   0.000   0.0")
+                                      .replace("           N", "           C"))  # fmt: skip
+    counts = []
+    for density in (5, 20):
+        out = tmp_path / "m.ply"
+        words = [
+            "surface",
+            tmp_path / "one.pdb",
+            "--mesh",
+            "--density",
+            density,
+            "--selection",
+            "all",
+            "-o",
+            out,
+        ]
+        assert command.main(list(map(str, words))) == 0
+        head = out.read_bytes()[:2000].decode("latin-1")
+        counts.append(int(head.split("element face ")[1].split()[0]))
+    assert 3 < counts[1] / counts[0] < 5.5  # four times as many
+
+
+def test_the_columns_of_dots(tmp_path):
+    surface = Surface(
+        np.array([[1.0, 2, 3]]), np.array([[0.0, 0, 1]]), np.array([0.2]), np.array([1]), np.array([0])
+    )
+    wish = SimpleNamespace(output=tmp_path / "a.csv", format=None, mesh=False, frame=0)
+    outputs.write_dots(wish, surface, {"own": np.array([7])})
+    assert pd.read_csv(wish.output).to_dict("records") == [
+        {"x": 1, "y": 2, "z": 3, "nx": 0, "ny": 0, "nz": 1, "own": 7}
+    ]
+    wish.output = tmp_path / "a.npz"
+    outputs.write_dots(wish, surface, {"own": np.array([7])})
+    with np.load(wish.output) as found:
+        assert set(found) == {"points", "normals", "area", "kind", "atom", "own"} and found["kind"] == [1]
+    wish.output = tmp_path / "a.dms"
+    with pytest.raises(InputError, match=r"cannot be written as '.dms'"):
+        outputs.write_dots(wish, surface, {})
+    molecule = SimpleNamespace(
+        residue_name=["GLY"], residue=["1"], name=["CA"], xyz=np.array([[[9.0, 9, 9]], [[1.5, 2, 3]]])
+    )
+    wish.frame = 1
+    outputs.write_dots(wish, surface, {}, molecule=molecule)
+    assert "1.500" in wish.output.read_text() and "9.000" not in wish.output.read_text()
