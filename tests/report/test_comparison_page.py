@@ -35,6 +35,7 @@ PAIRS = pd.DataFrame(
         ("Z surface", "uniform", "farthest", 8.0, -1.0, -1.25, -0.75),
         ("Z surface", "uniform", "paper", 8.0, 1.0, 0.5, 1.5),
         ("Z surface", "uniform", "voxel", 8.0, 0.1, 0.0, 0.2),
+        ("Z surface", "uniform", "stride", 8.0, -0.1, -0.3, 0.1),
         ("Z surface", "uniform", "poisson", 32.0, -9.0, -9.5, -8.5),
         ("Z surface", "farthest", "poisson", 8.0, -9.0, -9.5, -8.5),
         ("Z centres", "uniform", "poisson", 8.0, -9.0, -9.5, -8.5),
@@ -102,6 +103,8 @@ def test_findings_of_a_comparison():
     assert "Worse than the null model: at 8 % paper; at 32 % paper." in other
     all_bad = comparison(**{"Z surface": {name: (9.0, 9.0) for name in SURFACE}})
     assert "at 8 % every sampler; at 32 % every sampler" in "\n".join(comparison_page._findings(all_bad))
+    one_equal = comparison(**{"Z surface": {"farthest": (3.5, 1), "uniform": (9, 1), "paper": (9, 1)}})
+    assert "null model: at 8 % uniform, paper." in "\n".join(comparison_page._findings(one_equal))
     never = comparison(**{"Z surface": {name: (3.5, 1.0) for name in SURFACE}})
     assert "Every Z lies below the null model." in "\n".join(comparison_page._findings(never))
 

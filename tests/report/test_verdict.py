@@ -99,6 +99,7 @@ def test_published_values_beside_the_runs():
     assert "lies 0.30 on average and 0.50 at most above" in said[5]
     below = table_1.against_runs(places(-0.9), bias)
     assert "outside of all runs: row 10 (0.10;" in below[0]
+    assert table_1.against_runs(places(-0.1), bias)[0].endswith("; each lies within the range of the runs.")
     assert table_1.all_agree(places(0.9)) == {
         True: ["d (half-open ranges)", "Z_tS (closed ranges)", "Z_tS (half-open ranges)"],
         False: ["d (closed ranges)"],
@@ -206,6 +207,7 @@ def test_linking_distances_at_which_rows_turn():
     )
     peak, turned = verdict._links(signs)
     assert "between 0.6 and 0.9 Å" in peak
+    assert len(verdict._links(signs.assign(negative_from=np.nan))) == 1
     assert turned == "Rows below zero with their whole interval from a D_link on, of 3: 1.1 Å: 2, 3."
     links = pd.DataFrame(
         {"row": [1, 1], "D_link": [0.5, 1.0], "d": [1.0, 2], "d_low": [0.5, 1], "d_high": [2.0, 4]}

@@ -112,8 +112,8 @@ def test_subsets_that_stand_alone():
     ]
     tests = evaluator.draw_tests(30)
     wanted = evaluator.distances(kept, tests, evaluator.describe(tests)[0], "scaled")[0]
-    one = stand_alone(evaluator, drawers, None, (40.0,), 30, 1, (1.6,))
-    assert one["Z"].iloc[0] == pytest.approx(wanted.mean())
+    one = stand_alone(evaluator, drawers, None, (40.0,), 30, 1, (1.2, 1.6))
+    assert one.set_index("scale").loc[1.6, "Z"] == pytest.approx(wanted.mean())
     assert "dotted" in alone_markdown(table) and "1.2" in alone_markdown(table)
 
 

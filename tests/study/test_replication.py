@@ -245,6 +245,10 @@ def test_correlation_within_tenths_by_hand():
     table = pd.DataFrame({"n_S_percent": x[::-1], "d_kept": x % 4, "d_surface": -(x % 4)})
     assert two_readings.correlation(table) == pytest.approx(-1)
     assert np.allclose(two_readings.correlation_by_tenths(table), -1)
+    # six combinations make two parts of three: both readings go together in the lower one, apart in the upper one
+    few = pd.DataFrame({"n_S_percent": [9.0, 1, 8, 2, 7, 3], "d_kept": [1.0, 1, 3, 3, 2, 2]})
+    few["d_surface"] = few["d_kept"] * np.where(few["n_S_percent"] < 5, 1, -1)
+    assert np.allclose(two_readings.correlation_by_tenths(few), [1, -1])
 
 
 def test_shattered_patches_by_hand():
@@ -377,13 +381,14 @@ def test_every_claim_has_numbers_and_a_file(page):
 
 def test_the_verdict_begins_with_its_answer(page):
     rows = page["rows"].assign(d_kept=np.linspace(1, 2.5, 10), d_surface=-0.25)
-    grid = page["grid"].assign(d_low_kept=0.1, d_high_surface=-0.1, Z_tS_kept=9.0)
+    grid = page["grid"].assign(d_low_kept=0.1, d_high_kept=0.3, d_high_surface=-0.1, Z_tS_kept=9.0)
     grid.loc[grid.index[:5], "d_low_kept"] = -0.1
     lines = verdict(page | {"rows": rows, "grid": grid}, FILES).splitlines()
     assert lines[3].startswith(
         "- `kept`: d of the ten published rows is 1.00 to 2.50; the sampling beats a uniform draw for certain in 50 % of"
     )
     assert "in 100 % its subset describes a patch worse than the mean of all patches does" in lines[3]
+    assert "and loses to it in 0 %;" in lines[3]
     assert "-0.25 to -0.25" in lines[4] and "loses to it in 100 %" in lines[4]
     named = [
         f"{name} ({binning} ranges)"

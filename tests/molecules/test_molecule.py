@@ -1,0 +1,117 @@
+"""A molecule cut to some atoms or one frame, its residues and topology; endings of files; the reading `recovered`."""
+
+import numpy as np
+import pytest
+
+from sparsurf.molecules import formats
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.patches.index import D_LINK
+from sparsurf.recovery import reading
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.reading import read_surface
+from sparsurf.surfaces.spacing import DENSITY
+
+
+@pytest.fixture
+def molecule():
+    """Two frames of five atoms: residues A 1, A 2B and, with the number 1 again, B 1."""
+    return Molecule(
+        xyz=np.arange(30.0).reshape(2, 5, 3),
+        time_ps=np.array([10.0, 20.0]),
+        frame_number=np.array([3, 7]),
+        name=np.array(["N", "CA", "N", "CA", "ZN"]),
+        residue_name=np.array(["ALA", "ALA", "GLY", "GLY", "ZN"]),
+        chain=np.array(["A", "A", "A", "A", "B"]),
+        element=np.array(["N", "C", "N", "C", "VS"]),
+        residue=np.array(["1", "1", "2B", "2B", "1"]),
+        residue_index=np.array([0, 0, 1, 1, 2]),
+        kind=np.array(["protein"] * 4 + ["other"]),
+    )
+
+
+def test_numbers_of_atoms_frames_and_residues(molecule):
+    assert (molecule.n_frames, molecule.n_atoms, molecule.n_residues) == (2, 5, 3)
+    assert molecule.residues.to_numpy().tolist() == [["A", "1", "ALA"], ["A", "2B", "GLY"], ["B", "1", "ZN"]]
+
+
+def test_taken_atoms_count_their_residues_anew(molecule):
+    part = molecule.take(np.array([3, 4]))
+    assert part.residue_index.tolist() == [0, 1] and part.name.tolist() == ["CA", "ZN"]
+    assert np.array_equal(part.xyz, molecule.xyz[:, [3, 4]]) and part.time_ps.tolist() == [10, 20]
+    assert molecule.take(molecule.name == "N").chain.tolist() == ["A", "A"]
+
+
+def test_one_frame_keeps_its_time_and_number(molecule):
+    second = molecule.frame(1)
+    assert second.xyz.shape == (1, 5, 3) and np.array_equal(second.xyz[0], molecule.xyz[1])
+    assert (second.time_ps.tolist(), second.frame_number.tolist()) == ([20], [7])
+
+
+def test_the_topology_has_chains_residues_and_elements(molecule):
+    topology = molecule.topology
+    assert [residue.n_atoms for residue in topology.residues] == [2, 2, 1]
+    assert [residue.resSeq for residue in topology.residues] == [1, 2, 1]
+    assert [residue.chain.index for residue in topology.residues] == [0, 0, 1]
+    assert topology.select("segname B").tolist() == [4] and topology.atom(4).element.symbol == "VS"
+    assert topology.atom(1).element.symbol == "C" and topology.n_bonds == 0
+
+
+def test_one_frame_is_written(molecule, tmp_path):
+    molecule.take(molecule.kind == "protein").write_pdb(tmp_path / "x.pdb", 1, np.arange(4.0))
+    lines = [line for line in (tmp_path / "x.pdb").read_text().splitlines() if line.startswith("ATOM")]
+    assert [float(line[30:38]) for line in lines] == [15, 18, 21, 24]
+    assert [float(line[60:66]) for line in lines] == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("name", "ending"),
+    [
+        ("a.pdb", ".pdb"),
+        ("b/A.PDB.GZ", ".pdb"),
+        ("a.b.cif.gz", ".cif"),
+        ("a.gz.xtc", ".xtc"),
+        ("a", ""),
+        ("a.gz", ""),
+    ],
+)
+def test_the_ending_of_a_name(name, ending):
+    assert formats.suffix(name) == ending
+
+
+def test_every_format_stands_in_one_list_alone():
+    lists = [formats.PDB, formats.MMCIF, formats.SELF_CONTAINED, formats.TOPOLOGIES, formats.TRAJECTORIES]
+    every = [ending for each in lists for ending in each]
+    assert len(every) == len(set(every)) and all(ending.startswith(".") for ending in every)
+    assert set(formats.TIMED) <= {*formats.TRAJECTORIES, *formats.SELF_CONTAINED}
+    assert {".dcd", ".mdcrd", ".rst7"}.isdisjoint(formats.TIMED)  # tell no times that could be trusted
+    assert {".prm7", ".parm7", ".psf"} <= set(formats.TOPOLOGIES)
+    assert {".rst7", ".restrt", ".crd", ".inpcrd", ".ncrst"} <= set(formats.TRAJECTORIES)
+
+
+@pytest.mark.parametrize(("d_link", "times"), [(D_LINK, 1), (2 * D_LINK, 1), (D_LINK / 2, 4)])
+def test_a_recovered_surface_is_as_dense_as_its_links_need(monkeypatch, d_link, times):
+    asked = []
+    points = np.array([[0.0, 0, 0], [0.1, 0, 0]])
+
+    def recover(places, normals, density):
+        asked.append((places, density))
+        return points, np.tile([0.0, 0, 1], (2, 1))
+
+    monkeypatch.setattr(reading, "recover", recover)
+    index = reading.recovered("places", "normals", d_link, 9.0)
+    assert asked == [("places", DENSITY * times)] and len(index.dot) == 2
+
+
+def test_the_content_tells_the_format_not_the_name(tmp_path):
+    path = tmp_path / "dots.dms"
+    path.write_text("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n4,5,6,0,1,0\n")
+    found = read_surface(path)
+    assert found.points.tolist() == [[1, 2, 3], [4, 5, 6]] and found.normals.tolist() == [
+        [0, 0, 1],
+        [0, 1, 0],
+    ]
+    write_npz(tmp_path / "dots.csv", found)
+    assert read_surface(tmp_path / "dots.csv").points.tolist() == found.points.tolist()
+    long = tmp_path / "long.csv"
+    long.write_text("x,y,z,nx,ny,nz\n" + "".join(f"{k},2,3,0,0,1\n" for k in range(1, 20000)))
+    assert len(read_surface(long)) == 19999  # more bytes than tell the format
