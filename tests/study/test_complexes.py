@@ -13,7 +13,7 @@ from scipy.stats import t
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
-from sparsurf.study import complexes
+from sparsurf.study import complex_tables, complexes
 from sparsurf.study.complex_scores import centres_of, score_complex
 from sparsurf.study.complex_tables import tables_of
 from sparsurf.study.matching import Recipe
@@ -173,3 +173,65 @@ def test_centres_are_spread(pair):
     assert apart.min() > 2 * closer.min()
     with pytest.raises(InputError, match=r"complementarity\.centres\.sampler: there is no sampler 'fathest'"):
         centres_of(pair[0], 50, "fathest")
+
+
+def scored(complex_, form, score, auc, **others):
+    row = {"complex": complex_, "form": form, "side": 1, "descriptor": "published, 6 Å", "score": score}
+    row |= {"k": 1, "kind": "plain", "map": "raw", "auc": auc, "low": auc - 0.1, "high": auc + 0.1}
+    return row | {"patches": 9, "interface": 3} | others
+
+
+def test_groups_main_scores_and_variants_by_hand():
+    rows = [scored("1a1u", "bound", "complementarity", 0.9), scored("six", "unbound", "complementarity", 0.5)]
+    rows += [
+        scored("six", "bound", "complementarity", 0.7),
+        scored("b", "bound", "flatness", 0.4, k=0, kind="-"),
+    ]
+    rows += [
+        scored("b", "bound", "complementarity", 0.6),
+        scored("b", "bound", "complementarity", 0.2, side=2),
+    ]
+    rows += [scored("b", "bound", "complementarity", 0.1, k=10), scored("b", "bound", "a + b", 0.1, k=0)]
+    rows += [scored("b", "bound", "complementarity", 0.3, descriptor="published, 12 Å")]
+    rows += [scored("b", "bound", "complementarity", 0.35, kind="relative", low=np.nan)]
+    areas = complex_tables.named(pd.DataFrame(rows))
+    groups = areas.drop_duplicates(["complex", "form"]).set_index(["complex", "form"])["group"]
+    assert groups.to_dict() == {
+        ("1a1u", "bound"): "tutorial",
+        ("six", "unbound"): "unbound six",
+        ("six", "bound"): "bound six",
+        ("b", "bound"): "bound",
+    }
+    means = complex_tables.means(areas).set_index(["group", "score"])["mean"]
+    assert means.to_dict() == pytest.approx(
+        {
+            ("tutorial", "complementarity"): 0.9,
+            ("unbound six", "complementarity"): 0.5,
+            ("bound six", "complementarity"): 0.7,
+            ("bound", "flatness"): 0.4,
+            ("bound", "complementarity"): 0.4,  # both sides, k = 1, the first radius
+        }
+    )
+    main = complex_tables.surfaces(areas)
+    assert len(main) == 7 and "a + b" not in set(main["score"])
+    contacts = pd.DataFrame(
+        {"complex": ["b", "1a1u"], "descriptor": "d", "against": "any pair", "auc": [0.5, 0.75]}
+    )
+    found = complex_tables.touching(contacts, pd.Series({"b": "bound", "1a1u": "tutorial"}))
+    assert found.set_index("group")["mean"].to_dict() == {"bound": 0.5, "tutorial": 0.75}
+    controls = pd.DataFrame(
+        {"complex": ["a", "b", "c"], "form": ["bound", "unbound", "bound"], "correlation_1": [0.5, 9, np.nan],
+         "correlation_2": [0.7, 9, np.nan], "descriptor": "d"}
+    )  # fmt: skip
+    row = complex_tables.control(controls).iloc[0]
+    assert (row["mean"], row["complexes"]) == (pytest.approx(0.6), 1)
+
+
+def test_variants_are_chosen_on_the_tutorial_and_the_first_ten():
+    names = ["1a1u", *(f"p{k:02d}" for k in range(12))]
+    rows = [scored(name, "bound", "complementarity", 0.5 + 0.01 * i, group="tutorial" if i == 0 else "bound")
+            for i, name in enumerate(names)]  # fmt: skip
+    rows += [scored("x", "unbound", "complementarity", 9.0, group="unbound six")]
+    row = complex_tables.variants(pd.DataFrame(rows)).iloc[0]
+    assert row["chosen_on"] == pytest.approx(0.55)  # 0.50 .. 0.60
+    assert (row["mean"], row["complexes"]) == (pytest.approx(0.615), 2)

@@ -121,6 +121,27 @@ def test_d_over_proteins(made_up):
     assert ("kept", 2) not in table.index  # nothing keeps 12 %
 
 
+def test_d_of_two_proteins_by_hand():
+    """Each counts once, with the mean of its ranges; an empty range does not count."""
+    rows = [
+        ("a", 1, 5, 10.0, 1.0, 0.5, 1.5, 0.75, 0.875),
+        ("a", 2, 5, 30.0, 3.0, 2.5, 3.5, 2.0, 2.25),
+        ("b", 1, 5, 20.0, -1.0, -1.5, -0.5, -1.0, -1.5),
+        ("b", 2, 0, 99.0, 99.0, 99.0, 99.0, 99.0, 99.0),
+    ]
+    columns = ["protein", "range", "n_combinations", "n_S_percent", "d_held_out", "d_held_out_low"]
+    columns += ["d_held_out_high", "d_from_all", "d_from_near"]
+    table = over_proteins.d_by_range(pd.DataFrame(rows, columns=columns).assign(islands="kept"))
+    whole, first, second = table.to_dict("records")
+    assert [each["range"] for each in (whole, first, second)] == [0, 1, 2]
+    assert (first["n"], first["n_above"], first["n_below"], second["n"]) == (2, 1, 1, 1)
+    assert (first["n_S_percent"], whole["n_S_percent"], second["n_S_percent"]) == (15, 20, 30)
+    assert (first["own"], whole["own"], second["own"]) == (0, 0.5, 3)  # a has 2 in the mean, b -1
+    assert (first["from_all"], first["lost"], first["near"]) == (-0.125, 0.125, -0.1875)
+    assert (second["lost"], second["near"]) == (1.0, 0.25)
+    assert np.isnan(first["own_high"])  # two proteins have no interval yet
+
+
 def test_one_combination_is_the_best_on_all(made_up):
     results, run = made_up
     table = over_proteins.plateaus(results, run["summary"]).set_index(["islands", "range"])
@@ -192,6 +213,10 @@ def test_sequences_tell_conformations_from_other_proteins(tmp_path):
     part = words_of(molecule_of(tmp_path, RESIDUES[2:], "c"))
     assert len(one) == 6 and likeness(one, part) == 1 and likeness(one, other) == 0
     assert likeness(one, words_of(molecule_of(tmp_path, RESIDUES[:3], "d"))) == 0
+    mixed = words_of(molecule_of(tmp_path, [*RESIDUES[:6], *RESIDUES[:3]], "e"))
+    assert len(mixed) == 5 and likeness(one, mixed) == 0.4  # two of its five words
+    text = peptide(RESIDUES[:5]) + "TER\n" + peptide(RESIDUES[:5], "B", origin=(0, 40, 0))
+    assert len(words_of(read_molecule(write(tmp_path / "two.pdb", text)))) == 1  # no word over two chains
 
 
 def test_one_protein_of_each_kind_is_measured(tmp_path, capsys, monkeypatch):
@@ -255,6 +280,12 @@ def test_what_is_saved_comes_back_and_half_a_protein_is_refused(measured, tmp_pa
     assert result.mean_roughness == measured[1][0].mean_roughness and single["n_atoms"] == 20
     pd.testing.assert_frame_equal(result.ranges, measured[1][0].ranges, check_dtype=False)
     pd.testing.assert_frame_equal(floors, measured[1][1])
+    protein_files.save(tmp_path / "q", replace(measured[1][0], n_dots=7), *measured[1][1:], n_atoms=1)
+    (tmp_path / "p").rename(tmp_path / "r")
+    (tmp_path / "r.part").mkdir()
+    (tmp_path / "r.part" / "protein.json").write_text("{")  # of a run that was killed
+    assert [each[0].protein for each in protein_files.load_all(tmp_path)] == ["q", "r"]  # the smaller first
+    (tmp_path / "r").rename(tmp_path / "p")
     (tmp_path / "p" / "by_n_s.csv").unlink()
     with pytest.raises(InputError, match="does not hold what was measured"):
         protein_files.load_all(tmp_path)
