@@ -22,7 +22,7 @@ def molecule():
         name=np.array(["N", "CA", "N", "CA", "ZN"]),
         residue_name=np.array(["ALA", "ALA", "GLY", "GLY", "ZN"]),
         chain=np.array(["A", "A", "A", "A", "B"]),
-        element=np.array(["N", "C", "N", "C", "VS"]),
+        element=np.array(["N", "C", "N", "C", "Q1"]),
         residue=np.array(["1", "1", "2B", "2B", "1"]),
         residue_index=np.array([0, 0, 1, 1, 2]),
         kind=np.array(["protein"] * 4 + ["other"]),
@@ -35,9 +35,9 @@ def test_numbers_of_atoms_frames_and_residues(molecule):
 
 
 def test_taken_atoms_count_their_residues_anew(molecule):
-    part = molecule.take(np.array([3, 4]))
-    assert part.residue_index.tolist() == [0, 1] and part.name.tolist() == ["CA", "ZN"]
-    assert np.array_equal(part.xyz, molecule.xyz[:, [3, 4]]) and part.time_ps.tolist() == [10, 20]
+    part = molecule.take(np.array([2, 3, 4]))
+    assert part.residue_index.tolist() == [0, 0, 1] and part.name.tolist() == ["N", "CA", "ZN"]
+    assert np.array_equal(part.xyz, molecule.xyz[:, [2, 3, 4]]) and part.time_ps.tolist() == [10, 20]
     assert molecule.take(molecule.name == "N").chain.tolist() == ["A", "A"]
 
 

@@ -47,7 +47,11 @@ def test_another_number_changes_the_sentences(stored):
     changed = of_sign(stored | {"d": d})
     n = len(stored["surfaces"])
     assert f"interval on {n - 1} or more of them" in changed and f"above 0 on {n - 1} at most" in changed
-    assert changed != of_sign(stored)
+    own = d[(d["islands"] == "kept") & (d["range"] > 0) & (d["n_S_percent"] < 50)]["own"]
+    assert f"held out, d = {own.min():+.2f} to {own.max():+.2f} under `kept`" in changed
+    every = of_sign(stored | {"d": d.assign(n_above=d["n"])})
+    assert "interval on every one;" in every
+    assert "above 0 on none (" in of_sign(stored | {"d": d.assign(n_above=0)})
 
 
 def test_mean_roughness_predicts_only_what_stays_after_correction(stored):

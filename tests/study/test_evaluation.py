@@ -14,9 +14,9 @@ from sparsurf.study.statistics import mean_and_error, yardsticks
 GRID = law.grid([0.4, 1.0], [0, 0.5], [0, 4], [2])
 
 
-def evaluator(blob, threads=1, name="blob"):
+def evaluator(blob, threads=1, name="blob", seed=42):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    return Evaluator(surface, d_link=0.8, seed=42, name=name, threads=threads)
+    return Evaluator(surface, d_link=0.8, seed=seed, name=name, threads=threads)
 
 
 @pytest.fixture(scope="module")
@@ -55,9 +55,16 @@ def test_cores_and_order_change_nothing(blob, shared):
 
 
 def test_another_seed_or_conformation_draws_anew(blob):
-    a = evaluator(blob).pair(GRID[0], 0)[0]
-    b = evaluator(blob, name="other").pair(GRID[0], 0)[0]
-    assert not np.array_equal(a, b)
+    one = evaluator(blob)
+    pair, tests = one.pair(GRID[0], 0), one.draw_tests(600)
+    for other in (evaluator(blob, name="other"), evaluator(blob, seed=43)):
+        assert not np.array_equal(pair[0], other.pair(GRID[0], 0)[0])
+        # uniform subsets and test dots share no more than by chance, n m / N within five standard deviations
+        for a, b in ((pair[1], other.pair(GRID[0], 0)[1]), (tests, other.draw_tests(600))):
+            chance = len(a) * len(b) / len(blob[0])
+            assert abs(len(np.intersect1d(a, b)) - chance) < 5 * np.sqrt(chance)
+    again = evaluator(blob).pair(GRID[0], 0)
+    assert all(np.array_equal(a, b) for a, b in zip(pair, again, strict=True))
 
 
 def test_keeping_everything_costs_nothing(blob):

@@ -1,0 +1,99 @@
+"""The frame of a script's work: outputs complete or not there, errors as sentences, progress in words."""
+
+import errno
+import io
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from sparsurf import InputError
+from sparsurf.workflow import jobs
+
+
+@pytest.fixture
+def snakemake(tmp_path):
+    """What Snakemake hands to the script of a rule with one output, and one of two files."""
+    given = tmp_path / "in.csv"
+    given.write_bytes(bytes(2_500_000))
+
+    class Named(list):
+        def items(self):
+            return {"table": str(given)}.items()
+
+    one, two, three = (str(tmp_path / "out" / name) for name in ("one.csv", "two.csv", "three.csv"))
+    return SimpleNamespace(
+        rule="work",
+        input=Named([str(given), str(tmp_path / "not there")]),
+        output={"one": one, "both": [two, three]},
+        params={"settings": {"seed": 3}},
+        wildcards=["p", "c1"],
+        threads=2,
+        log=[str(tmp_path / "work.log")],
+    )
+
+
+def test_a_script_gets_what_it_asks_for_and_its_outputs_their_names(snakemake, tmp_path):
+    seen = {}
+
+    def main(inputs, outputs, settings, name, threads):
+        seen.update(locals())
+        for path in (outputs["one"], *outputs["both"]):
+            assert ".part-work" in path
+            with open(path, "w") as stream:
+                stream.write(path.rpartition("/")[2])
+        assert not (tmp_path / "out" / "one.csv").exists()
+        print("said")
+
+    jobs.run(main, snakemake)
+    assert (seen["settings"], seen["name"], seen["threads"]) == ({"seed": 3}, "p/c1", 2)
+    assert seen["inputs"] == {"table": str(tmp_path / "in.csv")}
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["one.csv", "three.csv", "two.csv"]
+    assert (tmp_path / "out" / "two.csv").read_text() == "two.csv"
+    log = (tmp_path / "work.log").read_text().splitlines()
+    assert log[0] == "said" and log[-1].endswith(" s for 2.50 MB") and log[-1].startswith("USED ")
+
+
+@pytest.mark.parametrize(
+    ("error", "words", "traced"),
+    [
+        (InputError("the file is wrong."), "the file is wrong.", False),
+        (OSError(errno.ENOSPC, "No space left", "x.csv"), "x.csv: No space left; mend that", False),
+        (OSError(errno.EIO, "bad disk"), "a defect of this program (OSError", True),
+        (KeyError("k"), "a defect of this program (KeyError: 'k')", True),
+    ],
+)
+def test_an_error_is_a_sentence_and_leaves_no_outputs(snakemake, tmp_path, monkeypatch, error, words, traced):
+    terminal = io.StringIO()
+    monkeypatch.setattr(sys, "__stderr__", terminal)
+
+    def main(outputs):
+        with open(outputs["one"], "w") as stream:
+            stream.write("half")
+        raise error
+
+    with pytest.raises(SystemExit) as end:
+        jobs.run(main, snakemake)
+    log = (tmp_path / "work.log").read_text()
+    assert end.value.code == 1 and f"ERROR {words}" in log and words in terminal.getvalue()
+    assert ("Traceback" in log) == traced and "Traceback" not in terminal.getvalue()
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_progress_is_told_every_few_seconds_and_at_the_end(monkeypatch, capsys):
+    terminal, now = io.StringIO(), [100.0]
+    monkeypatch.setattr(sys, "__stderr__", terminal)
+    monkeypatch.setattr(jobs.time, "monotonic", lambda: now[0])
+    report = jobs.reporter("grid", "frames")
+    for seconds, done in ((4.0, 1), (10.0, 5), (12.0, 6), (20.0, 20)):
+        now[0] = 100 + seconds
+        report(done, 20)
+    said = ["grid: 5 of 20 frames, 10 s, 30 s to go", "grid: 20 of 20 frames, 20 s, 0 s to go"]
+    assert terminal.getvalue().splitlines() == capsys.readouterr().err.splitlines() == said
+
+
+def test_processes_of_jobs_import_this_library_first(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", "elsewhere")
+    jobs.use_this_library()
+    first, second = jobs.os.environ["PYTHONPATH"].split(jobs.os.pathsep)
+    assert first.endswith("scripts") and second == "elsewhere"
