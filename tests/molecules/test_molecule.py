@@ -72,6 +72,7 @@ def test_one_frame_is_written(molecule, tmp_path):
         ("a.gz.xtc", ".xtc"),
         ("a", ""),
         ("a.gz", ""),
+        ("a.gz2", ".gz2"),
     ],
 )
 def test_the_ending_of_a_name(name, ending):
