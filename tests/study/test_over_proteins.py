@@ -265,6 +265,10 @@ def test_a_protein_is_the_same_with_any_number_of_threads(measured):
 def test_a_protein_is_measured_as_it_is_and_recovered(measured):
     result, floors, by_n_s = measured[1]
     assert len(by_n_s) == 2 * len(SAMPLERS) * len(PERCENTS)
+    exact = by_n_s[(by_n_s["sampler"] == "farthest") & (by_n_s["percent"] >= 4)]
+    wished = exact["percent"] / 100 * result.n_dots
+    assert (exact["n_S"] - wished).abs().max() <= 0.5
+    assert np.allclose(exact["n_S_percent"], 100 * exact["n_S"] / result.n_dots)
     z = by_n_s[by_n_s["sampler"] == "farthest"].pivot(index="percent", columns="islands", values="Z")
     assert (
         z.loc[10.0, "recovered"] < z.loc[10.0, "surface"] and z.loc[40.0, "surface"] < z.loc[4.0, "surface"]

@@ -5,7 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sparsurf.study import steadiness
+from sparsurf.sampling import law
+from sparsurf.sampling.published import PUBLISHED_ROWS
+from sparsurf.study import grid, steadiness
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.making import molecular_surface
 
@@ -62,6 +64,18 @@ def test_tables_of_rows_grid_and_samplers_agree_with_the_evaluator(blob, monkeyp
         assert table.loc[name, "n_S_percent"] == pytest.approx(10)
     rows = steadiness.rows_of_paper(evaluator, 10)
     assert len(rows) == 2 * 2 * 10
+    by_hand = grid.run(evaluator, PUBLISHED_ROWS, 10, steadiness.DRAWS)
+    own = rows[(rows["descriptor"] == "published") & (rows["islands"] == "surface")].set_index("row")
+    gain = by_hand.z_tr[1].astype(float) - by_hand.z_ts[1]
+    assert own["d"].to_numpy() == pytest.approx(gain.mean(axis=(1, 2)), abs=1e-6)
+    assert own["Z_tS"].to_numpy() == pytest.approx(by_hand.z_ts[1].mean(axis=(1, 2)), abs=1e-6)
+    of_tests = gain.mean(axis=1)  # the error is that over test dots
+    assert own["error"].to_numpy() == pytest.approx(of_tests.std(axis=1, ddof=1) / np.sqrt(10), abs=1e-6)
+    assert own["n_S_percent"].to_numpy() == pytest.approx(by_hand.n_s.mean(axis=1) / 30)
     found = steadiness.whole_grid(evaluator, ([1.0], [0.0], [0, 6], [0]))
     assert found["correlation"].iloc[:2].tolist() == pytest.approx([1, 1])
-    assert found["best_d"].notna().all()
+    whole = grid.run(evaluator, law.grid([1.0], [0.0], [0, 6], [0]), steadiness.GRID_TESTS, 1)
+    d = (whole.z_tr - whole.z_ts).mean(axis=(2, 3))[0]
+    first = found.iloc[0]
+    assert first["best_d"] == pytest.approx(d.max(), abs=1e-6) and first["gamma"] == [0, 6][d.argmax()]
+    assert first["percent_above_0"] == 50 * (d > 0).sum()

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from sparsurf import InputError
-from sparsurf.workflow import jobs
+from sparsurf.workflow import jobs, timing
 
 
 @pytest.fixture
@@ -97,3 +97,29 @@ def test_processes_of_jobs_import_this_library_first(monkeypatch):
     jobs.use_this_library()
     first, second = jobs.os.environ["PYTHONPATH"].split(jobs.os.pathsep)
     assert first.endswith("scripts") and second == "elsewhere"
+
+
+def test_figures_above_what_was_promised_are_named(capsys):
+    table = timing.Table()
+    table.add("fast", 10, 1.0, "s", 2.0, 1.0)
+    table.add("slow", 10, 1.5, "s", 1.0, 1.25)
+    table.add("waits", None, None, "s", 3.0, 2.0)
+    table.add("free", 10, 99.0, "s")
+    assert table.missed() == ["slow", "waits"]
+    assert (
+        "| slow | 10 | 1.5 | 1 | s | 1.25 |" in table.markdown()
+        and "| free | 10 | 99 |  | s |  |" in table.markdown()
+    )
+    assert capsys.readouterr().out == table.markdown()
+
+
+def test_a_time_is_the_median_after_one_call_in_vain(monkeypatch):
+    clock, calls = [0.0], []
+
+    def run():
+        calls.append(1)
+        clock[0] += {1: 100.0, 2: 1.0, 3: 9.0, 4: 2.0}[len(calls)]
+
+    monkeypatch.setattr(timing.time, "process_time", lambda: clock[0])
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: 2 * clock[0])
+    assert timing.timed(run, 3) == (2.0, 4.0) and len(calls) == 4
