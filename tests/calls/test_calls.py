@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial.distance import pdist
 
 import sparsurf
 from sparsurf import InputError
@@ -14,6 +15,7 @@ from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import law
+from sparsurf.streams import stream
 from sparsurf.surfaces.surface import Surface
 
 D_LINK = 0.8  # Å, for the few dots of the blob
@@ -105,6 +107,15 @@ def test_a_ball_has_the_dots_that_are_wished():
     pair = (np.array([[0, 0, 0], [4.4, 0, 0]]), np.array([1.0, 1.0]))  # 2.4 Å of room between them
     assert (sparsurf.surface(pair, probe=1.3, d_link=2.0).kind > 0).any()
     assert (sparsurf.surface(pair, probe=1.1, d_link=2.0).kind == 0).all()
+
+
+@pytest.mark.parametrize(("radii", "carbon"), [("dms", 1.9), ("bondi", 1.7)])
+def test_radii_are_those_of_the_table_that_is_named(tmp_path, radii, carbon):
+    line = "ATOM      1  CA  GLY A   1       1.000   2.000   3.000  1.00  0.00           C  \n"
+    (tmp_path / "one.pdb").write_text(line)
+    molecule = sparsurf.read_molecule(tmp_path / "one.pdb", selection="all")
+    dots = sparsurf.surface(molecule, radii=radii)
+    assert np.linalg.norm(dots.points - [1, 2, 3], axis=1) == pytest.approx(carbon, abs=1e-6)
 
 
 def test_a_frame_is_taken_by_its_place():
@@ -228,6 +239,8 @@ def test_minimal_keeps_the_share_that_is_wished(dots, ready, tmp_path):
     ran("minimal", dots, "--dots", 40, "--sampler", "uniform", "--seed", 4, "-o", tmp_path / "v.csv")
     some, others = (pd.read_csv(tmp_path / name)["dot"].tolist() for name in ("u.csv", "v.csv"))
     assert len(some) == len(others) == 40 and len(set(some) & set(others)) < 10
+    near, spread = (pdist(ready.points[kept]).min() for kept in (some, table["dot"][:40]))
+    assert near < 0.5 * spread  # by chance two uniform dots lie together, farthest ones never
     ran("minimal", dots, "--percent", 5, "--settle", "-o", tmp_path / "s.csv")
     settled = pd.read_csv(tmp_path / "s.csv")
     assert settled["dot"].tolist() == table["dot"].tolist()
@@ -257,7 +270,7 @@ def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
     assert z.filter(like="z_").to_numpy() == pytest.approx(expected, rel=1e-5)
 
 
-def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_path):
+def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_path, capsys):
     ran("descriptors", dots, "--every", 1000, "--radius", 4, "-o", tmp_path / "z.npz")
     with np.load(tmp_path / "z.npz") as found:
         assert found["dot"].tolist() == [0, 1000, 2000]
@@ -270,6 +283,7 @@ def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_pa
     assert table["dot"].tolist() == [2999, 0]
     assert np.allclose(table.filter(like="z_"), down, rtol=1e-6)
     assert command.main(["descriptors", str(dots), "--at", "3000", "--d-link", "0.8", "-o", "x.csv"]) == 1
+    assert "--at: there is no dot 3000; the surface has 0 to 2999." in capsys.readouterr().err
     assert descriptors_command._numbers(" 3, 0") == [3, 0]
     for text in ("1,-2", "1,,2", "1.5"):
         with pytest.raises(argparse.ArgumentTypeError):
@@ -298,6 +312,9 @@ def test_a_recommendation_for_a_roughness_alone(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("docs/proteins.md: ")
     assert lines[1].startswith("Asked: mean roughness 0.600, n_S 20 % of the dots.")
+    evidence = recommend_command.read_run(recommend_command.EVIDENCE)
+    told = recommend_command.recommend(evidence, 0.6, 20, stream(0, "recommend"))
+    assert lines[2:] == told.splitlines()
 
 
 def test_a_recommendation_for_dots(dots, blob, capsys):

@@ -56,6 +56,11 @@ def test_quartiles_hold_numbers_beyond_what_was_measured():
     row = over_proteins.enough_means(table.assign(sampler="s", islands="surface", yardstick="y")).iloc[0]
     assert (row["median"], row["highest"], row["lowest"]) == (4, np.inf, 0)
     assert (row["n"], row["n_less"], row["n_more"]) == (9, 1, 2)
+    ten = pd.DataFrame(
+        {"n_S_percent": np.arange(10.0), "sampler": "s", "islands": "surface", "yardstick": "y"}
+    )
+    row = over_proteins.enough_means(ten).iloc[0]  # the 3rd, the 5th and the 8th: values that were found
+    assert (row["quarter"], row["median"], row["three_quarters"]) == (2, 4, 7)
 
 
 @pytest.mark.parametrize("n", [6, 20, 65])
@@ -98,9 +103,9 @@ def test_means_of_factors_are_geometric():
 
 def test_z_over_the_floor_is_taken_protein_by_protein():
     curves = pd.concat([curve("a"), curve("b", factor=4)])
-    floors = pd.concat([floor("a", **{"fresh dots": 0.5}), floor("b", **{"fresh dots": 1.0})])
+    floors = pd.concat([floor("a", **{"fresh dots": 0.5}), floor("b", **{"fresh dots": 2.0})])
     row = over_proteins.recovered_means(curves, floors).set_index("percent").loc[10.0]
-    assert row["Z"] == pytest.approx(1.5) and row["over_floor"] == pytest.approx(2.0) and row["n"] == 2
+    assert row["Z"] == pytest.approx(1.5) and row["over_floor"] == pytest.approx(1.5) and row["n"] == 2
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +130,7 @@ def test_d_of_two_proteins_by_hand():
     """Each counts once, with the mean of its ranges; an empty range does not count."""
     rows = [
         ("a", 1, 5, 10.0, 1.0, 0.5, 1.5, 0.75, 0.875),
-        ("a", 2, 5, 30.0, 3.0, 2.5, 3.5, 2.0, 2.25),
+        ("a", 2, 5, 30.0, 3.0, -0.5, 6.5, 2.0, 2.25),
         ("b", 1, 5, 20.0, -1.0, -1.5, -0.5, -1.0, -1.5),
         ("b", 2, 0, 99.0, 99.0, 99.0, 99.0, 99.0, 99.0),
     ]
@@ -135,6 +140,7 @@ def test_d_of_two_proteins_by_hand():
     whole, first, second = table.to_dict("records")
     assert [each["range"] for each in (whole, first, second)] == [0, 1, 2]
     assert (first["n"], first["n_above"], first["n_below"], second["n"]) == (2, 1, 1, 1)
+    assert (second["n_above"], second["n_below"]) == (0, 0)  # its interval holds 0
     assert (first["n_S_percent"], whole["n_S_percent"], second["n_S_percent"]) == (15, 20, 30)
     assert (first["own"], whole["own"], second["own"]) == (0, 0.5, 3)  # a has 2 in the mean, b -1
     assert (first["from_all"], first["lost"], first["near"]) == (-0.125, 0.125, -0.1875)
