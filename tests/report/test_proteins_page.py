@@ -7,7 +7,7 @@ import write_proteins
 from conftest import ROOT
 from sparsurf.report.figures import protein_figures
 from sparsurf.report.proteins_answer import answer, counted, of_parameters, of_sign, readme, share
-from sparsurf.report.proteins_page import HYDROGENS, STORED, lost_claims, of_hydrogens, page
+from sparsurf.report.proteins_page import HYDROGENS, STORED, lost_claims, of_hydrogens, outliers, page
 from sparsurf.report.recommendation import FEWEST
 from sparsurf.study import protein_variants
 
@@ -100,6 +100,19 @@ def test_too_few_proteins_turn_no_claim():
     ).T
     rows.columns = ["value", "value_low", "value_high"]
     assert not list(lost_claims("few", rows))
+
+
+def test_a_protein_far_from_all_others_is_named():
+    row = {
+        "sampler": "paper",
+        "islands": "recovered",
+        "percent": 2.5,
+        "Z": 1.0,
+        "highest": 2.1,
+        "highest_protein": "x",
+    }
+    assert "paper, recovered, 2.5 %: x (2.1)" in outliers(pd.DataFrame([row]))
+    assert outliers(pd.DataFrame([row | {"highest": 1.9}])).endswith("there: none.\n")
 
 
 def test_shares_beyond_what_was_measured():

@@ -106,6 +106,7 @@ def test_z_over_the_floor_is_taken_protein_by_protein():
     floors = pd.concat([floor("a", **{"fresh dots": 0.5}), floor("b", **{"fresh dots": 2.0})])
     row = over_proteins.recovered_means(curves, floors).set_index("percent").loc[10.0]
     assert row["Z"] == pytest.approx(1.5) and row["over_floor"] == pytest.approx(1.5) and row["n"] == 2
+    assert row["highest"] == pytest.approx(2.0) and row["highest_protein"] == "b"
 
 
 @pytest.fixture(scope="module")

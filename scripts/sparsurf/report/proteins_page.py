@@ -14,6 +14,7 @@ STORED = (
     "d", "plateaus", "enough", "enough_means", "needed_means", "by_n_s", "correlations", "power", "coverage", "variants",
 )  # fmt: skip
 AS_IS = {TEXT: "as they are", RECOVERED: "recovered"}
+FAR = 2  # times the mean of Z
 HYDROGENS = "hydrogens kept"  # a variant
 ASKED = 10.0  # % of the dots, of the recommendation shown
 CLAIMS = {
@@ -222,6 +223,7 @@ def of_needed(needed, by_n_s):
         "proteins. [k]: on k of them n_S lies beyond 1 to 60 % and counts as the nearer end, so that the number is a bound.\n",
         markdown(pd.DataFrame(cells)),
         "![](proteins_needed.png)\n",
+        outliers(by_n_s),
         "Z over proteins, and over the floor of fresh dots, for farthest-point dots:\n",
     ]
     own = by_n_s[by_n_s["sampler"] == "farthest"]
@@ -233,6 +235,16 @@ def of_needed(needed, by_n_s):
         interval(row, "over_floor", unsigned=True) for _, row in rows.iterrows()
     ]
     return "\n".join([*parts, markdown(short)])
+
+
+def outliers(by_n_s):
+    """The proteins whose Z is far above the mean of all, as a sentence."""
+    far = by_n_s[by_n_s["highest"] > FAR * by_n_s["Z"]]
+    listed = [
+        f"{row.sampler}, {AS_IS[row.islands]}, {row.percent:g} %: {row.highest_protein} ({row.highest:.1f})"
+        for row in far.itertuples()
+    ]
+    return f"Z of a single protein above {FAR:g} times the mean, which widens the band there: {'; '.join(listed) or 'none'}.\n"
 
 
 def of_variants(table):

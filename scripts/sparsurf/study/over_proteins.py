@@ -184,12 +184,14 @@ def recovered_means(curves, floors):
 
     Returns
     -------
-    DataFrame: sampler, percent, islands, n, and Z and over_floor with their intervals
+    DataFrame: sampler, percent, islands, n, Z and over_floor with their intervals, the highest Z and whose it is
     """
     table, rows = over_floor(curves, floors), []
     for keys, part in table.groupby(["sampler", "percent", "islands"], sort=False):
         row = dict(zip(("sampler", "percent", "islands"), keys, strict=True)) | {"n": len(part)}
-        rows.append(row | with_interval("Z", part["Z"]) | with_interval("over_floor", part["over_floor"]))
+        row |= with_interval("Z", part["Z"]) | with_interval("over_floor", part["over_floor"])
+        worst = part.iloc[part["Z"].argmax()]
+        rows.append(row | {"highest": worst["Z"], "highest_protein": worst["protein"]})
     return pd.DataFrame(rows)
 
 
