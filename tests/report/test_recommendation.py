@@ -15,7 +15,7 @@ SUPPORTED = {
     "gain": 0.3,
     "gain_low": 0.1,
 }
-SUPPORTED |= {"gain_high": 0.5}
+SUPPORTED |= {"gain_high": 0.5, "over_all": 0.2, "over_all_low": 0.1, "over_all_high": 0.3}
 SUPPORTED |= {f"rho_{p}{end}": np.nan for p in PARAMETERS for end in ("", "_low", "_high")}
 
 
@@ -50,6 +50,8 @@ def test_all_conditions_hold():
         ({"p": np.nan}, 0.55, "no more correlated"),
         ({"gain_low": 0.0}, 0.55, "gives no higher d than one chosen on the farthest"),
         ({"gain_low": np.nan}, 0.55, "gives no higher d"),
+        ({"over_all_low": 0.0}, 0.55, "gives no higher d than one chosen on all"),
+        ({"over_all_low": np.nan}, 0.55, "gives no higher d than one chosen on all"),
     ],
 )
 def test_one_condition_fails(change, roughness, words):

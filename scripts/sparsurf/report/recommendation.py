@@ -153,6 +153,12 @@ def reasons(rows, found, roughness):
             f"farthest (difference {signed(found['gain'])}, 95 % {signed(found['gain_low'])} .. "
             f"{signed(found['gain_high'])})"
         )
+    if n >= FEWEST and not found["over_all_low"] > 0:
+        yield (
+            "a combination chosen on the surfaces nearest in mean roughness gives no higher d than one chosen on all "
+            f"(difference {signed(found['over_all'])}, 95 % {signed(found['over_all_low'])} .. "
+            f"{signed(found['over_all_high'])})"
+        )
 
 
 def rho_text(found, parameter):

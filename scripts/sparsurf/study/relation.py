@@ -37,7 +37,7 @@ def relation(rows, rng):
     surfaces of equal mean roughness, n_changes of them with different winners, n_told_apart with winners that lie
     outside each other's confidence set; Spearman's rho of each parameter with mean roughness and its 95 % interval; p,
     the probability of so large an |rho| of any parameter if roughness did not matter; gain, the mean of d_from_near -
-    d_from_far, and its 95 % interval. NaN where it cannot be told.
+    d_from_far, and over_all, that of d_from_near - d_from_all, with their 95 % intervals. NaN where it cannot be told.
     """
     winners, sets = texts_of(rows), rows["best_set"].map(split).tolist()
     held = Counter(text for one in sets for text in one)
@@ -48,7 +48,11 @@ def relation(rows, rng):
     out |= changes(rows["mean_roughness"].to_numpy(), winners, sets)
     out |= correlations(counted["mean_roughness"].to_numpy(), counted[PARAMETERS].to_numpy(float), rng)
     gain = (counted["d_from_near"] - counted["d_from_far"]).dropna().to_numpy()
-    return out | dict(zip(("gain", "gain_low", "gain_high"), mean_interval(gain), strict=True))
+    out |= dict(zip(("gain", "gain_low", "gain_high"), mean_interval(gain), strict=True))
+    over_all = (counted["d_from_near"] - counted["d_from_all"]).dropna().to_numpy()
+    return out | dict(
+        zip(("over_all", "over_all_low", "over_all_high"), mean_interval(over_all), strict=True)
+    )
 
 
 def one_each(rows):
