@@ -158,7 +158,8 @@ def of_roughness(stored):
             "a rho of any of the "
             "four by chance, by permutation; near less far: d with the combination chosen on the proteins nearest in "
             "mean roughness, "
-            "less that chosen on the farthest.\n",
+            "less that chosen on the farthest, which are always the same few at one of the two ends: a gain over these alone "
+            "does not yet say that roughness helps, one over the choice of all others (above) would.\n",
             f"What `sparsurf recommend --roughness {median:.2f} --n-s {ASKED:g}` therefore answers, from these proteins:\n",
             f"```{asked}\n```\n",
         ]
