@@ -291,11 +291,11 @@ def test_what_is_saved_comes_back_and_half_a_protein_is_refused(measured, tmp_pa
     assert result.mean_roughness == measured[1][0].mean_roughness and single["n_atoms"] == 20
     pd.testing.assert_frame_equal(result.ranges, measured[1][0].ranges, check_dtype=False)
     pd.testing.assert_frame_equal(floors, measured[1][1])
-    protein_files.save(tmp_path / "q", replace(measured[1][0], n_dots=7), *measured[1][1:], n_atoms=1)
+    protein_files.save(tmp_path / "z", replace(measured[1][0], n_dots=7), *measured[1][1:], n_atoms=1)
     (tmp_path / "p").rename(tmp_path / "r")
     (tmp_path / "r.part").mkdir()
     (tmp_path / "r.part" / "protein.json").write_text("{")  # of a run that was killed
-    assert [each[0].protein for each in protein_files.load_all(tmp_path)] == ["q", "r"]  # the smaller first
+    assert [each[0].protein for each in protein_files.load_all(tmp_path)] == ["z", "r"]  # the smaller first
     (tmp_path / "r").rename(tmp_path / "p")
     (tmp_path / "p" / "by_n_s.csv").unlink()
     with pytest.raises(InputError, match="does not hold what was measured"):
