@@ -28,7 +28,8 @@ def main(default, paper, bench=None, docs=ROOT / "docs" / "tables", readme=ROOT 
     if bench is None:
         return
     figures = json.loads((Path(bench) / "bench.json").read_text(encoding="utf-8"))["figures"]
-    pd.DataFrame(figures).to_csv(docs / "bench.csv", index=False, float_format="%.3g")
+    figures = pd.DataFrame(figures).astype({"dots": "Int64"})
+    figures.to_csv(docs / "bench.csv", index=False, float_format="%.3g")
     page = docs.parent / "cluster.md"
     plan = {"plan": plan_table(pd.read_csv(docs / "bench.csv"), bytes_per_frame())}
     page.write_text(filled(page.read_text(encoding="utf-8"), plan), encoding="utf-8")
