@@ -9,12 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sparsurf import InputError
-from sparsurf.patches.index import build_index
+from sparsurf.patches.index import apart, build_index
 from sparsurf.sampling import law
 from sparsurf.sampling.samplers import (
     NESTED,
     SAMPLERS,
-    _throw,
     _voxel_dots,
     farthest,
     named,
@@ -93,7 +92,7 @@ def test_poisson_equals_the_plain_method(surface):
     for i in order:
         if not kept or np.linalg.norm(surface.points[kept] - surface.points[i], axis=1).min() > 1.1:
             kept.append(int(i))
-    assert order[_throw(surface.index, order, 1.1)].tolist() == kept
+    assert apart(surface.index, order, 1.1, len(order)).tolist() == kept
 
 
 @pytest.mark.parametrize("name", ["voxel", "poisson"])

@@ -183,3 +183,32 @@ def ball(index, x, y, z, radius, out):
                 out[np.uintp(n)] = q
                 n += 1 if ex * ex + ey * ey + ez * ez <= r2 else 0
     return n
+
+
+@njit(cache=True, nogil=True)
+def apart(index, order, radius, most, first=0):
+    """Dots of `order`, at most `most`: its `first` ones, then those that no earlier one lies within `radius` (Å) of.
+
+    Parameters
+    ----------
+    index : Index
+    order : (n,) int64, dots
+    radius : float, Å
+    most, first : int
+
+    Returns
+    -------
+    (m,) int64
+    """
+    blocked, found = np.zeros(len(index.dot), np.bool_), np.empty(len(index.dot) + 1, np.int32)
+    out, m = np.empty(min(most, len(order)), np.int64), 0
+    for k in range(len(order)):
+        if m == len(out):
+            break
+        p = index.position[order[k]]
+        if k < first or not blocked[p]:
+            out[m] = order[k]
+            m += 1
+            for e in range(ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, found)):
+                blocked[found[e]] = True
+    return out[:m].copy()

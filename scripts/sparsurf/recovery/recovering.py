@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from sparsurf.patches.index import ball, build_grid
+from sparsurf.patches.index import apart, ball, build_grid
 from sparsurf.recovery.interpolants import SLICE, fit, value
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import over_slices
@@ -58,7 +58,8 @@ def recover(points, normals, density=DENSITY, reach=REACH, steps=STEPS, threads=
     all_points = np.concatenate([points[:n_kept], *(x for x, _ in laid)])
     all_normals = np.concatenate([normals[:n_kept], *(x for _, x in laid)])
     del laid  # memory is highest from here on
-    chosen = thin(build_grid(all_points, all_normals, CELL), n_kept, APART / math.sqrt(density))
+    index, n = build_grid(all_points, all_normals, CELL), len(all_points)
+    chosen = apart(index, np.arange(n), APART / math.sqrt(density), n, n_kept)
     return all_points[chosen], all_normals[chosen]
 
 
@@ -156,19 +157,3 @@ def _project(functions, i, x, y, z, steps, longest):
         if abs(f) < NEAR * g:
             break
     return abs(f) < NEAR * g, (x, y, z), (u / g, v / g, w / g)
-
-
-@njit(cache=True, nogil=True)
-def thin(index, n_kept, apart):
-    """Dots in order: the first `n_kept`, then those that none before lies within `apart` (Å) of."""
-    n = len(index.dot)
-    blocked, found, out = np.zeros(n, np.bool_), np.empty(n + 1, np.int32), np.empty(n, np.int64)
-    m = 0
-    for j in range(n):
-        p = index.position[j]
-        if j < n_kept or not blocked[p]:
-            out[m] = j
-            m += 1
-            for e in range(ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], apart, found)):
-                blocked[found[e]] = True
-    return out[:m].copy()

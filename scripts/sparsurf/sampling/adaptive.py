@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from sparsurf.patches.index import ball
+from sparsurf.patches.index import apart, ball
 from sparsurf.recovery.interpolants import SLICE, fit, value
 from sparsurf.sampling.samplers import farthest, nested
 from sparsurf.threads import over_slices
@@ -38,9 +38,9 @@ def _worst(surface, chosen, wanted):
     error = errors(surface.points, surface.normals, chosen)
     order = np.argsort(-error, kind="stable")
     order = order[~np.isin(order, chosen)]
-    apart = _apart(surface.index, order, CLEAR * math.sqrt(surface.area / len(chosen)), wanted)
-    rest = order[~np.isin(order, apart)]
-    return np.concatenate([apart, rest[: wanted - len(apart)]])
+    clear = apart(surface.index, order, CLEAR * math.sqrt(surface.area / len(chosen)), wanted)
+    rest = order[~np.isin(order, clear)]
+    return np.concatenate([clear, rest[: wanted - len(clear)]])
 
 
 def errors(points, normals, chosen, threads=1):
@@ -89,18 +89,3 @@ def _error(functions, points, normals, begin, end, out):
         cosine = (u * normals[t, 0] + v * normals[t, 1] + w * normals[t, 2]) / max(g, 1e-9)
         angle = math.acos(min(1.0, max(-1.0, cosine)))
         out[t] = abs(f) / max(g, 0.2) / POSITION + angle / NORMAL
-
-
-@njit(cache=True, nogil=True)
-def _apart(index, order, radius, wanted):
-    """The first `wanted` dots of `order` that lie no nearer than `radius` (Å) to one before."""
-    blocked, found = np.zeros(len(index.dot), np.bool_), np.empty(len(index.dot) + 1, np.int32)
-    out, m = np.empty(wanted, np.int64), 0
-    for j in order:
-        p = index.position[j]
-        if m < wanted and not blocked[p]:
-            out[m] = j
-            m += 1
-            for e in range(ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, found)):
-                blocked[found[e]] = True
-    return out[:m].copy()

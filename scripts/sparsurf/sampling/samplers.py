@@ -13,7 +13,7 @@ from numba import njit
 from scipy.spatial import cKDTree
 
 from sparsurf import InputError
-from sparsurf.patches.index import ball
+from sparsurf.patches.index import apart, ball
 from sparsurf.sampling import law
 from sparsurf.sampling.published import OF_PAPER
 
@@ -139,24 +139,7 @@ def poisson(surface, n, rng):
     The radius is as large as n dots allow; surplus dots are left out at random.
     """
     order = rng.permutation(len(surface.points))
-    return _longest(lambda radius: order[_throw(surface.index, order, radius)], surface, n, rng)
-
-
-@njit(cache=True, nogil=True)
-def _throw(index, order, radius):
-    """Places in `order` of the dots that no earlier kept one lies within `radius` (Å) of."""
-    n_dots = len(order)
-    blocked, found = np.zeros(n_dots, np.bool_), np.empty(n_dots + 1, np.int32)
-    out, kept = np.empty(n_dots, np.int64), 0
-    for k in range(n_dots):
-        p = index.position[order[k]]
-        if not blocked[p]:
-            out[kept] = k
-            kept += 1
-            m = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, found)
-            for e in range(m):
-                blocked[found[e]] = True
-    return out[:kept].copy()
+    return _longest(lambda radius: apart(surface.index, order, radius, len(order)), surface, n, rng)
 
 
 def _longest(dots_at, surface, n, rng):

@@ -8,8 +8,8 @@ bytes, for up to 65,536 vertices): with two triangles for every vertex also 24, 
 import numpy as np
 import pandas as pd
 
-from sparsurf.patches.index import build_grid, build_index
-from sparsurf.recovery.recovering import APART, recover, thin
+from sparsurf.patches.index import apart, build_grid, build_index
+from sparsurf.recovery.recovering import APART, recover
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
@@ -132,5 +132,6 @@ def dots_on(corners, triangles, rng, density=DENSITY):
     points = np.einsum("nk,nkc->nc", share, corners[triangles[of]])
     normals = np.einsum("nk,nkc->nc", share, corner_normals(corners, triangles)[triangles[of]])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    chosen = thin(build_grid(points, normals, 1.0), 0, APART / np.sqrt(density))
+    index = build_grid(points, normals, 1.0)
+    chosen = apart(index, np.arange(len(points)), APART / np.sqrt(density), len(points))
     return points[chosen], normals[chosen]
