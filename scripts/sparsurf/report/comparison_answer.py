@@ -56,12 +56,9 @@ def _recovered(table, at):
     z = values_of(table, RECOVERED)[at]
     floor = table["fresh_dots"].mean() if "fresh_dots" in table else np.nan
     beside = f"; other dots of the same surface, all kept, cost {floor:.2f}" if np.isfinite(floor) else ""
-    yield (
-        f"The surface recovered from the kept dots alone: Z = {z.min():.2f} from those of {spoken(z.idxmin())}, "
-        f"{z[REFERENCE]:.2f} from a uniform draw{beside}."
-        if REFERENCE in z.index
-        else f"The surface recovered from the kept dots alone: Z = {z.min():.2f} from those of {spoken(z.idxmin())}{beside}."
-    )
+    uniform = f", {z[REFERENCE]:.2f} from a uniform draw" if REFERENCE in z.index else ""
+    best = f"{z.min():.2f} from those of {spoken(z.idxmin())}"
+    yield f"The surface recovered from the kept dots alone: Z = {best}{uniform}{beside}."
 
 
 def _against(pairs, at):

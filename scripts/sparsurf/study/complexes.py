@@ -13,7 +13,7 @@ from sparsurf.complementarity.neighbourhoods import SMOOTHING, smooth
 from sparsurf.complementarity.ranking import auc
 from sparsurf.molecules.conformations import superpose
 from sparsurf.study.partners import baseline_scores
-from sparsurf.study.statistics import half_interval
+from sparsurf.study.statistics import mean_interval
 
 BINS = 10  # of roughness, in which a patch's expected distance is a mean
 FEWEST_COMMON = 10  # residues that two forms must share to be laid on each other
@@ -149,12 +149,7 @@ def mean_and_interval(values):
     """Mean of some complexes with its 95 % interval by Student's t: (mean, low, high, n); NaN do not count."""
     values = np.asarray(values, np.float64)
     values = values[~np.isnan(values)]
-    n = len(values)
-    mean = float(values.mean()) if n else np.nan
-    if n < 2:
-        return mean, np.nan, np.nan, n
-    half = half_interval(values)
-    return mean, mean - half, mean + half, n
+    return *mean_interval(values), len(values)
 
 
 def means_over_complexes(table, by, value="auc"):

@@ -46,8 +46,8 @@ def enough_dots(
     draw, z_of = _tools(evaluator, sampler, n_tests, choices, settled)
     n_dots, rows = len(evaluator.points), []
     sizes = np.unique([min(n_dots, max(FEWEST, round(p / 100 * n_dots))) for p in PERCENTS])
+    drawn = [draw(n) for n in sizes]
     for reading in readings:
-        drawn = [draw(n) for n in sizes]
         found = [z_of(dots, reading) for dots in drawn]
         for floor in floors.itertuples():
             reached = [k for k, z in enumerate(found) if _reaches(z, floor)]

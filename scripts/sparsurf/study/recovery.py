@@ -10,7 +10,7 @@ from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.floors import FRESH, floors
-from sparsurf.study.statistics import half_interval
+from sparsurf.study.statistics import mean_interval
 from sparsurf.surfaces.making import molecular_surface
 
 PERCENTS = (2.5, 5.0, 10.0, 20.0)
@@ -77,19 +77,22 @@ def _quality(points, normals, true):
 def distances(points, true):
     """Distance (Å) of every dot to the surface that `truth` made, (M,); along the normal of the nearest dense dot, unless
     that one lies farther than dense dots do."""
+    return _nearest(points, true)[0]
+
+
+def _nearest(points, true):
+    """What `distances` gives, and the normals of the nearest dense dots, (M, 3)."""
     tree, places, directions = true
     gap, near = tree.query(points)
     along = np.abs(np.sum((points - places[near]) * directions[near], axis=1))
-    return np.where(gap > 2 / np.sqrt(DENSE), gap, along)
+    return np.where(gap > 2 / np.sqrt(DENSE), gap, along), directions[near]
 
 
 def errors(points, normals, true):
     """Distance (Å, mean and 95 % quantile) and angle (degrees, mean) from dots to the surface that `truth` made."""
-    tree, _, directions = true
     some = slice(None, None, max(1, len(points) // TRUE_SAMPLE))
-    distance = distances(points[some], true)
-    near = tree.query(points[some])[1]
-    angle = np.degrees(np.arccos(np.clip(np.sum(normals[some] * directions[near], axis=1), -1, 1)))
+    distance, directions = _nearest(points[some], true)
+    angle = np.degrees(np.arccos(np.clip(np.sum(normals[some] * directions, axis=1), -1, 1)))
     return {
         "distance": distance.mean(),
         "distance_95": np.quantile(distance, 0.95),
@@ -125,6 +128,4 @@ def paired(table, first, second, measures=("Z", "distance", "angle")):
 
 def _interval(values):
     """Mean of proteins and its 95 % interval."""
-    n, mean = len(values), values.mean()
-    half = half_interval(values) if n > 1 else np.nan
-    return {"mean": mean, "low": mean - half, "high": mean + half, "n": n}
+    return dict(zip(("mean", "low", "high", "n"), (*mean_interval(values), len(values)), strict=True))

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import norm, rankdata
 
 from sparsurf.sampling.combination import PARAMETERS, split, texts_of
-from sparsurf.study.statistics import half_interval
+from sparsurf.study import statistics
 
 NORMAL = norm.ppf(0.975)
 EQUAL = 0.01  # surfaces whose mean roughness differs by less count as equally rough
@@ -108,8 +108,5 @@ def rho_interval(rho, n):
 
 
 def mean_interval(x):
-    """Mean and its 95 % interval (Student's t); NaN below 1 and below 3 values."""
-    if len(x) < 3:
-        return (float(np.mean(x)) if len(x) else np.nan), np.nan, np.nan
-    half = half_interval(x)
-    return float(np.mean(x)), float(np.mean(x) - half), float(np.mean(x) + half)
+    """`statistics.mean_interval`, whose ends need 3 proteins here."""
+    return statistics.mean_interval(x, fewest=3)

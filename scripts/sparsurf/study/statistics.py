@@ -32,10 +32,17 @@ class Estimate(NamedTuple):
         return self.mean + self.half
 
 
-def half_interval(values):
-    """Half the 95 % interval of the mean of two or more independent values, as of proteins (Student's t)."""
+def mean_interval(values, fewest=2):
+    """Mean of independent values, as of proteins, and the ends of its 95 % interval (Student's t).
+
+    The mean is NaN of none, the ends of fewer than `fewest` values.
+    """
     values = np.asarray(values, np.float64)
-    return float(stdtrit(len(values) - 1, (1 + LEVEL) / 2) * values.std(ddof=1) / np.sqrt(len(values)))
+    n, mean = len(values), float(values.mean()) if len(values) else np.nan
+    if n < fewest:
+        return mean, np.nan, np.nan
+    half = float(stdtrit(n - 1, (1 + LEVEL) / 2) * values.std(ddof=1) / np.sqrt(n))
+    return mean, mean - half, mean + half
 
 
 class MeanSquares(NamedTuple):

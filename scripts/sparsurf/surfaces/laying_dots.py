@@ -66,17 +66,15 @@ def lay_dots(xyz, radii, probe, density, exact):
     -------
     points (N, 3), normals (N, 3), area (N,), kind (N,) int8, atom (N,) int32
     """
-    # Places relative to the first atom, on a grid of 1e-9 Å: translated input gives the same numbers.
-    relative = np.round(xyz - xyz[0], 9)
+    relative, shift = relative_places(xyz)
     by_place = np.lexsort(relative.T[::-1])
-    shift = np.random.default_rng(SHIFT_SEED).uniform(-SHIFT, SHIFT, relative.shape)
     radii = radii[by_place]
     spacing = math.sqrt(2 / math.sqrt(3) / density)
     rolling = roll((relative + shift)[by_place], radii + probe)
     blockers = rolling.atoms if exact else cutting(rolling.atoms)
     contact = _contact_dots(blockers, *_templates(radii, spacing), probe)
     saddle = _saddle_dots(rolling, probe, spacing, exact)
-    probe_cells = cells_of(_some(rolling.probes), probe)
+    probe_cells = cells_of(some_probes(rolling.probes), probe)
     concave, share = _concave_dots(rolling, probe_cells, template(probe, spacing), probe, exact)
     if exact:
         set_exact_areas(contact, concave, share, rolling, radii, probe)
@@ -87,6 +85,13 @@ def lay_dots(xyz, radii, probe, density, exact):
     by_atom = np.argsort(atom, kind="stable")
     rows = rows[by_atom]
     return rows[:, :3] + xyz[0], rows[:, 3:6], rows[:, 6], kind[by_atom], atom[by_atom].astype(np.int32)
+
+
+def relative_places(xyz):
+    """Places (A, 3) relative to the first, on a grid of 1e-9 Å so that translated input gives the same numbers; a shift of
+    each, (A, 3), at most `SHIFT`."""
+    relative = np.round(xyz - xyz[0], 9)
+    return relative, np.random.default_rng(SHIFT_SEED).uniform(-SHIFT, SHIFT, relative.shape)
 
 
 def template(radius, spacing):
@@ -110,7 +115,7 @@ def _templates(radii, spacing):
     return np.concatenate(parts), first, which.astype(np.int64)
 
 
-def _some(probes):
+def some_probes(probes):
     """Cells cannot be made of nothing: a far place stands for no probe at all."""
     return probes if len(probes) else np.full((1, 3), 1e9)
 

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from sparsurf import InputError
-from sparsurf.surfaces.laying_dots import SHIFT, SHIFT_SEED, _some
+from sparsurf.surfaces.laying_dots import relative_places, some_probes
 from sparsurf.surfaces.making import spheres
 from sparsurf.surfaces.marching import MOST_POINTS, march
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, T, blocker, roll
@@ -94,11 +94,10 @@ def molecular_mesh(xyz, radii, probe=1.4, step=STEP, threads=1):
     """
     xyz, radii, _ = spheres(xyz, radii, probe)
     step = min(step, probe / 2)  # no edge of the grid may reach through the room between surface and centres
-    origin = xyz[0]
-    relative = np.round(xyz - origin, 9) + np.random.default_rng(SHIFT_SEED).uniform(-SHIFT, SHIFT, xyz.shape)
+    relative = np.add(*relative_places(xyz))
     rolling = roll(relative, radii + probe)
     limit = probe + math.sqrt(3) * step
-    far = cells_of(_some(rolling.probes), limit), cells_of(relative, (radii + probe).max() + limit)
+    far = cells_of(some_probes(rolling.probes), limit), cells_of(relative, (radii + probe).max() + limit)
     low, shape = grid_around(relative, radii.max(), step)
     values = _deepest(relative, radii, low, shape, step, -2 * probe)
     doubtful = np.flatnonzero(
@@ -111,7 +110,7 @@ def molecular_mesh(xyz, radii, probe=1.4, step=STEP, threads=1):
     vertices = low + step * vertices
     gap, centres, kind = _nearest_centres(vertices, rolling, far, limit, threads)
     outward = (centres - vertices) / gap[:, None]
-    return mesh_of(centres - probe * outward + origin, outward, triangles, kind)
+    return mesh_of(centres - probe * outward + xyz[0], outward, triangles, kind)
 
 
 def _nearest_centres(places, rolling, far, limit, threads):
