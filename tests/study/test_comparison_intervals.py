@@ -67,6 +67,16 @@ def test_times_fewer_of_exact_curves(raw):
     assert (beyond["factor"] == 1.0).all()  # fewer than were measured: the smallest counts
 
 
+def test_a_measure_that_was_not_taken_has_no_times_fewer(raw):
+    alone = {keys: values for keys, values in raw.items() if keys[1] == "Z centres"}
+    found = times_fewer_intervals(alone, table_of(alone), np.random.default_rng(1), resampled=20)
+    assert found["measure"].unique().tolist() == ["Z centres"]
+    # two others than each of the two yardsticks, at every n_S
+    assert len(found) == 2 * 2 * len(PERCENTS)
+    nothing = times_fewer_intervals({}, table_of(raw), np.random.default_rng(1))
+    assert nothing.empty and list(nothing.columns) == list(found.columns)
+
+
 def test_the_interval_of_times_fewer_holds_95_percent():
     # three test dots of 2, 2 and 5 (over sqrt(n_S)): all three picks fall on the last with 1/27 = 3.7 %, which lies
     # inside of a 95 % interval and outside of a 90 % one; uniform is 4: 16 / 4, 16 / 9 and 16 / 25 times fewer

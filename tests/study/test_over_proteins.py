@@ -343,3 +343,8 @@ def test_claims_of_variants_are_set_against_the_unvaried_rules(measured):
         ("other", "over_floor"), "change"
     ] == pytest.approx(before)
     assert table.loc[(protein_variants.DEFAULT, "held"), "value"] == 1
+    at_ten = by_n_s[(by_n_s["sampler"] == "farthest") & (by_n_s["islands"] == "recovered")].set_index(
+        "percent"
+    )
+    fresh = floors.set_index("floor").loc["fresh dots", "Z"]
+    assert before == pytest.approx(at_ten.loc[10.0, "Z"] / fresh)

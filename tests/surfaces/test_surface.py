@@ -187,6 +187,7 @@ def test_read_csv(tmp_path, header):
     ("text", "word"),
     [
         ("x,y,z\n1,2,3\n", "column nx"),
+        ("x,y,z,nx,ny,nz,NZ\n1,2,3,0,0,1,1\n", "one column nz"),
         ("x,y,z,nx,ny,nz\n", "no dots"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,0\n", "length"),
         ("x,y,z,nx,ny,nz\n1,2,,0,0,1\n", "NaN"),

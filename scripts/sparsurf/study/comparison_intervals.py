@@ -11,6 +11,7 @@ from sparsurf.study.dots_needed import OF_ERROR, REFERENCE, dots_for
 from sparsurf.study.statistics import LEVEL, estimate
 
 AGAINST = (REFERENCE, "farthest")  # samplers that the others are set against
+OF_FEWER = ["use", "measure", "than", "sampler", "percent", "factor", "low", "high"]
 RESAMPLED = 400  # bootstrap samples of test dots and draws
 
 
@@ -59,12 +60,14 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
 
     Returns
     -------
-    DataFrame: use, measure, than, sampler, percent (of `than`), factor, low, high. An n_S beyond those that were measured
-    counts as the nearest measured one, so that a factor there is a bound.
+    DataFrame: use, measure, than, sampler, percent (of `than`), factor, low, high; no rows of a measure that is not there.
+    An n_S beyond those that were measured counts as the nearest measured one, so that a factor there is a bound.
     """
     rows = []
     for measure in OF_ERROR:
         names = [name for name, each in raw if each == measure]
+        if not names:
+            continue
         n_s = table[table["measure"] == measure].pivot(
             index="sampler", columns="percent", values="n_S_percent"
         )
@@ -86,7 +89,7 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
                         "percent": percent,
                     }
                     rows.append(row | {"factor": factors[0], "low": low, "high": high})
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows, columns=OF_FEWER)
 
 
 def _together(raw, measure, names, rng, resampled):
