@@ -115,7 +115,7 @@ def _fit(index, begin, end, near, count, support, curvature, centre, coefficient
 @njit(cache=True, nogil=True, inline="always")
 def phi(r):
     """Wendland's function, its derivative over r, and the derivative of that over r, at r (in supports)."""
-    u = max(0.0, 1.0 - r)
+    u = 1.0 - r if r < 1.0 else 0.0
     u4 = u * u * u * u
     return u4 * u * u * ((35.0 * r + 18.0) * r + 3.0), -56.0 * (1.0 + 5.0 * r) * u4 * u, 1680.0 * u4
 
@@ -168,18 +168,18 @@ def value(functions, i, x, y, z):
     """f of the kept dot at position i, in Å, and its gradient, at a point (Å)."""
     index, s = functions.index, functions.support[i]
     x, y, z = (x - index.xyz[i, 0]) / s, (y - index.xyz[i, 1]) / s, (z - index.xyz[i, 2]) / s
-    centre, c = functions.centre[i], functions.coefficient[i]
-    nx, ny, nz = index.normals[i]
+    centre, c = functions.centre, functions.coefficient  # whole: a view of a row costs more than its numbers
+    nx, ny, nz = index.normals[i, 0], index.normals[i, 1], index.normals[i, 2]
     f = u = v = w = 0.0
-    for a in range(centre.shape[1]):
-        dx, dy, dz = x - centre[0, a], y - centre[1, a], z - centre[2, a]
+    for a in range(centre.shape[2]):
+        dx, dy, dz = x - centre[i, 0, a], y - centre[i, 1, a], z - centre[i, 2, a]
         p, g, h = phi(math.sqrt(dx * dx + dy * dy + dz * dz))
-        along = c[1, a] * dx + c[2, a] * dy + c[3, a] * dz
-        f += c[0, a] * p - g * along
-        q = c[0, a] * g - h * along
-        u += q * dx - g * c[1, a]
-        v += q * dy - g * c[2, a]
-        w += q * dz - g * c[3, a]
+        along = c[i, 1, a] * dx + c[i, 2, a] * dy + c[i, 3, a] * dz
+        f += c[i, 0, a] * p - g * along
+        q = c[i, 0, a] * g - h * along
+        u += q * dx - g * c[i, 1, a]
+        v += q * dy - g * c[i, 2, a]
+        w += q * dz - g * c[i, 3, a]
     bend = functions.curvature[i]
     f += x * (nx + 0.5 * bend * x) + y * (ny + 0.5 * bend * y) + z * (nz + 0.5 * bend * z)
     return s * f, u + nx + bend * x, v + ny + bend * y, w + nz + bend * z

@@ -25,6 +25,7 @@ CELL = 1.0  # Å, side of the cells in which the dense dots are thinned
 NEAR = 0.05  # Å; a point so near to the surface arrives with the next step
 FLAT = 0.2  # a gradient shorter than this belongs to no surface: on it, it is 1
 TIE = 0.95  # a place belongs to its own dot unless another is nearer by more than this
+RIVALS = 64  # room for so many at first
 GOLDEN = math.pi * (3 - math.sqrt(5))  # turn of a sunflower
 
 
@@ -58,7 +59,7 @@ def recover(points, normals, density=DENSITY, reach=REACH, steps=STEPS, threads=
     all_points = np.concatenate([points[:n_kept], *(x for x, _ in laid)])
     all_normals = np.concatenate([normals[:n_kept], *(x for _, x in laid)])
     del laid  # memory is highest from here on
-    index, n = build_grid(all_points, all_normals, CELL), len(all_points)
+    index, n = build_grid(all_points, side=CELL), len(all_points)
     chosen = apart(index, np.arange(n), APART / math.sqrt(density), n, n_kept)
     return all_points[chosen], all_normals[chosen]
 
@@ -88,18 +89,20 @@ def _lay(functions, begin, end, density, reach, steps):
         )  # places in a square of the spacing
         per[i - begin] = int(math.pi * reach**2 * square)
     points, normals = np.empty((per.sum(), 3)), np.empty((per.sum(), 3))
-    rivals = np.empty(len(index.dot) + 1, np.int32)
+    turn = GOLDEN * np.arange(per.max())
+    cosine, sine = np.cos(turn), np.sin(turn)
+    found, rivals = np.empty(len(index.dot) + 1, np.int32), np.empty((3, RIVALS))
     m = 0
     for i in range(begin, end):
         x, y, z = index.xyz[i]
         u, v = _tangents(index.normals[i])
         radius = reach * functions.spacing[i]
-        n_rivals = _rivals(index, i, 2.0 * radius, rivals)
+        rivals, n_rivals = _rivals(index, i, 2.0 * radius, found, rivals)
         for k in range(1, per[i - begin]):
-            r, turn = radius * math.sqrt(k / per[i - begin]), GOLDEN * k
-            a, b = r * math.cos(turn), r * math.sin(turn)
+            r = radius * math.sqrt(k / per[i - begin])
+            a, b = r * cosine[k], r * sine[k]
             px, py, pz = x + a * u[0] + b * v[0], y + a * u[1] + b * v[1], z + a * u[2] + b * v[2]
-            if not _taken(index, rivals, n_rivals, px, py, pz, r):
+            if not _taken(rivals, n_rivals, px, py, pz, r):
                 arrived, point, normal = _project(functions, i, px, py, pz, steps, 0.5 * radius)
                 if arrived:
                     for c in range(3):
@@ -118,29 +121,33 @@ def _tangents(n):
 
 
 @njit(cache=True, nogil=True)
-def _rivals(index, i, radius, found):
-    """Number of dots within `radius` of position i that look the same way; they replace what `found` holds."""
-    m = 0
-    for e in range(ball(index, index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2], radius, found)):
+def _rivals(index, i, radius, found, rivals):
+    """Places (3, at least n) and number n of the dots within `radius` of position i that look the same way."""
+    m = ball(index, index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2], radius, found)
+    if m > rivals.shape[1]:
+        rivals = np.empty((3, 2 * m))
+    n = 0
+    for e in range(m):
         j = found[e]
         cosine = 0.0
         for c in range(3):
             cosine += index.normals[i, c] * index.normals[j, c]
         if j != i and cosine > 0.0:
-            found[m] = j
-            m += 1
-    return m
+            for c in range(3):
+                rivals[c, n] = index.xyz[j, c]
+            n += 1
+    return rivals, n
 
 
 @njit(cache=True, nogil=True)
-def _taken(index, rivals, n_rivals, x, y, z, r):
+def _taken(rivals, n_rivals, x, y, z, r):
     """Whether a rival is clearly nearer to a place than the dot at distance r."""
     least = (TIE * r) ** 2
-    for e in range(n_rivals):
-        j = rivals[e]
-        if (index.xyz[j, 0] - x) ** 2 + (index.xyz[j, 1] - y) ** 2 + (index.xyz[j, 2] - z) ** 2 < least:
-            return True
-    return False
+    nearer = 0
+    for e in range(n_rivals):  # all of them: faster than a loop that may end early
+        gap = (rivals[0, e] - x) ** 2 + (rivals[1, e] - y) ** 2 + (rivals[2, e] - z) ** 2
+        nearer += 1 if gap < least else 0
+    return nearer > 0
 
 
 @njit(cache=True, nogil=True)
