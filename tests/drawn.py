@@ -1,5 +1,7 @@
 """What a figure puts on the page, for the tests of the figures."""
 
+import numpy as np
+from matplotlib.colors import to_hex, to_rgba_array
 from matplotlib.text import Text
 
 
@@ -17,3 +19,29 @@ def drawn_texts(figure, monkeypatch):
     monkeypatch.undo()
     renderer = figure.canvas.get_renderer()
     return [(t.get_text(), t.get_window_extent(renderer)) for t in dict.fromkeys(drawn)]
+
+
+def words_of(figure):
+    """The texts that stand on the page beside the panels, in the order in which they were written."""
+    return [text.get_text() for text in figure.texts]
+
+
+def bars_of(container):
+    """x, y and the two ends of every error bar, (n, 4)."""
+    line, _, (bars,) = container
+    ends = np.array([each if len(each) == 2 else np.full((2, 2), np.nan) for each in bars.get_segments()])
+    middle = ends.mean(axis=1)[:, 1] if line is None else line.get_ydata()
+    return np.column_stack([ends[:, 0, 0], np.asarray(middle, float), ends[:, 0, 1], ends[:, 1, 1]])
+
+
+def colour_of(line):
+    return to_hex(line.get_color()).upper()
+
+
+def legend_of(owner):
+    """Texts and colours of a legend's entries, in its order; lines and bars."""
+    legend = owner.legends[0] if hasattr(owner, "legends") else owner.get_legend()
+    handles = legend.legend_handles
+    shown = [h.get_facecolor() if hasattr(h, "get_facecolor") else h.get_color() for h in handles]
+    shown = [to_hex(next(iter(to_rgba_array(c)), "white")).upper() for c in shown]
+    return list(zip([t.get_text() for t in legend.get_texts()], shown, strict=True))

@@ -1,0 +1,312 @@
+"""The figures over samplers and proteins show the numbers of their tables: lines, bars, labels and colours."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.colors import to_hex
+
+import write_proteins
+from conftest import ROOT
+from drawn import bars_of, colour_of, legend_of, words_of
+from sparsurf.patches.readings import READINGS
+from sparsurf.report.descriptors_page import TABLES
+from sparsurf.report.figures import comparison_figure, descriptors_figures, layout, protein_figures
+from sparsurf.report.figures.thinning_figure import thinning_figure
+
+BLUE, BLACK, VERMILLION, INDIGO = "#0072B2", "#000000", "#D55E00", "#332288"
+FACTORS = {"farthest": 1.0, "uniform": 1.25, "paper": 1.6, "mine": 2.0}
+COLOURS = {"farthest": BLUE, "uniform": BLACK, "paper": VERMILLION, "mine": INDIGO}
+PERCENTS = (5.0, 10.0, 20.0, 40.0)
+MEASURES = ["Z surface", "Z scaled", "Z kept", "Z recovered", "Z centres", "position", "normal"]
+
+
+def comparison(factors=FACTORS):
+    """Z falls with the square root of n_S; each measure and sampler by a factor of its own."""
+    rows = [
+        (name, p, p, measure, (1 + k / 10) * factor * 10 / np.sqrt(p))
+        for k, measure in enumerate(MEASURES)
+        for name, factor in factors.items()
+        for p in PERCENTS
+    ]
+    table = pd.DataFrame(rows, columns=["sampler", "percent", "n_S_percent", "measure", "value"])
+    table = table.assign(low=table["value"] - 0.1, high=table["value"] + 0.2, use="surface")
+    return table.assign(null_model=3.5, empty_patch=9.0, fresh_dots=0.4)
+
+
+def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
+    table = comparison()
+    figure = comparison_figure.comparison_figure(table, "q/c1", "95 % of something")
+    panels = [ax for ax in figure.axes if ax.lines]
+    assert len(panels) == len(MEASURES)
+    for ax, measure in zip(panels, MEASURES, strict=True):
+        lines = ax.lines[: len(FACTORS)]
+        own = table[table["measure"] == measure]
+        assert [colour_of(line) for line in lines] == list(COLOURS.values())
+        for line, name in zip(lines, FACTORS, strict=True):
+            wanted = own.loc[own["sampler"] == name, ["n_S_percent", "value"]]
+            np.testing.assert_allclose(line.get_xydata(), wanted)
+        bands = [ax.collections[k].get_paths()[0].vertices for k in range(len(ax.collections))]
+        assert len(bands) == 3  # of the bold lines only
+        for name, band in zip(("farthest", "uniform", "paper"), bands, strict=True):
+            first = own[own["sampler"] == name].iloc[0]
+            at = band[np.isclose(band[:, 0], first["n_S_percent"])][:, 1]
+            assert (at.min(), at.max()) == pytest.approx((first["low"], first["high"]))
+        level = [line.get_ydata()[0] for line in ax.lines[len(FACTORS) :]]
+        wanted = {"Z kept": [3.5, 0.4, 9.0]}.get(measure, [3.5, 0.4] if measure.startswith("Z ") else [])
+        assert level == wanted
+        assert ax.get_ylim()[0] == 0 and ax.get_ylim()[1] >= own["high"].max()
+        assert ax.get_xscale() == "log"
+        assert [t.get_text() for t in ax.get_xticklabels()] == ["5", "10", "20", "40"]
+    assert panels[2].get_ylim()[1] == 1.25 * 9
+    said = {t.get_text(): t.get_position()[1] for t in panels[2].texts}
+    assert said == {"empty patches": 9.0, "mean descriptor": 3.5}
+    labels = [ax.get_ylabel() for ax in panels]
+    assert labels == [
+        "error Z of the descriptors (0: none)",
+        *["error Z"] * 4,
+        "distance (Å)",
+        "angle (degrees)",
+    ]
+    assert [ax.get_xlabel() != "" for ax in panels] == [True, *[False] * 4, True, True]
+    words = words_of(figure)
+    assert words[:2] == ["A", words[1]] and words[1].startswith("q/c1: ")
+    titles = {"C": "D_{link}", "D": "recovered", "E": "centres", "F": "nearest", "G": "angle|normals"}
+    for letter, part in titles.items():
+        said = words[words.index(letter) + 1]
+        assert any(each in said for each in part.split("|"))
+    assert words[words.index("B") + 1].startswith("as A, surface unknown")
+    assert "95 % of something" in words[-1]
+
+
+def test_names_stand_at_the_ends_of_their_lines_in_their_order():
+    ax = comparison_figure.comparison_figure(comparison(), "q").axes[0]
+    names = {t.get_text(): t for t in ax.texts if not t.get_text().startswith("same Z")}
+    order = sorted((t.get_position()[1], words) for words, t in names.items() if words)
+    assert [words.split(" for")[0] for _, words in order] == [
+        "farthest point", "uniform draw", "paper's sampling", "mine", "mean descriptor",
+    ]  # fmt: skip
+    assert to_hex(names["uniform draw"].get_color()).upper() == BLACK
+    assert names["paper's sampling"].get_fontweight() == "bold" and names["mine"].get_fontweight() == "normal"
+    assert "every patch: 3.50\n(empty patches: 9.0)" in order[-1][1]
+    ends = [t.xy for t in ax.texts if getattr(t, "arrow_patch", None) and t.get_text() == ""]
+    z = {name: f * 10 / np.sqrt(40) for name, f in FACTORS.items()}
+    assert {round(y, 6) for x, y in ends if x == 40} == {round(value, 6) for value in z.values()}
+
+
+def test_an_arrow_tells_how_many_times_fewer_dots():
+    ax = comparison_figure.comparison_figure(comparison(), "q").axes[0]
+    (said,) = [t for t in ax.texts if t.get_text().startswith("same Z")]
+    z = 1.6 * 10 / np.sqrt(20)
+    assert said.get_text() == "same Z with 2.6\ntimes fewer dots"
+    assert said.xy == pytest.approx((20, z))
+    (arrow,) = [t for t in ax.texts if t.get_text() == "" and t.xy[1] == pytest.approx(z) and t.xy[0] != 40]
+    assert arrow.xy == pytest.approx((20 / 2.56, z)) and arrow.get_position() == pytest.approx((20, z))
+    worse = comparison({"farthest": 1.1, "uniform": 1.25, "paper": 1.0})
+    texts = comparison_figure.comparison_figure(worse, "q").axes[0].texts
+    assert not [t for t in texts if t.get_text().startswith("same Z")]
+
+
+@pytest.mark.parametrize(
+    "values, room",
+    [
+        ([1.0, 1.1, 5.0], [1.0, 1.0, 1.0]),
+        ([0.0, 0.1, 9.9], [1.0, 3.0, 1.0]),
+        ([4.0, 4.0, 4.0], [2.0, 2.0, 2.0]),
+    ],
+)
+def test_labels_move_apart_as_little_as_they_must(values, room):
+    values, room = np.array(values), np.array(room)
+    places = comparison_figure._apart(values, room, 10.0)
+    gaps = np.diff(places) - (room[1:] + room[:-1]) / 2
+    assert gaps.min() > -1e-6
+    assert places[0] >= room[0] / 2 - 1e-9 and places[-1] <= 10 - room[-1] / 2 + 1e-9
+    free = np.diff(values) > (room[1:] + room[:-1]) / 2
+    if free[-1] and values[-1] < 9:
+        assert places[-1] == values[-1]
+    if (values == 4.0).all():
+        assert (
+            np.diff(places) == pytest.approx([2, 2]) and abs(places[1] - 4) < 0.5
+        )  # around where they wished
+
+
+@pytest.fixture(scope="module")
+def stored():
+    return write_proteins.read_stored()
+
+
+def of_reading(table, reading):
+    return table[table["islands"] == reading]
+
+
+def test_d_over_proteins_is_that_of_the_table(stored):
+    figure = protein_figures.d(stored)
+    assert [w for w in words_of(figure) if len(w) > 1] == [READINGS["kept"].words, READINGS["surface"].words]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["d held out", ""]
+    for ax, reading, colour in zip(figure.axes, ("kept", "surface"), (VERMILLION, BLUE), strict=True):
+        rows = of_reading(stored["d"], reading)
+        rows = rows[rows["range"] > 0]
+        bars = bars_of(ax.containers[0])
+        np.testing.assert_allclose(bars, rows[["n_S_percent", "own", "own_low", "own_high"]])
+        assert colour_of(ax.containers[0][0]) == colour
+        each = of_reading(stored["summary"], reading).dropna(subset="d_held_out")
+        np.testing.assert_array_equal(ax.lines[0].get_xydata(), each[["n_S_percent", "d_held_out"]])
+        choice = [line for line in ax.lines if line.get_marker() == "_" and colour_of(line) == BLACK]
+        wanted = rows[["n_S_percent", "from_all"]]
+        assert any(np.array_equal(line.get_xydata(), wanted) for line in choice)
+    labels = [text for text, _ in legend_of(figure)]
+    assert set(labels) == {"one protein", "own best, mean (95 %)", "choice of all others, mean"}
+
+
+def test_correlations_and_gains_are_those_of_the_table(stored):
+    figure = protein_figures.roughness(stored)
+    critical = stored["power"]["critical"].min()
+    for k, (reading, colour) in enumerate((("kept", VERMILLION), ("surface", BLUE))):
+        above, below = figure.axes[2 * k : 2 * k + 2]
+        rows = of_reading(stored["relation"], reading)
+        for place, name in enumerate(("alpha", "beta", "gamma", "delta")):
+            bars = bars_of(above.containers[place])
+            wanted = rows[[f"rho_{name}", f"rho_{name}_low", f"rho_{name}_high"]]
+            known = wanted.notna().all(axis=1).to_numpy()
+            np.testing.assert_allclose(bars[known, 1:], wanted[known])
+            assert np.abs(bars[:, 0] - rows["range"]).max() < 0.5
+            assert above.containers[place].get_label() == "αβγδ"[place]
+            assert colour_of(above.containers[place][0]) == layout.PALETTE[place]
+        box = above.patches[0].get_extents().transformed(above.transData.inverted())
+        assert (box.y0, box.y1) == pytest.approx((-critical, critical))
+        gains = rows[["range", "gain", "gain_low", "gain_high"]].to_numpy()
+        known = np.isfinite(gains).all(axis=1)
+        np.testing.assert_allclose(bars_of(below.containers[0])[known], gains[known])
+        assert colour_of(below.containers[0][0]) == colour
+    assert [w for w in words_of(figure) if len(w) > 1] == [READINGS["kept"].words, READINGS["surface"].words]
+
+
+def test_dots_that_are_enough_are_those_of_the_table(stored):
+    figure = protein_figures.enough(stored)
+    table, ax = stored["enough"], figure.axes[0]
+    sticks = list(table["yardstick"].unique())
+    assert [t.get_text() for t in ax.get_xticklabels()] == sticks
+    groups = [
+        ("uniform", "surface"),
+        ("farthest", "surface"),
+        ("uniform", "recovered"),
+        ("farthest", "recovered"),
+    ]
+    lines = iter(ax.lines)
+    for g, (sampler, islands) in enumerate(groups):
+        for s, stick in enumerate(sticks):
+            own = table[
+                (table["sampler"] == sampler) & (table["islands"] == islands) & (table["yardstick"] == stick)
+            ]["n_S_percent"].clip(1, 60)
+            dots, median = next(lines), next(lines)
+            np.testing.assert_array_equal(dots.get_ydata(), own)
+            assert np.abs(dots.get_xdata() - s - 0.2 * (g - 1.5)).max() <= 0.06 + 1e-9
+            assert median.get_ydata()[0] == own.median()
+            assert colour_of(dots) == colour_of(median) == layout.PALETTE[g]
+    names = ["uniform draw, as they are", "farthest point, as they are", "uniform draw, recovered"]
+    assert legend_of(ax) == list(zip([*names, "farthest point, recovered"], layout.PALETTE, strict=False))
+    known = stored["surfaces"].set_index("protein")
+    best = table[(table["sampler"] == "farthest") & (table["islands"] == "recovered")]
+    for ax, x, word in (
+        (figure.axes[1], known["N"] / 1000, "thousand"),
+        (figure.axes[2], known["mean_roughness"], "roughness"),
+    ):
+        assert word in ax.get_xlabel()
+        for line, stick in zip(ax.lines, sticks, strict=True):
+            own = best[best["yardstick"] == stick]
+            np.testing.assert_array_equal(line.get_xdata(), x[own["protein"]])
+            np.testing.assert_array_equal(line.get_ydata(), own["n_S_percent"].clip(1, 60))
+    assert figure.axes[1].get_xlim()[1] > known["N"].max() / 1000
+
+
+def test_z_over_proteins_is_that_of_the_table(stored):
+    figure, table = protein_figures.needed(stored), stored["by_n_s"]
+    floors = {"fresh dots": "fresh_dots", "turned": "turned", "atoms moved 0.3 Å": "atoms_moved_0.3_Å"}
+    floors = {words: stored["surfaces"][column].mean() for words, column in floors.items()}
+    for ax, islands in zip(figure.axes, ("surface", "recovered"), strict=True):
+        own = of_reading(table, islands)
+        names = list(own["sampler"].unique())
+        for line, band, name in zip(ax.lines, ax.collections, names, strict=False):
+            rows = own[own["sampler"] == name]
+            np.testing.assert_array_equal(line.get_xydata(), rows[["percent", "Z"]])
+            assert colour_of(line) == COLOURS.get(name, colour_of(line))
+            last = band.get_paths()[0].vertices
+            last = last[last[:, 0] == rows["percent"].max()][:, 1]
+            assert (last.min(), last.max()) == pytest.approx(tuple(rows.iloc[-1][["Z_low", "Z_high"]]))
+        assert [line.get_ydata()[0] for line in ax.lines[len(names) :]] == list(floors.values())
+    assert {t.get_text(): t.xy[1] for t in figure.axes[0].texts} == floors
+    assert words_of(figure) == ["A", "the dots as they are", "B", "the surface recovered from the dots"]
+
+
+DESCRIPTORS = {key: pd.read_csv(ROOT / "docs" / "tables" / f"descriptors_{key}.csv") for key in TABLES}
+
+
+def test_steadiness_is_that_of_the_lowest_density():
+    left, right = descriptors_figures.steadiness(DESCRIPTORS).axes
+    changes, orders = (DESCRIPTORS[key][DESCRIPTORS[key]["density"] == 5.35] for key in ("changes", "orders"))
+    surfaces, kinds = list(changes["surface"].unique()), list(changes["change"].unique())
+    pairs = [(d, s) for d in ("published", "steady") for s in surfaces]
+    assert len(left.containers) == len(right.lines) == len(pairs) > 1
+    for k, (descriptor, surface) in enumerate(pairs):
+        own = changes[(changes["descriptor"] == descriptor) & (changes["surface"] == surface)]
+        bars = left.containers[k].patches
+        assert [bar.get_height() for bar in bars] == list(own["ratio"])
+        middles = [bar.get_x() + bar.get_width() / 2 for bar in bars]
+        assert np.round(middles).tolist() == list(range(len(kinds)))
+        own = orders[(orders["descriptor"] == descriptor) & (orders["surface"] == surface)]
+        np.testing.assert_array_equal(right.lines[k].get_xydata(), own[["n", "ratio"]])
+        colour = {"published": "#E69F00", "steady": BLUE}[descriptor]
+        assert colour_of(right.lines[k]) == to_hex(bars[0].get_facecolor()).upper() == colour
+    assert [t.get_text().replace("\n", " ") for t in left.get_xticklabels()] == kinds
+    assert right.get_yscale() == "log"
+    figure = descriptors_figures.steadiness(DESCRIPTORS)
+    assert [text for text, _ in legend_of(figure)] == [f"{d}, {s}" for d, s in pairs]
+
+
+def test_samplers_are_drawn_in_units_of_the_floor_of_the_first_surface():
+    figure = descriptors_figures.samplers(DESCRIPTORS)
+    table, changes = DESCRIPTORS["samplers"], DESCRIPTORS["changes"]
+    surface = table["surface"].iloc[0]
+    for ax, descriptor in zip(figure.axes, ("published", "steady"), strict=True):
+        same = changes[(changes["surface"] == surface) & (changes["descriptor"] == descriptor)]
+        same = same[(same["change"] == "turned, fresh dots") & (same["density"] == 5.35)]
+        floor = same["Z"].item()
+        assert ax.get_title() == f"{descriptor}: floor {floor:.2f}"
+        for k, name in enumerate(("farthest", "poisson", "uniform", "paper")):
+            own = table[(table["descriptor"] == descriptor) & (table["sampler"] == name)]
+            own = own[own["surface"] == surface]
+            np.testing.assert_array_equal(ax.lines[k].get_xdata(), own["n_S_percent"])
+            np.testing.assert_allclose(ax.lines[k].get_ydata(), own["Z"] / floor)
+            assert colour_of(ax.lines[k]) == layout.PALETTE[k]
+        assert ax.lines[4].get_ydata()[0] == 1 and (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+    names = ["farthest", "poisson", "uniform", "paper"]
+    assert legend_of(figure) == list(zip(names, layout.PALETTE, strict=False))
+
+
+def test_thinning_shows_means_over_sides_and_draws():
+    rows = [
+        (name, p, surface, 0.5 + p / 100 + side / 10 + (surface == "recovered") / 4, 0.6 + p / 1000, 40 / p)
+        for name in ("farthest", "new")
+        for surface in ("full", "recovered")
+        for p in (1.0, 5.0)
+        for side in (0, 1)
+    ]
+    table = pd.DataFrame(
+        [("all", 100.0, "full", 1.0, 0.75, 300.0), *rows],
+        columns=["sampler", "percent", "surface", "correlation", "auc", "seconds"],
+    )
+    figure = thinning_figure(table.assign(n_S_percent=table["percent"]), "two proteins")
+    (a, b, c, d) = figure.axes
+    for ax, of, values in (
+        (a, [1, 5], [0.56, 0.60]), (b, [8, 40], [0.60, 0.56]),
+        (c, [1, 5], [0.601, 0.605]), (d, [8, 40], [0.605, 0.601]),
+    ):  # fmt: skip
+        np.testing.assert_allclose(ax.lines[0].get_xydata(), np.column_stack([of, values]))
+        assert [line.get_linestyle() for line in ax.lines[:4]] == ["-", "--", "-", "--"]
+        assert colour_of(ax.lines[0]) == colour_of(ax.lines[1]) == BLUE
+    np.testing.assert_allclose(a.lines[1].get_ydata(), [0.81, 0.85])
+    assert a.lines[4].get_ydata()[0] == 1.0 and c.lines[4].get_ydata()[0] == 0.75
+    assert b.lines[4].get_xydata().tolist() == [[300.0, 1.0]]
+    assert d.lines[4].get_xydata().tolist() == [[300.0, 0.75]]
+    assert d.texts[0].get_text() == "all dots" and d.texts[0].xy == (300.0, 0.75)
+    assert "correlation" in a.get_ylabel() and "AUC" in c.get_ylabel() and not b.get_ylabel()
+    assert "% of the dots" in c.get_xlabel() and "CPU seconds" in d.get_xlabel()
