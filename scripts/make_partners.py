@@ -3,7 +3,7 @@
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.making import fitting_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import run
 from sparsurf.workflow.partner_files import SIDES
@@ -19,9 +19,9 @@ def main(inputs, outputs, pair, settings, name):
         if molecule.n_frames > 1:
             raise InputError(f"{name}: partner {side} has {molecule.n_frames} models; give a file with one.")
         sizes = radii(molecule, settings["surface"]["radii"])
-        rules = settings["surface"]
-        density = fitting_density(molecule, 0, sizes, rules, settings["D_link"], f"{name}, partner {side}")
-        write_npz(outputs[f"surface_{side}"], surface_of(molecule, 0, sizes, rules | {"density": density}))
+        rules, which = settings["surface"], f"{name}, partner {side}"
+        surface, _ = fitting_surface(molecule, 0, sizes, rules, settings["D_link"], which)
+        write_npz(outputs[f"surface_{side}"], surface)
         molecule.write_pdb(outputs[f"structure_{side}"])
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.making import fitting_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import run
 
@@ -16,8 +16,7 @@ def main(inputs, outputs, settings, name):
     rules, path_to_input = settings["surface"], f"{inputs['structures']}/{Path(name).name}.pdb"
     molecule = read_molecule(path_to_input, selection="all", whole=False)
     atom_radii = radii(molecule, rules["radii"])
-    density = fitting_density(molecule, 0, atom_radii, rules, settings["D_link"], name)
-    surface = surface_of(molecule, 0, atom_radii, rules | {"density": density})
+    surface, _ = fitting_surface(molecule, 0, atom_radii, rules, settings["D_link"], name)
     write_npz(outputs["surface"], surface)
     write_dms(
         outputs["dms"], surface, molecule.residue_name, molecule.residue, molecule.name, molecule.xyz[0]

@@ -18,7 +18,7 @@ from sparsurf.study.complex_scores import score_complex
 from sparsurf.study.complexes import carried_labels, laid_on
 from sparsurf.study.matching import Recipe
 from sparsurf.study.partners import partner_of
-from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.making import fitting_surface
 from sparsurf.surfaces.radii import radii
 
 SETTINGS = {"method": "analytic", "density": "auto", "probe_radius": 1.4, "reentrant": "exact"}
@@ -48,8 +48,8 @@ def complexes(path_to_data):
 def ready(molecule, name):
     """A molecule's surface, ready for its maps."""
     sizes = radii(molecule, "dms")
-    density = fitting_density(molecule, 0, sizes, SETTINGS, D_LINK, name)
-    return partner_of(surface_of(molecule, 0, sizes, SETTINGS | {"density": density}), molecule, name)
+    surface, _ = fitting_surface(molecule, 0, sizes, SETTINGS, D_LINK, name)
+    return partner_of(surface, molecule, name)
 
 
 def main(path_to_data, path_to_results, descriptor=PUBLISHED):

@@ -4,13 +4,14 @@ import logging
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
-from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.making import fitting_surface, surface_of
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.spacing import DENSITY, SPARSE, refuse_sparse, spacing
+from sparsurf.surfaces.spacing import DENSITY, SPARSE, nearest, refuse_sparse, spacing
 
 SETTINGS = {
     "method": "analytic",
@@ -31,17 +32,19 @@ def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_res
     """From 15 residues on one step of correction does not reach it: the spacing falls slower than 1 / sqrt(density)."""
     molecule, atom_radii = without_hydrogens(tmp_path, n_residues)
     with caplog.at_level(logging.WARNING, "sparsurf"):
-        density = fitting_density(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
-    points = surface_of(molecule, 0, atom_radii, SETTINGS | {"density": density}).points
-    refuse_sparse(points, 0.5, "a")
-    assert 0.45 < SPARSE * spacing(points) <= 0.5, "much denser than needed"
+        surface, density = fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
+    refuse_sparse(surface.points, 0.5, "a")
+    assert 0.45 < SPARSE * spacing(surface.points) <= 0.5, "much denser than needed"
     assert f"{density:.2f} dots per Å^2 instead of {DENSITY:.2f}" in caplog.text
 
 
 def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_path, caplog):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
-    assert fitting_density(molecule, 0, atom_radii, SETTINGS, 1.0, "a") == DENSITY
-    assert fitting_density(molecule, 0, atom_radii, SETTINGS | {"density": 0.1}, 0.5, "a") == 0.1
+    assert fitting_surface(molecule, 0, atom_radii, SETTINGS, 1.0, "a")[1] == DENSITY
+    thin, density = fitting_surface(molecule, 0, atom_radii, SETTINGS | {"density": 0.1}, 0.5, "a")
+    assert density == 0.1 and len(thin) == len(
+        surface_of(molecule, 0, atom_radii, SETTINGS | {"density": 0.1})
+    )
     assert not caplog.text
 
 
@@ -50,7 +53,7 @@ def test_a_linking_distance_that_no_density_suits_is_told(tmp_path):
     with pytest.raises(
         InputError, match=r"a: D_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.D_link"
     ):
-        fitting_density(molecule, 0, atom_radii, SETTINGS, 0.05, "a")
+        fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.05, "a")
 
 
 def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():
@@ -58,3 +61,12 @@ def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():
     refuse_sparse(points, 1.301, "a")
     with pytest.raises(InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\)"):
         refuse_sparse(points, 1.299, "a")
+
+
+def test_the_nearest_dot_is_that_of_a_tree(blob):
+    """To the last bit, which densities rest on; with two dots, equal ones, and ones far from all others."""
+    dots, rng = blob[0], np.random.default_rng(3)
+    far = [[1e4, 0, 0], [1e4, 3, 0], [-9e5, 0, 0]]
+    for points in (dots, rng.normal(size=(2, 3)), np.zeros((5, 3)), np.concatenate([dots, far])):
+        assert np.array_equal(nearest(points), cKDTree(points).query(points, k=2)[0][:, 1])
+    assert np.isnan(spacing(dots[:1]))

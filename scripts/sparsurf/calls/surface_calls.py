@@ -6,7 +6,7 @@ import numpy as np
 
 from sparsurf.calls.inputs import as_molecule
 from sparsurf.patches.index import D_LINK
-from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.making import fitting_surface
 from sparsurf.surfaces.radii import radii as atomic_radii
 
 
@@ -64,5 +64,4 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
         molecule = as_molecule(molecule)
         values = atomic_radii(molecule, radii)
     wish = {"method": "analytic", "probe_radius": probe, "density": density, "reentrant": "exact"}
-    wish["density"] = fitting_density(molecule, frame, values, wish, d_link, "surface")
-    return surface_of(molecule, frame, values, wish)
+    return fitting_surface(molecule, frame, values, wish, d_link, "surface")[0]

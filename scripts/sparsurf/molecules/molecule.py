@@ -4,7 +4,6 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from string import ascii_letters
 
-import mdtraj
 import numpy as np
 import pandas as pd
 
@@ -81,6 +80,14 @@ class Molecule:
     @cached_property
     def topology(self):
         """mdtraj.Topology without bonds, for selection expressions; `segname` is the chain id."""
+        import mdtraj  # here: few ask for an expression, and it takes a quarter of a second
+
+        def element(symbol):
+            try:
+                return mdtraj.element.get_by_symbol(symbol)
+            except KeyError:
+                return mdtraj.element.virtual
+
         topology, chains, residues = mdtraj.Topology(), {}, {}
         for i, index in enumerate(self.residue_index.tolist()):
             chain = str(self.chain[i])
@@ -91,12 +98,5 @@ class Molecule:
                 residues[index] = topology.add_residue(
                     str(self.residue_name[i]), chains[chain], number, chain
                 )
-            topology.add_atom(str(self.name[i]), _mdtraj_element(str(self.element[i])), residues[index])
+            topology.add_atom(str(self.name[i]), element(str(self.element[i])), residues[index])
         return topology
-
-
-def _mdtraj_element(symbol):
-    try:
-        return mdtraj.element.get_by_symbol(symbol)
-    except KeyError:
-        return mdtraj.element.virtual

@@ -1,8 +1,6 @@
 """Molecules that the periodic box cuts are put together again."""
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
 # Å. Atoms of one residue or of neighbours in the sequence that are closer than this belong together: longer
 # than any bond (S-S 2.05), and it does no harm where it links second neighbours.
@@ -32,14 +30,21 @@ def make_whole(xyz, box, residue_index, join=True):
     if not np.isfinite(box).all() or np.linalg.norm(box, axis=2).min() < SMALLEST_BOX:
         return xyz
     links = _bonds(xyz[0], box[0], residue_index)
+    if not join and not _lattice_vectors(xyz[:, links[:, 0]] - xyz[:, links[:, 1]], box).any():
+        return xyz  # as most files of structures: nothing is cut
     if join:
         whole = _walk(xyz[:1], box[:1], links)[0]
         links = np.concatenate([links, _contacts(whole, box[0], links)])
     return _walk(xyz, box, links)
 
 
+def _lattice_vectors(vectors, box):
+    """How many lattice vectors, rounded, a vector (..., 3) spans."""
+    return np.rint(vectors @ np.linalg.inv(box))
+
+
 def _minimum_image(vectors, box):
-    return vectors - np.rint(vectors @ np.linalg.inv(box)) @ box
+    return vectors - _lattice_vectors(vectors, box) @ box
 
 
 def _bonds(xyz, box, residue_index):
@@ -56,6 +61,8 @@ def _bonds(xyz, box, residue_index):
 
 def _contacts(xyz, box, links):
     """(molecules - 1, 2) int: the shortest contacts that join all molecules, of at most 200 atoms of each."""
+    from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
+
     n_molecules, label = connected_components(_graph(links, len(xyz)), directed=False)
     if not 1 < n_molecules <= MOST_MOLECULES:
         return np.empty((0, 2), int)
@@ -74,11 +81,15 @@ def _contacts(xyz, box, links):
 
 
 def _graph(links, n_atoms):
+    from scipy.sparse import coo_array  # here and above: half a second that most structures need not wait
+
     return coo_array((np.ones(len(links)), links.T), shape=(n_atoms, n_atoms)).tocsr()
 
 
 def _walk(xyz, box, links):
     """Shift every atom to the image nearest to the atom it is linked to, from the first atom of each piece."""
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
     graph = _graph(links, xyz.shape[1])
     _, label = connected_components(graph, directed=False)
     roots = np.unique(label, return_index=True)[1]
@@ -87,9 +98,7 @@ def _walk(xyz, box, links):
         order, before = breadth_first_order(graph, root, directed=False)
         steps.extend(order[1:])
         parent[order[1:]] = before[order[1:]]
-    crossings = np.rint((xyz - xyz[:, parent]) @ np.linalg.inv(box)).astype(
-        int
-    )  # lattice vectors to the parent
+    crossings = _lattice_vectors(xyz - xyz[:, parent], box).astype(int)  # to the parent
     cut = np.flatnonzero(crossings.any(axis=(1, 2)))
     shift = crossings[cut]
     for atom in steps:  # parents come before their children

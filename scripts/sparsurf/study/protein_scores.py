@@ -18,7 +18,7 @@ from sparsurf.study import grid, tables
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.floors import floors
 from sparsurf.study.summary import Result
-from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.making import fitting_surface, surface_of
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import spacing
 from sparsurf.threads import over_slices
@@ -68,13 +68,13 @@ def ready(molecule, name, rules, threads):
     Evaluator, and a function of (A, 3) places, Å, that returns their Surface
     """
     sizes, settings = radii(molecule, "dms"), rules.of_surface()
-    settings["density"] = fitting_density(molecule, 0, sizes, settings, rules.D_link, name)
+    surface, settings["density"] = fitting_surface(molecule, 0, sizes, settings, rules.D_link, name)
 
     def lay(xyz):
         return surface_of(replace(molecule, xyz=xyz[None]), 0, sizes, settings)
 
     evaluator = Evaluator(
-        lay(molecule.xyz[0]), rules.R_patch, rules.R_zernike, rules.D_link, seed=SEED, name=name,
+        surface, rules.R_patch, rules.R_zernike, rules.D_link, seed=SEED, name=name,
         threads=threads, descriptor=rules.descriptor,
     )  # fmt: skip
     return evaluator, lay

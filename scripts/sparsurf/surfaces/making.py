@@ -19,8 +19,8 @@ RESERVE = 1.02  # by how much an automatic density exceeds what D_link needs
 MOST_DENSITY = 100  # dots per Å^2, also of a density that is given
 
 
-def fitting_density(molecule, position, atom_radii, settings, d_link, name):
-    """Dots per Å^2 of the config's `surface`: the number given, or for `auto` the least from DENSITY on that suits D_link.
+def fitting_surface(molecule, position, atom_radii, settings, d_link, name):
+    """Surface of one frame with the density of the config's `surface`, `auto` being the least from DENSITY on that suits D_link.
 
     Atoms without hydrogens have wider spheres, on which the same density lays dots farther apart. How much closer
     more dots lie depends on the molecule, so the density grows until they lie close enough.
@@ -33,14 +33,22 @@ def fitting_density(molecule, position, atom_radii, settings, d_link, name):
     name : str
         Conformation, for the log.
 
+    Returns
+    -------
+    Surface, and its density in dots per Å^2
+
     Raises
     ------
     InputError : D_link wants more than MOST_DENSITY
     """
+
+    def laid(density):
+        return surface_of(molecule, position, atom_radii, settings | {"density": density})
+
     if settings["density"] != "auto":
-        return settings["density"]
+        return laid(settings["density"]), settings["density"]
     density = DENSITY
-    while d_link < (least := SPARSE * _spacing_at(density, molecule, position, atom_radii, settings)):
+    while d_link < (least := SPARSE * spacing((surface := laid(density)).points)):
         density *= (RESERVE * least / d_link) ** 2
         if density > MOST_DENSITY:
             raise InputError(
@@ -53,11 +61,14 @@ def fitting_density(molecule, position, atom_radii, settings, d_link, name):
             "d under 'kept' depends on it",
             name, density, DENSITY, d_link, SPARSE,
         )  # fmt: skip
-    return density
+    return surface, density
 
 
-def _spacing_at(density, molecule, position, atom_radii, settings):
-    return spacing(surface_of(molecule, position, atom_radii, settings | {"density": density}).points)
+def fitting_density(molecule, position, atom_radii, settings, d_link, name):
+    """The density alone of `fitting_surface`; one that is given is taken as it is, and no surface made."""
+    if settings["density"] != "auto":
+        return settings["density"]
+    return fitting_surface(molecule, position, atom_radii, settings, d_link, name)[1]
 
 
 def surface_of(molecule, position, atom_radii, settings):
