@@ -33,8 +33,8 @@ from sparsurf.threads import available_cores
 from sparsurf.workflow.timing import peak_memory
 
 EXAMPLE = Path(__file__).parents[1] / "data" / "tdp43" / "topology.pdb"
-MOST_ATOMS = 20_000
-MOST_ATOMS_OF_OPPONENTS = 3_000  # beyond, they take minutes each
+MOST_ATOMS = 20_000  # beyond, farthest dots alone, and the settled ones
+MOST_ATOMS_OF_MESHES = 3_000  # beyond, they take minutes each
 TESTS = 1000
 
 
@@ -44,16 +44,16 @@ def main(structures, tables, threads, a1):
     tables.mkdir(parents=True, exist_ok=True)
     simplify = simplifier()
     for name, xyz, atom_radii in molecules(structures):
+        huge, small = len(xyz) > MOST_ATOMS, len(xyz) <= MOST_ATOMS_OF_MESHES
         if name not in known(tables / "recover.csv"):
-            floors, subsets = recovery.measure(name, xyz, atom_radii, TESTS, threads=threads)
+            names = recovery.NAMES[:1] if huge else recovery.NAMES
+            floors, subsets = recovery.measure(name, xyz, atom_radii, TESTS, names=names, threads=threads)
             append(floors, tables / "recover_floors.csv")
             append(subsets, tables / "recover.csv")
-        if (
-            simplify
-            and len(xyz) <= MOST_ATOMS_OF_OPPONENTS
-            and name not in known(tables / "recover_opponents.csv")
-        ):
-            found = opponents.measure(name, xyz, atom_radii, simplify, TESTS, threads=threads)
+        if (simplify or not small) and name not in known(tables / "recover_opponents.csv"):
+            found = opponents.measure(
+                name, xyz, atom_radii, simplify if small else None, TESTS, threads=threads
+            )
             append(found, tables / "recover_opponents.csv")
         print(name, flush=True)
     if a1:
@@ -63,7 +63,8 @@ def main(structures, tables, threads, a1):
     stored["_means"] = recovery.means(table)
     pairs = [(table, "adaptive", "farthest"), (table, "roughness", "uniform")]
     if beside is not None:
-        alike = beside[beside["sampler"] != opponents.ATOMS]  # of which there are as many as there are
+        full = set(beside.loc[beside["sampler"] == opponents.MESH, "protein"])  # the others have no mesh
+        alike = beside[beside["protein"].isin(full) & (beside["sampler"] != opponents.ATOMS)]
         stored["_opponents_means"] = recovery.means(alike, ("bytes", "Z", "distance", "angle"))
         others = opponents.SETTLED, opponents.SPARSE, opponents.MESH, opponents.CORNERS
         pairs += [(alike, each, opponents.KEPT) for each in others]
@@ -85,9 +86,6 @@ def molecules(structures):
             molecule = read_molecule(path, selection=None)
         except InputError as error:
             print(f"{path.name}: left out, {error}")
-            continue
-        if molecule.n_atoms > MOST_ATOMS:
-            print(f"{path.name}: left out, {molecule.n_atoms} atoms")
             continue
         yield path.name.split(".")[0], molecule.xyz[0], radii(molecule, "dms")
 

@@ -3,6 +3,7 @@
 import pandas as pd
 
 from sparsurf.recovery.recovering import REACH, spacing_of
+from sparsurf.recovery.settling import settle
 from sparsurf.sampling.samplers import weights
 from sparsurf.study.comparison import choices_of
 from sparsurf.study.evaluator import Evaluator, number_of_tests
@@ -23,10 +24,12 @@ def main(inputs, outputs, settings, name):
     choices = choices_of(pd.read_csv(inputs["ranges"]) if "ranges" in inputs else None)
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
     floors = pd.read_csv(inputs["floors"])
-    enough = enough_dots(evaluator, wish["sampler"], floors, n_tests, choices)
+    enough = enough_dots(evaluator, wish["sampler"], floors, n_tests, choices, settled=wish["settle"])
     enough.to_csv(outputs["enough"], index=False)
     if "floor" in wish:
-        dots = smallest(evaluator, wish["sampler"], floors, wish["floor"], enough, n_tests, choices)
+        dots = smallest(
+            evaluator, wish["sampler"], floors, wish["floor"], enough, n_tests, choices, wish["settle"]
+        )
         weight = weights(surface.points, dots)
     else:
         size, z = number_of_dots(wish, len(surface)), wish.get("Z")
@@ -34,6 +37,8 @@ def main(inputs, outputs, settings, name):
             evaluator, wish["sampler"], size, z, wish.get("combination"), n_tests, choices
         )
     subset = Surface(surface.points[dots], surface.normals[dots])
+    if wish["settle"]:
+        subset = Surface(*settle(subset.points, subset.normals, surface.points, surface.normals))
     table = pd.DataFrame({"dot": dots})
     table[["x", "y", "z"]] = subset.points
     table[["nx", "ny", "nz"]] = subset.normals

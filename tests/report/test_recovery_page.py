@@ -50,7 +50,28 @@ def test_a_row_of_each_table():
         [("a", "fresh dots", 0.25), ("b", "fresh dots", 0.5), ("a", "turned", 9.9)],
         columns=["protein", "floor", "Z"],
     )
-    assert recovery_page._each(table, floors).splitlines()[2:] == [
-        "| b | 900 | 0.50 | 0.70 |",
-        "| a | 800 | 0.25 | 0.60 |",
+    over = pd.DataFrame({"settled dots": {"a": 1.051, "b": float("nan")}})
+    assert recovery_page._each(table, floors, over).splitlines() == [
+        "| structure | N | fresh dots | Z at 5 % | settled dots, 10 %, over fresh |",
+        "| --- | --- | --- | --- | --- |",
+        "| b | 900 | 0.50 | 0.70 |  |",
+        "| a | 800 | 0.25 | 0.60 | 1.05 |",
+    ]
+
+
+def test_a_structure_is_held_to_its_own_floor():
+    columns = ["protein", "sampler", "percent", "Z"]
+    table = [("a", "farthest", 10.0, 0.525), ("b", "farthest", 10.0, 0.55), ("a", "farthest", 5.0, 9.0)]
+    table += [("a", "adaptive", 10.0, 0.54), ("b", "adaptive", 10.0, 0.4)]
+    settled = pd.DataFrame([("a", "settled dots", 10.0, 0.6)], columns=columns)
+    floors = [("a", "fresh dots", 0.5), ("b", "fresh dots", 0.5), ("b", "turned", 0.1)]
+    over = recovery_page.over_floor(
+        pd.DataFrame(table, columns=columns), pd.DataFrame(floors, columns=["protein", "floor", "Z"]), settled
+    )
+    assert over.loc["b"].round(3).tolist()[:2] == [1.1, 0.8] and over.loc["a", "settled dots"] == 1.2
+    assert recovery_page.everywhere(over).splitlines() == [
+        "- farthest: Z at 10 % is at most 1.08 times the fresh-dots floor on 1 of 2 structures; the most is 1.100 (b): not met.",
+        "- adaptive: Z at 10 % is at most 1.08 times the fresh-dots floor on 2 of 2 structures; the most is 1.080 (a): met.",
+        "- settled dots: Z at 10 % is at most 1.08 times the fresh-dots floor on 0 of 1 structures; the most is 1.200 (a): not "
+        "met.",
     ]

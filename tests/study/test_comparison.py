@@ -17,6 +17,7 @@ from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import SCALE
+from sparsurf.recovery.settling import settle
 from sparsurf.report.comparison_page import compare_markdown
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.sampling import law, samplers
@@ -27,6 +28,7 @@ from sparsurf.study.comparison_over_proteins import by_protein, needed_over_prot
 from sparsurf.study.dots_needed import all_needed, needed, ranking, times_fewer, values_of
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.minimal import minimal_subset
+from sparsurf.study.minimal_by_floor import enough_dots
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.making import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -372,7 +374,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         "sampling": {"moved_centre": True, "every_patch": True},
         "evaluation": {"test_dots": 30, "draws": 2},
         "compare": {"percents": [10, 40], "samplers": ["paper", "uniform", "farthest"]},
-        "minimal": {"sampler": "paper", "n_S_percent": 10},
+        "minimal": {"sampler": "paper", "n_S_percent": 10, "settle": False},
         "seed": 1,
     }
     folders = [tmp_path / "blob" / c for c in ("c1", "c2")]
@@ -405,3 +407,15 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     minimal = pd.read_csv(table)
     assert minimal["weight"].sum() == 3000
     assert np.allclose(minimal[["x", "y", "z"]], surface.points[minimal["dot"]])
+    wish = settings | {"minimal": {"sampler": "farthest", "floor": "fresh dots", "settle": True}}
+    take_minimal.main(inputs, {"table": table, "ply": ply, "enough": enough}, wish, "blob/c1")
+    dots = (minimal := pd.read_csv(table))["dot"].to_numpy()
+    better = settle(surface.points[dots], surface.normals[dots], surface.points, surface.normals)
+    assert np.allclose(minimal[["x", "y", "z", "nx", "ny", "nz"]], np.hstack(better))
+    needed = pd.read_csv(enough).set_index(["floor", "islands"])["n_S"]
+    own, one = (
+        pd.read_csv(inputs["floors"]),
+        Evaluator.from_settings(surface, wish, evaluator.roughness, "blob/c1", 1),
+    )
+    alone = enough_dots(one, "farthest", own, 30, readings=("recovered",), settled=True)
+    assert needed.xs("recovered", level="islands").to_dict() == alone.set_index("floor")["n_S"].to_dict()

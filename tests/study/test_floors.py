@@ -167,3 +167,13 @@ def test_errors_of_dots_beside_a_ball_by_hand():
     found = recovery.errors(far, out, true)
     assert found["distance"] == pytest.approx(3 / 40, abs=0.01)
     assert found["distance_95"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_truth_of_a_huge_surface_has_fewer_dots():
+    dense, huge = (recovery.truth(np.zeros((1, 3)), np.array([2.0]), area) for area in (50.0, 1e6))
+    assert dense.spacing == pytest.approx(60**-0.5) and huge.spacing == pytest.approx(20**-0.5)
+    assert len(dense.points) / len(huge.points) == pytest.approx(3, rel=0.05)
+    above = np.array(
+        [[0.0, 0, 2.1], [0.0, 0, 3.0]]
+    )  # 0.1 along the normal; 1.0, farther than its dots lie apart
+    assert recovery.distances(above, huge) == pytest.approx([0.1, 1.0], abs=0.01)

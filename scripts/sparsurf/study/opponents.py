@@ -53,7 +53,7 @@ def measure(name, xyz, radii, simplify=None, n_tests=400, percents=PERCENTS, see
     evaluator = Evaluator(
         surface, roughness_values=np.zeros(len(surface)), seed=seed, name=name, threads=threads
     )
-    tests, true, rows = evaluator.draw_tests(n_tests), truth(xyz, radii), []
+    tests, true, rows = evaluator.draw_tests(n_tests), truth(xyz, radii, evaluator.area), []
     z_tot, _ = evaluator.describe(tests)
     mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
 

@@ -1,6 +1,7 @@
 """What surfaces recovered from subsets are worth, over many proteins: errors, Z beside the floors, means with intervals."""
 
 import time
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -16,7 +17,22 @@ from sparsurf.surfaces.making import molecular_surface
 PERCENTS = (2.5, 5.0, 10.0, 20.0)
 NAMES = ("farthest", "adaptive", "uniform", "roughness")
 DENSE = 60.0  # dots per Å^2 of the true surface that errors are measured from
+MOST_DENSE = 20_000_000  # such dots at most: a ribosome gets fewer per Å^2
 TRUE_SAMPLE = 20_000  # recovered dots whose error is measured
+
+
+class Truth(NamedTuple):
+    """Very dense dots of a surface, from which errors are measured.
+
+    tree : scipy.spatial.cKDTree of the dots
+    points, normals : (D, 3) float64, Å and unit vectors
+    spacing : float, 1 / sqrt(dots per Å^2), Å
+    """
+
+    tree: cKDTree
+    points: np.ndarray
+    normals: np.ndarray
+    spacing: float
 
 
 def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=20261120, threads=1):
@@ -43,7 +59,7 @@ def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=
     table = floors(evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz)
     own = {"protein": name, "N": len(surface), "area": evaluator.area, "atoms": len(xyz)}
     floor = table.set_index("floor").loc[FRESH, "Z"]
-    true = truth(xyz, radii)
+    true = truth(xyz, radii, evaluator.area)
     tests, rows = evaluator.draw_tests(n_tests), []
     z_tot, _ = evaluator.describe(tests)
     for sampler in names:
@@ -58,10 +74,11 @@ def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=
     return table.assign(**own), pd.DataFrame(rows)
 
 
-def truth(xyz, radii):
-    """Search tree, points and normals of very dense dots of a surface."""
-    dense = molecular_surface(xyz, radii, density=DENSE)
-    return cKDTree(dense.points), dense.points, dense.normals
+def truth(xyz, radii, area=0.0):
+    """Truth of a molecule's surface, of about `area` (Å^2)."""
+    density = min(DENSE, MOST_DENSE / max(area, 1.0))
+    dense = molecular_surface(xyz, radii, density=density)
+    return Truth(cKDTree(dense.points), dense.points, dense.normals, 1 / np.sqrt(density))
 
 
 def _quality(points, normals, true):
@@ -82,10 +99,9 @@ def distances(points, true):
 
 def _nearest(points, true):
     """What `distances` gives, and the normals of the nearest dense dots, (M, 3)."""
-    tree, places, directions = true
-    gap, near = tree.query(points)
-    along = np.abs(np.sum((points - places[near]) * directions[near], axis=1))
-    return np.where(gap > 2 / np.sqrt(DENSE), gap, along), directions[near]
+    gap, near = true.tree.query(points)
+    along = np.abs(np.sum((points - true.points[near]) * true.normals[near], axis=1))
+    return np.where(gap > 2 * true.spacing, gap, along), true.normals[near]
 
 
 def errors(points, normals, true):
