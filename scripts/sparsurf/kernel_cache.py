@@ -23,7 +23,7 @@ def kernel_sources():
         for module, words in re.findall(rb"^from sparsurf\.?([\w.]*) import (.*)", sources[name], re.M):
             module = module.decode()
             kernels.add(module)
-            kernels.update(f"{module}.{word}" for word in re.findall(r"\w+", words.decode()))
+            kernels.update(f"{module}.{word}".lstrip(".") for word in re.findall(r"\w+", words.decode()))
     return b"".join(source for name, source in sources.items() if name in kernels)
 
 

@@ -183,6 +183,7 @@ def test_few_values_are_drawn_as_they_are():
     figure = rough_and_flat.figure([("t", r, z[0], z[1])], [patch()], np.random.default_rng(0), bins=2)
     ax = figure.axes[-1]
     dots = [line for line in ax.lines if line.get_marker() == "o"]
+    assert len(dots) == 2
     _, chosen = rough_and_flat._equal_bins(r, np.random.default_rng(0), 2)
     for line, values, colour in zip(dots, z, (VERMILLION, BLUE), strict=False):
         np.testing.assert_allclose(line.get_ydata(), np.concatenate([values[own] for own in chosen.values()]))
@@ -203,8 +204,9 @@ def test_a_patch_is_shown_whole_sampled_and_random():
 
 
 def test_the_surface_has_the_colours_of_the_histogram():
-    points, normals = sphere(2000)
-    rough = np.where(points[:, 0] < 0, 0.2, 0.8) + np.linspace(0, 0.01, 2000)
+    order = np.random.default_rng(0).permutation(2000)
+    points, normals = (each[order] for each in sphere(2000))
+    rough = np.where(points[:, 0] < 2, 0.2, 0.8) + np.linspace(0, 0.01, 2000)
     figure = roughness.figure(points, normals, rough)
     _, bar, histogram = figure.axes
     counts, edges = np.histogram(rough, 50)
@@ -212,7 +214,8 @@ def test_the_surface_has_the_colours_of_the_histogram():
     np.testing.assert_allclose([p.get_x() for p in histogram.patches], edges[:-1])
     assert histogram.lines[0].get_xdata()[0] == pytest.approx(rough.mean())
     assert histogram.texts[0].get_text() == f"mean {rough.mean():.2f}"
-    low, high = np.quantile(rough, [0.01, 0.99])
+    low, middle, high = np.quantile(rough, [0.01, 0.5, 0.99])
+    low = min(low, middle - 0.1)  # at least 0.2 wide
     assert bar.get_ylim() == pytest.approx((low, high))
     middles = (edges[[0, 25, 49]] + edges[[1, 26, 50]]) / 2
     wanted = colormaps["viridis"](np.clip((middles - low) / (high - low), 0, 1))
@@ -222,8 +225,8 @@ def test_the_surface_has_the_colours_of_the_histogram():
     ink = np.ptp(image, axis=2) > 30
     rows, columns = np.nonzero(ink)
     yellow = image[rows, columns, 0] > image[rows, columns, 2] + 60
-    # the view may be mirrored, but one half is dark and the other bright
-    assert 0.3 < yellow.mean() < 0.7
+    # the view may be mirrored, but one side is dark and the other bright
+    assert 0.2 < yellow.mean() < 0.7
     assert abs(columns[yellow].mean() - columns[~yellow].mean()) > 0.25 * np.ptp(columns)
 
 

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from browser import Browser, programs
+from sparsurf.patches.readings import READINGS
 from sparsurf.report.viewer import packing
 from sparsurf.report.viewer import page as viewer
 from sparsurf.sampling import law
@@ -373,3 +374,62 @@ def test_a_surface_without_structure_and_grid_values(evaluator, grid):
     assert "kind" not in columns and "residue" not in columns
     assert header["grid"][0][7] is None
     assert pd.isna(table["d_kept"]).all()
+
+
+def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
+    height = viewer.Values("height", "z", " Å", evaluator.points[:, 2], "low down", "high up")
+    text, order = write(evaluator, grid, [height])
+    header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
+    table, points, cover = grid[0], evaluator.points, evaluator.cover
+    assert (header["total"], header["stored"], header["radius"]) == (3000, 3000, evaluator.r_patch)
+    places = np.column_stack([columns[axis] for axis in "xyz"]) * header["step"]
+    assert np.allclose(places, points, atol=1e-9)
+    wanted = [f"{name}_{reading}" for reading in ("kept", "surface") for name in ("Z_tS", "Z_tR", "d")]
+    assert np.allclose(header["grid"], table[[*PARAMETERS, "n_S_percent", *wanted]], rtol=1e-4, atol=1e-12)
+    assert len(header["readings"]) == 2 and header["readings"][0] != header["readings"][1]
+    assert list(header["samplers"])[:2] == ["minimal", "farthest"] and list(header["samplers"])[-2:] == [
+        "paper",
+        "all",
+    ]
+    best = tables.best(*grid, 50)
+    presets = dict(map(tuple, ((name, tuple(values)) for name, values in header["presets"])))
+    assert presets.pop("the paper's best") == (1, 0, 6, 0)
+    for reading in ("kept", "surface"):
+        row = best[reading]["unrestricted"]
+        (name,) = [
+            each for each in presets if each.startswith("best, ") and each.endswith(reading_words(reading))
+        ]
+        assert presets[name] == tuple(row[p] for p in PARAMETERS)
+        said = (
+            f"keeps {row['n_S_percent']:.0f} % of the dots with d = {row['d_held_out']:.2f} (held out; 95 %: "
+        )
+        assert said + f"{row['d_held_out_low']:.2f} to {row['d_held_out_high']:.2f})" in text
+    assert "3,000 dots." in text
+    rough, z = header["values"]
+    assert (rough["symbol"], rough["low is"], rough["high is"]) == ("R_i", "rough", "flat")
+    assert (z["low"], z["high"], z["low is"], z["high is"]) == (
+        points[:, 2].min(),
+        points[:, 2].max(),
+        "low down",
+        "high up",
+    )
+    steps = z["low"] + np.array(columns["value 1"]) / 254 * (z["high"] - z["low"])
+    assert np.abs(steps - points[:, 2]).max() <= (z["high"] - z["low"]) / 254 / 2 + 1e-9
+    assert header["stops"][0] == [68, 1, 84] and header["stops"][-1] == [253, 231, 36]  # viridis
+    assert [name for name, _ in header["kinds"]] == ["contact", "saddle", "concave", "unknown kind"]
+    assert columns["kind"] == (np.arange(3000) % 3).tolist()
+    assert [header["residues"][k] for k in columns["residue"][:2]] == RESIDUES
+    assert [order[rank] for rank in range(5)] == [columns["rank farthest"].index(rank) for rank in range(5)]
+    assert np.flatnonzero(columns["minimal"]).tolist() == MINIMAL
+    assert columns["centre"] == cover.centre.tolist() and columns["size"] == np.diff(cover.start).tolist()
+    assert np.allclose(np.array(columns["centreR"]) / viewer.CENTRE_STEPS, cover.roughness, atol=1e-7)
+    origin = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * header["step"]
+    assert np.allclose(origin, points[cover.origin], atol=1e-9)
+    ends = np.cumsum(columns["size"])
+    for k in range(len(cover.centre)):
+        own = columns["pair"][ends[k] - columns["size"][k] : ends[k]]
+        assert own == sorted(cover.dot[cover.start[k] : cover.start[k + 1]].tolist())
+
+
+def reading_words(reading):
+    return READINGS[reading].words

@@ -372,3 +372,12 @@ def test_numbers_of_a_dms_file_do_not_touch_the_names(tmp_path, small):
     write_dms(tmp_path / "a.dms", moved, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], xyz)
     lines = (tmp_path / "a.dms").read_text().splitlines()
     assert {len(line.split()) for line in lines} == {7, 11}
+
+
+def test_every_format_tells_what_it_can_do():
+    known = {each.name: each for each in FORMATS}
+    assert {name: each.suffixes for name, each in known.items()} == {
+        "npz": (".npz",), "CSV": (".csv",), "DMS": (".dms",), "PLY": (".ply",),
+    }  # fmt: skip
+    can = {name: (each.read is not None, each.write is not None) for name, each in known.items()}
+    assert can == {"npz": (True, True), "CSV": (True, False), "DMS": (True, True), "PLY": (False, True)}

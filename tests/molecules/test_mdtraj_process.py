@@ -1,0 +1,92 @@
+"""What mdtraj reads in a process of its own is what it reads in this one; what it cannot read is a sentence."""
+
+from types import SimpleNamespace
+
+import mdtraj
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from sparsurf import InputError
+from sparsurf.molecules import mdtraj_process
+from sparsurf.molecules.mdtraj_process import frames, names
+
+TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """Five frames with their times and boxes."""
+    some = mdtraj.load_frame(str(ROOT / "data" / "tdp43" / "trajectory.xtc"), 0, top=str(TOPOLOGY))
+    rng = np.random.default_rng(0)
+    xyz = some.xyz + rng.normal(scale=0.01, size=(5, *some.xyz.shape[1:])).astype(np.float32)
+    return mdtraj.Trajectory(
+        xyz, some.topology, time=10.0 * np.arange(5), unitcell_lengths=np.full((5, 3), [7.0, 8.0, 9.0]),
+        unitcell_angles=np.full((5, 3), 90.0),
+    )  # fmt: skip
+
+
+def test_names_are_those_of_the_topology(whole, tmp_path):
+    whole[0].save_gro(str(tmp_path / "a.gro"))
+    rows, atoms = names(tmp_path / "a.gro"), list(whole.topology.atoms)
+    assert len(rows) == len(atoms)
+    for k in (0, 1, 400, len(atoms) - 1):
+        atom = atoms[k]
+        wanted = [
+            atom.name,
+            atom.residue.name,
+            "",
+            atom.residue.resSeq,
+            atom.element.symbol,
+            atom.residue.index,
+        ]
+        assert rows[k] == wanted
+    chain = mdtraj.Topology()
+    residue = chain.add_residue("ALA", chain.add_chain(chain_id="Q"), resSeq=-3, segment_id="SEG")
+    chain.add_atom("CA", None, residue)
+    other = chain.add_residue("ALA", chain.add_chain(), resSeq=4, segment_id="SEG")
+    chain.add_atom("CL", mdtraj.element.chlorine, other)
+    assert mdtraj_process.rows_of(chain) == [("CA", "ALA", "Q", -3, "", 0), ("CL", "ALA", "SEG", 4, "CL", 1)]
+
+
+@pytest.mark.parametrize("ending", ["xtc", "trr", "dcd", "h5"])
+def test_frames_are_those_of_the_trajectory(whole, tmp_path, ending):
+    path, n, some = tmp_path / f"a.{ending}", whole.n_atoms, np.array([3, 7, 20])
+    whole.save(str(path))
+    xyz, time, box = frames(path, n)
+    np.testing.assert_allclose(xyz, whole.xyz, atol=0.0006)
+    if ending != "dcd":  # which has no times
+        np.testing.assert_allclose(time, whole.time)
+    np.testing.assert_allclose(box, whole.unitcell_vectors, atol=1e-5)
+    xyz, time, box = frames(path, n, some, stride=2)
+    assert xyz.shape == (3, 3, 3) and len(time) == len(box) == 3
+    np.testing.assert_allclose(xyz, whole.xyz[::2][:, some], atol=0.0006)
+    xyz, time, _ = frames(path, n, some, first=True)
+    assert len(xyz) == len(time) == 1  # all of its atoms, whichever are asked for
+    np.testing.assert_allclose(xyz[:, some], whole.xyz[:1][:, some], atol=0.0006)
+
+
+def test_one_frame_of_some_atoms(whole, tmp_path):
+    path = tmp_path / "a.rst7"
+    whole[2].save_amberrst7(str(path))
+    xyz, _, _ = frames(path, whole.n_atoms, np.array([2, 5]))
+    np.testing.assert_allclose(xyz, whole.xyz[2:3, [2, 5]], atol=1e-5)
+    assert frames(path, whole.n_atoms, np.array([5]), first=True)[0].shape == (1, whole.n_atoms, 3)
+
+
+def test_a_trajectory_of_other_atoms_tells_how_many_it_has(whole, tmp_path):
+    whole.save_dcd(str(tmp_path / "a.dcd"))
+    xyz, _, box = frames(tmp_path / "a.dcd", 3, first=True)
+    assert xyz.shape == (1, whole.n_atoms, 3) and len(box) == 0
+
+
+def test_what_cannot_be_read_is_a_sentence(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match=r"no[.]xtc does not exist: check the path"):
+        frames(tmp_path / "no.xtc", 3)
+    (tmp_path / "bad.gro").write_text("one\ntwo\n")
+    with pytest.raises(InputError, match=r"bad.gro cannot be read \(\w.*\): it is damaged"):
+        names(tmp_path / "bad.gro")
+    crashed = SimpleNamespace(returncode=-11, stderr=b"Segmentation of something\n", stdout=b"")
+    monkeypatch.setattr(mdtraj_process.subprocess, "run", lambda *_, **__: crashed)
+    with pytest.raises(InputError, match=r"\(its reader crashed\)"):
+        names(tmp_path / "bad.gro")

@@ -1,0 +1,63 @@
+"""Where compiled kernels are kept: a folder named after their sources, the first that can be written."""
+
+import hashlib
+import os
+from pathlib import Path
+
+import pytest
+
+from conftest import ROOT
+from sparsurf import kernel_cache
+
+
+@pytest.fixture(autouse=True)
+def nothing_told(monkeypatch):
+    """No folder is told; what `use` sets is taken back afterwards."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+
+
+def test_the_checkout_comes_before_the_cache_of_the_user(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert kernel_cache._places() == [ROOT / ".cache" / "numba", tmp_path / "sparsurf" / "numba"]
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert kernel_cache._places()[1] == tmp_path / "home" / ".cache" / "sparsurf" / "numba"
+    monkeypatch.setattr(kernel_cache, "LIBRARY", tmp_path / "site-packages" / "sparsurf")  # installed
+    assert kernel_cache._places() == [tmp_path / "home" / ".cache" / "sparsurf" / "numba"]
+
+
+def test_a_folder_that_is_told_is_the_only_one(monkeypatch, tmp_path):
+    for told in (tmp_path, tmp_path / "sources-of-a-parent"):
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(told))
+        assert kernel_cache._places() == [tmp_path]
+
+
+def test_the_folder_is_named_after_the_sources(monkeypatch, tmp_path):
+    sources = kernel_cache.kernel_sources()
+    monkeypatch.setattr(
+        kernel_cache, "_places", lambda: [tmp_path / "file" / "x", tmp_path / "b", tmp_path / "c"]
+    )
+    (tmp_path / "file").write_text("")  # no folder can be made in it
+    kernel_cache.use()
+    wanted = tmp_path / "b" / f"sources-{hashlib.sha256(sources).hexdigest()[:16]}"
+    assert Path(os.environ["NUMBA_CACHE_DIR"]) == wanted and wanted.is_dir() and not (tmp_path / "c").exists()
+    monkeypatch.setattr(kernel_cache, "kernel_sources", lambda: sources + b"# an edit")
+    kernel_cache.use()
+    assert Path(os.environ["NUMBA_CACHE_DIR"]) != wanted
+
+
+def test_sources_are_those_of_kernels_and_of_what_they_import(monkeypatch, tmp_path):
+    texts = {
+        "kernel.py": "from numba import njit\nfrom sparsurf.deep.constants import A\nfrom sparsurf import plain\n",
+        "deep/constants.py": "A = 1\n",
+        "plain.py": "B = 2\n",
+        "apart.py": "C = 3\n",
+        "deep/apart.py": "D = 4\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr(kernel_cache, "LIBRARY", tmp_path)
+    assert kernel_cache.kernel_sources().decode() == "".join(
+        texts[name] for name in ("deep/constants.py", "kernel.py", "plain.py")
+    )
