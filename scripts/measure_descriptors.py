@@ -23,6 +23,7 @@ from sparsurf.workflow.config import check
 
 SEED, N_TESTS = 20261120, 400
 DENSITIES = (DENSITY, 20.0)
+LINKS = (0.5, 0.55, 0.6, 0.8)  # Å, D_link: the published one first
 
 
 def measure(name, path, threads):
@@ -35,11 +36,18 @@ def measure(name, path, threads):
         steadiness.steadiness(xyz, r, tests, stream(SEED, name, "turns"), density, threads=threads)
         for density in DENSITIES
     ]
+    linked = [
+        steadiness.steadiness(xyz, r, tests, stream(SEED, name, "turns"), d_link=link, threads=threads)[0]
+        for link in LINKS
+    ]
     evaluator = Evaluator(surface, seed=SEED, name=name, threads=threads)
     law = check({"proteins": {name: {"structure": str(path)}}})["sampling"]
     tables = {
         "changes": pd.concat([changes for changes, _ in moved]),
         "orders": pd.concat([orders for _, orders in moved]),
+        "linked": pd.concat(
+            [changes.assign(D_link=link) for link, changes in zip(LINKS, linked, strict=True)]
+        ),
         "rows": steadiness.rows_of_paper(evaluator, N_TESTS),
         "samplers": steadiness.of_samplers(evaluator, N_TESTS),
         "grid": steadiness.whole_grid(evaluator, [law[key] for key in ("alpha", "beta", "gamma", "delta")]),

@@ -6,7 +6,8 @@ import pandas as pd
 from sparsurf.report.figures.descriptors_figures import floor_of
 from sparsurf.report.pages import markdown
 
-TABLES = ("changes", "orders", "rows", "samplers", "grid")
+TABLES = ("changes", "linked", "orders", "rows", "samplers", "grid")
+LONGER = 0.6  # Å, the D_link that suits the steady descriptor
 SIGNAL = 0.1  # an order carries signal where position and dots give less than this share of its variance
 
 
@@ -30,6 +31,7 @@ def descriptors_markdown(tables):
         "Mean distance Z of the descriptors of one patch before and after, and its ratio to the distance of two different "
         "patches. *Turned*: the same dots in five random positions. *Fresh dots*: those laid after a turn, turned back.\n",
         markdown(_changes(tables["changes"]), 3),
+        _linked(tables["linked"]),
         "## Which orders carry signal\n",
         _orders(tables["orders"]),
         "## What changes in the paper's tables\n",
@@ -91,11 +93,13 @@ def _answer(tables):
             _with(changes, descriptor=descriptor, change=change)["ratio"], 3 if descriptor == "steady" else 2
         )
 
+    longer = _with(tables["linked"], descriptor="steady", change="fresh dots", D_link=LONGER)
     return (
         f"Turning the molecule moves the published descriptor by {ratios('published', 'turned')} of what two different patches "
         f"differ by, the steady one by {ratios('steady', 'turned')}; fresh dots of the same surface by "
         f"{ratios('published', 'fresh dots')} and {ratios('steady', 'fresh dots')}; both together by "
-        f"{ratios('published', 'turned, fresh dots')} and {ratios('steady', 'turned, fresh dots')}.\n"
+        f"{ratios('published', 'turned, fresh dots')} and {ratios('steady', 'turned, fresh dots')}. With dots linked over "
+        f"{LONGER:g} Å fresh dots move the steady one by {_span(longer['ratio'], 3)}.\n"
     )
 
 
@@ -111,6 +115,19 @@ def _changes(changes):
         out[f"ratio, {name}"] = own["ratio"].to_numpy()
     out["density"] = [f"{value:g}" for value in out["density"]]
     return out.rename(columns={"density": "dots per Å^2"})
+
+
+def _linked(linked):
+    """What a longer linking distance gives: fresh dots, by D_link."""
+    fresh = linked[linked["change"] == "fresh dots"]
+    out = fresh[["surface", "D_link"]].drop_duplicates().reset_index(drop=True)
+    for name in ("published", "steady"):
+        out[f"ratio of fresh dots, {name}"] = _with(fresh, descriptor=name)["ratio"].to_numpy()
+    return (
+        "At the published D_link of 0.5 Å single dots are islands of their own, here and there, and fall out of the patch: not "
+        "the surface, where its dots fell. A longer one holds them (`patches: {descriptor: steady, D_link: 0.6}`):\n\n"
+        + markdown(out.assign(D_link=[f"{link:g} Å" for link in out["D_link"]]), 3)
+    )
 
 
 def _orders(orders):
