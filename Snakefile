@@ -71,6 +71,8 @@ BEST = {"best": f"{CONFORMATION}/best.json"}
 BINS = {"bins": f"{CONFORMATION}/rough_and_flat.csv"}
 FLOORS = {"floors": f"{CONFORMATION}/floors.csv"}
 ENOUGH = {"enough": f"{CONFORMATION}/enough.csv"}
+FIRST_PAGE = {"md": f"{RUN}/index.md", "html": f"{RUN}/index.html"}
+FIRST_PAGE["part"] = f"{RUN}/.front_page.html"  # scripts/report/first.rst shows it
 
 
 wildcard_constraints:
@@ -156,7 +158,7 @@ def led_to(wildcards):
     found += [path.format(protein=name) for name in MOLECULES for path in OF_MOLECULE if path.endswith("png")]
     found += [f"{RUN}/{file}" for file in ("summary.csv", "summary.png")]
     found += [f"{RUN}/compare.png"] if config["compare"]["run"] else []
-    return found + ([f"{RUN}/verdict.html"] if "paper" in config else [])
+    return found + ([f"{RUN}/verdict.html"] if "paper" in config else []) + OF_PAIRS
 
 
 def dots(wildcards):
@@ -189,6 +191,9 @@ OF_MOLECULE += [
 OF_CONFORMATION = "surface.ply ranges.csv ranges.md best.json best.md minimal.csv minimal.ply view.html residues.csv".split()
 OF_CONFORMATION += [f"figures/{name}.{kind}" for name in FIGURES for kind in ("png", "svg")]
 OF_CONFORMATION += ["compare.csv"] if config["compare"]["run"] else []
+OF_PAIR = ["book.png", "view_1.html", "view_2.html"]
+OF_PAIR += ["thinning.png"] if config["complementarity"]["thinning"]["run"] else []
+OF_PAIRS = expand(f"{RUN}/pairs/{{pair}}/{{file}}", pair=config["pairs"], file=OF_PAIR)
 
 
 localrules:  # of a few seconds each: not worth a job of a cluster
@@ -204,11 +209,15 @@ localrules:  # of a few seconds each: not worth a job of a cluster
     write_front_page,
 
 
+ruleorder: summarise_pairs > write_front_page  # the first page of pairs alone
+
+
 rule all:
     default_target: True
     input:
         expand(f"{PROTEIN}/.complete", protein=PROTEINS),
-        [f"{RUN}/summary.csv", f"{RUN}/index.html"] if PROTEINS else [],
+        FIRST_PAGE["html"],
+        [f"{RUN}/summary.csv"] if PROTEINS else [],
         expand(f"{RUN}/pairs/{{pair}}/.complete", pair=config["pairs"]),
         [f"{RUN}/pairs/pairs.md"] if config["pairs"] else [],
         [f"{RUN}/verdict.md"] if "paper" in config else [],
@@ -697,9 +706,7 @@ rule write_front_page:
         needed=[f"{RUN}/compare_needed.csv"] if config["compare"]["run"] else [],
         pages=led_to,
     output:
-        md=f"{RUN}/index.md",
-        html=f"{RUN}/index.html",
-        part=f"{RUN}/.front_page.html",  # scripts/report/first.rst shows it
+        **FIRST_PAGE,
     log:
         f"{LOGS}/write_front_page.log",
     conda:
@@ -818,8 +825,7 @@ def partners_of(*kinds):
 
 def of_pair(wildcards):
     """Input function: what a pair must have in the end."""
-    files = ["pair.md", "book.png", "view_1.html"] + (["residues.csv"] if has_atoms(wildcards.pair) else [])
-    files += ["thinning.csv"] if config["complementarity"]["thinning"]["run"] else []
+    files = ["pair.md", *OF_PAIR] + (["residues.csv"] if has_atoms(wildcards.pair) else [])
     return [f"{RUN}/pairs/{wildcards.pair}/{file}" for file in files]
 
 
@@ -868,6 +874,7 @@ rule match_partners:
         "envs/study.yaml"
     threads: THREADS
     params:
+        pair=lambda wildcards: config["pairs"][wildcards.pair],
         settings=settings("patches", "complementarity", "seed"),
         code=digest("match_partners.py"),
     message:
@@ -958,7 +965,9 @@ rule thin_pair:
 rule summarise_pairs:
     input:
         tables=expand(f"{PAIR}/agreement.csv", pair=config["pairs"]),
+        pages=[] if PROTEINS else OF_PAIRS,
     output:
+        **({} if PROTEINS else FIRST_PAGE),
         table=f"{RUN}/pairs/pairs.csv",
         means=shown(f"{RUN}/pairs/means.csv", "Means over pairs", "pairs", "Pairs"),
         page=f"{RUN}/pairs/pairs.md",

@@ -6,15 +6,15 @@ from sparsurf.report.pair_page import pair_markdown
 from sparsurf.study import matching
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.workflow.jobs import run
-from sparsurf.workflow.partner_files import SIDES, partners, recipe_of, wished_centres
+from sparsurf.workflow.partner_files import SIDES, names_of, partners, recipe_of, wished_centres
 
 
-def main(inputs, outputs, settings, name, threads):
+def main(inputs, outputs, settings, pair, name, threads):
     """Write propensity.csv, best_pairs.csv, agreement.csv, contacts.csv, a page and two coloured surfaces."""
     rules, recipe = settings["complementarity"], recipe_of(settings)
-    pair = partners(inputs, settings, name, threads)
-    centres = [wished_centres(each, settings) for each in pair]
-    found = matching.match(*pair, centres, rules["nearest"], recipe, threads)
+    both = partners(inputs, settings, name, threads)
+    centres = [wished_centres(each, settings) for each in both]
+    found = matching.match(*both, centres, rules["nearest"], recipe, threads)
     dots, agreed = [], []
     for place, side in enumerate(SIDES):
         maps = matching.maps(found, place, rules["smoothing"], threads)
@@ -30,12 +30,12 @@ def main(inputs, outputs, settings, name, threads):
         columns = {key: table[key].to_numpy() for key in ("similarity_smoothed", "interface")}
         write_ply(
             outputs[f"ply_{side}"],
-            pair[place].surface,
+            both[place].surface,
             table["propensity_smoothed"].to_numpy(),
             "propensity",
             columns,
         )
-    touching = matching.contacts(*pair, rules["interface"], recipe, settings["seed"], threads)
+    touching = matching.contacts(*both, rules["interface"], recipe, settings["seed"], threads)
     best = matching.best_pairs(found)
     agreement = pd.concat(agreed) if agreed else pd.DataFrame(columns=matching.AREAS)
     contacts = pd.DataFrame(columns=matching.CONTACTS) if touching is None else touching
@@ -44,7 +44,8 @@ def main(inputs, outputs, settings, name, threads):
     agreement.to_csv(outputs["agreement"], index=False)
     contacts.to_csv(outputs["contacts"], index=False)
     with open(outputs["page"], "w", encoding="utf-8") as stream:
-        stream.write(pair_markdown(name, agreement, contacts, best, settings))
+        bare = [side for side, each in zip(SIDES, both, strict=True) if each.residues is None]
+        stream.write(pair_markdown(name, agreement, contacts, best, settings, names_of(pair), bare))
 
 
 if __name__ == "__main__":

@@ -6,8 +6,8 @@ from pathlib import Path
 import pandas as pd
 
 from sparsurf.patches.readings import TEXT
-from sparsurf.report.front_page import SHOWN, YARDSTICKS, front_page
-from sparsurf.report.html import as_html, in_report
+from sparsurf.report.front_page import SHOWN, YARDSTICKS, front_page, links_to_pairs
+from sparsurf.report.html import first_page
 from sparsurf.study.enough import enough
 from sparsurf.workflow.jobs import run
 
@@ -47,15 +47,10 @@ def main(inputs, outputs):
         }
         own = enough(grid, wanted, reading)
         found.append(own.assign(protein=place[0], conformation=place[1]))
-    shown = {str(Path(path).relative_to(folder)) for path in inputs["pages"]}
-    page = front_page(
-        folder.name, surfaces, pd.concat(found), reached, handed_out, fewer, links_to(places, shown)
-    )
-    for key, text in {
-        "md": page,
-        "html": as_html(page, folder.name),
-        "part": in_report(page, folder),
-    }.items():
+    shown = [str(Path(path).relative_to(folder)) for path in inputs["pages"]]
+    links = links_to(places, shown) + links_to_pairs(shown)
+    page = front_page(folder.name, surfaces, pd.concat(found), reached, handed_out, fewer, links)
+    for key, text in first_page(page, folder).items():
         Path(outputs[key]).write_text(text, encoding="utf-8")
 
 

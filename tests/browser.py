@@ -10,6 +10,8 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
+import numpy as np
+
 FLAGS = [
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -80,14 +82,53 @@ class Browser:
         """Type into an element."""
         self.ask("POST", f"/element/{self.find(selector)}/value", text=keys)
 
-    def point(self, selector, *moves, button=True, kind="mouse"):
-        """Press at the first place (pixels from the middle of an element), move over the others, let go."""
+    def click(self, selector):
+        """Click on an element."""
+        self.ask("POST", f"/element/{self.find(selector)}/click")
+
+    def point(self, selector, *moves, kind="mouse", held=None):
+        """Press at the first place (pixels from the middle of an element), move over the others, let go; with a key held."""
         origin = {ELEMENT: self.find(selector)}
         steps = [{"type": "pointerMove", "origin": origin, "x": x, "y": y, "duration": 20} for x, y in moves]
         steps.insert(1, {"type": "pointerDown", "button": 0})
         steps.append({"type": "pointerUp", "button": 0})
         pointer = {"type": "pointer", "id": kind, "parameters": {"pointerType": kind}, "actions": steps}
-        self.ask("POST", "/actions", actions=[pointer])
+        key = {"type": "key", "id": "keys", "actions": [{"type": "keyDown", "value": held}]}
+        key["actions"] += [{"type": "pause"}] * len(steps) + [{"type": "keyUp", "value": held}]
+        steps.insert(0, {"type": "pause"})
+        self.ask("POST", "/actions", actions=[pointer, key] if held else [pointer])
+
+    def pinch(self, selector, before, after, aside=0):
+        """Put two fingers `before` pixels left and right of the middle of an element, move them to `after`, both `aside`."""
+        origin, fingers, press = {ELEMENT: self.find(selector)}, [], {"type": "pointerDown", "button": 0}
+        for name, side in (("left", -1), ("right", 1)):
+            actions = [
+                {
+                    "type": "pointerMove",
+                    "origin": origin,
+                    "x": round(side * (before + share * (after - before)) + share * aside),
+                    "y": 0,
+                    "duration": 20,
+                }
+                for share in np.linspace(0, 1, 11)
+            ]
+            actions = [actions[0], press, *actions[1:], {"type": "pointerUp", "button": 0}]
+            fingers.append(
+                {"type": "pointer", "id": name, "parameters": {"pointerType": "touch"}, "actions": actions}
+            )
+        self.ask("POST", "/actions", actions=fingers)
+
+    def wheel(self, selector, down):
+        """Turn the wheel over an element, by pixels."""
+        origin = {ELEMENT: self.find(selector)}
+        scroll = {"type": "scroll", "origin": origin, "x": 0, "y": 0, "deltaX": 0, "deltaY": down}
+        self.ask("POST", "/actions", actions=[{"type": "wheel", "id": "wheel", "actions": [scroll]}])
+
+    def screen(self, width, height):
+        """Show the page as a telephone of that many pixels does; None: as the window again."""
+        what = {"width": width, "height": height, "deviceScaleFactor": 2, "mobile": True}
+        name = "setDeviceMetricsOverride" if width else "clearDeviceMetricsOverride"
+        self.ask("POST", "/goog/cdp/execute", cmd=f"Emulation.{name}", params=what if width else {})
 
     def frame(self, number):
         """Go on inside a frame of the page; None for the page itself."""

@@ -1,5 +1,7 @@
 """What a figure puts on the page, for the tests of the figures."""
 
+from itertools import combinations
+
 import numpy as np
 from matplotlib.colors import to_hex, to_rgba_array
 from matplotlib.text import Text
@@ -45,3 +47,15 @@ def legend_of(owner):
     shown = [h.get_facecolor() if hasattr(h, "get_facecolor") else h.get_color() for h in handles]
     shown = [to_hex(next(iter(to_rgba_array(c)), "white")).upper() for c in shown]
     return list(zip([t.get_text() for t in legend.get_texts()], shown, strict=True))
+
+
+def check_texts(figure, monkeypatch):
+    """Every text lies inside the figure and touches no other; boxes of mathematics reach half a pixel beyond the ink."""
+    texts = drawn_texts(figure, monkeypatch)
+    assert texts
+    width, height = figure.canvas.get_width_height()
+    for words, box in texts:
+        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, f"{words!r} is cut off"
+    for (one, a), (other, b) in combinations(texts, 2):
+        apart = min(a.x1, b.x1) - max(a.x0, b.x0) <= 0.5 or min(a.y1, b.y1) - max(a.y0, b.y0) <= 0.5
+        assert apart, f"{one!r} and {other!r} overlap"

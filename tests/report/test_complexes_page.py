@@ -2,10 +2,12 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 
-from conftest import ROOT
+from conftest import ROOT, make_blob
+from drawn import check_texts
 from sparsurf.report.complexes_page import TABLES, complexes_markdown
-from sparsurf.report.figures.book import opened
+from sparsurf.report.figures.book import book_figure, opened
 from sparsurf.report.figures.thinning_figure import thinning_figure
 from sparsurf.surfaces.surface import Surface
 
@@ -57,7 +59,22 @@ def test_a_book_opens_along_its_hinge():
     assert np.allclose(apart[0][2], [0, 0, 1])
 
 
-def test_the_figure_of_thinning_draws_every_sampler_once():
+@pytest.mark.parametrize("touching", [True, False])
+def test_the_book_keeps_its_texts_apart(touching, monkeypatch):
+    points, normals = make_blob(300)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    surfaces = [Surface(points + np.array([shift, 0, 0]), normals) for shift in (0, 21)]
+    rng = np.random.default_rng(1)
+    tables = [
+        pd.DataFrame({"propensity_smoothed": rng.random(300), "similarity_smoothed": rng.random(300)}).assign(
+            interface=(np.arange(300) < 50) * touching
+        )
+        for _ in surfaces
+    ]
+    check_texts(book_figure("1abc", surfaces, tables), monkeypatch)
+
+
+def test_the_figure_of_thinning_draws_every_sampler_once(monkeypatch):
     rows = [
         (sampler, percent, surface, 0.9 + percent / 200, 0.6, 1 + percent)
         for sampler in ("farthest", "new")
@@ -71,6 +88,7 @@ def test_the_figure_of_thinning_draws_every_sampler_once():
     figure = thinning_figure(table.assign(n_S_percent=table["percent"]), "two proteins")
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == ["farthest point", "farthest point, recovered", "new", "new, recovered"]
+    check_texts(figure, monkeypatch)
     first = figure.axes[0].get_lines()[0]
     assert first.get_xdata().tolist() == [1.0, 5.0]
     assert first.get_ydata().tolist() == [0.905, 0.925]

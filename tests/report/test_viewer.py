@@ -19,6 +19,7 @@ from sparsurf.sampling.samplers import farthest
 from sparsurf.study import grid as grids
 from sparsurf.study import tables
 from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.formats.ply import KIND_COLOURS
 from sparsurf.surfaces.surface import Surface
 
 COMBINATIONS = [(1, 0, 6, 0), (0.2, 0.4, 2, 1), (0.6, 1, 0, 0), (1, 0.5, 10, 10)]
@@ -112,10 +113,11 @@ def test_a_hundred_thousand_dots_fit(grid):
     more = [viewer.Values("other", "o", " Å", np.cos(40 * z)) for _ in range(2)]
     order = {"farthest": rng.permutation(n)}
     text = viewer.page("big", surface, z**2, cover, 4.0, order, grid[0], tables.best(*grid, 50), (), more)
-    assert len(text.encode()) <= viewer.MOST_BYTES
+    assert len(text.encode()) <= 1_500_000
     header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
     assert header["total"] == n
-    assert 60_000 < header["stored"] <= viewer.MOST_DOTS
+    assert header["stored"] == 100_000
+    assert viewer.MOST_BYTES <= 1_500_000  # the frame of a report shows 1.57 MB at most
     assert set(columns["index"]) == set(order["farthest"][: header["stored"]].tolist())
     shown = np.isin(dot, columns["index"])
     assert len(columns["pair"]) == shown.sum()
@@ -247,15 +249,26 @@ def test_nested_sampler_and_number(opened, evaluator, grid):
 
 def test_grid_rows_are_those_of_the_table(opened, grid):
     set_control(opened, "sampler", "paper")
-    for name, value in zip(PARAMETERS, (0.9, 0.2, 5, 1), strict=True):
-        set_control(opened, name, value)
-    table = grid[0]
-    row = table[(table[PARAMETERS] == [1, 0, 6, 0]).all(axis=1)].iloc[0]
-    said = text_of(opened, "nearest")
-    assert "(1, 0, 6, 0)" in said
-    for reading in ("kept", "surface"):
-        for name in ("Z_tS", "Z_tR", "d"):
-            assert f"{row[f'{name}_{reading}']:.2f}".replace("-", "−") in said
+    for wish, nearest in (((0.9, 0.2, 5, 1), [1, 0, 6, 0]), ((0.6, 0.8, 2, 8), [0.5, 1, 0, 6])):
+        for name, value in zip(PARAMETERS, wish, strict=True):
+            set_control(opened, name, value)
+        row = grid[0][(grid[0][PARAMETERS] == nearest).all(axis=1)].iloc[0]
+        expected = [["islands removed", "Z_tS", "Z_tR", "d"]]
+        for reading, words in (("kept", "among the kept dots"), ("surface", "on the full surface")):
+            numbers = [f"{row[f'{name}_{reading}']:.2f}" for name in ("Z_tS", "Z_tR", "d")]
+            expected.append([words, *(each.replace("-", "−") for each in numbers)])
+        rows = "return [...document.querySelectorAll('#nearest tr')].map(r => [...r.cells].map(c => c.textContent))"
+        assert opened.run(rows) == expected
+        said = text_of(opened, "nearest")
+        assert f"({', '.join(map(str, nearest))}), n_S {row['n_S_percent']:.1f} %" in said
+
+
+def test_a_chosen_combination_moves_all_four_sliders(opened):
+    set_control(opened, "sampler", "paper")
+    set_control(opened, "beta", 0.7)
+    set_control(opened, "presets", 0)  # the paper's best
+    assert opened.run("return LAW.map((name) => element(name).value)") == ["1", "0", "6", "0"]
+    assert "(1, 0, 6, 0)" in text_of(opened, "nearest")
 
 
 def picture(browser):
@@ -287,16 +300,112 @@ def test_colours_fill_the_picture(opened):
     assert coloured(picture(opened)[100:, :600]) < coloured(found["kind"]) / 2
 
 
+def test_every_dot_has_the_colour_of_its_value(opened, evaluator):
+    """Grey where it is unknown; viridis is brighter the higher the value, so that it reads without colour vision."""
+    opened.run("const paintAll = scene.colour; scene.colour = (rgb) => paintAll((window.painted = rgb))")
+    height = evaluator.points[:, 2]
+    colours = {
+        "0": (evaluator.roughness, "rough", "flat"),
+        "1": (np.where(np.arange(len(height)) % 7 == 0, np.nan, height), "low", "high"),
+    }
+    for colour, (values, *ends) in colours.items():
+        set_control(opened, "colour", colour)
+        painted = np.reshape(opened.run("return Array.from(painted)"), (-1, 3))
+        known, low, high = np.isfinite(values), np.nanmin(values), np.nanmax(values)
+        expected = 255 * matplotlib.colormaps["viridis"]((values[known] - low) / (high - low))[:, :3]
+        assert np.abs(painted[known] - expected).max() < 6  # 16 colours in between which it is interpolated
+        assert (painted[~known] == 160).all()
+        said = [f"{value:.2f} {end}" for value, end in zip((low, high), ends, strict=True)]
+        assert text_of(opened, "legend").endswith("".join(said).replace("-", "−"))
+    set_control(opened, "colour", "kind")
+    painted = np.reshape(opened.run("return Array.from(painted)"), (-1, 3))
+    assert np.array_equal(painted, KIND_COLOURS[evaluator.surface.kind])
+    brightness = np.array(opened.run("return head.stops")) @ [0.2126, 0.7152, 0.0722]
+    assert np.diff(brightness).min() > 3
+
+
+def test_every_dot_faces_where_its_normal_points(opened, evaluator):
+    facing = opened.run("return Array.from(normals(dots.u, dots.v, head.octahedron))")
+    assert (np.reshape(facing, (-1, 3)) * evaluator.normals).sum(axis=1).min() > np.cos(np.radians(2))
+
+
+def test_size_of_the_dots_and_the_faint_others(opened):
+    set_control(opened, "sampler", "farthest")
+    set_control(opened, "percent", 2)
+
+    def inked():
+        opened.run("drawNow()")
+        image = picture(opened)[100:600, :600]
+        return coloured(image), int((image.min(axis=2) < 0.97).sum())
+
+    dots, all_ink = inked()
+    set_control(opened, "size", 3)
+    assert inked()[0] > 2 * dots
+    opened.run("element('pale').click()")
+    assert inked()[1] < all_ink / 2
+
+
+def test_keys(opened):
+    set_control(opened, "sampler", "uniform")
+    opened.run("drawNow()")
+    step, wanted = np.sin(0.12), {"\ue012": (2, -1), "\ue014": (2, 1), "\ue013": (5, 1), "\ue015": (5, -1)}
+    for key, (place, sign) in wanted.items():  # what lies in front goes to the left, right, up, down
+        opened.press("#canvas", "0" + key)
+        assert np.isclose(opened.run("return view.turn")[place], sign * step)
+    for key, factor in {"+": 1.15, "=": 1.15, "-": 1 / 1.15}.items():
+        opened.press("#canvas", "0" + key)
+        assert np.isclose(opened.run("return view.zoom"), factor)
+    opened.press("#canvas", "0")
+    assert opened.run("return [view.zoom, ...view.turn]") == [1, 1, 0, 0, 0, 1, 0, 0, 0, 1]
+    before = opened.run("return Array.from(view.shown)")
+    opened.press("#canvas", "n")
+    after = opened.run("return Array.from(view.shown)")
+    assert len(after) == len(before) and after != before
+
+
+def test_two_fingers_the_wheel_and_shift(opened):
+    opened.pinch("#canvas", 40, 80)
+    assert np.isclose(opened.run("return view.zoom"), 2, rtol=0.05)
+    assert np.allclose(opened.run("return view.turn"), np.eye(3).ravel())
+    opened.press("#canvas", "0")
+    opened.pinch("#canvas", 40, 40, aside=50)
+    reached = opened.run("return [...view.shift, scene.perPixel(view) * canvas.width / canvas.clientWidth]")
+    assert np.allclose(reached[:2], [50 * reached[2], 0], rtol=0.05, atol=1e-6)
+    opened.press("#canvas", "0")
+    set_control(opened, "sampler", "all")
+    opened.run("drawNow()")
+    opened.point("#canvas", (0, 0))
+    middle = opened.run("return view.picked")
+    opened.run("pick(-1)")
+    opened.point("#canvas", (0, 0), (20, 50), held="\ue008")
+    assert np.allclose(opened.run("return view.shift"), [20 * reached[2], -50 * reached[2]], rtol=0.05)
+    assert np.allclose(opened.run("return view.turn"), np.eye(3).ravel())
+    assert opened.run("return view.picked") == -1  # a press that moved picks nothing
+    opened.point("#canvas", (20, 50))
+    assert opened.run("return view.picked") == middle >= 0
+    opened.press("#canvas", "0")
+    opened.wheel("#canvas", -100)
+    assert opened.run("return view.zoom") > 1.1
+
+
 def test_pick_turn_zoom_by_mouse_finger_and_keys(opened, evaluator):
     set_control(opened, "sampler", "all")
+    opened.run("drawNow()")
+    sharp, pixel, disc = opened.run(
+        "return [canvas.width / canvas.clientWidth, scene.perPixel(view), radius()]"
+    )  # pixels of the canvas in one of the screen, Å in one of the canvas
+    points = evaluator.points - (evaluator.points.min(axis=0) + evaluator.points.max(axis=0)) / 2
+    gap = np.linalg.norm(points[:, :2] - np.array([5, -5]) * sharp * pixel, axis=1)
+    hit = (gap < max(disc, 7 * pixel)) & (evaluator.normals[:, 2] > 0.12)
+    assert hit.sum() > 1
     for kind in ("mouse", "touch"):
         opened.run("pick(-1)")
         opened.point("#canvas", (5, 5), kind=kind)
         dot = opened.run("return view.picked")
+        assert dot == np.argmax(np.where(hit, points[:, 2] - gap, -np.inf))  # the one in front
         said = text_of(opened, "picked")
         assert said.startswith(f"Dot {dot}, {RESIDUES[dot % 2]}, {viewer.KINDS[dot % 3]}, R_i = ")
         assert abs(float(said.split("R_i = ")[1][:4]) - evaluator.roughness[dot]) < 0.008
-        assert evaluator.normals[dot, 2] > 0  # the side that is seen, as long as nothing is turned
     opened.point("#canvas", (0, 0), (60, 20))
     turned = opened.run("return view.turn")
     assert np.allclose(np.reshape(turned, (3, 3)) @ np.reshape(turned, (3, 3)).T, np.eye(3), atol=1e-9)
@@ -308,12 +417,19 @@ def test_pick_turn_zoom_by_mouse_finger_and_keys(opened, evaluator):
 
 def test_saved_picture_is_not_empty(opened):
     set_control(opened, "sampler", "all")
-    data = opened.run("return picture().toDataURL('image/png')")
-    path = opened.folder / "saved.png"
-    path.write_bytes(base64.b64decode(data.split(",")[1]))
-    image = matplotlib.image.imread(path)[..., :3]
-    assert coloured(image) > 20_000
-    assert (image[-40:] < 0.5).any()  # the line below it
+    opened.run(
+        "HTMLAnchorElement.prototype.click = function () { window.saved = [this.download, this.href] }"
+    )
+    for save in (lambda: opened.click("#save"), lambda: opened.press("#canvas", "s")):
+        opened.run("window.saved = null")
+        save()
+        name, data = opened.run("return saved")
+        assert name == "blob_c1.png" and data.startswith("data:image/png;base64,")
+        path = opened.folder / "saved.png"
+        path.write_bytes(base64.b64decode(data.split(",")[1]))
+        image = matplotlib.image.imread(path)[..., :3]
+        assert coloured(image) > 20_000
+        assert (image[-40:] < 0.5).any()  # the line below it
 
 
 def test_inside_the_frame_of_a_report(browser, path, tmp_path):
@@ -336,19 +452,23 @@ def test_inside_the_frame_of_a_report(browser, path, tmp_path):
 
 
 def test_a_small_screen_needs_no_sideways_scrolling(opened):
-    opened.ask("POST", "/window/rect", width=500, height=800)
+    opened.screen(400, 800)
     try:
         set_control(opened, "sampler", "paper")
         wide = opened.run("return [document.documentElement.scrollWidth, window.innerWidth]")
-        assert wide[0] <= wide[1] <= 500
+        assert wide[0] <= wide[1] == 400
         assert opened.run("return element('canvas').clientHeight") > 200
         assert opened.run("return element('canvas').clientWidth") > 0.9 * wide[1]  # the controls stand below
+        ends = "return ['alpha', 'delta', 'sampler', 'save'].map((id) => element(id).getBoundingClientRect().right)"
+        assert max(opened.run(ends)) <= 400
     finally:
-        opened.ask("POST", "/window/rect", width=1000, height=700)
+        opened.screen(None, None)
 
 
 def test_a_page_without_a_study_shows_the_surface_alone(browser, evaluator, tmp_path):
-    order = {"farthest": np.arange(len(evaluator.points))}
+    order = {
+        "farthest": np.arange(1, len(evaluator.points), 2)
+    }  # a surface too large for a page: half of its dots
     near = viewer.Values("propensity", "propensity", "", evaluator.points[:, 0], "likely", "unlikely")
     text = viewer.page(
         "partner", evaluator.surface, evaluator.roughness, evaluator.cover, 4.0, order, values=[near]
@@ -360,6 +480,14 @@ def test_a_page_without_a_study_shows_the_surface_alone(browser, evaluator, tmp_
     assert "dots (" in text_of(browser, "shown") and text_of(browser, "nearest") == ""
     set_control(browser, "colour", "1")
     assert "likely" in text_of(browser, "legend")
+    set_control(browser, "sampler", "all")
+    assert text_of(browser, "shown").endswith("The page holds the first 1,500 of 3,000 dots.")
+    browser.point("#canvas", (5, 5))
+    dot = 2 * browser.run("return view.picked") + 1
+    x = evaluator.points[:, 0]
+    said = text_of(browser, "picked")
+    assert said.startswith(f"Dot {dot}, ")
+    assert abs(float(said.split("propensity = ")[1][:-1].replace("−", "-")) - x[dot]) < np.ptp(x) / 254
     assert browser.complaints() == []
 
 

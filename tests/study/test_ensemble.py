@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from drawn import drawn_texts
+from drawn import check_texts, drawn_texts
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
@@ -167,16 +167,7 @@ def invented(n, time=True, readings=("kept", "surface")):
 )
 @pytest.mark.filterwarnings("error")
 def test_figure_draws_with_texts_apart_and_inside(table, monkeypatch):
-    figure = summary_figures.ensemble_figure(table, [1, 0, 6, 0])
-    texts = drawn_texts(figure, monkeypatch)
-    width, height = figure.canvas.get_width_height()
-    for k, (words, box) in enumerate(texts):
-        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, f"{words!r} is cut off"
-        for other, b in texts[:k]:
-            apart = (
-                min(box.x1, b.x1) - max(box.x0, b.x0) <= 0.5 or min(box.y1, b.y1) - max(box.y0, b.y0) <= 0.5
-            )
-            assert apart, f"{words!r} and {other!r} overlap"
+    check_texts(summary_figures.ensemble_figure(table, [1, 0, 6, 0]), monkeypatch)
 
 
 def test_moving_mean_is_the_mean_of_its_window():
@@ -205,8 +196,7 @@ def test_figure_of_the_residues_has_every_text_in_place(molecule, table, monkeyp
     words = [text for text, _ in texts]
     assert {"A 1", "A 4", "B 9", "frame", "residue"} <= set(words)
     assert any("grey: buried" in text for text in words)
-    width, height = figure.canvas.get_width_height()
-    assert all(box.x0 >= 0 and box.x1 <= width and box.y0 >= 0 and box.y1 <= height for _, box in texts)
+    check_texts(figure, monkeypatch)
 
 
 def test_the_mark_of_a_part_follows_all_that_its_rows_depend_on(molecule):

@@ -6,11 +6,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from matplotlib.image import imread
 
 from conftest import ROOT
 from peptides import peptide, write
+from small_study import SMALL, output, snakemake
 from sparsurf import InputError
+from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow import pair_listing
 from sparsurf.workflow.config import check
 
@@ -85,6 +88,12 @@ def test_pairs_come_from_a_table_or_a_folder(folder):
     assert set(check({"pairs": {"folder": str(folder)}})["pairs"]) == {"both"}
 
 
+@pytest.mark.parametrize("key", ["pairs", "proteins"])
+def test_a_folder_stands_alone(folder, key):
+    with pytest.raises(InputError, match=f"{key}.folder stands alone, but mine stands beside it"):
+        check({key: {"folder": str(folder), "mine": {"files": ["a.pdb", "b.pdb"]}}})
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -125,7 +134,7 @@ def made(folder, settings, pair, name, **inputs):
     names = {"dots": "propensity.csv", "best": "best_pairs.csv", "agreement": "agreement.csv"}
     names |= {"contacts": "contacts.csv", "page": "pair.md", "ply_1": "1.ply", "ply_2": "2.ply"}
     files = {key: str(out / file) for key, file in names.items()}
-    match_partners.main(sides, files, settings, name, 1)
+    match_partners.main(sides, files, settings, pair, name, 1)
     return out, sides, files
 
 
@@ -170,7 +179,7 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
 
 
 def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, touching):
-    pair = {"files": []}
+    pair = {"files": ["both_r.pdb", "far.pdb"]}
     first, second = str(folder / "both_r.pdb"), str(folder / "far.pdb")
     out, sides, files = made(folder, settings, pair, "apart", first=first, second=second)
     assert "The partners do not touch" in Path(files["page"]).read_text(encoding="utf-8")
@@ -180,8 +189,9 @@ def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, to
 
     # a ready surface: the same without atoms
     bare = {key: path for key, path in sides.items() if key.startswith("surface")}
-    match_partners.main(bare, files, settings, "apart", 1)
+    match_partners.main(bare, files, settings, pair, "apart", 1)
     assert "residue" not in pd.read_csv(files["dots"]).columns
+    assert "Both are ready surfaces without atoms" in Path(files["page"]).read_text(encoding="utf-8")
 
     summary = {key: str(out / f"{key}.csv") for key in ("table", "means", "page")}
     summarise_pairs.main({"tables": [touching[2]["agreement"], files["agreement"]]}, summary)
@@ -199,3 +209,85 @@ def test_chains_that_are_not_there_are_named(folder, settings):
             settings,
             "x",
         )
+
+
+OF_PAIR = [
+    "pair.md",
+    "book.png",
+    "book.svg",
+    "view_1.html",
+    "view_2.html",
+    "residues.csv",
+    "partner_1.pdb",
+    "partner_2.pdb",
+    "partner_1.ply",
+]
+OF_PAIR += [
+    "propensity.csv",
+    "best_pairs.csv",
+    "agreement.csv",
+    "contacts.csv",
+    "thinning.csv",
+    "thinning.png",
+    ".complete",
+]
+FEW = {"sampler": "farthest", "n_S": 60}
+
+
+def test_the_study_of_complexes_on_a_folder_of_ones_own(folder, tmp_path):
+    """From beginning to end; the run's first page tells of the pairs."""
+    study = yaml.safe_load((ROOT / "studies" / "complexes.yaml").read_text(encoding="utf-8"))
+    thinning = {"run": True, "percents": [10], "samplers": ["farthest"], "recovered": False, "draws": 1}
+    process = snakemake(
+        tmp_path / "x",
+        study | {"pairs": {"folder": str(folder)}, "complementarity": {"centres": FEW, "thinning": thinning}},
+    )
+    assert process.returncode == 0, output(process)
+    run = tmp_path / "x" / "results" / "complexes"
+    assert {path.name for path in (run / "pairs" / "both").iterdir()} >= set(OF_PAIR)
+    first = (run / "index.html").read_text(encoding="utf-8")
+    assert (
+        "<h1>Results of the run complexes</h1>\n<p>Over 1 of 1 pairs the smoothed propensity finds" in first
+    )
+    for page in ("book.png", "view_1.html", "view_2.html", "thinning.png"):
+        assert f'href="pairs/both/{page}"' in first
+        assert (
+            f"showResultInfo('results/complexes/pairs/both/{page}')" in (run / ".front_page.html").read_text()
+        )
+    assert (run / "index.md").is_file()
+
+
+def test_pairs_of_proteins_and_of_a_ready_surface(folder, touching, tmp_path):
+    """Two structures of the config give the surfaces that a complex does; a ready surface has no residues."""
+    dots = pd.read_csv(touching[2]["dots"])
+    places = ["x", "y", "z"]
+    ready = pd.DataFrame(
+        np.hstack([read_npz(touching[1]["surface_2"]).points, read_npz(touching[1]["surface_2"]).normals])
+    )
+    ready.columns = [*places, "Nx", "Ny", "Nz"]
+    ready.insert(0, "Res", "X")
+    ready.to_csv(tmp_path / "ready.csv", index=False)
+    proteins = {
+        "one": {"structure": str(folder / "both_r.pdb")},
+        "two": {"structure": str(folder / "both_l.pdb")},
+    }
+    proteins["ready"] = {"surface": str(tmp_path / "ready.csv")}
+    pairs = {"both": {"proteins": ["one", "two"]}, "half": {"proteins": ["one", "ready"]}}
+    wishes = {"proteins": proteins, "pairs": pairs, "frames": {}, "complementarity": {"centres": FEW}}
+    targets = ["both/pair.md", "both/residues.csv", "half/.complete", "pairs.md"]
+    targets = [f"results/small/pairs/{target}" for target in targets]
+    process = snakemake(tmp_path / "x", SMALL | wishes, *targets)
+    assert process.returncode == 0, output(process)
+    run = tmp_path / "x" / "results" / "small" / "pairs"
+    for pair in pairs:
+        found = pd.read_csv(run / pair / "propensity.csv")
+        assert np.allclose(found[places], dots[places], atol=0.002)
+        assert found.groupby("partner")["propensity"].count().tolist() == [60, 60]
+        assert np.array_equal(found["interface"], dots["interface"])
+    residues = pd.read_csv(run / "both" / "residues.csv")
+    assert residues["residue_name"].tolist() == 2 * list(SEQUENCE)
+    assert "Partner 1: one. Partner 2: two.\n" in (run / "both" / "pair.md").read_text(encoding="utf-8")
+    page = (run / "half" / "pair.md").read_text(encoding="utf-8")
+    assert "Partner 2: ready. Partner 2 is a ready surface without atoms" in page
+    assert not (run / "half" / "residues.csv").exists()
+    assert "Over 2 of 2 pairs" in (run / "pairs.md").read_text(encoding="utf-8")

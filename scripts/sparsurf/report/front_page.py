@@ -14,7 +14,13 @@ YARDSTICKS = {
 }
 SAMPLERS = {"uniform": "for a uniform draw", "paper": "for the best combination of the paper's sampling"}
 AT = 10  # % of the dots, at which samplers are compared
-SHOWN = 20  # conformations in the table
+SHOWN = 20  # conformations in the table, pairs with links
+OF_PAIR = {
+    "book.png": "opened like a book",
+    "view_1.html": "partner 1 to turn",
+    "view_2.html": "partner 2 to turn",
+    "thinning.png": "fewer centres",
+}
 
 
 def front_page(run, surfaces, enough, reached, handed_out, fewer, links):
@@ -43,12 +49,30 @@ def front_page(run, surfaces, enough, reached, handed_out, fewer, links):
         "## The answer\n",
         "\n".join(f"{k}. {sentence}" for k, sentence in enumerate(answer, 1)) + "\n",
         WORDS,
-        "## Where to look\n",
+        where_to_look(links),
+        "## The surfaces\n",
+        _table(surfaces),
     ]
-    for heading, pages in links:
-        parts.append(f"- {heading}: " + ", ".join(f"[{words}]({path})" for words, path in pages))
-    parts += ["", "## The surfaces\n", _table(surfaces)]
     return "\n".join(parts)
+
+
+def where_to_look(links):
+    """The list of links, see `front_page`."""
+    lines = [
+        f"- {heading}: " + ", ".join(f"[{words}]({path})" for words, path in pages)
+        for heading, pages in links
+    ]
+    return "\n".join(["## Where to look\n", *lines, ""])
+
+
+def links_to_pairs(pages):
+    """Headings with what there is of each pair (the first ones of many), from paths pairs/<pair>/<file>."""
+    pairs = dict.fromkeys(path.split("/")[1] for path in pages if path.startswith("pairs/"))
+    found = []
+    for pair in list(pairs)[:SHOWN]:
+        own = [(words, f"pairs/{pair}/{file}") for file, words in OF_PAIR.items()]
+        found.append((pair, [(words, path) for words, path in own if path in pages]))
+    return found
 
 
 WORDS = (

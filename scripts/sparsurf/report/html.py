@@ -16,6 +16,11 @@ IN_REPORT = (
 )
 
 
+def first_page(page, folder):
+    """The page of a run, whose results lie in `folder`: as Markdown, as HTML, and as the first page of the report."""
+    return {"md": page, "html": as_html(page, folder.name), "part": in_report(page, folder)}
+
+
 def as_html(page, title="Verdict"):
     """The page by itself."""
     return (

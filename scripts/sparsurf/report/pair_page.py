@@ -1,5 +1,6 @@
 """Pages of pairs: one matched, and many summed up."""
 
+from sparsurf.report.front_page import where_to_look
 from sparsurf.report.pages import markdown
 
 WORDS = {
@@ -22,7 +23,7 @@ EXPLAINED = (
 SHOWN = 10  # best-matching pairs on the page
 
 
-def pair_markdown(name, agreement, contacts, best, settings):
+def pair_markdown(name, agreement, contacts, best, settings, partners, bare=()):
     """One pair as a page: its answer first, then the tables.
 
     Parameters
@@ -30,6 +31,8 @@ def pair_markdown(name, agreement, contacts, best, settings):
     name : str
     agreement, contacts, best : DataFrames of agreement.csv, contacts.csv and best_pairs.csv
     settings : dict, the config's `patches` and `complementarity`
+    partners : two str, what they are
+    bare : sequence of '1', '2', the partners that came without atoms
     """
     within = settings["complementarity"]["interface"]
     parts = [f"# {name}\n"]
@@ -40,6 +43,7 @@ def pair_markdown(name, agreement, contacts, best, settings):
         )
     else:
         parts += [_answer(agreement), EXPLAINED + "\n", _areas(agreement)]
+    parts.insert(2, f"Partner 1: {partners[0]}. Partner 2: {partners[1]}.{_without_atoms(bare)}\n")
     if len(contacts):
         words = "its first patch with a random one", "the same patches paired at random"
         shown = contacts.drop(columns="against")
@@ -51,6 +55,14 @@ def pair_markdown(name, agreement, contacts, best, settings):
         markdown(best.head(SHOWN)),
     ]
     return "\n".join(parts)
+
+
+def _without_atoms(bare):
+    """What is lacking where a partner is a ready surface."""
+    if not bare:
+        return ""
+    who = "Both are ready surfaces" if len(bare) > 1 else f"Partner {bare[0]} is a ready surface"
+    return f" {who} without atoms: nothing is known of residues, and residues.csv is not made."
 
 
 def _answer(agreement):
@@ -73,18 +85,22 @@ def _areas(agreement):
     return markdown(shown)
 
 
-def pairs_markdown(means, n_pairs, n_touching):
-    """Means over pairs as a page."""
-    parts = ["# Pairs of this run\n"]
+def pairs_markdown(means, n_pairs, n_touching, title="Pairs of this run", links=()):
+    """Means over pairs as a page, with links as `front_page.front_page` takes them."""
+    parts = [f"# {title}\n"]
+    look = [where_to_look(links)] if links else []
     if len(means) == 0:
         return "\n".join(
-            [*parts, f"None of the {n_pairs} pairs has an interface: there is nothing to measure.\n"]
+            [*parts, f"None of the {n_pairs} pairs has an interface: there is nothing to measure.\n", *look]
         )
+    simple = means[~means["score"].str.startswith(("propensity", "similarity"))].set_index("score")["mean"]
     value = means.set_index("score").loc["propensity_smoothed"]
     parts.append(
         f"Over {n_touching} of {n_pairs} pairs the smoothed propensity finds the interface with a mean AUC of "
         f"{value['mean']:.3f}"
-        + (f" (95 %: {value['low']:.3f} to {value['high']:.3f}).\n" if n_touching > 1 else ".\n")
+        + (f" (95 %: {value['low']:.3f} to {value['high']:.3f})" if n_touching > 1 else "")
+        + f"; the best simple property, {WORDS[simple.idxmax()]}, with {simple.max():.3f}.\n"
     )
     shown = means.assign(score=means["score"].map(lambda name: WORDS.get(name, name)))
-    return "\n".join([*parts, EXPLAINED.split(" Intervals")[0] + "\n", markdown(shown, 3)])
+    shown = shown.rename(columns={"complexes": "pairs"})
+    return "\n".join([*parts, EXPLAINED.split(" Intervals")[0] + "\n", *look, markdown(shown, 3)])

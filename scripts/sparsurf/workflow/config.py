@@ -64,18 +64,24 @@ def check(config, files=(), home="."):
 
 def _with_listed_proteins(config):
     """Copy of the config in which a table or a folder of proteins or pairs has become their mapping."""
-    if isinstance(config.get("pairs"), str):
-        config = config | {"pairs": pair_listing.from_table(config["pairs"])}
-    elif isinstance(config.get("pairs"), dict) and isinstance(config["pairs"].get("folder"), str):
-        config = config | {"pairs": pair_listing.from_folder(config["pairs"]["folder"])}
-    if config.get("pairs"):  # pairs of files need no proteins
-        config = {"proteins": {}} | config
-    proteins = config.get("proteins")
-    if isinstance(proteins, str):
-        return config | {"proteins": listing.from_table(proteins)}
-    if isinstance(proteins, dict) and isinstance(proteins.get("folder"), str) and len(proteins) == 1:
-        return config | {"proteins": listing.from_folder(proteins["folder"])}
-    return config
+    for key, lists in (("pairs", pair_listing), ("proteins", listing)):
+        if isinstance(config.get(key), str):
+            config = config | {key: lists.from_table(config[key])}
+        elif folder := _folder(config.get(key), key):
+            config = config | {key: lists.from_folder(folder)}
+    return {"proteins": {}} | config if config.get("pairs") else config  # pairs of files need no proteins
+
+
+def _folder(listed, key):
+    """The folder that `proteins` or `pairs` name in place of entries; None where they do not."""
+    if not (isinstance(listed, dict) and isinstance(listed.get("folder"), str)):
+        return None
+    others = [str(name) for name in listed if name != "folder"]
+    if others:
+        raise InputError(
+            f"config: {key}.folder stands alone, but {', '.join(others)} stands beside it; name every entry, or give a table."
+        )
+    return listed["folder"]
 
 
 def _with_local_copies(config):

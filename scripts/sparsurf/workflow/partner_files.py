@@ -1,5 +1,7 @@
 """The partners of a pair, from the files of a run."""
 
+from pathlib import Path
+
 import numpy as np
 
 from sparsurf.molecules.reading import read_molecule
@@ -37,6 +39,14 @@ def partners(inputs, settings, name, threads=1):
             )
         )
     return tuple(out)
+
+
+def names_of(pair):
+    """What the two partners of a pair of the config are: proteins, files, or chains of a file."""
+    if "complex" in pair:
+        file = Path(pair["complex"]).name
+        return tuple(f"chain{'s' * (len(each) > 1)} {' '.join(each)} of {file}" for each in pair["chains"])
+    return tuple(pair["proteins"] if "proteins" in pair else (Path(file).name for file in pair["files"]))
 
 
 def recipe_of(settings):

@@ -49,7 +49,7 @@ def book_figure(name, surfaces, tables):
         for side in (0, 1):
             colour = np.where(touching[side][:, None], colors.to_rgb(INSIDE), colors.to_rgb(OUTSIDE))
             _page(figure, side, 77, surfaces[side], colour, cameras[side])
-        layout.text(figure, 162, 80, "interface of\nthe files", color=INSIDE)
+        layout.text(figure, 162, 80, "interface: dots\nthat touch the\nother partner", color=INSIDE)
     else:
         _row(
             figure, 77, surfaces, cameras, tables, "similarity_smoothed", "similarity, smoothed\n(low: alike)"

@@ -53,7 +53,7 @@ def draw(over_time, residues):
     layout.letter(figure, 57, 1, "B")
     bar = figure.colorbar(scale, cax=layout.axes(figure, 15, 77, 40, 2), orientation="horizontal")
     bar.ax.xaxis.set_major_locator(MaxNLocator(4))
-    layout.text(figure, 57, 75.5, "mean $R_i$ of the residue\n(low: rough, high: flat)" + _grey(values))
+    layout.text(figure, 60, 75.5, "mean $R_i$ of the residue\n(low: rough, high: flat)" + _grey(values))
     return figure
 
 

@@ -1,5 +1,9 @@
 """What maps from few centres are worth: correlation and AUC against n_S and against cost."""
 
+from string import ascii_uppercase
+
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.comparison_figure import LINES, NAMES, SPARE
 from sparsurf.report.figures.layout import styled
@@ -22,13 +26,16 @@ def thinning_figure(table, subject):
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.sheet(layout.PAGE, 128)
-    layout.text(figure, 14, 1, subject)
+    figure = layout.sheet(layout.PAGE, 124)
+    layout.text(
+        figure, 16, 1, f"{subject}; mean of both partners. Dotted line and star: all dots as centres."
+    )
     mean = table.groupby(["sampler", "surface", "percent"], sort=False).mean(numeric_only=True).reset_index()
     whole, thin = mean[mean["sampler"] == "all"].iloc[0], mean[mean["sampler"] != "all"]
     handles = {}
     for row, (value, label) in enumerate(PANELS):
         for column, (against, axis) in enumerate(AGAINST):
+            layout.letter(figure, 3 + 88 * column, 6 + 50 * row, ascii_uppercase[2 * row + column])
             ax = layout.axes(figure, 16 + 88 * column, 8 + 50 * row, 72, 40)
             for place, ((sampler, surface), rows) in enumerate(
                 thin.groupby(["sampler", "surface"], sort=False)
@@ -42,18 +49,14 @@ def thinning_figure(table, subject):
             ax.set_xscale("log")
             if against == "seconds":
                 ax.plot(whole["seconds"], whole[value], "k*", markersize=6)
-                ax.annotate(
-                    "all dots",
-                    (whole["seconds"], whole[value]),
-                    (-3, -9),
-                    textcoords="offset points",
-                    ha="right",
-                )
+                ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+                ax.xaxis.set_minor_formatter(NullFormatter())
             else:
                 shown = sorted(thin["percent"].unique())
                 ax.set_xticks(shown, [f"{x:g}" for x in shown])
                 ax.minorticks_off()
                 ax.axhline(whole[value], color="black", linewidth=0.5, linestyle=":")
             ax.set(xlabel=axis, ylabel=label if column == 0 else "")
-    layout.legend(figure, 16, 112, list(handles.values()), ncols=3)
+    rows = 1 + (thin["surface"] == "recovered").any()  # a column for each sampler, as it is and recovered
+    layout.legend(figure, 4, 112, list(handles.values()), ncols=min(4, -(-len(handles) // rows)))
     return figure
