@@ -217,6 +217,7 @@ rule all:
     input:
         expand(f"{PROTEIN}/.complete", protein=PROTEINS),
         FIRST_PAGE["html"],
+        FIRST_PAGE["part"],
         [f"{RUN}/summary.csv"] if PROTEINS else [],
         expand(f"{RUN}/pairs/{{pair}}/.complete", pair=config["pairs"]),
         [f"{RUN}/pairs/pairs.md"] if config["pairs"] else [],

@@ -97,12 +97,39 @@ def finish(files, config, results, code, begin):
     if code and any(results.glob("*/*/ranges.csv")):  # what there is, without the proteins that failed
         patches = config["patches"]
         wish = ["--R-patch", patches["R_patch"], "--D-link", patches["D_link"], "--seed", config["seed"]]
-        call = [sys.executable, ROOT / "scripts" / "summarise_run.py", results, *wish]
-        subprocess.call([*map(str, call)])
+        failed = unfinished(config["proteins"], results, begin)
+        if by_hand("summarise_run.py", results, *wish) == 0 and failed:
+            options = [word for each in failed.items() for word in ("--without", *each)]
+            by_hand("write_front_page.py", results, *options)
     if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study
         code = snakemake(files, "--nolock", "--quiet", "all", "--report", str(report))
     print_results(results, code, begin)
     return code
+
+
+def by_hand(script, *arguments):
+    """Run one of the study's scripts outside of Snakemake; returns its exit code."""
+    return subprocess.call([*map(str, (sys.executable, ROOT / "scripts" / script, *arguments))])
+
+
+def unfinished(proteins, results, begin):
+    """Proteins of the config that have no end, or failed since `begin`, with what their logs say."""
+    failed = {name: "not finished" for name in proteins if not (results / name / ".complete").is_file()}
+    for job, said in errors(results, begin):
+        name, *step = job.parts
+        if step and name in proteins:
+            failed[name] = f"{'/'.join(step)}: {said}"
+    return failed
+
+
+def errors(results, begin):
+    """What went wrong since `begin`: (path of the job's log without its ending, sentence)."""
+    logs = results / "logs"
+    for log in sorted(logs.rglob("*.log")):
+        if log.stat().st_mtime >= begin:
+            for line in log.read_text(encoding="utf-8").splitlines():
+                if line.startswith("ERROR "):
+                    yield log.relative_to(logs).with_suffix(""), line[6:]
 
 
 def snakemake(files, *options):
@@ -146,17 +173,11 @@ def print_results(results, code, begin):
         print(
             f"\nNot everything could be made. What was made is in {where}/. What went wrong:", file=sys.stderr
         )
-        for log in sorted((results / "logs").rglob("*.log")):
-            if log.stat().st_mtime >= begin:
-                sentences = [
-                    line[6:]
-                    for line in log.read_text(encoding="utf-8").splitlines()
-                    if line.startswith("ERROR ")
-                ]
-                for sentence in sentences:
-                    print(
-                        f"- {log.relative_to(results / 'logs').with_suffix('')}: {sentence}", file=sys.stderr
-                    )
+        for job, said in errors(results, begin):
+            print(f"- {job}: {said}", file=sys.stderr)
+        page = results / "index.html"
+        if page.is_file() and page.stat().st_mtime >= begin:
+            print(f"Of the rest, read first: {page.relative_to(ROOT)}", file=sys.stderr)
         return
     print(f"\nResults: {where}/ (what every file is: results/README.md)")
     print(f"Report:  {where}/report.html")

@@ -1,6 +1,12 @@
-"""The first page of a run, as Markdown, as HTML, and as the first page of the report."""
+"""The first page of a run, as Markdown, as HTML, and as the first page of the report.
 
+Run by hand, `python scripts/write_front_page.py results/<run> --without PROTEIN REASON` writes the first two of what there
+is, also of a run that failed in part.
+"""
+
+import argparse
 import json
+import sys
 from pathlib import Path
 
 import pandas as pd
@@ -11,6 +17,8 @@ from sparsurf.report.html import first_page
 from sparsurf.study.enough import enough
 from sparsurf.workflow.jobs import run
 
+NAMES = {"protein": str, "conformation": str}  # "012" is a name
+PART = ".front_page.html"
 OF_RUN = {"summary.csv": "best combination per range of n_S", "summary.png": "against mean roughness"}
 OF_RUN |= {"verdict.html": "the paper, claim by claim", "compare.png": "samplers compared"}
 OF_PROTEIN = {
@@ -27,12 +35,14 @@ OF_CONFORMATION |= {
 }
 
 
-def main(inputs, outputs):
-    """Write index.md, index.html and the part of the report, with links to `pages`."""
+def main(inputs, outputs, without=()):
+    """Write index.md, index.html and the part of the report, with links to `pages`; see `front_page` for `without`."""
     folder = Path(inputs["surfaces"]).parent
-    surfaces = pd.read_csv(inputs["surfaces"])
     fewer = pd.read_csv(inputs["needed"][0]) if inputs["needed"] else None
     places = [tuple(Path(path).parts[-3:-1]) for path in inputs["minimal"]]
+    surfaces = (
+        pd.read_csv(inputs["surfaces"]).set_index(["protein", "conformation"]).loc[places].reset_index()
+    )
     handed_out = pd.DataFrame(places, columns=["protein", "conformation"])
     handed_out["dots"] = [len(pd.read_csv(path)) for path in inputs["minimal"]]
     reached = pd.concat([pd.read_csv(path) for path in inputs["enough"]])
@@ -49,9 +59,10 @@ def main(inputs, outputs):
         found.append(own.assign(protein=place[0], conformation=place[1]))
     shown = [str(Path(path).relative_to(folder)) for path in inputs["pages"]]
     links = links_to(places, shown) + links_to_pairs(shown)
-    page = front_page(folder.name, surfaces, pd.concat(found), reached, handed_out, fewer, links)
-    for key, text in first_page(page, folder).items():
-        Path(outputs[key]).write_text(text, encoding="utf-8")
+    page = front_page(folder.name, surfaces, pd.concat(found), reached, handed_out, fewer, links, without)
+    texts = first_page(page, folder)
+    for key, path in outputs.items():
+        Path(path).write_text(texts[key], encoding="utf-8")
 
 
 def links_to(places, shown):
@@ -66,5 +77,34 @@ def links_to(places, shown):
     return [(heading, pages) for heading, pages in links if pages]
 
 
+def by_hand(arguments=None):
+    """Write the page of the conformations of surfaces.csv whose results are complete."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("run", type=Path, help="results/<run>")
+    parser.add_argument(
+        "--without", nargs=2, action="append", default=[], metavar=("PROTEIN", "REASON"),
+        help="a protein that could not be finished, and why",
+    )  # fmt: skip
+    wish = parser.parse_args(arguments)
+    surfaces = wish.run / "surfaces.csv"
+    if not surfaces.is_file():
+        parser.error(f"{wish.run} has no surfaces.csv: scripts/summarise_run.py writes it.")
+    names = pd.read_csv(surfaces, dtype=NAMES)[[*NAMES]].to_numpy()
+    files = {
+        key: f"{key}.{'json' if key == 'best' else 'csv'}" for key in ("best", "minimal", "enough", "grid")
+    }
+    folders = [wish.run / protein / conformation for protein, conformation in names]
+    folders = [folder for folder in folders if all((folder / file).is_file() for file in files.values())]
+    if not folders:
+        parser.error(f"{wish.run} holds no finished conformation.")
+    inputs = {key: [str(folder / file) for folder in folders] for key, file in files.items()}
+    inputs |= {"surfaces": surfaces, "needed": [], "pages": sorted(wish.run.rglob("*.*"))}
+    (wish.run / PART).unlink(missing_ok=True)  # asks Snakemake to make all three anew
+    main(inputs, {key: wish.run / f"index.{key}" for key in ("md", "html")}, wish.without)
+
+
 if __name__ == "__main__":
+    if "snakemake" not in globals():
+        by_hand()
+        sys.exit()
     run(main, snakemake)

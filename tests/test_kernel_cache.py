@@ -33,6 +33,7 @@ def test_a_folder_that_is_told_is_the_only_one(monkeypatch, tmp_path):
 
 
 def test_the_folder_is_named_after_the_sources(monkeypatch, tmp_path):
+    # not in tests/mutation, whose copy has one folder for all
     sources = kernel_cache.kernel_sources()
     monkeypatch.setattr(
         kernel_cache, "_places", lambda: [tmp_path / "file" / "x", tmp_path / "b", tmp_path / "c"]

@@ -1,11 +1,13 @@
 """The first page of a run: its sentences follow from the tables, its links lead somewhere."""
 
+import json
 import re
 
 import numpy as np
 import pandas as pd
 import pytest
 
+import write_front_page
 from sparsurf.report.front_page import (
     best_sentence,
     enough_sentence,
@@ -142,3 +144,40 @@ def test_links_of_the_page_and_of_the_report():
     part = in_report(page, "results/my run")
     assert "href=\"javascript:app.showResultInfo('results/my%20run/p/c1/view.html')\"" in part
     assert 'href="https://example.org"' in part
+
+
+def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
+    run = tmp_path / "results" / "mine"
+    table = pd.concat(
+        [surfaces().assign(protein=name, N=n) for name, n in (("q", 9000), ("012", 2000), ("b", 4000))]
+    )
+    for name, files in {"q": 3, "012": 4, "b": 4}.items():
+        folder = run / name / "c1"
+        folder.mkdir(parents=True)
+        GRID.assign(d_surface=0.0).to_csv(folder / "grid.csv", index=False)
+        best = {"surface": {}, "yardsticks": {"null_model": 2.0, "floors": {"fresh dots": 1.0, "moved": 0.1}}}
+        (folder / "best.json").write_text(json.dumps(best))
+        reached().to_csv(folder / "enough.csv", index=False)
+        if files == 4:  # else its minimal.csv was not made any more
+            pd.DataFrame({"dot": range(200)}).to_csv(folder / "minimal.csv", index=False)
+        (folder / "view.html").write_text("")
+    with pytest.raises(SystemExit):
+        write_front_page.by_hand([str(run)])
+    assert "has no surfaces.csv" in capsys.readouterr().err
+    table.to_csv(run / "surfaces.csv", index=False)
+    (run / ".front_page.html").write_text("of an earlier run")
+    (run / "pairs").mkdir()
+    (run / "pairs" / "pairs.md").write_text("")
+    write_front_page.by_hand([str(run), "--without", "q", "c1/take_minimal: a <defect>."])
+    page = (run / "index.md").read_text()
+    assert "1 protein could not be finished; what follows is of what was made." in page
+    assert "- q: c1/take_minimal: a <defect>." in page and page.index("- q:") < page.index(
+        "Studied: 2 surfaces"
+    )
+    assert "(012, b), 2,000 to 4,000 dots each" in page  # in their order, each with its own
+    assert "hands out 5.0 to 10.0 % of them" in page
+    assert "[to turn and sample](b/c1/view.html)" in page and "(q/c1/view.html)" not in page
+    assert "- pairs.md" not in page
+    html = (run / "index.html").read_text()
+    assert "<li>q: c1/take_minimal: a &lt;defect&gt;.</li>" in html
+    assert not (run / ".front_page.html").exists()  # Snakemake makes the page anew as soon as all is there

@@ -3,6 +3,7 @@
 import fcntl
 import os
 import sys
+from pathlib import Path
 
 import pytest
 import yaml
@@ -64,7 +65,7 @@ def test_a_study_that_failed_says_what_went_wrong_and_sums_up_with_its_own_setti
     checkout, capsys, monkeypatch
 ):
     summed = []
-    monkeypatch.setattr(study.subprocess, "call", lambda command: summed.append(command))
+    monkeypatch.setattr(study.subprocess, "call", lambda command: summed.append(command) or 0)
 
     def work():
         log = checkout.root / "results" / "mine" / "logs" / "p" / "choose_frames.log"
@@ -83,6 +84,23 @@ def test_a_study_that_failed_says_what_went_wrong_and_sums_up_with_its_own_setti
     assert summed[0][2:] == [
         str(checkout.root / "results" / "mine"), "--R-patch", "5.0", "--D-link", "0.75", "--seed", "3",
     ]  # fmt: skip
+    assert [Path(command[1]).name for command in summed] == ["summarise_run.py", "write_front_page.py"]
+    assert summed[1][2:] == [
+        str(checkout.root / "results" / "mine"), "--without", "p", "choose_frames: x.pdb holds no atoms.",
+    ]  # fmt: skip
+
+
+def test_the_first_page_stays_where_every_protein_has_its_end(checkout, monkeypatch):
+    summed = []
+    monkeypatch.setattr(study.subprocess, "call", lambda command: summed.append(Path(command[1]).name) or 0)
+    results = checkout.root / "results" / "mine"
+    (results / "p" / "c1").mkdir(parents=True)
+    for file in ("p/c1/ranges.csv", "p/.complete"):
+        (results / file).write_text("")
+    checkout.codes = [1]  # a pair failed, say
+    assert study.main(checkout.config()) == 1 and summed == ["summarise_run.py"]
+    (results / "p" / ".complete").unlink()  # killed before its end: nothing is in the logs
+    assert study.unfinished({"p": {}}, results, 0) == {"p": "not finished"}
 
 
 def test_a_dry_run_writes_nothing(checkout):
@@ -166,3 +184,7 @@ def test_what_an_earlier_run_said_is_not_said_again(checkout, capsys):
     study.print_results(logs.parent, 1, begin=2000)
     said = capsys.readouterr().err
     assert "- new: new.log went wrong" in said and "old" not in said and "begins" not in said
+    assert "read first" not in said
+    (logs.parent / "index.html").write_text("")
+    study.print_results(logs.parent, 1, begin=2000)
+    assert "Of the rest, read first: results/mine/index.html" in capsys.readouterr().err

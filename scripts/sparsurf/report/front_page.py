@@ -23,7 +23,7 @@ OF_PAIR = {
 }
 
 
-def front_page(run, surfaces, enough, reached, handed_out, fewer, links):
+def front_page(run, surfaces, enough, reached, handed_out, fewer, links, without=()):
     """The page as Markdown.
 
     Parameters
@@ -40,11 +40,14 @@ def front_page(run, surfaces, enough, reached, handed_out, fewer, links):
     fewer : DataFrame or None
         See `comparison_over_proteins.needed_over_proteins`.
     links : list of (heading, list of (words, path from the folder of the run))
+    without : list of (protein, what went wrong)
+        Proteins of the config that could not be finished.
     """
     back = f"{recovered_sentence(reached, surfaces, handed_out)} {sampler_sentence(fewer)}"
     answer = [best_sentence(surfaces), enough_sentence(enough), back]
     parts = [
         f"# Results of the run {run}\n",
+        *([unfinished(without)] if without else []),
         studied(surfaces),
         "## The answer\n",
         "\n".join(f"{k}. {sentence}" for k, sentence in enumerate(answer, 1)) + "\n",
@@ -72,7 +75,7 @@ def links_to_pairs(pages):
     for pair in list(pairs)[:SHOWN]:
         own = [(words, f"pairs/{pair}/{file}") for file, words in OF_PAIR.items()]
         found.append((pair, [(words, path) for words, path in own if path in pages]))
-    return found
+    return [(pair, links) for pair, links in found if links]
 
 
 WORDS = (
@@ -92,6 +95,12 @@ def studied(surfaces):
         f"Studied: {what}, {_span(surfaces['N'], '{:,.0f}')} dots each, mean roughness "
         f"{_span(surfaces['mean_roughness'], '{:.2f}')}.\n"
     )
+
+
+def unfinished(without):
+    """What is not in the page, and why, one line for each protein."""
+    what = f"{_count(len(without), 'protein')} could not be finished; what follows is of what was made."
+    return "\n".join([f"**{what}**\n", *(f"- {protein}: {reason}" for protein, reason in without), ""])
 
 
 def best_sentence(surfaces):

@@ -40,4 +40,4 @@ def in_report(page, folder):
 
 
 def _body(page):
-    return MarkdownIt("commonmark").enable("table").render(page)
+    return MarkdownIt("commonmark", {"html": False}).enable("table").render(page)
