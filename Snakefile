@@ -18,7 +18,7 @@ from sparsurf.simulation.protocol import STAGES, length_ns, stage_before
 from sparsurf.workflow.config import checked
 from sparsurf.workflow.code_digests import digest
 from sparsurf.workflow.jobs import conformations_of, one_of, use_this_library
-from sparsurf.workflow.needs import megabytes, needs, thousand_dots
+from sparsurf.workflow.needs import is_small, megabytes, needs, thousand_dots
 from sparsurf.workflow.protein import proteins
 
 use_this_library()
@@ -45,6 +45,9 @@ FETCHED = {name: protein.download for name, protein in PROTEINS.items() if prote
 SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is not None]
 JOBS = config["ensemble"]["jobs"]  # that share the frames of a trajectory
 CHOOSING = ("paper", "paper_corrected")  # samplers that take the combination which is best in its range
+FEW_FRAMES = not SIMULATED and all(
+    is_small("choose_frames", megabytes(PROTEINS[name].files.values())) for name in MOLECULES
+)
 THREADS = 8  # of a job that takes minutes; Snakemake scales them down to --cores
 
 RUN = f"results/{config['run']}"
@@ -215,6 +218,7 @@ ruleorder: summarise_pairs > write_front_page  # the first page of pairs alone
 rule all:
     default_target: True
     input:
+        KERNELS["kernels"],  # at once: they are compiled while the frames are chosen
         expand(f"{PROTEIN}/.complete", protein=PROTEINS),
         FIRST_PAGE["html"],
         FIRST_PAGE["part"],
@@ -363,6 +367,7 @@ checkpoint choose_frames:
         structures=directory(f"{PROTEIN}/structures"),
     log:
         f"{PROTEIN_LOGS}/choose_frames.log",
+    localrule: FEW_FRAMES
     conda:
         "envs/study.yaml"
     resources:

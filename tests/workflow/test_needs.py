@@ -38,6 +38,14 @@ def test_a_share_of_the_work_takes_less_time_but_the_memory_of_all(table):
     assert asked["mem_mb"](HERE, 1) == 30900 and asked["runtime"](HERE, 1) == 64
 
 
+def test_what_takes_seconds_is_not_worth_a_queue(tmp_path, monkeypatch):
+    (tmp_path / "needs.csv").write_text(
+        "rule,unit,mb,mb_per_unit,seconds,seconds_per_unit\nwork,MB of input,600,20,5,0.1\n"
+    )
+    monkeypatch.setattr(needs, "TABLE", tmp_path / "needs.csv")
+    assert needs.is_small("work", 149) and not needs.is_small("work", 151)
+
+
 def test_dots_are_guessed_from_the_size_of_the_files(tmp_path):
     (tmp_path / "a.pdb").write_bytes(bytes(BYTES_PER_ATOM * 1000))
     (tmp_path / "a.dms").write_bytes(bytes(BYTES_PER_DOT * 5000))

@@ -11,6 +11,7 @@ from pathlib import Path
 TABLE = Path(__file__).with_name("needs.csv")
 MARGIN = 1.5  # of memory, over what was measured
 SLOWER = 4  # of time: other machines, a busy file system
+FEW_SECONDS = 20  # of a job that is not worth a place in a queue
 LEAST_MB, LEAST_MINUTES = 1000, 10  # of every job; Snakemake itself has its part in it
 PACKED = 4  # a gzip unpacks to this many times its size, about
 BYTES_PER_ATOM = 81  # of a PDB or mmCIF file, about
@@ -53,6 +54,12 @@ def needs(rule, size, share=1):
         return max(LEAST_MINUTES, math.ceil(SLOWER * seconds / 60)) * attempt
 
     return {"mem_mb": mem_mb, "runtime": runtime}
+
+
+def is_small(rule, size):
+    """Whether a job of a rule is done before a cluster would have begun it; `size` is a number in the unit of needs.csv."""
+    row = measured()[rule]
+    return row["seconds"] + row["seconds_per_unit"] * size <= FEW_SECONDS
 
 
 def megabytes(paths):
