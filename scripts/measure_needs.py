@@ -1,7 +1,8 @@
 """What memory and CPU time each rule takes, from the logs of runs: `python scripts/measure_needs.py results/<run> ...`.
 
 Writes scripts/sparsurf/workflow/needs.csv: per rule a straight line over the size of the input that no job of the runs
-lies above. Give runs of small and of large proteins; rules that they do not have keep their line.
+lies above. Give runs of small and of large proteins, with the grid of the default study; rules that they do not have keep
+their line, and those with jobs of one size their slope.
 """
 
 import csv
@@ -16,6 +17,7 @@ from sparsurf.surfaces.reading import read_surface
 from sparsurf.workflow.needs import TABLE
 
 USED = re.compile(r"^USED (\d+) MB ([\d.]+) s for ([\d.]+) MB$", re.M)
+APART = 2
 OF_PROTEIN = ("choose_frames", "follow_frames")
 
 
@@ -29,7 +31,8 @@ def main(folders, path_to_table=TABLE):
             continue  # runs where Snakemake runs
         row = {"rule": rule, "unit": found["unit"].iloc[0], "jobs": len(found)}
         for name in ("mb", "seconds"):
-            base, slope = line_above(found["size"].to_numpy(), found[name].to_numpy())
+            known = float(rows[rule][f"{name}_per_unit"])
+            base, slope = line_above(found["size"].to_numpy(), found[name].to_numpy(), known)
             row |= {name: f"{base:.3g}", f"{name}_per_unit": f"{slope:.3g}"}
         rows[rule] = row
     columns = ["rule", "unit", "jobs", "mb", "mb_per_unit", "seconds", "seconds_per_unit"]
@@ -43,24 +46,24 @@ def jobs_of(folder):
         found = USED.findall(log.read_text(encoding="utf-8"))
         rule, _, parts = re.fullmatch(r"(.*?)(_\d+of(\d+))?", log.stem).groups(default="1")
         place = log.relative_to(folder / "logs").parts[:-1]
-        if not found or (len(place) != 2 and rule not in OF_PROTEIN):
-            continue
+        surface = folder.joinpath(*place, "surface.npz")
+        if not found or not (rule in OF_PROTEIN or surface.is_file()):
+            continue  # of a killed job, or of a rule that asks for nothing
         megabytes, seconds, given = map(float, found[-1])
-        size, unit = size_of(folder, place, rule, given)
+        if rule in OF_PROTEIN:
+            size, unit = given, "MB of input"
+        else:
+            size, unit = len(read_surface(surface)) / 1000, "thousand dots"
         yield {"rule": rule, "unit": unit, "size": size, "mb": megabytes, "seconds": seconds * int(parts)}
 
 
-def size_of(folder, place, rule, given):
-    """Size of a job in the unit of its rule; `given` is that of its input in MB."""
-    if rule in OF_PROTEIN:
-        return given, "MB of input"
-    return len(read_surface(folder.joinpath(*place, "surface.npz"))) / 1000, "thousand dots"
+def line_above(x, y, known):
+    """Base and slope of a line that lies above all points, both at least 0.
 
-
-def line_above(x, y):
-    """Base and slope of a line that lies above all points, the slope being that of a fit and at least 0."""
-    slope = max(0.0, np.polyfit(x, y, 1)[0]) if np.ptp(x) > 0 else 0.0
-    return float((y - slope * x).max()), float(slope)
+    The slope is that of a fit; sizes `x` within a factor of `APART` tell none, and the `known` one stays.
+    """
+    slope = max(0.0, np.polyfit(x, y, 1)[0]) if x.max() >= APART * x.min() else known
+    return max(0.0, float((y - slope * x).max())), float(slope)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """What jobs ask a cluster for: more than was measured, more with size, more after a failure."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -58,10 +59,14 @@ def test_dots_are_guessed_from_the_size_of_the_files(tmp_path):
 
 def test_a_line_lies_above_all_that_was_measured():
     x, y = np.array([1.0, 2.0, 9.0, 10.0]), np.array([10.0, 14.0, 30.0, 28.0])
-    base, slope = measure_needs.line_above(x, y)
+    base, slope = measure_needs.line_above(x, y, 7.0)
     assert (base + slope * x - y).min() == pytest.approx(0) and slope == pytest.approx(np.polyfit(x, y, 1)[0])
-    assert measure_needs.line_above(np.array([2.0, 2.0]), np.array([1.0, 3.0])) == (3.0, 0.0)
-    assert measure_needs.line_above(np.array([1.0, 2.0]), np.array([5.0, 3.0])) == (5.0, 0.0)
+    assert measure_needs.line_above(np.array([1.0, 2.0]), np.array([5.0, 3.0]), 7.0) == (5.0, 0.0)
+
+
+def test_jobs_of_one_size_tell_no_slope():
+    assert measure_needs.line_above(np.array([2.0, 3.9]), np.array([4.0, 5.0]), 0.5) == (3.05, 0.5)
+    assert measure_needs.line_above(np.array([2.0]), np.array([1.0]), 0.7) == (0.0, 0.7)
 
 
 def test_needs_are_read_from_the_logs_of_runs(tmp_path):
@@ -77,6 +82,9 @@ def test_needs_are_read_from_the_logs_of_runs(tmp_path):
         (run / "logs" / "p" / "follow_frames_2of10.log").write_text(f"{used}\n")
         points = np.random.default_rng(0).normal(size=(n, 3))
         write_npz(run / "p" / "c1" / "surface.npz", Surface(points, np.tile([0.0, 0, 1], (n, 1))))
+    pair = tmp_path / "large" / "logs" / "pairs" / "p"  # has no surface of its own, and no line in the table
+    pair.mkdir(parents=True)
+    (pair / "match_partners.log").write_text("USED 300 MB 5.0 s for 2.00 MB\n")
     (tmp_path / "needs.csv").write_text(
         "rule,unit,mb,mb_per_unit,seconds,seconds_per_unit\nfollow_frames,MB of input,1,1,1,1\n"
         "take_minimal,thousand dots,1,1,1,1\nsimulate_stage,ns,1000,0,600,9000\n"
@@ -98,3 +106,14 @@ def test_every_rule_that_asks_is_measured_and_grouped():
     assert all(f'needs("{rule}"' in text for rule in rows)
     grouped = {rule for rule, row in rows.items() if row["unit"] == "thousand dots"}
     assert set(profile["groups"]) == grouped
+
+
+def test_the_page_on_clusters_tells_what_the_profile_does():
+    page = (ROOT / "docs" / "cluster.md").read_text()
+    profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text())
+    assert f"less than\n  {needs.FEW_SECONDS} seconds" in page
+    assert f"on up to {profile['local-cores']} cores" in page
+    assert f"noticed {profile['slurm-init-seconds-before-status-checks']} seconds later" in page
+    lock = (ROOT / "envs" / "requirements-slurm.txt").read_text()
+    plugin = re.search(r"^snakemake-executor-plugin-slurm==(\S+)", lock, re.M)[1]
+    assert f"the Slurm plugin of the lock ({plugin})" in page
