@@ -19,6 +19,7 @@ from sparsurf.sampling.samplers import farthest
 from sparsurf.study import grid as grids
 from sparsurf.study import tables
 from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.formats import ply
 from sparsurf.surfaces.formats.ply import KIND_COLOURS
 from sparsurf.surfaces.surface import Surface
 
@@ -545,7 +546,10 @@ def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
     assert np.abs(steps - points[:, 2]).max() <= (z["high"] - z["low"]) / 254 / 2 + 1e-9
     assert header["stops"][0] == [68, 1, 84] and header["stops"][-1] == [253, 231, 36]  # viridis
     assert [name for name, _ in header["kinds"]] == ["contact", "saddle", "concave", "unknown kind"]
+    assert header["kinds"][3][1] == ply.GREY.tolist()
+    assert [rgb for _, rgb in header["kinds"][:3]] == ply.KIND_COLOURS[:3].tolist()
     assert columns["kind"] == (np.arange(3000) % 3).tolist()
+    assert min(columns["residue"]) == 0  # every atom is known
     assert [header["residues"][k] for k in columns["residue"][:2]] == RESIDUES
     assert [order[rank] for rank in range(5)] == [columns["rank farthest"].index(rank) for rank in range(5)]
     assert np.flatnonzero(columns["minimal"]).tolist() == MINIMAL
@@ -557,6 +561,14 @@ def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
     for k in range(len(cover.centre)):
         own = columns["pair"][ends[k] - columns["size"][k] : ends[k]]
         assert own == sorted(cover.dot[cover.start[k] : cover.start[k + 1]].tolist())
+
+
+def test_distances_count_from_the_origin_of_a_patch(evaluator):
+    n = len(evaluator.points)
+    cover = evaluator.cover._replace(origin=(evaluator.cover.centre + 1) % n)
+    columns = viewer.cover_columns(evaluator.surface, np.arange(n), cover)
+    found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * viewer.STEP
+    assert np.allclose(found, evaluator.points[cover.origin], atol=1e-9)
 
 
 def reading_words(reading):
