@@ -36,7 +36,7 @@ def snakemake(tmp_path):
 def test_a_script_gets_what_it_asks_for_and_its_outputs_their_names(snakemake, tmp_path):
     seen = {}
 
-    def main(inputs, outputs, settings, name, threads):
+    def main(inputs, outputs, settings, name, threads, unknown_to_the_rule=()):
         seen.update(locals())
         for path in (outputs["one"], *outputs["both"]):
             assert ".part-work" in path
@@ -47,7 +47,7 @@ def test_a_script_gets_what_it_asks_for_and_its_outputs_their_names(snakemake, t
 
     jobs.run(main, snakemake)
     assert (seen["settings"], seen["name"], seen["threads"]) == ({"seed": 3}, "p/c1", 2)
-    assert seen["inputs"] == {"table": str(tmp_path / "in.csv")}
+    assert seen["inputs"] == {"table": str(tmp_path / "in.csv")} and seen["unknown_to_the_rule"] == ()
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["one.csv", "three.csv", "two.csv"]
     assert (tmp_path / "out" / "two.csv").read_text() == "two.csv"
     log = (tmp_path / "work.log").read_text().splitlines()

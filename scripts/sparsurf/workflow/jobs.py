@@ -27,13 +27,20 @@ def run(main, snakemake):
     """Do a script's work: call its `main` with what it asks for by name.
 
     A `main` may ask for `inputs` and `outputs` (paths by their names in the rule), for any of the rule's params,
-    for `name` (protein, or protein/conformation) and for `threads`.
+    for `name` (protein, or protein/conformation) and for `threads`; what has a default, where the rule gives it.
     """
     known = {"name": "/".join(snakemake.wildcards), "threads": snakemake.threads}
     known |= {"inputs": dict(snakemake.input.items())} | dict(snakemake.params.items())
     with job(snakemake) as outputs:
         known["outputs"] = outputs
-        main(**{key: known[key] for key in inspect.signature(main).parameters})
+        asked = inspect.signature(main).parameters.values()
+        main(
+            **{
+                each.name: known[each.name]
+                for each in asked
+                if each.name in known or each.default is each.empty
+            }
+        )
 
 
 def use_this_library():
