@@ -36,6 +36,7 @@ def main(inputs, outputs, settings, name):
             {"farthest": order},
             residues=residue_names(inputs.get(f"structure_{side}")),
             values=values,
+            opens=("all", 1),
         )
         Path(outputs[f"view_{side}"]).write_text(text, encoding="utf-8")
 

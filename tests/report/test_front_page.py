@@ -75,8 +75,8 @@ def test_sentences_of_one_surface():
     )
     assert "d = -0.20 (held out; 95 %: -0.40 to 0.00" in said
     found = enough_sentence(enough(GRID, {"null_model": 2.0}))
-    assert "below 2.00," in found and "uniform draw from 20 % of the dots on" in found
-    assert "paper's sampling from 40 % of the dots on" in found
+    assert "below 2.00," in found and "from 20 % of the dots on with a uniform draw and" in found
+    assert "and from 40 % of the dots on with the best combination of the paper's sampling." in found
 
 
 def test_sentences_of_several_surfaces():
@@ -92,7 +92,7 @@ def test_sentences_of_several_surfaces():
             enough(GRID.assign(n_S_percent=[9, 12, 30, 50]), {"null_model": 2.0}),
         ]
     )
-    assert "uniform draw from 25 % of the dots (20 to 30 %) on" in enough_sentence(both)
+    assert "from 25 % (20 to 30 %) of the dots on with a uniform draw" in enough_sentence(both)
     never = pd.concat([enough(GRID, {"null_model": 2.0}), enough(GRID, {"null_model": 0.1})])
     assert "at no n_S of the grid on 1 of 2 surfaces" in enough_sentence(never)
 
@@ -100,14 +100,14 @@ def test_sentences_of_several_surfaces():
 def test_the_share_of_dots_that_gives_the_surface_back():
     said = recovered_sentence(reached(), surfaces(), handed_out(1, 88))
     assert (
-        "From 5 % of the dots on, taken by poisson, the surface is recovered to within what other dots"
+        "From 5 % of the dots on, taken by the sampler poisson, the surface is recovered to within what other dots"
         in said
     )
     assert "(Z 0.58 beside 0.53, alike within the error; the dots as they are need 80 %)" in said
-    assert "`minimal.csv` hands out 4.4 % of them" in said
+    assert "`minimal.csv` hands out 4.4 % of the dots." in said
     both = pd.concat([reached(), reached(7.0)])
     said = recovered_sentence(both, surfaces(2), handed_out(2, [88, 2000]))
-    assert "From 5 to 7 % of" in said and "hands out 4.4 to 100.0 % of them" in said
+    assert "From 5 to 7 % of" in said and "hands out 4.4 to 100.0 % of the dots." in said
 
 
 def test_samplers_where_they_were_compared():

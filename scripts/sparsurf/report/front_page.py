@@ -12,7 +12,7 @@ YARDSTICKS = {
     FRESH: "what other dots of the same surface cost",
     "turned": "what turning the molecule costs",
 }
-SAMPLERS = {"uniform": "for a uniform draw", "paper": "for the best combination of the paper's sampling"}
+SAMPLERS = {"uniform": "with a uniform draw", "paper": "with the best combination of the paper's sampling"}
 AT = 10  # % of the dots, at which samplers are compared
 SHOWN = 20  # conformations in the table, pairs with links
 OF_PAIR = {
@@ -93,7 +93,7 @@ def studied(surfaces):
         what += f" ({', '.join(proteins)})"
     return (
         f"Studied: {what}, {_span(surfaces['N'], '{:,.0f}')} dots each, mean roughness "
-        f"{_span(surfaces['mean_roughness'], '{:.2f}')}.\n"
+        f"{_span(surfaces['mean_roughness'], '{:z.2f}')}.\n"
     )
 
 
@@ -113,9 +113,9 @@ def best_sentence(surfaces):
         found.append(
             f"with {READINGS[reading].words} {often.index[0]} is best{where}: it keeps "
             f"{_span(own[f'n_S_percent_{reading}'], '{:.1f}')} % of the dots with d = "
-            f"{_span(own[f'd_held_out_{reading}'], '{:.2f}')} (held out; 95 %: "
-            f"{own[f'd_held_out_low_{reading}'].min():.2f} to {own[f'd_held_out_high_{reading}'].max():.2f}; as selected "
-            f"{_span(own[f'd_{reading}'], '{:.2f}')})"
+            f"{_span(own[f'd_held_out_{reading}'], '{:z.2f}')} (held out; 95 %: "
+            f"{own[f'd_held_out_low_{reading}'].min():z.2f} to {own[f'd_held_out_high_{reading}'].max():z.2f}; as selected "
+            f"{_span(own[f'd_{reading}'], '{:z.2f}')})"
         )
     return f"Of the paper's sampling at the largest α, {'; '.join(found)}."
 
@@ -124,8 +124,8 @@ def enough_sentence(enough):
     """How many dots are enough, by each yardstick; the median over the surfaces."""
     found = []
     for name, rows in enough.groupby("yardstick", sort=False):
-        words = [f"{SAMPLERS[sampler]} {_from(own)}" for sampler, own in rows.groupby("sampler", sort=False)]
-        z = _span(rows["Z"], "{:.2f}")
+        words = [f"{_from(own)} {SAMPLERS[sampler]}" for sampler, own in rows.groupby("sampler", sort=False)]
+        z = _span(rows["Z"], "{:z.2f}")
         found.append(f"Z falls below {z}, {YARDSTICKS.get(name, name)}, {' and '.join(words)}")
     reading = READINGS[enough["islands"].iloc[0]].words
     return f"How many dots are enough, {reading}: {'; '.join(found)}."
@@ -138,7 +138,7 @@ def _from(rows):
         return f"at no n_S of the grid on {len(rows) - len(known)} of {len(rows)} surfaces"
     spread = f" ({known.min():.0f} to {known.max():.0f} %)" if len(known) > 1 else ""
     already = ", the smallest n_S of the grid," if rows["smallest"].all() else ""
-    return f"from {known.median():.0f} % of the dots{spread}{already} on"
+    return f"from {known.median():.0f} %{spread} of the dots{already} on"
 
 
 def recovered_sentence(reached, surfaces, handed_out):
@@ -147,11 +147,11 @@ def recovered_sentence(reached, surfaces, handed_out):
     share = 100 * handed_out["dots"].to_numpy() / surfaces["N"].to_numpy()
     back, as_they_are = own.loc[[RECOVERED]], own.loc[[TEXT]]
     return (
-        f"From {_span(back['n_S_percent'], '{:.3g}')} % of the dots on, taken by {back['sampler'].iloc[0]}, the surface is "
-        f"recovered to within {YARDSTICKS[FRESH]} (Z {_span(back['Z'], '{:.2f}')} beside "
-        f"{_span(back['Z_floor'], '{:.2f}')}, alike within the error; the dots as they are need "
+        f"From {_span(back['n_S_percent'].round(1), '{:.3g}')} % of the dots on, taken by the sampler {back['sampler'].iloc[0]}, "
+        f"the surface is recovered to within {YARDSTICKS[FRESH]} (Z {_span(back['Z'], '{:z.2f}')} beside "
+        f"{_span(back['Z_floor'], '{:z.2f}')}, alike within the error; the dots as they are need "
         f"{_span(as_they_are['n_S_percent'], '{:.3g}')} %): `minimal.csv` hands out "
-        f"{_span(pd.Series(share), '{:.1f}')} % of them."
+        f"{_span(pd.Series(share), '{:.1f}')} % of the dots."
     )
 
 

@@ -8,11 +8,15 @@ from markdown_it import MarkdownIt
 
 STYLE = (
     "body{font:16px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
-    "table{border-collapse:collapse}td,th{padding:2px 8px;text-align:right;border-bottom:1px solid #ddd}"
+    "table{border-collapse:collapse;display:block;overflow-x:auto}"
+    "td,th{padding:2px 8px;text-align:right;border-bottom:1px solid #ddd}"
 )
-# Snakemake's report centres what it shows, which puts the top of a long page out of reach.
+# Snakemake's report centres what it shows, which puts the top of a long page and the left of a wide one out of reach, and
+# sets the graph of rules beside the text; here it follows.
 IN_REPORT = (
-    "<style>.h-screen.items-center{align-items:flex-start!important}.prose{max-width:48rem!important}</style>"
+    "<style>.h-screen.items-center{align-items:flex-start!important;justify-content:flex-start!important;min-width:0}"
+    ".h-screen>.items-start{flex-direction:column;min-width:0}.h-screen>.items-start>*{max-width:100%}"
+    ".prose{max-width:48rem!important}.prose table{display:block;overflow-x:auto}</style>"
 )
 
 

@@ -45,7 +45,8 @@ def figure(grid, readings=OF_GRID):
     gap = layout.label_width(np.unique(grid.delta))
     side = min(40.0, (PAGE - 27) / grid.beta.nunique() - gap)
     pitch = side + 20
-    figure = layout.sheet(PAGE, 5 + pitch * len(readings))
+    used = max(32 + (side + gap) * grid.beta.nunique(), 165 if largest else 128)  # mm, maps or titles
+    figure = layout.sheet(min(PAGE, used), 5 + pitch * len(readings))
     for row, reading in enumerate(readings):
         y = 1 + pitch * row
         layout.letter(figure, 1, y, ascii_uppercase[row])

@@ -32,7 +32,8 @@ def frames_projection(projection, labels, chosen, names, explained, silhouettes)
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.sheet(layout.PAGE, 66)
+    width = layout.PAGE if len(silhouettes) else 136 if len(explained) else layout.COLUMN
+    figure = layout.sheet(width, 66)
     plane = np.column_stack([projection, np.zeros((len(projection), 2))])[:, :2]
     ax = layout.axes(figure, 14, 7, 69, 49)
     _clusters(ax, plane, labels, np.asarray(chosen, int), names, explained)

@@ -35,7 +35,8 @@ def figure(grid):
     width, height = min(40.0, 164 / len(betas)), min(34.0, 168 / len(alphas))
     gap = max(2.0, layout.label_width(deltas) - 0.08 * width)
     colour = dict(zip(gammas, colormaps["viridis"](np.linspace(0, 0.92, len(gammas))), strict=True))
-    figure = layout.sheet(PAGE, 24 + height * len(alphas))
+    used = max(19 + width * len(betas), 72 + 17 * min(6, len(gammas)))  # mm, panels or legend
+    figure = layout.sheet(min(PAGE, used), 24 + height * len(alphas))
     for row, alpha in enumerate(alphas):
         for column, beta in enumerate(betas):
             ax = layout.axes(figure, 12 + width * column, 13 + height * row, width - gap, height - 3)

@@ -31,6 +31,7 @@ function fillMenus() {
   for (const [name, words] of Object.entries(head.samplers)) element("sampler").add(option(words, name));
   head.values.forEach((each, k) => element("colour").add(option(each.name, k)));
   if (dots.kind) element("colour").add(option("kind of dot", "kind"));
+  [element("sampler").value, element("colour").value] = [head.sampler, head.colour];
   element("presets").add(option("…", ""));
   head.presets.forEach(([words], k) => element("presets").add(option(words, k)));
 }

@@ -47,7 +47,18 @@ class Values:
 
 
 def page(
-    title, surface, rough, cover, radius, orders, grid=None, best=None, residues=(), values=(), minimal=()
+    title,
+    surface,
+    rough,
+    cover,
+    radius,
+    orders,
+    grid=None,
+    best=None,
+    residues=(),
+    values=(),
+    minimal=(),
+    opens=None,
 ):
     """The page, complete in itself.
 
@@ -71,6 +82,8 @@ def page(
         More to colour by.
     minimal : sequence of int
         Dots of the subset that is handed out.
+    opens : (str, int), optional
+        The sampler that is shown first, and in which colour: 0 for R_i, then those of `values`.
 
     Returns
     -------
@@ -89,6 +102,7 @@ def page(
         dots = np.sort(next(iter(orders.values()))[:most])
         whole = {name: order for name, order in orders.items() if np.isin(dots, order).all()}
         header = _header(surface, dots, radius, whole, grid, best, values, minimal)
+        header["sampler"], header["colour"] = opens or (next(iter(header["samplers"])), 0)
         columns = dot_columns(surface, dots, whole, residues, values, header)
         if len(minimal):
             columns["minimal"] = np.isin(dots, minimal).astype(int)
@@ -123,7 +137,7 @@ def _header(surface, dots, radius, orders, grid, best, values, minimal):
     readings = [reading for reading in OF_GRID if f"d_{reading}" in grid]
     columns = [*PARAMETERS, "n_S_percent"]
     columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
-    samplers = {"minimal": "the subset handed out, minimal.csv"} if len(minimal) else {}
+    samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
     samplers |= {name: SAMPLERS.get(name, name) for name in orders} | SAMPLERS
     return {
         "total": len(surface),
