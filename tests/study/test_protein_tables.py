@@ -25,7 +25,7 @@ def measured_of(s):
     floors = floor(name, **{"fresh dots": 0.5 + 0.1 * s, "turned": 0.8 + 0.1 * s, "atoms moved 0.1 Å": 0.6})
     floors = pd.concat([floors, floor(name, **{"atoms moved 0.3 Å": 0.9 + 0.05 * s})], ignore_index=True)
     own = result(f"{name}/c1", 0.5 + 0.03 * s, s % 3, s, combinations=MANY)
-    empty = (own.ranges["islands"] == "surface") & (own.ranges["range"] == 2)
+    empty = (own.ranges["islands"] == "surface") & (own.ranges.groupby("islands").cumcount() == 1)
     own = replace(
         own, ranges=own.ranges.assign(best_set=own.ranges["best_set"].mask(empty))
     )  # as a file has ""
