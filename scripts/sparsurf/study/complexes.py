@@ -66,7 +66,7 @@ def relative(values, roughness, bins=BINS):
     -------
     (n,) float64
     """
-    rank = rankdata(roughness, method="ordinal") - 1
+    rank = rankdata(roughness, method="ordinal").astype(int) - 1  # floats from newer versions of SciPy
     place = rank * bins // len(rank)
     return values - (np.bincount(place, values) / np.bincount(place))[place]
 
