@@ -9,7 +9,7 @@ from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import DARK, PALE, styled
 from sparsurf.report.figures.summary_figures import time_axis
 
-LABELS = 14  # residues named along the axis
+LABELS = 14  # residues named along the axis at most
 BURIED = "#BBBBBB"
 
 
@@ -69,7 +69,7 @@ def _name_residues(ax, residues):
     """Numbers of some residues, and a line where a chain ends; the chain is named where there are several."""
     chain = residues["chain"].fillna("").to_numpy(str)
     several = len(np.unique(chain)) > 1
-    places = np.unique(np.linspace(0, len(residues) - 1, min(LABELS, len(residues))).round().astype(int))
+    places = np.arange(0, len(residues), -(-len(residues) // LABELS))
     names = [
         f"{chain[k]} {residues['residue'].iloc[k]}" if several else residues["residue"].iloc[k]
         for k in places

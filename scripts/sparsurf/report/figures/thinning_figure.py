@@ -28,7 +28,7 @@ def thinning_figure(table, subject):
     """
     figure = layout.sheet(layout.PAGE, 124)
     layout.text(
-        figure, 16, 1, f"{subject}; mean of both partners. Dotted line and star: all dots as centres."
+        figure, 16, 1, f"{subject}; both partners averaged. Dotted line and star: all dots as centres."
     )
     mean = table.groupby(["sampler", "surface", "percent"], sort=False).mean(numeric_only=True).reset_index()
     whole, thin = mean[mean["sampler"] == "all"].iloc[0], mean[mean["sampler"] != "all"]
