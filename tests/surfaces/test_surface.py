@@ -302,6 +302,12 @@ def test_program_that_fails_or_is_absent(tmp_path, monkeypatch):
     fake_program(tmp_path, "echo no radii >&2; exit 1")
     with pytest.raises(InputError, match="no radii"):
         surface_by_dms_program(pdb)
+    fake_program(tmp_path, "echo half of it > out.dms; exit 3")
+    with pytest.raises(InputError, match="exit status 3"):
+        surface_by_dms_program(pdb)
+    fake_program(tmp_path, "exit 0")
+    with pytest.raises(InputError, match="made no surface"):
+        surface_by_dms_program(pdb)
 
 
 # ---- all formats
