@@ -22,8 +22,8 @@ def main(inputs, outputs, settings, name):
         order = farthest(evaluator, min(len(surface), MOST_DOTS), evaluator.stream("view"))
         values = [
             Values(
-                "distance to the nearest patch of the partner", "propensity", "",
-                own["propensity_smoothed"].to_numpy(), "likely to bind", "unlikely",
+                "binding propensity", "propensity", "",
+                own["propensity_smoothed"].to_numpy(), "good match", "poor match",
             ),
             Values("distance to the partner", "gap", " Å", own["gap"].to_numpy(), "touching", "far"),
         ]  # fmt: skip

@@ -72,6 +72,8 @@ def test_many_pairs():
     assert "Over 2 of 3 pairs" in pairs_markdown(means, 3, 2)
     simple = "the best simple property, flatness: roughness R_i, with 0.600.\n"
     assert f"AUC of 0.550 (95 %: 0.500 to 0.610); {simple}" in pairs_markdown(means, 3, 2)
+    told = pairs_markdown(means.assign(low=0.49), 3, 2)
+    assert "(95 %: 0.490 to 0.610, not to be told from a coin)" in told
     assert f"AUC of 0.550; {simple}" in pairs_markdown(means, 3, 1)
     assert "None of the 4 pairs has an interface" in pairs_markdown(means.head(0), 4, 0)
 

@@ -95,10 +95,11 @@ def pairs_markdown(means, n_pairs, n_touching, title="Pairs of this run", links=
         )
     simple = means[~means["score"].str.startswith(("propensity", "similarity"))].set_index("score")["mean"]
     value = means.set_index("score").loc["propensity_smoothed"]
+    coin = ", not to be told from a coin" if value["low"] < 0.5 < value["high"] else ""
     parts.append(
         f"Over {n_touching} of {n_pairs} pairs the smoothed propensity finds the interface with a mean AUC of "
         f"{value['mean']:.3f}"
-        + (f" (95 %: {value['low']:.3f} to {value['high']:.3f})" if n_touching > 1 else "")
+        + (f" (95 %: {value['low']:.3f} to {value['high']:.3f}{coin})" if n_touching > 1 else "")
         + f"; the best simple property, {WORDS[simple.idxmax()]}, with {simple.max():.3f}.\n"
     )
     shown = means.assign(score=means["score"].map(lambda name: WORDS.get(name, name)))

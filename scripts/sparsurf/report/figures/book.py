@@ -43,7 +43,7 @@ def book_figure(name, surfaces, tables):
         cameras,
         tables,
         "propensity_smoothed",
-        "propensity, smoothed\n(low: likely interface)",
+        "propensity, smoothed\n(low: good match)",
     )
     if both:
         for side in (0, 1):
