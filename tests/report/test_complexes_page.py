@@ -55,6 +55,10 @@ def test_a_book_opens_along_its_hinge():
         assert np.allclose(page[2], plate.normals[0])  # the inner side looks at the viewer
         assert np.allclose(page[1], [0, 1, 0])  # the longer side stands upright
     assert np.allclose(lower.points @ left[0], -(upper.points @ right[0]))
+    turned = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])  # the plates stand upright now
+    both = [Surface(plate.points @ turned.T, plate.normals @ turned.T) for plate in (lower, upper)]
+    for page, plate in zip(opened(both, (np.ones(200, bool),) * 2), both, strict=True):
+        assert np.allclose(page[2], plate.normals[0])
     apart = opened((lower, Surface(np.add(upper.points, [0, 0, 50]), upper.normals)))
     assert np.allclose(apart[0][2], [0, 0, 1])
 

@@ -335,12 +335,15 @@ def test_the_book_of_partners_apart_shows_the_similarity():
     assert not any("interface" in words for words in words_of(figure))
 
 
-def test_both_pages_have_one_scale():
-    lower, upper = plates()
-    small = Surface(upper.points[:100], upper.normals[:100])
-    figure = book.book_figure("x", (lower, small), tables((lower, small)))
+@pytest.mark.parametrize("larger", [0, 1])
+def test_both_pages_have_one_scale(larger):
+    both = list(plates())
+    small = both[1 - larger]
+    both[1 - larger] = Surface(small.points[:100], small.normals[:100])
+    figure = book.book_figure("x", both, tables(both))
     widths = [ax.get_xlim()[1] - ax.get_xlim()[0] for ax in figure.axes if ax.images]
     assert widths == pytest.approx([widths[0]] * 4)
+    assert widths[0] > 19.5  # Å: the larger one has room
 
 
 # ---- what they all share

@@ -186,6 +186,8 @@ def test_views():
     left, right, bottom, top = view.extent
     margin = 2 * render.LARGEST - 1e-9
     assert right - left >= extent[0] + margin and top - bottom >= extent[1] + margin
+    # and no wider than that: one side is full
+    assert min(right - left - extent[0], top - bottom - extent[1]) == pytest.approx(2 * render.LARGEST)
     cap = normals @ [0.6, 0.0, 0.8] > 0.5
     rotation = render.oblique(points[cap], normals[cap], tilt=40)
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
