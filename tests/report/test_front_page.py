@@ -175,7 +175,7 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
         "Studied: 2 surfaces"
     )
     assert "(012, b), 2,000 to 4,000 dots each" in page  # in their order, each with its own
-    assert "hands out 5.0 to 10.0 % of them" in page
+    assert "hands out 5.0 to 10.0 % of" in page
     assert "[to turn and sample](b/c1/view.html)" in page and "(q/c1/view.html)" not in page
     assert "- pairs.md" not in page
     html = (run / "index.html").read_text()
