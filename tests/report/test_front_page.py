@@ -149,9 +149,9 @@ def test_links_of_the_page_and_of_the_report():
 def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     run = tmp_path / "results" / "mine"
     table = pd.concat(
-        [surfaces().assign(protein=name, N=n) for name, n in (("q", 9000), ("012", 2000), ("b", 4000))]
+        [surfaces().assign(protein=name, N=n) for name, n in (("5", 9000), ("012", 2000), ("7", 4000))]
     )
-    for name, files in {"q": 3, "012": 4, "b": 4}.items():
+    for name, files in {"5": 3, "012": 4, "7": 4}.items():
         folder = run / name / "c1"
         folder.mkdir(parents=True)
         GRID.assign(d_surface=0.0).to_csv(folder / "grid.csv", index=False)
@@ -168,16 +168,16 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     (run / ".front_page.html").write_text("of an earlier run")
     (run / "pairs").mkdir()
     (run / "pairs" / "pairs.md").write_text("")
-    write_front_page.by_hand([str(run), "--without", "q", "c1/take_minimal: a <defect>."])
+    write_front_page.by_hand([str(run), "--without", "5", "c1/take_minimal: a <defect>."])
     page = (run / "index.md").read_text()
     assert "1 protein could not be finished; what follows is of what was made." in page
-    assert "- q: c1/take_minimal: a <defect>." in page and page.index("- q:") < page.index(
+    assert "- 5: c1/take_minimal: a <defect>." in page and page.index("- 5:") < page.index(
         "Studied: 2 surfaces"
     )
-    assert "(012, b), 2,000 to 4,000 dots each" in page  # in their order, each with its own
+    assert "(012, 7), 2,000 to 4,000 dots each" in page  # in their order, each with its own
     assert "hands out 5.0 to 10.0 % of" in page
-    assert "[to turn and sample](b/c1/view.html)" in page and "(q/c1/view.html)" not in page
+    assert "[to turn and sample](7/c1/view.html)" in page and "(5/c1/view.html)" not in page
     assert "- pairs.md" not in page
     html = (run / "index.html").read_text()
-    assert "<li>q: c1/take_minimal: a &lt;defect&gt;.</li>" in html
+    assert "<li>5: c1/take_minimal: a &lt;defect&gt;.</li>" in html
     assert not (run / ".front_page.html").exists()  # Snakemake makes the page anew as soon as all is there
