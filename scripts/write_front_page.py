@@ -40,10 +40,8 @@ def main(inputs, outputs, without=()):
     folder = Path(inputs["surfaces"]).parent
     fewer = pd.read_csv(inputs["needed"][0]) if inputs["needed"] else None
     places = [tuple(Path(path).parts[-3:-1]) for path in inputs["minimal"]]
-    surfaces = (
-        pd.read_csv(inputs["surfaces"]).set_index(["protein", "conformation"]).loc[places].reset_index()
-    )
-    handed_out = pd.DataFrame(places, columns=["protein", "conformation"])
+    surfaces = pd.read_csv(inputs["surfaces"], dtype=NAMES).set_index([*NAMES]).loc[places].reset_index()
+    handed_out = pd.DataFrame(places, columns=[*NAMES])
     handed_out["dots"] = [len(pd.read_csv(path)) for path in inputs["minimal"]]
     reached = pd.concat([pd.read_csv(path) for path in inputs["enough"]])
     found = []
