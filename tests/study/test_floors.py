@@ -143,7 +143,9 @@ def test_intervals_over_proteins():
         for p, z in enumerate(rng.uniform(0.5, 1, 9))
         for s in ("a", "b")
     ]
-    change = recovery.paired(pd.DataFrame(rows), "a", "b", ("Z",)).iloc[0]
+    alone = {"protein": 9, "sampler": "b", "percent": 5.0, "Z": 0.7}  # has no other to be compared with
+    change = recovery.paired(pd.DataFrame([*rows, alone]), "a", "b", ("Z",)).iloc[0]
+    assert change["n"] == 9
     assert change["mean"] == pytest.approx(-20) and change["high"] - change["low"] == pytest.approx(
         0, abs=1e-9
     )

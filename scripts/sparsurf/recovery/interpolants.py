@@ -140,18 +140,25 @@ def _block(centre, a, b, matrix):
 
 @njit(cache=True, nogil=True, fastmath=FAST)
 def _solve(matrix, right, m):
-    """Cholesky's method in place, on the lower triangle; the solution replaces `right`."""
-    for i in range(m):
-        row = matrix[i]
-        for j in range(i):
-            other, total = matrix[j], row[j]
+    """Cholesky's method in place, on the lower triangle; the solution replaces `right`. m is a multiple of four."""
+    for i in range(0, m, 4):
+        for j in range(i):  # four rows at once, so that each number of row j is read once for them
+            p, q, r, s = matrix[i, j], matrix[i + 1, j], matrix[i + 2, j], matrix[i + 3, j]
             for c in range(j):
-                total -= row[c] * other[c]
-            row[j] = total * other[j]  # the diagonal holds the inverse
-        total = row[i]
-        for c in range(i):
-            total -= row[c] * row[c]
-        row[i] = 1.0 / math.sqrt(max(total, 1e-12))
+                other = matrix[j, c]
+                p -= matrix[i, c] * other
+                q -= matrix[i + 1, c] * other
+                r -= matrix[i + 2, c] * other
+                s -= matrix[i + 3, c] * other
+            inverse = matrix[j, j]  # the diagonal holds the inverse
+            matrix[i, j], matrix[i + 1, j] = p * inverse, q * inverse
+            matrix[i + 2, j], matrix[i + 3, j] = r * inverse, s * inverse
+        for a in range(i, i + 4):
+            for j in range(i, a + 1):
+                total = matrix[a, j]
+                for c in range(j):
+                    total -= matrix[a, c] * matrix[j, c]
+                matrix[a, j] = total * matrix[j, j] if j < a else 1.0 / math.sqrt(max(total, 1e-12))
     for i in range(m):
         total = right[i]
         for c in range(i):

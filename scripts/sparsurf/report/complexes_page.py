@@ -99,6 +99,14 @@ def _answer(means, surfaces):
         if better
         else "None of the simple properties does better. "
     )
+    steady, other = (
+        _row(means, "bound", score, "smoothed", "steady") for score in ("complementarity", "another protein")
+    )
+    if steady is not None:
+        text += (
+            f"With the steady descriptor it is {_with_interval(steady)}, and {_with_interval(other)} against the partner of "
+            "another complex. "
+        )
     return text + (
         f"On 1a1u, the example of the tutorial, it is {tutorial['mean']:.3f}; 1a1u flatters, as a single complex can: "
         f"{share['1a1u'].mean():.0f} % of its patches are interface (median of the others: "

@@ -17,7 +17,7 @@ dots' tangent discs are moved onto it and thinned. Nothing else is known: `spars
 Z is measured against the full surface; the recovered surface is described as one of its own. The fresh-dots floor is Z of
 another set of dots of the same surface, all kept: below it, a subset only repeats the dots that it is measured against.
 
-The table follows from `python scripts/measure_recovery.py <folder of structures> docs/tables`: all atoms of each structure,
+The table follows from `python scripts/measure_recovery.py <folder of structures> docs/tables`: the protein of each structure,
 its first model, 1000 test dots; means over proteins with 95 % intervals by Student's t.
 """
 

@@ -129,7 +129,7 @@ def means(table, measures=("Z_kept", "Z", "Z_over_floor", "distance", "angle", "
 
 
 def paired(table, first, second, measures=("Z", "distance", "angle")):
-    """First sampler minus second, in %, protein by protein: percent, measure, mean, low, high, n."""
+    """First sampler minus second, in %, over the proteins that have both: percent, measure, mean, low, high, n."""
     rows = []
     for percent, part in table.groupby("percent", sort=False):
         by = part.set_index(["protein", "sampler"]).unstack("sampler")
@@ -137,7 +137,7 @@ def paired(table, first, second, measures=("Z", "distance", "angle")):
             change = 100 * (by[measure][first] / by[measure][second] - 1)
             rows.append(
                 {"first": first, "second": second, "percent": percent, "measure": measure}
-                | _interval(change.to_numpy())
+                | _interval(change.dropna().to_numpy())
             )
     return pd.DataFrame(rows)
 
