@@ -93,6 +93,13 @@ def test_sentences_of_several_surfaces():
         ]
     )
     assert "from 25 % (20 to 30 %) of the dots on with a uniform draw" in enough_sentence(both)
+    alike = pd.concat(
+        [
+            enough(GRID, {"null_model": 2.0}),
+            enough(GRID.assign(n_S_percent=[5, 10, 20.4, 40]), {"null_model": 2.0}),
+        ]
+    )
+    assert "from 20 % of the dots on with a uniform draw" in enough_sentence(alike)
     never = pd.concat([enough(GRID, {"null_model": 2.0}), enough(GRID, {"null_model": 0.1})])
     assert "at no n_S of the grid on 1 of 2 surfaces" in enough_sentence(never)
 

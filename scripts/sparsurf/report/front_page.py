@@ -136,7 +136,8 @@ def _from(rows):
     known = rows["n_S_percent"].dropna()
     if len(known) < len(rows):
         return f"at no n_S of the grid on {len(rows) - len(known)} of {len(rows)} surfaces"
-    spread = f" ({known.min():.0f} to {known.max():.0f} %)" if len(known) > 1 else ""
+    low, high = f"{known.min():.0f}", f"{known.max():.0f}"
+    spread = f" ({low} to {high} %)" if low != high else ""
     already = ", the smallest n_S of the grid," if rows["smallest"].all() else ""
     return f"from {known.median():.0f} %{spread} of the dots{already} on"
 
