@@ -11,6 +11,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
+from sparsurf.patches.index import D_LINK
 from sparsurf.report.descriptors_page import TABLES, descriptors_markdown
 from sparsurf.report.figures import descriptors_figures
 from sparsurf.streams import stream
@@ -23,7 +24,7 @@ from sparsurf.workflow.config import check
 
 SEED, N_TESTS = 20261120, 400
 DENSITIES = (DENSITY, 20.0)
-LINKS = (0.5, 0.55, 0.6, 0.8)  # Å, D_link: the published one first
+LONGER = (0.55, 0.6, 0.8)  # Å, D_link beside the published one
 
 
 def measure(name, path, threads):
@@ -36,18 +37,16 @@ def measure(name, path, threads):
         steadiness.steadiness(xyz, r, tests, stream(SEED, name, "turns"), density, threads=threads)
         for density in DENSITIES
     ]
-    linked = [
-        steadiness.steadiness(xyz, r, tests, stream(SEED, name, "turns"), d_link=link, threads=threads)[0]
-        for link in LINKS
-    ]
+    linked = {D_LINK: moved[0][0]}
+    for link in LONGER:
+        turns = stream(SEED, name, "turns")
+        linked[link], _ = steadiness.steadiness(xyz, r, tests, turns, d_link=link, threads=threads)
     evaluator = Evaluator(surface, seed=SEED, name=name, threads=threads)
     law = check({"proteins": {name: {"structure": str(path)}}})["sampling"]
     tables = {
         "changes": pd.concat([changes for changes, _ in moved]),
         "orders": pd.concat([orders for _, orders in moved]),
-        "linked": pd.concat(
-            [changes.assign(D_link=link) for link, changes in zip(LINKS, linked, strict=True)]
-        ),
+        "linked": pd.concat([changes.assign(D_link=link) for link, changes in linked.items()]),
         "rows": steadiness.rows_of_paper(evaluator, N_TESTS),
         "samplers": steadiness.of_samplers(evaluator, N_TESTS),
         "grid": steadiness.whole_grid(evaluator, [law[key] for key in ("alpha", "beta", "gamma", "delta")]),

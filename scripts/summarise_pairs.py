@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from sparsurf.report.front_page import links_to_pairs
-from sparsurf.report.html import first_page
+from sparsurf.report.html import write_first_page
 from sparsurf.report.pair_page import pairs_markdown
 from sparsurf.study.complexes import means_over_complexes
 from sparsurf.workflow.jobs import run
@@ -27,8 +27,7 @@ def main(inputs, outputs):
         folder = Path(inputs["tables"][0]).parents[2]
         links = links_to_pairs([str(Path(path).relative_to(folder)) for path in inputs["pages"]])
         page = pairs_markdown(*known, f"Results of the run {folder.name}", links)
-        for key, text in first_page(page, folder).items():
-            Path(outputs[key]).write_text(text, encoding="utf-8")
+        write_first_page(page, folder, outputs)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import pandas as pd
 
 from sparsurf.patches.readings import TEXT
 from sparsurf.report.front_page import SHOWN, YARDSTICKS, front_page, links_to_pairs
-from sparsurf.report.html import first_page
+from sparsurf.report.html import write_first_page
 from sparsurf.study.enough import enough
 from sparsurf.workflow.jobs import run
 
@@ -58,9 +58,7 @@ def main(inputs, outputs, without=()):
     shown = [str(Path(path).relative_to(folder)) for path in inputs["pages"]]
     links = links_to(places, shown) + links_to_pairs(shown)
     page = front_page(folder.name, surfaces, pd.concat(found), reached, handed_out, fewer, links, without)
-    texts = first_page(page, folder)
-    for key, path in outputs.items():
-        Path(path).write_text(texts[key], encoding="utf-8")
+    write_first_page(page, folder, outputs)
 
 
 def links_to(places, shown):

@@ -1,7 +1,6 @@
 """The comparison of samplers: plain references, exact cases, what follows from it, pages and figure."""
 
 import logging
-from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -12,7 +11,7 @@ import naive
 import summarise_comparison
 import take_minimal
 from conftest import ROOT
-from drawn import drawn_texts
+from drawn import check_texts
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.islands import patch
@@ -286,14 +285,7 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.filterwarnings("error")
 def test_figure_has_its_texts_apart_and_inside(table, name, monkeypatch):
-    figure = comparison_figure(CASES[name](table), "blob")
-    texts = drawn_texts(figure, monkeypatch)
-    width, height = figure.canvas.get_width_height()
-    for words, box in texts:
-        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, f"{words!r} is cut off"
-    for (one, a), (other, b) in combinations(texts, 2):
-        apart = min(a.x1, b.x1) - max(a.x0, b.x0) <= 0.5 or min(a.y1, b.y1) - max(a.y0, b.y0) <= 0.5
-        assert apart, f"{one!r} and {other!r} overlap"
+    check_texts(comparison_figure(CASES[name](table), "blob"), monkeypatch)
 
 
 @pytest.mark.parametrize("path", ["data/tdp43/topology.pdb", "structures/A6PA6_13res_nochain.pdb"])

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from sparsurf.patches.index import D_LINK
 from sparsurf.report.figures.descriptors_figures import floor_of
 from sparsurf.report.pages import markdown
 
@@ -124,8 +125,9 @@ def _linked(linked):
     for name in ("published", "steady"):
         out[f"ratio of fresh dots, {name}"] = _with(fresh, descriptor=name)["ratio"].to_numpy()
     return (
-        "At the published D_link of 0.5 Å single dots are islands of their own, here and there, and fall out of the patch: not "
-        "the surface, where its dots fell. A longer one holds them (`patches: {descriptor: steady, D_link: 0.6}`):\n\n"
+        f"At the published D_link of {D_LINK:g} Å single dots are islands of their own, here and there, and fall out of the "
+        "patch: not the surface, where its dots fell. A longer one holds them "
+        f"(`patches: {{descriptor: steady, D_link: {LONGER:g}}}`):\n\n"
         + markdown(out.assign(D_link=[f"{link:g} Å" for link in out["D_link"]]), 3)
     )
 

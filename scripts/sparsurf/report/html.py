@@ -2,6 +2,7 @@
 
 import re
 from html import escape
+from pathlib import Path
 from urllib.parse import quote
 
 from markdown_it import MarkdownIt
@@ -20,9 +21,12 @@ IN_REPORT = (
 )
 
 
-def first_page(page, folder):
-    """The page of a run, whose results lie in `folder`: as Markdown, as HTML, and as the first page of the report."""
-    return {"md": page, "html": as_html(page, folder.name), "part": in_report(page, folder)}
+def write_first_page(page, folder, outputs):
+    """Write the page of a run, whose results lie in `folder`: as Markdown, `md`, as HTML, and as the first page of the
+    report, `part`; those of them that `outputs` has a path for."""
+    texts = {"md": page, "html": as_html(page, folder.name), "part": in_report(page, folder)}
+    for key in texts.keys() & outputs.keys():
+        Path(outputs[key]).write_text(texts[key], encoding="utf-8")
 
 
 def as_html(page, title="Verdict"):

@@ -3,6 +3,7 @@
 import pandas as pd
 
 from sparsurf.report.pages import markdown
+from sparsurf.study import over_proteins
 
 WORDS = {
     "Z_kept": "Z, the dots as they are",
@@ -200,13 +201,9 @@ def paying(pairs, *further):
 
 def over_floor(table, floors, opponents, percent=10.0):
     """Z at `percent` of the dots over the fresh-dots floor: a row per structure, a column for each way to choose dots."""
-    rows = pd.concat([table, opponents], ignore_index=True)
-    z = rows[rows["percent"] == percent].pivot(index="protein", columns="sampler", values="Z")
-    return z[["farthest", "adaptive", "settled dots"]].div(_fresh(floors), axis=0)
-
-
-def _fresh(floors):
-    return floors[floors["floor"] == "fresh dots"].set_index("protein")["Z"]
+    rows = over_proteins.over_floor(pd.concat([table, opponents], ignore_index=True), floors)
+    own = rows[rows["percent"] == percent].pivot(index="protein", columns="sampler", values="over_floor")
+    return own[["farthest", "adaptive", "settled dots"]]
 
 
 def everywhere(over):
@@ -228,5 +225,6 @@ def _each(table, floors, over):
     z = own.pivot(index="protein", columns="percent", values="Z").rename(columns=lambda p: f"Z at {p:g} %")
     size = own.groupby("protein", sort=False)["N"].first()
     over = over.round(3).rename(columns=lambda sampler: f"{sampler}, 10 %, over fresh")
-    rows = pd.concat([size, _fresh(floors).rename("fresh dots"), z, over], axis=1)
+    floor = floors[floors["floor"] == "fresh dots"].set_index("protein")["Z"].rename("fresh dots")
+    rows = pd.concat([size, floor, z, over], axis=1)
     return markdown(rows.reindex(size.index).reset_index(names="structure"))

@@ -132,6 +132,6 @@ def dots_on(corners, triangles, rng, density=DENSITY):
     points = np.einsum("nk,nkc->nc", share, corners[triangles[of]])
     normals = np.einsum("nk,nkc->nc", share, corner_normals(corners, triangles)[triangles[of]])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    index = build_grid(points, normals, 1.0)
+    index = build_grid(points, side=1.0)
     chosen = apart(index, np.arange(len(points)), APART / np.sqrt(density), len(points))
     return points[chosen], normals[chosen]

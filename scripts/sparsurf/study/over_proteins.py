@@ -9,7 +9,7 @@ from sparsurf.sampling.combination import PARAMETERS, joined, split, texts_of
 from sparsurf.study.best_set import best_set
 from sparsurf.study.dots_needed import REFERENCE, dots_for
 from sparsurf.study.ranges import range_limits, range_of
-from sparsurf.study.relation import mean_interval, rho_interval
+from sparsurf.study.relation import mean_interval, rho_interval, with_interval
 from sparsurf.study.summary import readings, stacked
 
 CLOSE = 1.1  # a Z within a tenth of a yardstick counts as enough: recovered surfaces level off there
@@ -18,14 +18,6 @@ YARDSTICKS = ("fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"
 COLUMNS = {"own": "d_held_out", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
 RESAMPLED = 4000
 SETS_RESAMPLED = 200  # a confidence set takes longer than a mean
-
-
-def with_interval(name, values):
-    """Mean of the values that are known and its 95 % interval, under `name`, `name`_low and `name`_high."""
-    values = np.asarray(values, float)
-    return dict(
-        zip((name, f"{name}_low", f"{name}_high"), mean_interval(values[np.isfinite(values)]), strict=True)
-    )
 
 
 def d_by_range(summary):

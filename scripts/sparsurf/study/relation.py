@@ -47,12 +47,8 @@ def relation(rows, rng):
     out |= {"shared": shared, "n_shared": n_shared}
     out |= changes(rows["mean_roughness"].to_numpy(), winners, sets)
     out |= correlations(counted["mean_roughness"].to_numpy(), counted[PARAMETERS].to_numpy(float), rng)
-    gain = (counted["d_from_near"] - counted["d_from_far"]).dropna().to_numpy()
-    out |= dict(zip(("gain", "gain_low", "gain_high"), mean_interval(gain), strict=True))
-    over_all = (counted["d_from_near"] - counted["d_from_all"]).dropna().to_numpy()
-    return out | dict(
-        zip(("over_all", "over_all_low", "over_all_high"), mean_interval(over_all), strict=True)
-    )
+    gain, over_all = (counted["d_from_near"] - counted[f"d_from_{who}"] for who in ("far", "all"))
+    return out | with_interval("gain", gain) | with_interval("over_all", over_all)
 
 
 def one_each(rows):
@@ -110,3 +106,11 @@ def rho_interval(rho, n):
 def mean_interval(x):
     """`statistics.mean_interval`, whose ends need 3 proteins here."""
     return statistics.mean_interval(x, fewest=3)
+
+
+def with_interval(name, values):
+    """Mean of the values that are known and its 95 % interval, under `name`, `name`_low and `name`_high."""
+    values = np.asarray(values, float)
+    return dict(
+        zip((name, f"{name}_low", f"{name}_high"), mean_interval(values[np.isfinite(values)]), strict=True)
+    )

@@ -59,9 +59,8 @@ def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=T
 
 def _viridis(values):
     """(N, 3) uint8 colours; evenly bright and safe for the colour-blind."""
-    from matplotlib import (
-        colormaps,
-    )  # here: dots without values need no colours, and a third of a second less
+    # here: dots without values need no colours, and a third of a second less
+    from matplotlib import colormaps
 
     values = np.asarray(values, dtype=float)
     known = np.isfinite(values)
