@@ -52,8 +52,11 @@ def test_a_sampler(surface, monkeypatch):
     monkeypatch.setattr(samplers, "SAMPLERS", dict(samplers.SAMPLERS))
     carried_out("A sampler", sampler=samplers.sampler, np=np)
     assert SCHEMA["$defs"]["sampler"]["enum"]
-    dots, weight = minimal_subset(Evaluator(surface), "highest", 10)
+    assert samplers.called("highest")[1:] == ("highest dots", "highest", True, False)
+    evaluator = Evaluator(surface)
+    dots, weight = minimal_subset(evaluator, "highest", 10)
     assert sorted(dots) == sorted(np.argsort(surface.points[:, 2])[-10:]) and weight.sum() == 800
+    assert np.array_equal(minimal_subset(evaluator, "highest", 4)[0], dots[:4])  # nested
 
 
 def test_a_roughness(surface, monkeypatch):

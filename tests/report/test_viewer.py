@@ -525,6 +525,7 @@ def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
         "paper",
         "all",
     ]
+    assert header["samplers"]["paper"] == "paper's sampling"
     best = tables.best(*grid, 50)
     presets = dict(map(tuple, ((name, tuple(values)) for name, values in header["presets"])))
     assert presets.pop("the paper's best") == (1, 0, 6, 0)

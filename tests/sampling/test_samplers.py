@@ -12,9 +12,10 @@ from sparsurf import InputError
 from sparsurf.patches.index import apart, build_index
 from sparsurf.sampling import law
 from sparsurf.sampling.samplers import (
-    NESTED,
+    HINDSIGHT,
     SAMPLERS,
     _voxel_dots,
+    called,
     farthest,
     named,
     nearest_kept,
@@ -26,6 +27,7 @@ from sparsurf.sampling.samplers import (
 from sparsurf.study.evaluator import Evaluator
 
 EXACT = [name for name in SAMPLERS if not name.startswith("paper")]
+NESTED = [name for name in SAMPLERS if SAMPLERS[name].nested]
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +51,7 @@ def test_the_same_stream_gives_the_same_dots(surface, name):
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.sampled_from(sorted(NESTED)), st.integers(1, 3000), st.integers(1, 3000), st.integers(0, 2**32))
+@given(st.sampled_from(NESTED), st.integers(1, 3000), st.integers(1, 3000), st.integers(0, 2**32))
 def test_shorter_subsets_begin_the_longer_ones(surface, name, n, m, seed):
     one, two = (SAMPLERS[name](surface, k, np.random.default_rng(seed)) for k in (n, m))
     assert np.array_equal(one[: min(n, m)], two[: min(n, m)])
@@ -62,11 +64,40 @@ def test_a_sampler_is_one_function(surface, monkeypatch):
     def first(surface, n, rng):
         return np.arange(n)
 
-    assert list(named(["first", "uniform"], "compare.samplers")) == ["first", "uniform"]
+    @sampler("last dots", "last", nested=True, choosing=True)
+    def last(surface, n, rng, choices):
+        return choices - np.arange(n)
+
+    assert called("first")[1:] == ("first", "first", False, False)
+    assert called("last")[1:] == ("last dots", "last", True, True)
+    assert called("nobody")[1:3] == ("nobody", "nobody")
+    own = named(["first", "last", "uniform"], "compare.samplers", 9)
+    assert list(own) == ["first", "last", "uniform"]
+    assert len(own["uniform"](surface, 5, np.random.default_rng(1))) == 5
+    assert own["first"](surface, 2, None).tolist() == first(surface, 2, None).tolist() == [0, 1]
+    assert own["last"](surface, 2, None).tolist() == [9, 8]
     with pytest.raises(
         InputError, match=r"minimal\.sampler: there is no sampler 'fathest'; the samplers are paper"
     ):
         named(["fathest"], "minimal.sampler")
+
+
+def test_what_a_sampler_is_called_and_needs():
+    words = {name: called(name)[1:3] for name in (*SAMPLERS, HINDSIGHT)}
+    assert words == {
+        "paper": ("paper's sampling", "paper"),
+        "paper_corrected": ("paper's, corrected", "paper (corrected)"),
+        "uniform": ("uniform draw", "uniform"),
+        "roughness": ("roughness-weighted", "roughness"),
+        "stride": ("every k-th dot", "stride"),
+        "voxel": ("one per voxel", "voxel"),
+        "poisson": ("Poisson disk", "poisson"),
+        "farthest": ("farthest point", "farthest"),
+        "adaptive": ("adaptive", "adaptive"),
+        "paper_in_hindsight": ("paper's, in hindsight", "paper (best in hindsight)"),
+    }
+    assert NESTED == ["uniform", "roughness", "farthest", "adaptive"]
+    assert [name for name in SAMPLERS if SAMPLERS[name].choosing] == ["paper", "paper_corrected"]
 
 
 def test_stride_takes_even_steps(surface):

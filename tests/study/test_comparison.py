@@ -322,7 +322,7 @@ def test_minimal_for_a_wished_z(evaluator, name):
 
     dots, _ = minimal_subset(evaluator, name, z=1.0, n_tests=100)
     assert z_of(dots) <= 1.0
-    if name in samplers.NESTED:
+    if samplers.SAMPLERS[name].nested:
         assert z_of(dots[:-1]) > 1.0  # one dot fewer does not do
         # nor any of the sizes on the way there
         assert all(z_of(dots[:n]) > 1.0 for n in np.geomspace(10, 0.95 * len(dots), 20).astype(int))

@@ -5,6 +5,7 @@ import pandas as pd
 
 from sparsurf.patches.readings import SCALE
 from sparsurf.report.pages import markdown
+from sparsurf.sampling.samplers import called
 from sparsurf.study.dots_needed import REFERENCE, values_of
 from sparsurf.study.without_the_surface import DOTTED
 
@@ -14,9 +15,7 @@ AT = 10.0  # n_S in % that the sentences speak of, or the nearest that was measu
 
 def spoken(sampler):
     """Name of a sampler in a text."""
-    return {"paper_in_hindsight": "paper (best in hindsight)", "paper_corrected": "paper (corrected)"}.get(
-        sampler, sampler
-    )
+    return called(sampler).text
 
 
 def answer(table, pairs=None, fewer=None, alone=None):

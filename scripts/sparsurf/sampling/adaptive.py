@@ -7,7 +7,7 @@ from numba import njit
 
 from sparsurf.patches.index import apart, ball
 from sparsurf.recovery.interpolants import SLICE, fit, value
-from sparsurf.sampling.samplers import farthest, nested
+from sparsurf.sampling.samplers import farthest, sampler
 from sparsurf.threads import over_slices
 
 FIRST = 0.01  # of the dots are farthest-point dots: enough to tell where the surface bends
@@ -17,7 +17,7 @@ POSITION, NORMAL = 0.1, 1.0  # Å and rad that count alike; more weight on the n
 CLEAR = 0.7  # spacings; new dots of one round keep this distance, as one may cure the error of the other
 
 
-@nested
+@sampler(nested=True)
 def adaptive(surface, n, rng):
     """Dots where the surface recovered from those before errs most, in position and in normal.
 

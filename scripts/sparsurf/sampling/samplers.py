@@ -2,11 +2,13 @@
 
 `surface` is anything with `points` (N, 3), `index`, `roughness` (N,), `cover` and
 `corrected_cover` (see `evaluator.Evaluator`). To add a sampler, write one function and put
-`@sampler` above it, or `@nested` where its first m dots are those it chooses for m. All keep
-exactly n dots but the paper's, whose n_S is left to chance.
+`@sampler(...)` above it, with what `Sampler` holds. All keep exactly n dots but the paper's,
+whose n_S is left to chance.
 """
 
+from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -18,26 +20,53 @@ from sparsurf.sampling import law
 from sparsurf.sampling.published import OF_PAPER
 
 SAMPLERS = {}
-NESTED = set()
+HINDSIGHT = "paper_in_hindsight"  # in tables only: `paper` with the combinations that proved best
 SURPLUS = 0.005  # a length that gives this share of dots too many is good enough: they are left out at random
 
 
-def sampler(function):
-    """Register a sampler under its name."""
-    SAMPLERS[function.__name__] = function
-    return function
+class Sampler(NamedTuple):
+    """A sampler, called like its function.
+
+    function : (surface, n, rng) -> (n,) int64 dots
+    words, text : str, what figures and pages call it
+    nested : bool, whether its shorter subsets are the beginnings of its longer ones (from the same stream)
+    choosing : bool, whether it takes the paper's `choices` as well
+    """
+
+    function: Callable
+    words: str
+    text: str
+    nested: bool = False
+    choosing: bool = False
+
+    def __call__(self, *args, **options):
+        return self.function(*args, **options)
 
 
-def nested(function):
-    """Register a sampler whose shorter subsets are the beginnings of its longer ones (from the same stream)."""
-    NESTED.add(function.__name__)
-    return sampler(function)
+def sampler(words="", text="", **needs):
+    """Register the function below under its name, which also stands for words that are not given."""
+    if callable(words):  # @sampler alone
+        return sampler()(words)
+
+    def register(function):
+        name = function.__name__
+        SAMPLERS[name] = Sampler(function, words or name, text or name, **needs)
+        return function
+
+    return register
+
+
+def called(name):
+    """Sampler with the words for a name of a table; a name that no sampler has stands for itself."""
+    if name == HINDSIGHT:
+        return Sampler(paper, "paper's, in hindsight", "paper (best in hindsight)", choosing=True)
+    return SAMPLERS.get(name) or Sampler(None, name, name)
 
 
 def named(names, key, choices=OF_PAPER):
     """Dict of the samplers called `names`; `key` is where the config gives them.
 
-    `choices` are the combinations that the paper's sampler takes, see `published.Choices`.
+    `choices` are the combinations that the paper's samplers take, see `published.Choices`.
 
     Raises
     ------
@@ -46,13 +75,14 @@ def named(names, key, choices=OF_PAPER):
     for name in names:
         if name not in SAMPLERS:
             raise InputError(f"{key}: there is no sampler {name!r}; the samplers are {', '.join(SAMPLERS)}.")
+    chosen = {name: SAMPLERS[name] for name in names}
     return {
-        name: partial(SAMPLERS[name], choices=choices) if SAMPLERS[name] in CHOOSING else SAMPLERS[name]
-        for name in names
+        name: own._replace(function=partial(own.function, choices=choices)) if own.choosing else own
+        for name, own in chosen.items()
     }
 
 
-@sampler
+@sampler("paper's sampling", choosing=True)
 def paper(surface, n, rng, choices=OF_PAPER):
     """The roughness-dependent sampling, with what its own criterion d chose for this range of n_S.
 
@@ -62,13 +92,10 @@ def paper(surface, n, rng, choices=OF_PAPER):
     return _paper(surface.cover, choices, n, rng)
 
 
-@sampler
+@sampler("paper's, corrected", "paper (corrected)", choosing=True)
 def paper_corrected(surface, n, rng, choices=OF_PAPER):
     """The same with distances from the dot itself and one draw per dot."""
     return _paper(surface.corrected_cover, choices, n, rng)
-
-
-CHOOSING = (paper, paper_corrected)
 
 
 def _paper(cover, choices, n, rng):
@@ -88,13 +115,13 @@ def tune_alpha(cover, combination, n):
     return (high, *combination[1:])
 
 
-@nested
+@sampler("uniform draw", nested=True)
 def uniform(surface, n, rng):
     """Every subset of n dots is equally likely."""
     return rng.permutation(len(surface.points))[:n]
 
 
-@nested
+@sampler("roughness-weighted", nested=True)
 def roughness(surface, n, rng):
     """Without replacement, each draw with a chance proportional to 1 - R_i (Efraimidis & Spirakis 2006)."""
     with np.errstate(divide="ignore"):
@@ -102,14 +129,14 @@ def roughness(surface, n, rng):
     return np.argsort(keys, kind="stable")[:n]
 
 
-@sampler
+@sampler("every k-th dot")
 def stride(surface, n, rng):
     """Every (N / n)-th dot in the order of the surface, from a random start."""
     n_dots = len(surface.points)
     return (rng.integers(n_dots) + n_dots * np.arange(n)) // n
 
 
-@sampler
+@sampler("one per voxel")
 def voxel(surface, n, rng):
     """One dot per cubic voxel, the one nearest to the mean of its dots; grid placed at random.
 
@@ -132,7 +159,7 @@ def _voxel_dots(points, side):
     return order[np.lexsort((gap, voxel_of[order]))[begin]]
 
 
-@sampler
+@sampler("Poisson disk")
 def poisson(surface, n, rng):
     """Poisson disk: dots in random order, each kept unless an earlier one lies within a radius.
 
@@ -163,7 +190,7 @@ def _longest(dots_at, surface, n, rng):
     return rng.permutation(best)[:n]
 
 
-@nested
+@sampler("farthest point", nested=True)
 def farthest(surface, n, rng):
     """Farthest-point sampling (Gonzalez 1985): each dot is the one farthest from all before it.
 

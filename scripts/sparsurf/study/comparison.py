@@ -16,7 +16,7 @@ from sparsurf.recovery.reading import RECOVERED
 from sparsurf.sampling import law, samplers
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.published import OF_PAPER, Choices
-from sparsurf.sampling.samplers import nearest_kept
+from sparsurf.sampling.samplers import HINDSIGHT, nearest_kept
 from sparsurf.study.statistics import estimate, yardsticks
 
 log = logging.getLogger("sparsurf")
@@ -24,7 +24,6 @@ log = logging.getLogger("sparsurf")
 PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
 FRAGMENT = 30.0  # %: where less of a patch's kept dots is left, Z measures how the subset breaks up
 NEAR = 1.1  # 'near' a wished n_S is up to this factor
-HINDSIGHT = "paper_in_hindsight"
 USE = {  # of each measure: the subset is the surface, gives the patch centres, or just its dots
     "Z surface": "surface",  # islands removed on the full surface
     "Z surface weighted": "surface",  # and each kept dot counts for the dots nearest to it

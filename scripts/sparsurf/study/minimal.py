@@ -7,7 +7,7 @@ import numpy as np
 from sparsurf import InputError
 from sparsurf.patches.readings import TEXT
 from sparsurf.sampling.published import OF_PAPER
-from sparsurf.sampling.samplers import NESTED, named, weights
+from sparsurf.sampling.samplers import named, weights
 from sparsurf.study.statistics import estimate
 
 log = logging.getLogger("sparsurf")
@@ -60,7 +60,7 @@ def minimal_subset(
     else:
         if not z >= 0:
             raise InputError(f"minimal.Z is {z:g}, but a distance cannot be negative.")
-        if sampler in NESTED:  # one draw holds all of them
+        if function.nested:  # one draw holds all of them
             longest = draw(n_dots)
             draw = lambda n: longest[:n]  # noqa: E731
         kept = _smallest(evaluator, sampler, draw, z, n_tests)

@@ -10,7 +10,7 @@ from sparsurf.patches.readings import READINGS, TEXT
 from sparsurf.recovery.reading import RECOVERED
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.published import OF_PAPER
-from sparsurf.sampling.samplers import NESTED, named
+from sparsurf.sampling.samplers import named
 from sparsurf.study.statistics import mean_and_error
 
 log = logging.getLogger("sparsurf")
@@ -128,5 +128,5 @@ def _tools(evaluator, sampler, n_tests, choices, settled):
         index = READINGS[RECOVERED].alone(*kept, evaluator.d_link, evaluator.area)
         return mean_and_error(evaluator.distances_of(index, tests, z_tot)[0][None])
 
-    longest = draw(len(evaluator.points)) if sampler in NESTED else None
+    longest = draw(len(evaluator.points)) if function.nested else None
     return (lambda n: longest[:n]) if longest is not None else draw, z_of

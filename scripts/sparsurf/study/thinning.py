@@ -13,7 +13,7 @@ from sparsurf.complementarity.neighbourhoods import SMOOTHING, smooth
 from sparsurf.complementarity.ranking import auc
 from sparsurf.patches.index import D_LINK, build_index
 from sparsurf.recovery.recovering import recover
-from sparsurf.sampling.samplers import NESTED, named
+from sparsurf.sampling.samplers import named
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.matching import RECIPE, descriptors_at
 from sparsurf.study.partners import Partner
@@ -156,7 +156,7 @@ def _warm_up(pair, evaluator, samplers, with_recovered):
 
 def _choose(sampler, name, evaluator, percent, draw):
     """Centres of one surface, ascending; a nested sampler takes the beginning of the same choice at every size."""
-    keys = ("thinning", name, draw) if name in NESTED else ("thinning", name, draw, str(percent))
+    keys = ("thinning", name, draw) if sampler.nested else ("thinning", name, draw, str(percent))
     n = max(1, round(percent / 100 * len(evaluator.points)))
     return np.sort(sampler(evaluator, n, evaluator.stream(*keys)))
 

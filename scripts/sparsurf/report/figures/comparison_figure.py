@@ -6,19 +6,9 @@ from matplotlib.ticker import NullLocator
 
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
+from sparsurf.sampling.samplers import called
 from sparsurf.study.dots_needed import needed, times_fewer, values_of
 
-NAMES = {
-    "farthest": "farthest point",
-    "uniform": "uniform draw",
-    "paper": "paper's sampling",
-    "paper_in_hindsight": "paper's, in hindsight",
-    "paper_corrected": "paper's, corrected",
-    "roughness": "roughness-weighted",
-    "stride": "every k-th dot",
-    "voxel": "one per voxel",
-    "poisson": "Poisson disk",
-}
 # colour, width and marker; the three of the ranking are drawn boldly
 LINES = {
     "farthest": ("#0072B2", 1.6, "o"),
@@ -138,7 +128,7 @@ def _name_lines(ax, table, lines):
     for name, value in matrix.iloc[:, -1].items():
         colour, width, _ = lines[name]
         weight = "bold" if width > 1 else "normal"
-        labels.append((value, ends[name], NAMES.get(name, name), colour, weight))
+        labels.append((value, ends[name], called(name).words, colour, weight))
     labels.sort(key=lambda label: label[0])
     height = ax.get_ylim()[1]
     room = np.array([3.1 * (1 + words.count("\n")) + 0.3 for _, _, words, _, _ in labels]) / TALL * height

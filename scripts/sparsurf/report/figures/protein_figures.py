@@ -6,9 +6,10 @@ from matplotlib.ticker import NullLocator
 from sparsurf.patches.readings import OF_GRID, PUBLISHED, READINGS, TEXT
 from sparsurf.recovery.reading import RECOVERED
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.comparison_figure import LINES, NAMES
+from sparsurf.report.figures.comparison_figure import LINES
 from sparsurf.report.figures.layout import PALETTE, styled
 from sparsurf.report.figures.summary_figures import GREEK
+from sparsurf.sampling.samplers import called
 
 FAIR = "atoms moved 0.3 Å"
 COLOURS = {TEXT: PALETTE[0], PUBLISHED: PALETTE[5]}
@@ -95,7 +96,7 @@ def enough(stored):
             x = s + 0.2 * (g - 1.5)
             ax.plot(x + rng.uniform(-0.06, 0.06, len(n)), n, ".", color=PALETTE[g], markersize=2)
             words = (
-                f"{NAMES[sampler]}, {'recovered' if islands == RECOVERED else 'as they are'}"
+                f"{called(sampler).words}, {'recovered' if islands == RECOVERED else 'as they are'}"
                 if s == 0
                 else None
             )
@@ -145,7 +146,7 @@ def needed(stored):
             ax.fill_between(
                 rows["percent"], rows["Z_low"], rows["Z_high"], color=colour, alpha=0.2, linewidth=0
             )
-            style = {"color": colour, "linewidth": width, "marker": marker, "label": NAMES[sampler]}
+            style = {"color": colour, "linewidth": width, "marker": marker, "label": called(sampler).words}
             ax.plot(rows["percent"], rows["Z"], **style)
         for words, z in floors.items():
             ax.axhline(z, color="#4D4D4D", linewidth=0.5, linestyle=":")

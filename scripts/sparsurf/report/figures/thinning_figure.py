@@ -5,8 +5,9 @@ from string import ascii_uppercase
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.comparison_figure import LINES, NAMES, SPARE
+from sparsurf.report.figures.comparison_figure import LINES, SPARE
 from sparsurf.report.figures.layout import styled
+from sparsurf.sampling.samplers import called
 
 PANELS = [("correlation", "correlation with the map\nof all dots"), ("auc", "AUC of the smoothed map")]
 AGAINST = [("n_S_percent", "centres (% of the dots)"), ("seconds", "CPU seconds for both sides")]
@@ -42,7 +43,7 @@ def thinning_figure(table, subject):
             ):
                 colour, width, marker = LINES.get(sampler, (SPARE[place % len(SPARE)], 0.8, "*"))
                 dashes = RECOVERED if surface == "recovered" else "-"
-                name = NAMES.get(sampler, sampler) + (", recovered" if surface == "recovered" else "")
+                name = called(sampler).words + (", recovered" if surface == "recovered" else "")
                 style = {"color": colour, "linewidth": width, "marker": marker, "linestyle": dashes}
                 rows = rows.sort_values(against)
                 handles[name] = ax.plot(rows[against], rows[value], label=name, **style)[0]

@@ -11,6 +11,7 @@ from matplotlib import colormaps
 from sparsurf.patches.readings import OF_GRID, READINGS
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
+from sparsurf.sampling.samplers import called
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS
 from sparsurf.surfaces.spacing import spacing
 
@@ -21,12 +22,7 @@ CENTRE_STEPS = 1e7  # of the R_i of a centre, which decides about p
 SCRIPTS = ["unpack.js", "law.js", "scene.js", "page.js"]
 KINDS = ["contact", "saddle", "concave", "unknown kind"]
 STOPS = 16  # of the colours, viridis: evenly bright, so that they read as light and dark as well
-SAMPLERS = {
-    "farthest": "farthest-point sampling",
-    "uniform": "uniform draw",
-    "roughness": "draw weighted by roughness",
-    "stride": "every k-th dot",
-}
+SAMPLERS = ("farthest", "uniform", "roughness", "stride", "paper")  # that law.js draws
 
 
 @dataclass(frozen=True)
@@ -138,7 +134,7 @@ def _header(surface, dots, radius, orders, grid, best, values, minimal):
     columns = [*PARAMETERS, "n_S_percent"]
     columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
     samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
-    samplers |= {name: SAMPLERS.get(name, name) for name in orders} | SAMPLERS
+    samplers |= {name: called(name).words for name in (*orders, *SAMPLERS)}
     return {
         "total": len(surface),
         "stored": len(dots),
@@ -146,7 +142,7 @@ def _header(surface, dots, radius, orders, grid, best, values, minimal):
         "radius": radius,
         "octahedron": OCTAHEDRON,
         "spacing": spacing(surface.points[dots]) if len(dots) > 1 else 1.0,
-        "samplers": samplers | {"paper": "the paper's sampling", "all": "all dots"},
+        "samplers": samplers | {"all": "all dots"},
         "readings": [READINGS[reading].words.removeprefix("islands removed ") for reading in readings],
         "grid": [[_number(value) for value in row] for row in grid[columns].to_numpy(float)],
         "presets": _presets(best),
