@@ -1,4 +1,4 @@
-"""Compile the numba kernels once, into the cache that all later jobs read: half of them in a process of their own."""
+"""Compile the numba kernels once, into the cache that all later jobs read: in two processes."""
 
 from concurrent.futures import ProcessPoolExecutor
 
@@ -19,10 +19,16 @@ BALL = 300  # dots of a made-up surface
 
 def main(outputs, descriptor, threads):
     """Run every kernel of a study on next to nothing and note that they ran."""
-    with ProcessPoolExecutor(min(threads, 2)) as pool:
-        halves = [pool.submit(_surfaces_and_pictures), pool.submit(_patches_and_samples, descriptor)]
-        for half in halves:
-            half.result()
+    with ProcessPoolExecutor(
+        min(threads, 2)
+    ) as pool:  # the third part finds the kernels of the second in the cache
+        parts = [
+            pool.submit(_patches, descriptor),
+            pool.submit(_surfaces_and_pictures),
+            pool.submit(_subsets),
+        ]
+        for part in parts:
+            part.result()
     with open(outputs["mark"], "w", encoding="utf-8") as stream:
         stream.write("kernels compiled\n")
 
@@ -30,20 +36,26 @@ def main(outputs, descriptor, threads):
 def _surfaces_and_pictures():
     dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
     camera = render.aim(dots.points, np.eye(3), (20, 20))
-    render.draw_surface(dots.points, dots.normals, (0.5, 0.5, 0.5), camera)
+    render.picture(render.draw_surface(dots.points, dots.normals, (0.5, 0.5, 0.5), camera))
 
 
-def _patches_and_samples(descriptor):
-    outward = np.random.default_rng(0).normal(size=(BALL, 3))
-    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-    dots = Surface(2 * outward, outward)
-    evaluator = Evaluator(dots, descriptor=descriptor)
-    grid.run(evaluator, np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+def _patches(descriptor):
+    grid.run(_evaluator(descriptor=descriptor), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+
+
+def _subsets():
+    evaluator = _evaluator()
     for choose in samplers.SAMPLERS.values():
         choose(evaluator, 20, np.random.default_rng(0))
-    recover(dots.points, dots.normals)
-    partner = partner_of(dots)
+    recover(evaluator.points, evaluator.normals)
+    partner = partner_of(evaluator.surface)
     matching.maps(matching.match(partner, partner), 0)
+
+
+def _evaluator(**settings):
+    outward = np.random.default_rng(0).normal(size=(BALL, 3))
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    return Evaluator(Surface(2 * outward, outward), **settings)
 
 
 if __name__ == "__main__":

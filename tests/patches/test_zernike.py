@@ -54,13 +54,13 @@ def test_constant_image_has_c00_only_nearly():
 
 def test_folded_product_equals_the_plain_one():
     rng = np.random.default_rng(1)
-    fold = polynomials.fold()
+    fold, (one, other, diagonal) = polynomials.fold(), polynomials.places()
     picture = rng.normal(size=625)
     rows, columns = np.divmod(np.arange(625), 25)
     picture[(rows - 12) ** 2 + (columns - 12) ** 2 > 144] = 0
     plain = np.abs(polynomials.basis().reshape(121, 625) @ picture)[fold.order]
-    first, second = picture[fold.first], picture[fold.second]
-    real = np.concatenate([first + second, picture[fold.diagonal]]) @ fold.even
+    first, second = picture[one], picture[other]
+    real = np.concatenate([first + second, picture[diagonal]]) @ fold.even
     imaginary = np.zeros(121)
     imaginary[: fold.odd.shape[1]] = (first - second) @ fold.odd
     assert np.abs(np.hypot(real, imaginary) - plain).max() < 1e-12

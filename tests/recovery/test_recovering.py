@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from sparsurf.patches.index import build_grid
 from sparsurf.recovery.interpolants import SUPPORT, fit, value
-from sparsurf.recovery.neighbours import local_spacing
+from sparsurf.recovery.neighbours import local_spacing, nearest
 from sparsurf.recovery.recovering import recover
 from sparsurf.surfaces.making import molecular_surface
 
@@ -32,6 +33,22 @@ def torus(n, ring=4.0, tube=1.4, seed=0):
         chosen.append(int(gap.argmax()))
         gap = np.minimum(gap, np.linalg.norm(points - points[chosen[-1]], axis=1))
     return points[chosen], normals[chosen]
+
+
+def test_neighbours_are_the_nearest_in_order():
+    """Against a sort; on a grid of points, where most distances come several times."""
+    points = np.stack(np.meshgrid(*[np.arange(4.0)] * 3), axis=-1).reshape(-1, 3)
+    index = build_grid(points, np.tile([0.0, 0, 1], (64, 1)))
+    for k in (1, 7, 80):
+        near, gap = np.empty((64, k), np.int32), np.empty((64, k))
+        nearest(index, 0, 64, 1.1, near, gap)
+        every = np.linalg.norm(index.xyz[:, None] - index.xyz, axis=-1)
+        m = min(k, 64)
+        assert np.allclose(gap[:, :m], np.sort(every, axis=1)[:, :m])
+        assert np.allclose(np.take_along_axis(every, near[:, :m], axis=1), gap[:, :m])
+        assert (near[:, 0] == np.arange(64)).all() and (near[:, m:] == -1).all()
+        assert all(len(set(row)) == m for row in near[:, :m].tolist())
+        assert (gap[:, m:] == gap[:, m - 1 : m]).all()
 
 
 def test_a_sphere_comes_back():

@@ -105,3 +105,17 @@ def test_fragments_are_medians_over_draws_and_test_dots(evaluator):
         subsets = [evaluator.pair(COMBINATION, draw)[half] for draw in range(3)]
         _, sizes = evaluator.distances(subsets, found.tests, z_tot, "kept")
         assert found.fragment[0, half, 0] == np.median(sizes) != np.mean(sizes)
+
+
+def test_all_readings_of_many_subsets_are_those_of_each_alone(evaluator):
+    rng = np.random.default_rng(0)
+    subsets = [np.sort(rng.choice(3000, n, replace=False)) for n in rng.integers(300, 3000, 70)]
+    tests = evaluator.draw_tests(4)
+    z_tot, found = evaluator.under(["surface", "scaled", "kept"], subsets, tests)
+    assert np.allclose(z_tot, evaluator.describe(tests)[0], atol=1e-12)
+    assert set(found) == {"surface", "scaled", "kept"}
+    for reading, z in found.items():
+        for i in (0, 63, 64, 69):  # more than one pass
+            alone = evaluator.distances(subsets[i : i + 1], tests, z_tot, reading)[0][0]
+            assert np.allclose(z[i], alone, atol=1e-9), (reading, i)
+    assert np.abs(found["kept"] - found["surface"]).max() > 0.1

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.cluster.vq import ClusterError, kmeans2, vq
-from scipy.spatial.distance import cdist
 
 from sparsurf import InputError
 from sparsurf.molecules.selection import atoms_of_expression
@@ -104,6 +102,12 @@ def kmeans(points, n_clusters, rng, restarts=RESTARTS):
     -------
     label : (F,) int ; centroid : (n_clusters, d) float ; inertia : float, sum of squared distances
     """
+    from scipy.cluster.vq import (
+        ClusterError,
+        kmeans2,
+        vq,
+    )  # here and below: who only superposes need not wait
+
     best = None
     for _ in range(restarts):
         try:
@@ -131,6 +135,8 @@ def silhouettes(points, labels):
     -------
     (len(labels), F) float, -1 .. 1; 0 for a point alone in its cluster
     """
+    from scipy.spatial.distance import cdist
+
     members = [np.equal.outer(label, np.arange(label.max() + 1)).astype(float) for label in labels]
     result = np.zeros((len(labels), len(points)))
     for start in range(0, len(points), CHUNK):
@@ -264,6 +270,8 @@ def _named_frames(molecule, frames):
 
 def _cluster(points, clusters, rng):
     """Silhouette table, and (label by population from 1, representatives, silhouette of every frame)."""
+    from scipy.spatial.distance import cdist
+
     distinct = len(np.unique(np.round(points / SAME), axis=0))
     most = max(1, min(distinct, len(points) - 1))  # the silhouette wants fewer clusters than frames
     if clusters == "auto":

@@ -37,10 +37,26 @@ def nearest(index, begin, end, first_radius, near, gap):
             if m >= min(k, n) or radius > diagonal:
                 break
             radius *= FAR
-        order = np.argsort(distance[:m], kind="mergesort")
-        for a in range(k):
-            near[i, a] = found[order[a]] if a < m else -1
-            gap[i, a] = math.sqrt(distance[order[a]]) if a < m else gap[i, a - 1]
+        _sort_nearest(found, distance, m, near[i], gap[i])
+
+
+@njit(cache=True, nogil=True)
+def _sort_nearest(found, distance, m, near, gap):
+    """The nearest of `found[:m]` with their distances in ascending order, by insertion; equal ones as they were found."""
+    k = 0
+    for e in range(m):
+        d = distance[e]
+        if k == len(near) and d >= gap[k - 1]:
+            continue
+        k = min(k + 1, len(near))
+        a = k - 1
+        while a > 0 and gap[a - 1] > d:
+            near[a], gap[a] = near[a - 1], gap[a - 1]
+            a -= 1
+        near[a], gap[a] = found[e], d
+    for a in range(len(near)):
+        near[a] = near[a] if a < k else -1
+        gap[a] = math.sqrt(gap[a]) if a < k else gap[a - 1]
 
 
 @njit(cache=True, nogil=True)

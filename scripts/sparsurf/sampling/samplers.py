@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from scipy.spatial import cKDTree
 
 from sparsurf import InputError
 from sparsurf.patches.index import apart, ball
@@ -260,5 +259,7 @@ def weights(points, subset):
 
 def nearest_kept(points, subset, threads=1):
     """Place in `subset` of the kept dot nearest to every dot, (N,) int64, and its distance, (N,) Å."""
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second, and most jobs need no tree
+
     gap, place = cKDTree(points[subset]).query(points, workers=threads)
     return place, gap

@@ -10,7 +10,7 @@ import numpy as np
 
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, build_index
-from sparsurf.patches.readings import READINGS
+from sparsurf.patches.readings import OF_GRID, READINGS
 from sparsurf.patches.roughness import PUBLISHED, roughness
 from sparsurf.recovery import reading as reading  # enters the reading `recovered`
 from sparsurf.sampling import law
@@ -136,6 +136,19 @@ class Evaluator:
             z.append(result)
             sizes.append(size)
         return np.concatenate(z), np.concatenate(sizes)
+
+    def under(self, readings, subsets, tests):
+        """z_tot at the test dots, (T, 121), and |z_tot - z| of subsets there: a dict of reading -> (B, T) float64."""
+        together = tuple(reading for reading in readings if reading in OF_GRID)
+        z_tot, parts = None, []
+        for a in range(0, len(subsets), descriptors.BITS):
+            some = subsets[a : a + descriptors.BITS]
+            words = descriptors.pack(self.index, some)
+            z_tot, z, _ = self.compare(words, len(some), tests, together, z_tot)
+            parts.append(z.reshape(len(together), len(some), len(tests)))
+        found = dict(zip(together, np.concatenate(parts, axis=1), strict=True))
+        others = [reading for reading in readings if reading not in found]
+        return z_tot, found | {r: self.distances(subsets, tests, z_tot, r)[0] for r in others}
 
     def compare(self, words, n_subsets, tests, readings, z_tot, weights=None):
         """z_tot, then (R B, T) distances and patch sizes of the subsets of packed words, by reading, in one pass."""

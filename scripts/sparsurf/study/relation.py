@@ -9,12 +9,13 @@ from collections import Counter
 from itertools import combinations, permutations
 
 import numpy as np
-from scipy.stats import norm, rankdata
+import pandas as pd
+from scipy.special import ndtri  # scipy.stats takes a quarter of a second to import
 
 from sparsurf.sampling.combination import PARAMETERS, split, texts_of
 from sparsurf.study import statistics
 
-NORMAL = norm.ppf(0.975)
+NORMAL = ndtri(0.975)
 EQUAL = 0.01  # surfaces whose mean roughness differs by less count as equally rough
 EXACT = 6  # up to so many surfaces all permutations are taken (720), beyond a sample of
 PERMUTATIONS = 1999
@@ -86,7 +87,7 @@ def correlations(rough, values, rng):
 
 def _ranks(values):
     """Ranks of the columns, centred, of length 1; NaN for a column of equal values."""
-    ranks = rankdata(values, axis=0) - (len(values) + 1) / 2
+    ranks = pd.DataFrame(values).rank().to_numpy() - (len(values) + 1) / 2
     length = np.sqrt((ranks**2).sum(axis=0))
     return np.divide(ranks, length, out=np.full_like(ranks, np.nan), where=length > 0)
 

@@ -55,19 +55,22 @@ def by_roughness(evaluator, combination, readings, n_tests, draws, kept):
         if kept
         else min(n_tests, len(evaluator.points))
     )
-    dots, z = [], {reading: [] for reading in readings}
-    for draw, pair in enumerate(pairs):
-        rng = evaluator.stream("rough and flat", *([draw] if kept else []))
-        among = pair[0] if kept else np.arange(len(evaluator.points))
-        tests = among[law.uniform(len(among), n, rng)]
-        z_tot, _ = evaluator.describe(tests)
-        for reading in readings:
-            z[reading].append(evaluator.distances(pair, tests, z_tot, reading)[0])
-        dots.append(tests)
+    if kept:
+        dots = [sampled[_drawn(evaluator, len(sampled), n, draw)] for draw, (sampled, _) in enumerate(pairs)]
+        found = [evaluator.under(readings, pair, tests)[1] for pair, tests in zip(pairs, dots, strict=True)]
+    else:
+        tests = _drawn(evaluator, len(evaluator.points), n)
+        dots = [tests] * draws
+        together = evaluator.under(readings, [subset for pair in pairs for subset in pair], tests)[1]
+        found = [{r: z[2 * draw : 2 * draw + 2] for r, z in together.items()} for draw in range(draws)]
     dots = np.array(dots)
-    return ByRoughness(
-        dots, evaluator.roughness[dots], {r: np.stack(found, axis=1) for r, found in z.items()}
-    )
+    z = {reading: np.stack([of_draw[reading] for of_draw in found], axis=1) for reading in readings}
+    return ByRoughness(dots, evaluator.roughness[dots], z)
+
+
+def _drawn(evaluator, n_dots, n, *keys):
+    """Places of n test dots among n_dots."""
+    return law.uniform(n_dots, n, evaluator.stream("rough and flat", *keys))
 
 
 def bins_table(found, kept, bins=BINS):

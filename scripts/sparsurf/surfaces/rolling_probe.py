@@ -264,7 +264,8 @@ def _arcs(atoms):
                 p = (first + turn) % len(parts)
                 if n_arcs == len(arcs):
                     arcs, pair = grown(arcs), grown(pair)
-                arcs[n_arcs] = row
+                for c in range(ARC_WIDTH):  # one by one: numba takes seconds to compile a row set from a row
+                    arcs[n_arcs, c] = row[c]
                 arcs[n_arcs, PHI_0], arcs[n_arcs, PHI_1] = parts[p, 0], parts[p, 1]
                 pair[n_arcs, 0], pair[n_arcs, 1] = i, j
                 n_arcs += 1

@@ -22,8 +22,8 @@ PLACES = PIXELS * WIDTH
 X, Y, Z, NX, NY, NZ, R, PLACE, WEIGHT = range(9)
 FAST = {"nnan", "ninf", "nsz", "arcp", "contract", "reassoc"}
 
-_FOLD = polynomials.fold()
-N_EVEN, N_ODD = len(_FOLD.even), len(_FOLD.odd)
+_PLACES = polynomials.places()
+N_EVEN, N_ODD = len(_PLACES.first) + len(_PLACES.diagonal), len(_PLACES.first)
 
 
 def _open_disc():
@@ -40,7 +40,7 @@ def _wide(flat):
 
 _INVERSE = np.concatenate([[0.0], 1.0 / np.arange(1, 10)])
 # What the kernels read: places to fold (first, second, diagonal), the open disc, 1 / n
-TABLES = (_wide(_FOLD.first), _wide(_FOLD.second), _wide(_FOLD.diagonal), _open_disc(), _INVERSE)
+TABLES = (*map(_wide, _PLACES), _open_disc(), _INVERSE)
 
 
 @intrinsic

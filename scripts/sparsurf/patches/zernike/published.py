@@ -22,8 +22,8 @@ from sparsurf.patches.zernike.images import (
     project,
 )
 
-_FOLD = polynomials.fold()
-N_COMPLEX, N_Z = _FOLD.odd.shape[1], _FOLD.even.shape[1]
+N_Z = len(polynomials.indices())
+N_COMPLEX = sum(m > 0 for _, m in polynomials.indices())
 
 
 def describe(index, ids, start, centres, weights, radius, up):
@@ -38,14 +38,14 @@ def describe(index, ids, start, centres, weights, radius, up):
 
 def moments(images):
     """|c_nm| of folded images (see `polynomials`), (n, N_EVEN + N_ODD), in two matrix products: (n, N_Z)."""
-    out = np.empty((len(images), N_Z))
-    _moduli(images[:, :N_EVEN] @ _FOLD.even, images[:, N_EVEN:] @ _FOLD.odd, out)
+    out, fold = np.empty((len(images), N_Z)), polynomials.fold()
+    _moduli(images[:, :N_EVEN] @ fold.even, images[:, N_EVEN:] @ fold.odd, out)
     return out
 
 
 def order():
     """Place of each column of `describe` in `polynomials.indices()`."""
-    return _FOLD.order
+    return polynomials.fold().order
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)

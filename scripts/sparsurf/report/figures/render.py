@@ -50,7 +50,7 @@ class Scene(NamedTuple):
     """A drawn surface, to which dots can be added; R and C are rows and columns drawn.
 
     camera : Camera
-    colour : (R, C, 3) float64, 0..1
+    colour : (R, C, 3) float32, 0..1
     depth : (R, C) float64, drawn pixels towards the viewer, -inf where nothing is
     dark : (R, C) float64, factor for hollows and contours
     slack : float, drawn pixels below the front that still count as front
@@ -127,7 +127,7 @@ def draw_surface(points, normals, colours, camera, radius=None):
     disc = max((closing_radius(points) if radius is None else radius) * scale, 1.0)
     depth = np.full([n * SUPERSAMPLING for n in camera.shape], -np.inf)
     raise_depth(*_project(points, normals, camera), disc, depth)
-    scene = Scene(camera, np.ones((*depth.shape, 3)), depth, _darkness(depth, scale), disc)
+    scene = Scene(camera, np.ones((*depth.shape, 3), np.float32), depth, _darkness(depth, scale), disc)
     return _paint(scene, points, normals, colours, disc)
 
 
@@ -138,9 +138,23 @@ def draw_dots(scene, points, normals, colours, radius=DOT):
 
 def picture(scene):
     """Finished picture, (rows, columns, 3) uint8, white where nothing was drawn."""
-    rows, columns = scene.camera.shape
-    image = (scene.colour * scene.dark[..., None]).reshape(rows, SUPERSAMPLING, columns, SUPERSAMPLING, 3)
-    return np.round(255 * image.mean(axis=(1, 3)).clip(0, 1)).astype(np.uint8)
+    out = np.empty((*scene.camera.shape, 3), np.uint8)
+    _shrink(scene.colour, scene.dark, out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _shrink(colour, dark, out):
+    """Means of the drawn pixels behind each pixel, darkened, as whole numbers."""
+    for row in range(out.shape[0]):
+        for column in range(out.shape[1]):
+            for k in range(3):
+                total = 0.0
+                for a in range(row * SUPERSAMPLING, (row + 1) * SUPERSAMPLING):
+                    for b in range(column * SUPERSAMPLING, (column + 1) * SUPERSAMPLING):
+                        total += colour[a, b, k] * dark[a, b]
+                mean = min(max(total / SUPERSAMPLING**2, 0.0), 1.0)
+                out[row, column, k] = math.floor(255 * mean + 0.5)
 
 
 def _project(points, normals, camera):
@@ -205,23 +219,35 @@ def blend(xyz, normals, colours, radius, slack, depth, sums):
 
 def _paint(scene, points, normals, colours, disc):
     """Scene with shaded discs (radius in drawn pixels) on those of its pixels that they reach."""
-    sums = np.zeros((*scene.depth.shape, 7))
+    sums = np.zeros((*scene.depth.shape, 7), np.float32)
     colours = np.ascontiguousarray(np.broadcast_to(np.asarray(colours, np.float64), points.shape))
     blend(*_project(points, normals, scene.camera), colours, disc, scene.slack, scene.depth, sums)
-    drawn = (sums[..., 0] > 0) & np.isfinite(scene.depth)
     image = scene.colour.copy()
-    image[drawn] = _shade(sums[drawn], scene.depth, scene.depth[drawn])
+    lamp = LIGHT * np.array([1, -1, 1]) / np.linalg.norm(LIGHT)
+    _shade(sums, scene.depth, lamp, image)
     return scene._replace(colour=image)
 
 
-def _shade(sums, depth, here):
-    """Lambert shading, paler with depth, of (n, 7) blended pixels at depths `here`."""
-    normal = sums[:, 1:4] / np.linalg.norm(sums[:, 1:4], axis=1)[:, None]
-    lamp = LIGHT * np.array([1, -1, 1]) / np.linalg.norm(LIGHT)
-    bright = AMBIENT + (1 - AMBIENT) * (normal @ lamp).clip(0)
-    front, back = depth.max(), depth.min(where=np.isfinite(depth), initial=np.inf)
-    haze = HAZE * ((front - here) / max(front - back, 1e-9))[:, None]
-    return (1 - haze) * sums[:, 4:] / sums[:, :1] * bright[:, None] + haze
+@njit(cache=True, nogil=True)
+def _shade(sums, depth, lamp, image):
+    """Lambert shading, paler with depth, of blended pixels (R, C, 7) into `image` (R, C, 3)."""
+    front, back = -np.inf, np.inf
+    for row in range(depth.shape[0]):
+        for column in range(depth.shape[1]):
+            front = max(front, depth[row, column])
+            if depth[row, column] > -np.inf:
+                back = min(back, depth[row, column])
+    for row in range(depth.shape[0]):
+        for column in range(depth.shape[1]):
+            pixel, here = sums[row, column], depth[row, column]
+            if pixel[0] <= 0 or here == -np.inf:
+                continue
+            length = math.sqrt(pixel[1] ** 2 + pixel[2] ** 2 + pixel[3] ** 2)
+            shine = (pixel[1] * lamp[0] + pixel[2] * lamp[1] + pixel[3] * lamp[2]) / length
+            bright = AMBIENT + (1 - AMBIENT) * max(shine, 0.0)
+            haze = HAZE * ((front - here) / max(front - back, 1e-9))
+            for k in range(3):
+                image[row, column, k] = (1 - haze) * pixel[4 + k] / pixel[0] * bright + haze
 
 
 def _darkness(depth, scale):
@@ -231,9 +257,9 @@ def _darkness(depth, scale):
     drawn = np.isfinite(depth)
     if not drawn.any():
         return np.ones(depth.shape)
-    height = np.where(drawn, depth / scale, 0.0)
+    height = np.where(drawn, depth / scale, 0.0).astype(np.float32)
     size = int(2 * HOLLOW * scale) | 1
-    around, share = height, drawn.astype(float)
+    around, share = height, drawn.astype(np.float32)
     for _ in range(2):
         around, share = uniform_filter(around, size), uniform_filter(share, size)
     below = around / np.maximum(share, 1e-9) - height
