@@ -2,6 +2,7 @@
 # Read from top to bottom in the order the data flow. Every key of the config: config.yaml.
 
 import sys
+from functools import partial
 from pathlib import Path
 
 from snakemake.utils import min_version
@@ -14,12 +15,14 @@ report: "scripts/report/first.rst"
 
 HOME = Path(workflow.current_basedir)  # where this file lies, also where another workflow imports it
 sys.path.insert(0, str(HOME / "scripts"))  # before a sparsurf that is installed
-from sparsurf.simulation.protocol import STAGES, length_ns, stage_before
+from sparsurf.simulation.protocol import STAGES
+from sparsurf.workflow import code_digests
 from sparsurf.workflow.config import checked
-from sparsurf.workflow.code_digests import digest
-from sparsurf.workflow.jobs import conformations_of, one_of, use_this_library
-from sparsurf.workflow.needs import is_small, megabytes, needs, thousand_dots
-from sparsurf.workflow.protein import proteins
+from sparsurf.workflow.files_of_a_run import FilesOfARun
+from sparsurf.workflow.files_of_pairs import FilesOfPairs
+from sparsurf.workflow.jobs import one_of, use_this_library
+from sparsurf.workflow.needs import needs
+from sparsurf.workflow.outputs import figure, inside, shown
 
 use_this_library()
 
@@ -29,6 +32,7 @@ if not {"proteins", "pairs"} & set(config):  # a config of one's own replaces th
 
 
 config = checked(config, workflow.configfiles, HOME)
+made_by = partial(code_digests.made_by, config)
 
 # The figures of a conformation: scripts/sparsurf/report/figures/<name>.py, captioned in scripts/report/<name>.rst
 FIGURES = {
@@ -38,178 +42,45 @@ FIGURES = {
     "rough_and_flat": "Fig. 4, rough and flat patches",
     "subsets": "Fig. 5, surfaces",
 }
-PROTEINS = proteins(config)
-SURFACES = [name for name, protein in PROTEINS.items() if protein.surface]
-MOLECULES = [name for name in PROTEINS if name not in SURFACES]
-FETCHED = {name: protein.download for name, protein in PROTEINS.items() if protein.source}
-SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is not None]
+files = FilesOfARun(config, FIGURES, checkpoints)
+pairs = FilesOfPairs(config, files)
 JOBS = config["ensemble"]["jobs"]  # that share the frames of a trajectory
 CHOOSING = ("paper", "paper_corrected")  # samplers that take the combination which is best in its range
-FEW_FRAMES = not SIMULATED and all(
-    is_small("choose_frames", megabytes(PROTEINS[name].files.values())) for name in MOLECULES
-)
 THREADS = 8  # of a job that takes minutes; Snakemake scales them down to --cores
 
-RUN = f"results/{config['run']}"
+RUN = files.run
 PROTEIN = f"{RUN}/{{protein}}"
 CONFORMATION = f"{PROTEIN}/{{conformation}}"
-CONFORMATION_PDB = f"{PROTEIN}/structures/{{conformation}}.pdb"
+SIMULATION = f"{PROTEIN}/simulation"
+PAIR = f"{RUN}/pairs/{{pair}}"
 LOGS = f"{RUN}/logs"
 PROTEIN_LOGS = f"{LOGS}/{{protein}}"
 CONFORMATION_LOGS = f"{PROTEIN_LOGS}/{{conformation}}"
-SIMULATION = f"{PROTEIN}/simulation"
-KERNELS = {"kernels": f"{RUN}/.kernels"}
+PAIR_LOGS = f"{LOGS}/pairs/{{pair}}"
+# What several rules read
+KERNELS = inside(RUN, kernels=".kernels")
 FRAMES = {key: f"{PROTEIN}/{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
-ENSEMBLE = {
-    "table": f"{PROTEIN}/ensemble.csv",
-    "over_time": f"{PROTEIN}/residues_over_time.csv",
-    "residues": f"{PROTEIN}/residues.csv",
-}
-SURFACE = {"surface": f"{CONFORMATION}/surface.npz"}
-ROUGH_SURFACE = SURFACE | {"roughness": f"{CONFORMATION}/roughness.csv"} | KERNELS
-GRID = {"grid": f"{CONFORMATION}/grid.csv"}
-DISTANCES = {"distances": f"{CONFORMATION}/distances.npz"}
-RANGES = {"ranges": f"{CONFORMATION}/ranges.csv"}
-BEST = {"best": f"{CONFORMATION}/best.json"}
-BINS = {"bins": f"{CONFORMATION}/rough_and_flat.csv"}
-FLOORS = {"floors": f"{CONFORMATION}/floors.csv"}
-ENOUGH = {"enough": f"{CONFORMATION}/enough.csv"}
-FIRST_PAGE = {"md": f"{RUN}/index.md", "html": f"{RUN}/index.html"}
-FIRST_PAGE["part"] = f"{RUN}/.front_page.html"  # scripts/report/first.rst shows it
+SURFACE = inside(CONFORMATION, surface="surface.npz")
+ROUGH_SURFACE = SURFACE | inside(CONFORMATION, roughness="roughness.csv") | KERNELS
+GRID = inside(CONFORMATION, grid="grid.csv")
+DISTANCES = inside(CONFORMATION, distances="distances.npz")
+FLOORS = inside(CONFORMATION, floors="floors.csv")
+RANGES = inside(CONFORMATION, ranges="ranges.csv")
+BEST = inside(CONFORMATION, best="best.json")
+BINS = inside(CONFORMATION, bins="rough_and_flat.csv")
+ENOUGH = inside(CONFORMATION, enough="enough.csv")
+MINIMAL = inside(CONFORMATION, minimal="minimal.csv")
+ENSEMBLE = inside(PROTEIN, table="ensemble.csv", over_time="residues_over_time.csv", residues="residues.csv")
+DOTS = inside(PAIR, dots="propensity.csv")
+FIRST_PAGE = inside(RUN, md="index.md", html="index.html", part=".front_page.html")  # part: opens the report
 
 
 wildcard_constraints:
-    protein=one_of(PROTEINS),
+    protein=one_of(files.proteins),
     pair=one_of(config["pairs"]),
     conformation="[cf][0-9]+",
-
-
-def protein(wildcards):
-    """What the config says about a protein."""
-    return PROTEINS[wildcards.protein]
-
-
-def simulate(wildcards):
-    """How a protein is simulated."""
-    return protein(wildcards).simulate
-
-
-def nanoseconds(wildcards):
-    """Simulated time of a stage."""
-    return length_ns(wildcards.stage, simulate(wildcards))
-
-
-def settings(*sections):
-    """Sections of the config that a rule depends on."""
-    return {section: config[section] for section in sections}
-
-
-def given(wildcards):
-    """Input function: the files that the config names for a molecule, or that were fetched."""
-    own = protein(wildcards)
-    fetched = {"structure": f"{RUN}/{wildcards.protein}/download/{own.download}"} if own.source else {}
-    return own.files | fetched
-
-
-def structure(wildcards):
-    """Input function: the structure of a conformation; none of a ready surface."""
-    return f"{CONFORMATION}/structure.pdb" if wildcards.protein in MOLECULES else []
-
-
-def atoms(wildcards):
-    """Input function: the structure of a conformation, and its trajectory where it is a frame of one; or neither."""
-    if wildcards.protein not in MOLECULES:
-        return {}
-    files = molecule(wildcards)
-    frames = {"frames": FRAMES["frames"].format(**wildcards)} if "trajectory" in files else {}
-    return (files if frames else {}) | frames | {"own": f"{CONFORMATION}/structure.pdb".format(**wildcards)}
-
-
-def molecule(wildcards):
-    """Input function: the files of a structure or trajectory that enter the study, simulated or not."""
-    if wildcards.protein in SIMULATED:
-        folder = SIMULATION.format(protein=wildcards.protein)
-        return {"structure": f"{folder}/topology.pdb", "trajectory": f"{folder}/trajectory.xtc"}
-    return given(wildcards)
-
-
-def before(wildcards):
-    """Input function: the stage of a simulation that ends where another begins."""
-    stage = stage_before(wildcards.stage)
-    return {"before": f"{SIMULATION}/{stage}".format(**wildcards)} if stage else {}
-
-
-def of_conformations(*files):
-    """Input function: `files` of every conformation of a protein, or of all; known once the frames are chosen."""
-
-    def expand_all(wildcards):
-        found = []
-        for name in [wildcards.protein] if "protein" in wildcards.keys() else PROTEINS:
-            frames = name in MOLECULES and checkpoints.choose_frames.get(protein=name).output.frames
-            own = [file for file in files if name in MOLECULES or file not in OF_ATOMS]
-            for conformation in conformations_of(frames) if frames else ["c1"]:
-                found += [f"{RUN}/{name}/{conformation}/{file}" for file in own]
-        return found
-
-    return expand_all
-
-
-def led_to(wildcards):
-    """Input function: what the first page leads to."""
-    figures = [f"figures/{name}.png" for name in FIGURES]
-    found = of_conformations("view.html", "enough.csv", "ranges.csv", "residues.csv", *figures)(wildcards)
-    found += [path.format(protein=name) for name in MOLECULES for path in OF_MOLECULE if path.endswith("png")]
-    found += [f"{RUN}/{file}" for file in ("summary.csv", "summary.png")]
-    found += [f"{RUN}/compare.png"] if config["compare"]["run"] else []
-    return found + ([f"{RUN}/verdict.html"] if "paper" in config else []) + OF_PAIRS
-
-
-def dots(wildcards):
-    """Dots of a conformation in thousands, from the size of the file that it comes from: what its jobs need grows so."""
-    surface = protein(wildcards).surface
-    return thousand_dots([surface or CONFORMATION_PDB.format(**wildcards)], of_dots=bool(surface))
-
-
-def frames_mb(wildcards):
-    """Size in MB of the files of a structure or trajectory."""
-    return megabytes(molecule(wildcards).values())
-
-
-def shown(path, label, caption, category=None):
-    """`path`, shown in the report under `label` among the results of its protein, with scripts/report/<caption>.rst."""
-    category = category or ("{protein}" if "{protein}" in path else "All surfaces")
-    within = {"subcategory": "{conformation}"} if "{conformation}" in path else {}
-    within |= {"category": category, "labels": {"result": label}}
-    caption = f"scripts/report/{caption}.rst"
-    return report(path, caption=caption if (HOME / caption).is_file() else None, **within)
-
-
-OF_ATOMS = ["residues.csv"]  # what a ready surface has not
-# What every protein of some kind, and every conformation, must have in the end.
-OF_MOLECULE = [f"{PROTEIN}/figures/frames.png", f"{PROTEIN}/figures/frames.svg"]
-OF_SIMULATED = [f"{PROTEIN}/figures/simulation.png"]
-OF_MOLECULE += [
-    f"{PROTEIN}/figures/{name}.png" for name in ("ensemble", "residues") if config["ensemble"]["run"]
-]
-OF_CONFORMATION = "surface.ply ranges.csv ranges.md best.json best.md minimal.csv minimal.ply view.html residues.csv".split()
-OF_CONFORMATION += [f"figures/{name}.{kind}" for name in FIGURES for kind in ("png", "svg")]
-OF_CONFORMATION += ["compare.csv"] if config["compare"]["run"] else []
-OF_PAIR = ["book.png", "view_1.html", "view_2.html"]
-OF_PAIR += ["thinning.png"] if config["complementarity"]["thinning"]["run"] else []
-OF_PAIRS = expand(f"{RUN}/pairs/{{pair}}/{{file}}", pair=config["pairs"], file=OF_PAIR)
-
-
-localrules:  # of a few seconds each: not worth a job of a cluster
-    all,
-    compare,
-    complete_protein,
-    compile_kernels,
-    fetch_structure,
-    draw_frames,
-    draw_ensemble,
-    summarise_run,
-    summarise_comparison,
-    write_front_page,
+    stage=one_of(STAGES),
+    k="[0-9]+",
 
 
 ruleorder: summarise_pairs > write_front_page  # the first page of pairs alone
@@ -219,14 +90,8 @@ rule all:
     default_target: True
     input:
         KERNELS["kernels"],  # at once: they are compiled while the frames are chosen
-        expand(f"{PROTEIN}/.complete", protein=PROTEINS),
-        FIRST_PAGE["html"],
-        FIRST_PAGE["part"],
-        [f"{RUN}/summary.csv"] if PROTEINS else [],
-        expand(f"{RUN}/pairs/{{pair}}/.complete", pair=config["pairs"]),
-        [f"{RUN}/pairs/pairs.md"] if config["pairs"] else [],
-        [f"{RUN}/verdict.md"] if "paper" in config else [],
-        [f"{RUN}/compare.md"] if config["compare"]["run"] else [],
+        files.of_proteins(),
+        pairs.of_pairs(),
 
 
 rule compare:
@@ -236,24 +101,24 @@ rule compare:
 
 rule complete_protein:  # each by itself, so that one that fails does not keep the others from being finished
     input:
-        lambda wildcards: OF_MOLECULE if wildcards.protein in MOLECULES else [],
-        lambda wildcards: OF_SIMULATED if wildcards.protein in SIMULATED else [],
-        of_conformations(*OF_CONFORMATION),
+        files.of_protein,
+        files.of_conformations,
     output:
         touch(f"{PROTEIN}/.complete"),
 
 
 rule compile_kernels:
     output:
-        mark=f"{RUN}/.kernels",
+        mark=KERNELS["kernels"],
     log:
         f"{LOGS}/compile_kernels.log",
+    localrule: True  # as all that takes seconds: not worth a job of a cluster
     conda:
         "envs/study.yaml"
     threads: 2
     params:
+        **made_by("compile_kernels.py"),
         descriptor=config["patches"]["descriptor"],
-        code=digest("compile_kernels.py"),
     message:
         "Compiling the kernels (once, half a minute)"
     script:
@@ -267,14 +132,15 @@ rule fetch_structure:
     log:
         f"{PROTEIN_LOGS}/fetch_{{file}}.log",
     wildcard_constraints:
-        protein=one_of(FETCHED),
-        file=one_of(FETCHED.values()),
+        protein=one_of(files.fetched),
+        file=one_of(files.fetched.values()),
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
-        url=lambda wildcards: protein(wildcards).source,
-        sha256=lambda wildcards: protein(wildcards).sha256,
-        code=digest("fetch_structure.py"),
+        **made_by("fetch_structure.py"),
+        url=lambda wildcards: files.protein(wildcards).source,
+        sha256=lambda wildcards: files.protein(wildcards).sha256,
     message:
         "Fetching {wildcards.protein}"
     script:
@@ -283,21 +149,20 @@ rule fetch_structure:
 
 rule prepare_system:  # hydrogens, a box of water, ions; from here to judge_simulation only where `simulate` asks for it
     input:
-        unpack(given),
+        unpack(files.given),
     output:
         system=directory(f"{SIMULATION}/system"),
         contents=f"{SIMULATION}/system.json",
     log:
         f"{PROTEIN_LOGS}/prepare_system.log",
     wildcard_constraints:
-        protein=one_of(SIMULATED),
+        protein=one_of(files.simulated),
     conda:
         "envs/study.yaml"
     params:
-        chosen=lambda wildcards: protein(wildcards).chosen,
-        simulate=simulate,
-        settings=settings("seed"),
-        code=digest("prepare_system.py"),
+        **made_by("prepare_system.py", "seed"),
+        chosen=lambda wildcards: files.protein(wildcards).chosen,
+        simulate=lambda wildcards: files.protein(wildcards).simulate,
     message:
         "Putting {wildcards.protein} into water"
     script:
@@ -306,26 +171,22 @@ rule prepare_system:  # hydrogens, a box of water, ions; from here to judge_simu
 
 rule simulate_stage:  # minimise, nvt, npt, production: each begins where the one before ended
     input:
-        unpack(before),
+        unpack(files.stage_before),
         system=f"{SIMULATION}/system",
     output:
         folder=directory(f"{SIMULATION}/{{stage}}"),
     log:
         f"{PROTEIN_LOGS}/simulate_{{stage}}.log",
-    wildcard_constraints:
-        protein=one_of(SIMULATED),
-        stage=one_of(STAGES),
     conda:
         "envs/study.yaml"
     threads: THREADS
     resources:
-        **needs("simulate_stage", nanoseconds),
+        **needs("simulate_stage", files.nanoseconds),
     params:
-        simulate=simulate,
-        settings=settings("seed"),
+        **made_by("simulate_stage.py", "seed"),
+        simulate=lambda wildcards: files.protein(wildcards).simulate,
         stage="{stage}",
         work=f"{SIMULATION}/.running/{{stage}}",  # outlives a killed job: checkpoints
-        code=digest("simulate_stage.py"),
     message:
         "Simulating {wildcards.protein}: {wildcards.stage}"
     script:
@@ -337,22 +198,16 @@ rule judge_simulation:
         **{stage: f"{SIMULATION}/{stage}" for stage in STAGES},
         system=f"{SIMULATION}/system",
     output:
-        topology=f"{SIMULATION}/topology.pdb",
-        trajectory=f"{SIMULATION}/trajectory.xtc",
-        energies=f"{SIMULATION}/energies.csv",
-        motion=f"{SIMULATION}/motion.csv",
-        quality=f"{SIMULATION}/quality.csv",
-        png=shown(f"{PROTEIN}/figures/simulation.png", "Simulation", "simulation"),
-        svg=f"{PROTEIN}/figures/simulation.svg",
+        **inside(SIMULATION, topology="topology.pdb", trajectory="trajectory.xtc"),
+        **inside(SIMULATION, energies="energies.csv", motion="motion.csv", quality="quality.csv"),
+        **figure(f"{PROTEIN}/figures/simulation", "Simulation", "simulation"),
     log:
         f"{PROTEIN_LOGS}/judge_simulation.log",
-    wildcard_constraints:
-        protein=one_of(SIMULATED),
     conda:
         "envs/study.yaml"
     params:
-        simulate=simulate,
-        code=digest("judge_simulation.py"),
+        **made_by("judge_simulation.py"),
+        simulate=lambda wildcards: files.protein(wildcards).simulate,
     message:
         "Quality of the simulation of {wildcards.protein}"
     script:
@@ -361,21 +216,22 @@ rule judge_simulation:
 
 checkpoint choose_frames:
     input:
-        unpack(molecule),
+        unpack(files.molecule),
     output:
         **FRAMES,
         structures=directory(f"{PROTEIN}/structures"),
     log:
         f"{PROTEIN_LOGS}/choose_frames.log",
-    localrule: FEW_FRAMES
+    wildcard_constraints:
+        protein=one_of(files.molecules),
+    localrule: files.few_frames
     conda:
         "envs/study.yaml"
     resources:
-        **needs("choose_frames", frames_mb),
+        **needs("choose_frames", files.megabytes),
     params:
-        reading=lambda wildcards: protein(wildcards).reading,
-        settings=settings("frames", "seed"),
-        code=digest("choose_frames.py"),
+        **made_by("choose_frames.py", "frames", "seed"),
+        reading=lambda wildcards: files.protein(wildcards).reading,
     message:
         "Choosing the conformations of {wildcards.protein}"
     script:
@@ -386,14 +242,14 @@ rule draw_frames:
     input:
         **FRAMES,
     output:
-        png=shown(f"{PROTEIN}/figures/frames.png", "Frames and conformations", "frames"),
-        svg=f"{PROTEIN}/figures/frames.svg",
+        **figure(f"{PROTEIN}/figures/frames", "Frames and conformations", "frames"),
     log:
         f"{PROTEIN_LOGS}/draw_frames.log",
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
-        code=digest("draw_frames.py"),
+        **made_by("draw_frames.py"),
     message:
         "Figure of the frames of {wildcards.protein}"
     script:
@@ -405,20 +261,18 @@ rule make_surface:
         **KERNELS,
         structures=f"{PROTEIN}/structures",
     output:
-        structure=f"{CONFORMATION}/structure.pdb",
-        surface=f"{CONFORMATION}/surface.npz",
-        dms=f"{CONFORMATION}/surface.dms",
+        **SURFACE,
+        **inside(CONFORMATION, structure="structure.pdb", dms="surface.dms"),
     log:
         f"{CONFORMATION_LOGS}/make_surface.log",
     wildcard_constraints:
-        protein=one_of(MOLECULES),
+        protein=one_of(files.molecules),
     conda:
         "envs/study.yaml"
     resources:
-        **needs("make_surface", dots),
+        **needs("make_surface", files.dots),
     params:
-        settings=settings("surface") | {"D_link": config["patches"]["D_link"]},
-        code=digest("make_surface.py"),
+        **made_by("make_surface.py", "surface", "patches.D_link"),
     message:
         "Molecular surface of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -427,19 +281,19 @@ rule make_surface:
 
 rule take_surface:
     input:
-        surface=lambda wildcards: protein(wildcards).surface,
+        surface=lambda wildcards: files.protein(wildcards).surface,
     output:
-        surface=f"{CONFORMATION}/surface.npz",
+        **SURFACE,
     log:
         f"{CONFORMATION_LOGS}/take_surface.log",
     wildcard_constraints:
-        protein=one_of(SURFACES),
+        protein=one_of(files.surfaces),
     conda:
         "envs/study.yaml"
     resources:
-        **needs("take_surface", dots),
+        **needs("take_surface", files.dots),
     params:
-        code=digest("take_surface.py"),
+        **made_by("take_surface.py"),
     message:
         "Reading the surface of {wildcards.protein}"
     script:
@@ -450,17 +304,15 @@ rule measure_roughness:
     input:
         **(SURFACE | KERNELS),
     output:
-        roughness=f"{CONFORMATION}/roughness.csv",
-        ply=f"{CONFORMATION}/surface.ply",
+        **inside(CONFORMATION, roughness="roughness.csv", ply="surface.ply"),
     log:
         f"{CONFORMATION_LOGS}/measure_roughness.log",
     conda:
         "envs/study.yaml"
     resources:
-        **needs("measure_roughness", dots),
+        **needs("measure_roughness", files.dots),
     params:
-        settings=settings("patches"),
-        code=digest("measure_roughness.py"),
+        **made_by("measure_roughness.py", "patches"),
     message:
         "Roughness of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -469,7 +321,7 @@ rule measure_roughness:
 
 rule measure_floors:
     input:
-        unpack(atoms),
+        unpack(files.atoms),
         **ROUGH_SURFACE,
     output:
         **FLOORS,
@@ -478,11 +330,10 @@ rule measure_floors:
     conda:
         "envs/study.yaml"
     resources:
-        **needs("measure_floors", dots),
+        **needs("measure_floors", files.dots),
     params:
-        reading=lambda wildcards: protein(wildcards).reading,
-        settings=settings("surface", "patches", "sampling", "evaluation", "seed"),
-        code=digest("measure_floors.py"),
+        **made_by("measure_floors.py", "surface", "patches", "sampling", "evaluation", "seed"),
+        reading=lambda wildcards: files.protein(wildcards).reading,
     message:
         "Noise floors of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -501,10 +352,9 @@ rule evaluate_grid:
         "envs/study.yaml"
     threads: THREADS
     resources:
-        **needs("evaluate_grid", dots),
+        **needs("evaluate_grid", files.dots),
     params:
-        settings=settings("patches", "sampling", "evaluation", "seed"),
-        code=digest("evaluate_grid.py"),
+        **made_by("evaluate_grid.py", "patches", "sampling", "evaluation", "seed"),
     message:
         "Sampling and comparing {wildcards.protein}/{wildcards.conformation} over the grid"
     script:
@@ -515,19 +365,16 @@ rule tabulate_best:
     input:
         **(GRID | DISTANCES | FLOORS),
     output:
+        **inside(CONFORMATION, ranges_md="ranges.md", best="best.json", best_md="best.md"),
         ranges=shown(f"{CONFORMATION}/ranges.csv", "Best combination per range of n_S", "ranges"),
-        ranges_md=f"{CONFORMATION}/ranges.md",
-        best=f"{CONFORMATION}/best.json",
-        best_md=f"{CONFORMATION}/best.md",
     log:
         f"{CONFORMATION_LOGS}/tabulate_best.log",
     conda:
         "envs/study.yaml"
     resources:
-        **needs("tabulate_best", dots),
+        **needs("tabulate_best", files.dots),
     params:
-        settings=settings("tables"),
-        code=digest("tabulate_best.py"),
+        **made_by("tabulate_best.py", "tables"),
     message:
         "Best combinations of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -546,10 +393,9 @@ rule draw_figures:
     conda:
         "envs/study.yaml"
     resources:
-        **needs("draw_figures", dots),
+        **needs("draw_figures", files.dots),
     params:
-        settings=settings("patches", "sampling", "seed"),
-        code=digest("draw_figures.py", *(f"sparsurf/report/figures/{name}.py" for name in FIGURES)),
+        **made_by("draw_figures.py", "patches", "sampling", "seed", figures=FIGURES),
     message:
         "Figures of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -562,17 +408,15 @@ rule take_minimal:
         **(RANGES if config["minimal"]["sampler"] in CHOOSING else {}),
     output:
         **ENOUGH,
-        table=f"{CONFORMATION}/minimal.csv",
-        ply=f"{CONFORMATION}/minimal.ply",
+        **inside(CONFORMATION, table="minimal.csv", ply="minimal.ply"),
     log:
         f"{CONFORMATION_LOGS}/take_minimal.log",
     conda:
         "envs/study.yaml"
     resources:
-        **needs("take_minimal", dots),
+        **needs("take_minimal", files.dots),
     params:
-        settings=settings("patches", "sampling", "evaluation", "minimal", "seed"),
-        code=digest("take_minimal.py"),
+        **made_by("take_minimal.py", "patches", "sampling", "evaluation", "minimal", "seed"),
     message:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -581,9 +425,8 @@ rule take_minimal:
 
 rule draw_view:
     input:
-        **(ROUGH_SURFACE | GRID | BEST),
-        minimal=f"{CONFORMATION}/minimal.csv",
-        structure=structure,
+        **(ROUGH_SURFACE | GRID | BEST | MINIMAL),
+        structure=files.structure,
     output:
         page=shown(f"{CONFORMATION}/view.html", "Turn, sample and pick dots", "view"),
     log:
@@ -591,10 +434,9 @@ rule draw_view:
     conda:
         "envs/study.yaml"
     resources:
-        **needs("draw_view", dots),
+        **needs("draw_view", files.dots),
     params:
-        settings=settings("patches", "sampling", "seed"),
-        code=digest("draw_view.py"),
+        **made_by("draw_view.py", "patches", "sampling", "seed"),
     message:
         "Page of {wildcards.protein}/{wildcards.conformation} to look at"
     script:
@@ -603,23 +445,19 @@ rule draw_view:
 
 rule tabulate_residues:
     input:
-        **ROUGH_SURFACE,
-        minimal=f"{CONFORMATION}/minimal.csv",
+        **(ROUGH_SURFACE | MINIMAL),
         structure=f"{CONFORMATION}/structure.pdb",
     output:
+        **inside(CONFORMATION, pdb="structure_roughness.pdb", cif="structure_roughness.cif"),
         table=shown(f"{CONFORMATION}/residues.csv", "Residue by residue", "residues"),
-        pdb=f"{CONFORMATION}/structure_roughness.pdb",
-        cif=f"{CONFORMATION}/structure_roughness.cif",
     log:
         f"{CONFORMATION_LOGS}/tabulate_residues.log",
-    wildcard_constraints:
-        protein=one_of(MOLECULES),
     conda:
         "envs/study.yaml"
     resources:
-        **needs("tabulate_residues", dots),
+        **needs("tabulate_residues", files.dots),
     params:
-        code=digest("tabulate_residues.py"),
+        **made_by("tabulate_residues.py"),
     message:
         "Residues of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -629,27 +467,20 @@ rule tabulate_residues:
 rule compare_samplers:
     input:
         **(ROUGH_SURFACE | GRID | RANGES | FLOORS),
-        structure=structure,
+        structure=files.structure,
     output:
-        table=f"{CONFORMATION}/compare.csv",
-        needed=f"{CONFORMATION}/needed.csv",
-        pairs=f"{CONFORMATION}/compare_pairs.csv",
-        fewer=f"{CONFORMATION}/compare_fewer.csv",
-        alone=f"{CONFORMATION}/compare_alone.csv",
-        page=f"{CONFORMATION}/compare.md",
-        png=shown(f"{CONFORMATION}/figures/compare.png", "Samplers compared", "compare"),
-        svg=f"{CONFORMATION}/figures/compare.svg",
+        **inside(CONFORMATION, table="compare.csv", pairs="compare_pairs.csv", fewer="compare_fewer.csv"),
+        **inside(CONFORMATION, alone="compare_alone.csv", needed="needed.csv", page="compare.md"),
+        **figure(f"{CONFORMATION}/figures/compare", "Samplers compared", "compare"),
     log:
         f"{CONFORMATION_LOGS}/compare_samplers.log",
     conda:
         "envs/study.yaml"
     threads: THREADS
     resources:
-        **needs("compare_samplers", dots),
+        **needs("compare_samplers", files.dots),
     params:
-        settings=settings("patches", "sampling", "evaluation", "seed")
-        | {"compare": {key: value for key, value in config["compare"].items() if key != "run"}},
-        code=digest("compare_samplers.py"),
+        **made_by("compare_samplers.py", "patches", "sampling", "evaluation", "compare", "seed"),
     message:
         "Comparing samplers on {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -658,19 +489,17 @@ rule compare_samplers:
 
 rule summarise_comparison:
     input:
-        tables=of_conformations("compare.csv"),
+        tables=files.every("compare.csv"),
     output:
-        table=f"{RUN}/compare.csv",
-        needed=f"{RUN}/compare_needed.csv",
-        page=f"{RUN}/compare.md",
-        png=shown(f"{RUN}/compare.png", "Over all proteins", "compare", "Samplers compared"),
-        svg=f"{RUN}/compare.svg",
+        **inside(RUN, table="compare.csv", needed="compare_needed.csv", page="compare.md"),
+        **figure(f"{RUN}/compare", "Over all proteins", "compare", "Samplers compared"),
     log:
         f"{LOGS}/summarise_comparison.log",
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
-        code=digest("summarise_comparison.py"),
+        **made_by("summarise_comparison.py"),
     message:
         "Comparing samplers over all conformations and proteins"
     script:
@@ -679,23 +508,20 @@ rule summarise_comparison:
 
 rule summarise_run:
     input:
-        results=of_conformations(
+        results=files.every(
             "best.json", "ranges.csv", "grid.csv", "roughness.csv", "surface.npz", "enough.csv"
         ),
     output:
+        **inside(RUN, surfaces="surfaces.csv", relation="relation.csv", markdown="summary.md"),
+        **figure(f"{RUN}/summary", "Best parameters against mean roughness", "summary"),
         summary=shown(f"{RUN}/summary.csv", "Best combination per surface and range of n_S", "summary"),
-        surfaces=f"{RUN}/surfaces.csv",
-        relation=f"{RUN}/relation.csv",
-        markdown=f"{RUN}/summary.md",
-        png=shown(f"{RUN}/summary.png", "Best parameters against mean roughness", "summary"),
-        svg=f"{RUN}/summary.svg",
     log:
         f"{LOGS}/summarise_run.log",
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
-        settings=settings("patches", "seed"),
-        code=digest("summarise_run.py"),
+        **made_by("summarise_run.py", "patches", "seed"),
     message:
         "Best parameters against mean roughness, over all surfaces"
     script:
@@ -705,20 +531,21 @@ rule summarise_run:
 rule write_front_page:
     input:
         surfaces=f"{RUN}/surfaces.csv",
-        grids=of_conformations("grid.csv"),
-        best=of_conformations("best.json"),
-        minimal=of_conformations("minimal.csv"),
-        enough=of_conformations("enough.csv"),
+        grids=files.every("grid.csv"),
+        best=files.every("best.json"),
+        minimal=files.every("minimal.csv"),
+        enough=files.every("enough.csv"),
         needed=[f"{RUN}/compare_needed.csv"] if config["compare"]["run"] else [],
-        pages=led_to,
+        pages=lambda wildcards: files.led_to(wildcards) + pairs.pictures,
     output:
         **FIRST_PAGE,
     log:
         f"{LOGS}/write_front_page.log",
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
-        code=digest("write_front_page.py"),
+        **made_by("write_front_page.py"),
     message:
         "First page of the run"
     script:
@@ -727,26 +554,23 @@ rule write_front_page:
 
 rule follow_frames:  # some of the frames; one job does them all unless ensemble.jobs says otherwise
     input:
-        unpack(molecule),
+        unpack(files.molecule),
         **KERNELS,
     output:
         rows=temp(f"{PROTEIN}/ensemble/{{k}}of{JOBS}.csv"),
     log:
         f"{PROTEIN_LOGS}/follow_frames_{{k}}of{JOBS}.log",
-    wildcard_constraints:
-        k="[0-9]+",
     conda:
         "envs/study.yaml"
     threads: THREADS
     resources:
-        **needs("follow_frames", frames_mb, 1 / (JOBS * config["ensemble"]["stride"])),
+        **needs("follow_frames", files.megabytes, 1 / (JOBS * config["ensemble"]["stride"])),
     params:
-        reading=lambda wildcards: protein(wildcards).reading,
+        **made_by("follow_frames.py", "surface", "patches", "sampling", "evaluation", "ensemble", "seed"),
+        reading=lambda wildcards: files.protein(wildcards).reading,
         protein=lambda wildcards: wildcards.protein,
         part=lambda wildcards: (int(wildcards.k), JOBS),
-        settings=settings("surface", "patches", "sampling", "evaluation", "ensemble", "seed"),
         path_to_part=lambda wildcards, output: f"{output.rows}.part",  # outlives a killed job
-        code=digest("follow_frames.py"),
     message:
         "n_S and d of one combination over the frames of {wildcards.protein}, part {wildcards.k} of {JOBS}"
     script:
@@ -755,7 +579,7 @@ rule follow_frames:  # some of the frames; one job does them all unless ensemble
 
 rule follow_ensemble:
     input:
-        unpack(molecule),
+        unpack(files.molecule),
         rows=[f"{PROTEIN}/ensemble/{k}of{JOBS}.csv" for k in range(1, JOBS + 1)],
     output:
         **ENSEMBLE,
@@ -764,8 +588,8 @@ rule follow_ensemble:
     conda:
         "envs/study.yaml"
     params:
-        reading=lambda wildcards: protein(wildcards).reading,
-        code=digest("follow_ensemble.py"),
+        **made_by("follow_ensemble.py"),
+        reading=lambda wildcards: files.protein(wildcards).reading,
     message:
         "All frames of {wildcards.protein} in one table"
     script:
@@ -776,87 +600,45 @@ rule draw_ensemble:
     input:
         **ENSEMBLE,
     output:
-        png=shown(f"{PROTEIN}/figures/ensemble.png", "n_S and d over time", "ensemble"),
-        svg=f"{PROTEIN}/figures/ensemble.svg",
+        **figure(f"{PROTEIN}/figures/ensemble", "n_S and d over time", "ensemble"),
         residues=shown(f"{PROTEIN}/figures/residues.png", "Residues over time", "residues_over_time"),
         residues_svg=f"{PROTEIN}/figures/residues.svg",
     log:
         f"{PROTEIN_LOGS}/draw_ensemble.log",
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
-        settings=settings("ensemble"),
-        code=digest("draw_ensemble.py"),
+        **made_by("draw_ensemble.py", "ensemble"),
     message:
         "Figure of {wildcards.protein} over time"
     script:
         "scripts/draw_ensemble.py"
 
 
-PAIR = f"{RUN}/pairs/{{pair}}"
-PAIR_LOGS = f"{LOGS}/pairs/{{pair}}"
-DOTS = {"dots": f"{PAIR}/propensity.csv"}
-
-
-def has_atoms(pair):
-    """Whether both partners of a pair come with atoms."""
-    return not set(config["pairs"][pair].get("proteins", ())) & set(SURFACES)
-
-
-def files_of_pair(wildcards):
-    """Input function: the structures of a pair that is no pair of proteins."""
-    pair = config["pairs"][wildcards.pair]
-    return (
-        {"complex": pair["complex"]} if "complex" in pair else dict(zip(("first", "second"), pair["files"]))
-    )
-
-
-def partners_of(*kinds):
-    """Input function: surfaces and, where there are atoms, structures of both partners."""
-
-    def files(wildcards):
-        found = {}
-        for side, name in enumerate(config["pairs"][wildcards.pair].get("proteins", (None, None)), 1):
-            folder, end = f"{RUN}/pairs/{wildcards.pair}", f"_{side}"
-            if name:
-                frames = name in MOLECULES and checkpoints.choose_frames.get(protein=name).output.frames
-                folder, end = f"{RUN}/{name}/{conformations_of(frames)[0] if frames else 'c1'}", ""
-            found |= {f"surface_{side}": f"{folder}/surface{end}.npz"} if "surface" in kinds else {}
-            if "structure" in kinds and name not in SURFACES:
-                found[f"structure_{side}"] = f"{folder}/structure{end}.pdb"
-        return found
-
-    return files
-
-
-def of_pair(wildcards):
-    """Input function: what a pair must have in the end."""
-    files = ["pair.md", *OF_PAIR] + (["residues.csv"] if has_atoms(wildcards.pair) else [])
-    return [f"{RUN}/pairs/{wildcards.pair}/{file}" for file in files]
-
-
 rule complete_pair:
     input:
-        of_pair,
+        pairs.of_pair,
     output:
         touch(f"{PAIR}/.complete"),
 
 
 rule make_partners:
     input:
-        unpack(files_of_pair),
+        unpack(pairs.given),
         **KERNELS,
     output:
         **{f"surface_{side}": f"{PAIR}/surface_{side}.npz" for side in (1, 2)},
         **{f"structure_{side}": f"{PAIR}/structure_{side}.pdb" for side in (1, 2)},
     log:
         f"{PAIR_LOGS}/make_partners.log",
+    wildcard_constraints:
+        pair=one_of(pairs.alone),
     conda:
         "envs/study.yaml"
     params:
+        **made_by("make_partners.py", "surface", "patches.D_link"),
         pair=lambda wildcards: config["pairs"][wildcards.pair],
-        settings=settings("surface") | {"D_link": config["patches"]["D_link"]},
-        code=digest("make_partners.py"),
     message:
         "Surfaces of both partners of {wildcards.pair}"
     script:
@@ -865,14 +647,12 @@ rule make_partners:
 
 rule match_partners:
     input:
-        unpack(partners_of("surface", "structure")),
+        unpack(pairs.partners("surface", "structure")),
         **KERNELS,
     output:
         **DOTS,
         **{f"ply_{side}": f"{PAIR}/partner_{side}.ply" for side in (1, 2)},
-        best=f"{PAIR}/best_pairs.csv",
-        agreement=f"{PAIR}/agreement.csv",
-        contacts=f"{PAIR}/contacts.csv",
+        **inside(PAIR, best="best_pairs.csv", agreement="agreement.csv", contacts="contacts.csv"),
         page=f"{PAIR}/pair.md",
     log:
         f"{PAIR_LOGS}/match_partners.log",
@@ -880,9 +660,8 @@ rule match_partners:
         "envs/study.yaml"
     threads: THREADS
     params:
+        **made_by("match_partners.py", "patches", "complementarity", "seed"),
         pair=lambda wildcards: config["pairs"][wildcards.pair],
-        settings=settings("patches", "complementarity", "seed"),
-        code=digest("match_partners.py"),
     message:
         "Comparing the patches of both partners of {wildcards.pair}"
     script:
@@ -891,7 +670,7 @@ rule match_partners:
 
 rule tabulate_pair_residues:
     input:
-        unpack(partners_of("structure")),
+        unpack(pairs.partners("structure")),
         **DOTS,
     output:
         **{f"pdb_{side}": f"{PAIR}/partner_{side}.pdb" for side in (1, 2)},
@@ -901,7 +680,7 @@ rule tabulate_pair_residues:
     conda:
         "envs/study.yaml"
     params:
-        code=digest("tabulate_pair_residues.py"),
+        **made_by("tabulate_pair_residues.py"),
     message:
         "Propensity of the residues of {wildcards.pair}"
     script:
@@ -910,17 +689,16 @@ rule tabulate_pair_residues:
 
 rule draw_pair:
     input:
-        unpack(partners_of("surface")),
+        unpack(pairs.partners("surface")),
         **(DOTS | KERNELS),
     output:
-        png=shown(f"{PAIR}/book.png", "{pair}", "book", "Pairs"),
-        svg=f"{PAIR}/book.svg",
+        **figure(f"{PAIR}/book", "{pair}", "book", "Pairs"),
     log:
         f"{PAIR_LOGS}/draw_pair.log",
     conda:
         "envs/study.yaml"
     params:
-        code=digest("draw_pair.py"),
+        **made_by("draw_pair.py"),
     message:
         "Picture of both partners of {wildcards.pair}"
     script:
@@ -929,7 +707,7 @@ rule draw_pair:
 
 rule draw_pair_views:
     input:
-        unpack(partners_of("surface", "structure")),
+        unpack(pairs.partners("surface", "structure")),
         **(DOTS | KERNELS),
     output:
         view_1=shown(f"{PAIR}/view_1.html", "{pair}, partner 1 to turn", "pair_view", "Pairs"),
@@ -939,8 +717,7 @@ rule draw_pair_views:
     conda:
         "envs/study.yaml"
     params:
-        settings=settings("patches", "sampling", "seed"),
-        code=digest("draw_pair_views.py"),
+        **made_by("draw_pair_views.py", "patches", "sampling", "seed"),
     message:
         "Pages of both partners of {wildcards.pair} to look at"
     script:
@@ -949,19 +726,17 @@ rule draw_pair_views:
 
 rule thin_pair:
     input:
-        unpack(partners_of("surface", "structure")),
+        unpack(pairs.partners("surface", "structure")),
         **KERNELS,
     output:
+        **figure(f"{PAIR}/thinning", "{pair}, fewer centres", "thinning", "Pairs"),
         table=f"{PAIR}/thinning.csv",
-        png=shown(f"{PAIR}/thinning.png", "{pair}, fewer centres", "thinning", "Pairs"),
-        svg=f"{PAIR}/thinning.svg",
     log:
         f"{PAIR_LOGS}/thin_pair.log",
     conda:
         "envs/study.yaml"
     params:
-        settings=settings("patches", "complementarity", "seed"),
-        code=digest("thin_pair.py"),
+        **made_by("thin_pair.py", "patches", "complementarity", "seed"),
     message:
         "Maps of {wildcards.pair} from fewer centres"
     script:
@@ -971,18 +746,17 @@ rule thin_pair:
 rule summarise_pairs:
     input:
         tables=expand(f"{PAIR}/agreement.csv", pair=config["pairs"]),
-        pages=[] if PROTEINS else OF_PAIRS,
+        pages=[] if files.proteins else pairs.pictures,
     output:
-        **({} if PROTEINS else FIRST_PAGE),
-        table=f"{RUN}/pairs/pairs.csv",
-        means=shown(f"{RUN}/pairs/means.csv", "Means over pairs", "pairs", "Pairs"),
-        page=f"{RUN}/pairs/pairs.md",
+        **({} if files.proteins else FIRST_PAGE),
+        **inside(pairs.folder, table="pairs.csv", page="pairs.md"),
+        means=shown(f"{pairs.folder}/means.csv", "Means over pairs", "pairs", "Pairs"),
     log:
         f"{LOGS}/summarise_pairs.log",
     conda:
         "envs/study.yaml"
     params:
-        code=digest("summarise_pairs.py"),
+        **made_by("summarise_pairs.py"),
     message:
         "Agreement with the interface, over all pairs"
     script:
@@ -991,32 +765,25 @@ rule summarise_pairs:
 
 if "paper" in config:  # the name of the protein that is the paper's A1
     A1 = {"protein": config["paper"], "conformation": "c1"}
+    OF_A1 = ROUGH_SURFACE | GRID | RANGES | BEST | BINS | FLOORS | ENOUGH
 
     rule reproduce_paper:
         input:
-            **{
-                key: path.format(**A1)
-                for key, path in (ROUGH_SURFACE | GRID | RANGES | BEST | BINS | FLOORS | ENOUGH).items()
-            },
+            **{key: path.format(**A1) for key, path in OF_A1.items()},
         output:
-            verdict=f"{RUN}/verdict.md",
+            **inside(RUN, verdict="verdict.md", runs="paper_as_published.csv", places="paper_places.csv"),
+            **inside(RUN, links="paper_links.csv", defects="paper_defects.csv", family="paper_family.csv"),
             html=shown(f"{RUN}/verdict.html", "Claim by claim", "verdict", "The paper"),
             rows=shown(f"{RUN}/paper_rows.csv", "Table I, row by row", "verdict", "The paper"),
-            runs=f"{RUN}/paper_as_published.csv",
-            places=f"{RUN}/paper_places.csv",
-            links=f"{RUN}/paper_links.csv",
-            defects=f"{RUN}/paper_defects.csv",
-            family=f"{RUN}/paper_family.csv",
         log:
             f"{LOGS}/reproduce_paper.log",
         conda:
             "envs/study.yaml"
         threads: THREADS
         params:
-            settings=settings("surface", "patches", "sampling", "evaluation", "seed"),
-            path_to_surface=PROTEINS[config["paper"]].surface,
+            **made_by("reproduce_paper.py", "surface", "patches", "sampling", "evaluation", "seed"),
+            path_to_surface=files.proteins[config["paper"]].surface,
             name="/".join(A1.values()),
-            code=digest("reproduce_paper.py"),
         message:
             "Comparing with the paper"
         script:

@@ -133,8 +133,13 @@ def test_a_script_is_one_verb(path):
 
 def test_every_rule_names_the_code_it_depends_on():
     text = (ROOT / "Snakefile").read_text()
-    for script in re.findall(r'script:\s+"scripts/(\w+\.py)"', text):
-        assert f'code=digest("{script}"' in text, script
+    rules = re.split(r"^ *(?:rule|checkpoint) \w+:", text, flags=re.M)
+    scripts = {
+        script: rule for rule in rules for script in re.findall(r'script:\s+"scripts/(\w+\.py)"', rule)
+    }
+    assert len(scripts) > 30
+    for script, rule in scripts.items():
+        assert re.search(rf'made_by\(\s*"{script}"', rule), script
 
 
 def test_conda_and_pip_name_the_same_versions():

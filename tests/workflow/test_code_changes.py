@@ -56,3 +56,18 @@ def test_conformations_are_the_first_column_without_its_header(tmp_path):
 def test_a_wildcard_is_one_of_the_names_and_nothing_else():
     assert re.fullmatch(one_of(["a.b", "c"]), "a.b") and not re.fullmatch(one_of(["a.b"]), "axb")
     assert not re.match(one_of([]), "")
+
+
+def test_a_rule_is_made_by_its_code_and_by_the_sections_it_names(scripts):
+    config = {"seed": 3, "patches": {"R": 6, "D_link": 0.5}, "compare": {"run": True, "draws": 2}}
+    (scripts / "sparsurf/report/figures").mkdir(parents=True)
+    (scripts / "sparsurf/report/figures/one.py").write_text("Z = 1\n")
+    code_digests.digest.cache_clear()
+    found = code_digests.made_by(config, "run.py", "seed", "patches", "compare")
+    assert found["settings"] == {"seed": 3, "patches": {"R": 6, "D_link": 0.5}, "compare": {"draws": 2}}
+    assert code_digests.made_by(config, "run.py", "patches.D_link")["settings"] == {"D_link": 0.5}
+    alone = code_digests.made_by(config, "run.py")
+    assert alone == {"code": found["code"]} and found["code"] == code_digests.digest("run.py")
+    drawn = code_digests.made_by(config, "run.py", figures=["one"])
+    assert drawn["code"] == code_digests.digest("run.py", "sparsurf/report/figures/one.py") != alone["code"]
+    code_digests.digest.cache_clear()

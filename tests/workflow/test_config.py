@@ -191,8 +191,14 @@ def test_a_protein_is_not_called_like_a_file_of_the_run(name):
 
 
 def test_no_file_of_a_run_can_be_the_name_of_a_protein():
-    files = re.findall(r'f"\{RUN\}/([\w.-]+)"', (ROOT / "Snakefile").read_text())
-    assert {"summary.csv", "verdict.md", "compare_needed.csv"} <= set(files)
+    text = (ROOT / "Snakefile").read_text()
+    pictures = re.findall(r'figure\(f"\{RUN\}/(\w+)"', text)
+    files = set(re.findall(r'f"\{RUN\}/([\w.-]+)"', text)) - set(pictures)
+    files |= {f"{name}.{kind}" for name in pictures for kind in ("png", "svg")}
+    for named in re.findall(r"inside\(\s*RUN,(.*?)\)", text, re.S):
+        files |= set(re.findall(r'"(.*?)"', named))
+    told = {"summary.csv", "verdict.md", "compare_needed.csv", "paper_links.csv", "index.html", "compare.svg"}
+    assert told <= files
     for name in files:
         if name and not name.startswith("."):
             with pytest.raises(InputError):

@@ -70,7 +70,7 @@ def rules_behind(path):
 
 def test_every_rule_has_its_row():
     text = (ROOT / "Snakefile").read_text()
-    assert set(MAY) == set(re.findall(r'digest\("(\w+\.py)"', text))
+    assert set(MAY) == set(re.findall(r'made_by\(\s*"(\w+\.py)"', text))
 
 
 @pytest.mark.parametrize("script", MAY)

@@ -169,7 +169,7 @@ def test_editing_a_module_reruns_the_step_that_uses_it(finished, tmp_path):
 def test_a_module_counts_for_the_scripts_that_import_it(tmp_path, monkeypatch, module, scripts):
     copy = copied(tmp_path)
     monkeypatch.setattr(code_digests, "SCRIPTS", copy / "scripts")
-    rules = re.findall(r'code=digest\("(\w+\.py)"', (ROOT / "Snakefile").read_text())
+    rules = re.findall(r'made_by\(\s*"(\w+\.py)"', (ROOT / "Snakefile").read_text())
     before = {script: code_digests.digest.__wrapped__(script) for script in rules}
     edit(copy, module)
     changed = {script for script in rules if code_digests.digest.__wrapped__(script) != before[script]}

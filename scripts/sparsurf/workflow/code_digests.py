@@ -8,6 +8,31 @@ from pathlib import Path
 SCRIPTS = Path(__file__).parents[2]
 
 
+def made_by(config, script, *sections, figures=()):
+    """Params of a rule: what its results follow from beside its inputs.
+
+    Parameters
+    ----------
+    config : dict, as `config.check` gives it
+    script : str
+    sections : keys of the config that the script works by, also with a point: 'patches.D_link' becomes `D_link`
+    figures : names of the figures that the script draws
+
+    Returns
+    -------
+    dict: `settings`, if it goes by any, without `run`, which only says whether there is such a job; `code`, see `digest`
+    """
+    settings, drawn = {}, [f"sparsurf/report/figures/{name}.py" for name in figures]
+    for section in sections:
+        value = config
+        for key in section.split("."):
+            value = value[key]
+        if isinstance(value, dict):
+            value = {key: each for key, each in value.items() if key != "run"}
+        settings[key] = value
+    return ({"settings": settings} if sections else {}) | {"code": digest(script, *drawn)}
+
+
 @cache
 def digest(script, *more):
     """Digest of a script, of every library module that it imports, directly or not, and of their data files.

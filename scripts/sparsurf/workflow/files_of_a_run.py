@@ -1,0 +1,157 @@
+"""Which files a run has: what its proteins come from, what each must have in the end, what the rules ask for.
+
+The functions of `wildcards` are input functions of Snakemake.
+"""
+
+from sparsurf.simulation.protocol import completed, length_ns, stage_before
+from sparsurf.workflow.jobs import conformations_of
+from sparsurf.workflow.needs import is_small, megabytes, thousand_dots
+from sparsurf.workflow.protein import proteins
+
+OF_CONFORMATION = (
+    *("surface.ply", "ranges.csv", "ranges.md", "best.json", "best.md"),
+    *("minimal.csv", "minimal.ply", "view.html", "residues.csv"),
+)
+OF_ATOMS = ("residues.csv",)  # what a ready surface has not
+LED_TO = ("view.html", "enough.csv", "ranges.csv", "residues.csv")  # by the first page
+
+
+class FilesOfARun:
+    """Proteins of a run by their kind, and their files.
+
+    Parameters
+    ----------
+    config : dict, as `config.check` gives it
+    figures : names of the figures of a conformation
+    checkpoints : Snakemake's; its `choose_frames` tells which conformations a molecule has
+
+    Attributes
+    ----------
+    run : str, folder of the run
+    proteins : dict of name to `Protein`
+    surfaces, molecules, simulated : lists of names: ready surfaces; all others; those of them that are simulated first
+    fetched : dict of name to the name of the file that is fetched for it
+    few_frames : bool, whether the conformations of all molecules are chosen in seconds
+    """
+
+    def __init__(self, config, figures, checkpoints):
+        self.run = f"results/{config['run']}"
+        self.proteins = proteins(config)
+        self.surfaces = [name for name, protein in self.proteins.items() if protein.surface]
+        self.molecules = [name for name in self.proteins if name not in self.surfaces]
+        self.fetched = {name: protein.download for name, protein in self.proteins.items() if protein.source}
+        self.simulated = [name for name, protein in self.proteins.items() if protein.simulate is not None]
+        self.few_frames = not self.simulated and all(
+            is_small("choose_frames", megabytes(self.proteins[name].files.values()))
+            for name in self.molecules
+        )
+        self._config, self._figures, self._checkpoints = config, list(figures), checkpoints
+
+    def protein(self, wildcards):
+        """What the config says about a protein."""
+        return self.proteins[wildcards.protein]
+
+    def conformations(self, name):
+        """Names of the conformations of a protein; Snakemake asks again once its frames are chosen."""
+        if name in self.surfaces:
+            return ["c1"]
+        return conformations_of(self._checkpoints.choose_frames.get(protein=name).output.frames)
+
+    def given(self, wildcards):
+        """The files that the config names for a molecule, or that were fetched."""
+        name = wildcards.protein
+        fetched = (
+            {"structure": f"{self.run}/{name}/download/{self.fetched[name]}"} if name in self.fetched else {}
+        )
+        return self.proteins[name].files | fetched
+
+    def molecule(self, wildcards):
+        """The files of a structure or trajectory that enter the study, simulated or not."""
+        if wildcards.protein in self.simulated:
+            folder = f"{self.run}/{wildcards.protein}/simulation"
+            return {"structure": f"{folder}/topology.pdb", "trajectory": f"{folder}/trajectory.xtc"}
+        return self.given(wildcards)
+
+    def stage_before(self, wildcards):
+        """The stage of a simulation that ends where another begins."""
+        stage = stage_before(wildcards.stage)
+        return {"before": f"{self.run}/{wildcards.protein}/simulation/{stage}"} if stage else {}
+
+    def structure(self, wildcards):
+        """The structure of a conformation; none of a ready surface."""
+        folder = f"{self.run}/{wildcards.protein}/{wildcards.conformation}"
+        return f"{folder}/structure.pdb" if wildcards.protein in self.molecules else []
+
+    def atoms(self, wildcards):
+        """The structure of a conformation, and its trajectory where it is a frame of one; or neither."""
+        if wildcards.protein not in self.molecules:
+            return {}
+        files = self.molecule(wildcards)
+        frames = (
+            files | {"frames": f"{self.run}/{wildcards.protein}/frames.csv"} if "trajectory" in files else {}
+        )
+        return frames | {"own": self.structure(wildcards)}
+
+    def every(self, *files):
+        """Input function: `files` of every conformation, of one protein or of all."""
+
+        def of_conformations(wildcards):
+            names = [wildcards.protein] if hasattr(wildcards, "protein") else self.proteins
+            return [
+                f"{self.run}/{name}/{conformation}/{file}"
+                for name in names
+                for conformation in self.conformations(name)
+                for file in files
+                if name in self.molecules or file not in OF_ATOMS
+            ]
+
+        return of_conformations
+
+    def of_conformations(self, wildcards):
+        """What every conformation must have in the end."""
+        figures = [f"figures/{name}.{kind}" for name in self._figures for kind in ("png", "svg")]
+        compared = ["compare.csv"] if self._config["compare"]["run"] else []
+        return self.every(*OF_CONFORMATION, *figures, *compared)(wildcards)
+
+    def of_protein(self, wildcards):
+        """What a protein must have in the end beside its conformations."""
+        name, figures = wildcards.protein, f"{self.run}/{wildcards.protein}/figures"
+        simulated = [f"{figures}/simulation.png"] if name in self.simulated else []
+        return (
+            [*self._pictures(name), f"{figures}/frames.svg"] if name in self.molecules else []
+        ) + simulated
+
+    def _pictures(self, name):
+        """Pictures of the frames of a molecule."""
+        names = ["frames", *(("ensemble", "residues") if self._config["ensemble"]["run"] else ())]
+        return [f"{self.run}/{name}/figures/{each}.png" for each in names]
+
+    def of_proteins(self):
+        """What the run must have in the end but for its pairs."""
+        found = [f"{name}/.complete" for name in self.proteins] + ["index.html", ".front_page.html"]
+        found += ["summary.csv"] if self.proteins else []
+        found += ["verdict.md"] if "paper" in self._config else []
+        found += ["compare.md"] if self._config["compare"]["run"] else []
+        return [f"{self.run}/{file}" for file in found]
+
+    def led_to(self, wildcards):
+        """What the first page leads to but for the pairs."""
+        found = self.every(*LED_TO, *(f"figures/{name}.png" for name in self._figures))(wildcards)
+        found += [picture for name in self.molecules for picture in self._pictures(name)]
+        found += [f"{self.run}/{file}" for file in ("summary.csv", "summary.png")]
+        found += [f"{self.run}/compare.png"] if self._config["compare"]["run"] else []
+        return found + ([f"{self.run}/verdict.html"] if "paper" in self._config else [])
+
+    def nanoseconds(self, wildcards):
+        """Simulated time of a stage."""
+        return length_ns(wildcards.stage, completed(self.protein(wildcards).simulate))
+
+    def megabytes(self, wildcards):
+        """Size in MB of the files of a structure or trajectory."""
+        return megabytes(self.molecule(wildcards).values())
+
+    def dots(self, wildcards):
+        """Dots of a conformation in thousands, from the size of the file that it comes from: what its jobs need grows so."""
+        surface = self.protein(wildcards).surface
+        structure = f"{self.run}/{wildcards.protein}/structures/{wildcards.conformation}.pdb"
+        return thousand_dots([surface or structure], of_dots=bool(surface))

@@ -1,0 +1,181 @@
+"""The files of a run, by the kinds of its proteins."""
+
+from types import SimpleNamespace
+
+import pytest
+from snakemake.iocontainers import Wildcards
+
+from sparsurf.workflow.files_of_a_run import FilesOfARun
+
+CONFIG = {
+    "run": "r",
+    "proteins": {
+        "moving": {"structure": "a.pdb", "trajectory": "a.xtc"},
+        "still": {"structure": "b.pdb"},
+        "ready": {"surface": "c.dms"},
+        "water": {"structure": "d.pdb", "simulate": {"npt_ns": 0.3}},
+        "got": {"pdb": "1ubi"},
+    },
+    "compare": {"run": False},
+    "ensemble": {"run": False},
+}
+FRAMES = {"moving": ["f0", "f7"], "still": ["c1"], "water": ["f3"], "got": ["c1"]}
+MOLECULES = ["moving", "still", "water", "got"]
+
+
+@pytest.fixture
+def checkpoints(tmp_path):
+    """As Snakemake's, where the frames of every molecule are chosen."""
+    for name, conformations in FRAMES.items():
+        (tmp_path / f"{name}.csv").write_text(
+            "conformation,frame\n" + "".join(f"{c},0\n" for c in conformations)
+        )
+
+    def get(protein):
+        return SimpleNamespace(output=SimpleNamespace(frames=tmp_path / f"{protein}.csv"))
+
+    return SimpleNamespace(choose_frames=SimpleNamespace(get=get))
+
+
+@pytest.fixture
+def files(checkpoints):
+    return FilesOfARun(CONFIG, ["fig"], checkpoints)
+
+
+def of(protein, **more):
+    return Wildcards(fromdict={"protein": protein, **more})
+
+
+def test_proteins_are_told_apart_by_their_kind(files):
+    assert files.run == "results/r"
+    assert (files.surfaces, files.molecules, files.simulated) == (["ready"], MOLECULES, ["water"])
+    assert files.fetched == {"got": "1UBI.cif.gz"}
+
+
+@pytest.mark.parametrize(
+    ("protein", "found"),
+    [
+        ("moving", {"structure": "a.pdb", "trajectory": "a.xtc"}),
+        ("still", {"structure": "b.pdb"}),
+        ("ready", {}),
+        ("got", {"structure": "results/r/got/download/1UBI.cif.gz"}),
+    ],
+)
+def test_a_molecule_is_what_was_given_or_fetched(files, protein, found):
+    assert files.given(of(protein)) == files.molecule(of(protein)) == found
+
+
+def test_a_simulated_molecule_is_what_the_simulation_gives(files):
+    folder = "results/r/water/simulation"
+    assert files.given(of("water")) == {"structure": "d.pdb"}
+    found = {"structure": f"{folder}/topology.pdb", "trajectory": f"{folder}/trajectory.xtc"}
+    assert files.molecule(of("water")) == found
+    assert files.stage_before(of("water", stage="minimise")) == {}
+    assert files.stage_before(of("water", stage="npt")) == {"before": f"{folder}/nvt"}
+
+
+def test_a_stage_takes_the_time_that_the_config_or_the_protocol_says(files):
+    stages = ("minimise", "nvt", "npt", "production")
+    assert [files.nanoseconds(of("water", stage=stage)) for stage in stages] == [0.0, 0.1, 0.3, 1.0]
+
+
+def test_atoms_of_a_conformation_come_with_the_frames_of_a_trajectory(files):
+    own = "results/r/{}/c1/structure.pdb"
+    assert files.atoms(of("ready", conformation="c1")) == {}
+    assert files.structure(of("ready", conformation="c1")) == []
+    assert files.atoms(of("still", conformation="c1")) == {"own": own.format("still")}
+    assert files.atoms(of("moving", conformation="c1")) == {
+        "structure": "a.pdb",
+        "trajectory": "a.xtc",
+        "frames": "results/r/moving/frames.csv",
+        "own": own.format("moving"),
+    }
+
+
+def test_every_conformation_is_named_once_its_frames_are_chosen(files):
+    assert files.every("a.csv", "residues.csv")(of("moving")) == [
+        "results/r/moving/f0/a.csv",
+        "results/r/moving/f0/residues.csv",
+        "results/r/moving/f7/a.csv",
+        "results/r/moving/f7/residues.csv",
+    ]
+    assert files.every("a.csv", "residues.csv")(of("ready")) == ["results/r/ready/c1/a.csv"]
+    places = ["moving/f0", "moving/f7", "still/c1", "ready/c1", "water/f3", "got/c1"]
+    assert files.every("a.csv")(Wildcards()) == [f"results/r/{place}/a.csv" for place in places]
+
+
+def test_a_conformation_ends_with_its_tables_and_figures(files):
+    found = {path.removeprefix("results/r/still/c1/") for path in files.of_conformations(of("still"))}
+    assert found == {
+        *("surface.ply", "ranges.csv", "ranges.md", "best.json", "best.md", "minimal.csv", "minimal.ply"),
+        *("view.html", "residues.csv", "figures/fig.png", "figures/fig.svg"),
+    }
+    bare = {path.removeprefix("results/r/ready/c1/") for path in files.of_conformations(of("ready"))}
+    assert bare == found - {"residues.csv"}
+
+
+def test_a_protein_ends_with_the_pictures_of_its_kind(files):
+    frames = ["{}/figures/frames.png", "{}/figures/frames.svg"]
+    for name, pictures in (
+        ("still", frames),
+        ("ready", []),
+        ("water", [*frames, "{}/figures/simulation.png"]),
+    ):
+        assert files.of_protein(of(name)) == [f"results/r/{path.format(name)}" for path in pictures]
+
+
+def test_a_run_ends_with_its_first_page(files):
+    ends = [f"results/r/{name}/.complete" for name in CONFIG["proteins"]]
+    pages = ["results/r/index.html", "results/r/.front_page.html"]
+    assert files.of_proteins() == [*ends, *pages, "results/r/summary.csv"]
+    found = files.led_to(Wildcards())
+    assert "results/r/ready/c1/view.html" in found and "results/r/ready/c1/residues.csv" not in found
+    assert found[-6:] == [
+        *(f"results/r/{name}/figures/frames.png" for name in MOLECULES),
+        "results/r/summary.csv",
+        "results/r/summary.png",
+    ]
+
+
+def test_what_the_config_asks_for_besides_is_there_in_the_end(checkpoints):
+    wishes = {"compare": {"run": True}, "ensemble": {"run": True}, "paper": "still"}
+    files = FilesOfARun(CONFIG | wishes, ["fig"], checkpoints)
+    assert "results/r/still/c1/compare.csv" in files.of_conformations(of("still"))
+    assert files.of_protein(of("still")) == [
+        f"results/r/still/figures/{name}"
+        for name in ("frames.png", "ensemble.png", "residues.png", "frames.svg")
+    ]
+    assert files.of_protein(of("ready")) == []
+    assert files.of_proteins()[-3:] == [
+        f"results/r/{name}" for name in ("summary.csv", "verdict.md", "compare.md")
+    ]
+    led = files.led_to(Wildcards())
+    assert led[-2:] == ["results/r/compare.png", "results/r/verdict.html"]
+    assert "results/r/still/figures/residues.png" in led
+
+
+def test_frames_are_few_where_all_molecules_are_small(checkpoints, tmp_path):
+    small, large = tmp_path / "small.pdb", tmp_path / "large.xtc"
+    small.write_bytes(bytes(1000))
+    with large.open("wb") as stream:
+        stream.truncate(10**9)  # of zeros, which take no place on the disk
+    still = {"structure": str(small)}
+
+    def few(**proteins):
+        return FilesOfARun(CONFIG | {"proteins": proteins}, [], checkpoints).few_frames
+
+    assert few(a=still) and few(a={"surface": str(large)})
+    assert not few(a=still, b=still | {"trajectory": str(large)})
+    assert not few(a=still | {"simulate": {}})
+
+
+def test_what_jobs_need_grows_with_the_files(checkpoints, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    files = FilesOfARun(CONFIG, [], checkpoints)
+    (tmp_path / "c.dms").write_bytes(bytes(60_000))
+    (tmp_path / "a.xtc").write_bytes(bytes(3_000_000))
+    (tmp_path / "results/r/still/structures").mkdir(parents=True)
+    (tmp_path / "results/r/still/structures/c1.pdb").write_bytes(bytes(81_000))
+    assert files.megabytes(of("moving")) == 3
+    assert files.dots(of("ready", conformation="c1")) == pytest.approx(1)
+    assert files.dots(of("still", conformation="c1")) == pytest.approx(30)
