@@ -352,7 +352,7 @@ rule evaluate_grid:
         "envs/study.yaml"
     threads: THREADS
     resources:
-        **needs("evaluate_grid", files.dots),
+        **needs("evaluate_grid", files.dots, besides=files.distances),
     params:
         **made_by("evaluate_grid.py", "patches", "sampling", "evaluation", "seed"),
     message:
@@ -372,7 +372,7 @@ rule tabulate_best:
     conda:
         "envs/study.yaml"
     resources:
-        **needs("tabulate_best", files.dots),
+        **needs("tabulate_best", files.dots, besides=files.distances),
     params:
         **made_by("tabulate_best.py", "tables"),
     message:

@@ -14,7 +14,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sparsurf import InputError
-from sparsurf.workflow.config import check, memory_of_grid
+from sparsurf.workflow.config import check
+from sparsurf.workflow.needs import memory_of_grid
 from sparsurf.workflow.yaml_file import read_config
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -18,6 +18,8 @@ CONFIG = {
     },
     "compare": {"run": False},
     "ensemble": {"run": False},
+    "sampling": {"alpha": [1.0], "beta": [0.0], "gamma": [0.0], "delta": [0.0, 6.0]},
+    "evaluation": {"test_dots": "published", "draws": 500, "islands": ["kept", "surface"]},
 }
 FRAMES = {"moving": ["f0", "f7"], "still": ["c1"], "water": ["f3"], "got": ["c1"]}
 MOLECULES = ["moving", "still", "water", "got"]
@@ -179,3 +181,5 @@ def test_what_jobs_need_grows_with_the_files(checkpoints, tmp_path, monkeypatch)
     assert files.megabytes(of("moving")) == 3
     assert files.dots(of("ready", conformation="c1")) == pytest.approx(1)
     assert files.dots(of("still", conformation="c1")) == pytest.approx(30)
+    # 2 combinations, 500 draws, 30,000 / 200 test dots, two distances of 4 bytes; 2 readings, and one four times
+    assert files.distances(of("still", conformation="c1")) == pytest.approx(2 * 500 * 150 * 8 * 6 / 1e6)

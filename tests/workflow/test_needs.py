@@ -1,6 +1,7 @@
 """What jobs ask a cluster for: more than was measured, more with size, more after a failure."""
 
 import re
+import tracemalloc
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,6 +10,8 @@ import yaml
 
 import measure_needs
 from conftest import ROOT
+from sparsurf.study import tables
+from sparsurf.study.grid import Grid
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow import needs
@@ -37,6 +40,62 @@ def test_jobs_ask_for_more_with_size_and_after_a_failure(table, size, attempt, m
 def test_a_share_of_the_work_takes_less_time_but_the_memory_of_all(table):
     asked = needs.needs("work", lambda wildcards: 1000, 0.1)
     assert asked["mem_mb"](HERE, 1) == 30900 and asked["runtime"](HERE, 1) == 64
+
+
+def test_what_does_not_follow_from_the_size_is_asked_for_besides(table):
+    asked = needs.needs("work", lambda wildcards: 20, besides=lambda wildcards: 1000)
+    assert (asked["mem_mb"](HERE, 1), asked["mem_mb"](HERE, 2)) == (3000, 6000)  # 1.5 (600 + 20 x 20 + 1000)
+    assert asked["runtime"](HERE, 1) == 16
+
+
+def grid(**evaluation):
+    """A config of twelve combinations."""
+    sampling = {"alpha": [0.5, 1.0], "beta": [0.0], "gamma": [0, 3, 6], "delta": [0, 6]}
+    wishes = {"test_dots": 400, "draws": 3, "islands": ["kept", "surface"]}
+    return {"sampling": sampling, "evaluation": wishes | evaluation}
+
+
+def test_the_distances_of_a_grid_grow_with_all_that_it_takes():
+    one = 12 * 3 * 400 * 2 * 4  # combinations, draws, test dots, two distances of 4 bytes
+    assert needs.memory_of_grid(grid()) == 6 * one  # two readings, and one four times in its mean
+    assert needs.memory_of_grid(grid(islands=["kept"])) == 5 * one
+    assert needs.memory_of_grid(grid(draws=300)) == 600 * one
+    assert needs.memory_of_grid(grid(test_dots="published")) == 6 * one / 4  # N / 200 of 20,000 dots
+    assert needs.memory_of_grid(grid(test_dots="published"), thousand_dots=160) == 12 * one
+    assert needs.memory_of_grid(grid(), thousand_dots=160) == 6 * one
+
+
+def test_memory_is_that_of_the_table_of_a_grid():
+    """Counted by hand what becomes a table, the worst moment of the jobs that hold all distances."""
+    shape = (2, 12, 20, 4000)  # readings, combinations, draws, test dots
+    distances = [np.random.default_rng(seed).random(shape, np.float32) for seed in (0, 1)]
+    own = Grid(
+        combinations=np.ones((12, 4)),
+        n_dots=10,
+        n_s=np.ones((12, 20), int),
+        n_s_expected=np.ones(12),
+        tests=np.arange(4000),
+        z_tot=np.ones((4000, 121)),
+        z_ts=distances[0],
+        z_tr=distances[1],
+        fragment=np.ones((2, 2, 12)),
+        readings=("kept", "surface"),
+    )
+    tables.grid_table(own)  # whatever is loaded by the first call
+    tracemalloc.start()
+    tables.grid_table(own)
+    used = tracemalloc.get_traced_memory()[1] + sum(each.nbytes for each in distances)
+    tracemalloc.stop()
+    assert used == pytest.approx(needs.memory_of_grid(grid(draws=20, test_dots=4000)), rel=0.1)
+
+
+def test_every_job_that_holds_all_distances_asks_for_them():
+    text = (ROOT / "Snakefile").read_text()
+    rules = dict(re.findall(r"^rule (\w+):(.*?)(?=^\S)", text, re.M | re.S))
+    holding = {name for name, rule in rules.items() if re.search(r"\bDISTANCES\b", rule)}
+    assert holding == {"evaluate_grid", "tabulate_best"}
+    for name in holding:
+        assert f'needs("{name}", files.dots, besides=files.distances)' in rules[name]
 
 
 def test_what_takes_seconds_is_not_worth_a_queue(tmp_path, monkeypatch):

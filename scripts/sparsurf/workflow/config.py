@@ -11,6 +11,7 @@ from sparsurf import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.workflow import listing, pair_listing
 from sparsurf.workflow.download import ONLY, allowed, variable
+from sparsurf.workflow.needs import too_large
 from sparsurf.workflow.protein import FILES, Protein
 from sparsurf.workflow.sentences import sentence
 from sparsurf.workflow.yaml_file import read_config
@@ -19,9 +20,6 @@ from sparsurf.workflow.yaml_file import read_config
 OWN_FOLDERS = ("logs", "pairs")
 OF_PAPER = ("kept", "surface")  # readings that its verdict needs
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
-WHAT_NEEDS_MEMORY = "combinations x draws x test_dots x islands"
-PUBLISHED_TESTS = 100  # N / 200 of a surface like the paper's
-COPIES = 3  # of the distances at the worst moment
 SCHEMA = yaml.safe_load((Path(__file__).with_name("config.schema.yaml")).read_text())
 
 
@@ -203,12 +201,7 @@ def _second_check(config):
         yield f"evaluation.islands is {config['evaluation']['islands']}, but `paper` needs both of [kept, surface]."
     if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():
         yield f"run is {config['run']!r}, but results/{config['run']} is a file; choose another name."
-    needed, there = memory_of_grid(config), _memory()
-    if needed > there:
-        yield (
-            f"sampling and evaluation ask for {needed / 2**30:.1f} GB of memory ({WHAT_NEEDS_MEMORY}), but this machine "
-            f"has {there / 2**30:.1f} GB; lower one of them."
-        )
+    yield from too_large(config)
     wishes = [key for key in ("floor", "n_S_percent", "n_S", "Z", "combination") if key in config["minimal"]]
     if len(wishes) != 1:
         yield f"minimal needs exactly one of floor, n_S_percent, n_S, Z and combination, but has {', '.join(wishes) or 'none'}."
@@ -233,19 +226,3 @@ def _check_pairs(config):
     thinning = config["complementarity"]["thinning"]
     if thinning["run"] and not config["pairs"]:
         yield "complementarity.thinning.run is true, but there are no pairs to thin; name one under pairs."
-
-
-def memory_of_grid(config):
-    """Bytes that the grid of one surface fills with distances, and its tables with copies of them."""
-    sampling, evaluation = config["sampling"], config["evaluation"]
-    tests = evaluation["test_dots"] if evaluation["test_dots"] != "published" else PUBLISHED_TESTS
-    combinations = math.prod(len(sampling[parameter]) for parameter in ("alpha", "beta", "gamma", "delta"))
-    return COPIES * 8 * combinations * evaluation["draws"] * tests * len(evaluation["islands"])
-
-
-def _memory():
-    """Bytes of memory of this machine; infinite where the system does not tell."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):
-        return math.inf

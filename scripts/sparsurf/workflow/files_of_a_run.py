@@ -5,7 +5,7 @@ The functions of `wildcards` are input functions of Snakemake.
 
 from sparsurf.simulation.protocol import completed, length_ns, stage_before
 from sparsurf.workflow.jobs import conformations_of
-from sparsurf.workflow.needs import is_small, megabytes, thousand_dots
+from sparsurf.workflow.needs import is_small, megabytes, memory_of_grid, thousand_dots
 from sparsurf.workflow.protein import proteins
 
 OF_CONFORMATION = (
@@ -155,3 +155,7 @@ class FilesOfARun:
         surface = self.protein(wildcards).surface
         structure = f"{self.run}/{wildcards.protein}/structures/{wildcards.conformation}.pdb"
         return thousand_dots([surface or structure], of_dots=bool(surface))
+
+    def distances(self, wildcards):
+        """Memory in MB of all distances of the grid of a conformation."""
+        return memory_of_grid(self._config, self.dots(wildcards)) / 1e6

@@ -1,11 +1,12 @@
-"""Memory and time that jobs ask a cluster for, from the size of what they work on.
+"""Memory and time that jobs need, from the size of what they work on; they ask a cluster for more.
 
 needs.csv holds a line per rule, as `scripts/measure_needs.py` writes it from the logs of runs (without a column `jobs`: set
-by hand, generously). A job asks for more, and after a failure for more again.
+by hand, generously). The distances of a grid are counted from the config: they come on top where a job holds them all.
 """
 
 import csv
 import math
+import os
 from pathlib import Path
 
 TABLE = Path(__file__).with_name("needs.csv")
@@ -17,6 +18,14 @@ PACKED = 4  # a gzip unpacks to this many times its size, about
 BYTES_PER_ATOM = 81  # of a PDB or mmCIF file, about
 DOTS_PER_ATOM = 30  # with hydrogens; without them a few more
 BYTES_PER_DOT = 60  # of a file of dots
+BYTES_PER_TEST = (
+    8  # of a sampling at a test dot: its distance and that of a uniform subset, in single precision
+)
+WHILE_AVERAGED = (
+    4  # copies of the distances of one reading beside all of them, while a mean gets its interval
+)
+DOTS_PER_TEST = 200  # where as many test dots are wished for as published
+PAPERS = 20  # thousand dots of a surface like the paper's
 
 
 def measured():
@@ -29,7 +38,7 @@ def measured():
     }
 
 
-def needs(rule, size, share=1):
+def needs(rule, size, share=1, besides=None):
     """Resources of a rule, `mem_mb` and `runtime` (minutes), as functions that Snakemake calls.
 
     Parameters
@@ -37,6 +46,7 @@ def needs(rule, size, share=1):
     rule : str
     size : function of the wildcards that gives the size of the input in the unit of needs.csv
     share : part of the work that falls to one job; its memory is that of the whole input
+    besides : function of the wildcards that gives memory, in MB, which does not follow from that size
 
     Returns
     -------
@@ -46,7 +56,7 @@ def needs(rule, size, share=1):
     row = measured()[rule]
 
     def mem_mb(wildcards, attempt):
-        found = row["mb"] + row["mb_per_unit"] * size(wildcards)
+        found = row["mb"] + row["mb_per_unit"] * size(wildcards) + (besides(wildcards) if besides else 0)
         return max(LEAST_MB, math.ceil(MARGIN * found / 100) * 100) * 2 ** (attempt - 1)
 
     def runtime(wildcards, attempt):
@@ -60,6 +70,40 @@ def is_small(rule, size):
     """Whether a job of a rule is done before a cluster would have begun it; `size` is a number in the unit of needs.csv."""
     row = measured()[rule]
     return row["seconds"] + row["seconds_per_unit"] * size <= FEW_SECONDS
+
+
+def memory_of_grid(config, thousand_dots=PAPERS):
+    """Bytes that the distances of one surface fill at the worst moment, when the grid becomes a table.
+
+    Parameters
+    ----------
+    config : dict, as `config.check` gives it
+    thousand_dots : float, size of the surface; counts only where `test_dots` is 'published'
+    """
+    sampling, evaluation = config["sampling"], config["evaluation"]
+    tests = evaluation["test_dots"]
+    tests = 1000 * thousand_dots / DOTS_PER_TEST if tests == "published" else tests
+    combinations = math.prod(len(sampling[parameter]) for parameter in ("alpha", "beta", "gamma", "delta"))
+    of_one_reading = BYTES_PER_TEST * combinations * evaluation["draws"] * tests
+    return of_one_reading * (len(evaluation["islands"]) + WHILE_AVERAGED)
+
+
+def too_large(config):
+    """Sentences, none or one, on a grid that asks for more memory than this machine has."""
+    needed, there = memory_of_grid(config), memory_of_machine()
+    if needed > there:
+        yield (
+            f"sampling and evaluation ask for {needed / 2**30:.1f} GB of memory (combinations x draws x test_dots x "
+            f"islands), but this machine has {there / 2**30:.1f} GB; lower one of them."
+        )
+
+
+def memory_of_machine():
+    """Bytes of memory of this machine; infinite where the system does not tell."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return math.inf
 
 
 def megabytes(paths):
