@@ -7,13 +7,15 @@ import time
 from contextlib import ExitStack
 
 import pytest
+import yaml
 
 import slurm_node
 from conftest import ROOT
+from small_study import ONE
 
-CONFIG = ROOT / "studies" / "short.yaml"
 WITHOUT_ACCOUNTING = ["--slurm-status-command", "squeue", "--slurm-no-account"]
-MOST_SECONDS = 600  # of a run; 2 minutes where nothing else runs
+SOON = ["--slurm-init-seconds-before-status-checks", "10"]  # one conformation is done before the profile asks
+MOST_SECONDS = 600  # of a run; a minute where nothing else runs
 
 
 @pytest.fixture(scope="module")
@@ -32,16 +34,16 @@ def slurm(tmp_path_factory):
 
 
 def command(folder, *options):
-    """Snakemake's, for the short study in a folder of its own."""
+    """Snakemake's, for a small study in a folder of its own."""
     folder.mkdir(exist_ok=True)
-    if not (folder / "data").exists():
-        (folder / "data").symlink_to(ROOT / "data")
-    where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", CONFIG, "--nolock"]
+    config = folder / "config.yaml"
+    config.write_text(yaml.safe_dump(ONE))
+    where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", config, "--nolock"]
     return [sys.executable, "-m", "snakemake", *map(str, where), *options]
 
 
 def on_slurm(folder, *options):
-    profile = ["--workflow-profile", str(ROOT / "profiles" / "slurm"), *WITHOUT_ACCOUNTING]
+    profile = ["--workflow-profile", str(ROOT / "profiles" / "slurm"), *WITHOUT_ACCOUNTING, *SOON]
     return command(folder, *profile, *options)
 
 
@@ -65,7 +67,7 @@ def running_jobs(slurm):
 
 def tables(folder):
     """Bytes of every table of the run, by name."""
-    results = folder / "results" / "short"
+    results = folder / "results" / ONE["run"]
     return {str(path.relative_to(results)): path.read_bytes() for path in sorted(results.rglob("*.csv"))}
 
 
@@ -85,7 +87,7 @@ def test_a_cancelled_study_continues_and_a_killed_job_is_tried_again(slurm, tmp_
     # again; now a job of a conformation is killed in the middle, and tried again with more memory
     with open(log, "w", encoding="utf-8") as out:
         second = subprocess.Popen(on_slurm(folder), env=slurm, stdout=out, stderr=out)
-        wait_for(lambda: list(folder.glob("results/short/tdp43/*/surface.npz")), second)
+        wait_for(lambda: list(folder.glob("results/small/tdp43/*/surface.npz")), second)
         killed = running_jobs(slurm)[0]
         subprocess.run(["scancel", killed], env=slurm, check=True)
         code = second.wait(MOST_SECONDS)
