@@ -244,11 +244,12 @@ def test_the_papers_fragment_gets_the_papers_water(shared, tmp_path):
 
 
 @needs_gromacs
-def test_a_structure_alone_becomes_a_study(shared, tmp_path):
-    stage = 0.002  # ns of each
+def test_a_structure_alone_becomes_a_study(tmp_path):
+    stage = 0.001  # ns of each
     protein = {
-        "structure": str(shared / "data" / "tdp43" / "4bs2_209-269.pdb"),
-        "simulate": {"ns": stage, "nvt_ns": stage, "npt_ns": stage, "save_ps": 0.2},
+        "structure": str(ROOT / "data" / "tdp43" / "topology.pdb"),
+        "residues": "209-222",
+        "simulate": {"ns": stage, "nvt_ns": stage, "npt_ns": stage, "save_ps": 0.1},
     }
     study = {
         "run": "simulated",
@@ -265,10 +266,12 @@ def test_a_structure_alone_becomes_a_study(shared, tmp_path):
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "results" / "simulated" / "fragment"
     built = json.loads((folder / "simulation" / "system.json").read_text())
-    assert (built["waters"], built["atoms"]) == (4607, 14777)
+    assert built["waters"] > 500
+    assert built["atoms"] == built["protein_atoms"] + built["ions"] + 3 * built["waters"]
     frames = pd.read_csv(folder / "frames.csv")
-    assert frames["time_ps"].tolist() == [2.0]
+    assert frames["time_ps"].tolist() == [1.0]
     quality_table = pd.read_csv(folder / "simulation" / "quality.csv").set_index("quantity")
-    assert quality_table["mean"]["temperature_K"] == pytest.approx(300, abs=5)
+    # a few thousand degrees of freedom: one frame scatters by 300 sqrt(2 / n), 5 K
+    assert quality_table["mean"]["temperature_K"] == pytest.approx(300, abs=15)
     assert len(pd.read_csv(folder / "simulation" / "motion.csv")) == 11
     assert (folder / "f10" / "ranges.csv").is_file() and (folder / "figures" / "simulation.png").is_file()
