@@ -49,6 +49,12 @@ def make_blob(n, seed=5):
 
 
 def pytest_collection_modifyitems(items):
-    """Whole studies first: with two processes, the other tests fill the time that they take."""
-    first = ["test_workflow.py", "test_simulation.py", "test_own_proteins.py", "test_slurm.py"]
+    """Whole studies first, and before them the one that mostly waits: the other tests fill the time that they take."""
+    first = [
+        "test_slurm.py",
+        "test_workflow.py",
+        "test_own_proteins.py",
+        "test_pairs.py",
+        "test_simulation.py",
+    ]
     items.sort(key=lambda item: first.index(item.path.name) if item.path.name in first else len(first))

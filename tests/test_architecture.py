@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 
 import pytest
 import yaml
@@ -80,6 +81,7 @@ def test_every_name_that_is_imported_from_the_library_is_there():
                 assert not missing, f"{path.relative_to(ROOT)} imports {missing} from {node.module}"
 
 
+@cache
 def names_in(module):
     """What can be imported from a module or a package: names of its top level, modules of its folder."""
     file = module.with_suffix(".py") if module.with_suffix(".py").is_file() else module / "__init__.py"

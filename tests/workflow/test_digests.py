@@ -1,6 +1,7 @@
 """What a change of the code runs again: each rule's script and the packages that its results may depend on."""
 
 import re
+from functools import cache
 
 import pytest
 
@@ -57,6 +58,7 @@ OF_PAIRS = (
 OF_WORKFLOW = {"fetch_structure.py": {"download.py"}} | {script: {"partner_files.py"} for script in OF_PAIRS}
 
 
+@cache
 def of_library(script):
     """Files of the library behind a script, relative to it, without the papers on the doors."""
     found = [path.relative_to(LIBRARY) for path in files(script) if LIBRARY in path.parents]
