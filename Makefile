@@ -40,6 +40,7 @@ test: $(READY) $(EXTRA)
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile
 	$(BIN)/snakemake --lint
+	$(BIN)/python -c "from scripts.compile_kernels import main; main({'mark': '.cache/kernels'}, 'published', 2)"  # once, not in each
 	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 bench: $(READY)

@@ -260,7 +260,7 @@ def test_a_structure_alone_becomes_a_study(tmp_path):
         "tables": {"ranges": 3},
     }
     path = write(tmp_path / "config.yaml", yaml.safe_dump(study))
-    where = ["--snakefile", ROOT / "Snakefile", "--directory", tmp_path, "--configfile", path, "--cores", "2"]
+    where = ["--snakefile", ROOT / "Snakefile", "--directory", tmp_path, "--configfile", path, "--cores", "1"]
     command = [sys.executable, "-m", "snakemake", *map(str, where)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
