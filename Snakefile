@@ -86,6 +86,7 @@ wildcard_constraints:
 ruleorder: summarise_pairs > write_front_page  # the first page of pairs alone
 
 
+# What a run is asked for
 rule all:
     default_target: True
     input:
@@ -107,6 +108,14 @@ rule complete_protein:  # each by itself, so that one that fails does not keep t
         touch(f"{PROTEIN}/.complete"),
 
 
+rule complete_pair:
+    input:
+        pairs.of_pair,
+    output:
+        touch(f"{PAIR}/.complete"),
+
+
+# From structures to conformations: fetched, simulated where asked for, chosen from the frames
 rule compile_kernels:
     output:
         mark=KERNELS["kernels"],
@@ -256,6 +265,7 @@ rule draw_frames:
         "scripts/draw_frames.py"
 
 
+# The method, conformation by conformation: surface, roughness, the grid, the best of it
 rule make_surface:
     input:
         **KERNELS,
@@ -487,71 +497,7 @@ rule compare_samplers:
         "scripts/compare_samplers.py"
 
 
-rule summarise_comparison:
-    input:
-        tables=files.every("compare.csv"),
-    output:
-        **inside(RUN, table="compare.csv", needed="compare_needed.csv", page="compare.md"),
-        **figure(f"{RUN}/compare", "Over all proteins", "compare", "Samplers compared"),
-    log:
-        f"{LOGS}/summarise_comparison.log",
-    localrule: True
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("summarise_comparison.py"),
-    message:
-        "Comparing samplers over all conformations and proteins"
-    script:
-        "scripts/summarise_comparison.py"
-
-
-rule summarise_run:
-    input:
-        results=files.every(
-            "best.json", "ranges.csv", "grid.csv", "roughness.csv", "surface.npz", "enough.csv"
-        ),
-    output:
-        **inside(RUN, surfaces="surfaces.csv", relation="relation.csv", markdown="summary.md"),
-        **figure(f"{RUN}/summary", "Best parameters against mean roughness", "summary"),
-        summary=shown(f"{RUN}/summary.csv", "Best combination per surface and range of n_S", "summary"),
-    log:
-        f"{LOGS}/summarise_run.log",
-    localrule: True
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("summarise_run.py", "patches", "seed"),
-    message:
-        "Best parameters against mean roughness, over all surfaces"
-    script:
-        "scripts/summarise_run.py"
-
-
-rule write_front_page:
-    input:
-        surfaces=f"{RUN}/surfaces.csv",
-        grids=files.every("grid.csv"),
-        best=files.every("best.json"),
-        minimal=files.every("minimal.csv"),
-        enough=files.every("enough.csv"),
-        needed=[f"{RUN}/compare_needed.csv"] if config["compare"]["run"] else [],
-        pages=lambda wildcards: files.led_to(wildcards) + pairs.pictures,
-    output:
-        **FIRST_PAGE,
-    log:
-        f"{LOGS}/write_front_page.log",
-    localrule: True
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("write_front_page.py"),
-    message:
-        "First page of the run"
-    script:
-        "scripts/write_front_page.py"
-
-
+# One combination over all frames of a trajectory
 rule follow_frames:  # some of the frames; one job does them all unless ensemble.jobs says otherwise
     input:
         unpack(files.molecule),
@@ -616,13 +562,49 @@ rule draw_ensemble:
         "scripts/draw_ensemble.py"
 
 
-rule complete_pair:
+# All conformations and proteins together
+rule summarise_run:
     input:
-        pairs.of_pair,
+        results=files.every(
+            "best.json", "ranges.csv", "grid.csv", "roughness.csv", "surface.npz", "enough.csv"
+        ),
     output:
-        touch(f"{PAIR}/.complete"),
+        **inside(RUN, surfaces="surfaces.csv", relation="relation.csv", markdown="summary.md"),
+        **figure(f"{RUN}/summary", "Best parameters against mean roughness", "summary"),
+        summary=shown(f"{RUN}/summary.csv", "Best combination per surface and range of n_S", "summary"),
+    log:
+        f"{LOGS}/summarise_run.log",
+    localrule: True
+    conda:
+        "envs/study.yaml"
+    params:
+        **made_by("summarise_run.py", "patches", "seed"),
+    message:
+        "Best parameters against mean roughness, over all surfaces"
+    script:
+        "scripts/summarise_run.py"
 
 
+rule summarise_comparison:
+    input:
+        tables=files.every("compare.csv"),
+    output:
+        **inside(RUN, table="compare.csv", needed="compare_needed.csv", page="compare.md"),
+        **figure(f"{RUN}/compare", "Over all proteins", "compare", "Samplers compared"),
+    log:
+        f"{LOGS}/summarise_comparison.log",
+    localrule: True
+    conda:
+        "envs/study.yaml"
+    params:
+        **made_by("summarise_comparison.py"),
+    message:
+        "Comparing samplers over all conformations and proteins"
+    script:
+        "scripts/summarise_comparison.py"
+
+
+# Pairs: what the patches of one partner say of the other's
 rule make_partners:
     input:
         unpack(pairs.given),
@@ -763,6 +745,7 @@ rule summarise_pairs:
         "scripts/summarise_pairs.py"
 
 
+# The paper beside it
 if "paper" in config:  # the name of the protein that is the paper's A1
     A1 = {"protein": config["paper"], "conformation": "c1"}
     OF_A1 = ROUGH_SURFACE | GRID | RANGES | BEST | BINS | FLOORS | ENOUGH
@@ -788,3 +771,28 @@ if "paper" in config:  # the name of the protein that is the paper's A1
             "Comparing with the paper"
         script:
             "scripts/reproduce_paper.py"
+
+
+# The page that leads to all of it
+rule write_front_page:
+    input:
+        surfaces=f"{RUN}/surfaces.csv",
+        grids=files.every("grid.csv"),
+        best=files.every("best.json"),
+        minimal=files.every("minimal.csv"),
+        enough=files.every("enough.csv"),
+        needed=[f"{RUN}/compare_needed.csv"] if config["compare"]["run"] else [],
+        pages=lambda wildcards: files.led_to(wildcards) + pairs.pictures,
+    output:
+        **FIRST_PAGE,
+    log:
+        f"{LOGS}/write_front_page.log",
+    localrule: True
+    conda:
+        "envs/study.yaml"
+    params:
+        **made_by("write_front_page.py"),
+    message:
+        "First page of the run"
+    script:
+        "scripts/write_front_page.py"
