@@ -15,6 +15,7 @@ from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import law
+from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import stream
 from sparsurf.surfaces.surface import Surface
 
@@ -34,6 +35,11 @@ def test_what_is_prepared_is_what_was_wished(blob, ready):
     assert (other.r_patch, other.r_zernike, other.d_link, other.seed) == (3.0, 5.0, 0.9, 0)
     with pytest.raises(InputError, match=r"surface: D_link = 0.1 Å is below"):
         sparsurf.prepare(blob, d_link=0.1)
+
+
+def test_the_help_names_every_sampler():
+    named = sparsurf.sample.__doc__.split("sampler : str\n")[1].split("\n")[0]
+    assert {name.strip() for name in named.split(",")} == set(SAMPLERS)
 
 
 def test_a_sample_has_the_wished_number(ready):

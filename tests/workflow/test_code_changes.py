@@ -65,6 +65,10 @@ def test_a_rule_is_made_by_its_code_and_by_the_sections_it_names(scripts):
     code_digests.digest.cache_clear()
     found = code_digests.made_by(config, "run.py", "seed", "patches", "compare")
     assert found["settings"] == {"seed": 3, "patches": {"R": 6, "D_link": 0.5}, "compare": {"draws": 2}}
+    inner = {"pairs": {"nearest": 3, "thinning": {"run": True, "draws": 2}}}
+    assert code_digests.made_by(inner, "run.py", "pairs")["settings"] == {
+        "pairs": {"nearest": 3, "thinning": {"draws": 2}}
+    }
     assert code_digests.made_by(config, "run.py", "patches.D_link")["settings"] == {"D_link": 0.5}
     alone = code_digests.made_by(config, "run.py")
     assert alone == {"code": found["code"]} and found["code"] == code_digests.digest("run.py")

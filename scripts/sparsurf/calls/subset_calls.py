@@ -53,7 +53,7 @@ def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
     n : int
         Number of dots; a number below 1 is a share of them.
     sampler : str
-        farthest, voxel, poisson, stride, uniform, roughness, paper, paper_corrected
+        farthest, voxel, poisson, stride, uniform, roughness, adaptive, paper, paper_corrected
     combination : (alpha, beta, gamma, delta), instead of n and a sampler: one draw of the paper's sampling
     seed : int
         Another seed, another draw.

@@ -27,10 +27,15 @@ def made_by(config, script, *sections, figures=()):
         value = config
         for key in section.split("."):
             value = value[key]
-        if isinstance(value, dict):
-            value = {key: each for key, each in value.items() if key != "run"}
-        settings[key] = value
+        settings[key] = _without_run(value)
     return ({"settings": settings} if sections else {}) | {"code": digest(script, *drawn)}
+
+
+def _without_run(value):
+    """Settings without `run`, at any depth."""
+    if not isinstance(value, dict):
+        return value
+    return {key: _without_run(each) for key, each in value.items() if key != "run"}
 
 
 @cache
