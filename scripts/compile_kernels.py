@@ -19,14 +19,9 @@ BALL = 300  # dots of a made-up surface
 
 def main(outputs, descriptor, threads):
     """Run every kernel of a study on next to nothing and note that they ran."""
-    with ProcessPoolExecutor(
-        min(threads, 2)
-    ) as pool:  # the third part finds the kernels of the second in the cache
-        parts = [
-            pool.submit(_patches, descriptor),
-            pool.submit(_surfaces_and_pictures),
-            pool.submit(_subsets),
-        ]
+    with ProcessPoolExecutor(min(threads, 2)) as pool:  # the last two find the kernels of the first in the cache
+        parts = [pool.submit(_patches, descriptor)]
+        parts += [pool.submit(part) for part in (_surfaces_and_pictures, _recovery, _choices_and_pairs)]
         for part in parts:
             part.result()
     with open(outputs["mark"], "w", encoding="utf-8") as stream:
@@ -40,22 +35,26 @@ def _surfaces_and_pictures():
 
 
 def _patches(descriptor):
-    grid.run(_evaluator(descriptor=descriptor), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+    grid.run(Evaluator(_ball(), descriptor=descriptor), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
 
 
-def _subsets():
-    evaluator = _evaluator()
+def _recovery():
+    dots = _ball()
+    recover(dots.points, dots.normals)
+
+
+def _choices_and_pairs():
+    evaluator = Evaluator(_ball())
     for choose in samplers.SAMPLERS.values():
         choose(evaluator, 20, np.random.default_rng(0))
-    recover(evaluator.points, evaluator.normals)
     partner = partner_of(evaluator.surface)
     matching.maps(matching.match(partner, partner), 0)
 
 
-def _evaluator(**settings):
+def _ball():
     outward = np.random.default_rng(0).normal(size=(BALL, 3))
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-    return Evaluator(Surface(2 * outward, outward), **settings)
+    return Surface(2 * outward, outward)
 
 
 if __name__ == "__main__":

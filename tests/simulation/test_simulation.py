@@ -261,7 +261,8 @@ def test_a_structure_alone_becomes_a_study(tmp_path):
     }
     path = write(tmp_path / "config.yaml", yaml.safe_dump(study))
     where = ["--snakefile", ROOT / "Snakefile", "--directory", tmp_path, "--configfile", path, "--cores", "1"]
-    command = [sys.executable, "-m", "snakemake", *map(str, where)]
+    wished = [f"results/simulated/fragment/{name}" for name in ("f10/ranges.csv", "figures/simulation.png")]
+    command = [sys.executable, "-m", "snakemake", *wished, *map(str, where)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "results" / "simulated" / "fragment"

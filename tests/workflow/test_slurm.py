@@ -15,6 +15,7 @@ from small_study import ONE
 
 WITHOUT_ACCOUNTING = ["--slurm-status-command", "squeue", "--slurm-no-account"]
 SOON = ["--slurm-init-seconds-before-status-checks", "10"]  # one conformation is done before the profile asks
+TABLES = [f"results/small/tdp43/f0000/{name}.csv" for name in ("ranges", "enough", "residues")]  # and all before
 MOST_SECONDS = 600  # of a run; a minute where nothing else runs
 
 
@@ -39,7 +40,7 @@ def command(folder, *options):
     config = folder / "config.yaml"
     config.write_text(yaml.safe_dump(ONE))
     where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", config, "--nolock"]
-    return [sys.executable, "-m", "snakemake", *map(str, where), *options]
+    return [sys.executable, "-m", "snakemake", *TABLES, *map(str, where), *options]
 
 
 def on_slurm(folder, *options):
