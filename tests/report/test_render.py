@@ -72,6 +72,16 @@ def test_sphere_is_shaded_by_lambert():
     np.testing.assert_allclose(scene.depth[inner] / 20, 10 * normal[:, 2], atol=0.1)
 
 
+def test_a_picture_is_the_mean_of_what_was_drawn_darkened():
+    rng = np.random.default_rng(0)
+    colour, dark = rng.random((12, 20, 3)).astype(np.float32), rng.random((12, 20))
+    scene = render.Scene(camera(shape=(6, 10)), colour, np.zeros((12, 20)), dark, 1.0)
+    expected = 255 * (colour * dark[..., None]).reshape(6, 2, 10, 2, 3).mean(axis=(1, 3))
+    found = render.picture(scene)
+    assert found.dtype == np.uint8 and found.shape == (6, 10, 3)
+    assert np.abs(found - expected).max() <= 0.5 + 1e-4  # rounded; single precision
+
+
 @pytest.mark.parametrize(("upper", "seen"), [(RED, 0), (BLUE, 2)])
 def test_front_hides_back(upper, seen):
     other = BLUE if upper == RED else RED

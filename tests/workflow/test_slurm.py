@@ -15,7 +15,9 @@ from small_study import ONE
 
 WITHOUT_ACCOUNTING = ["--slurm-status-command", "squeue", "--slurm-no-account"]
 SOON = ["--slurm-init-seconds-before-status-checks", "10"]  # one conformation is done before the profile asks
-TABLES = [f"results/small/tdp43/f0000/{name}.csv" for name in ("ranges", "enough", "residues")]  # and all before
+TABLES = [
+    f"results/small/tdp43/f0000/{name}.csv" for name in ("ranges", "enough", "residues")
+]  # and all before
 MOST_SECONDS = 600  # of a run; a minute where nothing else runs
 
 

@@ -112,7 +112,9 @@ def test_imported_by_another_workflow_on_one_core_it_gives_the_same_bytes(finish
 
 def test_a_run_killed_at_every_stage_continues_to_the_same_tables(finished, tmp_path):
     folder, protein = tmp_path / "killed", "results/small/tdp43"
-    wished = [f"{protein}/f0000/{table}" for table in ("ranges.csv", "minimal.csv")]  # and so all tables before them
+    wished = [
+        f"{protein}/f0000/{table}" for table in ("ranges.csv", "minimal.csv")
+    ]  # and so all tables before them
     for stage in (
         "frames.csv",
         "*/surface.npz",
