@@ -1,12 +1,14 @@
 """What many proteins say, in three sentences, from the tables that `scripts/write_proteins.py` writes."""
 
 import pandas as pd
+from scipy.stats import binom
 
 from sparsurf.patches.readings import PUBLISHED, TEXT
 from sparsurf.recovery.reading import RECOVERED
 from sparsurf.report.recommendation import SIGNIFICANT
 
 FRESH, TURNED, FAIR = "fresh dots", "turned", "atoms moved 0.3 Å"
+MOST_BY_CHANCE = 0.95  # quantile of how many p are small where roughness plays no part
 TARGET = 25.0  # % of uniform dots, whose Z the others are to reach
 
 
@@ -55,13 +57,9 @@ def of_parameters(stored):
     some = d[(d["range"] == 0) & (d["islands"] == PUBLISHED)].iloc[0]
     known, found, certain, supported = counted(stored["relation"])
     most = d[d["range"] > 0].sort_values("near").iloc[-1]
-    said = (
-        f"In {supported} ranges of n_S mean roughness predicts"
-        if supported
-        else "Mean roughness does not predict"
-    )
+    said = predicts(stored["relation"])
     return (
-        f"**{said} the best parameters.** Of {known} ranges and readings whose winners vary, p < {SIGNIFICANT:g} in {found} "
+        f"**{said[0].upper()}{said[1:]}.** Of {known} ranges and readings whose winners vary, p < {SIGNIFICANT:g} in {found} "
         f"(chance gives {SIGNIFICANT * known:.0f}; {certain} once corrected for so many tests, and in {supported} of these a "
         f"choice by it pays), though a rank correlation of {power['rho'].min():.2f} is found in 80 % of studies of "
         f"{power['n'].max()} proteins. One combination per range, chosen on all other proteins, gives {signed(-some['lost'])} "
@@ -69,6 +67,16 @@ def of_parameters(stored):
         f"out, and a choice on those nearest in roughness instead changes d by at most {interval(most, 'near')} in any range: "
         "neither the protein nor its roughness need be known."
     )
+
+
+def predicts(relation):
+    """What mean roughness says of the best parameters, as a clause; `MOST_BY_CHANCE` separates a trace from nothing."""
+    known, found, _, supported = counted(relation)
+    if supported:
+        return f"mean roughness predicts the best parameters in {supported} ranges of n_S"
+    if found > binom.ppf(MOST_BY_CHANCE, known, SIGNIFICANT):
+        return "mean roughness tells too little of the best parameters to choose by it"
+    return "mean roughness does not predict the best parameters"
 
 
 def counted(relation):
@@ -124,9 +132,6 @@ def readme(stored):
         .set_index(["target", "sampler", "islands"])
         .loc[(TARGET, "farthest", RECOVERED)]
     )
-    supported = counted(stored["relation"])[-1]
-    where = f" in {supported} ranges of n_S" if supported else ""
-    predicts = f"predicts the best parameters{where}" if supported else "does not predict the best parameters"
     factor = f"{times['factor']:.1f} ({times['factor_low']:.1f} to {times['factor_high']:.1f})"
     return (
         f"**On every protein.** Over {n} proteins of {residues.min()} to {residues.max()} residues "
@@ -136,8 +141,8 @@ def readme(stored):
         f"{TARGET:g} % uniform "
         f"dots as they are takes {factor} times fewer. Sampling by roughness beats a uniform draw under one reading "
         "of the paper "
-        f"(d = {interval(kept, 'own')}) and loses under the other ({interval(surface, 'own')}), whatever the protein. Its mean "
-        f"roughness {predicts}: one combination per n_S does for all."
+        f"(d = {interval(kept, 'own')}) and loses under the other ({interval(surface, 'own')}), whatever the protein. Its "
+        f"{predicts(stored['relation'])}: one combination per n_S does for all."
     )
 
 
