@@ -357,7 +357,7 @@ rule evaluate_grid:
         **(GRID | DISTANCES),
     log:
         f"{CONFORMATION_LOGS}/evaluate_grid.log",
-    priority: 1  # with all cores; the figures of one surface then share them with those of another
+    priority: 2  # with all cores; the figures of one surface then share them with those of another
     conda:
         "envs/study.yaml"
     threads: THREADS
@@ -400,6 +400,7 @@ rule draw_figures:
         svgs=[f"{CONFORMATION}/figures/{name}.svg" for name in FIGURES],
     log:
         f"{CONFORMATION_LOGS}/draw_figures.log",
+    priority: 1  # the longest of what is left: shorter ones fill the end
     conda:
         "envs/study.yaml"
     resources:
