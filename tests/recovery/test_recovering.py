@@ -1,5 +1,7 @@
 """A dense surface from few dots: spheres, a torus, invariances, a naive solution of the same system."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -36,10 +38,10 @@ def torus(n, ring=4.0, tube=1.4, seed=0):
 
 
 def test_neighbours_are_the_nearest_in_order():
-    """Against a sort; on a grid of points, where most distances come several times."""
-    points = np.stack(np.meshgrid(*[np.arange(4.0)] * 3), axis=-1).reshape(-1, 3)
-    index = build_grid(points, np.tile([0.0, 0, 1], (64, 1)))
-    for k in (1, 7, 80):
+    """Against a sort; on random points, and on a grid of points, where most distances come several times."""
+    grid = np.stack(np.meshgrid(*[np.arange(4.0)] * 3), axis=-1).reshape(-1, 3)
+    for points, k in itertools.product((grid, grid + np.random.default_rng(0).random((64, 3))), (1, 5, 80)):
+        index = build_grid(points, np.tile([0.0, 0, 1], (64, 1)))
         near, gap = np.empty((64, k), np.int32), np.empty((64, k))
         nearest(index, 0, 64, 1.1, near, gap)
         every = np.linalg.norm(index.xyz[:, None] - index.xyz, axis=-1)
