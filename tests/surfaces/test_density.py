@@ -64,9 +64,10 @@ def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():
 
 
 def test_the_nearest_dot_is_that_of_a_tree(blob):
-    """To the last bit, which densities rest on; with two dots, equal ones, and ones far from all others."""
+    """To the last bit, which densities rest on; with two dots, equal ones, some far from all others, a sparse cloud."""
     dots, rng = blob[0], np.random.default_rng(3)
     far = [[1e4, 0, 0], [1e4, 3, 0], [-9e5, 0, 0]]
-    for points in (dots, rng.normal(size=(2, 3)), np.zeros((5, 3)), np.concatenate([dots, far])):
+    sparse = np.concatenate([dots, 50 + 100 * rng.random((300, 3))])
+    for points in (dots, rng.normal(size=(2, 3)), np.zeros((5, 3)), np.concatenate([dots, far]), sparse):
         assert np.array_equal(nearest(points), cKDTree(points).query(points, k=2)[0][:, 1])
     assert np.isnan(spacing(dots[:1]))
