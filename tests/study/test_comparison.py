@@ -162,6 +162,15 @@ def test_best_in_hindsight_has_the_lowest_z_near_each_size(evaluator, study):
         )
         best = grid[near].sort_values("Z_tS_surface").iloc[0]
         assert np.array_equal(row, best[PARAMETERS])
+    # one that cannot keep so many dots takes no part, however low its Z
+    reach = law.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy()) / 30
+    short = int(np.argsort(reach)[len(reach) // 2])
+    percent = 1.02 * reach[short]
+    tempting = grid.assign(
+        n_S_percent=percent, Z_tS_surface=np.where(np.arange(len(grid)) == short, 0.0, 1.0)
+    )
+    chosen = comparison.best_in_hindsight(evaluator, tempting, [percent])[1][0]
+    assert reach[(grid[PARAMETERS] == chosen).all(axis=1)] >= percent
     assert comparison.HINDSIGHT not in comparison.contestants(evaluator, ["uniform"], None, grid)
     lacking = grid.drop(columns="Z_tS_surface")
     assert list(comparison.contestants(evaluator, ["paper"], None, lacking)) == ["paper"]
