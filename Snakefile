@@ -621,7 +621,7 @@ rule make_partners:
         "envs/study.yaml"
     params:
         **made_by("make_partners.py", "surface", "patches.D_link"),
-        pair=lambda wildcards: config["pairs"][wildcards.pair],
+        pair=pairs.pair,
     message:
         "Surfaces of both partners of {wildcards.pair}"
     script:
@@ -644,7 +644,7 @@ rule match_partners:
     threads: THREADS
     params:
         **made_by("match_partners.py", "patches", "complementarity", "seed"),
-        pair=lambda wildcards: config["pairs"][wildcards.pair],
+        pair=pairs.pair,
     message:
         "Comparing the patches of both partners of {wildcards.pair}"
     script:

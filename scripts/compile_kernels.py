@@ -19,9 +19,8 @@ BALL = 300  # dots of a made-up surface
 
 def main(outputs, descriptor, threads):
     """Run every kernel of a study on next to nothing and note that they ran."""
-    with ProcessPoolExecutor(
-        min(threads, 2)
-    ) as pool:  # the last two find the kernels of the first in the cache
+    with ProcessPoolExecutor(min(threads, 2)) as pool:
+        # The last two find the kernels of the first in the cache.
         parts = [pool.submit(_patches, descriptor)]
         parts += [pool.submit(part) for part in (_surfaces_and_pictures, _recovery, _choices_and_pairs)]
         for part in parts:

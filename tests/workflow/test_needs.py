@@ -11,6 +11,7 @@ import yaml
 import measure_needs
 from conftest import ROOT
 from sparsurf.study import tables
+from sparsurf.study.evaluator import AS_PUBLISHED_SHARE
 from sparsurf.study.grid import Grid
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
@@ -176,3 +177,7 @@ def test_the_page_on_clusters_tells_what_the_profile_does():
     lock = (ROOT / "envs" / "requirements-slurm.txt").read_text()
     plugin = re.search(r"^snakemake-executor-plugin-slurm==(\S+)", lock, re.M)[1]
     assert f"the Slurm plugin of the lock ({plugin})" in page
+
+
+def test_as_many_test_dots_as_published_are_as_many_in_a_study():
+    assert needs.DOTS_PER_TEST == AS_PUBLISHED_SHARE

@@ -102,11 +102,8 @@ def kmeans(points, n_clusters, rng, restarts=RESTARTS):
     -------
     label : (F,) int ; centroid : (n_clusters, d) float ; inertia : float, sum of squared distances
     """
-    from scipy.cluster.vq import (
-        ClusterError,
-        kmeans2,
-        vq,
-    )  # here and below: who only superposes need not wait
+    # Here and below: who only superposes need not wait.
+    from scipy.cluster.vq import ClusterError, kmeans2, vq
 
     best = None
     for _ in range(restarts):

@@ -127,28 +127,27 @@ class Evaluator:
                 self.distances_alone(subset, tests, z_tot, READINGS[reading].alone) for subset in subsets
             ]
             return tuple(np.array(values) for values in zip(*found, strict=True))
-        z, sizes = [], []
-        for a in range(0, len(subsets), descriptors.BITS):
-            some = subsets[a : a + descriptors.BITS]
-            words = descriptors.pack(self.index, some)
-            weight = None if weights is None else weights[a : a + descriptors.BITS]
-            _, result, size = self.compare(words, len(some), tests, (reading,), z_tot, weight)
-            z.append(result)
-            sizes.append(size)
-        return np.concatenate(z), np.concatenate(sizes)
+        _, z, sizes = self._in_passes(subsets, tests, (reading,), z_tot, weights)
+        return z[0], sizes[0]
 
     def under(self, readings, subsets, tests):
         """z_tot at the test dots, (T, 121), and |z_tot - z| of subsets there: a dict of reading -> (B, T) float64."""
         together = tuple(reading for reading in readings if reading in OF_GRID)
-        z_tot, parts = None, []
+        z_tot, z, _ = self._in_passes(subsets, tests, together)
+        found = dict(zip(together, z, strict=True))
+        others = [reading for reading in readings if reading not in found]
+        return z_tot, found | {r: self.distances(subsets, tests, z_tot, r)[0] for r in others}
+
+    def _in_passes(self, subsets, tests, readings, z_tot=None, weights=None):
+        """As `compare`, of any number of subsets: z_tot, distances and patch sizes, (R, B, T)."""
+        parts = []
         for a in range(0, len(subsets), descriptors.BITS):
             some = subsets[a : a + descriptors.BITS]
             words = descriptors.pack(self.index, some)
-            z_tot, z, _ = self.compare(words, len(some), tests, together, z_tot)
-            parts.append(z.reshape(len(together), len(some), len(tests)))
-        found = dict(zip(together, np.concatenate(parts, axis=1), strict=True))
-        others = [reading for reading in readings if reading not in found]
-        return z_tot, found | {r: self.distances(subsets, tests, z_tot, r)[0] for r in others}
+            weight = None if weights is None else weights[a : a + descriptors.BITS]
+            z_tot, *found = self.compare(words, len(some), tests, readings, z_tot, weight)
+            parts.append([each.reshape(len(readings), len(some), len(tests)) for each in found])
+        return z_tot, *(np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
 
     def compare(self, words, n_subsets, tests, readings, z_tot, weights=None):
         """z_tot, then (R B, T) distances and patch sizes of the subsets of packed words, by reading, in one pass."""

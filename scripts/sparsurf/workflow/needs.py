@@ -18,12 +18,8 @@ PACKED = 4  # a gzip unpacks to this many times its size, about
 BYTES_PER_ATOM = 81  # of a PDB or mmCIF file, about
 DOTS_PER_ATOM = 30  # with hydrogens; without them a few more
 BYTES_PER_DOT = 60  # of a file of dots
-BYTES_PER_TEST = (
-    8  # of a sampling at a test dot: its distance and that of a uniform subset, in single precision
-)
-WHILE_AVERAGED = (
-    4  # copies of the distances of one reading beside all of them, while a mean gets its interval
-)
+BYTES_PER_TEST = 8  # of a sampling at a test dot: its distance and a uniform subset's, in single precision
+WHILE_AVERAGED = 4  # copies of the distances of one reading beside all, while a mean gets its interval
 DOTS_PER_TEST = 200  # where as many test dots are wished for as published
 PAPERS = 20  # thousand dots of a surface like the paper's
 
