@@ -519,7 +519,7 @@ rule follow_frames:  # some of the frames; one job does them all unless ensemble
         part=lambda wildcards: (int(wildcards.k), JOBS),
         path_to_part=lambda wildcards, output: f"{output.rows}.part",  # outlives a killed job
     message:
-        "n_S and d of one combination over the frames of {wildcards.protein}, part {wildcards.k} of {JOBS}"
+        f"n_S and d of one combination over the frames of {{wildcards.protein}}, part {{wildcards.k}} of {JOBS}"
     script:
         "scripts/follow_frames.py"
 

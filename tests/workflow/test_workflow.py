@@ -110,6 +110,18 @@ def test_imported_by_another_workflow_on_one_core_it_gives_the_same_bytes(finish
     assert "how R_i is distributed over the dots" in (folder / "report.html").read_text()  # a caption
 
 
+def test_imported_by_another_workflow_a_study_of_everything_is_planned(tmp_path):
+    water = {"structure": SMALL["proteins"]["tdp43"]["structure"], "simulate": {"ns": 1}}
+    everything = {key: {"run": True} for key in ("ensemble", "compare")}
+    everything["proteins"] = SMALL["proteins"] | {"water": water}
+    everything["pairs"] = {"two": {"proteins": ["tdp43", "water"]}}
+    (tmp_path / "Snakefile").write_text(IMPORTING.format(snakefile=str(ROOT / "Snakefile")))
+    process = snakemake(tmp_path, SMALL | everything, "--dry-run", root=tmp_path)
+    assert process.returncode == 0, output(process)
+    for rule in ("simulate_stage", "follow_frames", "summarise_comparison", "match_partners"):
+        assert f"surfaces_{rule} " in output(process)
+
+
 def test_a_run_killed_at_every_stage_continues_to_the_same_tables(finished, tmp_path):
     folder, protein = tmp_path / "killed", "results/small/tdp43"
     wished = [
