@@ -38,7 +38,7 @@ compare: $(READY) $(EXTRA)
 test: $(READY) $(EXTRA)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/snakefmt --check Snakefile
+	$(BIN)/snakefmt --check Snakefile *.smk
 	$(BIN)/snakemake --lint
 	$(BIN)/python -c "from scripts.compile_kernels import main; main({'mark': '.cache/kernels'}, 'published', 2)"  # once, not in each
 	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder

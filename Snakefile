@@ -1,5 +1,6 @@
 # Trajectory or structure or surface -> frames -> surface -> roughness -> grid -> tables, figures, report.
-# Read from top to bottom in the order the data flow. Every key of the config: config.yaml.
+# Read from top to bottom in the order the data flow. What only some studies ask for is included at its place, from a file
+# called like its key of the config. Every key: config.yaml.
 
 import sys
 from functools import partial
@@ -15,7 +16,6 @@ report: "scripts/report/first.rst"
 
 HOME = Path(workflow.current_basedir)  # where this file lies, also where another workflow imports it
 sys.path.insert(0, str(HOME / "scripts"))  # before a sparsurf that is installed
-from sparsurf.simulation.protocol import STAGES
 from sparsurf.workflow import code_digests
 from sparsurf.workflow.config import checked
 from sparsurf.workflow.files_of_a_run import FilesOfARun
@@ -44,19 +44,15 @@ FIGURES = {
 }
 files = FilesOfARun(config, FIGURES, checkpoints)
 pairs = FilesOfPairs(config, files)
-JOBS = config["ensemble"]["jobs"]  # that share the frames of a trajectory
 CHOOSING = ("paper", "paper_corrected")  # samplers that take the combination which is best in its range
 THREADS = 8  # of a job that takes minutes; Snakemake scales them down to --cores
 
 RUN = files.run
 PROTEIN = f"{RUN}/{{protein}}"
 CONFORMATION = f"{PROTEIN}/{{conformation}}"
-SIMULATION = f"{PROTEIN}/simulation"
-PAIR = f"{RUN}/pairs/{{pair}}"
 LOGS = f"{RUN}/logs"
 PROTEIN_LOGS = f"{LOGS}/{{protein}}"
 CONFORMATION_LOGS = f"{PROTEIN_LOGS}/{{conformation}}"
-PAIR_LOGS = f"{LOGS}/pairs/{{pair}}"
 # What several rules read
 KERNELS = inside(RUN, kernels=".kernels")
 FRAMES = {key: f"{PROTEIN}/{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
@@ -70,20 +66,12 @@ BEST = inside(CONFORMATION, best="best.json")
 BINS = inside(CONFORMATION, bins="rough_and_flat.csv")
 ENOUGH = inside(CONFORMATION, enough="enough.csv")
 MINIMAL = inside(CONFORMATION, minimal="minimal.csv")
-ENSEMBLE = inside(PROTEIN, table="ensemble.csv", over_time="residues_over_time.csv", residues="residues.csv")
-DOTS = inside(PAIR, dots="propensity.csv")
 FIRST_PAGE = inside(RUN, md="index.md", html="index.html", part=".front_page.html")  # part: opens the report
 
 
 wildcard_constraints:
     protein=one_of(files.proteins),
-    pair=one_of(config["pairs"]),
     conformation="[cf][0-9]+",
-    stage=one_of(STAGES),
-    k="[0-9]+",
-
-
-ruleorder: summarise_pairs > write_front_page  # the first page of pairs alone
 
 
 # What a run is asked for
@@ -95,24 +83,12 @@ rule all:
         pairs.of_pairs(),
 
 
-rule compare:
-    input:
-        f"{RUN}/compare.md",
-
-
 rule complete_protein:  # each by itself, so that one that fails does not keep the others from being finished
     input:
         files.of_protein,
         files.of_conformations,
     output:
         touch(f"{PROTEIN}/.complete"),
-
-
-rule complete_pair:
-    input:
-        pairs.of_pair,
-    output:
-        touch(f"{PAIR}/.complete"),
 
 
 # From structures to conformations: fetched, simulated where asked for, chosen from the frames
@@ -156,71 +132,7 @@ rule fetch_structure:
         "scripts/fetch_structure.py"
 
 
-rule prepare_system:  # hydrogens, a box of water, ions; from here to judge_simulation only where `simulate` asks for it
-    input:
-        unpack(files.given),
-    output:
-        system=directory(f"{SIMULATION}/system"),
-        contents=f"{SIMULATION}/system.json",
-    log:
-        f"{PROTEIN_LOGS}/prepare_system.log",
-    wildcard_constraints:
-        protein=one_of(files.simulated),
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("prepare_system.py", "seed"),
-        chosen=lambda wildcards: files.protein(wildcards).chosen,
-        simulate=lambda wildcards: files.protein(wildcards).simulate,
-    message:
-        "Putting {wildcards.protein} into water"
-    script:
-        "scripts/prepare_system.py"
-
-
-rule simulate_stage:  # minimise, nvt, npt, production: each begins where the one before ended
-    input:
-        unpack(files.stage_before),
-        system=f"{SIMULATION}/system",
-    output:
-        folder=directory(f"{SIMULATION}/{{stage}}"),
-    log:
-        f"{PROTEIN_LOGS}/simulate_{{stage}}.log",
-    conda:
-        "envs/study.yaml"
-    threads: THREADS
-    resources:
-        **needs("simulate_stage", files.nanoseconds),
-    params:
-        **made_by("simulate_stage.py", "seed"),
-        simulate=lambda wildcards: files.protein(wildcards).simulate,
-        stage="{stage}",
-        work=f"{SIMULATION}/.running/{{stage}}",  # outlives a killed job: checkpoints
-    message:
-        "Simulating {wildcards.protein}: {wildcards.stage}"
-    script:
-        "scripts/simulate_stage.py"
-
-
-rule judge_simulation:
-    input:
-        **{stage: f"{SIMULATION}/{stage}" for stage in STAGES},
-        system=f"{SIMULATION}/system",
-    output:
-        **inside(SIMULATION, topology="topology.pdb", trajectory="trajectory.xtc"),
-        **inside(SIMULATION, energies="energies.csv", motion="motion.csv", quality="quality.csv"),
-        **figure(f"{PROTEIN}/figures/simulation", "Simulation", "simulation"),
-    log:
-        f"{PROTEIN_LOGS}/judge_simulation.log",
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("judge_simulation.py"),
-        simulate=lambda wildcards: files.protein(wildcards).simulate,
-    message:
-        "Quality of the simulation of {wildcards.protein}"
-    script:
-        "scripts/judge_simulation.py"
+include: "simulate.smk"
 
 
 checkpoint choose_frames:
@@ -475,92 +387,8 @@ rule tabulate_residues:
         "scripts/tabulate_residues.py"
 
 
-rule compare_samplers:
-    input:
-        **(ROUGH_SURFACE | GRID | RANGES | FLOORS),
-        structure=files.structure,
-    output:
-        **inside(CONFORMATION, table="compare.csv", pairs="compare_pairs.csv", fewer="compare_fewer.csv"),
-        **inside(CONFORMATION, alone="compare_alone.csv", needed="needed.csv", page="compare.md"),
-        **figure(f"{CONFORMATION}/figures/compare", "Samplers compared", "compare"),
-    log:
-        f"{CONFORMATION_LOGS}/compare_samplers.log",
-    conda:
-        "envs/study.yaml"
-    threads: THREADS
-    resources:
-        **needs("compare_samplers", files.dots),
-    params:
-        **made_by("compare_samplers.py", "patches", "sampling", "evaluation", "compare", "seed"),
-    message:
-        "Comparing samplers on {wildcards.protein}/{wildcards.conformation}"
-    script:
-        "scripts/compare_samplers.py"
-
-
-# One combination over all frames of a trajectory
-rule follow_frames:  # some of the frames; one job does them all unless ensemble.jobs says otherwise
-    input:
-        unpack(files.molecule),
-        **KERNELS,
-    output:
-        rows=temp(f"{PROTEIN}/ensemble/{{k}}of{JOBS}.csv"),
-    log:
-        f"{PROTEIN_LOGS}/follow_frames_{{k}}of{JOBS}.log",
-    conda:
-        "envs/study.yaml"
-    threads: THREADS
-    resources:
-        **needs("follow_frames", files.megabytes, 1 / (JOBS * config["ensemble"]["stride"])),
-    params:
-        **made_by("follow_frames.py", "surface", "patches", "sampling", "evaluation", "ensemble", "seed"),
-        reading=lambda wildcards: files.protein(wildcards).reading,
-        protein=lambda wildcards: wildcards.protein,
-        part=lambda wildcards: (int(wildcards.k), JOBS),
-        path_to_part=lambda wildcards, output: f"{output.rows}.part",  # outlives a killed job
-    message:
-        f"n_S and d of one combination over the frames of {{wildcards.protein}}, part {{wildcards.k}} of {JOBS}"
-    script:
-        "scripts/follow_frames.py"
-
-
-rule follow_ensemble:
-    input:
-        unpack(files.molecule),
-        rows=[f"{PROTEIN}/ensemble/{k}of{JOBS}.csv" for k in range(1, JOBS + 1)],
-    output:
-        **ENSEMBLE,
-    log:
-        f"{PROTEIN_LOGS}/follow_ensemble.log",
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("follow_ensemble.py"),
-        reading=lambda wildcards: files.protein(wildcards).reading,
-    message:
-        "All frames of {wildcards.protein} in one table"
-    script:
-        "scripts/follow_ensemble.py"
-
-
-rule draw_ensemble:
-    input:
-        **ENSEMBLE,
-    output:
-        **figure(f"{PROTEIN}/figures/ensemble", "n_S and d over time", "ensemble"),
-        residues=shown(f"{PROTEIN}/figures/residues.png", "Residues over time", "residues_over_time"),
-        residues_svg=f"{PROTEIN}/figures/residues.svg",
-    log:
-        f"{PROTEIN_LOGS}/draw_ensemble.log",
-    localrule: True
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("draw_ensemble.py", "ensemble"),
-    message:
-        "Figure of {wildcards.protein} over time"
-    script:
-        "scripts/draw_ensemble.py"
+include: "compare.smk"
+include: "ensemble.smk"
 
 
 # All conformations and proteins together
@@ -586,164 +414,7 @@ rule summarise_run:
         "scripts/summarise_run.py"
 
 
-rule summarise_comparison:
-    input:
-        tables=files.every("compare.csv"),
-    output:
-        **inside(RUN, table="compare.csv", needed="compare_needed.csv", page="compare.md"),
-        **figure(f"{RUN}/compare", "Over all proteins", "compare", "Samplers compared"),
-    log:
-        f"{LOGS}/summarise_comparison.log",
-    localrule: True
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("summarise_comparison.py"),
-    message:
-        "Comparing samplers over all conformations and proteins"
-    script:
-        "scripts/summarise_comparison.py"
-
-
-# Pairs: what the patches of one partner say of the other's
-rule make_partners:
-    input:
-        unpack(pairs.given),
-        **KERNELS,
-    output:
-        **{f"surface_{side}": f"{PAIR}/surface_{side}.npz" for side in (1, 2)},
-        **{f"structure_{side}": f"{PAIR}/structure_{side}.pdb" for side in (1, 2)},
-    log:
-        f"{PAIR_LOGS}/make_partners.log",
-    wildcard_constraints:
-        pair=one_of(pairs.alone),
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("make_partners.py", "surface", "patches.D_link"),
-        pair=pairs.pair,
-    message:
-        "Surfaces of both partners of {wildcards.pair}"
-    script:
-        "scripts/make_partners.py"
-
-
-rule match_partners:
-    input:
-        unpack(pairs.partners("surface", "structure")),
-        **KERNELS,
-    output:
-        **DOTS,
-        **{f"ply_{side}": f"{PAIR}/partner_{side}.ply" for side in (1, 2)},
-        **inside(PAIR, best="best_pairs.csv", agreement="agreement.csv", contacts="contacts.csv"),
-        page=f"{PAIR}/pair.md",
-    log:
-        f"{PAIR_LOGS}/match_partners.log",
-    conda:
-        "envs/study.yaml"
-    threads: THREADS
-    params:
-        **made_by("match_partners.py", "patches", "complementarity", "seed"),
-        pair=pairs.pair,
-    message:
-        "Comparing the patches of both partners of {wildcards.pair}"
-    script:
-        "scripts/match_partners.py"
-
-
-rule tabulate_pair_residues:
-    input:
-        unpack(pairs.partners("structure")),
-        **DOTS,
-    output:
-        **{f"pdb_{side}": f"{PAIR}/partner_{side}.pdb" for side in (1, 2)},
-        residues=f"{PAIR}/residues.csv",
-    log:
-        f"{PAIR_LOGS}/tabulate_pair_residues.log",
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("tabulate_pair_residues.py"),
-    message:
-        "Propensity of the residues of {wildcards.pair}"
-    script:
-        "scripts/tabulate_pair_residues.py"
-
-
-rule draw_pair:
-    input:
-        unpack(pairs.partners("surface")),
-        **(DOTS | KERNELS),
-    output:
-        **figure(f"{PAIR}/book", "{pair}", "book", "Pairs"),
-    log:
-        f"{PAIR_LOGS}/draw_pair.log",
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("draw_pair.py"),
-    message:
-        "Picture of both partners of {wildcards.pair}"
-    script:
-        "scripts/draw_pair.py"
-
-
-rule draw_pair_views:
-    input:
-        unpack(pairs.partners("surface", "structure")),
-        **(DOTS | KERNELS),
-    output:
-        view_1=shown(f"{PAIR}/view_1.html", "{pair}, partner 1 to turn", "pair_view", "Pairs"),
-        view_2=shown(f"{PAIR}/view_2.html", "{pair}, partner 2 to turn", "pair_view", "Pairs"),
-    log:
-        f"{PAIR_LOGS}/draw_pair_views.log",
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("draw_pair_views.py", "patches", "sampling", "seed"),
-    message:
-        "Pages of both partners of {wildcards.pair} to look at"
-    script:
-        "scripts/draw_pair_views.py"
-
-
-rule thin_pair:
-    input:
-        unpack(pairs.partners("surface", "structure")),
-        **KERNELS,
-    output:
-        **figure(f"{PAIR}/thinning", "{pair}, fewer centres", "thinning", "Pairs"),
-        table=f"{PAIR}/thinning.csv",
-    log:
-        f"{PAIR_LOGS}/thin_pair.log",
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("thin_pair.py", "patches", "complementarity", "seed"),
-    message:
-        "Maps of {wildcards.pair} from fewer centres"
-    script:
-        "scripts/thin_pair.py"
-
-
-rule summarise_pairs:
-    input:
-        tables=expand(f"{PAIR}/agreement.csv", pair=config["pairs"]),
-        pages=[] if files.proteins else pairs.pictures,
-    output:
-        **({} if files.proteins else FIRST_PAGE),
-        **inside(pairs.folder, table="pairs.csv", page="pairs.md"),
-        means=shown(f"{pairs.folder}/means.csv", "Means over pairs", "pairs", "Pairs"),
-    log:
-        f"{LOGS}/summarise_pairs.log",
-    conda:
-        "envs/study.yaml"
-    params:
-        **made_by("summarise_pairs.py"),
-    message:
-        "Agreement with the interface, over all pairs"
-    script:
-        "scripts/summarise_pairs.py"
+include: "pairs.smk"
 
 
 # The paper beside it

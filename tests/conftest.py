@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+RULES = [ROOT / "Snakefile", *sorted(ROOT.glob("*.smk"))]  # the workflow's files
+WORKFLOW = "\n".join(path.read_text(encoding="utf-8") for path in RULES)
 
 
 @pytest.fixture(scope="session")

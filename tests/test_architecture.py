@@ -9,7 +9,7 @@ from functools import cache
 import pytest
 import yaml
 
-from conftest import ROOT
+from conftest import ROOT, RULES, WORKFLOW
 
 LIBRARY = ROOT / "scripts" / "sparsurf"
 # A package may import only itself and the packages above it.
@@ -130,18 +130,27 @@ def test_a_script_is_one_verb(path):
     assert public[0] == "main" or "main" in public
     last = tree.body[-1]
     assert isinstance(last, ast.If) and ast.unparse(last.test) == "__name__ == '__main__'"
-    assert f"scripts/{path.name}" in (ROOT / "Snakefile").read_text(), "no rule runs this script"
+    assert f"scripts/{path.name}" in WORKFLOW, "no rule runs this script"
 
 
 def test_every_rule_names_the_code_it_depends_on():
-    text = (ROOT / "Snakefile").read_text()
-    rules = re.split(r"^ *(?:rule|checkpoint) \w+:", text, flags=re.M)
+    rules = re.split(r"^ *(?:rule|checkpoint) \w+:", WORKFLOW, flags=re.M)
     scripts = {
         script: rule for rule in rules for script in re.findall(r'script:\s+"scripts/(\w+\.py)"', rule)
     }
     assert len(scripts) > 30
     for script, rule in scripts.items():
         assert re.search(rf'made_by\(\s*"{script}"', rule), script
+
+
+def test_the_snakefile_is_short_and_includes_every_other_file_once():
+    text = RULES[0].read_text(encoding="utf-8")
+    assert len(text.splitlines()) < 480, "what only some studies ask for goes to a file of its own"
+    included = re.findall(r"^ *include: *(.*)", WORKFLOW, re.M)
+    # beside it, since to Snakemake a script by another path is other code, whose results it makes again
+    assert sorted(included) == [f'"{path.name}"' for path in RULES[1:]]
+    for path in RULES:
+        assert path.read_text(encoding="utf-8").startswith("# "), f"{path.name} does not say what it is"
 
 
 def test_conda_and_pip_name_the_same_versions():

@@ -3,7 +3,7 @@
 import re
 import runpy
 
-from conftest import ROOT
+from conftest import ROOT, WORKFLOW
 from drawn import drawn_texts
 from sparsurf.report.figures import rules
 
@@ -11,8 +11,7 @@ NO_WORK = {"all", "compare", "complete_protein", "complete_pair"}  # they only a
 
 
 def test_every_rule_has_its_place():
-    text = (ROOT / "Snakefile").read_text()
-    named = re.findall(r"^ *(?:rule|checkpoint) (\w+):", text, re.M)
+    named = re.findall(r"^ *(?:rule|checkpoint) (\w+):", WORKFLOW, re.M)
     drawn = [name for *_, names in rules.STAGES.values() for name in names]
     strange = set(drawn) ^ (set(named) - NO_WORK)
     assert not strange, (

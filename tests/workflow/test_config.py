@@ -8,7 +8,7 @@ from dataclasses import fields
 import pytest
 import yaml
 
-from conftest import ROOT
+from conftest import ROOT, WORKFLOW
 from sparsurf import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS
 from sparsurf.sampling.samplers import SAMPLERS
@@ -188,11 +188,10 @@ def test_a_protein_is_not_called_like_a_file_of_the_run(name):
 
 
 def test_no_file_of_a_run_can_be_the_name_of_a_protein():
-    text = (ROOT / "Snakefile").read_text()
-    pictures = re.findall(r'figure\(f"\{RUN\}/(\w+)"', text)
-    files = set(re.findall(r'f"\{RUN\}/([\w.-]+)"', text)) - set(pictures)
+    pictures = re.findall(r'figure\(f"\{RUN\}/(\w+)"', WORKFLOW)
+    files = set(re.findall(r'f"\{RUN\}/([\w.-]+)"', WORKFLOW)) - set(pictures)
     files |= {f"{name}.{kind}" for name in pictures for kind in ("png", "svg")}
-    for named in re.findall(r"inside\(\s*RUN,(.*?)\)", text, re.S):
+    for named in re.findall(r"inside\(\s*RUN,(.*?)\)", WORKFLOW, re.S):
         files |= set(re.findall(r'"(.*?)"', named))
     told = {"summary.csv", "verdict.md", "compare_needed.csv", "paper_links.csv", "index.html", "compare.svg"}
     assert told <= files

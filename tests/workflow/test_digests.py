@@ -5,7 +5,7 @@ from functools import cache
 
 import pytest
 
-from conftest import ROOT
+from conftest import WORKFLOW
 from sparsurf.workflow.code_digests import SCRIPTS, files
 
 LIBRARY = SCRIPTS / "sparsurf"
@@ -71,8 +71,7 @@ def rules_behind(path):
 
 
 def test_every_rule_has_its_row():
-    text = (ROOT / "Snakefile").read_text()
-    assert set(MAY) == set(re.findall(r'made_by\(\s*"(\w+\.py)"', text))
+    assert set(MAY) == set(re.findall(r'made_by\(\s*"(\w+\.py)"', WORKFLOW))
 
 
 @pytest.mark.parametrize("script", MAY)

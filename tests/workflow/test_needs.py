@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import measure_needs
-from conftest import ROOT
+from conftest import ROOT, WORKFLOW
 from sparsurf.study import tables
 from sparsurf.study.evaluator import AS_PUBLISHED_SHARE
 from sparsurf.study.grid import Grid
@@ -91,8 +91,7 @@ def test_memory_is_that_of_the_table_of_a_grid():
 
 
 def test_every_job_that_holds_all_distances_asks_for_them():
-    text = (ROOT / "Snakefile").read_text()
-    rules = dict(re.findall(r"^rule (\w+):(.*?)(?=^\S)", text, re.M | re.S))
+    rules = dict(re.findall(r"^ *rule (\w+):(.*?)(?=^\S|\Z)", WORKFLOW, re.M | re.S))
     holding = {name for name, rule in rules.items() if re.search(r"\bDISTANCES\b", rule)}
     assert holding == {"evaluate_grid", "tabulate_best"}
     for name in holding:
@@ -160,10 +159,9 @@ def test_needs_are_read_from_the_logs_of_runs(tmp_path):
 
 def test_every_rule_that_asks_is_measured_and_grouped():
     """The rules of the chain of a conformation are one job of the profile, and no name in it is misspelt."""
-    text = (ROOT / "Snakefile").read_text()
     profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text())
     rows = needs.measured()
-    assert all(f'needs("{rule}"' in text for rule in rows)
+    assert all(f'needs("{rule}"' in WORKFLOW for rule in rows)
     grouped = {rule for rule, row in rows.items() if row["unit"] == "thousand dots"}
     assert set(profile["groups"]) == grouped
 

@@ -2,7 +2,7 @@
 
 import re
 
-from conftest import ROOT
+from conftest import ROOT, WORKFLOW
 from sparsurf.workflow.outputs import figure, inside, shown
 
 
@@ -24,8 +24,7 @@ def test_the_report_shows_a_file_among_those_of_its_protein():
 def test_a_caption_may_be_missing_only_where_there_is_none():
     assert shown("x.png", "F", "frames").flags["report"].caption == "scripts/report/frames.rst"
     assert shown("x.png", "F", "no such").flags["report"].caption is None
-    text = (ROOT / "Snakefile").read_text()
-    named = re.findall(r'(?:shown|figure)\((?:f?".*?"), "[^"]*", "(\w+)"', text)
+    named = re.findall(r'(?:shown|figure)\((?:f?".*?"), "[^"]*", "(\w+)"', WORKFLOW)
     assert len(named) > 15
     assert all((ROOT / "scripts" / "report" / f"{name}.rst").is_file() for name in named)
 

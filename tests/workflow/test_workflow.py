@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from conftest import ROOT
+from conftest import ROOT, RULES, WORKFLOW
 from small_study import ONE, SMALL, command, output, snakemake
 from sparsurf import InputError
 from sparsurf.workflow import code_digests, jobs
@@ -184,7 +184,7 @@ def test_editing_a_module_reruns_the_step_that_uses_it(finished, tmp_path):
 def test_a_module_counts_for_the_scripts_that_import_it(tmp_path, monkeypatch, module, scripts):
     copy = copied(tmp_path)
     monkeypatch.setattr(code_digests, "SCRIPTS", copy / "scripts")
-    rules = re.findall(r'made_by\(\s*"(\w+\.py)"', (ROOT / "Snakefile").read_text())
+    rules = re.findall(r'made_by\(\s*"(\w+\.py)"', WORKFLOW)
     before = {script: code_digests.digest.__wrapped__(script) for script in rules}
     edit(copy, module)
     changed = {script for script in rules if code_digests.digest.__wrapped__(script) != before[script]}
@@ -197,8 +197,8 @@ def copied(tmp_path):
     copy = tmp_path / "copy"
     for name in ("scripts", "profiles", "envs"):
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("Snakefile", "config.yaml"):
-        shutil.copy(ROOT / name, copy / name)
+    for path in (*RULES, ROOT / "config.yaml"):
+        shutil.copy(path, copy / path.name)
     return copy
 
 
