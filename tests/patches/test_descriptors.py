@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 import naive
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
+from sparsurf.patches.kept_dots import MANY
 from sparsurf.patches.zernike import images, polynomials
 
 D_LINK = 0.8
@@ -40,12 +41,14 @@ def test_equals_the_plain_method(blob, index, up):
 
 @pytest.mark.parametrize("reading", ["kept", "surface"])
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.5, 0.9])
-def test_subsets_equal_the_plain_method(blob, index, reading, share):
+@pytest.mark.parametrize("n_subsets", [3, MANY])  # few and many go different ways
+def test_subsets_equal_the_plain_method(blob, index, reading, share, n_subsets):
     points, normals = blob
     rng = np.random.default_rng(int(100 * share))
-    subsets = [np.flatnonzero(rng.random(len(points)) < share) for _ in range(3)]
-    tests = rng.choice(len(points), 6, replace=False)
-    z, sizes = descriptors.evaluate(index, points[tests], descriptors.pack(index, subsets), 3, reading)
+    subsets = [np.flatnonzero(rng.random(len(points)) < share) for _ in range(n_subsets)]
+    tests = rng.choice(len(points), 18 // n_subsets, replace=False)
+    words = descriptors.pack(index, subsets)
+    z, sizes = descriptors.evaluate(index, points[tests], words, n_subsets, reading)
     for k, i in enumerate(tests):
         ball = np.flatnonzero(np.linalg.norm(points - points[i], axis=1) <= 6.0)
         for b, subset in enumerate(subsets):

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse.csgraph import connected_components
 
 import naive
 from conftest import make_blob
 from sparsurf import InputError
 from sparsurf.patches.index import ball, ball_bound, build_index
-from sparsurf.patches.islands import patch
+from sparsurf.patches.islands import leave_small_islands, patch
 from sparsurf.surfaces.spacing import refuse_sparse, spacing
 
 
@@ -63,6 +64,27 @@ def test_random_dots_equal_brute_force(n, seed, d_link, radius):
     index = build_index(points, np.tile([0.0, 0, 1], (n, 1)), d_link)
     for i in range(n):
         assert np.array_equal(patch(index, i, radius), naive.patch(points, i, radius, d_link))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 40), st.integers(0, 10**6), st.floats(0.05, 1.5), st.integers(1, 64))
+def test_small_islands_are_left_out_and_never_the_largest(n, seed, d_link, n_subsets):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(n, 3))
+    index = build_index(points, np.tile([0.0, 0, 1], (n, 1)), d_link)
+    ids = np.flatnonzero(rng.random(n) < 0.8).astype(np.int32)  # positions; links to others do not count
+    kept = rng.random((len(ids), n_subsets)) < rng.random(n_subsets)
+    word = np.array([sum(1 << b for b in np.flatnonzero(row)) for row in kept.tolist()], np.uint64)
+    around = np.zeros(n + 1, np.uint64)
+    leave_small_islands(ids, word, index.link_start, index.link, around)
+    assert not around.any()
+    near = np.linalg.norm(index.xyz[ids][:, None] - index.xyz[ids], axis=2) < d_link
+    for b in range(n_subsets):
+        chosen = np.flatnonzero(kept[:, b])
+        label = connected_components(near[chosen][:, chosen])[1]
+        size = np.bincount(label, minlength=1)[label] if len(chosen) else label
+        left = chosen[size >= min(3, size.max(initial=0))]
+        assert np.array_equal(np.flatnonzero(word >> np.uint64(b) & np.uint64(1)), left)
 
 
 def test_patches_do_not_depend_on_the_order_of_the_dots(blob):

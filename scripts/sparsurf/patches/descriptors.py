@@ -179,13 +179,18 @@ def _described(kind, index, tests, words, n_subsets, readings, whole, radius, up
     room = ball_bound(index, tests, radius) + 1
     sizes = np.empty((len(tests), whole + len(readings) * n_subsets), np.int32)
 
+    spare = []  # working arrays of threads that wait
+
     def block(a, b):
+        n = len(index.dot) + 1
+        mark, around = spare.pop() if spare else (np.zeros(n, np.uint8), np.zeros(n, np.uint64))
         rows = (b - a) * sizes.shape[1]
         ids, start = np.empty(rows * room, np.int32), np.empty(rows + 1, np.int64)
         weight = np.empty(len(ids) if len(weights) else 0)
         patches_of(
-            index, tests[a:b], words, n_subsets, weights, radius, kept, room, sizes[a:b], ids, start, weight
-        )
+            index, tests[a:b], words, n_subsets, weights, radius, kept, room, mark, around, sizes[a:b], ids, start, weight
+        )  # fmt: skip
+        spare.append((mark, around))
         centres = np.repeat(tests[a:b], sizes.shape[1], axis=0)
         keep(a, b, kind.describe(index, ids, start, centres, weight, radius, up))
 

@@ -61,6 +61,40 @@ def largest_island(ids, n, mark, link_start, link, key, queue):
 
 
 @njit(cache=True, nogil=True)
+def leave_small_islands(ids, word, link_start, link, around):
+    """Clear the bits of dots whose island cannot be the largest, for up to 64 subsets at once.
+
+    Bit b of `word[k]` says whether subset b keeps `ids[k]`. A dot with two kept neighbours is in an island of three or
+    more, and so are these two, and every dot of such an island is one or the other. Where a subset has such a dot, all
+    others go; else, where two are linked, those that are alone. `around` (N + 1,) is all 0, also on return.
+    """
+    linked, crowded = np.empty(len(ids), np.uint64), np.empty(len(ids), np.uint64)
+    of_two = of_three = np.uint64(0)
+    for k in range(len(ids)):
+        around[np.uintp(ids[k])] = word[k]
+    for k in range(len(ids)):
+        i = np.uintp(ids[k])
+        one = two = np.uint64(0)
+        for e in range(link_start[i], link_start[i + np.uintp(1)]):
+            beside = around[np.uintp(link[np.uintp(e)])]
+            two |= one & beside
+            one |= beside
+        linked[k], crowded[k] = word[k] & one, word[k] & two
+        of_two |= linked[k]
+        of_three |= crowded[k]
+    for k in range(len(ids)):
+        around[np.uintp(ids[k])] = crowded[k]
+    for k in range(len(ids)):
+        i = np.uintp(ids[k])
+        near = crowded[k]
+        for e in range(link_start[i], link_start[i + np.uintp(1)]):
+            near |= around[np.uintp(link[np.uintp(e)])]
+        word[k] &= near | (linked[k] & ~of_three) | ~(of_three | of_two)
+    for k in range(len(ids)):
+        around[np.uintp(ids[k])] = np.uint64(0)
+
+
+@njit(cache=True, nogil=True)
 def _smallest_key(queue, begin, end, key):
     smallest = np.int64(key[queue[begin]])
     for k in range(begin + 1, end):

@@ -8,9 +8,10 @@ import numpy as np
 from numba import njit
 
 from sparsurf.patches.index import ball
-from sparsurf.patches.islands import largest_island, mark_all
+from sparsurf.patches.islands import largest_island, leave_small_islands, mark_all
 
 BITS = 64  # subsets per pass
+MANY = 16  # subsets from which on it pays to look at all their islands at once
 
 
 def pack(index, subsets):
@@ -43,7 +44,9 @@ def _set_bit(words, position, subset, bit):
 
 
 @njit(cache=True, nogil=True)
-def patches_of(index, tests, words, n_subsets, weights, radius, kept, room, sizes, ids, start, weight):
+def patches_of(
+    index, tests, words, n_subsets, weights, radius, kept, room, mark, around, sizes, ids, start, weight
+):
     """Dots of every patch, one after another: of a test its whole patch, those of the subsets under each reading.
 
     Parameters
@@ -53,13 +56,13 @@ def patches_of(index, tests, words, n_subsets, weights, radius, kept, room, size
     weights : (B, N) float64 by position, or (0, 0): all weigh 1
     kept : (readings,) bool, whether each removes islands among the kept dots
     room : int, dots that a ball holds at most, plus 1
+    mark : (N + 1,) uint8 and around : (N + 1,) uint64, all 0, also on return
     sizes : (T, whole + readings B) int32, written; `whole` is 1 where the whole patch is wished
     ids : int32 positions, written, and start : (patches + 1,) int64: patch i is ids[start[i]:start[i + 1]]
     weight : float64 beside `ids`, or empty as `weights`
     """
     found, queue = np.empty(room, np.int32), np.empty(room, np.int32)
     island, word = np.empty(room, np.int32), np.empty(room, np.uint64)
-    mark = np.zeros(len(index.dot) + 1, np.uint8)
     whole = sizes.shape[1] - len(kept) * n_subsets
     row = end_of_ids = 0
     start[0] = 0
@@ -82,6 +85,8 @@ def patches_of(index, tests, words, n_subsets, weights, radius, kept, room, size
             dots = found[:n] if kept[r] else island[:n_island]
             for k in range(len(dots)):
                 word[k] = words[np.uintp(dots[k])]
+            if kept[r] and n_subsets >= MANY:
+                leave_small_islands(dots, word, index.link_start, index.link, around)
             for b in range(n_subsets):
                 m, shift = 0, np.uint64(b)
                 chosen = ids[end_of_ids:]

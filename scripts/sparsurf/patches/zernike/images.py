@@ -207,18 +207,19 @@ def fill_gaps(image, filled, open_disc, inverse):
             above, here, below = filled[i - 1], filled[i], filled[i + 1]
             todo = np.uint32(open_disc[i] & ~here)
             beside = np.uint32(above | below)
-            beside = np.uint32(beside | (beside << one) | (beside >> one))
-            while todo:
-                ready = np.uint32(todo & (beside | (here << one) | (here >> one)))
-                if ready == 0:
-                    break
-                bit = np.uint32(ready & (~ready + one))
-                _fill_pixel(image, i, bit, above, here, below, inverse)
-                here = np.uint32(here | bit)
-                todo = np.uint32(todo & ~(bit | (bit - one)))
+            ready = np.uint32(todo & (beside | ((beside | here) << one) | ((beside | here) >> one)))
+            if ready:  # and what these enable, to the right end of their gap
+                ready = np.uint32(todo & (((ready + todo) ^ todo) | ready))
                 changed = True
-            filled[i] = here
-            left |= open_disc[i] & ~here
+                left |= todo & ~ready
+                while ready:
+                    bit = np.uint32(ready & (~ready + one))
+                    _fill_pixel(image, i, bit, above, here, below, inverse)
+                    here = np.uint32(here | bit)
+                    ready = np.uint32(ready & (ready - one))
+                filled[i] = here
+            else:
+                left |= todo
         if left == 0 or not changed:
             return
 
