@@ -215,7 +215,9 @@ def _sample(cover, first, last, alpha, beta, gamma, delta, luck, keep):
 
 def uniform(n_dots, n_s, rng):
     """Uniform random subset of exactly `n_s` of `n_dots` dots; (n_s,) int64, ascending."""
-    return np.sort(rng.choice(n_dots, n_s, replace=False, shuffle=False))
+    keep = np.zeros(n_dots, np.bool_)
+    keep[rng.choice(n_dots, n_s, replace=False, shuffle=False)] = True
+    return np.flatnonzero(keep)  # ascending; faster than to sort
 
 
 def grid(alpha, beta, gamma, delta):
