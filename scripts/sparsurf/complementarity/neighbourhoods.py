@@ -48,10 +48,11 @@ def _means(index, points, columns, radius, room, means, counts):
     for i in range(len(points)):
         n = ball(index, points[i, 0], points[i, 1], points[i, 2], radius, found)
         counts[i] = n
-        means[i] = 0.0
-        for k in range(n):
-            means[i] += columns[found[k]]
-        means[i] /= n if n > 0 else np.nan
+        for c in range(columns.shape[1]):
+            total = 0.0
+            for k in range(n):
+                total += columns[found[k], c]
+            means[i, c] = total / n if n > 0 else np.nan
 
 
 def smooth(points, centres, values, radius=SMOOTHING, threads=1):

@@ -44,6 +44,13 @@ def _set_bit(words, position, subset, bit):
 
 
 @njit(cache=True, nogil=True)
+def _copy(source, begin, to, n):
+    """`n` of a source from `begin` on; numba takes seconds to compile slices that are set from slices."""
+    for k in range(n):
+        to[k] = source[begin + k]
+
+
+@njit(cache=True, nogil=True)
 def patches_of(
     index, tests, words, n_subsets, weights, radius, kept, room, mark, around, sizes, ids, start, weight
 ):
@@ -64,20 +71,24 @@ def patches_of(
     found, queue = np.empty(room, np.int32), np.empty(room, np.int32)
     island, word = np.empty(room, np.int32), np.empty(room, np.uint64)
     whole = sizes.shape[1] - len(kept) * n_subsets
+    of_surface = whole > 0
+    for r in range(len(kept)):
+        of_surface |= not kept[r]
     row = end_of_ids = 0
     start[0] = 0
     for t in range(len(tests)):
         n = ball(index, tests[t, 0], tests[t, 1], tests[t, 2], radius, found)
-        if whole > 0 or not kept.all():  # the island of the full surface comes once for all subsets
+        if of_surface:  # its island of the full surface comes once for all subsets
             mark_all(mark, found, n)
             begin, end = largest_island(found, n, mark, index.link_start, index.link, index.dot, queue)
             n_island = end - begin
-            island[:n_island] = queue[begin:end]
+            _copy(queue, begin, island, n_island)
         if whole > 0:
             sizes[t, 0] = n_island
-            ids[end_of_ids : end_of_ids + n_island] = island[:n_island]
+            _copy(island, 0, ids[end_of_ids:], n_island)
             if len(weight):
-                weight[end_of_ids : end_of_ids + n_island] = 1.0
+                for k in range(n_island):
+                    weight[end_of_ids + k] = 1.0
             end_of_ids += n_island
             row += 1
             start[row] = end_of_ids
@@ -99,7 +110,7 @@ def patches_of(
                         chosen, m, mark, index.link_start, index.link, index.dot, queue
                     )
                     m = end - begin
-                    chosen[:m] = queue[begin:end]
+                    _copy(queue, begin, chosen, m)
                 if len(weight):
                     for k in range(m):
                         weight[end_of_ids + k] = weights[b, chosen[k]]

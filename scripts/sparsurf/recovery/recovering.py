@@ -83,18 +83,20 @@ def _lay(functions, begin, end, density, reach, steps):
     """Points and normals of the surface around the kept dots of a slice, each nearest to its own dot."""
     index = functions.index
     per = np.empty(end - begin, np.int64)
+    places = most = 0
     for i in range(begin, end):
         square = max(
             SURPLUS * density * functions.spacing[i] ** 2, LEAST
         )  # places in a square of the spacing
         per[i - begin] = int(math.pi * reach**2 * square)
-    points, normals = np.empty((per.sum(), 3)), np.empty((per.sum(), 3))
-    turn = GOLDEN * np.arange(per.max())
+        places, most = places + per[i - begin], max(most, per[i - begin])
+    points, normals = np.empty((places, 3)), np.empty((places, 3))
+    turn = GOLDEN * np.arange(most)
     cosine, sine = np.cos(turn), np.sin(turn)
     found, rivals = np.empty(len(index.dot) + 1, np.int32), np.empty((3, RIVALS))
     m = 0
     for i in range(begin, end):
-        x, y, z = index.xyz[i]
+        x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
         u, v = _tangents(index.normals[i])
         radius = reach * functions.spacing[i]
         rivals, n_rivals = _rivals(index, i, 2.0 * radius, found, rivals)

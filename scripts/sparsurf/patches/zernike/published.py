@@ -69,7 +69,8 @@ def _images(xyz, normals, ids, start, centres, weights, sign, images, tables):
     for i in range(len(images)):
         patch, out = ids[start[i] : start[i + 1]], images[i]
         if len(weights):
-            work[WEIGHT, : len(patch)] = weights[start[i] : start[i + 1]]
+            for k in range(len(patch)):
+                work[WEIGHT, k] = weights[start[i] + k]
         out[:] = 0.0
         if len(patch) > 1 and project(xyz, normals, patch, centres[i], sign, work, image, filled):
             fill_gaps(image[0], filled, tables[3], tables[4])

@@ -86,7 +86,8 @@ def _parts(xyz, normals, ids, start, centres, weights, radius, sign, bumps, row,
             parts[:, i] = 0.0
             continue
         if len(weights):
-            weight[: len(patch)] = weights[start[i] : start[i + 1]]
+            for k in range(len(patch)):
+                weight[k] = weights[start[i] + k]
         mean = _place(xyz, normals, patch, centres[i], weight, radius, sign, dots)
         lay(dots[:, : len(patch)], bumps, sums[0].ravel())
         for level in range(1, len(SIDES)):
