@@ -40,7 +40,8 @@ test: $(READY) $(EXTRA)
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile *.smk
 	$(BIN)/snakemake --lint
-	$(BIN)/python -c "from scripts.compile_kernels import main; main({'mark': '.cache/kernels'}, 'published', 2)"  # once, not in each
+	@for part in surfaces patches; do $(BIN)/python -c "from scripts.compile_kernels import main; \
+	  main({'mark': '.cache/kernels_of_$$part'}, '$$part', 'published')" & done; wait  # once, not in each test
 	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 bench: $(READY)

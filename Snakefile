@@ -45,6 +45,7 @@ FIGURES = {
 files = FilesOfARun(config, FIGURES, checkpoints)
 pairs = FilesOfPairs(config, files)
 CHOOSING = ("paper", "paper_corrected")  # samplers that take the combination which is best in its range
+KERNEL_PARTS = ("surfaces", "patches")
 THREADS = 8  # of a job that takes minutes; Snakemake scales them down to --cores
 
 RUN = files.run
@@ -54,7 +55,7 @@ LOGS = f"{RUN}/logs"
 PROTEIN_LOGS = f"{LOGS}/{{protein}}"
 CONFORMATION_LOGS = f"{PROTEIN_LOGS}/{{conformation}}"
 # What several rules read
-KERNELS = inside(RUN, kernels=".kernels")
+KERNELS = inside(RUN, **{f"kernels_of_{part}": f".kernels_of_{part}" for part in KERNEL_PARTS})
 FRAMES = {key: f"{PROTEIN}/{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
 SURFACE = inside(CONFORMATION, surface="surface.npz")
 ROUGH_SURFACE = SURFACE | inside(CONFORMATION, roughness="roughness.csv") | KERNELS
@@ -78,7 +79,7 @@ wildcard_constraints:
 rule all:
     default_target: True
     input:
-        KERNELS["kernels"],  # at once: they are compiled while the frames are chosen
+        KERNELS.values(),  # at once: they are compiled while the frames are chosen
         files.of_proteins(),
         pairs.of_pairs(),
 
@@ -94,18 +95,20 @@ rule complete_protein:  # each by itself, so that one that fails does not keep t
 # From structures to conformations: fetched, simulated where asked for, chosen from the frames
 rule compile_kernels:
     output:
-        mark=KERNELS["kernels"],
+        mark=f"{RUN}/.kernels_of_{{part}}",
     log:
-        f"{LOGS}/compile_kernels.log",
+        f"{LOGS}/compile_kernels_of_{{part}}.log",
+    wildcard_constraints:
+        part=one_of(KERNEL_PARTS),
     localrule: True  # as all that takes seconds: not worth a job of a cluster
     conda:
         "envs/study.yaml"
-    threads: 2
     params:
         **made_by("compile_kernels.py"),
+        part="{part}",
         descriptor=config["patches"]["descriptor"],
     message:
-        "Compiling the kernels (once, half a minute)"
+        "Compiling the kernels of {wildcards.part} (once, half a minute)"
     script:
         "scripts/compile_kernels.py"
 
@@ -269,10 +272,10 @@ rule evaluate_grid:
         **(GRID | DISTANCES),
     log:
         f"{CONFORMATION_LOGS}/evaluate_grid.log",
-    priority: 2  # with all cores; the figures of one surface then share them with those of another
+    priority: 2  # before what only follows from them
     conda:
         "envs/study.yaml"
-    threads: THREADS
+    threads: files.side_by_side(THREADS, workflow)
     resources:
         **needs("evaluate_grid", files.dots, besides=files.distances),
     params:

@@ -1,6 +1,4 @@
-"""Compile the numba kernels once, into the cache that all later jobs read: in two processes."""
-
-from concurrent.futures import ProcessPoolExecutor
+"""Compile the numba kernels once, into the cache that all later jobs read: in two parts that take as long."""
 
 import numpy as np
 
@@ -17,14 +15,14 @@ from sparsurf.workflow.jobs import run
 BALL = 300  # dots of a made-up surface
 
 
-def main(outputs, descriptor, threads):
-    """Run every kernel of a study on next to nothing and note that they ran."""
-    with ProcessPoolExecutor(min(threads, 2)) as pool:
-        # The last two find the kernels of the first in the cache.
-        parts = [pool.submit(_patches, descriptor)]
-        parts += [pool.submit(part) for part in (_surfaces_and_pictures, _recovery, _choices_and_pairs)]
-        for part in parts:
-            part.result()
+def main(outputs, part, descriptor):
+    """Run every kernel of one part on next to nothing and note that they ran."""
+    if part == "surfaces":
+        _surfaces_and_pictures()
+        _recovery()
+    else:
+        _patches(descriptor)
+        _choices_and_pairs()
     with open(outputs["mark"], "w", encoding="utf-8") as stream:
         stream.write("kernels compiled\n")
 

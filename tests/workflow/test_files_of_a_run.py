@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+from snakemake.exceptions import IncompleteCheckpointException
 from snakemake.iocontainers import Wildcards
 
 from sparsurf.workflow.files_of_a_run import FilesOfARun
@@ -183,3 +184,53 @@ def test_what_jobs_need_grows_with_the_files(checkpoints, tmp_path, monkeypatch)
     assert files.dots(of("still", conformation="c1")) == pytest.approx(30)
     # 2 combinations, 500 draws, 30,000 / 200 test dots, two distances of 4 bytes; 2 readings, and one four times
     assert files.distances(of("still", conformation="c1")) == pytest.approx(2 * 500 * 150 * 8 * 6 / 1e6)
+
+
+@pytest.mark.parametrize(
+    ("proteins", "cores", "threads"),
+    [
+        (["moving"], 2, 1),  # two grids at once, each on its core
+        (["moving"], 3, 3),  # one after the other
+        (["moving"], 4, 2),
+        (["moving"], 64, 4),  # at most eight in all
+        (["still"], 2, 2),
+        (["still", "ready", "got"], 2, 2),
+        (["still", "ready", "got", "water", "moving"], 1, 1),
+        (["moving", "ready"], 4, 1),
+        (["moving", "ready", "got"], 4, 2),  # six grids in three rounds
+        (["moving", "ready", "got", "water"], 2, 1),
+    ],
+)
+def test_grids_run_side_by_side_where_that_leaves_no_core_idle(checkpoints, proteins, cores, threads):
+    some = {name: CONFIG["proteins"][name] for name in proteins}
+    here = SimpleNamespace(
+        resource_settings=SimpleNamespace(cores=cores), local_exec=True, is_main_process=True
+    )
+    asked = FilesOfARun(CONFIG | {"proteins": some}, ["fig"], checkpoints).side_by_side(8, here)
+    assert asked(of("moving" if "moving" in proteins else "still")) == threads
+
+
+@pytest.mark.parametrize(("surfaces", "threads"), [(7, 2), (9, 1)])
+def test_many_grids_run_side_by_side_even_if_the_last_is_alone(checkpoints, surfaces, threads):
+    some = {f"s{k}": CONFIG["proteins"]["ready"] for k in range(surfaces)}
+    here = SimpleNamespace(resource_settings=SimpleNamespace(cores=2), local_exec=True, is_main_process=True)
+    asked = FilesOfARun(CONFIG | {"proteins": some}, ["fig"], checkpoints).side_by_side(8, here)
+    assert asked(of("s0")) == threads
+
+
+@pytest.mark.parametrize(
+    "elsewhere",
+    [{"local_exec": False}, {"is_main_process": False}, {"resource_settings": SimpleNamespace(cores=None)}],
+)
+def test_a_grid_of_a_cluster_gets_all_its_threads(files, elsewhere):
+    here = {"resource_settings": SimpleNamespace(cores=2), "local_exec": True, "is_main_process": True}
+    assert files.side_by_side(8, SimpleNamespace(**here | elsewhere))(of("moving")) == 8
+
+
+def test_threads_can_be_asked_for_before_the_frames_are_chosen(files, monkeypatch):
+    def not_yet(protein):
+        raise IncompleteCheckpointException(SimpleNamespace(name="choose_frames"), "frames.csv")
+
+    monkeypatch.setattr(files._checkpoints.choose_frames, "get", not_yet)
+    here = SimpleNamespace(resource_settings=SimpleNamespace(cores=4), local_exec=True, is_main_process=True)
+    assert files.side_by_side(8, here)(of("moving")) == 4  # five proteins

@@ -54,6 +54,24 @@ def test_a_script_gets_what_it_asks_for_and_its_outputs_their_names(snakemake, t
     assert log[0] == "said" and log[-1].endswith(" s for 2.50 MB") and log[-1].startswith("USED ")
 
 
+def test_two_jobs_of_a_rule_at_once_leave_each_other_alone(snakemake, tmp_path):
+    other = SimpleNamespace(**vars(snakemake))
+    other.output, other.log = {"one": str(tmp_path / "out" / "other.csv")}, [str(tmp_path / "other.log")]
+
+    def write(outputs):
+        for path in (outputs["one"], *outputs.get("both", [])):
+            with open(path, "w") as stream:
+                stream.write("whole")
+
+    def write_while_another_begins_and_ends(outputs):
+        write(outputs)
+        jobs.run(write, other)
+
+    jobs.run(write_while_another_begins_and_ends, snakemake)
+    written = {path.name: path.read_text() for path in (tmp_path / "out").iterdir()}
+    assert written == dict.fromkeys(["one.csv", "two.csv", "three.csv", "other.csv"], "whole")
+
+
 @pytest.mark.parametrize(
     ("error", "words", "traced"),
     [

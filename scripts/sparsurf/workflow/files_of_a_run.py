@@ -3,6 +3,10 @@
 The functions of `wildcards` are input functions of Snakemake.
 """
 
+from math import gcd
+
+from snakemake.exceptions import IncompleteCheckpointException
+
 from sparsurf.simulation.protocol import completed, length_ns, stage_before
 from sparsurf.workflow.jobs import conformations_of
 from sparsurf.workflow.needs import is_small, megabytes, memory_of_grid, thousand_dots
@@ -56,6 +60,26 @@ class FilesOfARun:
         if name in self.surfaces:
             return ["c1"]
         return conformations_of(self._checkpoints.choose_frames.get(protein=name).output.frames)
+
+    def side_by_side(self, most, workflow):
+        """Threads, at most `most`, of a job of which each conformation has one; a function of wildcards.
+
+        Such jobs run side by side with few threads each, as far as that leaves no core idle: each begins and ends with
+        what one thread does alone.
+        """
+
+        def threads(wildcards):
+            cores = workflow.resource_settings.cores
+            if not workflow.local_exec or not workflow.is_main_process or cores is None:
+                return most
+            cores = min(cores, most)
+            try:
+                jobs = len(self.conformations(wildcards.protein)) * len(self.proteins)  # about
+            except IncompleteCheckpointException:  # asked again later
+                jobs = len(self.proteins)
+            return 1 if jobs >= 4 * cores else cores // gcd(cores, jobs)
+
+        return threads
 
     def given(self, wildcards):
         """The files that the config names for a molecule, or that were fetched."""

@@ -58,10 +58,8 @@ def job(snakemake):
     with one sentence; of one that is no user's mistake the log has the traceback.
     """
     outputs = {name: _paths(value) for name, value in snakemake.output.items()}
-    parts = {
-        name: [path.parent / f".part-{snakemake.rule}" / path.name for path in paths]
-        for name, paths in outputs.items()
-    }
+    own = f".part-{Path(snakemake.log[0]).stem}"  # not the rule's: several jobs of one may write into one folder
+    parts = {name: [path.parent / own / path.name for path in paths] for name, paths in outputs.items()}
     for folder in {part.parent for paths in parts.values() for part in paths}:
         shutil.rmtree(folder, ignore_errors=True)
     with (
