@@ -41,7 +41,8 @@ test: $(READY) $(EXTRA)
 	$(BIN)/snakefmt --check Snakefile *.smk
 	$(BIN)/snakemake --lint
 	@for part in surfaces patches; do $(BIN)/python -c "from scripts.compile_kernels import main; \
-	  main({'mark': '.cache/kernels_of_$$part'}, '$$part', 'published')" & done; wait  # once, not in each test
+	  main({'mark': '.cache/kernels_of_$$part'}, '$$part', 'published')" & jobs="$$jobs $$!"; done; \
+	  for job in $$jobs; do wait $$job || exit 1; done  # once, not in each test
 	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 bench: $(READY)

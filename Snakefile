@@ -108,7 +108,7 @@ rule compile_kernels:
         part="{part}",
         descriptor=config["patches"]["descriptor"],
     message:
-        "Compiling the kernels of {wildcards.part} (once, half a minute)"
+        "Compiling the kernels of {wildcards.part} (once)"
     script:
         "scripts/compile_kernels.py"
 

@@ -1,9 +1,8 @@
 """Measure what the default study measures on many proteins: `python scripts/study_proteins.py structures results/over_proteins`.
 
 Every structure of a folder is read (first model, protein only, without hydrogens), small ones first; one whose sequence is
-like that of a protein already measured is left out. A protein that is there is not measured again. Half a minute each on
-two cores; `--most-dots` leaves out what is larger. `--variants N` measures the N smallest of 400 atoms or more
-again, with one rule changed at a time.
+like that of a protein already measured is left out. A protein that is there is not measured again; `--most-dots` leaves
+out what is larger. `--variants N` measures the N smallest of 400 atoms or more again, with one rule changed at a time.
 """
 
 import argparse

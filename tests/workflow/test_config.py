@@ -84,6 +84,11 @@ def test_the_descriptors_of_the_config_are_those_there_are():
         ("proteins...", {"structure": "x"}, ["cannot name a folder"]),
         ("run", "../elsewhere", ["'../elsewhere'", "cannot name a folder"]),
         ("patches.D_link", 5.0, ["patches.D_link is 5 Å", "smaller than R_patch"]),
+        (
+            "evaluation.islands",
+            ["recovered"],
+            ["evaluation.islands is ['recovered'], but needs kept or surface"],
+        ),
         ("evaluation.islands", ["kept", "both"], ["evaluation.islands.1 is 'both'", "kept, surface"]),
         ("evaluation.test_dots", "many", ["evaluation.test_dots is 'many'"]),
         ("frames.clusters", 0, ["frames.clusters is 0"]),

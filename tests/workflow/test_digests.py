@@ -14,7 +14,7 @@ SUBSETS = "surfaces patches recovery sampling study"
 PAIRS = "molecules surfaces patches recovery sampling complementarity study"
 # Beside the modules that belong to no package and `workflow.jobs`.
 MAY = {
-    "compile_kernels.py": f"{PAIRS} report",  # every kernel there is; only the mark .kernels follows from it
+    "compile_kernels.py": f"{PAIRS} report",  # every kernel there is; only marks follow from it
     "fetch_structure.py": "",
     "prepare_system.py": f"{ATOMS} simulation",
     "simulate_stage.py": f"{ATOMS} simulation",

@@ -69,7 +69,7 @@ def read_molecule(
     trajectory : any trajectory that mdtraj reads; without it, the models of the structure are the frames
     selection, chains, residues, hydrogens, ligands : see `selection.chosen_atoms`
     model : int, read only the model of this number
-    altloc : 'first', 'highest' (occupancy) or a letter, see `atoms.choose_altlocs`
+    altloc : 'first', 'highest' (occupancy) or a letter, see `atom_table.choose_altlocs`
     stride : int, keep every stride-th frame
     whole : bool, put molecules together that the periodic box cuts
 

@@ -1,4 +1,4 @@
-"""n_S and d of one combination over all frames of a trajectory, in one job that can be taken up again."""
+"""n_S and d of one combination over all frames of a trajectory, in jobs that can be taken up again."""
 
 import hashlib
 import io
@@ -30,7 +30,7 @@ def follow(
 
     Parameters
     ----------
-    molecule : structure.Molecule
+    molecule : molecule.Molecule
     settings : dict
         The config's `surface`, `patches`, `sampling`, `evaluation`, `ensemble` and `seed`.
     name : str

@@ -199,6 +199,8 @@ def _second_check(config):
         yield f"paper is {config['paper']!r}, which is none of the proteins {', '.join(config['proteins'])}."
     if "paper" in config and not set(OF_PAPER) <= set(config["evaluation"]["islands"]):
         yield f"evaluation.islands is {config['evaluation']['islands']}, but `paper` needs both of [kept, surface]."
+    if not set(OF_PAPER) & set(config["evaluation"]["islands"]):
+        yield f"evaluation.islands is {config['evaluation']['islands']}, but needs kept or surface, which the best are chosen by."
     if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():
         yield f"run is {config['run']!r}, but results/{config['run']} is a file; choose another name."
     yield from too_large(config)

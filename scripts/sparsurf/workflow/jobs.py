@@ -1,4 +1,4 @@
-"""What the Snakefile and the scripts share: logs of jobs, digests of code, names of conformations."""
+"""What the Snakefile and the scripts share: the frame of a job, its log, names of conformations."""
 
 import errno
 import inspect
