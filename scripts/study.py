@@ -1,11 +1,12 @@
 """Run a study and write its report: `python scripts/study.py [config.yaml] [--cluster slurm] [compare] [snakemake options]`.
 
 One study at a time per checkout: the lock is the operating system's, so that a killed run leaves
-nothing to unlock and the next one continues where it was.
+nothing to unlock and the next one continues where it was; it lasts as long as Snakemake does.
 """
 
 import fcntl
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -46,6 +47,9 @@ def main(path_to_config="config.yaml", *options):
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
+    except KeyboardInterrupt as stop:
+        print("\nStopped; what was made stays, and the same command continues where it was.", file=sys.stderr)
+        return 128 + (stop.args[0] if stop.args else signal.SIGINT)
 
 
 def checked_config(path, given):
@@ -78,6 +82,7 @@ def locked():
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError("Another study runs in this folder; wait for it to end.") from None
+        os.set_inheritable(held.fileno(), True)  # what is called holds it, too, and may outlive this process
         yield
 
 
@@ -110,7 +115,7 @@ def finish(files, config, results, code, begin):
 
 def by_hand(script, *arguments):
     """Run one of the study's scripts outside of Snakemake; returns its exit code."""
-    return subprocess.call([*map(str, (sys.executable, ROOT / "scripts" / script, *arguments))])
+    return called(sys.executable, ROOT / "scripts" / script, *arguments)
 
 
 def unfinished(proteins, results, begin):
@@ -136,7 +141,29 @@ def errors(results, begin):
 def snakemake(files, *options):
     """Run Snakemake in the project's folder with some files of config, a later one before an earlier; returns its exit code."""
     command = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile", "--directory", ROOT]
-    return subprocess.call([*map(str, command), "--configfile", *map(str, files), *options])
+    return called(*command, "--configfile", *files, *options)
+
+
+def called(*command):
+    """Run a command to its end; returns its exit code.
+
+    Ctrl-C reaches the command by itself, SIGTERM is passed on; how long it takes to cancel or end its jobs is waited for.
+    """
+    asked = []
+
+    def stop(number, _):
+        asked.append(number)
+        if number == signal.SIGTERM:
+            process.terminate()
+
+    process = subprocess.Popen([*map(str, command)], close_fds=False)  # with the lock
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    code = process.wait()
+    for number, handler in before.items():
+        signal.signal(number, handler)
+    if asked and code:
+        raise KeyboardInterrupt(asked[0])
+    return code
 
 
 def cluster(name):

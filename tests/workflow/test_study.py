@@ -1,8 +1,13 @@
-"""`make run` from its outside: what is said before and after, and the exit code; Snakemake itself is played."""
+"""`make run` from its outside: what is said before and after, signals, the exit code; Snakemake itself is played."""
 
 import fcntl
 import os
+import shutil
+import signal
+import subprocess
 import sys
+import time
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -65,7 +70,7 @@ def test_a_study_that_failed_says_what_went_wrong_and_sums_up_with_its_own_setti
     checkout, capsys, monkeypatch
 ):
     summed = []
-    monkeypatch.setattr(study.subprocess, "call", lambda command: summed.append(command) or 0)
+    monkeypatch.setattr(study, "called", lambda *command: summed.append([*map(str, command)]) or 0)
 
     def work():
         log = checkout.root / "results" / "mine" / "logs" / "p" / "choose_frames.log"
@@ -92,7 +97,7 @@ def test_a_study_that_failed_says_what_went_wrong_and_sums_up_with_its_own_setti
 
 def test_the_first_page_stays_where_every_protein_has_its_end(checkout, monkeypatch):
     summed = []
-    monkeypatch.setattr(study.subprocess, "call", lambda command: summed.append(Path(command[1]).name) or 0)
+    monkeypatch.setattr(study, "called", lambda *command: summed.append(Path(command[1]).name) or 0)
     results = checkout.root / "results" / "mine"
     (results / "p" / "c1").mkdir(parents=True)
     for file in ("p/c1/ranges.csv", "p/.complete"):
@@ -188,3 +193,74 @@ def test_what_an_earlier_run_said_is_not_said_again(checkout, capsys):
     (logs.parent / "index.html").write_text("")
     study.print_results(logs.parent, 1, begin=2000)
     assert "Of the rest, read first: results/mine/index.html" in capsys.readouterr().err
+
+
+LONG = """
+import os, pathlib, signal, sys, time
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+try:
+    pathlib.Path("pid").write_text(str(os.getpid()))
+    time.sleep(60)
+finally:
+    time.sleep(1)  # jobs are cancelled
+    pathlib.Path("cancelled").touch()
+"""
+
+
+@contextmanager
+def long_study(checkout):
+    """study.py as a process with a Snakemake that runs for a minute; its process and Snakemake's id."""
+    shutil.copytree(ROOT / "scripts", checkout.root / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
+    (checkout.root / "snakemake.py").write_text(LONG)
+    command = [sys.executable, checkout.root / "scripts" / "study.py", checkout.config()]
+    said = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(command, **said, start_new_session=True)
+    pid, deadline = checkout.root / "pid", time.monotonic() + 60
+    while not (pid.is_file() and pid.read_text()):
+        assert process.poll() is None and time.monotonic() < deadline, process.communicate()
+        time.sleep(0.05)
+    time.sleep(0.2)  # until both wait
+    try:
+        yield process, int(pid.read_text())
+    finally:
+        with suppress(ProcessLookupError):  # both have ended
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def test_ctrl_c_waits_until_jobs_are_cancelled_and_ends_with_a_sentence(checkout):
+    with long_study(checkout) as (process, _):
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to both
+        said = process.communicate(timeout=30)[1]
+    assert process.returncode == 130 and (checkout.root / "cancelled").exists()
+    assert said.splitlines()[-1].startswith("Stopped; ") and "study.py" not in said
+
+
+def test_sigterm_is_passed_on(checkout):
+    with long_study(checkout) as (process, _):
+        process.terminate()
+        said = process.communicate(timeout=30)[1]
+    assert process.returncode == 143 and (checkout.root / "cancelled").exists()
+    assert said == "\nStopped; what was made stays, and the same command continues where it was.\n"
+
+
+def test_the_lock_lasts_as_long_as_snakemake(checkout, capsys):
+    with long_study(checkout) as (process, snakemake):
+        process.kill()
+        process.wait()
+        assert study.main(checkout.config()) == 2
+        assert "Another study runs in this folder" in capsys.readouterr().err
+        os.kill(snakemake, signal.SIGKILL)
+        deadline = time.monotonic() + 30
+        while study.main(checkout.config()) and time.monotonic() < deadline:
+            time.sleep(0.05)
+    assert "Results: results/mine/" in capsys.readouterr().out
+
+
+def test_ctrl_c_between_two_steps_is_a_sentence_too(checkout, capsys, monkeypatch):
+    def pressed(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study, "finish", pressed)
+    assert study.main(checkout.config()) == 130
+    assert capsys.readouterr().err.startswith("\nStopped; what was made stays")
