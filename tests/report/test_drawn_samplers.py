@@ -278,7 +278,7 @@ def test_samplers_are_drawn_in_units_of_the_floor_of_the_first_surface():
             np.testing.assert_allclose(ax.lines[k].get_ydata(), own["Z"] / floor)
             assert colour_of(ax.lines[k]) == layout.PALETTE[k]
         assert ax.lines[4].get_ydata()[0] == 1 and (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
-    names = ["farthest", "poisson", "uniform", "paper"]
+    names = ["farthest point", "Poisson disk", "uniform draw", "paper's sampling"]
     assert legend_of(figure) == list(zip(names, layout.PALETTE, strict=False))
 
 

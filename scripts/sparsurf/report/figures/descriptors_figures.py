@@ -4,6 +4,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from sparsurf.report.figures.layout import PAGE, PALETTE, axes, legend, letter, sheet, styled
+from sparsurf.sampling.samplers import called
 
 COLOURS = {"published": PALETTE[1], "steady": PALETTE[0]}
 MARKS = ("o", "s", "^", "D")
@@ -58,7 +59,8 @@ def samplers(tables):
         floor = floor_of(tables["changes"], surface, name)
         for sampler, colour, mark in zip(SHOWN, PALETTE, MARKS, strict=False):
             own = rows[(rows["descriptor"] == name) & (rows["sampler"] == sampler)]
-            panel.plot(own["n_S_percent"], own["Z"] / floor, color=colour, marker=mark)
+            size = 7 if sampler == SHOWN[0] else 4  # the next one lies upon it
+            panel.plot(own["n_S_percent"], own["Z"] / floor, color=colour, marker=mark, markersize=size)
         panel.axhline(1, color="0.5", linewidth=0.5, linestyle=":")
         panel.set(
             xscale="log", yscale="log", xlabel="n_S / % of the dots", ylabel="Z / floor", ylim=(0.7, 15)
@@ -71,7 +73,7 @@ def samplers(tables):
             axis.set_minor_formatter(NullFormatter())
         letter(figure, 2 + 90 * d, 2, "ab"[d])
     handles = [
-        Line2D([], [], color=colour, marker=mark, label=sampler)
+        Line2D([], [], color=colour, marker=mark, label=called(sampler).words)
         for sampler, colour, mark in zip(SHOWN, PALETTE, MARKS, strict=False)
     ]
     legend(figure, 16, 63, handles, ncols=4)
