@@ -1,6 +1,6 @@
 # make run     set up, run the default study on the embedded example, write the report
 # make paper   the same for the paper's A1, its tables beside ours (see studies/paper.yaml)
-# make compare  a study, and its samplers compared at equal n_S
+# make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
 # make test    set up, run every check
 # make bench   measure speed and memory
 # make setup   set up only; with CLUSTER=slurm what a cluster needs besides

@@ -30,15 +30,14 @@ def main(path_to_config="config.yaml", *options):
     if "--cluster" in options:
         at = options.index("--cluster")
         options[at : at + 2] = cluster(options[at + 1])
-    files = [path]
-    if "compare" in options:
-        options.remove("compare")
-        files.append(COMPARE)
     dry = bool({"--dry-run", "-n"} & set(options))
     os.chdir(ROOT)
     try:
         config = checked_config(path, path_to_config)
-        results = ROOT / "results" / config["run"]
+        results, files = ROOT / "results" / config["run"], [path]
+        if "compare" in options or (results / "compare.md").is_file():  # once compared, a run stays so
+            files.append(COMPARE)
+        options = [option for option in options if option != "compare"]
         with locked():
             if not dry:
                 make_writable(results)

@@ -38,7 +38,8 @@ OF_CONFORMATION |= {
 def main(inputs, outputs, without=()):
     """Write index.md, index.html and the part of the report, with links to `pages`; see `front_page` for `without`."""
     folder = Path(inputs["surfaces"]).parent
-    fewer = pd.read_csv(inputs["needed"][0]) if inputs["needed"] else None
+    needed = (pd.read_csv(path, dtype={"bound": str}).fillna({"bound": ""}) for path in inputs["needed"])
+    fewer = next(needed, None)
     places = [tuple(Path(path).parts[-3:-1]) for path in inputs["minimal"]]
     surfaces = pd.read_csv(inputs["surfaces"], dtype=NAMES).set_index([*NAMES]).loc[places].reset_index()
     handed_out = pd.DataFrame(places, columns=[*NAMES])
@@ -94,7 +95,11 @@ def by_hand(arguments=None):
     if not folders:
         parser.error(f"{wish.run} holds no finished conformation.")
     inputs = {key: [str(folder / file) for folder in folders] for key, file in files.items()}
-    inputs |= {"surfaces": surfaces, "needed": [], "pages": sorted(wish.run.rglob("*.*"))}
+    compared = wish.run / "compare_needed.csv"
+    since = max(path.stat().st_mtime for path in map(Path, inputs["grid"]))
+    of_these = compared.is_file() and compared.stat().st_mtime >= since  # not of an earlier run
+    inputs |= {"needed": [compared] if of_these else []}
+    inputs |= {"surfaces": surfaces, "pages": sorted(wish.run.rglob("*.*"))}
     (wish.run / PART).unlink(missing_ok=True)  # asks Snakemake to make all three anew
     main(inputs, {key: wish.run / f"index.{key}" for key in ("md", "html")}, wish.without)
 

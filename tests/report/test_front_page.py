@@ -1,6 +1,7 @@
 """The first page of a run: its sentences follow from the tables, its links lead somewhere."""
 
 import json
+import os
 import re
 
 import numpy as np
@@ -117,18 +118,20 @@ def test_the_share_of_dots_that_gives_the_surface_back():
     assert "From 5 to 7 % of" in said and "hands out 4.4 to 100.0 % of the dots." in said
 
 
+NEEDED = pd.DataFrame(
+    [
+        ("Z surface", "uniform", "farthest", 10.0, 1.9, ""),
+        ("Z surface", "uniform", "farthest", 40.0, 9.0, ""),
+        ("Z surface", "uniform", "paper", 10.0, 0.5, ""),
+        ("Z centres", "uniform", "voxel", 10.0, 7.0, ""),
+    ],
+    columns=["measure", "than", "sampler", "percent", "factor", "bound"],
+)
+
+
 def test_samplers_where_they_were_compared():
     assert "not compared" in sampler_sentence(None)
-    fewer = pd.DataFrame(
-        [
-            ("Z surface", "uniform", "farthest", 10.0, 1.9, ""),
-            ("Z surface", "uniform", "farthest", 40.0, 9.0, ""),
-            ("Z surface", "uniform", "paper", 10.0, 0.5, ""),
-            ("Z centres", "uniform", "voxel", 10.0, 7.0, ""),
-        ],
-        columns=["measure", "than", "sampler", "percent", "factor", "bound"],
-    )
-    said = sampler_sentence(fewer)
+    said = sampler_sentence(NEEDED)
     assert "uniform draw of 10 % of the dots, farthest needs 1.9 times fewer dots" in said
     assert "paper's sampling 2.0 times more dots" in said
 
@@ -188,3 +191,10 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     html = (run / "index.html").read_text()
     assert "<li>5: c1/take_minimal: a &lt;defect&gt;.</li>" in html
     assert not (run / ".front_page.html").exists()  # Snakemake makes the page anew as soon as all is there
+    assert "not compared in this run" in page
+    NEEDED.to_csv(run / "compare_needed.csv", index=False)
+    write_front_page.by_hand([str(run)])
+    assert "farthest needs 1.9 times fewer dots" in (run / "index.md").read_text()
+    os.utime(run / "compare_needed.csv", (0, 0))  # of grids that were made anew since
+    write_front_page.by_hand([str(run)])
+    assert "not compared in this run" in (run / "index.md").read_text()

@@ -156,6 +156,14 @@ def test_a_comparison_is_part_of_the_study_and_of_its_report(checkout):
     assert yaml.safe_load(study.COMPARE.read_text()) == {"compare": {"run": True}}
 
 
+def test_a_run_that_was_compared_stays_so(checkout):
+    (checkout.root / "results" / "mine").mkdir(parents=True)
+    assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml"]
+    (checkout.root / "results" / "mine" / "compare.md").touch()
+    assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml", "compare.yaml"]
+    assert study.main(checkout.config(run="other")) == 0 and checkout.files == ["mine.yaml"]
+
+
 def test_one_study_at_a_time(checkout, capsys):
     (checkout.root / ".snakemake").mkdir()
     with open(checkout.root / ".snakemake" / "study.lock", "w") as held:
