@@ -152,7 +152,7 @@ checkpoint choose_frames:
     conda:
         "envs/study.yaml"
     resources:
-        **needs("choose_frames", files.megabytes),
+        **needs("choose_frames", files.megabytes(config["frames"]["stride"])),
     params:
         **made_by("choose_frames.py", "frames", "seed"),
         reading=lambda wildcards: files.protein(wildcards).reading,

@@ -20,7 +20,7 @@ rule follow_frames:  # some of the frames; one job does them all unless ensemble
         "envs/study.yaml"
     threads: THREADS
     resources:
-        **needs("follow_frames", files.megabytes, 1 / (JOBS * config["ensemble"]["stride"])),
+        **needs("follow_frames", files.megabytes(config["ensemble"]["stride"]), 1 / JOBS),
     params:
         **made_by("follow_frames.py", "surface", "patches", "sampling", "evaluation", "ensemble", "seed"),
         reading=lambda wildcards: files.protein(wildcards).reading,

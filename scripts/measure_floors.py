@@ -6,7 +6,7 @@ import pandas as pd
 
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.floors import floors, frames_apart
+from sparsurf.study.floors import APART, floors, frames_apart
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.making import fitting_density, surface_of
 from sparsurf.surfaces.radii import radii
@@ -38,9 +38,11 @@ def _with_atoms(inputs, rules, d_link, reading, name):
 
     frames = None
     if "trajectory" in inputs:
-        whole = read_molecule(inputs["structure"], inputs["trajectory"], **reading)
         table = pd.read_csv(inputs["frames"]).set_index("conformation")
-        frames = frames_apart(whole, atoms, table.loc[name.split("/")[-1], "time_ps"])
+        time = table.loc[name.split("/")[-1], "time_ps"]
+        times = [time + sign * gap for gap in APART for sign in (-1, 1)]
+        near = read_molecule(inputs["structure"], inputs["trajectory"], times=times, **reading)
+        frames = frames_apart(near, atoms, time)
     return {"lay": lay, "atoms": atoms, "frames": frames}
 
 

@@ -1,8 +1,8 @@
 """What memory and CPU time each rule takes, from the logs of runs: `python scripts/measure_needs.py results/<run> ...`.
 
 Writes scripts/sparsurf/workflow/needs.csv: per rule a straight line over the size of the input that no job of the runs
-lies above. Give runs of small and of large proteins, with the grid of the default study; rules that they do not have keep
-their line, and those with jobs of one size their slope.
+lies above. Give runs of small and of large proteins, with the grid of the default study and every frame; rules that
+they do not have keep their line, and those with jobs of one size their slope.
 """
 
 import csv

@@ -49,7 +49,7 @@ def test_names_are_those_of_the_topology(whole, tmp_path):
     assert mdtraj_process.rows_of(chain) == [("CA", "ALA", "Q", -3, "", 0), ("CL", "ALA", "SEG", 4, "CL", 1)]
 
 
-@pytest.mark.parametrize("ending", ["xtc", "trr", "dcd", "h5"])
+@pytest.mark.parametrize("ending", ["xtc", "trr", "dcd", "h5", "gro"])
 def test_frames_are_those_of_the_trajectory(whole, tmp_path, ending):
     path, n, some = tmp_path / f"a.{ending}", whole.n_atoms, np.array([3, 7, 20])
     whole.save(str(path))
@@ -61,6 +61,9 @@ def test_frames_are_those_of_the_trajectory(whole, tmp_path, ending):
     xyz, time, box = frames(path, n, some, stride=2)
     assert xyz.shape == (3, 3, 3) and len(time) == len(box) == 3
     np.testing.assert_allclose(xyz, whole.xyz[::2][:, some], atol=0.0006)
+    xyz, time, box = frames(path, n, some, only=[1, 4])
+    assert xyz.shape == (2, 3, 3) and len(time) == len(box) == 2
+    np.testing.assert_allclose(xyz, whole.xyz[[1, 4]][:, some], atol=0.0006)
     xyz, time, _ = frames(path, n, some, first=True)
     assert len(xyz) == len(time) == 1  # all of its atoms, whichever are asked for
     np.testing.assert_allclose(xyz[:, some], whole.xyz[:1][:, some], atol=0.0006)

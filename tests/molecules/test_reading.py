@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from peptides import ALANINE, STEP, atom_line, peptide, write
 from sparsurf import InputError
+from sparsurf.molecules import trajectory as trajectories
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
 from sparsurf.molecules.reading import read_molecule
@@ -71,6 +72,24 @@ def test_twins_give_equal_frames(example, tmp_path, extension):
         assert molecule.time_ps.tolist() == [0, 4, 8]
     else:
         assert np.isnan(molecule.time_ps).all()
+
+
+def test_frames_at_some_times_are_read_without_the_others(example, monkeypatch):
+    """What is held beside them is one atom of each frame: its time is wanted."""
+    topology, trajectory = example
+    whole, asked = read_molecule(topology, trajectory), []
+    read = trajectories.frames
+
+    def noted(*arguments, **keys):
+        found = read(*arguments, **keys)
+        asked.append(found[0].shape[:2])
+        return found
+
+    monkeypatch.setattr(trajectories, "frames", noted)
+    few = read_molecule(topology, trajectory, times=[-1, 7, 350.0, 350.2, 999.996, 5000])
+    assert asked == [(1, whole.n_atoms), (1001, 1), (4, whole.n_atoms)]
+    assert few.frame_number.tolist() == few.time_ps.tolist() == [0, 7, 350, 1000]
+    assert np.array_equal(few.xyz, whole.xyz[few.frame_number]) and equal_names(few, whole)
 
 
 def test_one_frame_formats(example, tmp_path):

@@ -8,8 +8,11 @@ import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
+import measure_floors
+from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.calls import command
+from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
@@ -81,6 +84,28 @@ def test_frames_so_far_apart_are_found_and_superposed():
     assert found[1.0][0] == pytest.approx(ATOMS, abs=1e-9)
     turned = frames_apart(SimpleNamespace(xyz=frames, time_ps=times), ATOMS, 0.0)
     assert turned[1.0][0] == pytest.approx(ATOMS, abs=1e-9)  # superposed
+
+
+def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch):
+    path, part, seen = ROOT / "data" / "tdp43", {"residues": "209-212"}, []
+    whole = read_molecule(path / "topology.pdb", path / "trajectory.xtc", **part)
+    whole.write_pdb(tmp_path / "own.pdb", 50)
+    (tmp_path / "frames.csv").write_text("conformation,frame,time_ps\nc1,50,50.0\n")
+    inputs = {"structure": path / "topology.pdb", "trajectory": path / "trajectory.xtc"}
+    inputs |= {name: tmp_path / f"{name}.{ending}" for name, ending in (("own", "pdb"), ("frames", "csv"))}
+
+    def noted(*arguments, **keys):
+        seen.append(read_molecule(*arguments, **keys))
+        return seen[-1]
+
+    monkeypatch.setattr(measure_floors, "read_molecule", noted)
+    monkeypatch.setattr(measure_floors, "fitting_density", lambda *_: 1.0)
+    found = measure_floors._with_atoms(inputs, {"radii": "dms"}, 0.5, part, "tdp43/c1")
+    assert seen[1].frame_number.tolist() == [0, 30, 49, 51, 70, 150]
+    apart = frames_apart(whole, found["atoms"], 50.0)
+    assert list(found["frames"]) == [1.0, 20.0, 100.0] and [*map(len, apart.values())] == [2, 2, 1]
+    for gap, places in apart.items():
+        assert np.array_equal(places, found["frames"][gap])
 
 
 def test_turnings_are_rotations():

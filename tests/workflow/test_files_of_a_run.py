@@ -19,6 +19,7 @@ CONFIG = {
     },
     "compare": {"run": False},
     "ensemble": {"run": False},
+    "frames": {"stride": 1},
     "sampling": {"alpha": [1.0], "beta": [0.0], "gamma": [0.0], "delta": [0.0, 6.0]},
     "evaluation": {"test_dots": "published", "draws": 500, "islands": ["kept", "surface"]},
 }
@@ -168,7 +169,9 @@ def test_frames_are_few_where_all_molecules_are_small(checkpoints, tmp_path):
         return FilesOfARun(CONFIG | {"proteins": proteins}, [], checkpoints).few_frames
 
     assert few(a=still) and few(a={"surface": str(large)})
-    assert not few(a=still, b=still | {"trajectory": str(large)})
+    moving = {"a": still, "b": still | {"trajectory": str(large)}}
+    assert not few(**moving)
+    assert FilesOfARun(CONFIG | {"proteins": moving, "frames": {"stride": 100}}, [], checkpoints).few_frames
     assert not few(a=still | {"simulate": {}})
 
 
@@ -179,7 +182,9 @@ def test_what_jobs_need_grows_with_the_files(checkpoints, tmp_path, monkeypatch)
     (tmp_path / "a.xtc").write_bytes(bytes(3_000_000))
     (tmp_path / "results/r/still/structures").mkdir(parents=True)
     (tmp_path / "results/r/still/structures/c1.pdb").write_bytes(bytes(81_000))
-    assert files.megabytes(of("moving")) == 3
+    (tmp_path / "a.pdb").write_bytes(bytes(500_000))
+    assert files.megabytes(1)(of("moving")) == 3.5
+    assert files.megabytes(10)(of("moving")) == 0.8  # all of the structure, a tenth of the trajectory
     assert files.dots(of("ready", conformation="c1")) == pytest.approx(1)
     assert files.dots(of("still", conformation="c1")) == pytest.approx(30)
     # 2 combinations, 500 draws, 30,000 / 200 test dots, two distances of 4 bytes; 2 readings, and one four times

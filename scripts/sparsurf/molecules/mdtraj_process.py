@@ -2,7 +2,7 @@
 
 A crash becomes an exit code and a sentence instead of the end of the run. What is read travels through a pipe:
 `python -m sparsurf.molecules.mdtraj_process names path`, or `frames path n_atoms stride first` with the indices of the
-atoms on standard input.
+atoms on standard input, and those of the frames behind them.
 """
 
 import io
@@ -37,7 +37,7 @@ def names(path):
     return json.loads(_run(path, "names"))
 
 
-def frames(path, n_atoms, atoms=None, stride=1, first=False):
+def frames(path, n_atoms, atoms=None, stride=1, first=False, only=()):
     """Frames of a trajectory in mdtraj's units.
 
     Parameters
@@ -47,6 +47,7 @@ def frames(path, n_atoms, atoms=None, stride=1, first=False):
     atoms : (A,) int, those to return; default all
     stride : int
     first : bool, read the first frame only
+    only : (F,) int, positions in the file of the frames to read; default every `stride`-th
 
     Returns
     -------
@@ -59,7 +60,8 @@ def frames(path, n_atoms, atoms=None, stride=1, first=False):
     InputError : the file cannot be read
     """
     indices = io.BytesIO()
-    np.save(indices, np.arange(n_atoms) if atoms is None else atoms)
+    for chosen in (np.arange(n_atoms) if atoms is None else atoms, np.asarray(only, int)):
+        np.save(indices, chosen)
     answer = io.BytesIO(_run(path, "frames", n_atoms, stride, int(first), given=indices.getvalue()))
     return tuple(np.load(answer, allow_pickle=False) for _ in range(3))
 
@@ -98,9 +100,10 @@ def rows_of(topology):
 
 
 def _frames(path, n_atoms, stride, first):
-    atoms = np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False)
+    given = io.BytesIO(sys.stdin.buffer.read())
+    atoms, only = (np.load(given, allow_pickle=False) for _ in range(2))
     try:
-        read = _load(path, int(n_atoms), atoms, int(stride), first == "1")
+        read = _load(path, int(n_atoms), atoms, int(stride), first == "1", only)
         arrays = read.xyz, np.asarray(read.time, float), read.unitcell_vectors
     except ValueError as error:
         other = OTHER_ATOMS.search(str(error))
@@ -113,7 +116,7 @@ def _frames(path, n_atoms, stride, first):
     return answer.getbuffer()
 
 
-def _load(path, n_atoms, atoms, stride, first):
+def _load(path, n_atoms, atoms, stride, first, only):
     import mdtraj
 
     extension = Path(path).suffix.lower()
@@ -123,9 +126,14 @@ def _load(path, n_atoms, atoms, stride, first):
         return whole if first else whole.atom_slice(atoms)
     if first:
         return next(mdtraj.iterload(path, chunk=1, **topology))[0]
-    if extension == ".trr":  # mdtraj 1.11 crashes on TRR with stride and atoms together
+    if len(only) and extension != ".gro":  # its reader cannot go to a frame
+        return mdtraj.join(
+            [mdtraj.load(path, frame=k, atom_indices=atoms, **topology) for k in only.tolist()]
+        )
+    if extension == ".trr" and stride > 1:  # mdtraj 1.11 crashes on TRR with stride and atoms together
         return mdtraj.load(path, stride=stride, **topology).atom_slice(atoms)
-    return mdtraj.load(path, stride=stride, atom_indices=atoms, **topology)
+    every = mdtraj.load(path, stride=stride, atom_indices=atoms, **topology)
+    return every[only] if len(only) else every
 
 
 def _topology(n_atoms):

@@ -32,7 +32,14 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb
 from sparsurf.molecules.residues import heavy_atoms_found, residue_kinds
 from sparsurf.molecules.selection import chosen_atoms
-from sparsurf.molecules.trajectory import ANGSTROM, first_frame, read_frames, read_topology, table_of
+from sparsurf.molecules.trajectory import (
+    ANGSTROM,
+    first_frame,
+    read_frames,
+    read_frames_at,
+    read_topology,
+    table_of,
+)
 from sparsurf.molecules.unwrapping import make_whole
 from sparsurf.texts import read_text
 
@@ -58,6 +65,7 @@ def read_molecule(
     hydrogens="keep",
     ligands=False,
     stride=1,
+    times=None,
     whole=True,
 ):
     """Read a molecule: a structure, an ensemble of models, or a topology with its trajectory.
@@ -71,6 +79,7 @@ def read_molecule(
     model : int, read only the model of this number
     altloc : 'first', 'highest' (occupancy) or a letter, see `atom_table.choose_altlocs`
     stride : int, keep every stride-th frame
+    times : floats, ps; of a trajectory keep the first frame and those at these times only, whatever the stride
     whole : bool, put molecules together that the periodic box cuts
 
     Returns
@@ -115,7 +124,7 @@ def read_molecule(
     if trajectory is None:
         molecule = _from_models(models, file.box if whole else None, stride, path, keys)
     else:
-        molecule = _from_trajectory(next(iter(models.values())), path, trajectory, stride, whole, keys)
+        molecule = _from_trajectory(next(iter(models.values())), path, trajectory, stride, times, whole, keys)
     _report_missing(molecule, missing_residues(file.atoms, file.promised), path)
     return molecule
 
@@ -195,11 +204,14 @@ def _from_models(models, box, stride, path, keys):
     return replace(frames[0], xyz=xyz, time_ps=np.full(len(xyz), np.nan), frame_number=numbers)
 
 
-def _from_trajectory(atoms, path, trajectory, stride, whole, keys):
+def _from_trajectory(atoms, path, trajectory, stride, times, whole, keys):
     """The chosen atoms of a topology with the frames of a trajectory."""
     first = _molecule(atoms, first_frame(trajectory, len(atoms), path))
     chosen = np.flatnonzero(_chosen(first, path, keys))
-    frames = read_frames(trajectory, len(atoms), chosen, stride)
+    if times is None:
+        frames = read_frames(trajectory, len(atoms), chosen, stride)
+    else:
+        frames = read_frames_at(trajectory, len(atoms), chosen, times)
     molecule = first.take(chosen)
     _check_coordinates(frames.xyz, trajectory)
     xyz = frames.xyz

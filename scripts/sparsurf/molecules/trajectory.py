@@ -16,6 +16,7 @@ from sparsurf.molecules.text_trajectory import whole_frames
 log = logging.getLogger("sparsurf")
 
 ANGSTROM = 10.0  # per nm
+AT = 0.01  # ps; a frame so near a time is of that time
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,18 @@ def read_frames(path, n_atoms, atoms, stride=1):
         time_ps = np.full(len(xyz), np.nan)
     return Frames(
         xyz.astype(float) * ANGSTROM, time_ps, stride * np.arange(len(xyz)),
+        box.astype(float) * ANGSTROM if len(box) else None,
+    )  # fmt: skip
+
+
+def read_frames_at(path, n_atoms, atoms, times):
+    """As `read_frames`, the first frame and those at some of `times`, ps; no other is held."""
+    every = read_frames(path, n_atoms, atoms[:1])
+    far = np.abs(every.time_ps[:, None] - np.asarray(times)).min(axis=1)
+    number = np.flatnonzero((far < AT) | (every.number == 0))
+    xyz, _, box = frames(path, n_atoms, atoms, only=number)
+    return Frames(
+        xyz.astype(float) * ANGSTROM, every.time_ps[number], number,
         box.astype(float) * ANGSTROM if len(box) else None,
     )  # fmt: skip
 

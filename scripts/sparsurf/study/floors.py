@@ -109,7 +109,7 @@ def frames_apart(molecule, atoms, time):
 
     Parameters
     ----------
-    molecule : Molecule, the whole trajectory, with the atoms of `atoms`
+    molecule : Molecule, the frames of a trajectory at such times, or all, with the atoms of `atoms`
     atoms : (A, 3) float64, Å
     time : float, ps
 

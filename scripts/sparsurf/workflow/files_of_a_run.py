@@ -9,7 +9,7 @@ from snakemake.exceptions import IncompleteCheckpointException
 
 from sparsurf.simulation.protocol import completed, length_ns, stage_before
 from sparsurf.workflow.jobs import conformations_of
-from sparsurf.workflow.needs import is_small, megabytes, memory_of_grid, thousand_dots
+from sparsurf.workflow.needs import held, is_small, memory_of_grid, thousand_dots
 from sparsurf.workflow.protein import proteins
 
 OF_CONFORMATION = (
@@ -45,11 +45,11 @@ class FilesOfARun:
         self.molecules = [name for name in self.proteins if name not in self.surfaces]
         self.fetched = {name: protein.download for name, protein in self.proteins.items() if protein.source}
         self.simulated = [name for name, protein in self.proteins.items() if protein.simulate is not None]
+        self._config, self._figures, self._checkpoints = config, list(figures), checkpoints
         self.few_frames = not self.simulated and all(
-            is_small("choose_frames", megabytes(self.proteins[name].files.values()))
+            is_small("choose_frames", held(self.proteins[name].files, config["frames"]["stride"]))
             for name in self.molecules
         )
-        self._config, self._figures, self._checkpoints = config, list(figures), checkpoints
 
     def protein(self, wildcards):
         """What the config says about a protein."""
@@ -170,9 +170,9 @@ class FilesOfARun:
         """Simulated time of a stage."""
         return length_ns(wildcards.stage, completed(self.protein(wildcards).simulate))
 
-    def megabytes(self, wildcards):
-        """Size in MB of the files of a structure or trajectory."""
-        return megabytes(self.molecule(wildcards).values())
+    def megabytes(self, stride):
+        """Input function: MB of the files of a molecule, of its trajectory every `stride`-th frame."""
+        return lambda wildcards: held(self.molecule(wildcards), stride)
 
     def dots(self, wildcards):
         """Dots of a conformation in thousands, from the size of the file that it comes from: what its jobs need grows so."""

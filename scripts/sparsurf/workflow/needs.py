@@ -108,6 +108,11 @@ def megabytes(paths):
     return sum(path.stat().st_size * (PACKED if path.suffix == ".gz" else 1) for path in found) / 1e6
 
 
+def held(files, stride):
+    """Size in MB of the files of a molecule of which jobs hold every `stride`-th frame; all models of a structure are read."""
+    return sum(megabytes([path]) / (stride if key == "trajectory" else 1) for key, path in files.items())
+
+
 def thousand_dots(paths, of_dots):
     """Dots in thousands of a file of dots, or of the surface of a structure file, from their sizes."""
     dots = (
