@@ -458,6 +458,7 @@ rule write_front_page:
         enough=files.every("enough.csv"),
         needed=[f"{RUN}/compare_needed.csv"] if config["compare"]["run"] else [],
         pages=lambda wildcards: files.led_to(wildcards) + pairs.pictures,
+        beside=lambda wildcards: files.led_to_beside(wildcards) + pairs.texts + pairs.summary,
     output:
         **FIRST_PAGE,
     log:

@@ -143,6 +143,7 @@ rule summarise_pairs:
     input:
         tables=expand(f"{PAIR}/agreement.csv", pair=config["pairs"]),
         pages=[] if files.proteins else pairs.pictures,
+        beside=[] if files.proteins else pairs.texts,
     output:
         **({} if files.proteins else FIRST_PAGE),
         **inside(pairs.folder, table="pairs.csv", page="pairs.md"),

@@ -25,9 +25,12 @@ def main(inputs, outputs):
     Path(outputs["page"]).write_text(pairs_markdown(*known), encoding="utf-8")
     if "html" in outputs:
         folder = Path(inputs["tables"][0]).parents[2]
-        links = links_to_pairs([str(Path(path).relative_to(folder)) for path in inputs["pages"]])
+        held, beside = (
+            [str(Path(path).relative_to(folder)) for path in inputs[key]] for key in ("pages", "beside")
+        )
+        links = links_to_pairs([*beside, *held])
         page = pairs_markdown(*known, f"Results of the run {folder.name}", links)
-        write_first_page(page, folder, outputs)
+        write_first_page(page, folder, outputs, held)
 
 
 if __name__ == "__main__":

@@ -19,24 +19,30 @@ from sparsurf.workflow.jobs import run
 
 NAMES = {"protein": str, "conformation": str}  # "012" is a name
 PART = ".front_page.html"
-OF_RUN = {"summary.csv": "best combination per range of n_S", "summary.png": "against mean roughness"}
-OF_RUN |= {"verdict.html": "the paper, claim by claim", "compare.png": "samplers compared"}
-OF_PROTEIN = {
-    "figures/frames.png": "frames",
-    "figures/ensemble.png": "over time",
-    "figures/residues.png": "residues over time",
-}
+OF_RUN = {"summary.md": "all surfaces, range by range", "summary.csv": "as a table"}
+OF_RUN |= {"summary.png": "against mean roughness", "verdict.html": "the paper, claim by claim"}
+OF_RUN |= {"compare.md": "samplers compared", "compare.png": "as a figure", "pairs/pairs.md": "all pairs"}
+OF_RUN |= {"report.html": "all in one page"}
+OF_PROTEIN = {"figures/simulation.png": "simulation", "simulation/quality.csv": "its quality"}
+OF_PROTEIN |= {"figures/frames.png": "frames", "figures/ensemble.png": "over time"}
+OF_PROTEIN |= {"figures/residues.png": "residues over time"}
 OF_CONFORMATION = {"view.html": "to turn and sample", "figures/roughness.png": "roughness"}
-OF_CONFORMATION |= {"figures/d_over_grid.png": "d over the grid", "figures/subsets.png": "the subsets"}
 OF_CONFORMATION |= {
-    "enough.csv": "how many dots are enough",
-    "ranges.csv": "best combinations",
-    "residues.csv": "residues",
+    "figures/number_of_dots.png": "number of dots",
+    "figures/d_over_grid.png": "d over the grid",
 }
+OF_CONFORMATION |= {"figures/rough_and_flat.png": "rough and flat", "figures/subsets.png": "the subsets"}
+OF_CONFORMATION |= {"minimal.csv": "minimal subset", "enough.csv": "how many dots are enough"}
+OF_CONFORMATION |= {"floors.csv": "noise floors", "best.md": "best of all", "ranges.csv": "best per range"}
+OF_CONFORMATION |= {"ranges.md": "as text", "residues.csv": "residues"}
+OF_CONFORMATION |= {"compare.md": "samplers compared", "figures/compare.png": "as a figure"}
 
 
 def main(inputs, outputs, without=()):
-    """Write index.md, index.html and the part of the report, with links to `pages`; see `front_page` for `without`."""
+    """Write index.md, index.html and the part of the report; see `front_page` for `without`.
+
+    They link to `pages`, which the report holds, and to what is `beside` it.
+    """
     folder = Path(inputs["surfaces"]).parent
     needed = (pd.read_csv(path, dtype={"bound": str}).fillna({"bound": ""}) for path in inputs["needed"])
     fewer = next(needed, None)
@@ -56,10 +62,13 @@ def main(inputs, outputs, without=()):
         }
         own = enough(grid, wanted, reading)
         found.append(own.assign(protein=place[0], conformation=place[1]))
-    shown = [str(Path(path).relative_to(folder)) for path in inputs["pages"]]
+    held, beside = (
+        [str(Path(path).relative_to(folder)) for path in inputs[key]] for key in ("pages", "beside")
+    )
+    shown = dict.fromkeys([*held, *beside, *(["report.html"] if "part" in outputs else [])])
     links = links_to(places, shown) + links_to_pairs(shown)
     page = front_page(folder.name, surfaces, pd.concat(found), reached, handed_out, fewer, links, without)
-    write_first_page(page, folder, outputs)
+    write_first_page(page, folder, outputs, held)
 
 
 def links_to(places, shown):
@@ -99,7 +108,7 @@ def by_hand(arguments=None):
     since = max(path.stat().st_mtime for path in map(Path, inputs["grid"]))
     of_these = compared.is_file() and compared.stat().st_mtime >= since  # not of an earlier run
     inputs |= {"needed": [compared] if of_these else []}
-    inputs |= {"surfaces": surfaces, "pages": sorted(wish.run.rglob("*.*"))}
+    inputs |= {"surfaces": surfaces, "pages": [], "beside": sorted(wish.run.rglob("*.*"))}
     (wish.run / PART).unlink(missing_ok=True)  # asks Snakemake to make all three anew
     main(inputs, {key: wish.run / f"index.{key}" for key in ("md", "html")}, wish.without)
 

@@ -29,5 +29,7 @@ def test_rankings_name_where_they_do_not_hold():
 def test_a_page_for_a_browser_is_safe_and_has_tables():
     page = as_html("| a |\n| --- |\n| 1 |\n\n[x](p/q.html)\n", "A < B")
     assert "<title>A &lt; B</title>" in page and "<td>1</td>" in page and 'href="p/q.html"' in page
-    part = in_report("[x](p/a b.html) [y](https://x.org)\n".replace("a b", "a%20b"), "results/r")
+    part = in_report(
+        "[x](p/a b.html) [y](https://x.org)\n".replace("a b", "a%20b"), "results/r", ["p/a b.html"]
+    )
     assert "app.showResultInfo('results/r/p/" in part and 'href="https://x.org"' in part

@@ -151,9 +151,27 @@ def test_the_page_begins_with_the_answer(n):
 def test_links_of_the_page_and_of_the_report():
     page = "# T\n\n[look](p/c1/view.html) [away](https://example.org)\n"
     assert 'href="p/c1/view.html"' in as_html(page, "T")
-    part = in_report(page, "results/my run")
+    part = in_report(
+        page + "[x](p/a%20b.csv) [y](p/x.csv)\n", "results/my run", ["p/c1/view.html", "p/a b.csv"]
+    )
     assert "href=\"javascript:app.showResultInfo('results/my%20run/p/c1/view.html')\"" in part
     assert 'href="https://example.org"' in part
+    assert "showResultInfo('results/my%20run/p/a%20b.csv')" in part
+    assert 'href="p/x.csv"' in part  # not in the report, but beside it
+
+
+def test_a_comparison_a_simulation_and_pairs_are_led_to():
+    pages = [
+        "compare.md",
+        "compare.png",
+        "pairs/pairs.md",
+        "p/figures/simulation.png",
+        "p/simulation/quality.csv",
+    ]
+    pages += ["p/c1/compare.md", "p/c1/figures/compare.png", "q/c1/view.html"]
+    found = write_front_page.links_to([("p", "c1")], pages)
+    assert [heading for heading, _ in found] == ["the run", "p", "p/c1"]
+    assert {path for _, links in found for _, path in links} == set(pages[:-1])
 
 
 def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):

@@ -79,7 +79,13 @@ def test_many_pairs():
 
 
 def test_pairs_alone_lead_to_what_there_is_of_them():
-    pages = ["pairs/b/view_1.html", "pairs/b/book.png", "pairs/a/book.png", "tdp43/c1/view.html"]
+    pages = [
+        "pairs/b/view_1.html",
+        "pairs/pairs.md",
+        "pairs/b/book.png",
+        "pairs/a/book.png",
+        "tdp43/c1/view.html",
+    ]
     links = links_to_pairs(pages)
     assert [heading for heading, _ in links] == ["b", "a"]
     means = pd.DataFrame(

@@ -120,11 +120,8 @@ def test_a_conformation_ends_with_its_tables_and_figures(files):
 
 def test_a_protein_ends_with_the_pictures_of_its_kind(files):
     frames = ["{}/figures/frames.png", "{}/figures/frames.svg"]
-    for name, pictures in (
-        ("still", frames),
-        ("ready", []),
-        ("water", [*frames, "{}/figures/simulation.png"]),
-    ):
+    simulated = [frames[0], "{}/figures/simulation.png", frames[1]]
+    for name, pictures in (("still", frames), ("ready", []), ("water", simulated)):
         assert files.of_protein(of(name)) == [f"results/r/{path.format(name)}" for path in pictures]
 
 
@@ -134,11 +131,16 @@ def test_a_run_ends_with_its_first_page(files):
     assert files.of_proteins() == [*ends, *pages, "results/r/summary.csv"]
     found = files.led_to(Wildcards())
     assert "results/r/ready/c1/view.html" in found and "results/r/ready/c1/residues.csv" not in found
-    assert found[-6:] == [
-        *(f"results/r/{name}/figures/frames.png" for name in MOLECULES),
-        "results/r/summary.csv",
-        "results/r/summary.png",
+    assert [path.removeprefix("results/r/") for path in found[-7:]] == [
+        *(f"{name}/figures/frames.png" for name in ("moving", "still", "water")),
+        "water/figures/simulation.png",
+        *("got/figures/frames.png", "summary.csv", "summary.png"),
     ]
+    beside = files.led_to_beside(Wildcards())
+    own = ("minimal.csv", "enough.csv", "floors.csv", "best.md", "ranges.md")
+    assert beside[:5] == [f"results/r/moving/f0/{name}" for name in own] and len(beside) == 6 * 5 + 2
+    assert beside[-2:] == ["results/r/water/simulation/quality.csv", "results/r/summary.md"]
+    assert not set(found) & set(beside)
 
 
 def test_what_the_config_asks_for_besides_is_there_in_the_end(checkpoints):
@@ -155,7 +157,10 @@ def test_what_the_config_asks_for_besides_is_there_in_the_end(checkpoints):
     ]
     led = files.led_to(Wildcards())
     assert led[-2:] == ["results/r/compare.png", "results/r/verdict.html"]
-    assert "results/r/still/figures/residues.png" in led
+    assert {f"results/r/still/{path}" for path in ("figures/residues.png", "c1/figures/compare.png")} <= {
+        *led
+    }
+    assert {"results/r/compare.md", "results/r/ready/c1/compare.md"} <= {*files.led_to_beside(Wildcards())}
 
 
 def test_frames_are_few_where_all_molecules_are_small(checkpoints, tmp_path):

@@ -74,4 +74,6 @@ def test_pairs_end_with_a_summary_and_none_with_nothing():
     assert own.of_pairs() == [f"{folder}/one/.complete", f"{folder}/two/.complete", f"{folder}/pairs.md"]
     pages = ("book.png", "view_1.html", "view_2.html")
     assert own.pictures == [f"{folder}/{name}/{page}" for name in ("one", "two") for page in pages]
-    assert pairs().of_pairs() == pairs().pictures == []
+    assert own.texts == [f"{folder}/{name}/pair.md" for name in ("one", "two")]
+    assert own.summary == [f"{folder}/pairs.md"]
+    assert pairs().of_pairs() == pairs().pictures == pairs().texts == pairs().summary == []

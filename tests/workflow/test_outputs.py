@@ -1,6 +1,7 @@
 """Outputs of rules and how the report shows them."""
 
 import re
+from pathlib import Path
 
 from conftest import ROOT, WORKFLOW
 from sparsurf.workflow.outputs import figure, inside, shown
@@ -33,3 +34,20 @@ def test_a_figure_is_two_files():
     found = figure("r/a", "A", "frames")
     assert found == {"png": "r/a.png", "svg": "r/a.svg"}
     assert found["png"].flags["report"].labels == {"result": "A"}
+
+
+def test_what_every_output_is_can_be_read():
+    """results/README.md names the files and folders of all rules; pictures also by their beginning."""
+    said = (ROOT / "results" / "README.md").read_text(encoding="utf-8")
+    named = re.findall(r"^ *output:\n.*?^ *log:|^[A-Z_]+ = [^\n]*$", WORKFLOW, re.S | re.M)
+    paths = [path.replace("{side}", "1") for path in re.findall(r'f?"([^" ]+)"', "\n".join(named))]
+    files = {Path(path) for path in paths if re.fullmatch(r"\w[^{}]*\.\w+", path.rpartition("/")[2])}
+    pictures = {path.stem for path in files if path.suffix in (".png", ".svg")}
+    pictures |= {path.rpartition("/")[2] for path in re.findall(r'figure\(f?"([^"]*)"', WORKFLOW)}
+    tables = {path.name for path in files if path.stem not in pictures and not path.stem.startswith("paper_")}
+    papers = {f"`{path.stem}`" for path in files if path.stem.startswith("paper_")}
+    folders = {f"{path.split('/')[1]}/" for path in re.findall(r"{PROTEIN}/\w+/?", "\n".join(named))}
+    folders -= {"figures/", "ensemble/"}  # full of pictures, of temporary tables
+    assert len(tables) > 50 and len(papers) > 5 and folders >= {"structures/", "download/"}
+    assert [name for name in sorted(tables | papers | folders) if name not in said] == []
+    assert [name for name in sorted(pictures) if not re.search(rf"\b{name}(\.|`)", said)] == []

@@ -254,6 +254,10 @@ def test_the_study_of_complexes_on_a_folder_of_ones_own(folder, tmp_path):
         assert (
             f"showResultInfo('results/complexes/pairs/both/{page}')" in (run / ".front_page.html").read_text()
         )
+    assert (
+        'href="pairs/both/pair.md"' in first
+        and 'href="pairs/both/pair.md"' in (run / ".front_page.html").read_text()
+    )
     assert (run / "index.md").is_file()
 
 

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import time
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 
@@ -154,11 +155,26 @@ def test_a_run_killed_at_every_stage_continues_to_the_same_tables(finished, tmp_
     assert of_one(folder) == of_one(finished)
 
 
+def test_the_first_page_leads_to_every_page_and_figure(finished):
+    run = finished / "results" / "small"
+    first = run / "index.html"
+    led = {unquote(path) for path in re.findall(r'href="([^"]+)"', first.read_text())}
+    found = {
+        str(path.relative_to(run)) for end in ("html", "md", "png") for path in run.rglob(f"[!.]*.{end}")
+    }
+    assert found - {"index.html", "index.md"} <= led and len(found) > 20
+    assert {path for path in led if not (run / path).is_file()} == {"report.html"}  # which is made from it
+    assert first.read_text().index("The answer") < first.read_text().index("href=")
+
+
 def test_the_report_is_made_offline(finished):
     process = snakemake(finished, SMALL, "--report", str(finished / "report.html"))
     assert process.returncode == 0, output(process)
     text = (finished / "report.html").read_text()
     assert "tdp43" in text and len(text) > 500_000
+    part = (finished / "results" / "small" / ".front_page.html").read_text()
+    led = re.findall(r"showResultInfo\('([^']+)'\)", part)
+    assert len(led) > 15 and not [path for path in led if f'"{path}"' not in text]  # each is in the report
 
 
 def test_editing_a_module_reruns_the_step_that_uses_it(finished, tmp_path):

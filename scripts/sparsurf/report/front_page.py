@@ -16,6 +16,7 @@ SAMPLERS = {"uniform": "with a uniform draw", "paper": "with the best combinatio
 AT = 10  # % of the dots, at which samplers are compared
 SHOWN = 20  # conformations in the table, pairs with links
 OF_PAIR = {
+    "pair.md": "what was found",
     "book.png": "opened like a book",
     "view_1.html": "partner 1 to turn",
     "view_2.html": "partner 2 to turn",
@@ -70,7 +71,8 @@ def where_to_look(links):
 
 def links_to_pairs(pages):
     """Headings with what there is of each pair (the first ones of many), from paths pairs/<pair>/<file>."""
-    pairs = dict.fromkeys(path.split("/")[1] for path in pages if path.startswith("pairs/"))
+    of_pairs = (path.split("/")[1:] for path in pages if path.startswith("pairs/"))
+    pairs = dict.fromkeys(place[0] for place in of_pairs if len(place) > 1)
     found = []
     for pair in list(pairs)[:SHOWN]:
         own = [(words, f"pairs/{pair}/{file}") for file, words in OF_PAIR.items()]

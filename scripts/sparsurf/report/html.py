@@ -21,10 +21,10 @@ IN_REPORT = (
 )
 
 
-def write_first_page(page, folder, outputs):
+def write_first_page(page, folder, outputs, held):
     """Write the page of a run, whose results lie in `folder`: as Markdown, `md`, as HTML, and as the first page of the
-    report, `part`; those of them that `outputs` has a path for."""
-    texts = {"md": page, "html": as_html(page, folder.name), "part": in_report(page, folder)}
+    report, `part`; those of them that `outputs` has a path for. `held`: see `in_report`."""
+    texts = {"md": page, "html": as_html(page, folder.name), "part": in_report(page, folder, held)}
     for key in texts.keys() & outputs.keys():
         Path(outputs[key]).write_text(texts[key], encoding="utf-8")
 
@@ -37,11 +37,15 @@ def as_html(page, title="Verdict"):
     )
 
 
-def in_report(page, folder):
-    """The page as a part of Snakemake's report: its links lead to the results of the report, which lie under `folder`."""
+def in_report(page, folder, held):
+    """The page as a part of Snakemake's report: its links to what lies under `folder` and is `held` in the report, paths
+    from there, show that; the others lead to the files beside the report."""
+    held = {quote(path, safe="/") for path in held}
 
     def lead(found):
-        place = quote(f"{folder}/{found.group(1)}", safe="/")
+        if found.group(1) not in held:
+            return found.group()
+        place = quote(f"{folder}/", safe="/") + found.group(1)
         return f"href=\"javascript:app.showResultInfo('{place}')\""
 
     return IN_REPORT + re.sub(r'href="([^":]+)"', lead, _body(page))

@@ -17,7 +17,9 @@ OF_CONFORMATION = (
     *("minimal.csv", "minimal.ply", "view.html", "residues.csv"),
 )
 OF_ATOMS = ("residues.csv",)  # what a ready surface has not
-LED_TO = ("view.html", "enough.csv", "ranges.csv", "residues.csv")  # by the first page
+# By the first page: what the report holds, what lies beside it
+LED_TO = ("view.html", "ranges.csv", "residues.csv")
+LED_TO_BESIDE = ("minimal.csv", "enough.csv", "floors.csv", "best.md", "ranges.md")
 
 
 class FilesOfARun:
@@ -139,15 +141,14 @@ class FilesOfARun:
 
     def of_protein(self, wildcards):
         """What a protein must have in the end beside its conformations."""
-        name, figures = wildcards.protein, f"{self.run}/{wildcards.protein}/figures"
-        simulated = [f"{figures}/simulation.png"] if name in self.simulated else []
-        return (
-            [*self._pictures(name), f"{figures}/frames.svg"] if name in self.molecules else []
-        ) + simulated
+        name = wildcards.protein
+        frames = f"{self.run}/{name}/figures/frames.svg"
+        return [*self._pictures(name), frames] if name in self.molecules else []
 
     def _pictures(self, name):
         """Pictures of the frames of a molecule."""
         names = ["frames", *(("ensemble", "residues") if self._config["ensemble"]["run"] else ())]
+        names += ["simulation"] if name in self.simulated else []
         return [f"{self.run}/{name}/figures/{each}.png" for each in names]
 
     def of_proteins(self):
@@ -159,12 +160,21 @@ class FilesOfARun:
         return [f"{self.run}/{file}" for file in found]
 
     def led_to(self, wildcards):
-        """What the first page leads to but for the pairs."""
-        found = self.every(*LED_TO, *(f"figures/{name}.png" for name in self._figures))(wildcards)
+        """What the first page leads to, in the report, but for the pairs."""
+        compared = self._config["compare"]["run"]
+        figures = [*self._figures, *(["compare"] if compared else [])]
+        found = self.every(*LED_TO, *(f"figures/{name}.png" for name in figures))(wildcards)
         found += [picture for name in self.molecules for picture in self._pictures(name)]
         found += [f"{self.run}/{file}" for file in ("summary.csv", "summary.png")]
-        found += [f"{self.run}/compare.png"] if self._config["compare"]["run"] else []
+        found += [f"{self.run}/compare.png"] if compared else []
         return found + ([f"{self.run}/verdict.html"] if "paper" in self._config else [])
+
+    def led_to_beside(self, wildcards):
+        """The same, beside the report."""
+        compared = ["compare.md"] if self._config["compare"]["run"] else []
+        found = self.every(*LED_TO_BESIDE, *compared)(wildcards)
+        found += [f"{self.run}/{name}/simulation/quality.csv" for name in self.simulated]
+        return found + [f"{self.run}/{file}" for file in ("summary.md", *compared)]
 
     def nanoseconds(self, wildcards):
         """Simulated time of a stage."""

@@ -15,7 +15,8 @@ class FilesOfPairs:
     Attributes
     ----------
     alone : list of names: pairs whose partners are no proteins of the run
-    pictures : list of paths of all pairs that the first page leads to
+    pictures, texts : lists of paths of all pairs that the first page leads to, in the report and beside it
+    summary : list of the path of the page on all pairs, if there are any
     """
 
     def __init__(self, config, files):
@@ -26,6 +27,8 @@ class FilesOfPairs:
         pages += ["thinning.png"] if config["complementarity"]["thinning"]["run"] else []
         self._pages = pages
         self.pictures = [f"{self.folder}/{name}/{page}" for name in self._pairs for page in pages]
+        self.texts = [f"{self.folder}/{name}/pair.md" for name in self._pairs]
+        self.summary = [f"{self.folder}/pairs.md"] if self._pairs else []
 
     def pair(self, wildcards):
         """What the config says about a pair."""
@@ -62,5 +65,4 @@ class FilesOfPairs:
 
     def of_pairs(self):
         """What the pairs of the run must have in the end."""
-        summary = [f"{self.folder}/pairs.md"] if self._pairs else []
-        return [f"{self.folder}/{name}/.complete" for name in self._pairs] + summary
+        return [f"{self.folder}/{name}/.complete" for name in self._pairs] + self.summary
