@@ -31,7 +31,8 @@ if not {"proteins", "pairs"} & set(config):  # a config of one's own replaces th
     configfile: "config.yaml" if Path("config.yaml").is_file() else str(HOME / "config.yaml")
 
 
-config = checked(config, workflow.configfiles, HOME)
+HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # not on a cluster
+config = checked(config, workflow.configfiles, HOME, HERE)
 made_by = partial(code_digests.made_by, config)
 
 # The figures of a conformation: scripts/sparsurf/report/figures/<name>.py, captioned in scripts/report/<name>.rst

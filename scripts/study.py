@@ -16,7 +16,7 @@ from pathlib import Path
 
 from sparsurf import InputError
 from sparsurf.workflow.config import check
-from sparsurf.workflow.needs import memory_of_grid
+from sparsurf.workflow.needs import limit, memory_of_grid
 from sparsurf.workflow.yaml_file import read_config
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -27,13 +27,15 @@ TELL = 2**30  # bytes of memory from which on a grid's need is told
 def main(path_to_config="config.yaml", *options):
     """Run Snakemake, then its report where anything is newer than it; returns the exit code."""
     path, begin, options = Path(path_to_config).resolve(), time.time(), list(options)
+    here = not {"--cluster", "--executor"} & set(options)
+    options[:0] = limit() if here else []
     if "--cluster" in options:
         at = options.index("--cluster")
         options[at : at + 2] = cluster(options[at + 1])
     dry = bool({"--dry-run", "-n"} & set(options))
     os.chdir(ROOT)
     try:
-        config = checked_config(path, path_to_config)
+        config = checked_config(path, path_to_config, here)
         results, files = ROOT / "results" / config["run"], [path]
         if "compare" in options or (results / "compare.md").is_file():  # once compared, a run stays so
             files.append(COMPARE)
@@ -51,14 +53,14 @@ def main(path_to_config="config.yaml", *options):
         return 128 + (stop.args[0] if stop.args else signal.SIGINT)
 
 
-def checked_config(path, given):
+def checked_config(path, given, here=True):
     """The config in a file, checked before anything starts; says what memory a large grid will need."""
     if not path.is_file():
         raise InputError(f"There is no config file {given!r}; give one with CONFIG=my_config.yaml.")
     config = read_config(path)
     if "proteins" not in config:  # the Snakefile takes the default study's then
         config = read_config(ROOT / "config.yaml") | config
-    config = check(config, home=ROOT)
+    config = check(config, home=ROOT, here=here)
     needed = memory_of_grid(config)
     if needed > TELL:
         print(f"The grid of one surface will need about {needed / 2**30:.1f} GB of memory.")

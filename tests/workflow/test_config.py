@@ -181,6 +181,7 @@ def test_more_memory_than_the_machine_has_is_told_before_anything_runs(monkeypat
     check(DEFAULT | {"evaluation": evaluation})
     with pytest.raises(InputError, match=r"ask for 23\.2 GB of memory .*, but this machine has 1\.0 GB"):
         check(DEFAULT | {"evaluation": evaluation | {"draws": 1000}})
+    check(DEFAULT | {"evaluation": evaluation | {"draws": 1000}}, here=False)  # jobs run elsewhere
     check(changed("evaluation.test_dots", "published"))
 
 

@@ -90,6 +90,15 @@ def test_memory_is_that_of_the_table_of_a_grid():
     assert used == pytest.approx(needs.memory_of_grid(grid(draws=20, test_dots=4000)), rel=0.1)
 
 
+def test_two_grids_of_the_default_study_fit_into_a_small_machine():
+    config = yaml.safe_load((ROOT / "config.yaml").read_text())
+    distances = needs.memory_of_grid(config) / 1e6
+    for rule in needs.measured():
+        if rule != "simulate_stage":
+            asked = needs.needs(rule, lambda wildcards: 28, besides=lambda wildcards: distances)
+            assert 2 * asked["mem_mb"](HERE, 1) <= 4000, rule
+
+
 def test_every_job_that_holds_all_distances_asks_for_them():
     rules = dict(re.findall(r"^ *rule (\w+):(.*?)(?=^\S|\Z)", WORKFLOW, re.M | re.S))
     holding = {name for name, rule in rules.items() if re.search(r"\bDISTANCES\b", rule)}

@@ -15,6 +15,7 @@ import yaml
 
 import study
 from conftest import ROOT
+from sparsurf.workflow import needs
 
 STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
 
@@ -45,6 +46,7 @@ def checkout(tmp_path, monkeypatch):
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(study, "ROOT", own.root)
+    monkeypatch.setattr(needs, "memory_of_machine", lambda: 4.1e9)
     monkeypatch.setattr(study, "snakemake", played)
     return own
 
@@ -53,7 +55,11 @@ def test_a_study_ends_with_a_report_that_is_made_when_something_is_newer(checkou
     results = checkout.root / "results" / "mine"
     assert study.main(checkout.config(), "--cores", "2") == 0
     first, report = checkout.calls
-    assert first == ("--nolock", "--cores", "2") and report[-2:] == ("--report", str(results / "report.html"))
+    assert first == ("--nolock", "--resources=mem_mb=4100", "--cores", "2")
+    assert report[-2:] == (
+        "--report",
+        str(results / "report.html"),
+    )
     assert "Results: results/mine/" in capsys.readouterr().out
     (results / "report.html").write_text("")
     checkout.calls.clear()
@@ -149,7 +155,7 @@ def test_a_config_without_proteins_changes_the_default_study(checkout, tmp_path)
 def test_a_comparison_is_part_of_the_study_and_of_its_report(checkout):
     assert study.main(checkout.config(), "--cores", "2", "compare") == 0
     assert [options[:3] for options in checkout.calls] == [
-        ("--nolock", "--cores", "2"),
+        ("--nolock", "--resources=mem_mb=4100", "--cores"),
         ("--nolock", "--quiet", "all"),
     ]
     assert checkout.files == ["mine.yaml", "compare.yaml"]
@@ -186,6 +192,20 @@ def test_the_memory_of_a_large_grid_is_told(checkout, capsys, monkeypatch):
     monkeypatch.setattr(study, "TELL", 10**7)
     assert study.main(checkout.config(evaluation={"draws": 3, "test_dots": 400})) == 0
     assert "The grid of one surface will need about 0.1 GB of memory." in capsys.readouterr().out
+
+
+def test_memory_of_this_machine_counts_where_jobs_run_on_it(checkout, monkeypatch):
+    monkeypatch.setattr(study, "accounting", lambda: True)
+    large = checkout.config(evaluation={"draws": 1000, "test_dots": 400})
+    assert study.main(large) == 2 and not checkout.calls
+    assert study.main(large, "--cluster", "slurm") == study.main(large, "--executor", "lsf") == 0
+    assert "--resources=mem_mb=4100" not in [word for call in checkout.calls for word in call]
+    checkout.calls.clear()
+    assert study.main(checkout.config(), "--resources", "mem_mb=1000") == 0
+    assert checkout.calls[0][-2:] == ("--resources", "mem_mb=1000")  # Snakemake takes the last
+    checkout.calls.clear()
+    monkeypatch.setattr(needs, "memory_of_machine", lambda: float("inf"))
+    assert study.main(checkout.config()) == 0 and checkout.calls[0] == ("--nolock",)
 
 
 def test_what_an_earlier_run_said_is_not_said_again(checkout, capsys):

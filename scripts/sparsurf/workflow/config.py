@@ -23,15 +23,15 @@ OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 SCHEMA = yaml.safe_load((Path(__file__).with_name("config.schema.yaml")).read_text())
 
 
-def checked(config, files, home):
+def checked(config, files, home, here=True):
     """As `check`; a mistake ends the program with its sentences."""
     try:
-        return check(config, files, home)
+        return check(config, files, home, here)
     except InputError as error:
         raise SystemExit(f"\n{error}\n") from None
 
 
-def check(config, files=(), home="."):
+def check(config, files=(), home=".", here=True):
     """Return a checked copy of `config` with every default filled in.
 
     Parameters
@@ -41,6 +41,8 @@ def check(config, files=(), home="."):
         The files the config was read from, searched for keys given twice.
     home : path
         Where files lie that are not in the working directory: the folder of the Snakefile, with the embedded example.
+    here : bool
+        Whether jobs run on this machine: its memory is compared with what the grid asks for.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def check(config, files=(), home="."):
         config = _whole(_with_defaults(_with_listed_proteins(config), SCHEMA), SCHEMA)
         config = _with_files_at_home(_with_local_copies(config), Path(home))
         errors = [sentence(error) for error in Draft202012Validator(SCHEMA).iter_errors(config)]
-    errors = errors or list(_second_check(config))
+    errors = errors or list(_second_check(config)) + list(too_large(config) if here else ())
     if errors:
         raise InputError("config: " + "\n        ".join(dict.fromkeys(errors)))
     return config
@@ -203,7 +205,6 @@ def _second_check(config):
         yield f"evaluation.islands is {config['evaluation']['islands']}, but needs kept or surface, which the best are chosen by."
     if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():
         yield f"run is {config['run']!r}, but results/{config['run']} is a file; choose another name."
-    yield from too_large(config)
     wishes = [key for key in ("floor", "n_S_percent", "n_S", "Z", "combination") if key in config["minimal"]]
     if len(wishes) != 1:
         yield f"minimal needs exactly one of floor, n_S_percent, n_S, Z and combination, but has {', '.join(wishes) or 'none'}."

@@ -1,4 +1,4 @@
-"""Memory and time that jobs need, from the size of what they work on; they ask a cluster for more.
+"""Memory and time that jobs need, from the size of what they work on; they ask for more.
 
 needs.csv holds a line per rule, as `scripts/measure_needs.py` writes it from the logs of runs (without a column `jobs`: set
 by hand, generously). The distances of a grid are counted from the config: they come on top where a job holds them all.
@@ -92,6 +92,15 @@ def too_large(config):
             f"sampling and evaluation ask for {needed / 2**30:.1f} GB of memory (combinations x draws x test_dots x "
             f"islands), but this machine has {there / 2**30:.1f} GB; lower one of them."
         )
+
+
+def limit():
+    """Option of Snakemake, none or one: jobs run side by side as far as the memory of this machine reaches.
+
+    One that asks for more than there is runs alone; a user's own `--resources`, behind it, takes its place.
+    """
+    there = memory_of_machine()
+    return [f"--resources=mem_mb={there / 1e6:.0f}"] if there < math.inf else []
 
 
 def memory_of_machine():
