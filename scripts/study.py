@@ -16,6 +16,7 @@ from pathlib import Path
 
 from sparsurf import InputError
 from sparsurf.workflow.config import check
+from sparsurf.workflow.jobs import conformations_of
 from sparsurf.workflow.needs import limit, memory_of_grid
 from sparsurf.workflow.yaml_file import read_config
 
@@ -101,11 +102,12 @@ def make_writable(folder):
 def finish(files, config, results, code, begin):
     """Sum up what there is and write the report; returns the exit code."""
     report = results / "report.html"
-    if code and any(results.glob("*/*/ranges.csv")):  # what there is, without the proteins that failed
+    failed = unfinished(config["proteins"], results, begin) if code else {}
+    places = list(places_of(config["proteins"], results))
+    if failed and places:  # what there is, without the proteins that failed
         patches = config["patches"]
         wish = ["--R-patch", patches["R_patch"], "--D-link", patches["D_link"], "--seed", config["seed"]]
-        failed = unfinished(config["proteins"], results, begin)
-        if by_hand("summarise_run.py", results, *wish) == 0 and failed:
+        if by_hand("summarise_run.py", results, *places, *wish) == 0:
             options = [word for each in failed.items() for word in ("--without", *each)]
             by_hand("write_front_page.py", results, *options)
     if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study
@@ -117,6 +119,16 @@ def finish(files, config, results, code, begin):
 def by_hand(script, *arguments):
     """Run one of the study's scripts outside of Snakemake; returns its exit code."""
     return called(sys.executable, ROOT / "scripts" / script, *arguments)
+
+
+def places_of(proteins, results):
+    """<protein>/<conformation> of the config's proteins, in their order, that have their best combinations."""
+    for name, protein in proteins.items():
+        frames = results / name / "frames.csv"
+        chosen = conformations_of(frames) if frames.is_file() else []
+        for conformation in ["c1"] if "surface" in protein else chosen:
+            if (results / name / conformation / "ranges.csv").is_file():
+                yield f"{name}/{conformation}"
 
 
 def unfinished(proteins, results, begin):

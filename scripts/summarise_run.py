@@ -1,7 +1,7 @@
 """All surfaces of a run in one table, and the best parameters against their mean roughness.
 
 Run by hand, `python scripts/summarise_run.py results/<run> --R-patch 4 --D-link 0.5` sums up what is there, also of a
-run that failed in part.
+run that failed in part; `p/c1 p/c2 ...` behind it, only that, in that order.
 """
 
 import argparse
@@ -38,14 +38,16 @@ def main(inputs, outputs, settings):
 
 
 def by_hand(arguments=None):
-    """Sum up the conformations of a folder whose results are complete."""
+    """Sum up the conformations of a folder whose results are complete; without the svg, which Snakemake makes anew."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("run", type=Path, help="results/<run>")
+    parser.add_argument("places", nargs="*", help="<protein>/<conformation>, in this order (default: all)")
     parser.add_argument("--R-patch", type=float, required=True, help="Å, as in the run's config")
     parser.add_argument("--D-link", type=float, required=True, help="Å, as in the run's config")
     parser.add_argument("--seed", type=int, default=0, help="as in the run's config (default 0)")
     wish = parser.parse_args(arguments)
-    folders = sorted({path.parent for path in wish.run.glob(f"*/*/{FILES[-1]}")})
+    folders = [wish.run / place for place in wish.places]
+    folders = folders or sorted(path.parent for path in wish.run.glob(f"*/*/{FILES[-1]}"))
     folders = [folder for folder in folders if all((folder / file).is_file() for file in FILES)]
     if not folders:
         parser.error(f"{wish.run} holds no finished conformation.")
@@ -56,6 +58,7 @@ def by_hand(arguments=None):
         main({"results": [folder / FILES[0] for folder in folders]}, outputs, settings)
     except InputError as error:
         parser.error(str(error))
+    (wish.run / "summary.svg").unlink()  # and with it all the others
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """The summary of a run and the recommendation, from made-up surfaces whose best parameters are known."""
 
 import json
+import shutil
 from itertools import permutations
 
 import numpy as np
@@ -308,7 +309,7 @@ def folder(tmp_path_factory):
 
 
 def test_a_run_is_summed_up_by_hand_and_repeats(folder, related):
-    names = ["summary.csv", "surfaces.csv", "relation.csv", "summary.md", "summary.png", "summary.svg"]
+    names = ["summary.csv", "surfaces.csv", "relation.csv", "summary.md", "summary.png"]
     before = [(folder / name).read_bytes() for name in names]
     summarise_run.by_hand([str(folder), "--R-patch", "5.5", "--D-link", "0.9"])
     surfaces = pd.read_csv(folder / "surfaces.csv")
@@ -320,6 +321,14 @@ def test_a_run_is_summed_up_by_hand_and_repeats(folder, related):
     pd.testing.assert_frame_equal(back["summary"], related["summary"], check_dtype=False)
     assert "| p12 | c1 | 1000 | 250.000 | 0.650 | (1, 0, 5, 0) |" in before[3].decode()
     assert said(back) == said(related)
+
+
+def test_chosen_conformations_are_summed_up_in_their_order(folder, tmp_path):
+    run = shutil.copytree(folder, tmp_path / "mine")
+    (run / "summary.svg").touch()
+    summarise_run.by_hand([str(run), "p12/c1", "p01/c99", "p03/c1", "--R-patch", "4", "--D-link", "0.5"])
+    assert pd.read_csv(run / "surfaces.csv")["protein"].tolist() == ["p12", "p03"]  # p01/c99 is not complete
+    assert not (run / "summary.svg").exists()  # which the next run of the study finds lacking
 
 
 def test_recommendation_on_the_command_line(folder, monkeypatch, capsys, tmp_path):

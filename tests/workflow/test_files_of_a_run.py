@@ -128,7 +128,7 @@ def test_a_protein_ends_with_the_pictures_of_its_kind(files):
 def test_a_run_ends_with_its_first_page(files):
     ends = [f"results/r/{name}/.complete" for name in CONFIG["proteins"]]
     pages = ["results/r/index.html", "results/r/.front_page.html"]
-    assert files.of_proteins() == [*ends, *pages, "results/r/summary.csv"]
+    assert files.of_proteins() == [*ends, *pages, "results/r/summary.csv", "results/r/summary.svg"]
     found = files.led_to(Wildcards())
     assert "results/r/ready/c1/view.html" in found and "results/r/ready/c1/residues.csv" not in found
     assert [path.removeprefix("results/r/") for path in found[-7:]] == [
@@ -153,7 +153,7 @@ def test_what_the_config_asks_for_besides_is_there_in_the_end(checkpoints):
     ]
     assert files.of_protein(of("ready")) == []
     assert files.of_proteins()[-3:] == [
-        f"results/r/{name}" for name in ("summary.csv", "verdict.md", "compare.md")
+        f"results/r/{name}" for name in ("summary.svg", "verdict.md", "compare.md")
     ]
     led = files.led_to(Wildcards())
     assert led[-2:] == ["results/r/compare.png", "results/r/verdict.html"]

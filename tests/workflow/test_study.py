@@ -29,7 +29,9 @@ def checkout(tmp_path, monkeypatch):
 
         def config(self, **keys):
             path = tmp_path / "mine.yaml"
-            path.write_text(yaml.safe_dump({"proteins": {"p": STRUCTURE}, "run": "mine"} | keys))
+            path.write_text(
+                yaml.safe_dump({"proteins": {"p": STRUCTURE}, "run": "mine"} | keys, sort_keys=False)
+            )
             return str(path)
 
     own = Checkout()
@@ -82,34 +84,43 @@ def test_a_study_that_failed_says_what_went_wrong_and_sums_up_with_its_own_setti
         log = checkout.root / "results" / "mine" / "logs" / "p" / "choose_frames.log"
         log.parent.mkdir(parents=True, exist_ok=True)
         log.write_text("INFO fine\nERROR x.pdb holds no atoms.\n")
-        ranges = checkout.root / "results" / "mine" / "q" / "c1" / "ranges.csv"
-        ranges.parent.mkdir(parents=True, exist_ok=True)
-        ranges.write_text("")
+        made(checkout.root / "results" / "mine", "q/c10", "q/c2", "old/c1", "r/c1")
+        (checkout.root / "results" / "mine" / "q" / "frames.csv").write_text("conformation\nc2\nc10\nc11\n")
 
     checkout.done, checkout.codes = [work], [1]
-    config = checkout.config(patches={"R_patch": 5.0, "D_link": 0.75}, seed=3)
+    proteins = {"r": {"surface": STRUCTURE["structure"]}, "p": STRUCTURE, "q": STRUCTURE}
+    config = checkout.config(proteins=proteins, patches={"R_patch": 5.0, "D_link": 0.75}, seed=3)
     assert study.main(config) == 1
     assert len(checkout.calls) == 1  # no report of half a study
     assert "- p/choose_frames: x.pdb holds no atoms." in capsys.readouterr().err
     assert summed[0][0] == sys.executable
     assert summed[0][2:] == [
-        str(checkout.root / "results" / "mine"), "--R-patch", "5.0", "--D-link", "0.75", "--seed", "3",
+        str(checkout.root / "results" / "mine"), "r/c1", "q/c2", "q/c10",  # in their order, not those of earlier runs
+        "--R-patch", "5.0", "--D-link", "0.75", "--seed", "3",
     ]  # fmt: skip
     assert [Path(command[1]).name for command in summed] == ["summarise_run.py", "write_front_page.py"]
     assert summed[1][2:] == [
-        str(checkout.root / "results" / "mine"), "--without", "p", "choose_frames: x.pdb holds no atoms.",
+        str(checkout.root / "results" / "mine"), "--without", "r", "not finished",
+        "--without", "p", "choose_frames: x.pdb holds no atoms.", "--without", "q", "not finished",
     ]  # fmt: skip
+
+
+def made(results, *places):
+    """ranges.csv of some conformations."""
+    for place in places:
+        (results / place).mkdir(parents=True, exist_ok=True)
+        (results / place / "ranges.csv").write_text("")
 
 
 def test_the_first_page_stays_where_every_protein_has_its_end(checkout, monkeypatch):
     summed = []
     monkeypatch.setattr(study, "called", lambda *command: summed.append(Path(command[1]).name) or 0)
     results = checkout.root / "results" / "mine"
-    (results / "p" / "c1").mkdir(parents=True)
-    for file in ("p/c1/ranges.csv", "p/.complete"):
-        (results / file).write_text("")
+    made(results, "p/c1")
+    (results / "p" / "frames.csv").write_text("conformation\nc1\n")
+    (results / "p" / ".complete").write_text("")
     checkout.codes = [1]  # a pair failed, say
-    assert study.main(checkout.config()) == 1 and summed == ["summarise_run.py"]
+    assert study.main(checkout.config()) == 1 and summed == []
     (results / "p" / ".complete").unlink()  # killed before its end: nothing is in the logs
     assert study.unfinished({"p": {}}, results, 0) == {"p": "not finished"}
 

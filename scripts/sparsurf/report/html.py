@@ -48,7 +48,7 @@ def in_report(page, folder, held):
         place = quote(f"{folder}/", safe="/") + found.group(1)
         return f"href=\"javascript:app.showResultInfo('{place}')\""
 
-    return IN_REPORT + re.sub(r'href="([^":]+)"', lead, _body(page))
+    return IN_REPORT + re.sub(r'href="([^"]+)"', lead, _body(page))
 
 
 def _body(page):

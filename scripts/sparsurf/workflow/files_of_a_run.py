@@ -154,7 +154,7 @@ class FilesOfARun:
     def of_proteins(self):
         """What the run must have in the end but for its pairs."""
         found = [f"{name}/.complete" for name in self.proteins] + ["index.html", ".front_page.html"]
-        found += ["summary.csv"] if self.proteins else []
+        found += ["summary.csv", "summary.svg"] if self.proteins else []
         found += ["verdict.md"] if "paper" in self._config else []
         found += ["compare.md"] if self._config["compare"]["run"] else []
         return [f"{self.run}/{file}" for file in found]
