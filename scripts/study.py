@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sparsurf import InputError
-from sparsurf.workflow.config import check
+from sparsurf.workflow.config import check, names_a_study
 from sparsurf.workflow.jobs import conformations_of
 from sparsurf.workflow.needs import limit, memory_of_grid
 from sparsurf.workflow.yaml_file import read_config
@@ -59,7 +59,7 @@ def checked_config(path, given, here=True):
     if not path.is_file():
         raise InputError(f"There is no config file {given!r}; give one with CONFIG=my_config.yaml.")
     config = read_config(path)
-    if "proteins" not in config:  # the Snakefile takes the default study's then
+    if not names_a_study(config):  # the Snakefile takes the default study's then
         config = read_config(ROOT / "config.yaml") | config
     config = check(config, home=ROOT, here=here)
     needed = memory_of_grid(config)

@@ -163,6 +163,13 @@ def test_a_config_without_proteins_changes_the_default_study(checkout, tmp_path)
     assert (checkout.root / "results" / "other").is_dir()
 
 
+def test_a_config_of_pairs_alone_leaves_the_default_study_out(checkout, tmp_path):
+    pair = {"files": [STRUCTURE["structure"]] * 2}
+    (tmp_path / "pairs.yaml").write_text(yaml.safe_dump({"run": "two", "pairs": {"mine": pair}}))
+    found = study.checked_config(tmp_path / "pairs.yaml", "pairs.yaml")
+    assert found["proteins"] == {} and list(found["pairs"]) == ["mine"]
+
+
 def test_a_comparison_is_part_of_the_study_and_of_its_report(checkout):
     assert study.main(checkout.config(), "--cores", "2", "compare") == 0
     assert [options[:3] for options in checkout.calls] == [

@@ -23,6 +23,11 @@ OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 SCHEMA = yaml.safe_load((Path(__file__).with_name("config.schema.yaml")).read_text())
 
 
+def names_a_study(config):
+    """Whether a config says what to study; one that does not changes the default study."""
+    return not {"proteins", "pairs"}.isdisjoint(config)
+
+
 def checked(config, files, home, here=True):
     """As `check`; a mistake ends the program with its sentences."""
     try:
