@@ -15,6 +15,9 @@ CONFIG ?= config.yaml
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready-$(shell cksum < envs/requirements.txt | cut -d' ' -f1)
+ifneq ($(filter-out slurm,$(CLUSTER)),)
+$(error CLUSTER is $(CLUSTER), but only CLUSTER=slurm is known (docs/cluster.md))
+endif
 # Where the jobs run: on the cores here, or on a cluster, whose extra packages are installed then
 WHERE  := $(if $(CLUSTER),--cluster $(CLUSTER),--cores $(CORES))
 EXTRA  := $(if $(CLUSTER),$(VENV)/.ready-$(CLUSTER)-$(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1))
@@ -27,13 +30,13 @@ export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 setup: $(READY) $(EXTRA)
 
 run: $(READY) $(EXTRA)
-	@$(BIN)/python scripts/study.py $(CONFIG) $(WHERE)
+	@$(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE)
 
 paper: $(READY) $(EXTRA)
 	@$(BIN)/python scripts/study.py studies/paper.yaml $(WHERE)
 
 compare: $(READY) $(EXTRA)
-	@$(BIN)/python scripts/study.py $(CONFIG) $(WHERE) compare
+	@$(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE) compare
 
 test: $(READY) $(EXTRA)
 	$(BIN)/ruff check .

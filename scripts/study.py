@@ -30,12 +30,12 @@ def main(path_to_config="config.yaml", *options):
     path, begin, options = Path(path_to_config).resolve(), time.time(), list(options)
     here = not {"--cluster", "--executor"} & set(options)
     options[:0] = limit() if here else []
-    if "--cluster" in options:
-        at = options.index("--cluster")
-        options[at : at + 2] = cluster(options[at + 1])
     dry = bool({"--dry-run", "-n"} & set(options))
     os.chdir(ROOT)
     try:
+        if "--cluster" in options:
+            at = options.index("--cluster")
+            options[at : at + 2] = cluster("".join(options[at + 1 : at + 2]))
         config = checked_config(path, path_to_config, here)
         results, files = ROOT / "results" / config["run"], [path]
         if "compare" in options or (results / "compare.md").is_file():  # once compared, a run stays so
@@ -181,7 +181,12 @@ def called(*command):
 
 def cluster(name):
     """Snakemake's options for profiles/<name>, and what a Slurm without accounting needs besides."""
-    options = ["--workflow-profile", str(ROOT / "profiles" / name)]
+    profile = ROOT / "profiles" / name
+    if not (profile / "config.yaml").is_file():
+        raise InputError(
+            f"--cluster needs the name of a folder in profiles/, as slurm, but has {name or 'none'}."
+        )
+    options = ["--workflow-profile", str(profile)]
     if name == "slurm" and not accounting():
         options += ["--slurm-status-command", "squeue", "--slurm-no-account"]
     return options

@@ -37,7 +37,8 @@ def checkout(tmp_path, monkeypatch):
     own = Checkout()
     own.root.mkdir()
     (own.root / "config.yaml").write_bytes((ROOT / "config.yaml").read_bytes())
-    (own.root / "data").symlink_to(ROOT / "data")
+    for name in ("data", "profiles"):
+        (own.root / name).symlink_to(ROOT / name)
 
     def played(files, *options):
         own.calls.append(options)
@@ -168,6 +169,34 @@ def test_a_config_of_pairs_alone_leaves_the_default_study_out(checkout, tmp_path
     (tmp_path / "pairs.yaml").write_text(yaml.safe_dump({"run": "two", "pairs": {"mine": pair}}))
     found = study.checked_config(tmp_path / "pairs.yaml", "pairs.yaml")
     assert found["proteins"] == {} and list(found["pairs"]) == ["mine"]
+
+
+@pytest.mark.parametrize(("options", "given"), [([], "none"), (["foo"], "foo")])
+def test_a_cluster_that_is_not_known_is_a_sentence(checkout, capsys, options, given):
+    assert study.main(checkout.config(), "--cluster", *options) == 2
+    said = capsys.readouterr().err
+    assert said == f"--cluster needs the name of a folder in profiles/, as slurm, but has {given}.\n"
+    assert not checkout.calls
+    assert study.main(checkout.config(), "--cluster", "slurm", "-n") == 0
+    assert checkout.calls[0][:3] == (
+        "--nolock",
+        "--workflow-profile",
+        str(checkout.root / "profiles" / "slurm"),
+    )
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
+def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster():
+    def make(*options):
+        alone = {name: value for name, value in os.environ.items() if name != "MAKEFLAGS"}  # of `make test`
+        command = ["make", "-n", "run", *options]
+        return subprocess.run(command, cwd=ROOT, env=alone, capture_output=True, text=True, check=False)
+
+    assert 'scripts/study.py "my study.yaml" --cores' in make("CONFIG=my study.yaml").stdout
+    assert "--cluster slurm" in make("CLUSTER=slurm").stdout
+    refused = make("CLUSTER=foo")
+    assert refused.returncode and "CLUSTER is foo, but only CLUSTER=slurm is known" in refused.stderr
+    assert len(refused.stderr.splitlines()) == 1
 
 
 def test_a_comparison_is_part_of_the_study_and_of_its_report(checkout):
