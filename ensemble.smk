@@ -41,6 +41,7 @@ rule follow_ensemble:
         **ENSEMBLE,
     log:
         f"{PROTEIN_LOGS}/follow_ensemble.log",
+    localrule: JOBS == 1  # else the rows of many frames
     conda:
         "envs/study.yaml"
     params:

@@ -30,6 +30,7 @@ rule make_partners:
         f"{PAIR_LOGS}/make_partners.log",
     wildcard_constraints:
         pair=one_of(pairs.alone),
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
@@ -73,6 +74,7 @@ rule tabulate_pair_residues:
         residues=f"{PAIR}/residues.csv",
     log:
         f"{PAIR_LOGS}/tabulate_pair_residues.log",
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
@@ -91,6 +93,7 @@ rule draw_pair:
         **figure(f"{PAIR}/book", "{pair}", "book", "Pairs"),
     log:
         f"{PAIR_LOGS}/draw_pair.log",
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
@@ -110,6 +113,7 @@ rule draw_pair_views:
         view_2=shown(f"{PAIR}/view_2.html", "{pair}, partner 2 to turn", "pair_view", "Pairs"),
     log:
         f"{PAIR_LOGS}/draw_pair_views.log",
+    localrule: True
     conda:
         "envs/study.yaml"
     params:
@@ -150,6 +154,7 @@ rule summarise_pairs:
         means=shown(f"{pairs.folder}/means.csv", "Means over pairs", "pairs", "Pairs"),
     log:
         f"{LOGS}/summarise_pairs.log",
+    localrule: True
     conda:
         "envs/study.yaml"
     params:

@@ -21,6 +21,9 @@ def main(inputs, outputs, reading):
     table.to_csv(outputs["table"], index=False)
     over_time.to_csv(outputs["over_time"], index=False)
     over_frames(residues, over_time.to_numpy(float)[:, 2:]).to_csv(outputs["residues"], index=False)
+    rows = [Path(path) for path in inputs["rows"]]
+    for left in set(rows[0].parent.glob("*of*.csv*")) - set(rows):
+        left.unlink()  # by a run that was killed when other parts shared the frames
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from sparsurf import InputError
 from sparsurf.surfaces.reading import read_surface
 from sparsurf.workflow.needs import TABLE
 
@@ -24,6 +25,9 @@ OF_PROTEIN = ("choose_frames", "follow_frames")
 def main(folders, path_to_table=TABLE):
     """Write the table."""
     jobs = pd.DataFrame([job for folder in folders for job in jobs_of(Path(folder))])
+    if jobs.empty:
+        where = " or ".join(map(str, folders)) or "(no folder given)"
+        raise InputError(f"No log of a finished job is in {where}: give results/<run> ...")
     with open(path_to_table, encoding="utf-8", newline="") as stream:
         rows = {row["rule"]: {"jobs": 0} | row for row in csv.DictReader(stream)}
     for rule, found in jobs.groupby("rule"):
@@ -67,4 +71,7 @@ def line_above(x, y, known):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    try:
+        main(sys.argv[1:])
+    except InputError as error:
+        sys.exit(str(error))

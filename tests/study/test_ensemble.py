@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import follow_ensemble
 from drawn import check_texts, drawn_texts
 from peptides import peptide, write
 from sparsurf import InputError
@@ -60,6 +61,22 @@ def test_one_row_per_frame_in_order(table):
             assert (table[f"{name}_se_{reading}"] > 0).all()
         difference = table[f"Z_tR_{reading}"] - table[f"Z_tS_{reading}"]
         assert np.allclose(table[f"d_{reading}"], difference, atol=1e-9)
+
+
+def test_the_table_leaves_nothing_of_other_parts(molecule, table, tmp_path):
+    """A run with three jobs was killed, one with two has ended."""
+    folder = tmp_path / "ensemble"
+    folder.mkdir()
+    rows = [folder / f"{k}of2.csv" for k in (1, 2)]
+    for k, path in enumerate(rows, 1):
+        path.write_text(ensemble.follow(molecule, SETTINGS, "p", 1, tmp_path / "part", part=(k, 2)))
+    for name in ("1of3.csv", "2of3.csv.part", "1of2.csv.part"):
+        (folder / name).write_text("")
+    molecule.write_pdb(tmp_path / "own.pdb")
+    outputs = {name: tmp_path / f"{name}.csv" for name in ("table", "over_time", "residues")}
+    follow_ensemble.main({"structure": tmp_path / "own.pdb", "rows": [*map(str, rows)]}, outputs, {})
+    assert sorted(folder.iterdir()) == rows
+    assert len(pd.read_csv(outputs["table"])) == len(table)
 
 
 def test_a_row_is_what_the_parts_give(molecule, table):

@@ -10,6 +10,7 @@ import yaml
 
 import measure_needs
 from conftest import ROOT, WORKFLOW
+from sparsurf import InputError
 from sparsurf.study import tables
 from sparsurf.study.evaluator import AS_PUBLISHED_SHARE
 from sparsurf.study.grid import Grid
@@ -166,6 +167,18 @@ def test_needs_are_read_from_the_logs_of_runs(tmp_path):
     ]
 
 
+@pytest.mark.parametrize(
+    ("folders", "said"), [([], "(no folder given)"), (["mistyped"], "mistyped"), (["."], ".")]
+)
+def test_runs_that_tell_nothing_are_a_sentence(tmp_path, monkeypatch, folders, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "logs" / "p").mkdir(parents=True)
+    (tmp_path / "logs" / "p" / "choose_frames.log").write_text("killed before it could tell\n")
+    with pytest.raises(InputError, match=f"is in {re.escape(said)}: give results/"):
+        measure_needs.main(folders, tmp_path / "needs.csv")
+    assert not (tmp_path / "needs.csv").exists()
+
+
 def test_every_rule_that_asks_is_measured_and_grouped():
     """The rules of the chain of a conformation are one job of the profile, and no name in it is misspelt."""
     profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text())
@@ -173,6 +186,16 @@ def test_every_rule_that_asks_is_measured_and_grouped():
     assert all(f'needs("{rule}"' in WORKFLOW for rule in rows)
     grouped = {rule for rule, row in rows.items() if row["unit"] == "thousand dots"}
     assert set(profile["groups"]) == grouped
+
+
+def test_a_job_of_a_cluster_has_its_needs_or_is_named_as_one_without():
+    page = (ROOT / "docs" / "cluster.md").read_text()
+    named = set(
+        re.findall(r"`(\w+)`", page[page.index("Rules without a line") : page.index("`default-resources`")])
+    )
+    rules = dict(re.findall(r"^ *rule (\w+):(.*?)(?=^ *rule |\Z)", WORKFLOW, re.M | re.S))
+    sent = {name for name, rule in rules.items() if "script:" in rule and "localrule: True" not in rule}
+    assert {name for name in sent if "**needs(" not in rules[name]} == named
 
 
 def test_the_page_on_clusters_tells_what_the_profile_does():

@@ -1,6 +1,6 @@
 """Memory and time that jobs need, from the size of what they work on; they ask for more.
 
-needs.csv holds a line per rule, as `scripts/measure_needs.py` writes it from the logs of runs (without a column `jobs`: set
+needs.csv holds a line per rule, as `scripts/measure_needs.py` writes it from the logs of runs (where `jobs` is 0: set
 by hand, generously). The distances of a grid are counted from the config: they come on top where a job holds them all.
 """
 
