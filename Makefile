@@ -42,10 +42,10 @@ test: $(READY) $(EXTRA)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile *.smk
-	$(BIN)/snakemake --lint
-	@for part in surfaces patches; do $(BIN)/python -c "from scripts.compile_kernels import main; \
-	  main({'mark': '.cache/kernels_of_$$part'}, '$$part', 'published')" & jobs="$$jobs $$!"; done; \
-	  for job in $$jobs; do wait $$job || exit 1; done  # once, not in each test
+	@$(BIN)/snakemake --lint & jobs=$$!; for part in surfaces patches; do \
+	  $(BIN)/python -c "from scripts.compile_kernels import main; \
+	    main({'mark': '.cache/kernels_of_$$part'}, '$$part', 'published')" & jobs="$$jobs $$!"; done; \
+	  for job in $$jobs; do wait $$job || exit 1; done  # kernels once, not in each test
 	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 bench: $(READY)

@@ -370,7 +370,7 @@ def test_damaged_files_are_read_or_refused(shared, tmp_path, reader):
         frames.save(str(tmp_path / "made" / f"twin.{extension}"))
     rng = random.Random(20260101)
     outcomes = []
-    for case in range(int(os.environ.get("SPARSURF_FUZZ_CASES", "80"))):
+    for case in range(int(os.environ.get("SPARSURF_FUZZ_CASES", "40"))):
         *names, which = FUZZED[case % len(FUZZED)]
         roots = [tmp_path if name and name.startswith("made") else shared for name in names]
         paths = [root / name if name else None for root, name in zip(roots, names, strict=True)]
