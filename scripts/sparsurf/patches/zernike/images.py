@@ -158,6 +158,18 @@ def _fill_pixel(image, i, bit, above, here, below, inverse):
     image[b + one] = ((total + image[b + two]) + image[b]) * inverse[_count_bits(np.uint32(n))]
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _fill_pixels(image, i, ready, above, here, below, inverse):
+    """As `_fill_pixel`, of the pixels `ready` from left to right; returns the word of their row."""
+    one = np.uint32(1)
+    while ready:
+        bit = np.uint32(ready & (~ready + one))
+        _fill_pixel(image, i, bit, above, here, below, inverse)
+        here = np.uint32(here | bit)
+        ready = np.uint32(ready & (ready - one))
+    return here
+
+
 @njit(cache=True, nogil=True)
 def fill_gaps(image, filled, open_disc, inverse):
     """Fill empty pixels strictly inside the disc, in place and in row-major order.
@@ -189,13 +201,9 @@ def fill_gaps(image, filled, open_disc, inverse):
             todo = np.uint32(open_disc[i] & ~here)
             ready = np.uint32(todo & (((below >> one) & (above << one)) | ((above >> one) & (below << one))))
             left |= todo & ~ready
-            while ready:
-                bit = np.uint32(ready & (~ready + one))
-                _fill_pixel(image, i, bit, above, here, below, inverse)
-                here = np.uint32(here | bit)
-                ready = np.uint32(ready & (ready - one))
+            if ready:
+                filled[i] = _fill_pixels(image, i, ready, above, here, below, inverse)
                 changed = True
-            filled[i] = here
         if left == 0:
             return
         if not changed:
@@ -212,12 +220,7 @@ def fill_gaps(image, filled, open_disc, inverse):
                 ready = np.uint32(todo & (((ready + todo) ^ todo) | ready))
                 changed = True
                 left |= todo & ~ready
-                while ready:
-                    bit = np.uint32(ready & (~ready + one))
-                    _fill_pixel(image, i, bit, above, here, below, inverse)
-                    here = np.uint32(here | bit)
-                    ready = np.uint32(ready & (ready - one))
-                filled[i] = here
+                filled[i] = _fill_pixels(image, i, ready, above, here, below, inverse)
             else:
                 left |= todo
         if left == 0 or not changed:
