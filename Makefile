@@ -24,6 +24,7 @@ EXTRA  := $(if $(CLUSTER),$(VENV)/.ready-$(CLUSTER)-$(shell cat envs/requirement
 
 export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
+export PYTHONDONTWRITEBYTECODE =  # bytecode is kept: a study starts dozens of processes
 
 .PHONY: setup run paper compare test bench lock
 

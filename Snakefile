@@ -322,7 +322,7 @@ rule draw_figures:
     resources:
         **needs("draw_figures", files.dots),
     params:
-        **made_by("draw_figures.py", "patches", "sampling", "seed", figures=FIGURES),
+        **made_by("draw_figures.py", "patches", "sampling", "evaluation", "seed", figures=FIGURES),
     message:
         "Figures of {wildcards.protein}/{wildcards.conformation}"
     script:

@@ -21,6 +21,7 @@ from sparsurf.workflow.jobs import run
 
 SPARSE = Combination(1.0, 1.0, 10.0, 0.0)  # Fig. 5 D of the paper: few dots, where the surface is rough
 MOST_TESTS = 8_000  # test dots by roughness: the rarest roughness decides how many each bin may show
+PER_TEST = 40  # test dots by roughness for each of the grid: a study of fewer is a quick one
 DRAWS = 6  # of the combination, for the numbers by roughness
 
 
@@ -42,7 +43,9 @@ def main(inputs, outputs, settings, name, threads):
         (f"sampled, {SPARSE}", sparse),
         ("random, as many", random_sparse),
     ]
-    fourth = _rough_and_flat(evaluator, combination, readings, best["yardsticks"], outputs["bins"])
+    wished = settings["evaluation"]["test_dots"]
+    n_tests = MOST_TESTS if wished == "published" else min(MOST_TESTS, PER_TEST * wished)
+    fourth = _rough_and_flat(evaluator, combination, readings, n_tests, best["yardsticks"], outputs["bins"])
     recovered = [
         _recovered(surface, f"recovered from {letter}", kept)
         for letter, (_, kept) in zip("DE", subsets[3:], strict=True)
@@ -59,11 +62,11 @@ def _recovered(surface, title, kept):
     return title, points, normals, off(points, surface.points, surface.normals)
 
 
-def _rough_and_flat(evaluator, combination, readings, yardsticks, path_to_bins):
+def _rough_and_flat(evaluator, combination, readings, n_tests, yardsticks, path_to_bins):
     """What Figure 4 shows, its numbers being written to a table: patches around kept dots, then around any dots."""
     tables, panels = [], []
     for around, kept in rough_and_flat.AROUND.items():
-        found = rough_and_flat.by_roughness(evaluator, combination, readings, MOST_TESTS, DRAWS, kept)
+        found = rough_and_flat.by_roughness(evaluator, combination, readings, n_tests, DRAWS, kept)
         tables.append(rough_and_flat.bins_table(found, kept).assign(around=around))
         for reading in readings:
             z_ts, z_tr = found.z[reading][:, 0]

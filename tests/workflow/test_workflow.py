@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 from urllib.parse import unquote
 
+import pandas as pd
 import pytest
 
 from conftest import ROOT, RULES, WORKFLOW
@@ -83,6 +84,9 @@ def test_every_promised_file_is_there(finished):
         ] + [f"figures/{name}.{end}" for name in FIGURES for end in ("png", "svg")]:
             assert (protein / conformation / name).stat().st_size > 0, name
     assert not list(protein.rglob(".part-*"))
+    bins = pd.read_csv(protein / "f0000" / "rough_and_flat.csv")
+    drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
+    assert drawn.to_list() == [40 * SMALL["evaluation"]["test_dots"]] * 2
 
 
 def test_a_second_run_has_nothing_to_do(finished):
