@@ -47,7 +47,7 @@ test: $(READY) $(EXTRA)
 	  $(BIN)/python -c "from scripts.compile_kernels import main; \
 	    main({'mark': '.cache/kernels_of_$$part'}, '$$part', 'published')" & jobs="$$jobs $$!"; done; \
 	  for job in $$jobs; do wait $$job || exit 1; done  # kernels once, not in each test
-	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder  # three on two cores
 
 bench: $(READY)
 	$(BIN)/python scripts/bench.py

@@ -276,7 +276,7 @@ rule evaluate_grid:
     priority: 2  # before what only follows from them
     conda:
         "envs/study.yaml"
-    threads: files.side_by_side(THREADS, workflow)
+    threads: files.side_by_side(THREADS, workflow.resource_settings.cores if HERE else None)
     resources:
         **needs("evaluate_grid", files.dots, besides=files.distances),
     params:

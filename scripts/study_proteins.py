@@ -2,7 +2,8 @@
 
 Every structure of a folder is read (first model, protein only, without hydrogens), small ones first; one whose sequence is
 like that of a protein already measured is left out. A protein that is there is not measured again; `--most-dots` leaves
-out what is larger. `--variants N` measures the N smallest of 400 atoms or more again, with one rule changed at a time.
+out what is larger. `--recovered N` measures a quarter of the grid of the N smallest again, each subset made a surface of its
+own; `--variants N` measures the N smallest of 400 atoms or more again, with one rule changed at a time.
 """
 
 import argparse
@@ -14,11 +15,12 @@ from sparsurf import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.likeness import ALIKE, likeness, words_of
 from sparsurf.molecules.reading import read_molecule
+from sparsurf.recovery.reading import RECOVERED
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import protein_variants
 from sparsurf.study.protein_files import save
-from sparsurf.study.protein_scores import Rules, measure
+from sparsurf.study.protein_scores import OF_RECOVERED, READINGS, Rules, measure, thin_grid
 from sparsurf.threads import available_cores
 from sparsurf.workflow.config import check
 
@@ -66,7 +68,7 @@ def combinations_of(sampling):
     return law.grid(*(sampling[key] for key in PARAMETERS))
 
 
-def main(folder, out, most_dots=None, variants=0, threads=1):
+def main(folder, out, most_dots=None, recovered=0, variants=0, threads=1):
     """Measure what is missing."""
     out = Path(out)
     found = structures(folder)
@@ -77,11 +79,17 @@ def main(folder, out, most_dots=None, variants=0, threads=1):
             _measure_one(
                 out / name, molecule, combinations_of(sampling), Rules(), threads, most_dots=most_dots
             )
+    thin = combinations_of(thin_grid(sampling))
+    for name, _, molecule in proteins[:recovered]:
+        if not (out / RECOVERED / name).is_dir():
+            _measure_one(
+                out / RECOVERED / name, molecule, thin, Rules(), threads, OF_RECOVERED, readings=(RECOVERED,)
+            )
     if variants:
-        measure_variants(proteins, out / "variants", sampling, variants, threads)
+        measure_variants(proteins, out / "variants", thin, variants, threads)
 
 
-def measure_variants(proteins, out, sampling, number, threads):
+def measure_variants(proteins, out, combinations, number, threads):
     """Measure a few proteins with one rule changed at a time."""
     protein_variants.enter_short_descriptor()
     some = [(name, molecule) for name, _, molecule in proteins if molecule.n_atoms >= VARIED][:number]
@@ -90,7 +98,6 @@ def measure_variants(proteins, out, sampling, number, threads):
     subjects = dict.fromkeys(protein_variants.VARIANTS, some) | {protein_variants.HYDROGENS: whole}
     names = dict.fromkeys(name for name, _ in some + whole)
     subjects[protein_variants.DEFAULT] = [(name, bare[name]) for name in names]
-    combinations = combinations_of(protein_variants.thin_grid(sampling))
     for variant, rules in ((variant, protein_variants.rules_of(variant)) for variant in subjects):
         for name, molecule in subjects[variant]:
             place = out / variant / name
@@ -110,7 +117,9 @@ def with_hydrogens(proteins, number):
     return found
 
 
-def _measure_one(place, molecule, combinations, rules, threads, counts=None, most_dots=None):
+def _measure_one(
+    place, molecule, combinations, rules, threads, counts=None, readings=READINGS, most_dots=None
+):
     """Measure one protein into a folder of its own, unless it is too large."""
     begin = time.monotonic()
     dots = ATOM_DOTS * molecule.n_atoms
@@ -118,7 +127,7 @@ def _measure_one(place, molecule, combinations, rules, threads, counts=None, mos
         print(f"{place.name}: left out, about {dots:.0f} dots", flush=True)
         return
     try:
-        tables = measure(molecule, place.name, combinations, rules, threads, counts)
+        tables = measure(molecule, place.name, combinations, rules, threads, counts, readings)
     except InputError as error:
         print(f"{place.name}: left out, {error}", flush=True)
         return
@@ -135,11 +144,14 @@ if __name__ == "__main__":
     parser.add_argument("results", help="folder of results, one per protein")
     parser.add_argument("--most-dots", type=float, help="leave out proteins with about more dots")
     parser.add_argument(
+        "--recovered", type=int, default=0, metavar="N", help="proteins whose grid is recovered too"
+    )
+    parser.add_argument(
         "--variants", type=int, default=0, metavar="N", help="proteins measured with rules changed"
     )
     parser.add_argument("--threads", type=int, default=available_cores())
     wish = parser.parse_args()
     try:
-        main(wish.structures, wish.results, wish.most_dots, wish.variants, wish.threads)
+        main(wish.structures, wish.results, wish.most_dots, wish.recovered, wish.variants, wish.threads)
     except InputError as error:
         sys.exit(str(error))

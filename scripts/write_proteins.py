@@ -11,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.recovery.reading import RECOVERED
 from sparsurf.report.figures import protein_figures
 from sparsurf.report.proteins_answer import readme
 from sparsurf.report.proteins_page import STORED, page
@@ -29,7 +30,9 @@ def write_tables(path_to_results, tables, evidence):
     results = Path(path_to_results)
     places = {variant: results / "variants" / variant for variant in VARIANTS}
     varied = {variant: load_all(place) for variant, place in places.items() if place.is_dir()}
-    for name, table in tables_of(load_all(results), varied).items():
+    alone = results / RECOVERED
+    recovered = load_all(alone) if alone.is_dir() else []
+    for name, table in tables_of(load_all(results), varied, recovered).items():
         if name in OF_RECOMMENDATION:
             path = evidence / f"{name}.csv.gz"
             table.to_csv(path, index=False, float_format="%.5g", compression=PACKED)
@@ -38,7 +41,7 @@ def write_tables(path_to_results, tables, evidence):
 
 
 def read_stored(docs=DOCS, evidence=EVIDENCE):
-    """The tables that the page is made of, by name; variants only where they were measured."""
+    """The tables that the page is made of, by name; variants and recovered grids only where they were measured."""
     paths = {name: Path(docs) / "tables" / f"proteins_{name}.csv" for name in STORED}
     return {name: pd.read_csv(path) for name, path in paths.items() if path.is_file()} | read_run(evidence)
 

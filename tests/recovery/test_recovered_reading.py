@@ -41,5 +41,8 @@ def test_the_grid_takes_it_beside_the_others(evaluator):
     assert np.allclose(both.z_ts[1], alone.z_ts[0], rtol=1e-5)
     sampled, random = evaluator.pair(combinations[1], 1)
     z, _ = evaluator.distances([sampled, random], both.tests, both.z_tot, "recovered")
+    more = grid.run(evaluator.changed(threads=2), combinations, 12, 2, ("surface", "recovered"))
+    assert np.array_equal(both.z_ts, more.z_ts) and np.array_equal(both.z_tr, more.z_tr)
+    assert np.array_equal(both.fragment, more.fragment)
     assert both.z_ts[1, 1, 1] == pytest.approx(z[0], rel=1e-5)
     assert both.z_tr[1, 1, 1] == pytest.approx(z[1], rel=1e-5)

@@ -140,16 +140,20 @@ def of_reading(table, reading):
 
 def test_d_over_proteins_is_that_of_the_table(stored):
     figure = protein_figures.d(stored)
-    assert [w for w in words_of(figure) if len(w) > 1] == [READINGS["kept"].words, READINGS["surface"].words]
-    assert [ax.get_ylabel() for ax in figure.axes] == ["d held out", ""]
-    for ax, reading, colour in zip(figure.axes, ("kept", "surface"), (VERMILLION, BLUE), strict=True):
-        rows = of_reading(stored["d"], reading)
+    words = [READINGS["kept"].words, READINGS["surface"].words, "recovered, a quarter of the grid"]
+    assert [w for w in words_of(figure) if len(w) > 1] == words
+    assert [ax.get_ylabel() for ax in figure.axes] == ["d held out", "", ""]
+    colours = dict(kept=VERMILLION, surface=BLUE, recovered=layout.PALETTE[2])
+    for ax, (reading, colour) in zip(figure.axes, colours.items(), strict=True):
+        rows = stored["recovered"] if reading == "recovered" else of_reading(stored["d"], reading)
         rows = rows[rows["range"] > 0]
         bars = bars_of(ax.containers[0])
         np.testing.assert_allclose(bars, rows[["n_S_percent", "own", "own_low", "own_high"]])
         assert colour_of(ax.containers[0][0]) == colour
         each = of_reading(stored["summary"], reading).dropna(subset="d_held_out")
-        np.testing.assert_array_equal(ax.lines[0].get_xydata(), each[["n_S_percent", "d_held_out"]])
+        assert each.empty == (reading == "recovered")
+        if len(each):
+            np.testing.assert_array_equal(ax.lines[0].get_xydata(), each[["n_S_percent", "d_held_out"]])
         choice = [line for line in ax.lines if line.get_marker() == "_" and colour_of(line) == BLACK]
         wanted = rows[["n_S_percent", "from_all"]]
         assert any(np.array_equal(line.get_xydata(), wanted) for line in choice)

@@ -1,5 +1,6 @@
 """The page on many proteins is what its tables say, and the README repeats it."""
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -52,6 +53,22 @@ def test_another_number_changes_the_sentences(stored):
     every = of_sign(stored | {"d": d.assign(n_above=d["n"])})
     assert "interval on every one;" in every
     assert "above 0 on none (" in of_sign(stored | {"d": d.assign(n_above=0)})
+
+
+def test_the_recovered_grid_is_told_where_it_was_measured(stored):
+    values = {"range": [0, 1, 2, 3], "n": 7, "n_S_percent": [9.0, 2.5, 20, 30], "n_above": [np.nan, 3, 1, 2]}
+    values |= {
+        "own": [0.1, 0.5, -0.2, 0.3],
+        "own_low": [0, 0.4, -0.3, 0.2],
+        "own_high": [0.2, 0.6, -0.1, 0.4],
+    }
+    said = of_sign(stored | {"recovered": pd.DataFrame(values)})
+    assert said.endswith(
+        "(`recovered`; 7 small proteins, a quarter of the grid), d = +0.50 (+0.40 to +0.60) on average at the fewest dots "
+        "(n_S = 2.5 %) and −0.20 to +0.30 beyond (mean +0.10 (+0.00 to +0.20))."
+    )
+    without = {name: table for name, table in stored.items() if name != "recovered"}
+    assert "`recovered`" not in of_sign(without) and "### islands: recovered" not in page(without)
 
 
 def test_mean_roughness_predicts_only_what_stays_after_correction(stored):

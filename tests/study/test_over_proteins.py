@@ -18,11 +18,22 @@ from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling import law
-from sparsurf.study import over_proteins, protein_files, protein_variants
-from sparsurf.study.protein_scores import PERCENTS, SAMPLERS, Counts, Rules, measure, ready
+from sparsurf.sampling.combination import texts_of
+from sparsurf.study import over_proteins, protein_files, protein_tables, protein_variants
+from sparsurf.study.protein_scores import (
+    OF_RECOVERED,
+    PERCENTS,
+    SAMPLERS,
+    Counts,
+    Rules,
+    measure,
+    ready,
+    thin_grid,
+)
 
 FEW = Counts(draws=2, tests=5, of_floors=10, draws_by_n_s=1, tests_by_n_s=10)
 GRID = law.grid([0.2, 1.0], [0], [0, 4], [0])
+SAMPLING = {"alpha": [0.1, 0.2, 0.3], "beta": [0], "gamma": [2, 4], "delta": [1]}
 
 
 def curve(protein="p", sampler="uniform", islands="surface", factor=1.0):
@@ -285,6 +296,62 @@ def test_a_protein_is_measured_as_it_is_and_recovered(measured):
     assert list(result.ranges["islands"].unique()) == ["kept", "surface"]
 
 
+def test_a_grid_is_recovered_alone(measured, tmp_path):
+    found = measure(measured[0], "p", GRID, counts=FEW._replace(samplers=()), readings=("recovered",))
+    assert list(found[0].ranges["islands"].unique()) == ["recovered"] and found[2].empty
+    protein_files.save(tmp_path / "p", *found, n_atoms=20)
+    result, _, by_n_s, _ = protein_files.load(tmp_path / "p")
+    assert by_n_s.empty
+    evaluator, _ = ready(measured[0], "p", Rules(), 1)
+    tests = evaluator.draw_tests(FEW.tests)
+    z_tot, _ = evaluator.describe(tests)
+    pairs = [evaluator.pair(GRID[1], draw) for draw in range(FEW.draws)]
+    z = np.array([evaluator.distances(pair, tests, z_tot, "recovered")[0] for pair in pairs])
+    assert result.grid["Z_tS_recovered"][1] == pytest.approx(z[:, 0].mean(), rel=1e-5)
+    assert result.grid["Z_tR_recovered"][1] == pytest.approx(z[:, 1].mean(), rel=1e-5)
+    four = [replace(result, protein=name) for name in "abcd"]
+    four[1] = replace(four[1], grid=result.grid.assign(d_recovered=result.grid["d_recovered"] - 1))
+    own, covered = protein_tables.of_recovered(four)
+    own = own.set_index("range")
+    assert own.loc[1, "lowest_protein"] == "b"
+    assert own.loc[1, "from_all"] == pytest.approx(
+        own.loc[1, "lowest"] + 3 / 4
+    )  # d of the other three is 1 higher
+    assert covered[["quantity", "n"]].iloc[0].to_list() == ["d held out, `recovered`", 4]
+    assert own["n"].unique().tolist() == [4]
+    assert own.loc[0, "own"] == pytest.approx(result.ranges["d_held_out"].mean())
+    held = result.ranges[result.ranges["n_combinations"] > 0]
+    assert own["own"].iloc[1:].to_numpy() == pytest.approx(held["d_held_out"].to_numpy())
+    assert own["n_combinations"].iloc[1:].tolist() == held["n_combinations"].tolist()
+    first = texts_of(held)[0]
+    assert own["winner"].iloc[1] == first and own["n_there"].iloc[1] == 4 == own["n_held"].iloc[1]
+
+
+def test_the_smallest_are_recovered_each_once(monkeypatch, tmp_path):
+    sizes = {"c": 3, "a": 1, "b": 2}
+    molecules = {name: SimpleNamespace(n_atoms=n) for name, n in sizes.items()}
+    ordered = [(name, name, molecules[name]) for name in ("a", "b", "c")]
+    monkeypatch.setattr(study_proteins, "structures", lambda folder: ordered)
+    monkeypatch.setattr(study_proteins, "distinct", iter)
+    monkeypatch.setattr(study_proteins, "check", lambda config: {"sampling": SAMPLING})
+    asked = []
+    monkeypatch.setattr(
+        study_proteins, "_measure_one", lambda place, *given, **more: asked.append((place, given, more))
+    )
+    (tmp_path / "recovered" / "a").mkdir(parents=True)
+    study_proteins.main("folder", tmp_path, recovered=2)
+    assert [place for place, *_ in asked] == [
+        tmp_path / "a",
+        tmp_path / "b",
+        tmp_path / "c",
+        tmp_path / "recovered" / "b",
+    ]
+    _, given, more = asked[-1]
+    assert more == {"readings": ("recovered",)} and given[-1] == OF_RECOVERED
+    assert np.array_equal(given[1], law.grid([0.1, 0.3], [0], [2, 4], [1]))
+    assert np.array_equal(asked[0][1][1], law.grid([0.1, 0.2, 0.3], [0], [2, 4], [1]))
+
+
 def test_what_is_saved_comes_back_and_half_a_protein_is_refused(measured, tmp_path):
     protein_files.save(tmp_path / "p", *measured[1], n_atoms=20)
     result, floors, _, single = protein_files.load(tmp_path / "p")
@@ -310,7 +377,8 @@ def test_one_rule_changed_at_a_time():
         rules = protein_variants.rules_of(variant)
         assert {key: getattr(rules, key) for key in changes} == changes and len(changes) <= 1
         assert variant in (protein_variants.DEFAULT, protein_variants.HYDROGENS) or rules != Rules()
-    assert protein_variants.thin_grid({"alpha": [1, 2, 3], "gamma": [1, 2, 3]}) == {
+    assert thin_grid({"alpha": [1, 2, 3], "beta": [4, 5], "gamma": [1, 2, 3]}) == {
+        "beta": [4],
         "alpha": [1, 3],
         "gamma": [1, 2, 3],
     }

@@ -213,28 +213,19 @@ def test_what_jobs_need_grows_with_the_files(checkpoints, tmp_path, monkeypatch)
 )
 def test_grids_run_side_by_side_where_that_leaves_no_core_idle(checkpoints, proteins, cores, threads):
     some = {name: CONFIG["proteins"][name] for name in proteins}
-    here = SimpleNamespace(
-        resource_settings=SimpleNamespace(cores=cores), local_exec=True, is_main_process=True
-    )
-    asked = FilesOfARun(CONFIG | {"proteins": some}, ["fig"], checkpoints).side_by_side(8, here)
+    asked = FilesOfARun(CONFIG | {"proteins": some}, ["fig"], checkpoints).side_by_side(8, cores)
     assert asked(of("moving" if "moving" in proteins else "still")) == threads
 
 
 @pytest.mark.parametrize(("surfaces", "threads"), [(7, 2), (9, 1)])
 def test_many_grids_run_side_by_side_even_if_the_last_is_alone(checkpoints, surfaces, threads):
     some = {f"s{k}": CONFIG["proteins"]["ready"] for k in range(surfaces)}
-    here = SimpleNamespace(resource_settings=SimpleNamespace(cores=2), local_exec=True, is_main_process=True)
-    asked = FilesOfARun(CONFIG | {"proteins": some}, ["fig"], checkpoints).side_by_side(8, here)
+    asked = FilesOfARun(CONFIG | {"proteins": some}, ["fig"], checkpoints).side_by_side(8, 2)
     assert asked(of("s0")) == threads
 
 
-@pytest.mark.parametrize(
-    "elsewhere",
-    [{"local_exec": False}, {"is_main_process": False}, {"resource_settings": SimpleNamespace(cores=None)}],
-)
-def test_a_grid_of_a_cluster_gets_all_its_threads(files, elsewhere):
-    here = {"resource_settings": SimpleNamespace(cores=2), "local_exec": True, "is_main_process": True}
-    assert files.side_by_side(8, SimpleNamespace(**here | elsewhere))(of("moving")) == 8
+def test_a_grid_of_a_cluster_gets_all_its_threads(files):
+    assert files.side_by_side(8, None) == 8
 
 
 def test_threads_can_be_asked_for_before_the_frames_are_chosen(files, monkeypatch):
@@ -242,5 +233,4 @@ def test_threads_can_be_asked_for_before_the_frames_are_chosen(files, monkeypatc
         raise IncompleteCheckpointException(SimpleNamespace(name="choose_frames"), "frames.csv")
 
     monkeypatch.setattr(files._checkpoints.choose_frames, "get", not_yet)
-    here = SimpleNamespace(resource_settings=SimpleNamespace(cores=4), local_exec=True, is_main_process=True)
-    assert files.side_by_side(8, here)(of("moving")) == 4  # five proteins
+    assert files.side_by_side(8, 4)(of("moving")) == 4  # five proteins

@@ -102,10 +102,7 @@ def read_frames(path, n_atoms, atoms, stride=1):
     xyz, time_ps, box = xyz[:count], time_ps[:count], box[:count]
     if extension not in TIMED or not (np.diff(time_ps) > 0).all():
         time_ps = np.full(len(xyz), np.nan)
-    return Frames(
-        xyz.astype(float) * ANGSTROM, time_ps, stride * np.arange(len(xyz)),
-        box.astype(float) * ANGSTROM if len(box) else None,
-    )  # fmt: skip
+    return _in_angstrom(xyz, time_ps, stride * np.arange(len(xyz)), box)
 
 
 def read_frames_at(path, n_atoms, atoms, times):
@@ -114,10 +111,13 @@ def read_frames_at(path, n_atoms, atoms, times):
     far = np.abs(every.time_ps[:, None] - np.asarray(times)).min(axis=1)
     number = np.flatnonzero((far < AT) | (every.number == 0))
     xyz, _, box = frames(path, n_atoms, atoms, only=number)
-    return Frames(
-        xyz.astype(float) * ANGSTROM, every.time_ps[number], number,
-        box.astype(float) * ANGSTROM if len(box) else None,
-    )  # fmt: skip
+    return _in_angstrom(xyz, every.time_ps[number], number, box)
+
+
+def _in_angstrom(xyz, time_ps, number, box):
+    """Frames of what mdtraj gives in nanometres."""
+    box = box.astype(float) * ANGSTROM if len(box) else None
+    return Frames(xyz.astype(float) * ANGSTROM, time_ps, number, box)
 
 
 def _whole_frames(path, n_atoms, found, stride):

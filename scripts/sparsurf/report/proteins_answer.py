@@ -32,7 +32,20 @@ def of_sign(stored):
         f"held out, d = {between(few, 'own')} under `kept` in the ranges below half of the dots, above 0 by the protein's "
         f"own interval on {on}; under `surface` d = {between(not_all, 'own')} in all ranges but the last, which keeps every "
         f"dot, above 0 on {above} (means over all ranges {interval(a, 'own')} and "
-        f"{interval(b, 'own')})."
+        f"{interval(b, 'own')}).{of_recovered(stored)}"
+    )
+
+
+def of_recovered(stored):
+    """d where the kept dots alone are made a surface again, as a sentence; nothing where it was not measured."""
+    if "recovered" not in stored:
+        return ""
+    rows = stored["recovered"]
+    whole, few, more = rows.iloc[0], rows.iloc[1], rows.iloc[2:]
+    return (
+        f" With the surface made again from the kept dots alone (`recovered`; {whole['n']:.0f} small proteins, a quarter of the "
+        f"grid), d = {interval(few, 'own')} on average at the fewest dots (n_S = {few['n_S_percent']:.1f} %) and "
+        f"{between(more, 'own')} beyond (mean {interval(whole, 'own')})."
     )
 
 

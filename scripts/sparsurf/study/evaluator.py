@@ -17,6 +17,7 @@ from sparsurf.sampling import law
 from sparsurf.sampling.combination import Combination
 from sparsurf.streams import stream
 from sparsurf.surfaces.spacing import area_of
+from sparsurf.threads import over_slices
 
 AS_PUBLISHED_SHARE = 200  # the authors test N / 200 dots
 
@@ -123,9 +124,13 @@ class Evaluator:
         `weights` (B, N), by position, count each kept dot; for readings of the one surface only.
         """
         if READINGS[reading].alone:
-            found = [
-                self.distances_alone(subset, tests, z_tot, READINGS[reading].alone) for subset in subsets
-            ]
+            one, alone = self.changed(threads=1), READINGS[reading].alone
+            found = over_slices(
+                lambda k, _: one.distances_alone(subsets[k], tests, z_tot, alone),
+                len(subsets),
+                self.threads,
+                1,
+            )
             return tuple(np.array(values) for values in zip(*found, strict=True))
         _, z, sizes = self._in_passes(subsets, tests, (reading,), z_tot, weights)
         return z[0], sizes[0]

@@ -16,13 +16,14 @@ N_RANGES = 10
 LOWEST_TARGET = 10.0  # %, whose Z recovered dots reach below the fewest that were measured: but a bound
 
 
-def tables_of(measured, varied):
+def tables_of(measured, varied, recovered=()):
     """Every table by name; those of `OF_RECOMMENDATION` are as `summarise_run.py` writes them.
 
     Parameters
     ----------
     measured : list of what `protein_files.load` returns
     varied : dict of variant to such a list; may be empty
+    recovered : such a list of the proteins whose grid was measured under `recovered`; may be empty
     """
     results = [each[0] for each in measured]
     curves, floors = (
@@ -53,7 +54,27 @@ def tables_of(measured, varied):
     found["coverage"] = coverage(results, quantities, curves, floors)
     if varied:
         found["variants"] = protein_variants.table(varied)
+    if recovered:
+        found["recovered"], covered = of_recovered([each[0] for each in recovered])
+        found["coverage"] = pd.concat([found["coverage"], covered], ignore_index=True)
     return found
+
+
+def of_recovered(results):
+    """Of the proteins whose grid was recovered: d per range of n_S with the combination that is best on average and the
+    protein on which the choice of all others does worst; and how often such an interval holds, a row of `coverage`."""
+    summary = summary_table(results)
+    best = over_proteins.plateaus(results, summary)
+    chosen = best[["range", "n_combinations", "winner", "n_there", "n_held"]]
+    worst = summary.sort_values("d_from_all").drop_duplicates("range")[["range", "protein", "d_from_all"]]
+    chosen = chosen.merge(
+        worst.rename(columns={"protein": "lowest_protein", "d_from_all": "lowest"}), on="range"
+    )
+    held = summary.groupby("protein")["d_held_out"].mean()
+    share = over_proteins.coverage_of_mean(held.to_numpy(), stream(SEED, "coverage", RECOVERED))
+    words = f"d held out, `{RECOVERED}`"
+    covered = pd.DataFrame([{"quantity": words, "interval": "mean", "n": len(held), "coverage": share}])
+    return over_proteins.d_by_range(summary).merge(chosen, on="range", how="left"), covered
 
 
 def quantities_of(summary, enough, needed):

@@ -40,11 +40,6 @@ def rules_of(variant):
     return replace(Rules(), **VARIANTS[variant])
 
 
-def thin_grid(sampling):
-    """The config's `sampling` with every second alpha and beta: a quarter of the combinations, at all gammas and deltas."""
-    return {key: values[::2] if key in ("alpha", "beta") else values for key, values in sampling.items()}
-
-
 def enter_short_descriptor():
     """Make the published descriptor up to order 10 known under the name `SHORT`."""
     columns = np.flatnonzero([polynomials.indices()[place][0] <= 10 for place in published.order()])

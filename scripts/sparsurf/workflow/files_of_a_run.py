@@ -63,18 +63,17 @@ class FilesOfARun:
             return ["c1"]
         return conformations_of(self._checkpoints.choose_frames.get(protein=name).output.frames)
 
-    def side_by_side(self, most, workflow):
-        """Threads, at most `most`, of a job of which each conformation has one; a function of wildcards.
+    def side_by_side(self, most, cores):
+        """Threads, at most `most`, of a job of which each conformation has one; as a rule takes them.
 
         Such jobs run side by side with few threads each, as far as that leaves no core idle: each begins and ends with
-        what one thread does alone.
+        what one thread does alone. `cores` are those of this machine, None where jobs run elsewhere.
         """
+        if cores is None:
+            return most
+        cores = min(cores, most)
 
         def threads(wildcards):
-            cores = workflow.resource_settings.cores
-            if not workflow.local_exec or not workflow.is_main_process or cores is None:
-                return most
-            cores = min(cores, most)
             try:
                 jobs = len(self.conformations(wildcards.protein)) * len(self.proteins)  # about
             except IncompleteCheckpointException:  # asked again later

@@ -1,6 +1,7 @@
 """Figures of the study over many proteins: d, mean roughness, dots that are enough, Z by n_S."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.ticker import NullLocator
 
 from sparsurf.patches.readings import OF_GRID, PUBLISHED, READINGS, TEXT
@@ -12,7 +13,10 @@ from sparsurf.report.figures.summary_figures import GREEK
 from sparsurf.sampling.samplers import called
 
 FAIR = "atoms moved 0.3 Å"
-COLOURS = {TEXT: PALETTE[0], PUBLISHED: PALETTE[5]}
+COLOURS = {TEXT: PALETTE[0], PUBLISHED: PALETTE[5], RECOVERED: PALETTE[2]}
+WORDS = {reading: READINGS[reading].words for reading in OF_GRID} | {
+    RECOVERED: "recovered, a quarter of the grid"
+}
 ENDS = (1.0, 60.0)  # %, the n_S that were measured
 READINGS_SHOWN = [name for name in OF_GRID if name in COLOURS]
 AXIS = "$n_S$ (% of the dots)"
@@ -20,16 +24,21 @@ AXIS = "$n_S$ (% of the dots)"
 
 @styled
 def d(stored):
-    """d by range of n_S: each protein's own best, and what all others choose for it."""
-    figure = layout.sheet(layout.PAGE, 76)
+    """d by range of n_S: each protein's own best, and what all others choose for it; of the recovered grid, the means."""
+    figure = layout.sheet(layout.PAGE, 80)
     summary = stored["summary"]
-    for k, reading in enumerate(READINGS_SHOWN):
-        ax = layout.axes(figure, 16 + 88 * k, 9, 72, 44)
-        rows = stored["d"][(stored["d"]["islands"] == reading) & (stored["d"]["range"] > 0)]
+    table = pd.concat([stored["d"], stored.get("recovered")])
+    shown = [*READINGS_SHOWN, RECOVERED] if "recovered" in stored else READINGS_SHOWN
+    apart = (layout.PAGE - 3) / len(shown)
+    for k, reading in enumerate(shown):
+        left = 13 + apart * k
+        ax = layout.axes(figure, left, 9, apart - 14, 44)
+        rows = table[(table["islands"] == reading) & (table["range"] > 0)]
         own = summary[(summary["islands"] == reading) & summary["d_held_out"].notna()]
-        ax.plot(
-            own["n_S_percent"], own["d_held_out"], ".", color="#BBBBBB", markersize=2, label="one protein"
-        )
+        if len(own):
+            ax.plot(
+                own["n_S_percent"], own["d_held_out"], ".", color="#BBBBBB", markersize=2, label="one protein"
+            )
         error = rows[["own", "own_low", "own_high"]].to_numpy().T
         ax.errorbar(
             rows["n_S_percent"], error[0], [error[0] - error[1], error[2] - error[0]],
@@ -38,9 +47,9 @@ def d(stored):
         ax.plot(rows["n_S_percent"], rows["from_all"], "k_", markersize=9, label="choice of all others, mean")
         ax.axhline(0, color="black", linewidth=0.5)
         ax.set(xlabel=AXIS, ylabel="d held out" if k == 0 else "")
-        layout.letter(figure, 2 + 88 * k, 2, "AB"[k])
-        layout.text(figure, 7 + 88 * k, 2.3, READINGS[reading].words)
-        layout.legend(figure, 16 + 88 * k, 66, ax.get_legend_handles_labels()[0], ncols=2, columnspacing=1)
+        layout.letter(figure, left - 11, 2, "ABC"[k])
+        layout.text(figure, left - 6, 2.3, WORDS[reading])
+        layout.legend(figure, left, 66, ax.get_legend_handles_labels()[0])
     return figure
 
 
