@@ -74,17 +74,12 @@ def main(folder, out, most_dots=None, recovered=0, variants=0, threads=1):
     found = structures(folder)
     sampling = check({"proteins": {"any": {"structure": str(found[0][1])}}})["sampling"]
     proteins = list(distinct(found))
+    whole, thin = combinations_of(sampling), combinations_of(thin_grid(sampling))
     for name, _, molecule in proteins:
-        if not (out / name).is_dir():
-            _measure_one(
-                out / name, molecule, combinations_of(sampling), Rules(), threads, most_dots=most_dots
-            )
-    thin = combinations_of(thin_grid(sampling))
+        _measure_one(out / name, molecule, whole, Rules(), threads, most_dots=most_dots)
     for name, _, molecule in proteins[:recovered]:
-        if not (out / RECOVERED / name).is_dir():
-            _measure_one(
-                out / RECOVERED / name, molecule, thin, Rules(), threads, OF_RECOVERED, readings=(RECOVERED,)
-            )
+        place = out / RECOVERED / name
+        _measure_one(place, molecule, thin, Rules(), threads, OF_RECOVERED, readings=(RECOVERED,))
     if variants:
         measure_variants(proteins, out / "variants", thin, variants, threads)
 
@@ -101,8 +96,7 @@ def measure_variants(proteins, out, combinations, number, threads):
     for variant, rules in ((variant, protein_variants.rules_of(variant)) for variant in subjects):
         for name, molecule in subjects[variant]:
             place = out / variant / name
-            if not place.is_dir():
-                _measure_one(place, molecule, combinations, rules, threads, protein_variants.COUNTS)
+            _measure_one(place, molecule, combinations, rules, threads, protein_variants.COUNTS)
 
 
 def with_hydrogens(proteins, number):
@@ -120,7 +114,9 @@ def with_hydrogens(proteins, number):
 def _measure_one(
     place, molecule, combinations, rules, threads, counts=None, readings=READINGS, most_dots=None
 ):
-    """Measure one protein into a folder of its own, unless it is too large."""
+    """Measure one protein into a folder of its own, unless that is there or the protein is too large."""
+    if place.is_dir():
+        return
     begin = time.monotonic()
     dots = ATOM_DOTS * molecule.n_atoms
     if most_dots and dots > most_dots:

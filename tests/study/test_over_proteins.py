@@ -329,27 +329,29 @@ def test_a_grid_is_recovered_alone(measured, tmp_path):
 
 def test_the_smallest_are_recovered_each_once(monkeypatch, tmp_path):
     sizes = {"c": 3, "a": 1, "b": 2}
-    molecules = {name: SimpleNamespace(n_atoms=n) for name, n in sizes.items()}
+    molecules = {name: SimpleNamespace(n_atoms=n, n_residues=1) for name, n in sizes.items()}
     ordered = [(name, name, molecules[name]) for name in ("a", "b", "c")]
     monkeypatch.setattr(study_proteins, "structures", lambda folder: ordered)
     monkeypatch.setattr(study_proteins, "distinct", iter)
     monkeypatch.setattr(study_proteins, "check", lambda config: {"sampling": SAMPLING})
-    asked = []
-    monkeypatch.setattr(
-        study_proteins, "_measure_one", lambda place, *given, **more: asked.append((place, given, more))
-    )
+    asked, saved = [], []
+    one = SimpleNamespace(n_dots=1)
+    monkeypatch.setattr(study_proteins, "measure", lambda *given: asked.append(given) or (one,))
+    monkeypatch.setattr(study_proteins, "save", lambda place, *tables, **more: saved.append(place))
     (tmp_path / "recovered" / "a").mkdir(parents=True)
     study_proteins.main("folder", tmp_path, recovered=2)
-    assert [place for place, *_ in asked] == [
+    assert saved == [
         tmp_path / "a",
         tmp_path / "b",
         tmp_path / "c",
         tmp_path / "recovered" / "b",
     ]
-    _, given, more = asked[-1]
-    assert more == {"readings": ("recovered",)} and given[-1] == OF_RECOVERED
-    assert np.array_equal(given[1], law.grid([0.1, 0.3], [0], [2, 4], [1]))
-    assert np.array_equal(asked[0][1][1], law.grid([0.1, 0.2, 0.3], [0], [2, 4], [1]))
+    molecule, name, combinations, *_, counts, readings = asked[-1]
+    assert molecule is molecules["b"] and name == "b"
+    assert readings == ("recovered",) and counts == OF_RECOVERED
+    assert np.array_equal(combinations, law.grid([0.1, 0.3], [0], [2, 4], [1]))
+    assert np.array_equal(asked[0][2], law.grid([0.1, 0.2, 0.3], [0], [2, 4], [1]))
+    assert asked[0][-1] == ("kept", "surface")
 
 
 def test_what_is_saved_comes_back_and_half_a_protein_is_refused(measured, tmp_path):
