@@ -3,9 +3,11 @@
 import hashlib
 import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+import compile_kernels
 from conftest import ROOT
 from sparsurf import kernel_cache
 
@@ -62,3 +64,37 @@ def test_sources_are_those_of_kernels_and_of_what_they_import(monkeypatch, tmp_p
     assert kernel_cache.kernel_sources().decode() == "".join(
         texts[name] for name in ("deep/constants.py", "kernel.py", "plain.py")
     )
+
+
+def test_kernels_that_were_compiled_are_not_run_again(monkeypatch, tmp_path):
+    """A mark of each part, descriptor, numba and machine beside the kernels; the rule's own output comes either way."""
+    ran, out = [], {"mark": tmp_path / "out"}
+    for name in ("_surfaces_and_pictures", "_recovery", "_patches", "_choices_and_pairs"):
+        monkeypatch.setattr(compile_kernels, name, lambda *given, name=name: ran.append((name, *given)))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    surfaces = [("_surfaces_and_pictures",), ("_recovery",)]
+    for part, descriptor, expected in (
+        ("surfaces", "published", surfaces),
+        ("surfaces", "published", []),
+        ("patches", "published", [("_patches", "published"), ("_choices_and_pairs",)]),
+        ("patches", "steady", [("_patches", "steady"), ("_choices_and_pairs",)]),
+        ("patches", "published", []),
+    ):
+        compile_kernels.main(out, part, descriptor)
+        assert ran == expected and out["mark"].read_text() == "kernels compiled\n"
+        ran.clear()
+        out["mark"].unlink()
+    monkeypatch.setattr("importlib.metadata.version", lambda name: "0.0")
+    compile_kernels.main(out, "surfaces", "published")
+    assert ran == surfaces
+    monkeypatch.setattr("os.uname", lambda: SimpleNamespace(nodename="another"))
+    compile_kernels.main(out, "surfaces", "published")
+    assert ran == 2 * surfaces
+
+
+def test_what_fails_to_compile_is_tried_again(monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(compile_kernels, "_surfaces_and_pictures", lambda: 1 / 0)
+    for _ in range(2):
+        with pytest.raises(ZeroDivisionError):
+            compile_kernels.main({"mark": tmp_path / "out"}, "surfaces", "published")

@@ -5,6 +5,7 @@ import hashlib
 import os
 import re
 import shutil
+import sys
 import tempfile
 from pathlib import Path
 
@@ -48,6 +49,14 @@ def use():
         folder = Path(base) / name
         folder.mkdir()
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
+
+
+def mark(*what):
+    """File in that folder which says that some kernels were compiled: by this Python and numba, on this machine."""
+    from importlib.metadata import version  # not worth its time where nobody asks
+
+    compiler = (sys.implementation.cache_tag, f"numba{version('numba')}", os.uname().nodename)
+    return Path(os.environ["NUMBA_CACHE_DIR"], "-".join(("compiled", *what, *compiler)))
 
 
 def _places():

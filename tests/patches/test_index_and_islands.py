@@ -9,8 +9,10 @@ from scipy.sparse.csgraph import connected_components
 import naive
 from conftest import make_blob
 from sparsurf import InputError
+from sparsurf.patches import descriptors, index, kept_dots, roughness
 from sparsurf.patches.index import ball, ball_bound, build_index
 from sparsurf.patches.islands import leave_small_islands, patch
+from sparsurf.sampling import law
 from sparsurf.surfaces.spacing import refuse_sparse, spacing
 
 
@@ -108,3 +110,15 @@ def test_a_surface_too_sparse_for_its_linking_distance_is_refused():
     with pytest.raises(InputError, match=r"my protein: D_link = 0\.5 Å is below 1\.3 times"):
         refuse_sparse(index.xyz, 0.5, "my protein")
     refuse_sparse(index.xyz, 2 * spacing(index.xyz), "my protein")
+
+
+def test_whole_numbers_compile_no_kernels_of_their_own(blob):
+    def compiled(d_link, radius):
+        found = build_index(*blob, d_link)
+        law.build_cover(found, roughness.roughness(found, radius), radius)
+        descriptors.describe(found, blob[0][:2], radius)
+        kernels = (index._link, roughness._roughness, law._cover, kept_dots.patches_of)
+        return [kernel.signatures for kernel in kernels]
+
+    as_floats = [list(each) for each in compiled(1.0, 3.0)]
+    assert compiled(1, 3) == as_floats and all(as_floats)

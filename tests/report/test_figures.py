@@ -146,13 +146,12 @@ def test_recovered_surfaces_are_coloured_by_their_distance():
 
 @pytest.mark.parametrize("name", ["frames", "1", "2", "3", "4", "5"])
 def test_files_repeat_byte_by_byte(name, tmp_path):
-    figure = CASES[name]()
-    for folder, drawing in (("a", figure), ("b", figure), ("c", CASES[name]())):
+    for folder in "ab":
         (tmp_path / folder).mkdir()
-        layout.save(drawing, tmp_path / folder / "v1.2_figure")
+        layout.save(CASES[name](), tmp_path / folder / "v1.2_figure")
     for suffix in ("svg", "png"):
-        first, *others = [(tmp_path / f / f"v1.2_figure.{suffix}").read_bytes() for f in "abc"]
-        assert all(other == first for other in others)
+        first, again = [(tmp_path / f / f"v1.2_figure.{suffix}").read_bytes() for f in "ab"]
+        assert again == first
         assert b"dc:date" not in first and b"tIME" not in first
     assert ElementTree.fromstring((tmp_path / "a" / "v1.2_figure.svg").read_text()).tag.endswith("svg")
     picture = imread(tmp_path / "a" / "v1.2_figure.png")

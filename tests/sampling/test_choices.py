@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import naive
+from conftest import make_blob
 from sparsurf.patches.index import build_index
 from sparsurf.sampling import law
 from sparsurf.sampling.published import OF_PAPER, PUBLISHED_ROWS, TABLE_1, Choices
@@ -85,12 +86,13 @@ def test_a_stride_starts_anywhere_within_one_step(surface):
     assert starts == set(range(10))
 
 
-def test_distances_are_measured_from_the_starter_or_from_the_moved_centre(blob, surface):
-    index = build_index(*blob, 0.45)  # so short that islands lack the dot that starts their patch
-    plain = naive.cover(blob[0], 4.0, 0.45)
+def test_distances_are_measured_from_the_starter_or_from_the_moved_centre():
+    points, normals = make_blob(1000)
+    index = build_index(points, normals, 0.75)  # so short that islands lack the dot that starts their patch
+    plain, rough = naive.cover(points, 4.0, 0.75), np.full(len(points), 0.5)
     assert any(starter != centre for starter, centre, _ in plain)
-    assert law.build_cover(index, surface.roughness).origin.tolist() == [centre for _, centre, _ in plain]
-    own = law.build_cover(index, surface.roughness, moved_centre=False)
+    assert law.build_cover(index, rough).origin.tolist() == [centre for _, centre, _ in plain]
+    own = law.build_cover(index, rough, moved_centre=False)
     assert own.origin.tolist() == [starter for starter, _, _ in plain]
 
 

@@ -188,7 +188,8 @@ def test_a_cluster_that_is_not_known_is_a_sentence(checkout, capsys, options, gi
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster():
     def make(*options):
-        alone = {name: value for name, value in os.environ.items() if name != "MAKEFLAGS"}  # of `make test`
+        given = ("MAKEFLAGS", "CLUSTER", "CONFIG", "CORES")  # to `make test`
+        alone = {name: value for name, value in os.environ.items() if name not in given}
         command = ["make", "-n", "run", *options]
         return subprocess.run(command, cwd=ROOT, env=alone, capture_output=True, text=True, check=False)
 

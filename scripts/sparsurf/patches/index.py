@@ -55,6 +55,7 @@ def build_index(points, normals, d_link=D_LINK):
     Index
         Memory: about 100 bytes per dot.
     """
+    d_link = float(d_link)  # an int would compile kernels anew
     grid = build_grid(points, normals, max(CELL, d_link))
     links = _link(grid.xyz, grid.origin, grid.shape, grid.side, grid.start, d_link)
     return grid._replace(link_start=links[0], link=links[1])

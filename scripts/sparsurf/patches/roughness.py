@@ -38,7 +38,7 @@ def roughness(index, radius=R_PATCH, threads=1, kind=PUBLISHED):
     -------
     (N,) float64 in [0, 1], by dot: 1 is flat, 0 is rough.
     """
-    return ROUGHNESS[kind](index, radius, threads)
+    return ROUGHNESS[kind](index, float(radius), threads)  # an int would compile kernels anew
 
 
 @registered

@@ -61,6 +61,7 @@ def build_cover(index, roughness, radius=R_PATCH, moved_centre=True, every_patch
     -------
     Cover
     """
+    radius = float(radius)  # an int would compile kernels anew
     room = ball_bound(index, index.xyz, radius) + 1
     starter, *rest = _cover(index, radius, moved_centre, every_patch, room)
     centre, *pairs = rest
