@@ -74,7 +74,7 @@ def patches_of(
     of_surface = whole > 0
     for r in range(len(kept)):
         of_surface |= not kept[r]
-    row = end_of_ids = 0
+    row = end_of_ids = np.intp(0)  # of a plain 0 numba compiles what it is given to once more
     start[0] = 0
     for t in range(len(tests)):
         n = ball(index, tests[t, 0], tests[t, 1], tests[t, 2], radius, found)
@@ -99,7 +99,7 @@ def patches_of(
             if kept[r] and n_subsets >= MANY:
                 leave_small_islands(dots, word, index.link_start, index.link, around)
             for b in range(n_subsets):
-                m, shift = 0, np.uint64(b)
+                m, shift = np.intp(0), np.uint64(b)
                 chosen = ids[end_of_ids:]
                 for k in range(len(dots)):
                     chosen[np.uintp(m)] = dots[k]

@@ -56,6 +56,7 @@ def errors(points, normals, chosen, threads=1):
     -------
     (N,) float64: distance over `POSITION` plus angle over `NORMAL`; 0 at the kept dots.
     """
+    points, normals = (np.ascontiguousarray(each, np.float64) for each in (points, normals))
     functions = fit(points[chosen], normals[chosen], threads)
     out = np.empty(len(points))
     over_slices(lambda a, b: _error(functions, points, normals, a, b, out), len(points), threads, 8 * SLICE)

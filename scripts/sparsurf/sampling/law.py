@@ -77,7 +77,7 @@ def _cover(index, radius, moved_centre, every_patch, room):
     dot, fall = np.empty(4 * n + room, np.int32), np.empty(4 * n + room)
     patches = pairs = 0
     for i in range(n):
-        p = index.position[i]
+        p = np.intp(index.position[i])
         if covered[p]:
             continue
         begin, end = patch_of(index, p, radius, found, mark, queue)

@@ -15,6 +15,7 @@ COLUMN, PAGE = 89.0, 183.0  # mm, one and two columns of a journal
 MM = 1 / 25.4  # inch
 DPI = 300
 SVG_DPI = 220  # of the pictures inside an svg, which stay small that way
+PACKED = {"compress_level": 4, "compress_type": 0}  # of a png: smaller than by default, and faster
 # Okabe and Ito, Color Universal Design (2008), without black; then four of P. Tol's
 PALETTE = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442"]
 PALETTE += ["#332288", "#882255", "#999933", "#888888"]
@@ -64,7 +65,7 @@ def styled(function):
 def save(figure, path):
     """Write `path`.svg and `path`.png; the same figure gives the same bytes."""
     save_svg(figure, f"{path}.svg")
-    figure.savefig(f"{path}.png", metadata={"Software": None})
+    figure.savefig(f"{path}.png", metadata={"Software": None}, pil_kwargs=PACKED)
 
 
 @styled
