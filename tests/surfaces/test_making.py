@@ -12,6 +12,7 @@ from scipy.optimize import nnls
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from sparsurf.surfaces.laying_dots import template
@@ -49,8 +50,7 @@ def not_covered(places, xyz, reach, tolerance):
     free = np.ones(len(places), bool)
     for begin in range(0, len(places), 4000):
         some = slice(begin, begin + 4000)
-        distance = np.linalg.norm(places[some, None] - xyz[None], axis=2)
-        free[some] = (distance >= reach - tolerance).all(axis=1)
+        free[some] = (cdist(places[some], xyz) >= reach - tolerance).all(axis=1)
     return free
 
 

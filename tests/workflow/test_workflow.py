@@ -29,12 +29,13 @@ TABLES = (
     "*/minimal.csv",
     "*/surface.*",
 )
+DRAWN = ("*/figures/*.*", "*/*.html")
 
 
-def digests(folder):
+def digests(folder, patterns=TABLES):
     """Digest of every table of the run."""
     protein = folder / "results" / "small" / "tdp43"
-    files = sorted(path for pattern in TABLES for path in protein.glob(pattern))
+    files = sorted(path for pattern in patterns for path in protein.glob(pattern))
     return {str(path.relative_to(protein)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
@@ -49,9 +50,9 @@ use rule * from surfaces as surfaces_*
 """
 
 
-def of_one(folder):
+def of_one(folder, patterns=TABLES):
     """The same of the first conformation alone."""
-    return {path: digest for path, digest in digests(folder).items() if path.startswith("f0000/")}
+    return {path: digest for path, digest in digests(folder, patterns).items() if path.startswith("f0000/")}
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +111,7 @@ def test_imported_by_another_workflow_on_one_core_it_gives_the_same_bytes(finish
     assert process.returncode == 0, output(process)
     assert of_one(folder) == of_one(finished)
     assert len(of_one(finished)) > 6 and len(digests(finished)) > 12
+    assert of_one(folder, DRAWN) == of_one(finished, DRAWN) and len(of_one(finished, DRAWN)) > 10
     process = snakemake(folder, config, "--report", str(folder / "report.html"), root=folder)
     assert process.returncode == 0, output(process)
     assert "how R_i is distributed over the dots" in (folder / "report.html").read_text()  # a caption
