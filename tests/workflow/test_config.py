@@ -142,6 +142,28 @@ def test_paper_asks_for_both_readings():
         check(config | {"evaluation": {"islands": ["kept"]}})
 
 
+def test_paper_asks_for_clusters(tmp_path):
+    config = {"proteins": DEFAULT["proteins"], "paper": "tdp43", "frames": {"use": [0, 7]}}
+    with pytest.raises(
+        InputError, match=r"frames.use is \[0, 7\], but `paper` compares the first of the clus"
+    ):
+        check(config)
+    (tmp_path / "dots.dms").write_text("")
+    ready = {"tdp43": {"surface": str(tmp_path / "dots.dms")}}  # has no frames
+    assert check(config | {"proteins": ready})["paper"] == "tdp43"
+
+
+def test_the_grid_is_the_papers_unless_told():
+    values = (
+        [0.1, 0.2, 0.4, 0.6, 0.8, 1.0],
+        [0, 0.2, 0.4, 0.6, 0.8, 1.0],
+        list(range(0, 11, 2)),
+        list(range(0, 11, 2)),
+    )
+    found = check({"proteins": DEFAULT["proteins"]})["sampling"]
+    assert tuple(found[key] for key in ("alpha", "beta", "gamma", "delta")) == values
+
+
 @pytest.mark.parametrize(
     "path, value, whole",
     [

@@ -204,6 +204,9 @@ def _second_check(config):
             yield f"proteins.{name}.{key} has no meaning for a ready surface; remove it."
     if "paper" in config and config["paper"] not in config["proteins"]:
         yield f"paper is {config['paper']!r}, which is none of the proteins {', '.join(config['proteins'])}."
+    of_paper = config["proteins"].get(config.get("paper"), {"surface": ""})
+    if "surface" not in of_paper and config["frames"]["use"] != "clusters":
+        yield f"frames.use is {config['frames']['use']}, but `paper` compares the first of the clusters; leave frames.use out."
     if "paper" in config and not set(OF_PAPER) <= set(config["evaluation"]["islands"]):
         yield f"evaluation.islands is {config['evaluation']['islands']}, but `paper` needs both of [kept, surface]."
     if not set(OF_PAPER) & set(config["evaluation"]["islands"]):
