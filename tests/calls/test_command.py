@@ -171,6 +171,12 @@ def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
     assert np.allclose(dense.points[: len(few)], few.points) and len(dense) > 0.8 * len(dots)
     gap = cKDTree(dots.points).query(dense.points)[0]
     assert gap.mean() < 0.25  # half the distance between neighbouring dots, about
+    assert ended("minimal", folder / "protein.pdb", "--percent", 10, "-o", tmp_path / "few.ply") == 0
+    assert ended("recover", tmp_path / "few.ply", "-o", tmp_path / "of_mesh.npz") == 0
+    of_mesh = sparsurf.read_surface(tmp_path / "of_mesh.npz")  # its dots are rounded otherwise
+    assert np.allclose(of_mesh.points[: len(few)], few.points, atol=1e-3) and abs(
+        len(of_mesh) - len(dense)
+    ) < 0.01 * len(dense)
 
 
 def test_a_mesh_is_made_where_it_is_asked_for(folder, tmp_path):

@@ -11,6 +11,7 @@ import pytest
 from sparsurf import InputError
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, triangles, write_ply
 from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.reading import read_surface
 from sparsurf.surfaces.surface import Surface
 
 
@@ -56,6 +57,83 @@ def area_and_volume(points, faces):
 
 
 # ---- the file
+
+
+def test_what_is_written_is_read(tmp_path, small):
+    write_ply(tmp_path / "a.ply", small, np.arange(len(small)), "weight", {"spacing": np.ones(len(small))})
+    found = read_surface(tmp_path / "a.ply")
+    np.testing.assert_allclose(found.points, small.points, rtol=0, atol=5.1e-5)
+    np.testing.assert_allclose(found.normals, small.normals, rtol=0, atol=2e-4)  # of unit length again
+    assert (found.kind == -1).all()
+
+
+# Two vertices as other programs write them: their properties in another order, and others between them
+POINTS, NORMALS = [[1.5, -2.0, 3.25], [4.0, 5.0, 6.5]], [[0.0, 0.0, 1.0], [0.6, 0.0, -0.8]]
+VERTEX = [("nx", "float", "f4"), ("z", "double", "f8"), ("ny", "float32", "f4"), ("red", "uchar", "u1")]
+VERTEX += [("x", "double", "f8"), ("charge", "int16", "i2"), ("nz", "float", "f4"), ("y", "float64", "f8")]
+HEAD = "ply\nformat {} 1.0\ncomment made by hand\nelement vertex 2\n"
+HEAD += "".join(f"property {word} {name}\n" for name, word, _ in VERTEX)
+HEAD += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+
+
+def made(order):
+    """The file in one order of bytes, or as text ("")."""
+    values = dict(zip(("x", "y", "z"), np.array(POINTS).T, strict=True))
+    values |= dict(zip(("nx", "ny", "nz"), np.array(NORMALS).T, strict=True)) | {
+        "red": [9, 10],
+        "charge": [-1, 2],
+    }
+    if not order:
+        rows = zip(*(values[name] for name, _, _ in VERTEX), strict=True)
+        return (
+            HEAD.format("ascii") + "\n".join(" ".join(map(str, row)) for row in rows) + "\n3 0 1 0\n"
+        ).encode()
+    table = np.zeros(2, [(name, order + kind) for name, _, kind in VERTEX])
+    for name, column in values.items():
+        table[name] = column
+    word = {"<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    return HEAD.format(word).encode() + table.tobytes() + b"\x03" + bytes(12)
+
+
+@pytest.mark.parametrize("order", ["", "<", ">"])
+def test_vertices_of_other_programs_are_read(tmp_path, order):
+    for content in (made(order), made(order).replace(b"\n", b"\r\n", HEAD.count("\n"))):
+        (tmp_path / "a.ply").write_bytes(content)
+        found = read_surface(tmp_path / "a.ply")
+        np.testing.assert_array_equal(found.points, POINTS)
+        np.testing.assert_allclose(found.normals, NORMALS, rtol=0, atol=1e-7)
+
+
+TEXT = made("").decode()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (TEXT.replace(" nx\n", " u\n"), "needs one nx of every vertex"),
+        (TEXT.replace(" charge\n", " x\n"), "needs one x of every vertex"),
+        (TEXT.replace("format ascii", "format utf8"), "no PLY file that can be read"),
+        (TEXT.replace("element vertex 2", "element vertex two"), "no PLY file that can be read"),
+        (TEXT.replace("element vertex 2", "element vertex " + 5000 * "9"), "no PLY file that can be read"),
+        (TEXT.replace("element vertex 2", "element edge 1\nproperty int a\nelement vertex 2"), "must come first"),
+        (TEXT.replace("property uchar red", "property list uchar int red"), "without lists"),
+        (TEXT.replace("element vertex 2", "element vertex 3"), "its 3 vertices cannot be read"),
+        (TEXT.replace("element vertex 2", "element vertex 999999999999"), "cut short or damaged"),
+        (TEXT.replace("element vertex 2", "element vertex 0"), "holds no dots"),
+        (TEXT.replace("3.25", "x.25"), "cut short or damaged"),
+        (TEXT.replace("3.25", "nan"), "NaN"),
+        (TEXT.split("end_header")[0], "cut short or damaged"),
+        (made("<")[:-20], "its 2 vertices cannot be read"),
+        (made(">").split(b"end_header")[0] + b"end_header", "cut short or damaged"),
+        (b"ply", "no PLY file that can be read"),
+    ],
+)  # fmt: skip
+def test_a_ply_file_that_cannot_be_read_is_a_sentence(tmp_path, content, words):
+    path = tmp_path / "a.ply"
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    with pytest.raises(InputError, match=words) as caught:
+        read_surface(path)
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_ply_holds_dots_values_and_colours(tmp_path, small):

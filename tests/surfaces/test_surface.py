@@ -14,6 +14,7 @@ from sparsurf.surfaces.dms_program import surface_by_dms_program
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.format import Format
 from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.formats.registry import FORMATS, READABLE
 from sparsurf.surfaces.making import DENSITY, molecular_surface
 from sparsurf.surfaces.reading import read_surface
@@ -321,10 +322,10 @@ def test_every_format_has_its_file_and_its_own_suffixes():
     assert {each.name.lower() for each in FORMATS} == modules - {"__init__", "format", "registry"}
     suffixes = [suffix for each in FORMATS for suffix in each.suffixes]
     assert len(set(suffixes)) == len(suffixes)
-    assert set(READABLE) == {".npz", ".csv", ".dms"}
+    assert set(READABLE) == {".npz", ".csv", ".dms", ".ply"}
 
 
-@pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.dms"])
+@pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.dms", "a.ply"])
 def test_formats_are_told_apart_by_content_packed_or_not(tmp_path, small, name):
     """Whatever a file is called, one format takes it, and gives the dots back."""
     as_csv = "\n".join(
@@ -333,6 +334,7 @@ def test_formats_are_told_apart_by_content_packed_or_not(tmp_path, small, name):
     write_npz(tmp_path / "a.npz", small)
     write_dms(tmp_path / "a.dms", small, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], np.zeros((3, 3)))
     written(tmp_path, as_csv, "a.csv")
+    write_ply(tmp_path / "a.ply", small, mesh=False)
     content = (tmp_path / name).read_bytes()
     assert [each.suffixes[0] for each in FORMATS if each.sniff(content[:1000])] == [name[1:]]
     for path in (written(tmp_path, content, "wrong.xyz"), written(tmp_path, gzip.compress(content), "a.gz")):
@@ -386,4 +388,4 @@ def test_every_format_tells_what_it_can_do():
         "npz": (".npz",), "CSV": (".csv",), "DMS": (".dms",), "PLY": (".ply",),
     }  # fmt: skip
     can = {name: (each.read is not None, each.write is not None) for name, each in known.items()}
-    assert can == {"npz": (True, True), "CSV": (True, False), "DMS": (True, True), "PLY": (False, True)}
+    assert can == {"npz": (True, True), "CSV": (True, False), "DMS": (True, True), "PLY": (True, True)}

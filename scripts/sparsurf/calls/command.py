@@ -22,7 +22,7 @@ COMMANDS = {
 FAILED, INTERRUPTED = 1, 130  # exit codes; argparse ends with 2 where it does not understand
 EPILOG = """\
 FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or, but for `surface`, a file of dots (DMS, CSV with
-x,y,z,nx,ny,nz, or npz). Lengths are in Å. Results go to the file named by -o, in the format of its suffix, or to
+x,y,z,nx,ny,nz, PLY, or npz). Lengths are in Å. Results go to the file named by -o, in the format of its suffix, or to
 standard output with `-o -`. What went wrong is one sentence on standard error.
 
 exit codes: 0 done, 1 the sentence tells what was wrong with a file, 2 the command line was not understood

@@ -19,11 +19,11 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 EXAMPLES = """\
-FILE holds a few dots with normals, such as minimal.csv or the dots of any program; nothing else is needed. The dots come first,
-then those that fill the gaps. With --around, descriptors (|c_nm|, as of `sparsurf descriptors`) of the patches of the dense
-surface around points come instead of dots; with --mesh, a closed surface of triangles, as fine as --density says;
-holes between the dots are closed, wide ones with a warning. Dots in clusters give the surface around the clusters back, and
-nothing between them: choose farthest-point or Poisson-disk dots, or give a larger --reach.
+FILE holds a few dots with normals, such as minimal.csv, minimal.ply or the dots of any program; nothing else is needed.
+The dots come first, then those that fill the gaps. With --around, descriptors (|c_nm|, as of `sparsurf descriptors`) of the
+patches of the dense surface around points come instead of dots; with --mesh, a closed surface of triangles, as fine as
+--density says; holes between the dots are closed, wide ones with a warning. Dots in clusters give the surface around the
+clusters back, and nothing between them: choose farthest-point or Poisson-disk dots, or give a larger --reach.
 
 examples:
   sparsurf minimal protein.pdb --percent 10 -o minimal.csv

@@ -8,7 +8,7 @@ HEAD = 100_000  # bytes that tell the format
 
 
 def read_surface(path):
-    """Read dots from a DMS file (with normals), the authors' CSV or our npz, each also as .gz.
+    """Read dots from a DMS file (with normals), the authors' CSV, the vertices of a PLY mesh or our npz, each also as .gz.
 
     Parameters
     ----------
@@ -32,4 +32,6 @@ def read_surface(path):
     for each in FORMATS:
         if each.read and each.sniff(content[:HEAD]):
             return each.read(content, path)
-    raise InputError(f"{path} holds no dots; expected a DMS file, a CSV with x,y,z,nx,ny,nz, or an npz.")
+    raise InputError(
+        f"{path} holds no dots; expected a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY or an npz."
+    )

@@ -1,9 +1,10 @@
-"""PLY files for viewers: a mesh whose vertices are the dots, with values and colours."""
+"""PLY files: a mesh whose vertices are the dots, with values and colours for viewers; of any program's the vertices are read."""
 
 import numpy as np
 
 from sparsurf import InputError
 from sparsurf.surfaces.formats.format import Format
+from sparsurf.surfaces.surface import surface_of_columns
 
 KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
 AXES, CHANNELS = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
@@ -12,6 +13,10 @@ FLAT = 1e-9  # Å, Å^2 or Å^3, below which there is no extent
 DOUBTFUL = 2.0  # of 4: how far the four normals may agree on the side of a tetrahedron that is in doubt
 ROUNDS = 50  # of changes of sides; 5 to 7 are enough for proteins
 MANY_DOTS = 500_000  # beyond which the triangles would take minutes
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}  # of the bytes of a number
+TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
+TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint") for size in (1, 2, 4)}
+TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 
 
 def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=True, faces=None):
@@ -131,8 +136,53 @@ def _areas(corners):
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 
 
+def read_ply(content, path):
+    """Surface of the vertices of a PLY file, text or binary, with their normals; triangles and values are passed over.
+
+    Source of the format: G. Turk, The PLY polygon file format (1994).
+    """
+    head, _, rest = content.partition(b"end_header")
+    order, n, properties = _header(head.decode("latin-1"), path)
+    wrong = [axis for axis in AXES if [name for _, name in properties].count(axis) != 1]
+    if wrong:
+        raise InputError(
+            f"{path} needs one {wrong[0]} of every vertex; its vertices must have x, y, z, nx, ny, nz."
+        )
+    numbers = np.dtype([(str(k), (order or "<") + kind) for k, (kind, _) in enumerate(properties)])
+    try:
+        if order:
+            table = np.frombuffer(rest[rest.index(b"\n") + 1 :], numbers, n)
+            columns = [table[name].astype(float) for name in numbers.names]
+        else:
+            words = rest.split(None, n * len(properties))[: n * len(properties)]
+            columns = np.array(words, float).reshape(n, len(properties)).T
+    except ValueError:
+        raise InputError(f"{path} is cut short or damaged: its {n} vertices cannot be read.") from None
+    x, y, z, u, v, w = (columns[[name for _, name in properties].index(axis)] for axis in AXES)
+    return surface_of_columns(
+        {"points": np.column_stack([x, y, z]), "normals": np.column_stack([u, v, w])}, path
+    )
+
+
+def _header(text, path):
+    """Order of the bytes (none: text), number of vertices, and the type and name of each of their properties."""
+    order, elements = None, []
+    for words in (line.split() for line in text.splitlines()):
+        if words[:1] == ["format"] and words[1:2] and words[1] in ORDERS:
+            order = ORDERS[words[1]]
+        elif words[:1] == ["element"] and len(words) == 3 and words[2].isdecimal() and len(words[2]) < 13:
+            elements.append((words[1], int(words[2]), []))
+        elif words[:1] == ["property"] and len(words) > 2 and elements:
+            elements[-1][2].append((TYPES.get(words[1]), words[-1]))
+    if order is None or not elements or elements[0][0] != "vertex" or None in dict(elements[0][2]):
+        raise InputError(
+            f"{path} is no PLY file that can be read: its vertices must come first, without lists."
+        )
+    return order, *elements[0][1:]
+
+
 def _sniff(head):
     return head.startswith(b"ply")
 
 
-FORMAT = Format("PLY", (".ply",), _sniff, write=write_ply)
+FORMAT = Format("PLY", (".ply",), _sniff, read_ply, write_ply)
