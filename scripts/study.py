@@ -102,9 +102,9 @@ def make_writable(folder):
 def finish(files, config, results, code, begin):
     """Sum up what there is and write the report; returns the exit code."""
     report = results / "report.html"
-    failed = unfinished(config["proteins"], results, begin) if code else {}
+    failed = unfinished(config, results, begin) if code else {}
     places = list(places_of(config["proteins"], results))
-    if failed and places:  # what there is, without the proteins that failed
+    if failed and places:  # what there is, without what failed
         patches = config["patches"]
         wish = ["--R-patch", patches["R_patch"], "--D-link", patches["D_link"], "--seed", config["seed"]]
         if by_hand("summarise_run.py", results, *places, *wish) == 0:
@@ -131,13 +131,14 @@ def places_of(proteins, results):
                 yield f"{name}/{conformation}"
 
 
-def unfinished(proteins, results, begin):
-    """Proteins of the config that have no end, or failed since `begin`, with what their logs say."""
-    failed = {name: "not finished" for name in proteins if not (results / name / ".complete").is_file()}
+def unfinished(config, results, begin):
+    """Proteins and pairs (`pairs/<name>`) that have no end, or failed since `begin`, with what their logs say."""
+    wanted = [*config["proteins"], *(f"pairs/{name}" for name in config["pairs"])]
+    failed = {name: "not finished" for name in wanted if not (results / name / ".complete").is_file()}
     for job, said in errors(results, begin):
-        name, *step = job.parts
-        if step and name in proteins:
-            failed[name] = f"{'/'.join(step)}: {said}"
+        for name in wanted:
+            if Path(name) in job.parents:
+                failed[name] = f"{job.relative_to(name)}: {said}"
     return failed
 
 

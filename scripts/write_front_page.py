@@ -89,7 +89,7 @@ def by_hand(arguments=None):
     parser.add_argument("run", type=Path, help="results/<run>")
     parser.add_argument(
         "--without", nargs=2, action="append", default=[], metavar=("PROTEIN", "REASON"),
-        help="a protein that could not be finished, and why",
+        help="a protein, or pairs/<name>, that could not be finished, and why",
     )  # fmt: skip
     wish = parser.parse_args(arguments)
     surfaces = wish.run / "surfaces.csv"

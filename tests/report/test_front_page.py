@@ -198,7 +198,7 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     (run / "pairs" / "pairs.md").write_text("")
     write_front_page.by_hand([str(run), "--without", "5", "c1/take_minimal: a <defect>."])
     page = (run / "index.md").read_text()
-    assert "1 protein could not be finished; what follows is of what was made." in page
+    assert "**1 protein could not be finished; what follows is of what was made." in page
     assert "- 5: c1/take_minimal: a <defect>." in page and page.index("- 5:") < page.index(
         "Studied: 2 surfaces"
     )
@@ -211,7 +211,11 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     assert not (run / ".front_page.html").exists()  # Snakemake makes the page anew as soon as all is there
     assert "not compared in this run" in page
     NEEDED.to_csv(run / "compare_needed.csv", index=False)
-    write_front_page.by_hand([str(run)])
+    pairs = ["--without", "pairs/a", "not finished", "--without", "pairs/b", "draw_pair: too far."]
+    write_front_page.by_hand([str(run), *pairs])
+    assert "**2 pairs could not be finished;" in (run / "index.md").read_text()
+    write_front_page.by_hand([str(run), "--without", "5", "not finished", *pairs])
+    assert "**1 protein and 2 pairs could not be finished;" in (run / "index.md").read_text()
     assert "farthest needs 1.9 times fewer dots" in (run / "index.md").read_text()
     os.utime(run / "compare_needed.csv", (0, 0))  # of grids that were made anew since
     write_front_page.by_hand([str(run)])

@@ -120,10 +120,34 @@ def test_the_first_page_stays_where_every_protein_has_its_end(checkout, monkeypa
     made(results, "p/c1")
     (results / "p" / "frames.csv").write_text("conformation\nc1\n")
     (results / "p" / ".complete").write_text("")
-    checkout.codes = [1]  # a pair failed, say
+    checkout.codes = [1]  # the report, say
     assert study.main(checkout.config()) == 1 and summed == []
     (results / "p" / ".complete").unlink()  # killed before its end: nothing is in the logs
-    assert study.unfinished({"p": {}}, results, 0) == {"p": "not finished"}
+    assert study.unfinished({"proteins": {"p": {}}, "pairs": {}}, results, 0) == {"p": "not finished"}
+
+
+def test_a_pair_that_failed_is_named_on_the_first_page(checkout, monkeypatch):
+    summed = []
+    monkeypatch.setattr(study, "called", lambda *command: summed.append([*map(str, command[1:])]) or 0)
+    results = checkout.root / "results" / "mine"
+
+    def work():
+        made(results, "p/c1", "pairs/fine", "pairs/two")
+        (results / "p" / "frames.csv").write_text("conformation\nc1\n")
+        for name in ("p", "pairs/fine"):
+            (results / name / ".complete").write_text("")
+        for job, said in (
+            ("pairs/two/make_partners", "they do not touch."),
+            ("summarise_pairs", "no pairs."),
+        ):
+            (results / "logs" / job).parent.mkdir(parents=True, exist_ok=True)
+            (results / "logs" / f"{job}.log").write_text(f"ERROR {said}\n")
+
+    checkout.done, checkout.codes = [work], [1]
+    pairs = {name: {"files": [STRUCTURE["structure"]] * 2} for name in ("fine", "two")}
+    assert study.main(checkout.config(pairs=pairs)) == 1
+    assert [Path(command[0]).name for command in summed] == ["summarise_run.py", "write_front_page.py"]
+    assert summed[1][1:] == [str(results), "--without", "pairs/two", "make_partners: they do not touch."]
 
 
 def test_a_dry_run_writes_nothing(checkout):

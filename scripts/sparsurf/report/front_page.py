@@ -41,8 +41,8 @@ def front_page(run, surfaces, enough, reached, handed_out, fewer, links, without
     fewer : DataFrame or None
         See `comparison_over_proteins.needed_over_proteins`.
     links : list of (heading, list of (words, path from the folder of the run))
-    without : list of (protein, what went wrong)
-        Proteins of the config that could not be finished.
+    without : list of (protein or pairs/<name>, what went wrong)
+        What could not be finished of the config.
     """
     back = f"{recovered_sentence(reached, surfaces, handed_out)} {sampler_sentence(fewer)}"
     answer = [best_sentence(surfaces), enough_sentence(enough), back]
@@ -101,7 +101,10 @@ def studied(surfaces):
 
 def unfinished(without):
     """What is not in the page, and why, one line for each protein."""
-    what = f"{_count(len(without), 'protein')} could not be finished; what follows is of what was made."
+    pairs = sum(name.startswith("pairs/") for name, _ in without)
+    counts = {"protein": len(without) - pairs, "pair": pairs}
+    what = " and ".join(_count(n, word) for word, n in counts.items() if n)
+    what += " could not be finished; what follows is of what was made."
     return "\n".join([f"**{what}**\n", *(f"- {protein}: {reason}" for protein, reason in without), ""])
 
 
