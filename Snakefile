@@ -101,6 +101,7 @@ rule compile_kernels:
         f"{LOGS}/compile_kernels_of_{{part}}.log",
     wildcard_constraints:
         part=one_of(KERNEL_PARTS),
+    priority: 2  # both before the frames are chosen, which takes less time than the difference between the two
     localrule: True  # as all that takes seconds: not worth a job of a cluster
     conda:
         "envs/study.yaml"
