@@ -174,9 +174,8 @@ def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
     assert ended("minimal", folder / "protein.pdb", "--percent", 10, "-o", tmp_path / "few.ply") == 0
     assert ended("recover", tmp_path / "few.ply", "-o", tmp_path / "of_mesh.npz") == 0
     of_mesh = sparsurf.read_surface(tmp_path / "of_mesh.npz")  # its dots are rounded otherwise
-    assert np.allclose(of_mesh.points[: len(few)], few.points, atol=1e-3) and abs(
-        len(of_mesh) - len(dense)
-    ) < 0.01 * len(dense)
+    assert np.allclose(of_mesh.points[: len(few)], few.points, atol=1e-3)
+    assert abs(len(of_mesh) - len(dense)) < 0.01 * len(dense)
 
 
 def test_a_mesh_is_made_where_it_is_asked_for(folder, tmp_path):

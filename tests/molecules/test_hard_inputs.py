@@ -266,7 +266,7 @@ def test_read_only_folder(tmp_path):
 
 
 @given(st.binary(max_size=300), st.sampled_from([".pdb", ".cif", ".pdb.gz", ".ent", ".gro", ".psf", ".h5"]))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_any_bytes_are_read_or_refused(tmp_path_factory, content, extension):
     path = tmp_path_factory.mktemp("fuzz") / f"a{extension}"
     path.write_bytes(content)
@@ -370,7 +370,7 @@ def test_damaged_files_are_read_or_refused(shared, tmp_path, reader):
         frames.save(str(tmp_path / "made" / f"twin.{extension}"))
     rng = random.Random(20260101)
     outcomes = []
-    for case in range(int(os.environ.get("SPARSURF_FUZZ_CASES", "30"))):
+    for case in range(int(os.environ.get("SPARSURF_FUZZ_CASES", "40"))):
         *names, which = FUZZED[case % len(FUZZED)]
         roots = [tmp_path if name and name.startswith("made") else shared for name in names]
         paths = [root / name if name else None for root, name in zip(roots, names, strict=True)]

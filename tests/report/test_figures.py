@@ -1,4 +1,4 @@
-"""Figures draw from little data and from awkward data, and their texts stay apart."""
+"""Figures draw from little data and from awkward data, their texts stay apart, files repeat byte by byte."""
 
 import gzip
 from itertools import product
@@ -145,13 +145,17 @@ def test_recovered_surfaces_are_coloured_by_their_distance():
 
 
 @pytest.mark.parametrize("name", ["frames", "1", "2", "3", "4", "5"])
-def test_files_have_the_width_of_the_page_and_no_date(name, tmp_path):
-    """That they repeat byte by byte is tested where two runs are compared."""
-    layout.save(CASES[name](), tmp_path / "v1.2_figure")
-    svg, png = [(tmp_path / f"v1.2_figure.{suffix}").read_bytes() for suffix in ("svg", "png")]
-    assert b"dc:date" not in svg and b"tIME" not in png
-    assert ElementTree.fromstring(svg).tag.endswith("svg")
-    picture = imread(tmp_path / "v1.2_figure.png")
+def test_files_repeat_byte_by_byte(name, tmp_path):
+    figure = CASES[name]()
+    for folder, drawing in (("a", figure), ("b", figure), ("c", CASES[name]())):
+        (tmp_path / folder).mkdir()
+        layout.save(drawing, tmp_path / folder / "v1.2_figure")
+    for suffix in ("svg", "png"):
+        first, *others = [(tmp_path / f / f"v1.2_figure.{suffix}").read_bytes() for f in "abc"]
+        assert all(other == first for other in others)
+        assert b"dc:date" not in first and b"tIME" not in first
+    assert ElementTree.fromstring((tmp_path / "a" / "v1.2_figure.svg").read_text()).tag.endswith("svg")
+    picture = imread(tmp_path / "a" / "v1.2_figure.png")
     # 89 or 183 mm at 300 dots per inch; a grid of few columns takes the room of its panels
     assert picture.shape[1] == {"frames": 2161, "1": 1051, "2": 1641, "3": 1944, "4": 2161, "5": 2161}[name]
 

@@ -22,7 +22,7 @@ from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.sampling import law, samplers
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.published import OF_PAPER
-from sparsurf.study import comparison, floors, grid, minimal_by_floor, tables
+from sparsurf.study import comparison, floors, grid, tables
 from sparsurf.study.comparison_over_proteins import by_protein, needed_over_proteins, over_proteins
 from sparsurf.study.dots_needed import all_needed, needed, ranking, times_fewer, values_of
 from sparsurf.study.evaluator import Evaluator
@@ -305,7 +305,7 @@ def test_ranking_on_analytic_surfaces(path, request):
     surface = molecular_surface(molecule.xyz[0], radii(molecule))
     evaluator = Evaluator(surface, seed=1, name=path)
     drawers = comparison.contestants(evaluator, ["paper", "uniform", "farthest"])
-    table = comparison.compare(evaluator, drawers, (5, 10, 20, 40), 200, 2)
+    table = comparison.compare(evaluator, drawers, (5, 10, 20, 40), 300, 2)
     assert ranking(table).all()
     assert (values_of(table, "Z surface").diff(axis=1).iloc[:, 1:] < 0).all(axis=None)
 
@@ -369,8 +369,7 @@ def test_negative_z_is_refused_before_any_work():
         minimal_subset(Idle(), "farthest", z=-1.0)
 
 
-def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch):
-    monkeypatch.setattr(minimal_by_floor, "PERCENTS", (2, 5, 10, 20, 50))
+def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path):
     settings = {
         "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK},
         "sampling": {"moved_centre": True, "every_patch": True},

@@ -36,6 +36,10 @@ def test_your_own_protein_as_the_readme_says_beside_a_bad_one(tmp_path):
     assert (run / "my_protein" / ".complete").is_file()
     verdict = (run / "verdict.md").read_text()
     assert verdict.startswith("# The paper's claims") and "4 combinations" in verdict
+    del config["proteins"]["broken"]
+    process = snakemake(folder, config)
+    assert process.returncode == 0, output(process)
+    assert (run / "my_protein" / "c1" / "minimal.csv").is_file() and (run / "index.html").is_file()
 
 
 @pytest.mark.parametrize(

@@ -173,10 +173,8 @@ def _described(kind, index, tests, words, n_subsets, readings, whole, radius, up
     The patches of a test: its whole patch (`whole` 1, or 0 for none), those of the subsets under the first reading,
     under the next.
     """
-    tests, radius = (
-        np.ascontiguousarray(tests, np.float64),
-        float(radius),
-    )  # an int would compile kernels anew
+    tests = np.ascontiguousarray(tests, np.float64)
+    radius = float(radius)  # an int would compile kernels anew
     weights = np.empty((0, 0)) if weights is None else weights
     kept = np.array([READINGS[reading].among_kept for reading in readings], np.bool_)
     room = ball_bound(index, tests, radius) + 1

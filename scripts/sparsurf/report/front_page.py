@@ -100,12 +100,12 @@ def studied(surfaces):
 
 
 def unfinished(without):
-    """What is not in the page, and why, one line for each protein."""
+    """What is not in the page, and why, one line for each protein or pair."""
     pairs = sum(name.startswith("pairs/") for name, _ in without)
     counts = {"protein": len(without) - pairs, "pair": pairs}
     what = " and ".join(_count(n, word) for word, n in counts.items() if n)
     what += " could not be finished; what follows is of what was made."
-    return "\n".join([f"**{what}**\n", *(f"- {protein}: {reason}" for protein, reason in without), ""])
+    return "\n".join([f"**{what}**\n", *(f"- {name}: {reason}" for name, reason in without), ""])
 
 
 def best_sentence(surfaces):

@@ -202,13 +202,15 @@ def _second_check(config):
             yield f"proteins: {name!r} is what the study calls a file or folder of its own; choose another name."
         for key in Protein(**protein).without_meaning:
             yield f"proteins.{name}.{key} has no meaning for a ready surface; remove it."
-    if "paper" in config and config["paper"] not in config["proteins"]:
-        yield f"paper is {config['paper']!r}, which is none of the proteins {', '.join(config['proteins'])}."
-    of_paper = config["proteins"].get(config.get("paper"), {"surface": ""})
-    if "surface" not in of_paper and config["frames"]["use"] != "clusters":
-        yield f"frames.use is {config['frames']['use']}, but `paper` compares the first of the clusters; leave frames.use out."
-    if "paper" in config and not set(OF_PAPER) <= set(config["evaluation"]["islands"]):
-        yield f"evaluation.islands is {config['evaluation']['islands']}, but `paper` needs both of [kept, surface]."
+    if "paper" in config:
+        a1 = config["proteins"].get(config["paper"])
+        if a1 is None:
+            yield f"paper is {config['paper']!r}, which is none of the proteins {', '.join(config['proteins'])}."
+        elif "surface" not in a1 and config["frames"]["use"] != "clusters":
+            use = config["frames"]["use"]
+            yield f"frames.use is {use}, but `paper` compares the first of the clusters; leave frames.use out."
+        if not set(OF_PAPER) <= set(config["evaluation"]["islands"]):
+            yield f"evaluation.islands is {config['evaluation']['islands']}, but `paper` needs both of [kept, surface]."
     if not set(OF_PAPER) & set(config["evaluation"]["islands"]):
         yield f"evaluation.islands is {config['evaluation']['islands']}, but needs kept or surface, which the best are chosen by."
     if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():

@@ -143,22 +143,23 @@ def read_ply(content, path):
     """
     head, _, rest = content.partition(b"end_header")
     order, n, properties = _header(head.decode("latin-1"), path)
-    wrong = [axis for axis in AXES if [name for _, name in properties].count(axis) != 1]
+    names = [name for _, name in properties]
+    wrong = [axis for axis in AXES if names.count(axis) != 1]
     if wrong:
         raise InputError(
             f"{path} needs one {wrong[0]} of every vertex; its vertices must have x, y, z, nx, ny, nz."
         )
-    numbers = np.dtype([(str(k), (order or "<") + kind) for k, (kind, _) in enumerate(properties)])
     try:
         if order:
-            table = np.frombuffer(rest[rest.index(b"\n") + 1 :], numbers, n)
-            columns = [table[name].astype(float) for name in numbers.names]
+            types = np.dtype([(str(k), order + kind) for k, (kind, _) in enumerate(properties)])
+            table = np.frombuffer(rest[rest.index(b"\n") + 1 :], types, n)
+            columns = [table[key].astype(float) for key in types.names]
         else:
-            words = rest.split(None, n * len(properties))[: n * len(properties)]
-            columns = np.array(words, float).reshape(n, len(properties)).T
+            words = rest.split(None, n * len(names))[: n * len(names)]
+            columns = np.array(words, float).reshape(n, len(names)).T
     except ValueError:
         raise InputError(f"{path} is cut short or damaged: its {n} vertices cannot be read.") from None
-    x, y, z, u, v, w = (columns[[name for _, name in properties].index(axis)] for axis in AXES)
+    x, y, z, u, v, w = (columns[names.index(axis)] for axis in AXES)
     return surface_of_columns(
         {"points": np.column_stack([x, y, z]), "normals": np.column_stack([u, v, w])}, path
     )
