@@ -1,6 +1,8 @@
 """What mdtraj reads in a process of its own is what it reads in this one; what it cannot read is a sentence."""
 
-from types import SimpleNamespace
+import os
+import subprocess
+import sys
 
 import mdtraj
 import numpy as np
@@ -89,7 +91,43 @@ def test_what_cannot_be_read_is_a_sentence(tmp_path, monkeypatch):
     (tmp_path / "bad.gro").write_text("one\ntwo\n")
     with pytest.raises(InputError, match=r"bad.gro cannot be read \(\w.*\): it is damaged"):
         names(tmp_path / "bad.gro")
-    crashed = SimpleNamespace(returncode=-11, stderr=b"Segmentation of something\n", stdout=b"")
-    monkeypatch.setattr(mdtraj_process.subprocess, "run", lambda *_, **__: crashed)
+    monkeypatch.setattr(mdtraj_process, "_ask", lambda *_: (b"half an answer", -11))
     with pytest.raises(InputError, match=r"\(its reader crashed\)"):
         names(tmp_path / "bad.gro")
+
+
+def test_one_process_reads_every_file_and_another_follows_where_it_is_killed(whole, tmp_path, monkeypatch):
+    path, started, start = tmp_path / "a.gro", [], subprocess.Popen
+    whole[0].save_gro(str(path))
+    monkeypatch.setattr(
+        mdtraj_process.subprocess, "Popen", lambda *a, **b: started.append(start(*a, **b)) or started[-1]
+    )
+    mdtraj_process._server.cache_clear()
+    for _ in range(2):
+        assert len(names(path)) == frames(path, whole.n_atoms)[0].shape[1] == whole.n_atoms
+    assert len(started) == 1
+    started[0].kill()
+    started[0].wait()
+    with pytest.raises(InputError, match=r"\(its reader crashed\)"):
+        names(path)
+    assert len(names(path)) == whole.n_atoms and len(started) == 2
+
+
+def test_the_process_that_reads_ends_with_its_program(whole, tmp_path):
+    path = tmp_path / "a.gro"
+    whole[0].save_gro(str(path))
+    code = """
+import subprocess, sys
+start = subprocess.Popen
+def told(*arguments, **more):
+    process = start(*arguments, **more)
+    print(process.pid)
+    return process
+subprocess.Popen = told
+from sparsurf.molecules.mdtraj_process import names
+names(sys.argv[1])
+"""
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and done.stderr == ""
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(done.stdout), 0)

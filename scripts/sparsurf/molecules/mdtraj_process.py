@@ -1,17 +1,23 @@
 """mdtraj's readers in a process of their own: on damaged files its C code and HDF5 overrun their buffers.
 
-A crash becomes an exit code and a sentence instead of the end of the run. What is read travels through a pipe:
-`python -m sparsurf.molecules.mdtraj_process names path`, or `frames path n_atoms stride first` with the indices of the
-atoms on standard input, and those of the frames behind them.
+That process imports mdtraj once and forks for each file, so that a crash ends the fork: it becomes a sentence
+instead of the end of the run.
 """
 
+import atexit
+import contextlib
+import functools
 import io
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
+import threading
 import warnings
+from multiprocessing import Pipe, reduction
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +27,8 @@ from sparsurf.molecules.formats import ONE_FRAME
 
 OWN_TOPOLOGY = (".h5", ".hdf5")
 OTHER_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
+
+_one_by_one = threading.Lock()
 
 
 def names(path):
@@ -59,27 +67,57 @@ def frames(path, n_atoms, atoms=None, stride=1, first=False, only=()):
     ------
     InputError : the file cannot be read
     """
-    indices = io.BytesIO()
-    for chosen in (np.arange(n_atoms) if atoms is None else atoms, np.asarray(only, int)):
-        np.save(indices, chosen)
-    answer = io.BytesIO(_run(path, "frames", n_atoms, stride, int(first), given=indices.getvalue()))
+    atoms = np.arange(n_atoms) if atoms is None else np.asarray(atoms)
+    answer = io.BytesIO(_run(path, "frames", n_atoms, atoms, stride, first, np.asarray(only, int)))
     return tuple(np.load(answer, allow_pickle=False) for _ in range(3))
 
 
-def _run(path, task, *arguments, given=b""):
+def _run(path, task, *arguments):
     """Bytes that the other process answers."""
     if not Path(path).is_file():
         raise InputError(f"{path} does not exist: check the path.")
-    command = [sys.executable, "-m", __name__, task, str(Path(path).absolute()), *map(str, arguments)]
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
-    done = subprocess.run(command, input=given, capture_output=True, env=environment, check=False)
-    if done.returncode:
-        lines = done.stderr.decode(errors="replace").strip().splitlines()
-        reason = lines[-1][:120] if done.returncode == 1 and lines else "its reader crashed"
+    with _one_by_one:
+        try:
+            answer, code = _ask(_server(os.getpid()), task, str(Path(path).absolute()), *arguments)
+        except (OSError, EOFError):  # it was killed; the next file has a new one
+            _server.cache_clear()
+            answer, code = b"", None
+    if code != 0:
+        reason = answer.decode()[:120] if code == 1 and answer else "its reader crashed"
         raise InputError(
             f"{path} cannot be read ({reason}): it is damaged, cut short or not what its name says."
         )
-    return done.stdout
+    return answer
+
+
+@functools.cache
+def _server(_process):
+    """Connection to the other process; a fork of this one has its own."""
+    ours, theirs = Pipe()
+    command = [sys.executable, "-m", __name__, str(theirs.fileno())]
+    one_thread = {"OPENBLAS_NUM_THREADS": "1"}  # others would not survive a fork
+    environment = os.environ | one_thread | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    other = subprocess.Popen(command, env=environment, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL)
+    theirs.close()
+    atexit.register(_end, other)
+    return ours
+
+
+def _end(process):
+    process.terminate()
+    process.wait()
+
+
+def _ask(server, *request):
+    """What the server's fork writes, and its exit code."""
+    source, sink = os.pipe()
+    with open(source, "rb") as pipe:
+        try:
+            server.send(request)
+            reduction.send_handle(server, sink, None)
+        finally:
+            os.close(sink)
+        return pipe.read(), server.recv()
 
 
 def _names(path):
@@ -99,15 +137,13 @@ def rows_of(topology):
     ]  # fmt: skip
 
 
-def _frames(path, n_atoms, stride, first):
-    given = io.BytesIO(sys.stdin.buffer.read())
-    atoms, only = (np.load(given, allow_pickle=False) for _ in range(2))
+def _frames(path, n_atoms, atoms, stride, first, only):
     try:
-        read = _load(path, int(n_atoms), atoms, int(stride), first == "1", only)
+        read = _load(path, n_atoms, atoms, stride, first, only)
         arrays = read.xyz, np.asarray(read.time, float), read.unitcell_vectors
     except ValueError as error:
         other = OTHER_ATOMS.search(str(error))
-        if not (other and first == "1"):
+        if not (other and first):
             raise
         arrays = np.zeros((1, int(other[1]), 3)), np.zeros(1), None  # the caller says what does not fit
     answer = io.BytesIO()
@@ -147,16 +183,35 @@ def _topology(n_atoms):
     return topology
 
 
-def main(task, *arguments):
-    """Write the answer to standard output, or the reason why there is none to standard error."""
-    warnings.simplefilter("ignore")
-    with os.fdopen(os.dup(1), "wb") as pipe:
-        os.dup2(2, 1)  # the readers print
+def _answer(sink, task, *arguments):
+    """Write the answer to `sink`, or the reason why there is none; the exit code."""
+    for stream in 1, 2:  # the readers print
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    with open(sink, "wb") as pipe:
         try:
             pipe.write({"names": _names, "frames": _frames}[task](*arguments))
         except Exception as error:
-            sys.exit("\n" + (next(iter(str(error).splitlines()), "") or type(error).__name__))
+            pipe.write((next(iter(str(error).splitlines()), "") or type(error).__name__).encode())
+            return 1
+    return 0
+
+
+def main(handle):
+    """Answer, each request in a fork, until the connection ends."""
+    import mdtraj  # noqa: F401, once for all forks
+
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    warnings.simplefilter("ignore")
+    client = Connection(int(handle))
+    with contextlib.suppress(EOFError):
+        while request := client.recv():
+            sink = reduction.recv_handle(client)
+            fork = os.fork()
+            if not fork:
+                os._exit(_answer(sink, *request))
+            os.close(sink)
+            client.send(os.waitstatus_to_exitcode(os.waitpid(fork, 0)[1]))
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(sys.argv[1])
