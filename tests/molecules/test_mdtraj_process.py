@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 
 import mdtraj
 import numpy as np
@@ -127,7 +128,10 @@ subprocess.Popen = told
 from sparsurf.molecules.mdtraj_process import names
 names(sys.argv[1])
 """
-    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60)
+    command = [sys.executable, "-c", code, path]
+    done = subprocess.run(command, cwd=ROOT / "scripts", capture_output=True, text=True, timeout=60)
     assert done.returncode == 0 and done.stderr == ""
     with pytest.raises(ProcessLookupError):
-        os.kill(int(done.stdout), 0)
+        for _ in range(50):
+            os.kill(int(done.stdout), 0)
+            time.sleep(0.1)

@@ -4,7 +4,6 @@ That process imports mdtraj once and forks for each file, so that a crash ends t
 instead of the end of the run.
 """
 
-import atexit
 import contextlib
 import functools
 import io
@@ -78,7 +77,7 @@ def _run(path, task, *arguments):
         raise InputError(f"{path} does not exist: check the path.")
     with _one_by_one:
         try:
-            answer, code = _ask(_server(os.getpid()), task, str(Path(path).absolute()), *arguments)
+            answer, code = _ask(_server(os.getpid())[0], task, str(Path(path).absolute()), *arguments)
         except (OSError, EOFError):  # it was killed; the next file has a new one
             _server.cache_clear()
             answer, code = b"", None
@@ -92,20 +91,15 @@ def _run(path, task, *arguments):
 
 @functools.cache
 def _server(_process):
-    """Connection to the other process; a fork of this one has its own."""
+    """Connection to the other process, and that process; a fork of this one has its own."""
     ours, theirs = Pipe()
     command = [sys.executable, "-m", __name__, str(theirs.fileno())]
     one_thread = {"OPENBLAS_NUM_THREADS": "1"}  # others would not survive a fork
     environment = os.environ | one_thread | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
-    other = subprocess.Popen(command, env=environment, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL)
+    silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)  # the readers print
+    other = subprocess.Popen(command, env=environment, pass_fds=[theirs.fileno()], **silent)
     theirs.close()
-    atexit.register(_end, other)
-    return ours
-
-
-def _end(process):
-    process.terminate()
-    process.wait()
+    return ours, other  # which ends with the connection
 
 
 def _ask(server, *request):
@@ -185,21 +179,20 @@ def _topology(n_atoms):
 
 def _answer(sink, task, *arguments):
     """Write the answer to `sink`, or the reason why there is none; the exit code."""
-    for stream in 1, 2:  # the readers print
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     with open(sink, "wb") as pipe:
         try:
             pipe.write({"names": _names, "frames": _frames}[task](*arguments))
         except Exception as error:
-            pipe.write((next(iter(str(error).splitlines()), "") or type(error).__name__).encode())
+            reason = next(iter(str(error).splitlines()), "") or type(error).__name__
+            pipe.write(reason.encode(errors="replace"))
             return 1
     return 0
 
 
 def main(handle):
     """Answer, each request in a fork, until the connection ends."""
-    import mdtraj  # noqa: F401, once for all forks
-
+    with contextlib.suppress(ImportError):  # which is told where a file is read
+        import mdtraj  # noqa: F401, once for all forks
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     warnings.simplefilter("ignore")
     client = Connection(int(handle))
