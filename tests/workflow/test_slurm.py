@@ -98,10 +98,11 @@ def test_a_cancelled_study_continues_and_a_killed_job_is_tried_again(slurm, tmp_
     assert code == 0, said
     assert "Trying to restart" in said
     assert tables(folder) == tables(tmp_path / "local") and len(tables(folder)) > 8
-    memory = subprocess.run(
-        ["squeue", "-h", "-t", "all", "-o", "%i %m"], env=slurm, capture_output=True, text=True, check=True
-    )
-    asked = dict(line.split() for line in memory.stdout.splitlines())
-    doubled = str(2 * int(asked[killed].rstrip("M"))) + "M"
-    assert doubled in asked.values()
+    queue = ["squeue", "-h", "-t", "all", "-o", "%i %m %C"]
+    jobs = subprocess.run(queue, env=slurm, capture_output=True, text=True, check=True).stdout.splitlines()
+    asked = {job: (memory, cores) for job, memory, cores in map(str.split, jobs)}
+    memory, cores = asked[killed]
+    doubled = str(2 * int(memory.rstrip("M"))) + "M"
+    assert (doubled, cores) in asked.values()
+    assert cores == "9"  # 8, all that a grid can use, however few this machine has, and the floors beside it
     shutil.rmtree(folder)
