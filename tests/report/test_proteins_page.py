@@ -67,6 +67,13 @@ def test_the_recovered_grid_is_told_where_it_was_measured(stored):
         "(`recovered`; 7 small proteins, a quarter of the grid), d = +0.50 (+0.40 to +0.60) on average at the fewest dots "
         "(n_S = 2.5 %) and −0.20 to +0.30 beyond (mean +0.10 (+0.00 to +0.20))."
     )
+    on_all = of_sign(stored | {"recovered": pd.DataFrame(values | {"n": stored["d"]["n"].max()})})
+    assert "(`recovered`; a quarter of the grid), d = +0.50" in on_all
+    for n, words in (
+        (7, "On the 7 smallest proteins, a quarter"),
+        (stored["d"]["n"].max(), "On all of them, a quarter"),
+    ):
+        assert words in page(stored | {"recovered": stored["recovered"].assign(n=n)})
     without = {name: table for name, table in stored.items() if name != "recovered"}
     assert "`recovered`" not in of_sign(without) and "### islands: recovered" not in page(without)
 

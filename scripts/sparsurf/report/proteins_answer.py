@@ -42,8 +42,9 @@ def of_recovered(stored):
         return ""
     rows = stored["recovered"]
     whole, few, more = rows.iloc[0], rows.iloc[1], rows.iloc[2:]
+    some = "" if whole["n"] == stored["d"]["n"].max() else f"{whole['n']:.0f} small proteins, "
     return (
-        f" With the surface made again from the kept dots alone (`recovered`; {whole['n']:.0f} small proteins, a quarter of the "
+        f" With the surface made again from the kept dots alone (`recovered`; {some}a quarter of the "
         f"grid), d = {interval(few, 'own')} on average at the fewest dots (n_S = {few['n_S_percent']:.1f} %) and "
         f"{between(more, 'own')} beyond (mean {interval(whole, 'own')})."
     )

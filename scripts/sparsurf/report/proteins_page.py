@@ -89,8 +89,10 @@ def of_d(table, recovered=None):
         parts.append(f"### islands: {reading}\n")
         if "winner" in rows:
             short.insert(3, "best on average", rows["winner"])
+            n = rows["n"].max()
+            some = "On all of them" if n == table["n"].max() else f"On the {n} smallest proteins"
             parts.append(
-                f"On the {rows['n'].max()} smallest proteins, a quarter of the grid, 2 draws; the sampled dots and as many "
+                f"{some}, a quarter of the grid, 2 draws; the sampled dots and as many "
                 f"uniform ones are each made a dense surface again before they are compared. Two draws tell little of "
                 f"one protein, so that few of their own intervals leave 0. {of_worst(rows)}\n"
             )

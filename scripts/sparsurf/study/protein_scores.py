@@ -1,7 +1,7 @@
 """One protein of the study over many: its grid, its floors, and Z of samplers by n_S, as it is and recovered.
 
 The protein is the unit of every interval, so that few test dots do for each: its own error is small beside how proteins
-differ. `recovered` is measured for a quarter of the grid on small proteins: all of it would make 15,552 surfaces of each protein.
+differ. `recovered` is measured for a quarter of the grid: all of it would make 15,552 surfaces of each protein.
 """
 
 from dataclasses import dataclass, replace
