@@ -38,7 +38,7 @@ def _worst(surface, chosen, wanted):
     error = errors(surface.points, surface.normals, chosen)
     order = np.argsort(-error, kind="stable")
     order = order[~np.isin(order, chosen)]
-    clear = apart(surface.index, order, CLEAR * math.sqrt(surface.area / len(chosen)), wanted)
+    clear = apart(surface.index, order, CLEAR * math.sqrt(surface.area / len(chosen)), wanted, 0)
     rest = order[~np.isin(order, clear)]
     return np.concatenate([clear, rest[: wanted - len(clear)]])
 

@@ -165,7 +165,7 @@ def poisson(surface, n, rng):
     The radius is as large as n dots allow; surplus dots are left out at random.
     """
     order = rng.permutation(len(surface.points))
-    return _longest(lambda radius: apart(surface.index, order, radius, len(order)), surface, n, rng)
+    return _longest(lambda radius: apart(surface.index, order, radius, len(order), 0), surface, n, rng)
 
 
 def _longest(dots_at, surface, n, rng):

@@ -133,5 +133,5 @@ def dots_on(corners, triangles, rng, density=DENSITY):
     normals = np.einsum("nk,nkc->nc", share, corner_normals(corners, triangles)[triangles[of]])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     index = build_grid(points, side=1.0)
-    chosen = apart(index, np.arange(len(points)), APART / np.sqrt(density), len(points))
+    chosen = apart(index, np.arange(len(points)), APART / np.sqrt(density), len(points), 0)
     return points[chosen], normals[chosen]
