@@ -123,7 +123,7 @@ def test_poisson_equals_the_plain_method(surface):
     for i in order:
         if not kept or np.linalg.norm(surface.points[kept] - surface.points[i], axis=1).min() > 1.1:
             kept.append(int(i))
-    assert apart(surface.index, order, 1.1, len(order)).tolist() == kept
+    assert apart(surface.index, order, 1.1, len(order), 0).tolist() == kept
 
 
 @pytest.mark.parametrize("name", ["voxel", "poisson"])
