@@ -117,6 +117,12 @@ def test_the_descriptors_of_the_config_are_those_there_are():
             ["the key 1 in proteins is not read as a text"],
         ),
         ("proteins", {"a": {"pdb": "1ubi\n"}}, ["proteins.a.pdb is '1ubi\\n'"]),
+        ("proteins", {"a": {"pdb": 453}}, ["proteins.a.pdb is '453', but must be of the form"]),
+        (
+            "proteins",
+            {"a": {"pdb": 1e10}},
+            ["proteins.a.pdb is 10000000000.0, but", "string; put it in quotes ("],
+        ),
         ("minimal", {"n_S": 5, "Z": 1.0}, ["minimal needs exactly one of", "but has n_S, Z"]),
         ("minimal", {"sampler": "uniform"}, ["minimal needs exactly one of", "but has none"]),
         ("paper", "none", ["paper is 'none'", "none of the proteins tdp43"]),
@@ -324,18 +330,24 @@ def test_a_config_that_is_not_there_or_no_file_is_one_sentence(tmp_path):
 
 
 def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeypatch):
-    for name in ("1ABC.cif.gz", "1abcd.pdb", "2xyz.pdb"):
+    for name in ("1ABC.cif.gz", "1abcd.pdb", "2xyz.pdb", "4530.pdb"):
         (tmp_path / name).write_text("")
     monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path))
     listed = {
         "a": {"pdb": "1abc", "model": 1},
         "b": {"pdb": "2XYZ", "sha256": "0" * 64},
         "c": {"pdb": "3enl"},
+        "d": {"pdb": 4530},
+        "e": {"pdb": 4531},
     }
     found = check({"proteins": listed})["proteins"]
     assert found["a"] == {"structure": str(tmp_path / "1ABC.cif.gz"), "model": 1}
     assert found["b"] == {"structure": str(tmp_path / "2xyz.pdb")}
     assert found["c"] == {"pdb": "3enl"}
+    assert found["d"] == {"structure": str(tmp_path / "4530.pdb")} and found["e"] == {"pdb": "4531"}
+    for wrong in (45.3, ["1abc"], None):
+        with pytest.raises(InputError, match=r"proteins.a.pdb is .*, but must be of type string"):
+            check({"proteins": {"a": {"pdb": wrong}}})
     monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path / "none"))
     with pytest.raises(InputError, match=r"SPARSURF_STRUCTURES is '.*none', but there is no such folder"):
         check({"proteins": listed})

@@ -91,6 +91,19 @@ def test_pairs_in_a_folder_are_named_by_what_they_share(tmp_path):
     }
 
 
+def test_pairs_of_a_folder_are_kept_apart_and_what_is_left_out_is_named(tmp_path, caplog):
+    pairs = {"x_y": ("x y_r", "x y_l"), "x_y_": ("x+y_r", "x+y_l"), "B": ("B_1", "B_2"), "b_": ("b_r", "b_l")}
+    for name in [*sum(pairs.values(), ()), "alone_r", "whole", "._b_r", "._b_l"]:
+        (tmp_path / f"{name}.pdb").write_text("")
+    (tmp_path / "notes_r.txt").write_text("")
+    found = pair_listing.from_folder(str(tmp_path))
+    expected = {name: [str(tmp_path / f"{file}.pdb") for file in both] for name, both in pairs.items()}
+    assert {name: pair["files"] for name, pair in found.items()} == expected
+    assert [record.getMessage().split(" (")[0] for record in caplog.records] == [
+        f"{tmp_path / name} is left out: beside it lies no partner" for name in ("alone_r.pdb", "whole.pdb")
+    ]
+
+
 def test_a_table_of_pairs_parts_chains_by_blanks(tmp_path):
     path = tmp_path / "pairs.csv"
     path.write_text("name,complex,chains_1,chains_2,first,second\n a ,x.pdb, H L ,A,,\nb,,,,1.pdb,2.pdb\n")

@@ -97,6 +97,8 @@ def _with_local_copies(config):
     for name, protein in proteins.items():
         if not (isinstance(protein, dict) and {"url", "pdb"} & set(protein)):
             continue
+        if type(protein.get("pdb")) is int:  # YAML reads the id 4530 as a number
+            proteins[name] = protein = protein | {"pdb": str(protein["pdb"])}
         path = os.environ.get(variable(str(name))) or _by_id(protein.get("pdb"))
         if path:
             kind = "surface" if suffix(path) in listing.surface_suffixes() else "structure"
@@ -112,7 +114,7 @@ def _with_local_copies(config):
 def _by_id(pdb):
     """The structure called like a PDB id in the folder that SPARSURF_STRUCTURES names, if there is one."""
     folder = os.environ.get("SPARSURF_STRUCTURES")
-    if not (folder and pdb):
+    if not (folder and isinstance(pdb, str)):
         return None
     if not Path(folder).is_dir():
         raise InputError(f"SPARSURF_STRUCTURES is {folder!r}, but there is no such folder.")

@@ -104,10 +104,7 @@ def from_folder(path):
     for file in files:
         entry = _entry(file, owners)
         if entry:
-            name = _name(file, files)
-            while name.lower() in map(str.lower, proteins):
-                name += "_"
-            proteins[name] = entry
+            proteins[free_name(_name(file, files), "protein", proteins)] = entry
     if not proteins:
         known = " ".join(STRUCTURES + SELF_CONTAINED + TOPOLOGIES + TRAJECTORIES + surface_suffixes())
         raise InputError(
@@ -166,7 +163,14 @@ def _begins_with(name, stem):
 
 
 def _name(file, files):
-    """A name for results/: the file's stem, with its ending where another file has the same stem."""
+    """The file's stem, with its ending where another file has the same stem."""
     twins = [f for f in files if _stem(f).lower() == _stem(file).lower() and _kind(f) != "trajectory"]
-    name = _stem(file) if len(twins) < 2 else f"{_stem(file)}_{suffix(file)[1:]}"
-    return re.sub(r"[^A-Za-z0-9_.-]", "_", name).lstrip(".-_") or "protein"
+    return _stem(file) if len(twins) < 2 else f"{_stem(file)}_{suffix(file)[1:]}"
+
+
+def free_name(text, spare, taken):
+    """A name for results/ that differs from those taken in more than case; `spare` where the text holds no letter for one."""
+    name = re.sub(r"[^A-Za-z0-9_.-]", "_", text).lstrip(".-_") or spare
+    while name.lower() in map(str.lower, taken):
+        name += "_"
+    return name

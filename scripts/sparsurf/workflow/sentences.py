@@ -55,8 +55,9 @@ def _allowed(error):
         near = difflib.get_close_matches(str(error.instance), list(map(str, rule)), 1, 0.5)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         return f"one of {', '.join(map(str, rule))}{hint}"
+    unquoted = rule == "string" and isinstance(error.instance, (int, float))
     words = {
-        "type": f"of type {rule}",
+        "type": f"of type {rule}" + ("; put it in quotes" if unquoted else ""),
         "const": f"{rule!r}",
         "minimum": f"{rule} or more",
         "maximum": f"{rule} or less",
