@@ -14,10 +14,13 @@ def main(inputs, outputs, reading, settings, name):
     """Write frames.csv, what it was chosen from, and one PDB file per conformation."""
     wish = settings["frames"]
     molecule = read_molecule(inputs["structure"], inputs.get("trajectory"), stride=wish["stride"], **reading)
+    clusters, frames = wish["clusters"], None if wish["use"] == "clusters" else wish["use"]
+    if _is_single(inputs, molecule, wish["stride"], reading):  # `frames` is about the trajectories beside it
+        clusters, frames = "auto", frames and "all"
     choice = choose_frames(
         molecule,
-        clusters=wish["clusters"],
-        frames=None if wish["use"] == "clusters" else wish["use"],
+        clusters=clusters,
+        frames=frames,
         atoms=None if wish["pca_atoms"] == "auto" else wish["pca_atoms"],
         rng=stream(settings["seed"], name, "clusters"),
     )
@@ -32,6 +35,13 @@ def main(inputs, outputs, reading, settings, name):
     folder.mkdir()
     for conformation, position in zip(choice.table["conformation"], choice.index, strict=True):
         molecule.write_pdb(folder / f"{conformation}.pdb", position)
+
+
+def _is_single(inputs, molecule, stride, reading):
+    """Whether a molecule is a structure of one model, or of one that was chosen: not one that a stride has left."""
+    if "trajectory" in inputs or molecule.n_frames > 1:
+        return False
+    return stride == 1 or read_molecule(inputs["structure"], **reading).n_frames == 1
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ def _with_atoms(inputs, rules, d_link, reading, name):
     """What `floors` needs of the atoms: their places, how dots are laid on them, and frames before and after."""
     molecule = read_molecule(inputs["own"], selection="all", whole=False)
     atom_radii, atoms = radii(molecule, rules["radii"]), molecule.xyz[0]
-    rules = rules | {"density": fitting_density(molecule, 0, atom_radii, rules, d_link, name)}
+    rules = rules | {"density": fitting_density(molecule, 0, atom_radii, rules, d_link, name, tell=False)}
 
     def lay(xyz):
         return surface_of(replace(molecule, xyz=xyz[None]), 0, atom_radii, rules)

@@ -107,7 +107,8 @@ def finish(files, config, results, code, begin):
     if failed and places:  # what there is, without what failed
         patches = config["patches"]
         wish = ["--R-patch", patches["R_patch"], "--D-link", patches["D_link"], "--seed", config["seed"]]
-        if by_hand("summarise_run.py", results, *places, *wish) == 0:
+        finished = any((results / place / "minimal.csv").is_file() for place in places)
+        if by_hand("summarise_run.py", results, *places, *wish) == 0 and finished:
             options = [word for each in failed.items() for word in ("--without", *each)]
             by_hand("write_front_page.py", results, *options)
     if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study

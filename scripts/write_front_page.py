@@ -102,7 +102,7 @@ def by_hand(arguments=None):
     folders = [wish.run / protein / conformation for protein, conformation in names]
     folders = [folder for folder in folders if all((folder / file).is_file() for file in files.values())]
     if not folders:
-        parser.error(f"{wish.run} holds no finished conformation.")
+        sys.exit(f"{wish.run} holds no finished conformation: there is nothing to write a page of.")
     inputs = {key: [str(folder / file) for folder in folders] for key, file in files.items()}
     compared = wish.run / "compare_needed.csv"
     since = max(path.stat().st_mtime for path in map(Path, inputs["grid"]))

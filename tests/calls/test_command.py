@@ -146,6 +146,12 @@ def test_without_a_size_as_few_dots_are_kept_as_reach_the_floor_of_fresh_dots(fo
     assert len(few) < 0.3 * len(ready.points) and z[0] < 1.25 * floor < z[1]
 
 
+def test_a_density_above_the_usual_is_told_of_the_surface_alone(folder, tmp_path, capfd):
+    """Not of those that its noise floor is measured on."""
+    assert ended("minimal", folder / "protein.pdb", "--d-link", 0.45, "-o", tmp_path / "few.csv") == 0
+    assert capfd.readouterr().err.count("dots per Å^2 instead of") == 1
+
+
 def test_fewer_dots_suffice_at_better_places(folder, tmp_path):
     found = []
     for name, more in (("as", []), ("better", ["--settle"])):

@@ -1,15 +1,18 @@
 """Choice of conformations: superposition, principal components, k-means, silhouette."""
 
+import shutil
 from dataclasses import replace
 
 import mdtraj
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
+import choose_frames as script
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.conformations import (
@@ -256,6 +259,35 @@ def test_few_frames(moving):
         assert len(choose_frames(few, rng=np.random.default_rng(1)).table) == most
         with pytest.raises(InputError, match=f"1 to {most}"):
             choose_frames(few, clusters=most + 1, rng=np.random.default_rng(1))
+
+
+def chosen(folder, text, stride=1, reading=None, trajectory=None, **wish):
+    """Names of the conformations that the study makes of a PDB file, for a wish of `frames`."""
+    outputs = {key: folder / f"{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
+    outputs |= {"structures": folder / "structures"}
+    shutil.rmtree(outputs["structures"], ignore_errors=True)
+    wish = {"use": "clusters", "clusters": "auto", "pca_atoms": "auto", "stride": stride} | wish
+    inputs = {"structure": write(folder / "p.pdb", text)} | (trajectory or {})
+    script.main(inputs, outputs, reading or {}, {"frames": wish, "seed": 1}, "p")
+    names = pd.read_csv(outputs["frames"])["conformation"].tolist()
+    assert sorted(path.stem for path in outputs["structures"].iterdir()) == names
+    return names
+
+
+def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
+    """Beside it a trajectory may be studied; a file of several models has as many frames."""
+    one, models = peptide() + "END\n", "".join(f"MODEL {k}\n{peptide()}ENDMDL\n" for k in (1, 2, 3))
+    assert chosen(tmp_path, one, clusters=3) == chosen(tmp_path, one, stride=5) == ["c1"]
+    for use in ([0, 2], [7], [0], {"stride": 3}, "all"):
+        assert chosen(tmp_path, one, use=use) == ["f0"]
+    assert chosen(tmp_path, models, use=[0, 2]) == ["f0", "f2"]
+    assert chosen(tmp_path, models, use=[0, 2], reading={"model": 2}) == ["f1"]
+    for stride, last in ((1, 2), (5, 0)):
+        with pytest.raises(InputError, match=rf"\[7\] not among the frames read, 0 to {last}"):
+            chosen(tmp_path, models, use=[7], stride=stride)
+    mdtraj.load(tmp_path / "p.pdb")[:1].save_xtc(str(tmp_path / "p.xtc"))
+    with pytest.raises(InputError, match=r"\[2\] not among the frames read, 0 to 0"):
+        chosen(tmp_path, one, use=[0, 2], trajectory={"trajectory": tmp_path / "p.xtc"})
 
 
 def test_molecules_without_enough_c_alphas(shared):

@@ -192,6 +192,10 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     with pytest.raises(SystemExit):
         write_front_page.by_hand([str(run)])
     assert "has no surfaces.csv" in capsys.readouterr().err
+    table[table["protein"] == "5"].to_csv(run / "surfaces.csv", index=False)
+    with pytest.raises(SystemExit, match=r"mine holds no finished conformation: there is nothing to write"):
+        write_front_page.by_hand([str(run)])
+    assert not capsys.readouterr().err and not (run / "index.md").exists()
     table.to_csv(run / "surfaces.csv", index=False)
     (run / ".front_page.html").write_text("of an earlier run")
     (run / "pairs").mkdir()

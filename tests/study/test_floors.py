@@ -87,7 +87,7 @@ def test_frames_so_far_apart_are_found_and_superposed():
 
 
 def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch):
-    path, part, seen = ROOT / "data" / "tdp43", {"residues": "209-212"}, []
+    path, part, seen, told = ROOT / "data" / "tdp43", {"residues": "209-212"}, [], []
     whole = read_molecule(path / "topology.pdb", path / "trajectory.xtc", **part)
     whole.write_pdb(tmp_path / "own.pdb", 50)
     (tmp_path / "frames.csv").write_text("conformation,frame,time_ps\nc1,50,50.0\n")
@@ -99,8 +99,9 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
         return seen[-1]
 
     monkeypatch.setattr(measure_floors, "read_molecule", noted)
-    monkeypatch.setattr(measure_floors, "fitting_density", lambda *_: 1.0)
+    monkeypatch.setattr(measure_floors, "fitting_density", lambda *_, tell: told.append(tell) or 1.0)
     found = measure_floors._with_atoms(inputs, {"radii": "dms"}, 0.5, part, "tdp43/c1")
+    assert told == [False]  # where the surface was made, it was
     assert seen[1].frame_number.tolist() == [0, 30, 49, 51, 70, 150]
     apart = frames_apart(whole, found["atoms"], 50.0)
     assert list(found["frames"]) == [1.0, 20.0, 100.0] and [*map(len, apart.values())] == [2, 2, 1]

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
-from sparsurf.surfaces.making import fitting_surface, surface_of
+from sparsurf.surfaces.making import fitting_density, fitting_surface, surface_of
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import DENSITY, SPARSE, nearest, refuse_sparse, spacing
 
@@ -34,6 +34,9 @@ def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_res
     with caplog.at_level(logging.WARNING, "sparsurf"):
         surface, density = fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
     refuse_sparse(surface.points, 0.5, "a")
+    told = len(caplog.records)
+    assert fitting_density(molecule, 0, atom_radii, SETTINGS, 0.5, "a", tell=False) == density
+    assert len(caplog.records) == told == 1
     assert 0.45 < SPARSE * spacing(surface.points) <= 0.5, "much denser than needed"
     assert f"{density:.2f} dots per Å^2 instead of {DENSITY:.2f}" in caplog.text
 

@@ -56,6 +56,11 @@ def test_the_descriptors_of_the_config_are_those_there_are():
     assert SCHEMA["properties"]["patches"]["properties"]["descriptor"]["enum"] == list(DESCRIPTORS)
 
 
+def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
+    line = re.search(r"^  sampler: (\w+) # or (.*)$", (ROOT / "config.yaml").read_text(), re.M)
+    assert {line[1], *line[2].split(", ")} == set(SCHEMA["$defs"]["sampler"]["enum"])
+
+
 @pytest.mark.parametrize(
     "path, value, words",
     [

@@ -106,11 +106,23 @@ def test_a_study_that_failed_says_what_went_wrong_and_sums_up_with_its_own_setti
     ]  # fmt: skip
 
 
-def made(results, *places):
-    """ranges.csv of some conformations."""
+def made(results, *places, files=("ranges.csv", "minimal.csv")):
+    """What some conformations have."""
     for place in places:
         (results / place).mkdir(parents=True, exist_ok=True)
-        (results / place / "ranges.csv").write_text("")
+        for file in files:
+            (results / place / file).write_text("")
+
+
+def test_where_no_conformation_is_finished_there_is_no_first_page(checkout, monkeypatch):
+    summed = []
+    monkeypatch.setattr(study, "called", lambda *command: summed.append(Path(command[1]).name) or 0)
+    made(checkout.root / "results" / "mine", "p/c1", "p/c2", files=["ranges.csv"])
+    (checkout.root / "results" / "mine" / "p" / "frames.csv").write_text("conformation\nc1\nc2\n")
+    checkout.codes = [1, 1]
+    assert study.main(checkout.config()) == 1 and summed == ["summarise_run.py"]
+    made(checkout.root / "results" / "mine", "p/c2")
+    assert study.main(checkout.config()) == 1 and summed[1:] == ["summarise_run.py", "write_front_page.py"]
 
 
 def test_the_first_page_stays_where_every_protein_has_its_end(checkout, monkeypatch):

@@ -7,7 +7,6 @@ import numpy as np
 from sparsurf import InputError
 from sparsurf.calls import options, outputs
 from sparsurf.calls.subset_calls import prepare
-from sparsurf.calls.surface_calls import surface as surface_of
 from sparsurf.recovery.reading import RECOVERED
 from sparsurf.recovery.recovering import REACH, spacing_of
 from sparsurf.recovery.settling import settle
@@ -16,6 +15,7 @@ from sparsurf.study.evaluator import number_of_tests
 from sparsurf.study.floors import FRESH, floors
 from sparsurf.study.minimal import minimal_subset
 from sparsurf.study.minimal_by_floor import enough_dots, smallest
+from sparsurf.surfaces.making import fitting_density, molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 
@@ -91,8 +91,13 @@ def _as_few_as_suffice(wish, ready, molecule):
     own = {}
     if molecule is not None:
         sizes = radii(molecule, wish.radii)
-        rules = {"probe": wish.probe, "density": wish.density or "auto", "d_link": wish.d_link}
-        own = {"lay": lambda xyz: surface_of((xyz, sizes), **rules), "atoms": molecule.xyz[wish.frame]}
+        rules = {"method": "analytic", "probe_radius": wish.probe, "reentrant": "exact"}
+        rules |= {"density": wish.density or "auto"}
+        density = fitting_density(molecule, wish.frame, sizes, rules, wish.d_link, "surface", tell=False)
+        own = {
+            "lay": lambda xyz: molecular_surface(xyz, sizes, wish.probe, density),
+            "atoms": molecule.xyz[wish.frame],
+        }
     n_tests = number_of_tests(TESTS, len(ready.points))
     found = floors(ready, n_tests, **own, moved=())
     enough = enough_dots(ready, wish.sampler, found, n_tests, readings=(RECOVERED,), settled=wish.settle)

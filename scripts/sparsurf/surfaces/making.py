@@ -19,7 +19,7 @@ RESERVE = 1.02  # by how much an automatic density exceeds what D_link needs
 MOST_DENSITY = 100  # dots per Å^2, also of a density that is given
 
 
-def fitting_surface(molecule, position, atom_radii, settings, d_link, name):
+def fitting_surface(molecule, position, atom_radii, settings, d_link, name, tell=True):
     """Surface of one frame with the density of the config's `surface`, `auto` being the least from DENSITY on that suits D_link.
 
     Atoms without hydrogens have wider spheres, on which the same density lays dots farther apart. How much closer
@@ -32,6 +32,8 @@ def fitting_surface(molecule, position, atom_radii, settings, d_link, name):
         Å; must be at least `spacing.SPARSE` times the median spacing of the dots.
     name : str
         Conformation, for the log.
+    tell : bool
+        Whether the log has to tell of a density above DENSITY; not where it did already.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def fitting_surface(molecule, position, atom_radii, settings, d_link, name):
                 f"{name}: D_link = {d_link:g} Å is so short that it needs more than {MOST_DENSITY:g} dots per Å^2; "
                 "give a larger patches.D_link."
             )
-    if density > DENSITY:
+    if tell and density > DENSITY:
         log.warning(
             "%s: %.2f dots per Å^2 instead of %.2f, so that D_link = %g Å is %.1f times the median spacing of the dots; "
             "d under 'kept' depends on it",
@@ -64,11 +66,11 @@ def fitting_surface(molecule, position, atom_radii, settings, d_link, name):
     return surface, density
 
 
-def fitting_density(molecule, position, atom_radii, settings, d_link, name):
+def fitting_density(molecule, position, atom_radii, settings, d_link, name, tell=True):
     """The density alone of `fitting_surface`; one that is given is taken as it is, and no surface made."""
     if settings["density"] != "auto":
         return settings["density"]
-    return fitting_surface(molecule, position, atom_radii, settings, d_link, name)[1]
+    return fitting_surface(molecule, position, atom_radii, settings, d_link, name, tell)[1]
 
 
 def surface_of(molecule, position, atom_radii, settings):
