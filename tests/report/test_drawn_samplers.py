@@ -317,3 +317,9 @@ def test_thinning_shows_means_over_sides_and_draws():
     )
     assert "correlation" in a.get_ylabel() and "AUC" in c.get_ylabel() and not b.get_ylabel()
     assert "% of the dots" in c.get_xlabel() and "CPU seconds" in d.get_xlabel()
+    assert not [text for ax in figure.axes for text in ax.texts]
+    (a, b, *empty) = thinning_figure(table.assign(n_S_percent=table["percent"], auc=np.nan), "apart").axes
+    for ax in empty:
+        assert [t.get_text() for t in ax.texts] == ["none: the partners do not touch\n(or touch everywhere)"]
+        assert not [*ax.get_xticks(), *ax.get_xticks(minor=True), *ax.get_yticks()]
+    assert not a.texts and "AUC" in empty[0].get_ylabel() and "CPU seconds" in empty[1].get_xlabel()

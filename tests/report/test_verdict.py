@@ -80,6 +80,15 @@ def places(p_of_d):
     return pd.DataFrame(rows)
 
 
+def emptied(table, binning, n_runs=0):
+    """The same where the last range of a binning has a winner in no run or one: then nothing is known of the runs."""
+    last = (table["binning"] == binning) & (table["range"] == 10)
+    of_runs = [name for name in table.columns if name.startswith(("d_", "Z_tS_"))]
+    table = table.astype({name: float for name in of_runs})
+    table.loc[last, of_runs], table.loc[last, ["n_runs", "n_won"]] = float("nan"), [n_runs, 0]
+    return table
+
+
 def test_published_values_beside_the_runs():
     bias = pd.DataFrame({"binning": ["closed", "closed", "half-open"], "d_bias": [0.1, 0.5, 9.0]})
     said = table_1.against_runs(places(0.9), bias)
@@ -97,6 +106,12 @@ def test_published_values_beside_the_runs():
     assert "wins in 10 of 40 runs where the range holds the largest n_S (winners' mean d 1.00)" in said[4]
     assert "and in 20 of 40 where it does not" in said[4]
     assert "lies 0.30 on average and 0.50 at most above" in said[5]
+    empty = emptied(places(0.9), "half-open")
+    assert table_1.against_runs(empty, bias)[4].endswith(
+        "(winners' mean d 1.00), and where it does not, no combination of the grid lies in it."
+    )
+    alone = emptied(places(0.9), "half-open", n_runs=1)
+    assert table_1.against_runs(alone, bias)[4].endswith("and in 0 of 1 where it does not.")
     below = table_1.against_runs(places(-0.9), bias)
     assert "outside of all runs: row 10 (0.10;" in below[0]
     assert table_1.against_runs(places(-0.1), bias)[0].endswith("; each lies within the range of the runs.")
@@ -136,6 +151,9 @@ def test_the_table_row_by_row():
         rows = rows.assign(**ends)
     page = table_1.places_markdown(places(0.9), rows)
     assert "| 10 of 40 | 1.90 | 1.00 (0.80 .. 1.20) | 20 | 3.00 | 3.00 (2.50 .. 3.50) | 21 |" in page
+    page = table_1.places_markdown(emptied(places(0.9), "closed"), rows)
+    assert "| 10 | (1, 0.2, 0, 0) | 0 of 0 |  |  |  |  |  |  |\n" in page and "nan" not in page
+    assert "Empty where no more than one run has a combination in the range." in page
     assert "| 12.50 | 1.00 (0.75 .. 1.50) | 4.00 | -1.00 (-1.25 .. -0.50) | 2.00 |" in page
 
 

@@ -87,10 +87,17 @@ def _last_range(places):
     last = {row["binning"]: row for _, row in places[places["range"] == places["range"].max()].iterrows()}
     closed, open_ = last["closed"], last["half-open"]
     text = Combination(*PUBLISHED_ROWS[-1])
+    mean = (
+        "" if math.isnan(open_["d_mean"]) else f" (mean d {open_['d_mean']:.2f})"
+    )  # of one run there is none
+    if open_["n_runs"]:
+        without = f"in {open_['n_won']} of {open_['n_runs']} where it does not{mean}"
+    else:
+        without = "where it does not, no combination of the grid lies in it"
     return (
         f"In the last range the published {text} with d = {closed['d_published']:.2f} wins in {closed['n_won']} of "
-        f"{closed['n_runs']} runs where the range holds the largest n_S (winners' mean d {closed['d_mean']:.2f}), and in "
-        f"{open_['n_won']} of {open_['n_runs']} where it does not (mean d {open_['d_mean']:.2f})."
+        f"{closed['n_runs']} runs where the range holds the largest n_S (winners' mean d {closed['d_mean']:.2f}), and "
+        f"{without}."
     )
 
 
@@ -144,13 +151,15 @@ def places_markdown(places, rows):
             table[f"{name} published"] = own[f"{name}_published"]
             limits = own[[f"{name}_mean", f"{name}_lowest", f"{name}_highest"]].to_numpy()
             table[f"{name} of the runs"] = [
-                f"{mean:.2f} ({low:.2f} .. {high:.2f})" for mean, low, high in limits
+                "" if math.isnan(mean) else f"{mean:.2f} ({low:.2f} .. {high:.2f})"
+                for mean, low, high in limits
             ]
             table[f"{name} below"] = own[f"{name}_n_below"].to_numpy()
         parts += [f"{_binned(binning)[:-1]}:\n", pages.markdown(table)]
     parts.append(
         "won: runs in which the published combination has the highest d of its range. of the runs: mean of the winners, in "
-        "brackets the lowest and the highest. below: runs whose winner lies below the published value.\n"
+        "brackets the lowest and the highest. below: runs whose winner lies below the published value. Empty where no more than "
+        "one run has a combination in the range.\n"
     )
     table = pd.DataFrame(
         {"row": range(1, len(rows) + 1), "combination": texts_of(rows), "n_S / %": rows["n_S_percent"]}

@@ -11,6 +11,7 @@ from sparsurf.sampling.samplers import called
 
 PANELS = [("correlation", "correlation with the map\nof all dots"), ("auc", "AUC of the smoothed map")]
 AGAINST = [("n_S_percent", "centres (% of the dots)"), ("seconds", "CPU seconds for both sides")]
+ABSENT = "none: the partners do not touch\n(or touch everywhere)"  # dots inside and outside of the interface
 RECOVERED = (0, (3, 1.5))  # dashes of maps whose patches are cut from the surface recovered from the centres
 
 
@@ -47,6 +48,11 @@ def thinning_figure(table, subject):
                 style = {"color": colour, "linewidth": width, "marker": marker, "linestyle": dashes}
                 rows = rows.sort_values(against)
                 handles[name] = ax.plot(rows[against], rows[value], label=name, **style)[0]
+            ax.set(xlabel=axis, ylabel=label if column == 0 else "")
+            if mean[value].isna().all():
+                ax.set(xticks=[], yticks=[])
+                ax.text(0.5, 0.5, ABSENT, transform=ax.transAxes, ha="center", va="center")
+                continue
             ax.set_xscale("log")
             if against == "seconds":
                 ax.plot(whole["seconds"], whole[value], "k*", markersize=6)
@@ -57,7 +63,6 @@ def thinning_figure(table, subject):
                 ax.set_xticks(shown, [f"{x:g}" for x in shown])
                 ax.minorticks_off()
                 ax.axhline(whole[value], color="black", linewidth=0.5, linestyle=":")
-            ax.set(xlabel=axis, ylabel=label if column == 0 else "")
     rows = 1 + (thin["surface"] == "recovered").any()  # a column for each sampler, as it is and recovered
     layout.legend(figure, 4, 112, list(handles.values()), ncols=min(4, -(-len(handles) // rows)))
     return figure
