@@ -12,6 +12,10 @@ def test_every_line_ends_once():
     assert text_of(b"a\r\nb\rc\n\nd\xe5", "x") == "a\nb\nc\n\ndå"
 
 
+def test_a_byte_order_mark_is_no_text():
+    assert text_of("\ufeffx,y".encode(), "x") == "x,y"
+
+
 def test_packed_texts_are_unpacked_and_bytes_of_zero_are_refused(tmp_path):
     (tmp_path / "a.GZ").write_bytes(gzip.compress(b"a\r\n"))
     assert read_text(tmp_path / "a.GZ") == "a\n"

@@ -1,5 +1,6 @@
 """Files that a user gives, packed or not, in memory: within a limit, so that no file fills it."""
 
+import codecs
 import gzip
 import zlib
 from pathlib import Path
@@ -29,10 +30,10 @@ def read_bytes(path):
 
 
 def text_of(content, path):
-    """Text of the bytes of a file: taken as Latin-1, lines end in '\\n'; `path` is named in messages."""
+    """Text of the bytes of a file: Latin-1 without a byte-order mark, lines end in '\\n'; `path` is named in messages."""
     if b"\0" in content:
         raise InputError(f"{path} is damaged or no text file: it contains bytes of zero; copy it again.")
-    return content.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
+    return content.removeprefix(codecs.BOM_UTF8).decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_text(path):

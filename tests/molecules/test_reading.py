@@ -351,6 +351,12 @@ def test_real_insertion_codes_and_negative_numbers(shared):
         ({"hydrogens": "maybe"}, "neither keep nor remove"),
         ({"altloc": "lowest"}, "neither first, highest nor one letter"),
         ({"stride": 0}, "stride: 0"),
+        ({"altloc": 1}, "altloc: '1' is neither first, highest nor one letter: choose one of them"),
+        ({"residues": 5}, "residues is 5; it must be a text such as 'A:10-52A,60', or a list"),
+        ({"chains": 5}, "chains is 5; it must be a text such as 'A,B', or a list"),
+        ({"ligands": 5}, "ligands is 5; it must be a text such as 'HEM,ZN', or a list"),
+        ({"ligands": "HEM, ZN"}, "has no ligand HEM, ZN: beside"),
+        ({"selection": 5}, "selection is 5; it must be an mdtraj expression, or 'all'"),
     ],
 )
 def test_wrong_keys_are_sentences(tmp_path, keys, words):

@@ -3,6 +3,7 @@
 import logging
 import re
 from collections import Counter
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -75,7 +76,7 @@ def chosen_atoms(
 def _in_chains(molecule, path, chains):
     if chains is None:
         return np.ones(len(molecule.chain), bool)
-    wanted = [each.strip() for each in (chains.split(",") if isinstance(chains, str) else map(str, chains))]
+    wanted = [each.strip() for each in _texts(chains, "chains", "A,B")]
     absent = [each for each in wanted if each not in molecule.chain]
     if absent or not wanted:
         raise InputError(f"{path} has no chain {', '.join(absent)}: its chains are {_chains(molecule)}.")
@@ -88,7 +89,7 @@ def _in_residues(molecule, path, residues):
     wanted, chain = np.zeros(len(molecule.chain), bool), None
     labels, inverse = np.unique(molecule.residue, return_inverse=True)
     place = np.array([_place(label) for label in labels])[inverse]
-    items = residues.split(",") if isinstance(residues, str) else map(str, residues)
+    items = _texts(residues, "residues", "A:10-52A,60")
     for item in (part.strip() for each in items for part in each.split(",")):
         parsed = RANGE.fullmatch(item)
         if not parsed:
@@ -106,6 +107,15 @@ def _in_residues(molecule, path, residues):
     return wanted
 
 
+def _texts(given, key, example):
+    """The items of a text with commas or of a list."""
+    if isinstance(given, str):
+        return given.split(",")
+    if not isinstance(given, Iterable):
+        raise InputError(f"{key} is {given!r}; it must be a text such as '{example}', or a list.")
+    return [str(each) for each in given]
+
+
 def _place(label):
     """Sort key of a residue label: insertion codes come after their number."""
     number, code = re.fullmatch(r"(-?\d*)(.?)", label).groups()
@@ -114,6 +124,8 @@ def _place(label):
 
 def atoms_of_expression(molecule, selection):
     """(A,) bool: the atoms that an mdtraj expression, or 'all', selects."""
+    if not isinstance(selection, str):
+        raise InputError(f"selection is {selection!r}; it must be an mdtraj expression, or 'all'.")
     if selection.strip() == "all":
         return np.ones(len(molecule.chain), bool)
     try:
@@ -132,7 +144,7 @@ def _ligands(molecule, path, ligands):
     if ligands is True:
         atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
         return (molecule.kind == "other") & (atoms_of_residue > 1)
-    names = [ligands] if isinstance(ligands, str) else list(ligands or [])
+    names = [each.strip() for each in _texts(ligands, "ligands", "HEM,ZN")] if ligands else []
     absent = [name for name in names if name not in molecule.residue_name]
     if absent:
         others = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
