@@ -6,17 +6,20 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from scipy.spatial.distance import pdist
 
 import sparsurf
+from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.calls import command, descriptors_command, inputs, options, outputs, recommend_command
+from sparsurf.calls import command, descriptors_command, inputs, limits, options, outputs, recommend_command
 from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import law
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import stream
+from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 
 D_LINK = 0.8  # Å, for the few dots of the blob
@@ -37,6 +40,113 @@ def test_what_is_prepared_is_what_was_wished(blob, ready):
         sparsurf.prepare(blob, d_link=0.1)
 
 
+@pytest.mark.parametrize(
+    ("limits", "key"),
+    [
+        (limits.LENGTH, "patches.R_patch"),
+        (limits.LENGTH, "patches.R_zernike"),
+        (limits.LENGTH, "patches.D_link"),
+        (limits.PROBE, "surface.probe_radius"),
+        (limits.DENSITY, "surface.density.anyOf.1"),
+        (limits.SEED, "seed"),
+        (limits.TEST_DOTS, "evaluation.test_dots.anyOf.1"),
+        (limits.PERCENT, "minimal.n_S_percent"),
+        (limits.ALPHA, "minimal.combination.prefixItems.0"),
+        (limits.EXPONENT, "minimal.combination.items"),
+    ],
+)
+def test_numbers_have_the_limits_of_the_config(limits, key):
+    path = ROOT / "scripts/sparsurf/workflow/config.schema.yaml"
+    rule = {"properties": yaml.safe_load(path.read_text("utf-8"))["properties"]}
+    for word in key.split("."):
+        rule = rule[int(word)] if isinstance(rule, list) else rule.get("properties", rule)[word]
+    low = rule.get("exclusiveMinimum", rule.get("minimum"))
+    assert limits == (low, rule["maximum"], rule["type"] == "integer", "exclusiveMinimum" in rule)
+
+
+LENGTHS = "it must be a number, more than 0 and at most 100."
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        *(
+            (lambda dots, ready, r=r: sparsurf.roughness(dots, radius=r), f"radius is {r!r}; {LENGTHS}")
+            for r in (0, -1, float("nan"), float("inf"), 101, "4", True)
+        ),
+        (lambda dots, ready: sparsurf.roughness(dots, d_link=float("nan")), f"d_link is nan; {LENGTHS}"),
+        (lambda dots, ready: sparsurf.descriptors(dots, [0], radius=-1), f"radius is -1; {LENGTHS}"),
+        (
+            lambda dots, ready: sparsurf.descriptors(dots, [[0, 0, np.nan]], d_link=D_LINK),
+            "at: some of the places are no numbers; leave them out.",
+        ),
+        (lambda dots, ready: sparsurf.prepare(dots, r_patch=0), f"r_patch is 0; {LENGTHS}"),
+        (lambda dots, ready: sparsurf.prepare(dots, r_zernike=0), f"r_zernike is 0; {LENGTHS}"),
+        (lambda dots, ready: sparsurf.prepare(dots, d_link=0), f"d_link is 0; {LENGTHS}"),
+        (
+            lambda dots, ready: sparsurf.prepare(dots, seed=-1),
+            "seed is -1; it must be a whole number, 0 to 1.84467e+19.",
+        ),
+        (
+            lambda dots, ready: sparsurf.sample(ready, 9, seed=-1),
+            "seed is -1; it must be a whole number, 0 to 1.84467e+19.",
+        ),
+        *(
+            (
+                lambda dots, ready, given=given: sparsurf.sample(ready, combination=given),
+                f"combination: {words}",
+            )
+            for given, words in (
+                ((2, -1, 6, 0), "alpha is 2; it must be a number, more than 0 and at most 1."),
+                ((1, -1, 6, 0), "beta is -1; it must be a number, 0 to 1000."),
+                ((1, 0, np.nan, 0), "gamma is nan; it must be a number, 0 to 1000."),
+                ((1, 0, 6, "x"), "delta is 'x'; it must be a number, 0 to 1000."),
+            )
+        ),
+        *(
+            (
+                lambda dots, ready, given=given: sparsurf.sample(ready, combination=given),
+                f"combination is {given!r}; it must be the four numbers alpha, beta, gamma and delta.",
+            )
+            for given in ((1, 0, 6), (1, 0, 6, 0, 0), 1)
+        ),
+        *(
+            (
+                lambda dots, ready, n=n: sparsurf.compare(ready, [0], test_dots=n),
+                f"test_dots is {n!r}; it must be 'published' or a whole number, 2 to 1e+06.",
+            )
+            for n in (-1, 2.5, "many")
+        ),
+        (lambda dots, ready: sparsurf.compare(ready, {}), "subsets: there are none; give one at least."),
+        (
+            lambda dots, ready: sparsurf.compare(ready, [0], reading="x"),
+            "reading is 'x'; it must be one of kept, surface, scaled, recovered.",
+        ),
+        *(
+            (lambda dots, ready, d=d: sparsurf.recover(dots, density=d), f"density is {d!r}; {LENGTHS}")
+            for d in (float("nan"), 0, -1, 1e9)
+        ),
+        (
+            lambda dots, ready: sparsurf.surface(BALL, density="high"),
+            "density is 'high'; it must be 'auto' or a number, more than 0 and at most 100.",
+        ),
+        (lambda dots, ready: sparsurf.surface(BALL, d_link=0), f"d_link is 0; {LENGTHS}"),
+        (
+            lambda dots, ready: sparsurf.surface(BALL, probe=11),
+            "probe is 11; it must be a number, more than 0 and at most 10.",
+        ),
+        (
+            lambda dots, ready: radii(SimpleNamespace(element=["C"]), "x"),
+            "radii is 'x'; it must be one of dms, bondi.",
+        ),
+    ],
+)
+def test_a_senseless_number_is_one_sentence(blob, ready, call, words):
+    with pytest.raises(InputError) as told:
+        call(blob, ready)
+    assert str(told.value) == words
+
+
 def test_the_help_names_every_sampler():
     named = sparsurf.sample.__doc__.split("sampler : str\n")[1].split("\n")[0]
     assert {name.strip() for name in named.split(",")} == set(SAMPLERS)
@@ -46,7 +156,7 @@ def test_a_sample_has_the_wished_number(ready):
     assert len(sparsurf.sample(ready, 0.1)) == 300
     assert len(sparsurf.sample(ready, 1)) == 1
     assert sorted(sparsurf.sample(ready, 3000, sampler="uniform")) == list(range(3000))
-    for n in (0, -1, 2.5, 3001, None):
+    for n in (0, -1, 2.5, 3001, None, np.nan, np.inf, "10"):
         with pytest.raises(InputError, match="give 1 to 3000, or a share below 1"):
             sparsurf.sample(ready, n)
     first, again, other = (sparsurf.sample(ready, 50, sampler="uniform", seed=s).tolist() for s in (0, 0, 1))
@@ -128,6 +238,12 @@ def test_a_frame_is_taken_by_its_place():
     frame = SimpleNamespace(n_frames=2)
     with pytest.raises(InputError, match="a SimpleNamespace is no molecule"):
         sparsurf.surface(frame)
+    inputs.check_frame(frame, 1, "it")
+    for number in (2, -1, 0.0, "x"):
+        with pytest.raises(InputError, match=f"^it has the frames 0 to 1: there is no frame {number}\\.$"):
+            inputs.check_frame(frame, number, "it")
+    with pytest.raises(InputError, match=r"^the molecule has the frames 0 to 0: there is no frame 5\.$"):
+        sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb", frame=5)
 
 
 def test_dots_come_back_first_and_as_dense_as_wished(blob):
@@ -187,6 +303,7 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
         ({"low": 0, "whole": True}, "2", 2),
         ({"low": 0, "whole": True}, "2.5", None),
         ({"low": 0}, "nan", None),
+        ({"low": 0}, "inf", None),
         ({"low": 0}, "x", None),
     ],
 )
@@ -229,8 +346,8 @@ def dots(blob, tmp_path_factory):
     return path
 
 
-def ran(*words):
-    assert command.main([*map(str, words), "--d-link", str(D_LINK)]) == 0
+def ran(*words, d_link=D_LINK):
+    assert command.main([*map(str, words), "--d-link", str(d_link)]) == 0
 
 
 def test_minimal_keeps_the_share_that_is_wished(dots, ready, tmp_path):
@@ -274,6 +391,12 @@ def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
     whole = sparsurf.recover(few)
     expected = sparsurf.descriptors(whole, np.array([[0.0, 0.5, 8.0]]))
     assert z.filter(like="z_").to_numpy() == pytest.approx(expected, rel=1e-5)
+    for name in ("m.csv", "m.npz", "m.ply"):  # places of every kind of file that dots come in
+        ran("minimal", few, "--dots", 9, "-o", tmp_path / name, d_link=3)
+        words = [str(few), "--around", str(tmp_path / name), "-o", str(tmp_path / "z.csv")]
+        assert command.main(["recover", *words]) == 0
+        z, places = pd.read_csv(tmp_path / "z.csv"), sparsurf.read_surface(tmp_path / name).points
+        assert z[["x", "y", "z"]].to_numpy() == pytest.approx(places) and len(z) == 9
 
 
 def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_path, capsys):
@@ -331,7 +454,7 @@ def test_a_recommendation_for_dots(dots, blob, capsys):
     pd.DataFrame(np.hstack([points, blob[1]]), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(
         path, index=False
     )
-    assert command.main(["recommend", str(path), "--n-s", "5", "--d-link", "3"]) == 0
+    assert command.main(["recommend", str(path), "--n-s", "5"]) == 0
     asked = capsys.readouterr().out.splitlines()[1]
     rough = sparsurf.roughness(
         (points, blob[1]), radius=evidence["R_patch"], d_link=evidence["D_link"]

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
-from sparsurf.calls import command
+from sparsurf.calls import command, surface_command
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.study.floors import floors
 from sparsurf.surfaces.radii import radii
@@ -228,6 +228,67 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (["minimal", "protein.pdb", "--dots", "5", "--z", "1", "-o", "x.csv"], 2, "not allowed with"),
         (["descriptors", "protein.pdb", "--at", "9999999", "-o", "x.csv"], 1, "there is no dot 9999999"),
         (["descriptors", "protein.pdb", "--at", "1,-2", "-o", "x.csv"], 2, "must be whole numbers"),
+        (
+            ["minimal", "protein.pdb", "--percent", "10", "--seed", "-1", "-o", "x.csv"],
+            2,
+            "argument --seed: '-1' must be a whole number, 0 to 1.84467e+19",
+        ),
+        (["surface", "protein.pdb", "--probe", "11", "-o", "x.csv"], 2, "more than 0 and at most 10"),
+        (["surface", "protein.pdb", "--density", "1e9", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["surface", "protein.pdb", "--d-link", "inf", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["roughness", "dots.csv", "--r-patch", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["descriptors", "dots.csv", "--radius", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["recover", "minimal.csv", "--density", "1e9", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["recover", "minimal.csv", "--reach", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["recover", "minimal.csv", "--steps", "1001", "-o", "x.csv"], 2, "more than 0 and at most 1000"),
+        (
+            ["recover", "minimal.csv", "--around", "minimal.csv", "--density", "2", "-o", "x.csv"],
+            1,
+            "recover: --density 2: D_link = 0.5 Å is below 1.3 times the median distance",
+        ),
+        (
+            ["recover", "minimal.csv", "--around", "minimal.csv", "--mesh", "-o", "x.ply"],
+            1,
+            "recover: --around: descriptors are no mesh; leave out --mesh or --around.",
+        ),
+        (
+            ["recover", "minimal.csv", "--around", "protein.pdb", "-o", "x.csv"],
+            1,
+            "protein.pdb holds no dots",
+        ),
+        (["recover", "no.csv", "--around", "minimal.csv", "-o", "x.ply"], 1, "cannot be written as '.ply'"),
+        (
+            ["minimal", "protein.pdb", "--mesh", "-o", "x.csv"],
+            1,
+            "minimal: x.csv: this cannot be written as '.csv'; name a file in .ply.",
+        ),
+        *(
+            (
+                [command, "dots.csv", *option.split(), "-o", "x.csv"],
+                1,
+                f"{command}: {option.split()[0]} has no meaning for dots.csv, which holds dots; leave it out.",
+            )
+            for command, option in (
+                ("minimal", "--probe 2"),
+                ("minimal", "--hydrogens remove"),
+                ("minimal", "--frame 7"),
+                ("roughness", "--chains A"),
+                ("descriptors", "--density 9"),
+                ("roughness", "--trajectory run.pdb"),
+                ("roughness", "--radii bondi"),
+                ("roughness", "--altloc B"),
+                ("roughness", "--ligands ZN"),
+                ("roughness", "--model 1"),
+                ("roughness", "--residues 1-9"),
+                ("roughness", "--selection all"),
+            )
+        ),
+        (
+            ["recommend", "--roughness", "0.6", "--chains", "A"],
+            1,
+            "recommend: --chains has no meaning for a mean roughness; leave it out.",
+        ),
+        (["recommend", "dots.csv", "--d-link", "0.7"], 2, "unrecognized arguments: --d-link 0.7"),
     ],
 )
 def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, arguments, code, words):
@@ -236,6 +297,37 @@ def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, arguments, code,
     shown = capsys.readouterr()
     assert shown.out == "" and words in shown.err.splitlines()[-1] and "Traceback" not in shown.err
     assert not list(folder.glob("x.*")) and not list(folder.glob(".sparsurf-*"))
+
+
+@pytest.mark.parametrize("words", ["surface", "surface --mesh", "roughness", "descriptors", "minimal", "recover",
+                                   "recover --mesh", "recover --around few.csv"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("out", "told"),
+    [
+        ("x.foo", "x.foo: this cannot be written as '.foo'; name a file in "),
+        ("a b/ü.ply", "a b/ü.ply: there is no folder "),
+        ("own.ply", "own.ply is a folder; name a file."),
+        (".", ". is a folder; name a file."),
+    ],
+)
+def test_where_nothing_can_be_written_is_told_before_anything_is_read(
+    tmp_path, monkeypatch, capsys, words, out, told
+):
+    """The file that is read is not there, which would be told otherwise."""
+    monkeypatch.chdir(tmp_path)
+    name, *options = words.split()
+    table = name == "descriptors" or "--around" in options
+    out, told = (each.replace(".ply", ".csv") if table else each for each in (out, told))
+    (tmp_path / "own.ply").mkdir()
+    (tmp_path / "own.csv").mkdir()
+    assert ended(name, "no.pdb", *options, "-o", out) == 1
+    assert capsys.readouterr().err.startswith(f"sparsurf {name}: {told}")
+
+
+def test_too_little_memory_is_one_sentence(folder, monkeypatch, capsys):
+    monkeypatch.setattr(surface_command, "run", lambda wish: np.empty(2**55))
+    assert ended("surface", folder / "protein.pdb", "-o", "x.csv") == 1
+    assert capsys.readouterr().err == "sparsurf surface: there is not enough memory; ask for fewer dots.\n"
 
 
 def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):

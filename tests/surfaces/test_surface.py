@@ -17,7 +17,7 @@ from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.formats.registry import FORMATS, READABLE
 from sparsurf.surfaces.making import DENSITY, molecular_surface
-from sparsurf.surfaces.reading import read_surface
+from sparsurf.surfaces.reading import read_places, read_surface
 from sparsurf.surfaces.surface import Surface, surface_of_columns
 
 FIELDS = ("points", "normals", "area", "kind", "atom")
@@ -199,6 +199,34 @@ def test_read_csv(tmp_path, header):
 def test_bad_csv_is_one_sentence(tmp_path, text, word):
     with pytest.raises(InputError, match=word):
         read_surface(written(tmp_path, text, "a.csv"))
+
+
+def test_a_csv_with_a_byte_order_mark(tmp_path):
+    (tmp_path / "a.csv").write_bytes("\ufeffx,y,z,nx,ny,nz\r\n1,2,3,0,0,1\r\n".encode())
+    assert read_surface(tmp_path / "a.csv").points.tolist() == [[1, 2, 3]]
+
+
+def test_places_need_no_normals_and_keep_their_order(tmp_path):
+    rows = "Z,name,x,y\n3,a,1,2\n9,b,7,8\n3,c,1,2\n"
+    assert read_places(written(tmp_path, rows, "a.csv")).tolist() == [[1, 2, 3], [7, 8, 9], [1, 2, 3]]
+    dots = written(tmp_path, LINE, "a.dms")
+    assert np.array_equal(read_places(dots), read_surface(dots).points)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "holds no dots; expected a DMS file, a CSV"),
+        ("x,y\n1,2\n", "needs one column z; its header must name x, y, z."),
+        ("x,y,z\n", "holds no places."),
+        ("x,y,z\n1,2,3\n1,,3\n", "x, y and z of row 2 below the header are not three numbers: mend it."),
+        ("x,y,z\n1,2,here\n", "x, y and z of row 1 below the header are not three numbers: mend it."),
+        ("x,y,z\n1,2,inf\n", "x, y and z of row 1 below the header are not three numbers: mend it."),
+    ],
+)
+def test_what_holds_no_places_is_one_sentence(tmp_path, text, words):
+    with pytest.raises(InputError, match=words):
+        read_places(written(tmp_path, text, "a.csv"))
 
 
 # ---- npz

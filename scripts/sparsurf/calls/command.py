@@ -56,6 +56,9 @@ def main(arguments=None):
     except (InputError, OSError) as error:
         print(f"sparsurf {wish.command}: {_sentence(error)}", file=sys.stderr)
         return FAILED
+    except MemoryError:
+        print(f"sparsurf {wish.command}: there is not enough memory; ask for fewer dots.", file=sys.stderr)
+        return FAILED
     except KeyboardInterrupt:
         print(f"sparsurf {wish.command}: interrupted", file=sys.stderr)
         return INTERRUPTED

@@ -7,6 +7,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.calls import options, outputs
+from sparsurf.calls.limits import LENGTH
 from sparsurf.calls.patch_calls import descriptors
 from sparsurf.patches.index import R_ZERNIKE
 from sparsurf.patches.zernike.polynomials import indices
@@ -31,7 +32,10 @@ def arguments(parser):
     )
     where.add_argument("--every", type=options.number(0, whole=True), help="every n-th dot")
     parser.add_argument(
-        "--radius", type=options.number(0), default=R_ZERNIKE, help=f"of a patch in Å (default {R_ZERNIKE:g})"
+        "--radius",
+        type=options.number(*LENGTH),
+        default=R_ZERNIKE,
+        help=f"of a patch in Å (default {R_ZERNIKE:g})",
     )
     parser.add_argument("--down", action="store_true", help="turn the mean normal to -z instead of +z")
     options.add_molecule(parser)
@@ -39,6 +43,7 @@ def arguments(parser):
 
 def run(wish):
     """Write the descriptors."""
+    outputs.check(wish, outputs.TABLES)
     surface, _ = options.read_dots(wish)
     at = wish.at if wish.at is not None else np.arange(0, len(surface), wish.every or 1)
     if max(at) >= len(surface):

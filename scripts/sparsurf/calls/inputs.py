@@ -1,5 +1,6 @@
 """What the functions and commands take for a molecule and for a surface."""
 
+from numbers import Integral
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,12 @@ def as_surface(given):
         f"a {type(given).__name__} is no surface: give the path of a file of dots, what surface() gave, or "
         "the pair (points, normals)."
     )
+
+
+def check_frame(molecule, frame, name):
+    """Raise InputError where a Molecule, called `name`, has no frame of that position."""
+    if not isinstance(frame, Integral) or frame not in range(molecule.n_frames):
+        raise InputError(f"{name} has the frames 0 to {molecule.n_frames - 1}: there is no frame {frame}.")
 
 
 def is_structure(path):

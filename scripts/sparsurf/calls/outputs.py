@@ -17,6 +17,35 @@ from sparsurf.surfaces.surface import Surface
 DOTS_ALONE = (".csv", ".npz", ".ply")
 DOTS = (*DOTS_ALONE, ".dms")  # which names the atom of every dot
 TABLES = (".csv", ".npz")
+MESHES = (".ply",)
+
+
+def check(wish, formats):
+    """Raise InputError where `write` would, before anything is computed; with --mesh only a PLY will do.
+
+    Parameters
+    ----------
+    wish : namespace with `output`, `format` and, of a command that has it, `mesh`
+    formats : tuple of suffixes
+    """
+    _place(wish.output, wish.format, MESHES if getattr(wish, "mesh", False) else formats)
+
+
+def _place(output, format_given, formats):
+    """Suffix that decides, whether the file is packed, and its folder, None for standard output; see `write`."""
+    name = str(output)
+    if name != "-" and os.path.isdir(name):
+        raise InputError(f"{name} is a folder; name a file.")
+    bare = name.removesuffix(".gz") if name.endswith(".dms.gz") else name
+    suffix = f".{format_given}" if format_given else ".csv" if name == "-" else Path(bare).suffix.lower()
+    if suffix not in formats:
+        raise InputError(
+            f"{name}: this cannot be written as {suffix!r}; name a file in {', '.join(formats)}."
+        )
+    folder = None if name == "-" else Path(name).absolute().parent
+    if folder is not None and not folder.is_dir():
+        raise InputError(f"{name}: there is no folder {folder}; make it first.")
+    return suffix, bare != name, folder
 
 
 def write(output, format_given, formats, writers):
@@ -31,23 +60,14 @@ def write(output, format_given, formats, writers):
 
     Raises
     ------
-    InputError : a suffix that is none of the formats
+    InputError : a suffix that is none of the formats, no folder for the file, or a folder instead of it
     """
-    name = str(output)
-    bare = name.removesuffix(".gz") if name.endswith(".dms.gz") else name
-    suffix = f".{format_given}" if format_given else ".csv" if name == "-" else Path(bare).suffix.lower()
-    if suffix not in formats:
-        raise InputError(
-            f"{name}: this cannot be written as {suffix!r}; name a file in {', '.join(formats)}."
-        )
-    folder = None if name == "-" else Path(name).absolute().parent
-    if folder is not None and not folder.is_dir():
-        raise InputError(f"{name}: there is no folder {folder}; make it first.")
+    suffix, packed, folder = _place(output, format_given, formats)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".sparsurf-") as place:
-        path = Path(place, f"part{suffix}{'.gz' if bare != name else ''}")
+        path = Path(place, f"part{suffix}{'.gz' if packed else ''}")
         writers[suffix](path)
         if folder is not None:
-            os.replace(path, name)
+            os.replace(path, output)
             return
         with open(path, "rb") as content:
             shutil.copyfileobj(content, sys.stdout.buffer)
@@ -98,7 +118,7 @@ def write_mesh(wish, mesh):
     write(
         wish.output,
         wish.format,
-        (".ply",),
+        MESHES,
         {
             ".ply": lambda path: write_ply(
                 path, mesh.vertices, columns={"area": mesh.vertices.area}, faces=mesh.triangles

@@ -4,6 +4,7 @@ import numpy as np
 
 from sparsurf import InputError
 from sparsurf.calls.inputs import as_surface
+from sparsurf.calls.limits import LENGTH
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, build_index
 from sparsurf.patches.roughness import roughness as roughness_of_dots
@@ -38,6 +39,7 @@ def roughness(surface, *, radius=R_PATCH, d_link=D_LINK):
 
     >>> R = sparsurf.roughness((dots.points, dots.normals))
     """
+    radius = LENGTH.check(radius, "radius")
     return roughness_of_dots(prepared(surface, d_link), radius, available_cores())
 
 
@@ -73,13 +75,14 @@ def descriptors(surface, at=None, *, radius=R_ZERNIKE, up=True, d_link=D_LINK):
     >>> round(float(np.linalg.norm(z[0] - z[1])), 2)
     1.74
     """
+    radius = LENGTH.check(radius, "radius")
     index = prepared(surface, d_link)
     return describe(index, _places(index, at), radius, up, available_cores())[0]
 
 
 def prepared(surface, d_link=D_LINK):
     """Index of a surface whose dots lie close enough for `d_link`."""
-    dots = as_surface(surface)
+    d_link, dots = LENGTH.check(d_link, "d_link"), as_surface(surface)
     refuse_sparse(dots.points, d_link, "surface")
     return build_index(dots.points, dots.normals, d_link)
 
@@ -91,6 +94,8 @@ def _places(index, at):
         return points
     at = np.asarray(at)
     if at.ndim == 2 and at.shape[1] == 3:
+        if at.dtype.kind not in "iuf" or not np.isfinite(at).all():
+            raise InputError("at: some of the places are no numbers; leave them out.")
         return np.ascontiguousarray(at, dtype=float)
     if at.ndim != 1 or at.dtype.kind not in "iu":
         raise InputError(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from sparsurf.calls import options
 from sparsurf.calls.inputs import is_structure
+from sparsurf.calls.limits import PERCENT
 from sparsurf.calls.patch_calls import roughness
 from sparsurf.report.recommendation import EVIDENCE, read_run, recommend
 from sparsurf.streams import stream
@@ -38,14 +39,14 @@ def arguments(parser):
     )
     parser.add_argument(
         "--n-s",
-        type=options.number(0, 100),
+        type=options.number(*PERCENT),
         default=N_S,
         help=f"wished n_S in %% of the dots (default {N_S})",
     )
     parser.add_argument(
         "--results", type=Path, help="results/<run>; default: many proteins, docs/proteins.md"
     )
-    options.add_molecule(parser)
+    options.add_molecule(parser, d_link=False)  # the evidence has its own
 
 
 def run(wish):
@@ -53,7 +54,9 @@ def run(wish):
     evidence = read_run(wish.results or EVIDENCE)
     asked = note = ""
     mean_roughness = wish.roughness
-    if wish.file is not None:
+    if wish.file is None:
+        options.refuse_of_structure(wish, "a mean roughness")
+    else:
         rules = evidence["surfaces"].iloc[0]
         wish.d_link = rules["D_link"]
         bare = rules.get("hydrogens") == "remove" and is_structure(wish.file)

@@ -7,17 +7,19 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.calls import options, outputs
+from sparsurf.calls.limits import DENSITY as DENSITIES
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.recovery.mesh import recovered_mesh
 from sparsurf.recovery.recovering import REACH, STEPS, recover
 from sparsurf.surfaces.mesh import step_of
-from sparsurf.surfaces.reading import read_surface
-from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.reading import read_places, read_surface
+from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
+FARTHEST, MOST_STEPS = 100, 1000  # --reach and --steps
 EXAMPLES = """\
 FILE holds a few dots with normals, such as minimal.csv, minimal.ply or the dots of any program; nothing else is needed.
 The dots come first, then those that fill the gaps. With --around, descriptors (|c_nm|, as of `sparsurf descriptors`) of the
@@ -40,26 +42,33 @@ def arguments(parser):
     formats = (*outputs.DOTS_ALONE, ".dms")
     options.add_output(parser, formats, "triangles of the surface, watertight, instead of dots (PLY)")
     parser.add_argument(
-        "--density", type=options.number(0), default=DENSITY, help=f"dots per Å^2 (default {DENSITY:g})"
+        "--density",
+        type=options.number(*DENSITIES),
+        default=DENSITY,
+        help=f"dots per Å^2 (default {DENSITY:g})",
     )
     parser.add_argument(
         "--reach",
-        type=options.number(0),
+        type=options.number(0, FARTHEST),
         default=REACH,
         help=f"how far the surface goes on around a dot, in the spacing of the dots there (default {REACH:g})",
     )
     parser.add_argument(
         "--steps",
-        type=options.number(0, whole=True),
+        type=options.number(0, MOST_STEPS, whole=True),
         default=STEPS,
         help=f"of Newton at most (default {STEPS})",
     )
-    parser.add_argument("--around", metavar="POINTS", help="CSV with x,y,z")
+    parser.add_argument("--around", metavar="POINTS", help="CSV with x,y,z, or a file of dots")
 
 
 def run(wish):
     """Write the dense dots, or descriptors of their patches."""
+    if wish.mesh and wish.around:
+        raise InputError("--around: descriptors are no mesh; leave out --mesh or --around.")
+    outputs.check(wish, outputs.TABLES if wish.around else outputs.DOTS)
     few = read_surface(wish.file)
+    around = read_places(wish.around) if wish.around else None
     if wish.mesh:
         how = wish.density, wish.reach, wish.steps, available_cores()
         mesh = recovered_mesh(few.points, few.normals, step_of(wish.density), *how)
@@ -70,8 +79,8 @@ def run(wish):
         few.points, few.normals, wish.density, wish.reach, wish.steps, available_cores()
     )
     options.say(f"{len(points)} dots from {len(few)}")
-    if wish.around:
-        _describe(wish, points, normals)
+    if around is not None:
+        _describe(wish, points, normals, around)
         return
     n = len(points)
     kept = np.concatenate([np.ones(len(few), int), np.zeros(n - len(few), int)])
@@ -80,12 +89,10 @@ def run(wish):
     outputs.write_dots(SimpleNamespace(**vars(wish) | {"frame": 0}), dense, {"kept": kept}, "kept", nobody)
 
 
-def _describe(wish, points, normals):
-    """Descriptors of the patches around the points of a table."""
-    table = pd.read_csv(wish.around)
-    if not {"x", "y", "z"} <= set(table):
-        raise InputError(f"{wish.around} needs the columns x, y and z.")
-    place = table[["x", "y", "z"]].to_numpy(float)
-    z, _ = describe(build_index(points, normals, D_LINK), place, R_ZERNIKE, True, available_cores())
-    found = pd.DataFrame(z, columns=[f"z_{n}_{m}" for n, m in indices()])
-    outputs.write_table(wish, pd.concat([table[["x", "y", "z"]], found], axis=1), {"points": place, "z": z})
+def _describe(wish, points, normals, around):
+    """Write the descriptors of the patches around places (T, 3), Å."""
+    refuse_sparse(points, D_LINK, f"--density {wish.density:g}")
+    z, _ = describe(build_index(points, normals, D_LINK), around, R_ZERNIKE, True, available_cores())
+    names = ["x", "y", "z", *(f"z_{n}_{m}" for n, m in indices())]
+    table = pd.DataFrame(np.hstack([around, z]), columns=names)
+    outputs.write_table(wish, table, {"points": around, "z": z})

@@ -1,6 +1,7 @@
 """The dense surface back from a few of its dots."""
 
 from sparsurf.calls.inputs import as_surface
+from sparsurf.calls.limits import DENSITY as DENSITIES
 from sparsurf.recovery.recovering import recover as recovered_dots
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import Surface
@@ -38,5 +39,5 @@ def recover(surface, *, density=DENSITY):
     >>> round(float(far.mean()), 2)
     0.16
     """
-    few = as_surface(surface)
+    density, few = DENSITIES.check(density, "density"), as_surface(surface)
     return Surface(*recovered_dots(few.points, few.normals, density, threads=available_cores()))

@@ -1,6 +1,7 @@
 """`sparsurf roughness`: R_i of every dot."""
 
 from sparsurf.calls import options, outputs
+from sparsurf.calls.limits import LENGTH
 from sparsurf.calls.patch_calls import roughness
 from sparsurf.patches.index import R_PATCH
 
@@ -20,7 +21,7 @@ def arguments(parser):
     options.add_output(parser, outputs.DOTS_ALONE)
     parser.add_argument(
         "--r-patch",
-        type=options.number(0),
+        type=options.number(*LENGTH),
         default=R_PATCH,
         help=f"radius of a patch in Å (default {R_PATCH:g})",
     )
@@ -29,6 +30,7 @@ def arguments(parser):
 
 def run(wish):
     """Write the dots with their roughness."""
+    outputs.check(wish, outputs.DOTS_ALONE)
     surface, _ = options.read_dots(wish)
     options.say(f"roughness of {len(surface)} dots")
     values = roughness(surface, radius=wish.r_patch, d_link=wish.d_link)

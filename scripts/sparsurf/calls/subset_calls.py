@@ -1,12 +1,17 @@
 """Subsets of a surface: chosen, and compared with the whole."""
 
+from numbers import Real
+
 import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.calls.inputs import as_surface
+from sparsurf.calls.limits import ALPHA, EXPONENT, LENGTH, SEED, TEST_DOTS, Limits
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
+from sparsurf.patches.readings import READINGS
 from sparsurf.sampling import law
+from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import named
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.statistics import mean_and_error, yardsticks
@@ -39,9 +44,11 @@ def prepare(surface, *, r_patch=R_PATCH, r_zernike=R_ZERNIKE, d_link=D_LINK, see
     """
     if isinstance(surface, Evaluator):
         return surface
-    dots = as_surface(surface)
+    names, lengths = ("r_patch", "r_zernike", "d_link"), (r_patch, r_zernike, d_link)
+    lengths = [LENGTH.check(*each) for each in zip(lengths, names, strict=True)]
+    seed, dots = SEED.check(seed, "seed"), as_surface(surface)
     refuse_sparse(dots.points, d_link, "surface")
-    return Evaluator(dots, r_patch, r_zernike, d_link, seed=seed, threads=available_cores())
+    return Evaluator(dots, *lengths, seed=seed, threads=available_cores())
 
 
 def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
@@ -51,7 +58,7 @@ def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
     ----------
     surface : what `prepare` takes or gave
     n : int
-        Number of dots; a number below 1 is a share of them.
+        Number of dots; a number below 1 is a share of them. The paper's samplers keep about so many.
     sampler : str
         farthest, voxel, poisson, stride, uniform, roughness, adaptive, paper, paper_corrected
     combination : (alpha, beta, gamma, delta), instead of n and a sampler: one draw of the paper's sampling
@@ -72,12 +79,12 @@ def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
     >>> len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
     11311
     """
-    ready = prepare(surface)
+    ready, seed = prepare(surface), SEED.check(seed, "seed")
     if combination is not None:
-        return law.sample(ready.cover, combination, ready.stream("sample", "paper", seed))
+        return law.sample(ready.cover, _combination(combination), ready.stream("sample", "paper", seed))
     n_dots = len(ready.points)
-    wished = round(n * n_dots) if n is not None and 0 < n < 1 else n
-    if wished is None or wished != int(wished) or not 1 <= wished <= n_dots:
+    wished = round(n * n_dots) if isinstance(n, Real) and 0 < n < 1 else n
+    if not (isinstance(wished, Real) and Limits(1, n_dots, whole=True, open_low=False).hold(wished)):
         raise InputError(
             f"sample: {n} dots of {n_dots} are asked for; give 1 to {n_dots}, or a share below 1."
         )
@@ -94,7 +101,7 @@ def compare(surface, subsets, *, reading="surface", test_dots=400):
     subsets : (n,) int dots, or a dict of several by name
     reading : {'surface', 'kept'}
         Whether the islands of a patch are removed on the full surface or among the kept dots.
-    test_dots : int
+    test_dots : int or 'published'
         Dots at which the descriptors are compared, the same for all subsets.
 
     Returns
@@ -118,6 +125,11 @@ def compare(surface, subsets, *, reading="surface", test_dots=400):
     ready = prepare(surface)
     if not isinstance(subsets, dict):
         subsets = {"subset": subsets}
+    if not subsets:
+        raise InputError("subsets: there are none; give one at least.")
+    if reading not in list(READINGS):
+        raise InputError(f"reading is {reading!r}; it must be one of {', '.join(READINGS)}.")
+    test_dots = TEST_DOTS.check(test_dots, "test_dots", "published")
     kept = [_dots(name, subset, len(ready.points)) for name, subset in subsets.items()]
     tests = ready.draw_tests(number_of_tests(test_dots, len(ready.points)))
     uniform = [
@@ -136,6 +148,19 @@ def compare(surface, subsets, *, reading="surface", test_dots=400):
             | {"Z_empty": sticks["empty_patch"], "Z_null": sticks["null_model"]}
         )
     return pd.DataFrame(rows, index=pd.Index(list(subsets), name="subset"))
+
+
+def _combination(given):
+    """The Combination of four numbers, after a check of each."""
+    try:
+        values = Combination(*given)
+    except TypeError:
+        raise InputError(
+            f"combination is {given!r}; it must be the four numbers alpha, beta, gamma and delta."
+        ) from None
+    limits = (ALPHA, EXPONENT, EXPONENT, EXPONENT)
+    names = [f"combination: {name}" for name in Combination._fields]
+    return Combination(*(Limits.check(*each) for each in zip(limits, values, names, strict=True)))
 
 
 def _dots(name, subset, n_dots):

@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from sparsurf.calls.inputs import as_molecule
+from sparsurf.calls.inputs import as_molecule, check_frame
+from sparsurf.calls.limits import DENSITY, LENGTH, PROBE
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.making import fitting_surface
 from sparsurf.surfaces.radii import radii as atomic_radii
@@ -57,11 +58,14 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
     >>> len(sparsurf.surface(([[0, 0, 0], [3, 0, 0]], [1.5, 1.5])))
     364
     """
+    probe, d_link = PROBE.check(probe, "probe"), LENGTH.check(d_link, "d_link")
+    density = DENSITY.check(density, "density", "auto")
     if isinstance(molecule, tuple) and len(molecule) == 2:
         xyz, values = (np.asarray(each, dtype=float) for each in molecule)
         molecule, frame = SimpleNamespace(xyz=xyz[None]), 0
     else:
         molecule = as_molecule(molecule)
+        check_frame(molecule, frame, "the molecule")
         values = atomic_radii(molecule, radii)
     wish = {"method": "analytic", "probe_radius": probe, "density": density, "reentrant": "exact"}
     return fitting_surface(molecule, frame, values, wish, d_link, "surface")[0]

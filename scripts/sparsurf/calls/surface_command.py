@@ -33,6 +33,7 @@ def run(wish):
     """Write the dots."""
     if not is_structure(wish.file):
         raise InputError(f"{wish.file} is no structure by its suffix: give one of {', '.join(STRUCTURES)}.")
+    outputs.check(wish, outputs.DOTS)
     if wish.mesh:
         molecule = options.read_atoms(wish)
         xyz, step = molecule.xyz[wish.frame].round(3), step_of(wish.density or DENSITY)

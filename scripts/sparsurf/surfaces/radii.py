@@ -4,6 +4,8 @@ import logging
 
 import numpy as np
 
+from sparsurf import InputError
+
 log = logging.getLogger("sparsurf")
 
 # Å. 'dms': the table of UCSF's program DMS, which the paper's surfaces were made with. 'bondi': van der
@@ -35,7 +37,13 @@ def radii(molecule, table="dms"):
     Returns
     -------
     (A,) float64, Å
+
+    Raises
+    ------
+    InputError : another table
     """
+    if table not in list(RADII):
+        raise InputError(f"radii is {table!r}; it must be one of {', '.join(RADII)}.")
     values, other = RADII[table], OTHER[table]
     unknown = sorted(set(np.unique(molecule.element).tolist()) - values.keys())
     if unknown:

@@ -1,6 +1,7 @@
 """Reading of a surface from a file of any format."""
 
 from sparsurf import InputError
+from sparsurf.surfaces.formats import csv
 from sparsurf.surfaces.formats.registry import FORMATS
 from sparsurf.texts import read_bytes
 
@@ -28,10 +29,35 @@ def read_surface(path):
     >>> dots = sparsurf.read_surface("protein.dms")  # doctest: +SKIP
     >>> dots.points, dots.normals, dots.area  # doctest: +SKIP
     """
+    content, found = _read(path)
+    return found.read(content, path)
+
+
+def read_places(path):
+    """Read places from a CSV with x,y,z or from a file of dots.
+
+    Parameters
+    ----------
+    path : told apart by content
+
+    Returns
+    -------
+    (T, 3) float64, Å, in the order of the file
+
+    Raises
+    ------
+    InputError : not such a file, NaN or infinite numbers, no places
+    """
+    content, found = _read(path)
+    return csv.read_places(content, path) if found is csv.FORMAT else found.read(content, path).points
+
+
+def _read(path):
+    """The bytes of a file of dots, unpacked, and its Format."""
     content = read_bytes(path)
     for each in FORMATS:
         if each.read and each.sniff(content[:HEAD]):
-            return each.read(content, path)
+            return content, each
     raise InputError(
         f"{path} holds no dots; expected a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY or an npz."
     )

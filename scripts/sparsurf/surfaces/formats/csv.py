@@ -2,6 +2,7 @@
 
 import io
 
+import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
@@ -17,17 +18,34 @@ def _sniff(head):
 
 def read_csv(content, path):
     """Surface of a table with x, y, z, nx, ny, nz in its header, in any case."""
+    values = _columns(content, path, ["x", "y", "z", "nx", "ny", "nz"])
+    return surface_of_columns({"points": values[:, :3], "normals": values[:, 3:]}, path)
+
+
+def read_places(content, path):
+    """(T, 3) places of a table with x, y, z in its header, in any case; in its order, also those that occur twice."""
+    places = _columns(content, path, ["x", "y", "z"])
+    wrong = np.flatnonzero(~np.isfinite(places).all(axis=1))
+    if len(wrong):
+        raise InputError(
+            f"{path}: x, y and z of row {wrong[0] + 1} below the header are not three numbers: mend it."
+        )
+    if len(places) == 0:
+        raise InputError(f"{path} holds no places.")
+    return np.ascontiguousarray(places)
+
+
+def _columns(content, path, names):
+    """(N, names) float64 of a table, NaN where there is no number."""
     try:
         table = pd.read_csv(io.StringIO(text_of(content, path)), skipinitialspace=True)
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise InputError(f"{path} is not a table of dots: {error}.") from None
     table.columns = [str(name).strip().lower() for name in table.columns]
-    names = ["x", "y", "z", "nx", "ny", "nz"]
     wrong = [name for name in names if list(table.columns).count(name) != 1]
     if wrong:
-        raise InputError(f"{path} needs one column {wrong[0]}; its header must name x, y, z, nx, ny, nz.")
-    values = table[names].apply(pd.to_numeric, errors="coerce").to_numpy(float)
-    return surface_of_columns({"points": values[:, :3], "normals": values[:, 3:]}, path)
+        raise InputError(f"{path} needs one column {wrong[0]}; its header must name {', '.join(names)}.")
+    return table[names].apply(pd.to_numeric, errors="coerce").to_numpy(float)
 
 
 FORMAT = Format("CSV", (".csv",), _sniff, read_csv)
