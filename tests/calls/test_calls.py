@@ -117,6 +117,22 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
             )
             for n in (-1, 2.5, "many")
         ),
+        (
+            lambda dots, ready: sparsurf.sample(ready, 9, combination=(1, 0, 6, 0)),
+            "sample: a combination leaves n to chance; leave out n or the combination.",
+        ),
+        (
+            lambda dots, ready: sparsurf.sample(ready, 9, sampler=["x"]),
+            f"sampler: there is no sampler ['x']; the samplers are {', '.join(SAMPLERS)}.",
+        ),
+        (
+            lambda dots, ready: sparsurf.roughness((["a"], ["b"])),
+            "surface: the arrays hold something else than numbers, or rows of unequal length.",
+        ),
+        (
+            lambda dots, ready: sparsurf.surface(([[1, 2, 3], [4, 5]], [1, 1])),
+            "molecule: the arrays hold something else than numbers, or rows of unequal length.",
+        ),
         (lambda dots, ready: sparsurf.compare(ready, {}), "subsets: there are none; give one at least."),
         (
             lambda dots, ready: sparsurf.compare(ready, [0], reading="x"),

@@ -46,12 +46,21 @@ def as_surface(given):
     if isinstance(given, str | Path):
         return read_surface(given)
     if isinstance(given, tuple) and len(given) == 2:
-        points, normals = (np.asarray(each, dtype=float) for each in given)
-        return Surface(points, normals)
+        return Surface(*arrays(given, "surface"))
     raise InputError(
         f"a {type(given).__name__} is no surface: give the path of a file of dots, what surface() gave, or "
         "the pair (points, normals)."
     )
+
+
+def arrays(given, name):
+    """Arrays of numbers of the parts of `given`; raises InputError where one, called `name`, is none."""
+    try:
+        return [np.asarray(each, dtype=float) for each in given]
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{name}: the arrays hold something else than numbers, or rows of unequal length."
+        ) from None
 
 
 def check_frame(molecule, frame, name):

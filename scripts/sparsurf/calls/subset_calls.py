@@ -81,6 +81,8 @@ def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
     """
     ready, seed = prepare(surface), SEED.check(seed, "seed")
     if combination is not None:
+        if n is not None:
+            raise InputError("sample: a combination leaves n to chance; leave out n or the combination.")
         return law.sample(ready.cover, _combination(combination), ready.stream("sample", "paper", seed))
     n_dots = len(ready.points)
     wished = round(n * n_dots) if isinstance(n, Real) and 0 < n < 1 else n

@@ -2,9 +2,7 @@
 
 from types import SimpleNamespace
 
-import numpy as np
-
-from sparsurf.calls.inputs import as_molecule, check_frame
+from sparsurf.calls.inputs import arrays, as_molecule, check_frame
 from sparsurf.calls.limits import DENSITY, LENGTH, PROBE
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.making import fitting_surface
@@ -61,7 +59,7 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
     probe, d_link = PROBE.check(probe, "probe"), LENGTH.check(d_link, "d_link")
     density = DENSITY.check(density, "density", "auto")
     if isinstance(molecule, tuple) and len(molecule) == 2:
-        xyz, values = (np.asarray(each, dtype=float) for each in molecule)
+        xyz, values = arrays(molecule, "molecule")
         molecule, frame = SimpleNamespace(xyz=xyz[None]), 0
     else:
         molecule = as_molecule(molecule)

@@ -72,7 +72,7 @@ def named(names, key, choices=OF_PAPER):
     InputError : a name that no sampler has
     """
     for name in names:
-        if name not in SAMPLERS:
+        if name not in list(SAMPLERS):
             raise InputError(f"{key}: there is no sampler {name!r}; the samplers are {', '.join(SAMPLERS)}.")
     chosen = {name: SAMPLERS[name] for name in names}
     return {
