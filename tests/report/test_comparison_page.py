@@ -44,12 +44,12 @@ PAIRS = pd.DataFrame(
 )
 FEWER = pd.DataFrame(
     [
-        ("Z surface", "uniform", "farthest", 8.0, 2.25, 2.0, 2.5),
-        ("Z surface", "uniform", "paper", 8.0, 0.5, 0.4, 0.6),
-        ("Z surface", "paper", "farthest", 32.0, 9.0, 9.0, 9.0),
-        ("Z centres", "paper", "farthest", 8.0, 9.0, 9.0, 9.0),
+        ("Z surface", "uniform", "farthest", 8.0, 2.25, 2.0, 2.5, "more than "),
+        ("Z surface", "uniform", "paper", 8.0, 0.5, 0.4, 0.6, ""),
+        ("Z surface", "paper", "farthest", 32.0, 9.0, 9.0, 9.0, ""),
+        ("Z centres", "paper", "farthest", 8.0, 9.0, 9.0, 9.0, ""),
     ],
-    columns=["measure", "than", "sampler", "percent", "factor", "low", "high"],
+    columns=["measure", "than", "sampler", "percent", "factor", "low", "high", "bound"],
 )
 ALONE = pd.DataFrame(
     [
@@ -71,7 +71,7 @@ def test_the_answer_of_a_comparison():
         "- The surface recovered from the kept dots alone: Z = 0.50 from those of paper, 1.25 from a uniform draw.",
         "- For certain better than a uniform draw, by (paired 95 % interval): farthest -1.00 (-1.25 .. -0.75).",
         "- For certain worse than a uniform draw, by (paired 95 % interval): paper +1.00 (+0.50 .. +1.50).",
-        "- For the Z they reach there, farthest needs 2.2 (2.0 .. 2.5) times fewer than uniform.",
+        "- For the Z they reach there, farthest needs more than 2.2 (2.0 .. 2.5) times fewer than uniform.",
     ]
     assert lines[5].startswith("\nZ, patches cut")  # five at most
     assert "| farthest | 2.00 | 1.00 |" in lines[6] and "| farthest | 0.75 | 0.50 |" in lines[8]

@@ -101,6 +101,9 @@ def test_an_arrow_tells_how_many_times_fewer_dots():
     assert said.xy == pytest.approx((20, z))
     (arrow,) = [t for t in ax.texts if t.get_text() == "" and t.xy[1] == pytest.approx(z) and t.xy[0] != 40]
     assert arrow.xy == pytest.approx((20 / 2.56, z)) and arrow.get_position() == pytest.approx((20, z))
+    last = comparison().query("percent in (5, 20)")  # at its end the lines have their names
+    texts = comparison_figure.comparison_figure(last, "q").axes[0].texts
+    assert not [t for t in texts if t.get_text().startswith("same Z")]
     worse = comparison({"farthest": 1.1, "uniform": 1.25, "paper": 1.0})
     texts = comparison_figure.comparison_figure(worse, "q").axes[0].texts
     assert not [t for t in texts if t.get_text().startswith("same Z")]

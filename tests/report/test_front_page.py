@@ -108,11 +108,11 @@ def test_sentences_of_several_surfaces():
 def test_the_share_of_dots_that_gives_the_surface_back():
     said = recovered_sentence(reached(), surfaces(), handed_out(1, 88))
     assert (
-        "From 5 % of the dots on, taken by the sampler poisson, the surface is recovered to within what other dots"
-        in said
+        "From 5 % of the dots on (by the steps of enough.csv), taken by the sampler poisson, the surface is recovered to "
+        "within what other dots" in said
     )
     assert "(Z 0.58 beside 0.53, alike within the error; the dots as they are need 80 %)" in said
-    assert "`minimal.csv` hands out 4.4 % of the dots." in said
+    assert "As the config's `minimal` asks, `minimal.csv` hands out 4.4 % of the dots." in said
     both = pd.concat([reached(), reached(7.0)])
     said = recovered_sentence(both, surfaces(2), handed_out(2, [88, 2000]))
     assert "From 5 to 7 % of" in said and "hands out 4.4 to 100.0 % of the dots." in said
@@ -131,9 +131,35 @@ NEEDED = pd.DataFrame(
 
 def test_samplers_where_they_were_compared():
     assert "not compared" in sampler_sentence(None)
+    assert "compared on single surfaces" in sampler_sentence(None, True)
     said = sampler_sentence(NEEDED)
     assert "uniform draw of 10 % of the dots, farthest needs 1.9 times fewer dots" in said
     assert "paper's sampling 2.0 times more dots" in said
+    bounds = {"farthest": "more than ", "paper": "less than "}
+    bounded = sampler_sentence(NEEDED.assign(bound=NEEDED["sampler"].map(bounds)))
+    assert "farthest needs more than 1.9 times fewer" in bounded
+    assert "paper's sampling more than 2.0 times more" in bounded
+    just = sampler_sentence(NEEDED.assign(factor=NEEDED["factor"].clip(upper=0.8), bound="more than "))
+    assert "farthest needs less than 1.2 times more dots" in just
+
+
+def test_samplers_that_were_compared_without_the_uniform_one():
+    papers = NEEDED[NEEDED["sampler"] == "farthest"].assign(than="paper")
+    assert sampler_sentence(papers).startswith(
+        "For the Z of the paper's sampling of 10 % of the dots, farthest needs 1.9"
+    )
+    assert "none of them is uniform or the paper's" in sampler_sentence(NEEDED[:0])
+
+
+def test_a_comparison_of_some_surfaces_is_told():
+    def page(links):
+        rows = enough(GRID, {"null_model": 2.0})
+        return front_page("run", surfaces(2), rows, reached(), handed_out(2), None, links)
+
+    assert "were not compared in this run" in page(LINKS)
+    assert "were compared on single surfaces" in page(
+        [*LINKS, ("p/c", [("samplers compared", "p/c/compare.md")])]
+    )
 
 
 @pytest.mark.parametrize("n", [1, 25])

@@ -1,10 +1,22 @@
 """When a choice by mean roughness is supported: each condition alone, at its limit."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pandas as pd
 import pytest
 
-from sparsurf.report.recommendation import against_uniform, reasons, rows_for, uniform_first
+from conftest import ROOT
+from sparsurf.report.recommendation import (
+    EVIDENCE,
+    against_uniform,
+    read_run,
+    reasons,
+    recommend,
+    rows_for,
+    uniform_first,
+)
 from sparsurf.sampling.combination import PARAMETERS
 
 SUPPORTED = {
@@ -67,9 +79,12 @@ def test_p_just_below_five_percent_is_enough_and_one_surface_shares_nothing():
 def test_a_range_holds_its_limits():
     table = pd.DataFrame({"n_S_low_percent": [0.0, 10.0, 20.0], "n_S_high_percent": [10.0, 20.0, 30.0]})
     table = table.assign(islands="kept", n_combinations=[1, 2, 0], protein="p", conformation=["a", "b", "c"])
-    for percent, names in ((0, ["a"]), (10, ["a", "b"]), (15, ["b"]), (20, ["b"]), (20.1, []), (25, [])):
+    for percent, names in ((0, ["a"]), (10, ["a", "b"]), (15, ["b"]), (20, ["b"]), (25, [])):
         assert rows_for(table, "kept", percent)["conformation"].tolist() == names, percent
     assert rows_for(table, "surface", 15).empty
+    # a surface whose fewest or most dots are nearly as wished counts: within a twentieth
+    for percent, names in ((9.6, ["a", "b"]), (9.4, ["a"]), (20.9, ["b"]), (21.1, [])):
+        assert rows_for(table, "kept", percent)["conformation"].tolist() == names, percent
 
 
 def of_uniform(d, half):
@@ -104,3 +119,23 @@ def test_the_papers_sampling_is_advised_only_where_it_beats_a_uniform_subset_for
     said = " ".join(uniform_first(of_uniform(d, [0.1] * 3), "kept", 20))
     assert (words in said) if words else not said
     assert "farthest-point" not in said  # of use under the other reading
+
+
+def test_all_surfaces_answer_for_all_dots_and_a_mean_of_more_than_answer_says_so():
+    evidence = read_run(EVIDENCE)
+    summary = evidence["summary"]
+    assert len(rows_for(summary, "kept", 100)) == summary["protein"].nunique() == 65
+    said = recommend(evidence, 0.6, 30, np.random.default_rng(0))
+    assert "on average; it lies in" in said and "on average of" not in said
+    few = summary[summary["protein"].isin(summary["protein"].unique()[:3])]
+    assert "on average of 65 surfaces; it lies in" in recommend(
+        evidence | {"summary": few}, 0.6, 30, np.random.default_rng(0)
+    )
+
+
+def test_the_recovered_reading_is_known_to_a_recommendation_alone():
+    code = "import sparsurf.report.recommendation as r; print(r.READINGS['recovered'].words)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT / "scripts", capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "the surface recovered from the kept dots alone\n", done.stderr

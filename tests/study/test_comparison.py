@@ -208,9 +208,9 @@ def test_dots_needed_on_exact_curves():
     assert first["uniform"] == 0  # fewer than were measured
     last = rows[(rows["sampler"] == "farthest") & (rows["percent"] == 40)].iloc[0]
     assert np.isinf(last["uniform"]) and last["farthest"] == 40
-    assert times_fewer(rows, "farthest", "uniform", 10) == (pytest.approx(16 / 9), "")
-    assert times_fewer(rows, "farthest", "paper", 2.5) == (1.0, "more than ")
-    assert times_fewer(rows, "uniform", "farthest", 40) == (1.0, "less than ")
+    assert times_fewer(table, "farthest", "uniform", 10) == (pytest.approx(16 / 9), "")
+    assert times_fewer(table, "farthest", "paper", 2.5) == (1.0, "more than ")
+    assert times_fewer(table, "uniform", "farthest", 40) == (1.0, "less than ")
     assert list(all_needed(table)["measure"].unique()) == ["Z surface", "Z centres"]
 
 
@@ -266,10 +266,19 @@ def test_a_factor_beyond_what_was_measured_is_a_bound():
     assert [row["factor"] for row in fewer.values()] == pytest.approx([1.0, 16.0, 4.0])
 
 
+def test_a_bound_counts_the_dots_that_were_kept_not_those_wished():
+    table = curves(uniform=4.0, paper=0.9)  # at its fewest dots better than uniform anywhere
+    table.loc[table["sampler"] == "paper", "n_S_percent"] *= 2
+    assert times_fewer(table, "paper", "uniform", 40) == (pytest.approx(40 / 5), "more than ")
+    assert times_fewer(table, "uniform", "paper", 2.5) == (pytest.approx(5 / 40), "less than ")
+    row = needed_over_proteins({"p": table}).query("sampler == 'paper' and percent == 40").iloc[0]
+    assert (row["factor"], row["bound"]) == (pytest.approx(8), "more than ")
+
+
 def test_page_says_what_the_numbers_say(table):
     page = compare_markdown(table, "blob/c1", "3000 dots.\n")
     z = values_of(table, "Z surface")[5]
-    factor, bound = times_fewer(needed(table), "farthest", "uniform", 5)
+    factor, bound = times_fewer(table, "farthest", "uniform", 5)
     assert f"farthest needs {bound}{factor:.1f} times fewer dots than uniform at 5 %" in page
     assert f"uniform {z['uniform']:.2f}" in page and "null model" in page
     back = values_of(table, "Z recovered")[5]

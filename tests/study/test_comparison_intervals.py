@@ -62,9 +62,12 @@ def test_times_fewer_of_exact_curves(raw):
     ]
     row = row.set_index("percent").loc[20.0]
     assert row["factor"] == pytest.approx(16 / 9, rel=0.05) and row["low"] < row["factor"] < row["high"]
-    assert row["high"] / row["low"] < 1.3
+    assert row["high"] / row["low"] < 1.3 and row["bound"] == ""
     beyond = found[(found["than"] == "paper") & (found["sampler"] == "farthest") & (found["percent"] == 5.0)]
     assert (beyond["factor"] == 1.0).all()  # fewer than were measured: the smallest counts
+    assert (beyond["bound"] == "more than ").all()
+    more = found[(found["than"] == "uniform") & (found["sampler"] == "paper") & (found["percent"] == 40.0)]
+    assert (more["factor"] == 1.0).all() and (more["bound"] == "less than ").all()
 
 
 def test_a_measure_that_was_not_taken_has_no_times_fewer(raw):

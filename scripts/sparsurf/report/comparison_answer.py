@@ -78,7 +78,7 @@ def _times(fewer, at):
         (fewer["measure"] == "Z surface") & (fewer["percent"] == at) & (fewer["sampler"] == "farthest")
     ]
     cases = [
-        f"{row.factor:.1f} ({row.low:.1f} .. {row.high:.1f}) times fewer than {spoken(row.than)}"
+        f"{row.bound}{row.factor:.1f} ({row.low:.1f} .. {row.high:.1f}) times fewer than {spoken(row.than)}"
         for row in rows.itertuples()
     ]
     if cases:

@@ -166,10 +166,9 @@ def _findings(table):
     ]
     recovered = values_of(table, "Z recovered")[at].sort_values()
     lines += [f"Made a dense surface again from the kept dots alone, at {at:g} %: {_listed(recovered)}."]
-    rows = needed(table, "Z surface")
     for than in (REFERENCE, "paper", "paper_in_hindsight"):
         if {"farthest", than} <= set(z.index):
-            lines.append(_fewer_sentence(rows, than, at))
+            lines.append(_fewer_sentence(table, than, at))
     lines.append(_null_sentence(table))
     weighted = values_of(table, "Z surface weighted")[at]
     pairs = [
@@ -209,8 +208,8 @@ def _ranking_sentence(holds):
     )
 
 
-def _fewer_sentence(rows, than, at):
-    factor, bound = times_fewer(rows, "farthest", than, at)
+def _fewer_sentence(table, than, at):
+    factor, bound = times_fewer(table, "farthest", than, at)
     which = {"paper": "paper (its own choice by d)"}.get(than, spoken(than))
     return f"farthest needs {bound}{factor:.1f} times fewer dots than {which} at {at:g} % for the same Z."
 

@@ -14,6 +14,14 @@ YARDSTICKS = {
 }
 SAMPLERS = {"uniform": "with a uniform draw", "paper": "with the best combination of the paper's sampling"}
 AT = 10  # % of the dots, at which samplers are compared
+OTHER_WAY = {
+    "more than ": "less than ",
+    "less than ": "more than ",
+}  # what bounds a factor bounds its inverse
+AGAINST = {
+    "uniform": "a uniform draw",
+    "paper": "the paper's sampling",
+}  # samplers that others are set against
 SHOWN = 20  # conformations in the table, pairs with links
 OF_PAIR = {
     "pair.md": "what was found",
@@ -44,7 +52,8 @@ def front_page(run, surfaces, enough, reached, handed_out, fewer, links, without
     without : list of (protein or pairs/<name>, what went wrong)
         What could not be finished of the config.
     """
-    back = f"{recovered_sentence(reached, surfaces, handed_out)} {sampler_sentence(fewer)}"
+    compared = any(path.endswith("compare.md") for _, pages in links for _, path in pages)
+    back = f"{recovered_sentence(reached, surfaces, handed_out)} {sampler_sentence(fewer, compared)}"
     answer = [best_sentence(surfaces), enough_sentence(enough), back]
     parts = [
         f"# Results of the run {run}\n",
@@ -153,25 +162,30 @@ def recovered_sentence(reached, surfaces, handed_out):
     share = 100 * handed_out["dots"].to_numpy() / surfaces["N"].to_numpy()
     back, as_they_are = own.loc[[RECOVERED]], own.loc[[TEXT]]
     return (
-        f"From {_span(back['n_S_percent'].round(1), '{:.3g}')} % of the dots on, taken by the sampler {back['sampler'].iloc[0]}, "
+        f"From {_span(back['n_S_percent'].round(1), '{:.3g}')} % of the dots on (by the steps of enough.csv), taken by the "
+        f"sampler {back['sampler'].iloc[0]}, "
         f"the surface is recovered to within {YARDSTICKS[FRESH]} (Z {_span(back['Z'], '{:z.2f}')} beside "
         f"{_span(back['Z_floor'], '{:z.2f}')}, alike within the error; the dots as they are need "
-        f"{_span(as_they_are['n_S_percent'], '{:.3g}')} %): `minimal.csv` hands out "
-        f"{_span(pd.Series(share), '{:.1f}')} % of the dots."
+        f"{_span(as_they_are['n_S_percent'], '{:.3g}')} %). As the config's `minimal` asks, "
+        f"`minimal.csv` hands out {_span(pd.Series(share), '{:.1f}')} % of the dots."
     )
 
 
-def sampler_sentence(fewer):
-    """What other samplers need, where they were compared."""
+def sampler_sentence(fewer, compared=False):
+    """What other samplers need, where they were compared: on all surfaces, or by pages of some of them alone."""
     if fewer is None:
-        return "The samplers were not compared in this run (`make compare` does)."
-    rows = fewer[(fewer["measure"] == "Z surface") & (fewer["than"] == "uniform")]
+        only = "The samplers were compared on single surfaces, see `samplers compared` below."
+        return only if compared else "The samplers were not compared in this run (`make compare` does)."
+    than = next((name for name in AGAINST if name in set(fewer["than"])), None)
+    if than is None:
+        return "How the samplers compare: `compare.md`; none of them is uniform or the paper's, against which dots are counted."
+    rows = fewer[(fewer["measure"] == "Z surface") & (fewer["than"] == than)]
     rows = rows[(rows["percent"] - AT).abs() == (rows["percent"] - AT).abs().min()]
     best = rows.sort_values("factor").iloc[-1]
     paper = rows[rows["sampler"] == "paper"]
     also = f", the paper's sampling {_times(paper.iloc[0])}" if len(paper) else ""
     return (
-        f"For the Z of a uniform draw of {best['percent']:g} % of the dots, {best['sampler']} needs "
+        f"For the Z of {AGAINST[than]} of {best['percent']:g} % of the dots, {best['sampler']} needs "
         f"{_times(best)}{also}."
     )
 
@@ -180,7 +194,7 @@ def _times(row):
     """A factor in words; below 1 it is more dots."""
     value, sign = row["factor"], row["bound"]
     if value < 1:
-        return f"{1 / value:.1f} times more dots"
+        return f"{OTHER_WAY.get(sign, sign)}{1 / value:.1f} times more dots"
     return f"{sign}{value:.1f} times fewer dots"
 
 

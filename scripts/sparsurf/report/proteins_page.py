@@ -331,6 +331,6 @@ def of_coverage(table):
         "hold the true "
         f"mean in {100 * means['coverage'].min():.0f} to {100 * means['coverage'].max():.0f} % of 4000 samples, "
         "confidence sets the "
-        f"truly best in {100 * table[table['interval'] != 'mean']['coverage'].min():.0f} % or more of 200.\n\n"
+        f"truly best in {100 * table[table['interval'] != 'mean']['coverage'].min():.1f} % or more of 200.\n\n"
         + markdown(table, 3)
     )

@@ -12,6 +12,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.patches.readings import READINGS, TEXT
+from sparsurf.recovery import reading as of_recovered  # noqa: F401, enters the reading `recovered`
 from sparsurf.sampling.combination import PARAMETERS, Combination, split
 from sparsurf.study.relation import EQUAL, mean_interval, one_each, relation
 from sparsurf.study.summary import NEAREST
@@ -19,6 +20,7 @@ from sparsurf.study.summary import NEAREST
 EVIDENCE = Path(__file__).with_name("evidence")  # of the study over many proteins, docs/proteins.md
 FEWEST = 10  # proteins: with 5 a real dependence is found in 1 to 3 %, with 10 in 9 to 59 %, with 20 in 48 to 98 % of runs
 SIGNIFICANT = 0.05
+ABOUT = 1.05  # a wished n_S beyond the ends of the grid by less than this factor is that of the end
 SHOWN = 5  # surfaces in the table of evidence
 NEEDED = {
     "summary": [
@@ -26,7 +28,7 @@ NEEDED = {
         "n_combinations", *PARAMETERS, "n_S_percent", "d", "d_held_out", "d_held_out_low", "d_held_out_high", "d_from_near",
         "d_from_far", "d_from_all", "local", "Z_tS", "n_best_set", "best_set",
     ],
-    "relation": ["islands", "range", *PARAMETERS, "n_S_percent", "d", "d_sd"],
+    "relation": ["islands", "range", *PARAMETERS, "n_S_percent", "d", "d_sd", "n_surfaces"],
     "surfaces": ["protein", "spacing", "mean_roughness", "R_patch", "D_link"],
 }  # fmt: skip
 
@@ -58,9 +60,16 @@ def read_run(folder):
 
 
 def rows_for(summary, reading, percent):
-    """Rows of one reading, one per surface, whose range holds an n_S of `percent` % of the dots."""
+    """Rows of one reading, one per surface, whose range holds an n_S of about `percent` % of the dots."""
     rows = summary[(summary["islands"] == reading) & (summary["n_combinations"] > 0)]
-    inside = (rows["n_S_low_percent"] <= percent) & (percent <= rows["n_S_high_percent"])
+    of_surface = summary[summary["islands"] == reading].groupby(["protein", "conformation"])
+    low, high = (
+        of_surface["n_S_low_percent"].transform("min"),
+        of_surface["n_S_high_percent"].transform("max"),
+    )
+    near = np.clip(percent, low, high)[rows.index]  # no combination keeps quite all dots, nor quite as few
+    inside = (rows["n_S_low_percent"] <= near) & (near <= rows["n_S_high_percent"])
+    inside &= (near / ABOUT <= percent) & (percent <= near * ABOUT)
     return rows[inside].drop_duplicates(["protein", "conformation"])
 
 
@@ -196,7 +205,8 @@ def on_average(rows, pooled):
     text, number = rows["local"].iloc[0], ""
     if not np.isnan(pooled["d"]):
         text = str(Combination.of(pooled))
-        number = f" n_S = {pooled['n_S_percent']:.1f} %, d = {signed(pooled['d'])}{plus_minus(pooled['d_sd'])} on average;"
+        of = "" if pooled["n_surfaces"] == len(rows) else f" of {pooled['n_surfaces']:.0f} surfaces"
+        number = f" n_S = {pooled['n_S_percent']:.1f} %, d = {signed(pooled['d'])}{plus_minus(pooled['d_sd'])} on average{of};"
     held = sum(text in split(field) for field in rows["best_set"])
     surfaces = "the only surface" if len(rows) == held == 1 else f"{held} of {len(rows)} surfaces"
     return f"{text} is the paper's best in this range:{number} it lies in the 95 % confidence set of the best of {surfaces}."

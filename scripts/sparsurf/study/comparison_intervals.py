@@ -11,7 +11,7 @@ from sparsurf.study.dots_needed import OF_ERROR, REFERENCE, dots_for
 from sparsurf.study.statistics import LEVEL, estimate
 
 AGAINST = (REFERENCE, "farthest")  # samplers that the others are set against
-OF_FEWER = ["use", "measure", "than", "sampler", "percent", "factor", "low", "high"]
+OF_FEWER = ["use", "measure", "than", "sampler", "percent", "factor", "low", "high", "bound"]
 RESAMPLED = 400  # bootstrap samples of test dots and draws
 
 
@@ -60,8 +60,9 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
 
     Returns
     -------
-    DataFrame: use, measure, than, sampler, percent (of `than`), factor, low, high; no rows of a measure that is not there.
-    An n_S beyond those that were measured counts as the nearest measured one, so that a factor there is a bound.
+    DataFrame: use, measure, than, sampler, percent (of `than`), factor, low, high, bound; no rows of a measure that is not there.
+    An n_S beyond those that were measured counts as the nearest measured one, so that a factor there is a bound: 'more
+    than ' or 'less than ' in the column of that name.
     """
     rows = []
     for measure in OF_ERROR:
@@ -76,10 +77,9 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
             for name in [name for name in names if name != than]:
                 own, other = n_s.loc[than].to_numpy(), n_s.loc[name].to_numpy()
                 for p, percent in enumerate(n_s.columns):
-                    factors = [
-                        own[p] / np.clip(dots_for(a[p], other, b), other[0], other[-1])
-                        for a, b in zip(curves[than], curves[name], strict=True)
-                    ]
+                    pairs = zip(curves[than], curves[name], strict=True)
+                    needed = [dots_for(a[p], other, b) for a, b in pairs]
+                    factors = own[p] / np.clip(needed, other[0], other[-1])
                     low, high = np.quantile(factors[1:], [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
                     row = {
                         "use": USE[measure],
@@ -88,7 +88,8 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
                         "sampler": name,
                         "percent": percent,
                     }
-                    rows.append(row | {"factor": factors[0], "low": low, "high": high})
+                    bound = {0.0: "more than ", np.inf: "less than "}.get(needed[0], "")
+                    rows.append(row | {"factor": factors[0], "low": low, "high": high, "bound": bound})
     return pd.DataFrame(rows, columns=OF_FEWER)
 
 

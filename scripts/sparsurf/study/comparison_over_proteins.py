@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from sparsurf.study.dots_needed import OF_ERROR, REFERENCE, factor_of, needed
+from sparsurf.study.dots_needed import OF_ERROR, REFERENCE, ends_of, factor_of, needed
 
 KEYS = ["sampler", "percent", "use", "measure"]
 
@@ -79,11 +79,11 @@ def needed_over_proteins(units):
     rows = []
     for measure in OF_ERROR:
         for table in units.values():
-            need, ends = needed(table, measure), table["percent"].agg(["min", "max"])
+            need, ends = needed(table, measure), ends_of(table, measure)
             for row in need[need["sampler"].isin([REFERENCE, "paper"])].to_dict("records"):
                 for name in need["sampler"].unique():
                     keys = (row["use"], measure, row["sampler"], name, row["percent"])
-                    rows += [(*keys, *factor_of(row, name, *ends))] if name != row["sampler"] else []
+                    rows += [(*keys, *factor_of(row, name, ends))] if name != row["sampler"] else []
     keys = ["use", "measure", "than", "sampler", "percent"]
     groups = pd.DataFrame(rows, columns=[*keys, "factor", "bound"]).groupby(keys, sort=False)
     out = groups["factor"].agg(

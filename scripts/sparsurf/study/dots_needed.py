@@ -61,25 +61,33 @@ def dots_for(z, n, values):
     return float(n[k - 1] * (n[k] / n[k - 1]) ** share)
 
 
-def times_fewer(rows, of, than, percent):
+def times_fewer(table, of, than, percent, measure="Z surface"):
     """How many times fewer dots `of` needs for the Z that `than` reaches at a wished n_S.
 
     Parameters
     ----------
-    rows : DataFrame
-        See `needed`.
+    table : DataFrame
+        See `comparison.compare`.
 
     Returns
     -------
     float, and '' or, where the n_S lies beyond those that were measured, 'more than ' or 'less than '.
     """
+    rows = needed(table, measure)
     row = rows[(rows["sampler"] == than) & (rows["percent"] == percent)].iloc[0]
-    return factor_of(row, of, rows["percent"].min(), rows["percent"].max())
+    return factor_of(row, of, ends_of(table, measure))
 
 
-def factor_of(row, of, smallest, largest):
-    """`times_fewer` from a row of `needed`; n_S was measured from `smallest` to `largest` %."""
+def ends_of(table, measure):
+    """The smallest and the largest n_S in % that were measured, (2,), of each sampler."""
+    own = table[table["measure"] == measure].groupby("sampler")["n_S_percent"]
+    return {name: (n_s.min(), n_s.max()) for name, n_s in own}
+
+
+def factor_of(row, of, ends):
+    """`times_fewer` from a row of `needed`, with what `ends_of` gives."""
     own, other = row[row["sampler"]], row[of]
+    smallest, largest = ends[of]
     if other == 0:
         return float(own / smallest), "more than "
     if np.isinf(other):

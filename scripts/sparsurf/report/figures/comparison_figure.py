@@ -158,10 +158,11 @@ def _apart(values, room, height):
 def _mark_gain(ax, table):
     """Arrow from the paper's sampler to as good a subset of the farthest-point one."""
     rows = needed(table)
-    rows = rows[rows["sampler"] == "paper"]
+    # at the right end the lines have their names
+    rows = rows[(rows["sampler"] == "paper") & (rows["percent"] < rows["percent"].max())]
     if len(rows) and "farthest" in rows:
         row = rows.iloc[int(np.argmin(np.abs(rows["percent"] - ARROW)))]
-        factor, bound = times_fewer(rows, "farthest", "paper", row["percent"])
+        factor, bound = times_fewer(table, "farthest", "paper", row["percent"])
         if factor > 1 and not bound:
             ends = (row["farthest"], row["Z"]), (row["paper"], row["Z"])
             ax.annotate(
