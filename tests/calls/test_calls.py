@@ -85,11 +85,11 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         (lambda dots, ready: sparsurf.prepare(dots, d_link=0), f"d_link is 0; {LENGTHS}"),
         (
             lambda dots, ready: sparsurf.prepare(dots, seed=-1),
-            "seed is -1; it must be a whole number, 0 to 1.84467e+19.",
+            "seed is -1; it must be a whole number, 0 to 18446744073709551615.",
         ),
         (
             lambda dots, ready: sparsurf.sample(ready, 9, seed=-1),
-            "seed is -1; it must be a whole number, 0 to 1.84467e+19.",
+            "seed is -1; it must be a whole number, 0 to 18446744073709551615.",
         ),
         *(
             (
@@ -113,7 +113,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         *(
             (
                 lambda dots, ready, n=n: sparsurf.compare(ready, [0], test_dots=n),
-                f"test_dots is {n!r}; it must be 'published' or a whole number, 2 to 1e+06.",
+                f"test_dots is {n!r}; it must be 'published' or a whole number, 2 to 1000000.",
             )
             for n in (-1, 2.5, "many")
         ),

@@ -231,7 +231,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (
             ["minimal", "protein.pdb", "--percent", "10", "--seed", "-1", "-o", "x.csv"],
             2,
-            "argument --seed: '-1' must be a whole number, 0 to 1.84467e+19",
+            "argument --seed: '-1' must be a whole number, 0 to 18446744073709551615",
         ),
         (["surface", "protein.pdb", "--probe", "11", "-o", "x.csv"], 2, "more than 0 and at most 10"),
         (["surface", "protein.pdb", "--density", "1e9", "-o", "x.csv"], 2, "more than 0 and at most 100"),

@@ -27,7 +27,7 @@ class Limits(NamedTuple):
         number = f"a {'whole ' * self.whole}number"
         if self.high < math.inf:
             least = f"more than {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
-            return f"{number}, {least} {self.high:g}"
+            return f"{number}, {least} {self.high if self.whole else f'{self.high:g}'}"
         return f"{number}, more than {self.low:g}" if self.open_low else f"{number}, {self.low:g} or more"
 
     def check(self, value, name, word=None):
