@@ -8,6 +8,7 @@ from sparsurf import InputError
 from sparsurf.calls import options, outputs
 from sparsurf.calls.limits import PERCENT, SEED
 from sparsurf.calls.subset_calls import prepare
+from sparsurf.calls.surface_calls import rules_of
 from sparsurf.recovery.reading import RECOVERED
 from sparsurf.recovery.recovering import REACH, spacing_of
 from sparsurf.recovery.settling import settle
@@ -99,8 +100,7 @@ def _as_few_as_suffice(wish, ready, molecule):
     own = {}
     if molecule is not None:
         sizes = radii(molecule, wish.radii)
-        rules = {"method": "analytic", "probe_radius": wish.probe, "reentrant": "exact"}
-        rules |= {"density": wish.density or "auto"}
+        rules = rules_of(wish.probe, wish.density or "auto")
         density = fitting_density(molecule, wish.frame, sizes, rules, wish.d_link, "surface", tell=False)
         own = {
             "lay": lambda xyz: molecular_surface(xyz, sizes, wish.probe, density),

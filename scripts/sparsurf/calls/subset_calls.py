@@ -44,11 +44,11 @@ def prepare(surface, *, r_patch=R_PATCH, r_zernike=R_ZERNIKE, d_link=D_LINK, see
     """
     if isinstance(surface, Evaluator):
         return surface
-    names, lengths = ("r_patch", "r_zernike", "d_link"), (r_patch, r_zernike, d_link)
-    lengths = [LENGTH.check(*each) for each in zip(lengths, names, strict=True)]
-    seed, dots = SEED.check(seed, "seed"), as_surface(surface)
+    r_patch, r_zernike = LENGTH.check(r_patch, "r_patch"), LENGTH.check(r_zernike, "r_zernike")
+    d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
+    dots = as_surface(surface)
     refuse_sparse(dots.points, d_link, "surface")
-    return Evaluator(dots, *lengths, seed=seed, threads=available_cores())
+    return Evaluator(dots, r_patch, r_zernike, d_link, seed=seed, threads=available_cores())
 
 
 def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
@@ -129,7 +129,7 @@ def compare(surface, subsets, *, reading="surface", test_dots=400):
         subsets = {"subset": subsets}
     if not subsets:
         raise InputError("subsets: there are none; give one at least.")
-    if reading not in list(READINGS):
+    if reading not in list(READINGS):  # a list: what a user gives may have no hash
         raise InputError(f"reading is {reading!r}; it must be one of {', '.join(READINGS)}.")
     test_dots = TEST_DOTS.check(test_dots, "test_dots", "published")
     kept = [_dots(name, subset, len(ready.points)) for name, subset in subsets.items()]

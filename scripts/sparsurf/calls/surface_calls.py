@@ -65,5 +65,9 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
         molecule = as_molecule(molecule)
         check_frame(molecule, frame, "the molecule")
         values = atomic_radii(molecule, radii)
-    wish = {"method": "analytic", "probe_radius": probe, "density": density, "reentrant": "exact"}
-    return fitting_surface(molecule, frame, values, wish, d_link, "surface")[0]
+    return fitting_surface(molecule, frame, values, rules_of(probe, density), d_link, "surface")[0]
+
+
+def rules_of(probe, density):
+    """The config's `surface` of what the functions and commands make; a density or 'auto'."""
+    return {"method": "analytic", "probe_radius": probe, "density": density, "reentrant": "exact"}

@@ -14,14 +14,9 @@ YARDSTICKS = {
 }
 SAMPLERS = {"uniform": "with a uniform draw", "paper": "with the best combination of the paper's sampling"}
 AT = 10  # % of the dots, at which samplers are compared
-OTHER_WAY = {
-    "more than ": "less than ",
-    "less than ": "more than ",
-}  # what bounds a factor bounds its inverse
-AGAINST = {
-    "uniform": "a uniform draw",
-    "paper": "the paper's sampling",
-}  # samplers that others are set against
+# What bounds a factor bounds its inverse the other way
+OTHER_WAY = {"more than ": "less than ", "less than ": "more than "}
+AGAINST = {"uniform": "a uniform draw", "paper": "the paper's sampling"}  # whom others are set against
 SHOWN = 20  # conformations in the table, pairs with links
 OF_PAIR = {
     "pair.md": "what was found",

@@ -63,10 +63,8 @@ def rows_for(summary, reading, percent):
     """Rows of one reading, one per surface, whose range holds an n_S of about `percent` % of the dots."""
     rows = summary[(summary["islands"] == reading) & (summary["n_combinations"] > 0)]
     of_surface = summary[summary["islands"] == reading].groupby(["protein", "conformation"])
-    low, high = (
-        of_surface["n_S_low_percent"].transform("min"),
-        of_surface["n_S_high_percent"].transform("max"),
-    )
+    low = of_surface["n_S_low_percent"].transform("min")
+    high = of_surface["n_S_high_percent"].transform("max")
     near = np.clip(percent, low, high)[rows.index]  # no combination keeps quite all dots, nor quite as few
     inside = (rows["n_S_low_percent"] <= near) & (near <= rows["n_S_high_percent"])
     inside &= (near / ABOUT <= percent) & (percent <= near * ABOUT)

@@ -87,9 +87,8 @@ def _last_range(places):
     last = {row["binning"]: row for _, row in places[places["range"] == places["range"].max()].iterrows()}
     closed, open_ = last["closed"], last["half-open"]
     text = Combination(*PUBLISHED_ROWS[-1])
-    mean = (
-        "" if math.isnan(open_["d_mean"]) else f" (mean d {open_['d_mean']:.2f})"
-    )  # of one run there is none
+    # of one run there is no mean
+    mean = "" if math.isnan(open_["d_mean"]) else f" (mean d {open_['d_mean']:.2f})"
     if open_["n_runs"]:
         without = f"in {open_['n_won']} of {open_['n_runs']} where it does not{mean}"
     else:

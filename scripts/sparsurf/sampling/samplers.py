@@ -72,7 +72,7 @@ def named(names, key, choices=OF_PAPER):
     InputError : a name that no sampler has
     """
     for name in names:
-        if name not in list(SAMPLERS):
+        if name not in list(SAMPLERS):  # a list: what a user gives may have no hash
             raise InputError(f"{key}: there is no sampler {name!r}; the samplers are {', '.join(SAMPLERS)}.")
     chosen = {name: SAMPLERS[name] for name in names}
     return {

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.study.comparison import USE
-from sparsurf.study.dots_needed import OF_ERROR, REFERENCE, dots_for
+from sparsurf.study.dots_needed import BOUND, OF_ERROR, REFERENCE, dots_for
 from sparsurf.study.statistics import LEVEL, estimate
 
 AGAINST = (REFERENCE, "farthest")  # samplers that the others are set against
@@ -88,8 +88,8 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
                         "sampler": name,
                         "percent": percent,
                     }
-                    bound = {0.0: "more than ", np.inf: "less than "}.get(needed[0], "")
-                    rows.append(row | {"factor": factors[0], "low": low, "high": high, "bound": bound})
+                    row |= {"factor": factors[0], "low": low, "high": high, "bound": BOUND.get(needed[0], "")}
+                    rows.append(row)
     return pd.DataFrame(rows, columns=OF_FEWER)
 
 

@@ -5,6 +5,8 @@ import pandas as pd
 
 REFERENCE = "uniform"  # sampler that the others are set against
 RANKING = ("farthest", "uniform", "paper")  # expected order of Z, best first
+# What a factor is whose n_S `dots_for` finds beyond those that were measured
+BOUND = {0.0: "more than ", np.inf: "less than "}
 OF_ERROR = ("Z surface", "Z centres")  # the Z of each use that `needed` speaks of
 
 
@@ -61,7 +63,7 @@ def dots_for(z, n, values):
     return float(n[k - 1] * (n[k] / n[k - 1]) ** share)
 
 
-def times_fewer(table, of, than, percent, measure="Z surface"):
+def times_fewer(table, of, than, percent):
     """How many times fewer dots `of` needs for the Z that `than` reaches at a wished n_S.
 
     Parameters
@@ -73,12 +75,12 @@ def times_fewer(table, of, than, percent, measure="Z surface"):
     -------
     float, and '' or, where the n_S lies beyond those that were measured, 'more than ' or 'less than '.
     """
-    rows = needed(table, measure)
+    rows = needed(table)
     row = rows[(rows["sampler"] == than) & (rows["percent"] == percent)].iloc[0]
-    return factor_of(row, of, ends_of(table, measure))
+    return factor_of(row, of, ends_of(table))
 
 
-def ends_of(table, measure):
+def ends_of(table, measure="Z surface"):
     """The smallest and the largest n_S in % that were measured, (2,), of each sampler."""
     own = table[table["measure"] == measure].groupby("sampler")["n_S_percent"]
     return {name: (n_s.min(), n_s.max()) for name, n_s in own}
@@ -87,12 +89,7 @@ def ends_of(table, measure):
 def factor_of(row, of, ends):
     """`times_fewer` from a row of `needed`, with what `ends_of` gives."""
     own, other = row[row["sampler"]], row[of]
-    smallest, largest = ends[of]
-    if other == 0:
-        return float(own / smallest), "more than "
-    if np.isinf(other):
-        return float(own / largest), "less than "
-    return float(own / other), ""
+    return float(own / np.clip(other, *ends[of])), BOUND.get(other, "")
 
 
 def ranking(table, measure="Z surface", order=RANKING):

@@ -42,7 +42,7 @@ def radii(molecule, table="dms"):
     ------
     InputError : another table
     """
-    if table not in list(RADII):
+    if table not in list(RADII):  # a list: what a user gives may have no hash
         raise InputError(f"radii is {table!r}; it must be one of {', '.join(RADII)}.")
     values, other = RADII[table], OTHER[table]
     unknown = sorted(set(np.unique(molecule.element).tolist()) - values.keys())

@@ -7,7 +7,7 @@ from matplotlib.ticker import NullLocator
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
 from sparsurf.sampling.samplers import called
-from sparsurf.study.dots_needed import needed, times_fewer, values_of
+from sparsurf.study.dots_needed import ends_of, factor_of, needed, values_of
 
 # colour, width and marker; the three of the ranking are drawn boldly
 LINES = {
@@ -162,7 +162,7 @@ def _mark_gain(ax, table):
     rows = rows[(rows["sampler"] == "paper") & (rows["percent"] < rows["percent"].max())]
     if len(rows) and "farthest" in rows:
         row = rows.iloc[int(np.argmin(np.abs(rows["percent"] - ARROW)))]
-        factor, bound = times_fewer(table, "farthest", "paper", row["percent"])
+        factor, bound = factor_of(row, "farthest", ends_of(table))
         if factor > 1 and not bound:
             ends = (row["farthest"], row["Z"]), (row["paper"], row["Z"])
             ax.annotate(
