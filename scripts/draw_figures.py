@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.islands import patch
-from sparsurf.patches.readings import READINGS
+from sparsurf.recovery.readings import READINGS
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.results import Results, readings_of

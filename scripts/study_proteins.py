@@ -15,7 +15,7 @@ from sparsurf import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.likeness import ALIKE, likeness, words_of
 from sparsurf.molecules.reading import read_molecule
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import protein_variants

@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import protein_figures
 from sparsurf.report.proteins_answer import readme
 from sparsurf.report.proteins_page import STORED, page

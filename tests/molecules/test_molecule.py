@@ -6,7 +6,7 @@ import pytest
 from sparsurf.molecules import formats
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
-from sparsurf.recovery import reading
+from sparsurf.recovery import readings
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.reading import read_surface
 from sparsurf.surfaces.spacing import DENSITY
@@ -98,8 +98,8 @@ def test_a_recovered_surface_is_as_dense_as_its_links_need(monkeypatch, d_link, 
         asked.append((places, density))
         return points, np.tile([0.0, 0, 1], (2, 1))
 
-    monkeypatch.setattr(reading, "recover", recover)
-    index = reading.recovered("places", "normals", d_link, 9.0)
+    monkeypatch.setattr(readings, "recover", recover)
+    index = readings.recovered("places", "normals", d_link, 9.0)
     assert asked == [("places", DENSITY * times)] and len(index.dot) == 2
 
 

@@ -6,10 +6,12 @@ import numpy as np
 
 from sparsurf.patches import readings
 from sparsurf.patches.index import build_index
+from sparsurf.recovery import readings as all_readings
 from sparsurf.study.evaluator import Evaluator
 
 
 def test_readings_of_the_grid():
+    assert list(all_readings.READINGS) == ["kept", "surface", "scaled", "recovered"]
     assert readings.OF_GRID == ("kept", "surface")
     assert readings.READINGS["kept"].among_kept and not readings.READINGS["surface"].among_kept
 
@@ -19,7 +21,7 @@ def test_a_reading_is_one_entry(blob, monkeypatch):
     toy = readings.Reading(
         "toy", alone=lambda points, normals, d_link, area: build_index(points, normals, 0.8)
     )
-    monkeypatch.setitem(readings.READINGS, "toy", toy)
+    monkeypatch.setitem(all_readings.READINGS, "toy", toy)
     evaluator = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob")
     tests = evaluator.draw_tests(12)
     z_tot, _ = evaluator.describe(tests)

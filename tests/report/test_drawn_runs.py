@@ -6,7 +6,7 @@ import pytest
 from matplotlib.colors import to_hex
 
 from drawn import bars_of, colour_of, legend_of, words_of
-from sparsurf.patches.readings import READINGS
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import few_surfaces, layout, residues_over_time, summary_figures
 from sparsurf.report.figures.simulation import simulation_figure
 from sparsurf.sampling.combination import PARAMETERS

@@ -8,7 +8,7 @@ from matplotlib.colors import to_hex
 import write_proteins
 from conftest import ROOT
 from drawn import bars_of, colour_of, legend_of, words_of
-from sparsurf.patches.readings import READINGS
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.descriptors_page import TABLES
 from sparsurf.report.figures import comparison_figure, descriptors_figures, layout, protein_figures
 from sparsurf.report.figures.thinning_figure import thinning_figure

@@ -8,7 +8,7 @@ from matplotlib.colors import to_hex
 from test_figures import FINE, distances, grid, patch, sphere
 
 from drawn import colour_of, legend_of, words_of
-from sparsurf.patches.readings import READINGS
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import (
     book,
     d_over_grid,

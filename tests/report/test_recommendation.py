@@ -1,13 +1,9 @@
 """When a choice by mean roughness is supported: each condition alone, at its limit."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pandas as pd
 import pytest
 
-from conftest import ROOT
 from sparsurf.report.recommendation import (
     EVIDENCE,
     against_uniform,
@@ -131,11 +127,3 @@ def test_all_surfaces_answer_for_all_dots_and_a_mean_of_more_than_answer_says_so
     assert "on average of 65 surfaces; it lies in" in recommend(
         evidence | {"summary": few}, 0.6, 30, np.random.default_rng(0)
     )
-
-
-def test_the_recovered_reading_is_known_to_a_recommendation_alone():
-    code = "import sparsurf.report.recommendation as r; print(r.READINGS['recovered'].words)"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT / "scripts", capture_output=True, text=True, check=False
-    )
-    assert done.stdout == "the surface recovered from the kept dots alone\n", done.stderr

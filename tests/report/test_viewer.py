@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from browser import Browser, programs
-from sparsurf.patches.readings import READINGS
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.viewer import packing
 from sparsurf.report.viewer import page as viewer
 from sparsurf.sampling import law

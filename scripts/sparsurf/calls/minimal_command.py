@@ -9,7 +9,7 @@ from sparsurf.calls import options, outputs
 from sparsurf.calls.limits import PERCENT, SEED
 from sparsurf.calls.subset_calls import prepare
 from sparsurf.calls.surface_calls import rules_of
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.recovery.recovering import REACH, spacing_of
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.samplers import SAMPLERS, weights

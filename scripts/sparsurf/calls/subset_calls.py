@@ -9,7 +9,7 @@ from sparsurf import InputError
 from sparsurf.calls.inputs import as_surface
 from sparsurf.calls.limits import ALPHA, EXPONENT, LENGTH, SEED, TEST_DOTS, Limits
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
-from sparsurf.patches.readings import READINGS
+from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import named

@@ -1,7 +1,8 @@
 """How 'the points not connected are removed' can be read: every reading once, with what makes it.
 
-To add a reading, write one entry of `READINGS`. Most readings ask which dots of the one surface form a patch's island;
-one with `alone` makes a surface of its own from the kept dots only, whose patches are then described whole.
+Most readings ask which dots of the one surface form a patch's island; one with `alone` makes a surface of its own from
+the kept dots only, whose patches are then described whole. To add a reading, write one entry here, or, where it needs
+recovery, in `recovery.readings`, which has them all.
 """
 
 from collections.abc import Callable

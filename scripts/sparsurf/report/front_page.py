@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from sparsurf.patches.readings import OF_GRID, READINGS, TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.patches.readings import OF_GRID, TEXT
+from sparsurf.recovery.readings import READINGS, RECOVERED
 from sparsurf.report.pages import markdown
 
 FRESH = "fresh dots"

@@ -4,7 +4,7 @@ import pandas as pd
 from scipy.stats import binom
 
 from sparsurf.patches.readings import PUBLISHED, TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.recommendation import SIGNIFICANT
 
 FRESH, TURNED, FAIR = "fresh dots", "turned", "atoms moved 0.3 Å"

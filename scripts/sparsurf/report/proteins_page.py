@@ -3,7 +3,7 @@
 import pandas as pd
 
 from sparsurf.patches.readings import TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.pages import markdown
 from sparsurf.report.proteins_answer import answer, counted, interval, rho, share, signed
 from sparsurf.report.recommendation import SIGNIFICANT, recommend

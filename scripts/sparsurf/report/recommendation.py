@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.patches.readings import READINGS, TEXT
-from sparsurf.recovery import reading as of_recovered  # noqa: F401, enters the reading `recovered`
+from sparsurf.patches.readings import TEXT
+from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling.combination import PARAMETERS, Combination, split
 from sparsurf.study.relation import EQUAL, mean_interval, one_each, relation
 from sparsurf.study.summary import NEAREST

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from sparsurf.patches.readings import OF_GRID, TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.front_page import best_sentence
 from sparsurf.report.pages import markdown
 from sparsurf.sampling.combination import PARAMETERS, texts_of

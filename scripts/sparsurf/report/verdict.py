@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf.patches.readings import OF_GRID, TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report import pages, table_1
 from sparsurf.report.rough_and_flat import claims
 from sparsurf.sampling.combination import PARAMETERS, Combination, split

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.readings import PUBLISHED, TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling import law, samplers
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.published import OF_PAPER, Choices

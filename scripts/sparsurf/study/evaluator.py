@@ -10,9 +10,9 @@ import numpy as np
 
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, build_index
-from sparsurf.patches.readings import OF_GRID, READINGS
+from sparsurf.patches.readings import OF_GRID
 from sparsurf.patches.roughness import PUBLISHED, roughness
-from sparsurf.recovery import reading as reading  # enters the reading `recovered`
+from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import Combination
 from sparsurf.streams import stream

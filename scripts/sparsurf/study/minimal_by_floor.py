@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.patches.readings import READINGS, TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.patches.readings import TEXT
+from sparsurf.recovery.readings import RECOVERED, recovered
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.published import OF_PAPER
 from sparsurf.sampling.samplers import named
@@ -125,7 +125,7 @@ def _tools(evaluator, sampler, n_tests, choices, settled):
             evaluator.normals,
             threads=evaluator.threads,
         )
-        index = READINGS[RECOVERED].alone(*kept, evaluator.d_link, evaluator.area)
+        index = recovered(*kept, evaluator.d_link, evaluator.area)
         return mean_and_error(evaluator.distances_of(index, tests, z_tot)[0][None])
 
     longest = draw(len(evaluator.points)) if function.nested else None

@@ -12,7 +12,7 @@ import pandas as pd
 
 from sparsurf.patches.descriptors import PUBLISHED
 from sparsurf.patches.readings import TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.samplers import named
 from sparsurf.study import grid, tables
 from sparsurf.study.evaluator import Evaluator

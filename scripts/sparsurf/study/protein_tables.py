@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.readings import PUBLISHED, TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.streams import stream
 from sparsurf.study import over_proteins, protein_variants
 from sparsurf.study.over_proteins import YARDSTICKS

@@ -7,7 +7,7 @@ import pandas as pd
 
 from sparsurf.patches.descriptors import DESCRIPTORS, Descriptor
 from sparsurf.patches.zernike import polynomials, published
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import split, texts_of
 from sparsurf.study.floors import FRESH
 from sparsurf.study.over_proteins import needed, with_interval

@@ -9,7 +9,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
 
-from sparsurf.patches.readings import OF_GRID, READINGS
+from sparsurf.patches.readings import OF_GRID
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 

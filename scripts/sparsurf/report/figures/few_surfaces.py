@@ -5,7 +5,8 @@ from string import ascii_uppercase
 import numpy as np
 from matplotlib.lines import Line2D
 
-from sparsurf.patches.readings import OF_GRID, READINGS
+from sparsurf.patches.readings import OF_GRID
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 from sparsurf.report.figures.summary_figures import GREEK

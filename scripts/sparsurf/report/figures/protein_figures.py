@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.ticker import NullLocator
 
-from sparsurf.patches.readings import OF_GRID, PUBLISHED, READINGS, TEXT
-from sparsurf.recovery.reading import RECOVERED
+from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
+from sparsurf.recovery.readings import READINGS, RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.comparison_figure import LINES
 from sparsurf.report.figures.layout import PALETTE, styled

@@ -8,7 +8,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from sparsurf.patches.readings import OF_GRID, READINGS
+from sparsurf.patches.readings import OF_GRID
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import DARK, PAGE, PALE, styled
 from sparsurf.sampling.combination import PARAMETERS

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 from matplotlib import colormaps
 
-from sparsurf.patches.readings import OF_GRID, READINGS
+from sparsurf.patches.readings import OF_GRID
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import called

@@ -1,7 +1,7 @@
-"""The reading `recovered`: the kept dots are made a dense surface again, which is described as a surface of its own."""
+"""Every reading: those of one surface, and `recovered`, whose kept dots are made a dense surface again."""
 
+from sparsurf.patches import readings
 from sparsurf.patches.index import D_LINK, build_index
-from sparsurf.patches.readings import READINGS, Reading
 from sparsurf.recovery.recovering import recover
 from sparsurf.surfaces.spacing import DENSITY
 
@@ -14,4 +14,6 @@ def recovered(points, normals, d_link, area):
     return build_index(*recover(points, normals, density), d_link)
 
 
-READINGS[RECOVERED] = Reading("the surface recovered from the kept dots alone", alone=recovered)
+READINGS = readings.READINGS | {
+    RECOVERED: readings.Reading("the surface recovered from the kept dots alone", alone=recovered)
+}
