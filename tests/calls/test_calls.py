@@ -324,7 +324,7 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
     ],
 )
 def test_a_number_lies_within_its_limits(keys, text, value):
-    parse = options.number(**keys)
+    parse = limits.Limits(**keys).parse
     if value is not None:
         assert parse(text) == value
         return

@@ -324,6 +324,16 @@ def test_where_nothing_can_be_written_is_told_before_anything_is_read(
     assert capsys.readouterr().err.startswith(f"sparsurf {name}: {told}")
 
 
+def test_a_folder_that_may_not_be_written_is_told(tmp_path, monkeypatch, capsys):
+    # not by its mode: root may write anywhere
+    monkeypatch.setattr(
+        os, "access", lambda path, mode: (str(path), mode) != (str(tmp_path), os.W_OK | os.X_OK)
+    )
+    assert ended("surface", "no.pdb", "-o", tmp_path / "x.ply") == 1
+    told = f"{tmp_path / 'x.ply'}: nothing may be written into {tmp_path}; name another folder."
+    assert capsys.readouterr().err == f"sparsurf surface: {told}\n"
+
+
 def test_too_little_memory_is_one_sentence(folder, monkeypatch, capsys):
     monkeypatch.setattr(surface_command, "run", lambda wish: np.empty(2**55))
     assert ended("surface", folder / "protein.pdb", "-o", "x.csv") == 1

@@ -7,7 +7,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.calls import options, outputs
-from sparsurf.calls.limits import LENGTH
+from sparsurf.calls.limits import LENGTH, Limits
 from sparsurf.calls.patch_calls import descriptors
 from sparsurf.patches.index import R_ZERNIKE
 from sparsurf.patches.zernike.polynomials import indices
@@ -30,10 +30,10 @@ def arguments(parser):
     where.add_argument(
         "--at", type=_numbers, help="numbers of the dots, from 0, such as 0,17,300 (default: every dot)"
     )
-    where.add_argument("--every", type=options.number(0, whole=True), help="every n-th dot")
+    where.add_argument("--every", type=Limits(0, whole=True).parse, help="every n-th dot")
     parser.add_argument(
         "--radius",
-        type=options.number(*LENGTH),
+        type=LENGTH.parse,
         default=R_ZERNIKE,
         help=f"of a patch in Å (default {R_ZERNIKE:g})",
     )

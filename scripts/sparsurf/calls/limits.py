@@ -1,5 +1,6 @@
 """Which numbers the functions and commands take: those of the config's schema."""
 
+import argparse
 import math
 from numbers import Real
 from typing import NamedTuple
@@ -43,6 +44,16 @@ class Limits(NamedTuple):
             either = "" if word is None else f"{word!r} or "
             raise InputError(f"{name} is {value!r}; it must be {either}{self.words}.")
         return int(value) if self.whole else float(value)
+
+    def parse(self, text):
+        """The number that an option of a command is given as text; argparse tells what it should be."""
+        try:
+            value = int(text) if self.whole else float(text)
+        except ValueError:
+            value = math.nan
+        if not self.hold(value):
+            raise argparse.ArgumentTypeError(f"{text!r} must be {self.words}")
+        return value
 
 
 LENGTH = Limits(0, 100)  # Å: R_patch, R_zernike, D_link

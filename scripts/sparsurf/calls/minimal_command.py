@@ -6,7 +6,7 @@ import numpy as np
 
 from sparsurf import InputError
 from sparsurf.calls import options, outputs
-from sparsurf.calls.limits import PERCENT, SEED
+from sparsurf.calls.limits import PERCENT, SEED, Limits
 from sparsurf.calls.subset_calls import prepare
 from sparsurf.calls.surface_calls import rules_of
 from sparsurf.recovery.readings import RECOVERED
@@ -45,14 +45,14 @@ def arguments(parser):
     options.add_output(parser, outputs.DOTS_ALONE)
     size = parser.add_mutually_exclusive_group()
     size.add_argument(
-        "--percent", type=options.number(*PERCENT), help="of the dots to keep (default: as few as suffice)"
+        "--percent", type=PERCENT.parse, help="of the dots to keep (default: as few as suffice)"
     )
     size.add_argument(
         "--dots",
-        type=options.number(0, whole=True),
+        type=Limits(0, whole=True).parse,
         help="number of dots to keep; of the paper's samplers, as of --percent, about so many",
     )
-    size.add_argument("--z", type=options.number(0, open_low=False), help="keep as few dots as reach this Z")
+    size.add_argument("--z", type=Limits(0, open_low=False).parse, help="keep as few dots as reach this Z")
     parser.add_argument(
         "--sampler", choices=SAMPLERS, default="farthest", help="how to choose (default farthest)"
     )
@@ -61,9 +61,7 @@ def arguments(parser):
         action="store_true",
         help="move the dots off their places, so that the surface recovered from them comes nearer to the whole one",
     )
-    parser.add_argument(
-        "--seed", type=options.number(*SEED), default=0, help="of the random numbers (default 0)"
-    )
+    parser.add_argument("--seed", type=SEED.parse, default=0, help="of the random numbers (default 0)")
     options.add_molecule(parser)
 
 

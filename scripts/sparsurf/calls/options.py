@@ -1,6 +1,5 @@
 """Options that several commands share, and the surface that they speak of."""
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -19,29 +18,13 @@ OF_STRUCTURE = {  # options without a meaning for a file of dots, and their defa
 }
 
 
-def number(low, high=float("inf"), whole=False, open_low=True):
-    """Type of an option: a number within `limits.Limits`."""
-    limits = Limits(low, high, whole, open_low)
-
-    def parse(text):
-        try:
-            value = int(text) if whole else float(text)
-        except ValueError:
-            value = float("nan")
-        if not limits.hold(value):
-            raise argparse.ArgumentTypeError(f"{text!r} must be {limits.words}")
-        return value
-
-    return parse
-
-
 def add_molecule(parser, d_link=True):
     """Which atoms of a structure, and how its dots are made; `d_link` is whether D_link can be wished."""
     atoms = parser.add_argument_group("atoms of a structure")
     atoms.add_argument("--trajectory", help="file of frames that belongs to the structure")
     atoms.add_argument(
         "--frame",
-        type=number(0, whole=True, open_low=False),
+        type=Limits(0, whole=True, open_low=False).parse,
         help="frame to take, from 0 (default 0)",
     )
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
@@ -52,15 +35,15 @@ def add_molecule(parser, d_link=True):
     atoms.add_argument("--hydrogens", choices=["keep", "remove"], help="hydrogens of the file (default keep)")
     atoms.add_argument("--ligands", help="residue names to take beside the protein, such as HEM,ZN")
     dots = parser.add_argument_group("surface of a structure")
-    dots.add_argument("--probe", type=number(*PROBE), help="radius of the probe in Å (default 1.4)")
+    dots.add_argument("--probe", type=PROBE.parse, help="radius of the probe in Å (default 1.4)")
     dots.add_argument(
-        "--density", type=number(*DENSITY), help="dots per Å^2 (default: 5.35, or more where patches need it)"
+        "--density", type=DENSITY.parse, help="dots per Å^2 (default: 5.35, or more where patches need it)"
     )
     dots.add_argument("--radii", choices=["dms", "bondi"], help="table of radii (default dms)")
     if d_link:
         dots.add_argument(
             "--d-link",
-            type=number(*LENGTH),
+            type=LENGTH.parse,
             default=D_LINK,
             help=f"Å, dots of a patch closer than this are linked ({D_LINK})",
         )

@@ -45,6 +45,8 @@ def _place(output, format_given, formats):
     folder = None if name == "-" else Path(name).absolute().parent
     if folder is not None and not folder.is_dir():
         raise InputError(f"{name}: there is no folder {folder}; make it first.")
+    if folder is not None and not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{name}: nothing may be written into {folder}; name another folder.")
     return suffix, bare != name, folder
 
 
@@ -60,7 +62,7 @@ def write(output, format_given, formats, writers):
 
     Raises
     ------
-    InputError : a suffix that is none of the formats, no folder for the file, or a folder instead of it
+    InputError : a suffix that is none of the formats, no folder to write the file into, or a folder instead of it
     """
     suffix, packed, folder = _place(output, format_given, formats)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".sparsurf-") as place:

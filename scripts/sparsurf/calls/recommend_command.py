@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sparsurf.calls import options
 from sparsurf.calls.inputs import is_structure
-from sparsurf.calls.limits import PERCENT
+from sparsurf.calls.limits import PERCENT, Limits
 from sparsurf.calls.patch_calls import roughness
 from sparsurf.report.recommendation import EVIDENCE, read_run, recommend
 from sparsurf.streams import stream
@@ -35,11 +35,11 @@ def arguments(parser):
         "file", metavar="FILE", nargs="?", help="structure or dots whose mean roughness is taken"
     )
     surface.add_argument(
-        "--roughness", type=options.number(0, 1, open_low=False), help="mean roughness, 0 (rough) to 1 (flat)"
+        "--roughness", type=Limits(0, 1, open_low=False).parse, help="mean roughness, 0 (rough) to 1 (flat)"
     )
     parser.add_argument(
         "--n-s",
-        type=options.number(*PERCENT),
+        type=PERCENT.parse,
         default=N_S,
         help=f"wished n_S in %% of the dots (default {N_S})",
     )

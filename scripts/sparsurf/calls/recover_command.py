@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.calls import options, outputs
-from sparsurf.calls.limits import DENSITY as DENSITIES
+from sparsurf.calls import limits, options, outputs
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
 from sparsurf.patches.zernike.polynomials import indices
@@ -43,19 +42,19 @@ def arguments(parser):
     options.add_output(parser, formats, "triangles of the surface, watertight, instead of dots (PLY)")
     parser.add_argument(
         "--density",
-        type=options.number(*DENSITIES),
+        type=limits.DENSITY.parse,
         default=DENSITY,
         help=f"dots per Å^2 (default {DENSITY:g})",
     )
     parser.add_argument(
         "--reach",
-        type=options.number(0, FARTHEST),
+        type=limits.Limits(0, FARTHEST).parse,
         default=REACH,
         help=f"how far the surface goes on around a dot, in the spacing of the dots there (default {REACH:g})",
     )
     parser.add_argument(
         "--steps",
-        type=options.number(0, MOST_STEPS, whole=True),
+        type=limits.Limits(0, MOST_STEPS, whole=True).parse,
         default=STEPS,
         help=f"of Newton at most (default {STEPS})",
     )

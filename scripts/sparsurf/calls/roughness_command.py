@@ -21,7 +21,7 @@ def arguments(parser):
     options.add_output(parser, outputs.DOTS_ALONE)
     parser.add_argument(
         "--r-patch",
-        type=options.number(*LENGTH),
+        type=LENGTH.parse,
         default=R_PATCH,
         help=f"radius of a patch in Å (default {R_PATCH:g})",
     )
