@@ -106,8 +106,8 @@ def test_the_page_on_clusters_holds_the_stored_plan():
 
 def test_the_readme_quotes_the_page_of_recovered_surfaces():
     page = (ROOT / "docs" / "recover.md").read_text(encoding="utf-8").splitlines()
-    quoted = [line for line in page if line.startswith(("From 10 %", "From 5 %"))]
+    quoted = [line for line in page if line.startswith(("- From 10 %", "- From 5 %"))]
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert len(quoted) == 2 and all(f"- {line}\n" in readme for line in quoted)
+    assert len(quoted) == 2 and all(f"{line}\n" in readme for line in quoted)
     number = re.search(r"## farthest dots, mean of (\d+) structures", " ".join(page))[1]
     assert f"Mean over {number} structures" in readme

@@ -85,9 +85,9 @@ def answer(means):
             rows.loc[(percent, key)] for key in ("Z_over_floor", "Z", "Z_kept", "distance")
         )
         lines.append(
-            f"From {percent:g} % of the dots the surface comes back {gap['mean']:.3f} Å from the true one; its Z is "
-            f"{over['mean']:.2f} ({over['low']:.2f} to {over['high']:.2f}) times that of other dots of the same surface, "
-            f"{z['mean']:.2f} instead of {before['mean']:.2f}."
+            f"- From {percent:g} % of the dots the surface comes back {gap['mean']:.3f} Å from the true one. Its Z is "
+            f"{z['mean']:.2f}, {over['mean']:.2f} ({over['low']:.2f} to {over['high']:.2f}) times what other dots of the "
+            f"same surface give; the kept dots as they are give {before['mean']:.2f}."
         )
     return "\n".join(lines) + "\n"
 
