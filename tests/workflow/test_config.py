@@ -2,6 +2,7 @@
 
 import ast
 import copy
+import datetime
 import re
 from dataclasses import fields
 
@@ -64,7 +65,7 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
 @pytest.mark.parametrize(
     "path, value, words",
     [
-        ("seed", "seven", ["seed is 'seven'", "type integer"]),
+        ("seed", "seven", ["seed is 'seven'", "must be a whole number, as 3 ("]),
         ("seed", -1, ["seed is -1", "0 or more"]),
         ("sampling.alpha", [0.5, 1.5], ["sampling.alpha.1 is 1.5", "1 or less"]),
         ("sampling.alpha", [0.0], ["sampling.alpha.0 is 0.0", "more than 0"]),
@@ -77,7 +78,7 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         (
             "proteins.tdp43.structure",
             "no/such.pdb",
-            ["there is no file 'no/such.pdb'", "proteins.tdp43.structure"],
+            [f"proteins.tdp43.structure: there is no file 'no/such.pdb' (paths start at {ROOT})."],
         ),
         ("proteins.tdp43.surface", "x.dms", ["exactly one of 'structure'", "'surface'"]),
         ("proteins.TDP43", {"structure": "data/tdp43/topology.pdb"}, ["differ in upper and lower case only"]),
@@ -99,14 +100,14 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         ("frames.clusters", 0, ["frames.clusters is 0"]),
         ("tables.max_n_S_percent", 120, ["tables.max_n_S_percent is 120", "100 or less"]),
         ("surface.method", "msms", ["surface.method is 'msms'", "analytic, dms"]),
-        ("patches", 7, ["patches is 7", "type object"]),
+        ("patches", 7, ["patches is 7", "must be a mapping"]),
         ("minimal.sampler", "farthst", ["minimal.sampler is 'farthst'", "did you mean 'farthest'?"]),
         ("compare.samplers", ["uniform", "best"], ["compare.samplers.1 is 'best'", "one of paper,"]),
         ("patches.D_link", float("nan"), ["patches.D_link is nan, but must be a number"]),
         ("patches.R_patch", float("inf"), ["patches.R_patch is inf, but must be a number"]),
         ("sampling.alpha", [0.5, float("nan")], ["sampling.alpha.1 is nan"]),
         ("sampling.gamma", [float("inf")], ["sampling.gamma.0 is inf"]),
-        ("evaluation.draws", 2.5, ["evaluation.draws is 2.5", "type integer"]),
+        ("evaluation.draws", 2.5, ["evaluation.draws is 2.5", "a whole number"]),
         ("evaluation.draws", 100_000_000, ["evaluation.draws is 100000000", "10000 or less"]),
         ("tables.ranges", 100_000_000, ["tables.ranges is 100000000", "1000 or less"]),
         ("frames.stride", 10**12, ["frames.stride is 1000000000000", "1000000000 or less"]),
@@ -122,14 +123,18 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
             ["the key 1 in proteins is not read as a text"],
         ),
         ("proteins", {"a": {"pdb": "1ubi\n"}}, ["proteins.a.pdb is '1ubi\\n'"]),
-        ("proteins", {"a": {"pdb": 453}}, ["proteins.a.pdb is '453', but must be of the form"]),
+        ("proteins", {"a": {"pdb": 453}}, ["proteins.a.pdb is '453', but must be of the form 1ubi ("]),
         (
             "proteins",
             {"a": {"pdb": 1e10}},
-            ["proteins.a.pdb is 10000000000.0, but", "string; put it in quotes ("],
+            ["proteins.a.pdb is 10000000000.0, but", "a text; put it in quotes ("],
         ),
         ("minimal", {"n_S": 5, "Z": 1.0}, ["minimal needs exactly one of", "but has n_S, Z"]),
-        ("minimal", {"sampler": "uniform"}, ["minimal needs exactly one of", "but has none"]),
+        ("sampling.alpha", 0.5, ["sampling.alpha is 0.5, but must be a list, as [1, 2]."]),
+        ("seed", "1e3", ["seed is '1e3'", "a whole number, as 3; write it without quotes and without e ("]),
+        ("run", datetime.date(2026, 1, 2), ["run is 2026-01-02, but must be a text; put it in quotes ("]),
+        ("draws", 3, ["unknown key 'draws' in the config; it stands below evaluation or ensemble."]),
+        ("pairs", {"q": {"complex": "x.pdb"}}, ["pairs.q needs exactly one of 'proteins', 'files' and"]),
         ("paper", "none", ["paper is 'none'", "none of the proteins tdp43"]),
     ],
 )
@@ -139,6 +144,12 @@ def test_a_mistake_is_answered_with_a_sentence(path, value, words):
         check(config)
     for word in words:
         assert word in str(error.value)
+
+
+def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
+    for own in ({"sampler": "poisson"}, {"settle": True}, {}):
+        assert check(DEFAULT | {"minimal": own})["minimal"] == DEFAULT["minimal"] | own
+    assert "floor" not in check(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
 
 
 def test_a_config_without_proteins_is_refused():
@@ -312,6 +323,7 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
         ("a: " + "[" * 5000, "mine.yaml is not valid YAML"),
         ("seed: 2024-99-99\n", "is not valid YAML: month must be in 1..12"),
         ("seed: " + "9" * 5000, "is not valid YAML"),
+        ("proteins: &x {a: *x}\n", "is not valid YAML: Circular reference detected."),
     ],
 )
 def test_a_file_that_is_no_config_is_one_sentence(tmp_path, content, words):
@@ -351,7 +363,7 @@ def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeyp
     assert found["c"] == {"pdb": "3enl"}
     assert found["d"] == {"structure": str(tmp_path / "4530.pdb")} and found["e"] == {"pdb": "4531"}
     for wrong in (45.3, ["1abc"], None):
-        with pytest.raises(InputError, match=r"proteins.a.pdb is .*, but must be of type string"):
+        with pytest.raises(InputError, match=r"proteins.a.pdb is .*, but must be a text"):
             check({"proteins": {"a": {"pdb": wrong}}})
     monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path / "none"))
     with pytest.raises(InputError, match=r"SPARSURF_STRUCTURES is '.*none', but there is no such folder"):

@@ -34,6 +34,8 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
     [
         ("", "needs a header with the column name"),
         ("structure\na.pdb\n", "needs a header with the column name"),
+        ("name;structure\nx;a.pdb\n", "needs a header with the column name, parted by commas"),
+        ("name,structure, structure\nx,a.pdb,b.pdb\n", "has the column 'structure' twice"),
         ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* has a name given before"),
         ("name,structure\n,a.pdb\n", "line 2 of .* has no name"),
         ("name,structure\nx,a.pdb,more\n", "line 2 of .* has not as many cells"),

@@ -20,6 +20,7 @@ from sparsurf.workflow.yaml_file import read_config
 OWN_FOLDERS = ("logs", "pairs")
 OF_PAPER = ("kept", "surface")  # readings that its verdict needs
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
+WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes one of them
 SCHEMA = yaml.safe_load((Path(__file__).with_name("config.schema.yaml")).read_text())
 
 
@@ -59,6 +60,8 @@ def check(config, files=(), home=".", here=True):
     errors = list(_no_values(config))
     if not errors:
         config = _whole(_with_defaults(_with_listed_proteins(config), SCHEMA), SCHEMA)
+        if isinstance(config["minimal"], dict) and not set(WISHES) & set(config["minimal"]):
+            config["minimal"]["floor"] = SCHEMA["properties"]["minimal"]["default"]["floor"]
         config = _with_files_at_home(_with_local_copies(config), Path(home))
         errors = [sentence(error) for error in Draft202012Validator(SCHEMA).iter_errors(config)]
     errors = errors or list(_second_check(config)) + list(too_large(config) if here else ())
@@ -195,7 +198,7 @@ def _second_check(config):
             yield f"proteins {twin!r} and {name!r} differ in upper and lower case only; rename one of them."
         for key in FILES:
             if key in protein and not Path(protein[key]).is_file():
-                yield f"proteins.{name}.{key}: there is no file {protein[key]!r} (paths start at the working directory)."
+                yield f"proteins.{name}.{key}: there is no file {protein[key]!r} (paths start at {Path.cwd()})."
         if "url" in protein and not allowed(protein["url"], protein.get("sha256")):
             yield f"proteins.{name}.url is {protein['url']!r}, but {ONLY}."
         if "simulate" in protein and "trajectory" in protein:
@@ -217,9 +220,9 @@ def _second_check(config):
         yield f"evaluation.islands is {config['evaluation']['islands']}, but needs kept or surface, which the best are chosen by."
     if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():
         yield f"run is {config['run']!r}, but results/{config['run']} is a file; choose another name."
-    wishes = [key for key in ("floor", "n_S_percent", "n_S", "Z", "combination") if key in config["minimal"]]
-    if len(wishes) != 1:
-        yield f"minimal needs exactly one of floor, n_S_percent, n_S, Z and combination, but has {', '.join(wishes) or 'none'}."
+    wishes = [key for key in WISHES if key in config["minimal"]]
+    if len(wishes) > 1:
+        yield f"minimal needs exactly one of {', '.join(WISHES[:-1])} and {WISHES[-1]}, but has {', '.join(wishes)}."
     patches = config["patches"]
     if patches["D_link"] >= min(patches["R_patch"], patches["R_zernike"]):
         yield f"patches.D_link is {patches['D_link']:g} Å, but must be smaller than R_patch and R_zernike."
@@ -234,7 +237,7 @@ def _check_pairs(config):
                 yield f"pairs.{name}: {protein!r} is none of the proteins; these are {known}."
         for path in [*pair.get("files", ()), *([pair["complex"]] if "complex" in pair else [])]:
             if not Path(path).is_file():
-                yield f"pairs.{name}: there is no file {path!r} (paths start at the working directory)."
+                yield f"pairs.{name}: there is no file {path!r} (paths start at {Path.cwd()})."
         both = set.intersection(*map(set, pair["chains"])) if "chains" in pair else ()
         if both:
             yield f"pairs.{name}.chains: chain {sorted(both)[0]} stands on both sides; give each chain to one partner."

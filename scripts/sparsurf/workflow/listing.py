@@ -50,11 +50,17 @@ def named_rows(key, path, columns):
         raise InputError(f"config: {key} is {path!r}, but there is no such table.")
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
-            rows = list(csv.DictReader(stream, strict=True))
+            reader = csv.DictReader(stream, strict=True)
+            rows = list(reader)
     except (csv.Error, UnicodeDecodeError) as error:
         raise InputError(f"config: {path} is no CSV table ({error}).") from None
-    if not rows or "name" not in [(header or "").strip() for header in rows[0]]:
-        raise InputError(f"config: {path} needs a header with {columns}, and at least one row.")
+    headers = [header.strip() for header in reader.fieldnames] if rows else []
+    if not rows or "name" not in headers:
+        raise InputError(
+            f"config: {path} needs a header with {columns}, parted by commas, and at least one row."
+        )
+    if twice := [header for header in headers if headers.count(header) > 1]:
+        raise InputError(f"config: {path} has the column {twice[0]!r} twice; remove or rename one.")
     out, names = [], set()
     for number, row in enumerate(rows, 2):
         if None in row or None in row.values():

@@ -1,6 +1,18 @@
 """Mistakes in a config that its schema finds, as sentences for the person who wrote it."""
 
+import datetime
 import difflib
+import re
+
+TYPES = {
+    "integer": "a whole number, as 3",
+    "number": "a number, as 0.5",
+    "string": "a text",
+    "boolean": "true or false",
+    "array": "a list, as [1, 2]",
+    "object": "a mapping, as {key: value}",
+}
+NUMBER = re.compile(r"[+-]?\d*\.?\d+(e[+-]?\d+)?", re.I)  # quoted, or one of 1e3, which YAML reads as a text
 
 
 def sentence(error):
@@ -10,7 +22,7 @@ def sentence(error):
         return _unknown(key, sorted(set(error.instance) - set(error.schema["properties"]))[0], error.schema)
     if error.validator == "required":
         return f"{key} lacks the key {error.message.split()[0]}."
-    if error.validator == "oneOf" and key.startswith("pairs."):
+    if error.validator in ("oneOf", "dependentRequired") and key.startswith("pairs."):
         return f"{key} needs exactly one of 'proteins', 'files' and 'complex' (with 'chains')."
     if error.validator == "oneOf":
         return f"{key} needs exactly one of 'structure' (with or without 'trajectory'), 'pdb', 'url' and 'surface'."
@@ -39,12 +51,15 @@ def _unknown(key, unknown, schema):
     known = list(schema["properties"])
     near = difflib.get_close_matches(unknown, known, 1, 0.5)
     hint = f"did you mean {near[0]!r}?" if near else f"the keys here are {', '.join(known)}."
+    below = [name for name, rule in schema["properties"].items() if unknown in rule.get("properties", ())]
+    if below:  # said before a key that only looks like it
+        hint = f"it stands below {' or '.join(below)}."
     return f"unknown key {unknown!r} in {key}; {hint}"
 
 
 def _short(value):
-    """A value as it is written in Python, cut where it is long."""
-    text = repr(value)
+    """A value as it is written in Python (a date as in the file), cut where it is long."""
+    text = str(value) if isinstance(value, datetime.date) else repr(value)
     return text if len(text) <= 100 else f"{text[:80]}... ({len(text)} characters)"
 
 
@@ -55,15 +70,23 @@ def _allowed(error):
         near = difflib.get_close_matches(str(error.instance), list(map(str, rule)), 1, 0.5)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         return f"one of {', '.join(map(str, rule))}{hint}"
-    unquoted = rule == "string" and isinstance(error.instance, (int, float))
     words = {
-        "type": f"of type {rule}" + ("; put it in quotes" if unquoted else ""),
+        "type": _type(rule, error.instance) if error.validator == "type" else "",
         "const": f"{rule!r}",
         "minimum": f"{rule} or more",
         "maximum": f"{rule} or less",
         "exclusiveMinimum": f"more than {rule}",
         "minLength": "a text that is not empty",
         "maxLength": f"a text of at most {rule} characters",
-        "pattern": f"of the form {rule}",
+        "pattern": f"of the form {error.schema.get('examples', [rule])[0]}",
     }
     return words.get(error.validator, "one of the forms that config.yaml describes")
+
+
+def _type(wished, given):
+    """What a type is called, and what to do where YAML reads another one than meant."""
+    if wished == "string" and isinstance(given, (int, float, datetime.date)):
+        return f"{TYPES[wished]}; put it in quotes"
+    if wished in ("integer", "number") and isinstance(given, str) and NUMBER.fullmatch(given):
+        return f"{TYPES[wished]}; write it without quotes and without e"
+    return TYPES[wished]

@@ -1,5 +1,6 @@
 """The YAML file of a config, read so that every mistake of writing becomes a sentence with its line."""
 
+import json
 from pathlib import Path
 
 import yaml
@@ -54,6 +55,7 @@ def read_config(path):
     try:
         content = Path(path).read_bytes()
         config = yaml.load(content.decode("utf-8-sig"), _Strict)
+        json.dumps(config, default=str)  # refuses an anchor that holds itself
     except OSError as error:
         raise InputError(f"config: {path} cannot be read: {error.strerror}.") from None
     except UnicodeDecodeError as error:
@@ -66,7 +68,7 @@ def read_config(path):
     except (
         RecursionError,
         ValueError,
-    ) as error:  # nested without end; a date that is none, an int of too many digits
+    ) as error:  # nested or holding itself without end; a date that is none, an int of too many digits
         reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
         raise InputError(f"config: {name} is not valid YAML: {reason}.") from None
     if not isinstance(config, dict):
