@@ -108,6 +108,12 @@ def test_draws_and_dots_without_an_answer_do_not_count():
     assert found == {"score": (1.0, 1.0, 1.0)}
 
 
+def test_a_single_block_has_no_interval():
+    score, positive = {"score": np.array([2.0, 1.0, 0.0])}, np.array([True, False, False])
+    area, *interval = bootstrap_auc(score, positive, np.zeros(3, int), np.random.default_rng(0))["score"]
+    assert area == 1.0 and np.isnan(interval).all()
+
+
 def test_the_interval_holds_95_percent():
     rng = np.random.default_rng(6)
     positive = np.arange(60) < 30

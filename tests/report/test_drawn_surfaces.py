@@ -81,7 +81,21 @@ def test_many_conformations_are_not_named():
         assert (len(ax.texts) > 0) == (n == frames.NAMED)
 
 
+def test_a_single_conformation_has_no_axes():
+    figure = frames.frames_projection([[0.0]], [0], [0], ["c1"], [0.0], {})
+    assert not figure.axes
+    assert [text.get_text() for text in figure.texts] == [
+        "One conformation: there are no frames to choose from."
+    ]
+
+
 # ---- the grid
+
+
+def test_the_n_s_that_is_expected_of_a_single_delta_is_a_dash():
+    figure = number_of_dots.figure(grid(delta=[2]))
+    expected, simulated = figure.axes[0].lines[:2]
+    assert (expected.get_marker(), simulated.get_marker()) == ("_", "o")
 
 
 def test_every_panel_shows_the_n_s_of_its_alpha_and_beta():

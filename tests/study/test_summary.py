@@ -319,7 +319,7 @@ def test_a_run_is_summed_up_by_hand_and_repeats(folder, related):
     back = recommendation.read_run(folder)
     assert back["surfaces"]["spacing"].between(0.2, 0.6).all()
     pd.testing.assert_frame_equal(back["summary"], related["summary"], check_dtype=False)
-    assert "| p12 | c1 | 1000 | 250.000 | 0.650 | (1, 0, 5, 0) |" in before[3].decode()
+    assert "| p12 | c1 | 1000 | 250 Å^2 | 0.650 | (1, 0, 5, 0) |" in before[3].decode()
     assert said(back) == said(related)
 
 

@@ -115,6 +115,9 @@ def test_the_page_of_ranges_begins_with_its_answer():
         "for certain in 1; d is largest, "
     )
     assert "at 90.0 % of the dots." in text.splitlines()[2]
+    one = tables.ranges_table(tables.grid_table(grid), grid, 1)
+    one = pages.ranges_markdown(one, {"empty_patch": 9.6, "null_model": 1.5, "two_patches": 2.2})
+    assert one.splitlines()[2].startswith("- `kept`: of 1 range the best")
 
 
 def test_tables_are_the_same_after_the_disk(tmp_path):

@@ -215,6 +215,13 @@ def test_a_whole_number_may_have_a_point(path, value, whole):
     assert found == whole and "." not in str(found)
 
 
+def test_defaults_that_are_written_out_or_moved_change_nothing():
+    bare = check({"proteins": DEFAULT["proteins"], "patches": {"R_patch": 5.0}})
+    patches = {"D_link": 0.5, "R_zernike": 6, "R_patch": 5.0}
+    told = check({"patches": patches, "proteins": DEFAULT["proteins"], "frames": {"stride": 1}})
+    assert repr(told) == repr(bare)
+
+
 def test_exponents_stay_as_they_are():
     assert str(check(changed("sampling.gamma", [2.0]))["sampling"]["gamma"]) == "[2.0]"
 

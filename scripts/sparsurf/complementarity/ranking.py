@@ -73,7 +73,7 @@ def bootstrap_auc(scores, positive, block, rng, draws=DRAWS):
 
     Returns
     -------
-    dict, name -> (area, low, high): the 2.5 and 97.5 percentiles over the draws that have both classes.
+    dict, name -> (area, low, high): the 2.5 and 97.5 percentiles over the draws that have both classes; NaN of a single block.
     """
     n_blocks = int(block.max()) + 1
     times = rng.multinomial(n_blocks, np.full(n_blocks, 1 / n_blocks), size=draws)
@@ -82,6 +82,7 @@ def bootstrap_auc(scores, positive, block, rng, draws=DRAWS):
         known = ~np.isnan(score)
         drawn = auc(score[known], positive[known], times[:, block[known]].astype(np.float64))
         drawn = drawn[~np.isnan(drawn)]
-        low, high = np.percentile(drawn, [2.5, 97.5]) if len(drawn) else (np.nan, np.nan)
+        scatters = n_blocks > 1 and len(drawn)  # draws of one block are all the same: they tell of no scatter
+        low, high = np.percentile(drawn, [2.5, 97.5]) if scatters else (np.nan, np.nan)
         out[name] = (auc(score[known], positive[known]), float(low), float(high))
     return out

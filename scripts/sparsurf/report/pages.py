@@ -82,8 +82,9 @@ def _ranges_sentence(reading, rows):
     if rows.empty:
         return f"`{reading}`: too few test dots and draws to tell."
     top = rows.loc[rows["d_held_out"].idxmax()]
+    ranges = f"{len(rows)} range{'s' if len(rows) > 1 else ''}"
     return (
-        f"`{reading}`: of {len(rows)} ranges the best combination beats a uniform draw of as many dots for certain in "
+        f"`{reading}`: of {ranges} the best combination beats a uniform draw of as many dots for certain in "
         f"{(rows['d_held_out_low'] > 0).sum()} and loses to it for certain in {(rows['d_held_out_high'] < 0).sum()}; d is "
         f"largest, {top['d_held_out']:.2f} ({interval(top)}), with {Combination.of(top)} at {top['n_S_percent']:.1f} % of the "
         f"dots."

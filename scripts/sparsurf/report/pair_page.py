@@ -18,7 +18,7 @@ WORDS = {
 }
 EXPLAINED = (
     "AUC: the chance that a dot of the interface scores higher than one outside it; .5 is a coin. Intervals: 95 %, from "
-    "drawing blocks of residues about 10 Å across."
+    "drawing blocks of residues about 10 Å across; of a single block there is none."
 )
 SHOWN = 10  # best-matching pairs on the page
 

@@ -40,7 +40,7 @@ def enough_markdown(surfaces):
 def summary_markdown(surfaces, relations):
     """The summary as a page: the surfaces, then the relation with mean roughness, range by range."""
     short = surfaces[["protein", "conformation", "N", "area", "mean_roughness"]].copy()
-    short["area"] = short["area"].round(0)
+    short["area"] = short["area"].map("{:.0f} Å^2".format)
     found = [name for name in OF_GRID if f"d_{name}" in surfaces]
     for name in found:
         short[f"best, {name}"] = surfaces[f"best_{name}"]

@@ -147,16 +147,18 @@ def _with_files_at_home(config, home):
 
 
 def _with_defaults(value, schema):
-    """Copy of a mapping in which missing keys of the schema take their defaults."""
+    """Copy of a mapping in which missing keys of the schema take their defaults.
+
+    Its keys stand in the order of the schema: one moved or written out asks for nothing to be made again.
+    """
     if not isinstance(value, dict):
         return value
-    out = dict(value)
-    for key, rule in schema.get("properties", {}).items():
-        if key not in out and "default" in rule:
-            out[key] = rule["default"]
-        if key in out:
-            out[key] = _with_defaults(out[key], rule)
-    return out
+    known = {
+        key: _with_defaults(value[key] if key in value else rule["default"], rule)
+        for key, rule in schema.get("properties", {}).items()
+        if key in value or "default" in rule
+    }
+    return known | {key: each for key, each in value.items() if key not in known}
 
 
 def _no_values(value, key="the config"):
@@ -171,13 +173,15 @@ def _no_values(value, key="the config"):
 
 
 def _whole(value, rule):
-    """Copy of a value in which a number like 3.0 is 3 where the schema wants a whole number."""
+    """Copy of a value in which a number like 3.0 is 3 where the schema wants a whole number, and 4 the default 4.0."""
     if "$ref" in rule:
         rule = SCHEMA["$defs"][rule["$ref"].rsplit("/", 1)[-1]]
     for alternative in rule.get("anyOf", ()):
         value = _whole(value, alternative)
     if rule.get("type") == "integer" and isinstance(value, float) and value.is_integer():
         return int(value)
+    if rule.get("type") == "number" and type(value) is int and value == rule.get("default"):
+        return rule["default"]
     if isinstance(value, list) and isinstance(rule.get("items"), dict):
         return [_whole(each, rule["items"]) for each in value]
     if isinstance(value, dict):

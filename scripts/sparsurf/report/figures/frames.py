@@ -12,7 +12,7 @@ COMPONENTS = 10  # shown in the panel of explained variance
 
 @styled
 def frames_projection(projection, labels, chosen, names, explained, silhouettes):
-    """Frames in the plane of the first two principal components, explained variance and silhouette.
+    """Frames in the plane of the first two principal components, explained variance and silhouette; of one frame, words.
 
     Parameters
     ----------
@@ -32,6 +32,10 @@ def frames_projection(projection, labels, chosen, names, explained, silhouettes)
     -------
     matplotlib.figure.Figure
     """
+    if len(projection) == 1:
+        figure = layout.sheet(layout.COLUMN, 10)
+        layout.text(figure, 2, 3, "One conformation: there are no frames to choose from.")
+        return figure
     width = layout.PAGE if len(silhouettes) else 136 if len(explained) else layout.COLUMN
     figure = layout.sheet(width, 66)
     plane = np.column_stack([projection, np.zeros((len(projection), 2))])[:, :2]
