@@ -124,7 +124,9 @@ def test_trajectory_and_topology_have_to_fit(shared):
     refused(folder / "tz2.parm7", "DPDP.nc .*332 .*223", folder / "DPDP.nc", selection="name CA CB")
     refused(shared / "example" / "topology.pdb", "has 22 atoms and", folder / "ala2.h5")
     refused(folder / "tz2.parm7", "holds no coordinates: give the trajectory")
-    refused(folder / "tz2.nc", "is a trajectory: give it as trajectory")
+    refused(
+        folder / "tz2.nc", "is a trajectory: give it as the trajectory, and its topology as the structure"
+    )
     refused(folder / "tz2.parm7", "is no trajectory by its extension", folder / "1vii_3frames.pdb")
     refused(folder / "tz2.parm7", "does not exist", folder / "none.xtc")
 

@@ -141,6 +141,13 @@ def test_samplers_where_they_were_compared():
     assert "paper's sampling more than 2.0 times more" in bounded
     just = sampler_sentence(NEEDED.assign(factor=NEEDED["factor"].clip(upper=0.8), bound="more than "))
     assert "farthest needs less than 1.2 times more dots" in just
+    for factor, bound, words in (
+        (0.96, "", "as many"),
+        (0.99, "more than ", "no more"),
+        (1.04, "less than ", "no fewer"),
+    ):
+        said = sampler_sentence(NEEDED.assign(factor=factor, bound=bound))
+        assert f"needs {words} dots, the paper's sampling {words} dots." in said
 
 
 def test_samplers_that_were_compared_without_the_uniform_one():

@@ -1,5 +1,7 @@
 """Tables from made-up distances whose answers are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -104,6 +106,18 @@ def test_markdown_twins_hold_every_range():
     text = pages.ranges_markdown(ranges, {"empty_patch": 9.6, "null_model": 1.5, "two_patches": 2.2})
     assert text.count("\n| ") == 12  # header, rule and ten ranges
     assert "2.00 - 11.80" in text and "9.60" in text
+
+
+def test_pages_explain_the_readings_that_they_have():
+    grid = replace(made_up([1.0, 2.0], [10.0, 50.0]), readings=("recovered",))
+    table = tables.grid_table(grid)
+    best = tables.best(table, grid, 20)
+    for page in (
+        pages.best_markdown(best),
+        pages.ranges_markdown(tables.ranges_table(table, grid, 1), best["yardsticks"]),
+    ):
+        assert "## islands: recovered" in page and "`recovered`: the kept dots are made a dense" in page
+        assert "`kept`" not in page and "`surface`" not in page
 
 
 def test_the_page_of_ranges_begins_with_its_answer():

@@ -115,7 +115,9 @@ def read_molecule(
         if trajectory is None:
             raise InputError(f"{path} holds no coordinates: give the trajectory that belongs to it.")
     elif ending in TRAJECTORIES:
-        raise InputError(f"{path} is a trajectory: give it as trajectory, and its topology as path.")
+        raise InputError(
+            f"{path} is a trajectory: give it as the trajectory, and its topology as the structure."
+        )
     else:
         known = ", ".join(STRUCTURES + TOPOLOGIES + SELF_CONTAINED)
         raise InputError(

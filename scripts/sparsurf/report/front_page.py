@@ -16,6 +16,7 @@ SAMPLERS = {"uniform": "with a uniform draw", "paper": "with the best combinatio
 AT = 10  # % of the dots, at which samplers are compared
 # What bounds a factor bounds its inverse the other way
 OTHER_WAY = {"more than ": "less than ", "less than ": "more than "}
+AS_MANY = {"": "as many dots", "more than ": "no more dots", "less than ": "no fewer dots"}  # a factor of 1.0
 AGAINST = {"uniform": "a uniform draw", "paper": "the paper's sampling"}  # whom others are set against
 SHOWN = 20  # conformations in the table, pairs with links
 OF_PAIR = {
@@ -188,6 +189,8 @@ def sampler_sentence(fewer, compared=False):
 def _times(row):
     """A factor in words; below 1 it is more dots."""
     value, sign = row["factor"], row["bound"]
+    if f"{max(value, 1 / value):.1f}" == "1.0":
+        return AS_MANY[sign]
     if value < 1:
         return f"{OTHER_WAY.get(sign, sign)}{1 / value:.1f} times more dots"
     return f"{sign}{value:.1f} times fewer dots"

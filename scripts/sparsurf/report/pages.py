@@ -4,7 +4,8 @@ import math
 
 import pandas as pd
 
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import PUBLISHED, TEXT
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import Combination, texts_of
 
 
@@ -21,10 +22,16 @@ def markdown(table, decimals=2):
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
-READINGS_EXPLAINED = (
-    "`kept`: islands are removed among the kept dots (the authors' code; the published table). "
-    "`surface`: the patch is cut once on the full surface and all its kept dots count (the paper's text).\n"
-)
+EXPLAINED = {
+    PUBLISHED: "islands are removed among the kept dots (the authors' code; the published table)",
+    TEXT: "the patch is cut once on the full surface and all its kept dots count (the paper's text)",
+    RECOVERED: "the kept dots are made a dense surface again, and its patches are cut from that",
+}
+
+
+def readings_explained(names):
+    """What the readings of a page are, in a line."""
+    return " ".join(f"`{name}`: {words}." for name, words in EXPLAINED.items() if name in names) + "\n"
 
 
 def yardsticks_markdown(sticks):
@@ -73,7 +80,8 @@ def ranges_markdown(ranges, sticks):
         "the combinations among which the truly best of the range lies (docs/coverage.md); ranges.csv lists them. The "
         "ranges share their test dots, so that their errors go together.\n"
     )
-    return "\n".join([*parts, READINGS_EXPLAINED, yardsticks_markdown(sticks)])
+    explained = readings_explained(set(ranges["islands"]))
+    return "\n".join([*parts, explained, yardsticks_markdown(sticks)])
 
 
 def _ranges_sentence(reading, rows):
@@ -100,7 +108,7 @@ def interval(row):
 def best_markdown(result):
     """best.json as a page."""
     parts = ["# Best parameters\n"]
-    for reading in [key for key in OF_GRID if key in result]:
+    for reading in [key for key in EXPLAINED if key in result]:
         parts.append(f"## islands: {reading}\n")
         for title, row in (
             ("Unrestricted, largest alpha", result[reading]["unrestricted"]),
@@ -108,7 +116,7 @@ def best_markdown(result):
         ):
             parts.append(f"- {title}: {row['answer'] if 'answer' in row else _best_sentence(row)}")
         parts.append("")
-    return "\n".join([*parts, READINGS_EXPLAINED, yardsticks_markdown(result["yardsticks"])])
+    return "\n".join([*parts, readings_explained(result), yardsticks_markdown(result["yardsticks"])])
 
 
 def may_be_best(row):

@@ -60,7 +60,7 @@ def verdict(data, files):
         *[f"- {sentence}" for sentence in _answer(data)],
         "",
         data["surface"] + "\n",
-        pages.READINGS_EXPLAINED,
+        pages.readings_explained(OF_GRID),
         pages.yardsticks_markdown(sticks),
     ]
     for title, sentences, source in claims_of_paper:
