@@ -33,7 +33,10 @@ def test_the_page_says_what_the_numbers_say():
     own = bound & (means["score"] == "complementarity")
     for mean, low, high, words in (
         (0.55, 0.53, 0.57, "above a coin, by little"),
+        (0.70, 0.65, 0.75, "above a coin. "),
+        (0.52, 0.49, 0.55, "not to be told"),
         (0.49, 0.46, 0.52, "not to be told"),
+        (0.45, 0.41, 0.49, "below a coin"),
     ):
         means.loc[own, ["mean", "low", "high"]] = mean, low, high
         assert words in complexes_markdown(tables).split("\n")[2]
@@ -41,6 +44,9 @@ def test_the_page_says_what_the_numbers_say():
         means["score"].isin(["flatness", "planarity", "protrusion", "hydropathy", "centroid"]), "mean"
     ] = 0.3
     assert "None of the simple properties does better" in complexes_markdown(tables)
+    variants = tables["complexes_variants"]
+    variants.loc[variants["score"] == "hydropathy + protrusion", "mean"] = 0.3
+    assert "hydropathy and protrusion raises their mean from 0.300 to" in complexes_markdown(tables)
 
 
 def test_a_book_opens_along_its_hinge():

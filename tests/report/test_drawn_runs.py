@@ -130,6 +130,12 @@ def trajectory(n=100, step=200.0):
     return table
 
 
+def test_the_spread_over_frames_is_that_of_all_frames():
+    table = trajectory().iloc[:4].assign(n_S_percent=[40.0, 42, 44, 46])
+    beside = summary_figures.ensemble_figure(table, (1, 0, 6, 4)).axes[1]
+    assert beside.get_title() == "mean 43.0, sd 2.2"  # sqrt(5)
+
+
 def test_one_combination_is_followed_over_time():
     table = trajectory()
     figure = summary_figures.ensemble_figure(table, (1, 0, 6, 4))

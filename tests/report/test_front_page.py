@@ -84,6 +84,9 @@ def test_sentences_of_several_surfaces():
     three = surfaces(3)
     three.loc[2, ["best_kept", "d_kept"]] = ["(1, 0, 0, 8)", 9.0]
     three.loc[1, ["d_held_out_kept", "d_held_out_high_kept"]] = [3.0, 3.3]
+    proteins = pd.concat([surfaces().assign(protein=name) for name in "abcd"])
+    assert "3 surfaces of 3 proteins (a, b, c)," in studied(proteins[:3])
+    assert "4 surfaces of 4 proteins," in studied(proteins)
     said = best_sentence(three)
     assert "(1, 0, 6, 0) is best on 2 of 3 surfaces" in said
     assert "d = 2.40 to 3.00 (held out; 95 %: 2.20 to 3.30" in said
@@ -101,6 +104,8 @@ def test_sentences_of_several_surfaces():
         ]
     )
     assert "from 20 % of the dots on with a uniform draw" in enough_sentence(alike)
+    smallest = pd.concat([enough(GRID, {"null_model": 9.0}), enough(GRID, {"null_model": 2.0})])
+    assert "the smallest n_S of the grid" not in enough_sentence(smallest)
     never = pd.concat([enough(GRID, {"null_model": 2.0}), enough(GRID, {"null_model": 0.1})])
     assert "at no n_S of the grid on 1 of 2 surfaces" in enough_sentence(never)
 

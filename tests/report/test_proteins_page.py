@@ -113,6 +113,15 @@ def test_a_rule_that_turns_a_claim_is_named():
     )
 
 
+def test_an_interval_that_reaches_zero_turns_the_claim_of_the_other_reading():
+    claims = {"d_kept": (0.3, 0.1, 0.5), "d_surface": (-0.1, -0.25, 0.05), "factor": (2.0, 1.5, 2.5)}
+    index = pd.MultiIndex.from_product([["other"], claims])
+    rows = pd.DataFrame([*claims.values()], index=index, columns=["value", "value_low", "value_high"])
+    assert list(lost_claims("other", rows)) == [
+        "With other, d under `surface` is no longer below 0 (−0.10 (−0.25 to +0.05))."
+    ]
+
+
 def test_what_hydrogens_change_is_said_where_it_was_measured(stored):
     rows = stored["variants"].set_index(["variant", "claim"])
     assert f"{100 * rows.loc[(HYDROGENS, 'held'), 'value']:.0f} % of the ranges" in of_hydrogens(rows)

@@ -108,6 +108,7 @@ def test_three_surfaces_have_students_interval_of_their_scatter():
     [
         ([0.9, 1.0, 1.1], None),
         ([-0.5, 1.0, 1.5], "cannot be told from a uniform subset"),
+        ([0.5, -1.0, -1.5], "cannot be told from a uniform subset"),
         ([-0.9, -1.0, -1.1], "is worse than a uniform subset"),
     ],
 )
@@ -127,3 +128,12 @@ def test_all_surfaces_answer_for_all_dots_and_a_mean_of_more_than_answer_says_so
     assert "on average of 65 surfaces; it lies in" in recommend(
         evidence | {"summary": few}, 0.6, 30, np.random.default_rng(0)
     )
+
+
+def test_the_answer_for_all_is_that_of_the_range_of_most_surfaces():
+    evidence = read_run(EVIDENCE)
+    ranges = rows_for(evidence["summary"], "kept", 22)["range"]
+    assert ranges.min() < ranges.mode()[0] == 3
+    pooled = evidence["relation"].set_index(["islands", "range"]).loc[("kept", 3)]
+    said = recommend(evidence, 0.6, 22, np.random.default_rng(0))
+    assert f"n_S = {pooled['n_S_percent']:.1f} %, d = {pooled['d']:+.2f}" in said

@@ -84,6 +84,7 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
     weight = np.bincount(gaps.argmin(axis=1), minlength=len(kept))
     link = SCALE * np.sqrt(evaluator.area / len(kept))
     assert link > D_LINK
+    sizes = {}
     for t, i in enumerate(tests):
         nearest = kept[gaps[i].argmin()]
         cosine = normals[i] @ normals[nearest]
@@ -104,6 +105,11 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
         for measure, (ids, weights) in cases.items():
             z = np.linalg.norm(true - naive.descriptor(points[ids], normals[ids], weights=weights))
             assert found[measure][0, 0, t] == pytest.approx(z, rel=1e-6, abs=1e-9), measure
+            sizes.setdefault(measure, []).append(len(ids))
+    median = {measure: np.median(counts) for measure, counts in sizes.items()}
+    for rule in ("scaled", "kept"):
+        assert found[f"fragment {rule}"] == 100 * median[f"Z {rule}"] / median["Z surface"]
+    assert median["Z scaled"] > median["Z kept"]
 
 
 def test_all_dots_have_no_error(evaluator):
@@ -171,6 +177,12 @@ def test_best_in_hindsight_has_the_lowest_z_near_each_size(evaluator, study):
     )
     chosen = comparison.best_in_hindsight(evaluator, tempting, [percent])[1][0]
     assert reach[(grid[PARAMETERS] == chosen).all(axis=1)] >= percent
+    # of those within a factor of 1.1 the one of the lowest Z, however much lower that of another is
+    three = grid.iloc[np.argsort(reach)[-3:]].assign(
+        n_S_percent=[10, 10.9, 11.1], Z_tS_surface=[3.0, 2.0, 1.0]
+    )
+    chosen = comparison.best_in_hindsight(evaluator, three, [10])[1][0]
+    assert np.array_equal(chosen, three[PARAMETERS].iloc[1])
     assert comparison.HINDSIGHT not in comparison.contestants(evaluator, ["uniform"], None, grid)
     lacking = grid.drop(columns="Z_tS_surface")
     assert list(comparison.contestants(evaluator, ["paper"], None, lacking)) == ["paper"]
@@ -378,7 +390,7 @@ def test_negative_z_is_refused_before_any_work():
         minimal_subset(Idle(), "farthest", z=-1.0)
 
 
-def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path):
+def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch):
     settings = {
         "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK},
         "sampling": {"moved_centre": True, "every_patch": True},
@@ -404,10 +416,20 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     page = (folders[0] / "compare.md").read_text(encoding="utf-8")
     assert "estimated from the spacing of the dots" in page  # this surface has no areas
     assert "own ranges.csv" in page
+    assert set(pd.read_csv(outputs["alone"])["sampler"]) == {"farthest", "uniform"}
+    drawn = []
+    monkeypatch.setattr(
+        summarise_comparison,
+        "comparison_figure",
+        lambda table, *words: drawn.append(table) or comparison_figure(table, *words),
+    )
     of_run = {"table": tmp_path / "compare.csv", "needed": tmp_path / "compare_needed.csv"}
     of_run |= {"page": tmp_path / "compare.md", "png": str(tmp_path / "compare.png")}
     summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
     assert "over 2 conformations" in of_run["page"].read_text(encoding="utf-8")
+    means = pd.read_csv(of_run["table"])
+    for drawn_as, name in (("low", "lowest"), ("high", "highest")):
+        assert np.allclose(drawn[0][drawn_as], means[name], equal_nan=True)
     for path in (*outputs.values(), *of_run.values(), tmp_path / "compare.svg", folder / "compare.svg"):
         assert (tmp_path / path).stat().st_size > 0
     table, ply = tmp_path / "minimal.csv", tmp_path / "minimal.ply"

@@ -107,6 +107,13 @@ def test_fragments_are_medians_over_draws_and_test_dots(evaluator):
         assert found.fragment[0, half, 0] == np.median(sizes) != np.mean(sizes)
 
 
+@pytest.mark.parametrize(("shared", "told"), [(True, [30, 36]), (False, range(3, 37, 3))])
+def test_a_grid_tells_how_many_samplings_are_done(evaluator, shared, told):
+    combinations, done = [(alpha, 0, 0, 0) for alpha in np.linspace(0.1, 1, 12)], []
+    grid.run(evaluator, combinations, 2, 3, ("kept",), shared, lambda *counts: done.append(counts))
+    assert done == [(count, 36) for count in told]  # 64 subsets go into a pass
+
+
 def test_all_readings_of_many_subsets_are_those_of_each_alone(evaluator):
     rng = np.random.default_rng(0)
     subsets = [np.sort(rng.choice(3000, n, replace=False)) for n in rng.integers(300, 3000, 70)]

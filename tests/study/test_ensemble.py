@@ -88,6 +88,8 @@ def test_a_row_is_what_the_parts_give(molecule, table):
     kept = [len(evaluator.pair([1, 0, 6, 0], draw)[0]) for draw in range(2)]
     assert row["n_S"] == np.mean(kept)
     assert row["n_S_percent"] == pytest.approx(100 * np.mean(kept) / len(surface))
+    timed = replace(molecule, time_ps=10.0 * np.arange(FRAMES))
+    assert ensemble.frame_row(timed, 3, radii(molecule), SETTINGS, "p")["time_ps"] == 30
 
 
 def test_threads_change_no_bit(molecule, table, tmp_path):

@@ -63,11 +63,13 @@ def test_maps_equal_all_distances(blobs):
     up, _ = describe(blobs[0].index, blobs[0].surface.points[found.centres[0]])
     down, _ = describe(blobs[1].index, blobs[1].surface.points[found.centres[1]], up=False)
     distance = cdist(up, down)
+    alike = cdist(up, describe(blobs[1].index, blobs[1].surface.points[found.centres[1]])[0])
     for side, plain in enumerate((distance, distance.T)):
         table = matching.maps(found, side)
         at = table.iloc[found.centres[side]]
         assert np.allclose(at["propensity"], plain.min(axis=1), atol=1e-12)
         assert np.allclose(at["propensity_k"], np.sort(plain, axis=1)[:, :2].mean(axis=1), atol=1e-12)
+        assert np.allclose(at["similarity"], alike.min(axis=1 - side), atol=1e-12)
         # several patches of the small satellite are the same one, so that the match itself is not unique
         place = np.searchsorted(found.centres[1 - side], at["match"])
         assert np.allclose(plain[np.arange(len(at)), place], plain.min(axis=1), atol=1e-12)
@@ -133,6 +135,7 @@ def test_best_pairs_are_ranked_and_apart(peptides):
             chosen.append((distance, *at, a, b))
     assert table[["dot_1", "dot_2"]].to_numpy().tolist() == [[a, b] for *_, a, b in chosen[:20]]
     assert table["residue_1"].str.match(r"A:(ALA|LEU|LYS|GLY)[1-4]$").all()
+    assert matching.best_pairs(found, most=3).equals(table[:3])
 
 
 def test_agreement_is_the_area_of_each_score(peptides):
@@ -146,6 +149,8 @@ def test_agreement_is_the_area_of_each_score(peptides):
     assert {"planarity", "protrusion", "hydropathy", "centroid"} <= set(areas.index)
     assert (areas["low"] <= areas["high"]).all()
     assert areas.loc["propensity", "interface"] == truth.sum()
+    blocks = matching.blocks_of(peptides[0], found.centres[0])
+    assert areas.loc["propensity", "blocks"] == len(np.unique(blocks)) > 1
     contact = matching.contacts(*peptides)
     assert contact["against"].tolist() == ["any pair", "exchanged"]
     assert ((contact["auc"] > 0) & (contact["auc"] < 1)).all()
@@ -211,6 +216,8 @@ def test_a_recovered_surface_is_described_instead(peptides):
     table = thinning(*peptides, percents=(10,), samplers=("farthest",), with_recovered=True)
     full, recovered = (table[table["surface"] == name] for name in ("full", "recovered"))
     assert recovered["n_S"].tolist() == full["n_S"].tolist()[2:]
+    sizes = 2 * [len(each.surface) for each in peptides]
+    assert np.allclose(full["n_S_percent"], 100 * full["n_S"] / sizes, rtol=1e-9)
     assert (
         recovered["correlation"] > 0.7
     ).all()  # a tenth of the dots gives the surface back, and with it the map

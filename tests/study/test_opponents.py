@@ -6,6 +6,10 @@ from scipy.spatial import cKDTree
 
 from sparsurf.recovery.recovering import recover
 from sparsurf.study import opponents
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.recovery import errors, truth
+from sparsurf.study.without_the_surface import dotted
+from sparsurf.surfaces.making import molecular_surface
 from sparsurf.surfaces.mesh import molecular_mesh
 
 ATOMS, RADII = np.array([[0.0, 0, 0], [2.5, 0, 0], [4.0, 1.5, 0]]), np.array([1.9, 1.7, 1.8])
@@ -29,6 +33,14 @@ def test_normals_at_corners_and_dots_on_a_mesh(ball):
     assert apart.min() >= 0.65 / 5.35**0.5 - 1e-9
 
 
+def test_normals_at_the_corners_of_a_cube_are_its_diagonals():
+    # by angle it does not matter which of its corners the diagonal of a face divides
+    corners = np.array([[x, y, z] for x in (-1.0, 1) for y in (-1.0, 1) for z in (-1.0, 1)])
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    triangles = np.array([[a, *pair] for a, b, c, d in faces for pair in ((b, c), (c, d))])
+    assert opponents.corner_normals(corners, triangles) == pytest.approx(corners / 3**0.5)
+
+
 def test_bytes_and_errors():
     def coarser(vertices, triangles, n):
         assert n < len(triangles)
@@ -41,6 +53,12 @@ def test_bytes_and_errors():
     assert mesh["bytes"] == 12 * mesh["n_S"] + 6 * (
         2 * mesh["n_S"] - 4
     )  # Euler: two triangles a vertex, but for four
+    surface = molecular_surface(ATOMS, RADII)
+    evaluator = Evaluator(surface, seed=20261120, name="three atoms")
+    laid = recover(*dotted(ATOMS, RADII, kept["n_S"], evaluator.stream("recovery", "sparse")))
+    wanted = errors(*laid, truth(ATOMS, RADII, evaluator.area))
+    assert rows.loc[opponents.SPARSE, list(wanted)].to_dict() == pytest.approx(wanted)
+    assert rows.loc[opponents.ATOMS, "percent"] == pytest.approx(300 / len(surface))
     assert rows.loc[opponents.ATOMS, "bytes"] == 48 and rows.loc[opponents.ATOMS, "distance"] < 0.01
     assert rows.loc[opponents.SETTLED, "distance"] < kept["distance"]
     assert opponents.MESH not in set(opponents.measure("no mesh", ATOMS, RADII, None, 40, (10.0,))["sampler"])

@@ -19,7 +19,13 @@ from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import texts_of
-from sparsurf.study import over_proteins, protein_files, protein_tables, protein_variants
+from sparsurf.study import (
+    over_proteins,
+    protein_files,
+    protein_scores,
+    protein_tables,
+    protein_variants,
+)
 from sparsurf.study.protein_scores import (
     OF_RECOVERED,
     PERCENTS,
@@ -352,6 +358,33 @@ def test_the_smallest_are_recovered_each_once(monkeypatch, tmp_path):
     assert np.array_equal(combinations, law.grid([0.1, 0.3], [0], [2, 4], [1]))
     assert np.array_equal(asked[0][2], law.grid([0.1, 0.2, 0.3], [0], [2, 4], [1]))
     assert asked[0][-1] == ("kept", "surface")
+
+
+def test_a_large_protein_gets_one_draw_by_n_s(measured, monkeypatch):
+    asked, n_dots = [], measured[1][0].n_dots
+    monkeypatch.setattr(protein_scores, "by_n_s", lambda _, counts: asked.append(counts.draws_by_n_s))
+    for most in (n_dots, n_dots - 1):
+        monkeypatch.setattr(protein_scores, "ONE_DRAW", most)
+        measure(measured[0], "p", GRID, counts=FEW._replace(draws_by_n_s=2))
+    assert asked == [2, 1]
+
+
+def test_rules_are_changed_on_the_smallest_of_four_hundred_atoms(monkeypatch, tmp_path):
+    proteins = [(f"p{n}", f"p{n}", SimpleNamespace(n_atoms=n)) for n in (399, 400, 401)]
+    places = []
+    monkeypatch.setattr(study_proteins, "with_hydrogens", lambda *_: [("p399", "with its hydrogens")])
+    monkeypatch.setattr(study_proteins, "_measure_one", lambda place, *_: places.append(place))
+    monkeypatch.setattr(protein_variants, "enter_short_descriptor", lambda: None)
+    monkeypatch.setattr(
+        protein_variants, "VARIANTS", {key: {} for key in ("as it is", "probe 1.2 Å", "hydrogens kept")}
+    )
+    study_proteins.measure_variants(proteins, tmp_path, GRID, 1, 1)
+    assert [place.relative_to(tmp_path).as_posix() for place in places] == [
+        "as it is/p400",
+        "as it is/p399",
+        "probe 1.2 Å/p400",
+        "hydrogens kept/p399",
+    ]
 
 
 def test_what_is_saved_comes_back_and_half_a_protein_is_refused(measured, tmp_path):

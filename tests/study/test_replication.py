@@ -426,6 +426,15 @@ def test_links_keep_the_samplings_and_change_the_islands(page):
     # at the surface's own D_link the sweep is the table of the published rows
     assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_kept"], atol=1e-6)
     assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_kept"], atol=1e-6)
+    assert links.loc[0.8]["fragment"].tolist() == page["rows"]["fragment_kept"].tolist()
+
+
+def test_rows_stand_beside_what_the_paper_says_of_them(page):
+    rows = page["rows"]
+    for column in ("n_S_low_percent", "n_S_high_percent"):
+        assert rows[column].tolist() == list(TABLE_1[column])
+    for column in ("d", "Z_tS"):
+        assert rows[f"{column}_published"].tolist() == list(TABLE_1[column])
 
 
 def test_one_draw_per_dot_keeps_fewer(page):

@@ -4,7 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import pdist
+from scipy.spatial.transform import Rotation
 
+from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling import law
 from sparsurf.sampling.published import PUBLISHED_ROWS
 from sparsurf.study import grid, steadiness
@@ -34,6 +37,34 @@ def test_poses_are_the_same_surface(atoms):
         if centre is not None:
             assert np.linalg.norm(points[:, None] - centre[None], axis=2).min() > 1.69
     assert np.allclose(np.linalg.norm(found[1][3], axis=1), np.linalg.norm(tests, axis=1))
+    turn = Rotation.random(1, np.random.default_rng(0)).as_matrix()[0]
+    for still, turned in (found[:2], found[2:]):
+        assert all(np.allclose(one @ turn.T, other) for one, other in zip(still[1:], turned[1:], strict=True))
+
+
+def test_changes_and_orders_by_hand(monkeypatch):
+    rng = np.random.default_rng(0)
+    own = rng.normal(size=(3, 121))  # the descriptors of three patches
+    moved = {change: own + 0.1 * rng.normal(size=(2, 3, 121)) for change in steadiness.CHANGES}
+    found = [("", own), *((change, z) for change, both in moved.items() for z in both)]
+    monkeypatch.setattr(steadiness, "DESCRIPTORS", ("published",))
+    monkeypatch.setattr(steadiness, "poses", lambda *_: [(change, z, None, None) for change, z in found])
+    monkeypatch.setattr(steadiness, "build_index", lambda z, *_: z)
+    monkeypatch.setattr(steadiness, "describe", lambda z, *_, **__: (z, None))
+    changes, orders = steadiness.steadiness(None, None, None, None)
+    changes, orders = changes.set_index("change"), orders.set_index("n")["ratio"]
+    apart = pdist(own).mean()
+    for change, both in moved.items():
+        one, other = (np.linalg.norm(z - own, axis=1).mean() for z in both)
+        z = (one + other) / 2
+        assert changes.loc[change, ["Z", "two_patches", "ratio"]].tolist() == pytest.approx(
+            [z, apart, z / apart]
+        )
+        assert changes.loc[change, "sd"] == pytest.approx(abs(one - other) / np.sqrt(2))
+    for n in (0, 2, 20):
+        columns = [k for k, (order, _) in enumerate(indices()) if order == n]
+        within = ((moved["turned, fresh dots"] - own) ** 2).mean(axis=(0, 1)) / 2
+        assert orders[n] == pytest.approx(within[columns].sum() / own.var(axis=0)[columns].sum())
 
 
 def test_the_steady_descriptor_moves_less(atoms):
@@ -61,6 +92,7 @@ def test_tables_of_rows_grid_and_samplers_agree_with_the_evaluator(blob, monkeyp
         ]
         z, _ = own.distances(subsets, tests, own.describe(tests)[0], "surface")
         assert table.loc[name, "Z"] == pytest.approx(z.mean())
+        assert table.loc[name, "error"] == pytest.approx(z.mean(axis=0).std(ddof=1) / np.sqrt(20))
         assert table.loc[name, "n_S_percent"] == pytest.approx(10)
     rows = steadiness.rows_of_paper(evaluator, 10)
     assert len(rows) == 2 * 2 * 10

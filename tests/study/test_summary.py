@@ -93,11 +93,15 @@ def test_tables_have_a_row_per_surface_and_per_range(related):
     surfaces, table = related["surfaces"], related["summary"]
     assert len(surfaces) == 12 and len(table) == 12 * 2 * 3
     assert surfaces["N"].tolist() == [1000] * 12 and surfaces["area"].tolist() == [250.0] * 12
+    assert (surfaces[["n_S_min_percent", "n_S_max_percent"]] == [7.5, 18.5]).all(axis=None)
     assert surfaces["best_kept"][0] == "(1, 0, 0, 0)" and surfaces["best_kept"][11] == "(1, 0, 5, 0)"
     assert table["range"].tolist() == [1, 2, 3] * 24
     assert (table[table["range"] == 2]["n_combinations"] == 0).all()  # nothing keeps 12 %
     own = table[(table["range"] == 3) & (table["islands"] == "kept")]
     assert own["gamma"].tolist() == sorted(own["gamma"])
+    means = table.groupby(["islands", "range"])["d_from_all"].mean()
+    pooled = related["relation"].set_index(["islands", "range"])["d_from_all"]
+    pd.testing.assert_series_equal(pooled, means)
 
 
 def test_winners_and_limits_are_those_of_the_ranges():
@@ -329,6 +333,18 @@ def test_chosen_conformations_are_summed_up_in_their_order(folder, tmp_path):
     summarise_run.by_hand([str(run), "p12/c1", "p01/c99", "p03/c1", "--R-patch", "4", "--D-link", "0.5"])
     assert pd.read_csv(run / "surfaces.csv")["protein"].tolist() == ["p12", "p03"]  # p01/c99 is not complete
     assert not (run / "summary.svg").exists()  # which the next run of the study finds lacking
+
+
+def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monkeypatch):
+    drawn, files = [], ("surfaces", "summary", "relation", "markdown", "png")
+    monkeypatch.setattr(few_surfaces, "draw", lambda _: drawn.append("n_S"))
+    monkeypatch.setattr(summary_figures, "summary_figure", lambda *_: drawn.append("roughness"))
+    monkeypatch.setattr(summarise_run.layout, "save", lambda *_: None)
+    for n in (2, 3):
+        inputs = {"results": [folder / f"p{k + 1:02d}" / "c1" / "best.json" for k in range(n)]}
+        outputs = {key: str(tmp_path / key) for key in files}
+        summarise_run.main(inputs, outputs, {"patches": PATCHES, "seed": 0})
+    assert drawn == ["n_S", "roughness"]
 
 
 def test_recommendation_on_the_command_line(folder, monkeypatch, capsys, tmp_path):

@@ -38,7 +38,8 @@ def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
 
 
 def test_grid_table_has_the_contract_columns():
-    table = tables.grid_table(made_up([0.5, 1.5], [10, 20]))
+    fragment = np.array([[[7.0, 8], [9, 10]]])
+    table = tables.grid_table(replace(made_up([0.5, 1.5], [10, 20]), fragment=fragment))
     assert list(table.columns[:7]) == [
         "alpha",
         "beta",
@@ -51,7 +52,8 @@ def test_grid_table_has_the_contract_columns():
     assert table["n_S_percent"].tolist() == [10, 20]
     assert np.allclose(table["d_kept"], [0.5, 1.5])
     assert np.allclose(table["d_se_kept"], 0)
-    assert table["fragment_kept"].tolist() == [7, 7]
+    assert table["fragment_kept"].tolist() == [7, 8]
+    assert table["fragment_uniform_kept"].tolist() == [9, 10]
 
 
 def test_ranges_are_equal_and_hold_every_combination():
