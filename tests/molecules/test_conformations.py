@@ -297,6 +297,15 @@ def test_molecules_without_enough_c_alphas(shared):
     assert len(choice.table) >= 2 and choice.explained.sum() == pytest.approx(1)
 
 
+def test_three_c_alphas_are_enough_to_tell_conformations(tmp_path):
+    three = read_molecule(write(tmp_path / "a.pdb", peptide(3 * ["ALA"])))
+    xyz = np.repeat(three.xyz, 4, axis=0)
+    xyz[2:, three.name == "CB"] += 3.0
+    moved = replace(three, xyz=xyz, time_ps=np.arange(4.0), frame_number=np.arange(4))
+    assert len(choose_frames(moved, rng=np.random.default_rng(1)).table) == 1
+    assert len(choose_frames(moved, atoms="not element H", rng=np.random.default_rng(1)).table) == 2
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_the_largest_loading_of_every_component_is_positive(seed):
     """Components are deviation @ loading, so deviation.T @ projection has the signs of the loadings."""

@@ -1,5 +1,7 @@
 """What a residue is and which of its locations count: small tables with one answer each."""
 
+import logging
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -181,7 +183,7 @@ def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
     assert atoms.occupancy.tolist() == [0.5, 1.0, 1.0]
 
 
-def test_chains_and_residues_narrow_down_ligands_too(tmp_path):
+def test_chains_and_residues_narrow_down_ligands_too(tmp_path, caplog):
     ligands = "".join(
         atom_line("C1", "LIG", chain, "9", (0, 0, z), record="HETATM") for chain, z in (("A", 5), ("B", 25))
     )
@@ -193,6 +195,22 @@ def test_chains_and_residues_narrow_down_ligands_too(tmp_path):
         assert sorted(set(molecule.chain)) == wanted
         assert (molecule.residue_name == "LIG").sum() == len(wanted)
         assert molecule.n_atoms == 21 * len(wanted)
+    with caplog.at_level(logging.INFO, "sparsurf"):
+        read_molecule(path, chains=["A"])
+    assert caplog.messages == [f"{path}: left out 1 LIG"]  # of the other chain nothing is said
+
+
+def test_a_ligand_has_two_atoms_or_more(tmp_path):
+    text = "".join(
+        atom_line(name, residue_name, "A", residue, (0, 0, z), record="HETATM", element=name[0])
+        for name, residue_name, residue, z in (
+            ("C", "CMO", "9", 9),
+            ("O", "CMO", "9", 10),
+            ("K", "K", "10", 20),
+        )
+    )
+    molecule = read_molecule(write(tmp_path / "a.pdb", peptide() + text + "END\n"), ligands=True)
+    assert molecule.residue_name[20:].tolist() == ["CMO", "CMO"]
 
 
 def test_a_fragment_of_two_residues_may_be_a_backbone_one_of_three_may_not(tmp_path):

@@ -1,9 +1,12 @@
 """A molecule cut to some atoms or one frame, its residues and topology; endings of files; the reading `recovered`."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sparsurf.molecules import formats
+from sparsurf.molecules.mmcif import read_mmcif, write_mmcif
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.recovery import readings
@@ -61,6 +64,22 @@ def test_one_frame_is_written(molecule, tmp_path):
     lines = [line for line in (tmp_path / "x.pdb").read_text().splitlines() if line.startswith("ATOM")]
     assert [float(line[30:38]) for line in lines] == [15, 18, 21, 24]
     assert [float(line[60:66]) for line in lines] == [0, 1, 2, 3]
+
+
+def test_written_atoms_count_from_one_and_chains_end(molecule, tmp_path):
+    molecule.write_pdb(tmp_path / "x.pdb")
+    first, *others = (tmp_path / "x.pdb").read_text().splitlines()
+    assert first == "ATOM      1  N   ALA A   1       0.000   1.000   2.000  1.00  0.00           N"
+    assert [line[:11].split() for line in others] == [
+        ["ATOM", "2"], ["ATOM", "3"], ["ATOM", "4"], ["TER"], ["HETATM", "5"], ["TER"], ["END"],
+    ]  # fmt: skip
+
+
+def test_nucleotides_are_written_as_parts_of_a_chain(molecule, tmp_path):
+    kind = np.array(["protein", "protein", "nucleic", "nucleic", "other"])
+    write_mmcif(tmp_path / "x.cif", "x", molecule.xyz[0], replace(molecule, kind=kind), np.zeros(5))
+    hetero = read_mmcif((tmp_path / "x.cif").read_text(), "x.cif").atoms.hetero
+    assert hetero.tolist() == [False, False, False, False, True]
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from sparsurf import InputError
 from sparsurf.molecules import trajectory as trajectories
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.reading import read_molecule, residue_names
 from sparsurf.molecules.unwrapping import make_whole
 from sparsurf.surfaces.radii import RADII, radii
 
@@ -283,6 +283,12 @@ def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, c
     assert every.n_residues == 5 and set(every.residue_name[every.kind == "other"]) == {"GLY"}
     with pytest.raises(InputError, match="no ligand HEM: beside the polymers it has"):
         read_molecule(path, ligands=["HEM"])
+
+
+def test_residues_are_named_at_every_atom(tmp_path):
+    path = write(tmp_path / "a.pdb", peptide(("ALA", "GLY"), "B", 7) + atom_line("O", "HOH", residue="9"))
+    assert residue_names(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
+    assert residue_names(None) == []
 
 
 def test_nucleic_acids_are_chosen_by_chain(shared):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sparsurf.sampling.adaptive import NORMAL, POSITION, adaptive, errors
+from sparsurf.sampling.adaptive import adaptive, errors
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.making import molecular_surface
@@ -28,8 +28,8 @@ def test_the_error_is_distance_and_angle():
     axis /= np.linalg.norm(axis)
     normals[2] = np.cos(0.3) * unit[2] + np.sin(0.3) * np.cross(axis, unit[2])
     found = errors(points, normals, kept)
-    assert found[1] == pytest.approx(0.15 / POSITION, rel=0.03)
-    assert found[2] == pytest.approx(0.3 / NORMAL, rel=0.01)
+    assert found[1] == pytest.approx(0.15 / 0.1, rel=0.03)  # 0.1 Å and 1 rad count alike
+    assert found[2] == pytest.approx(0.3, rel=0.01)
     assert (found[kept] == 0).all() and (np.delete(found, [1, 2]) < 1e-4).all()
 
 
