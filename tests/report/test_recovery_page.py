@@ -1,9 +1,14 @@
 """The page on recovered surfaces is what its tables say."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pandas as pd
 
+import measure_recovery
 from conftest import ROOT
 from sparsurf.report import recovery_page
+from sparsurf.study import opponents
 
 
 def test_the_stored_page_follows_from_the_stored_tables():
@@ -12,6 +17,48 @@ def test_the_stored_page_follows_from_the_stored_tables():
     rows = tables[2].set_index(["sampler", "percent", "measure"])["mean"]
     assert f"comes back {rows['farthest', 10.0, 'distance']:.3f} Å" in recovery_page.answer(tables[2])
     assert rows["farthest", 10.0, "Z"] < rows["farthest", 10.0, "Z_kept"]
+
+
+def test_large_molecules_have_fewer_samplers_and_no_mesh(tmp_path, monkeypatch):
+    sizes = {"small": 3000, "large": 3001, "most": 20_000, "huge": 20_001}
+    given = [(name, np.zeros((n, 3)), np.ones(n)) for name, n in sizes.items()]
+    asked, one = {}, pd.DataFrame({"value": [1.0]})
+
+    def subsets(name, *_, names, threads):
+        asked[name] = [names]
+        return (pd.DataFrame({"protein": [name]}),) * 2
+
+    def others(name, xyz, radii, simplify, *_, threads):
+        asked[name].append(simplify)
+        return pd.DataFrame({"protein": [name], "sampler": opponents.MESH})
+
+    monkeypatch.setattr(measure_recovery, "molecules", lambda _: given)
+    monkeypatch.setattr(measure_recovery, "simplifier", lambda: "simplify")
+    monkeypatch.setattr(measure_recovery.recovery, "measure", subsets)
+    monkeypatch.setattr(opponents, "measure", others)
+    for name in ("means", "paired"):
+        monkeypatch.setattr(measure_recovery.recovery, name, lambda *_: one)
+    monkeypatch.setattr(measure_recovery.recovery_page, "read", lambda _: ())
+    monkeypatch.setattr(measure_recovery.recovery_page, "page", lambda: "")
+    monkeypatch.setattr(measure_recovery, "_draw", lambda *_: None)
+    measure_recovery.main("folder", tmp_path / "tables", 1, None)
+    names = measure_recovery.recovery.NAMES
+    assert asked == {
+        "small": [names, "simplify"],
+        "large": [names, None],
+        "most": [names, None],
+        "huge": [("farthest",), None],
+    }
+
+
+def test_a_million_recovered_dots_are_paid_for(monkeypatch):
+    # 500 dots in two seconds, for which 1000 bytes are needed
+    monkeypatch.setattr(measure_recovery, "recover", lambda points, normals: (np.zeros((500, 3)), None))
+    monkeypatch.setattr(measure_recovery, "peak_memory", iter([4000, 5000]).__next__)
+    clock = SimpleNamespace(process_time=iter([1.0, 3.0]).__next__)
+    monkeypatch.setattr(measure_recovery, "time", clock)
+    points = np.zeros((50, 3))
+    assert measure_recovery.cost(points, points) == {"a_million_s": 4000, "bytes_per_dot": 2}
 
 
 def test_a_change_counts_where_its_interval_leaves_zero():

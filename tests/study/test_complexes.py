@@ -10,6 +10,8 @@ from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 from scipy.stats import t
 
+import study_complexes
+import write_complexes
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
@@ -173,6 +175,32 @@ def test_centres_are_spread(pair):
     assert apart.min() > 2 * closer.min()
     with pytest.raises(InputError, match=r"complementarity\.centres\.sampler: there is no sampler 'fathest'"):
         centres_of(pair[0], 50, "fathest")
+
+
+def test_complexes_of_a_folder_have_their_receptor_first(tmp_path):
+    with pytest.raises(InputError, match="holds no complexes"):
+        study_complexes.complexes(tmp_path)
+    for name in ("bound/2AAA_r.pdb.gz", "1BBB/1BBB_r_b-matched.pdb"):
+        (tmp_path / "complexes" / name).parent.mkdir(parents=True)
+        (tmp_path / "complexes" / name).touch()
+    found = [(name, form, *(path.name for path in paths))
+             for name, form, paths in study_complexes.complexes(tmp_path)]  # fmt: skip
+    assert found == [
+        ("1a1u", "bound", "1a1u_A.pdb", "1a1u_C.pdb"),
+        ("2AAA", "bound", "2AAA_r.pdb.gz", "2AAA_l.pdb.gz"),
+        ("1BBB", "bound", "1BBB_r_b-matched.pdb", "1BBB_l_b-matched.pdb"),
+        ("1BBB", "unbound", "1BBB_r_u.pdb", "1BBB_l_u.pdb"),
+    ]
+
+
+def test_the_published_descriptor_is_summed_up_first(tmp_path):
+    for name in ("published", "another"):
+        (tmp_path / name).mkdir()
+        pd.DataFrame({"auc": [0.5]}).to_csv(tmp_path / name / "contacts.csv")
+    found = write_complexes.measured(tmp_path, "contacts")
+    assert found["descriptor"].tolist() == ["published", "another"]
+    with pytest.raises(InputError, match=r"holds no areas\.csv"):
+        write_complexes.measured(tmp_path, "areas")
 
 
 def scored(complex_, form, score, auc, **others):

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import measure_coverage
 from conftest import ROOT
 from sparsurf.report.coverage_page import coverage_markdown
 from sparsurf.sampling.combination import PARAMETERS
@@ -51,6 +52,25 @@ def test_the_pool_holds_the_contenders_of_every_range(monkeypatch):
     # kept: 0 and 1 of the lower range, 6 and 5 of the upper one; surface: 0 and 3, 4 and 5
     assert d.tolist() == [[0, 1, 3, 4, 5, 6], [10, 11, 13, 14, 15, 16]]
     assert member.tolist() == [0, 0, 0, 1, 1, 1]
+
+
+def test_sets_are_made_for_the_default_design_of_every_surface_and_reading(tmp_path, monkeypatch):
+    pools = {"c1": 1.0, "c2": 3.0}
+    monkeypatch.setattr(
+        measure_coverage, "pool_of", lambda folder: ([pools[folder.name], pools[folder.name] + 1], None)
+    )
+    monkeypatch.setattr(
+        coverage, "replicates", lambda d, *_: pd.DataFrame({"range": [1], "pool": d, "sets": _[-1]})
+    )
+    monkeypatch.setattr(measure_coverage, "coverage_markdown", lambda table: f"{len(table)} rows")
+    folders = [tmp_path / "p" / name for name in pools]
+    measure_coverage.main(folders, 7, tmp_path / "table.csv", tmp_path / "page.md")
+    table = pd.read_csv(tmp_path / "table.csv")
+    assert (tmp_path / "page.md").read_text() == "12 rows" and (table["replicates"] == 7).all()
+    assert table.groupby(["surface", "islands"], sort=False)["pool"].unique().explode().to_dict() == {
+        ("p/c1", "kept"): 1, ("p/c1", "surface"): 2, ("p/c2", "kept"): 3, ("p/c2", "surface"): 4,
+    }  # fmt: skip
+    assert table[table["sets"]][["draws", "test_dots"]].to_numpy().tolist() == 4 * [[6, 200]]
 
 
 def test_a_normal_pool_is_covered():

@@ -406,6 +406,20 @@ def test_what_is_saved_comes_back_and_half_a_protein_is_refused(measured, tmp_pa
         write_proteins.main(str(tmp_path / "nothing"), tmp_path, tmp_path)
 
 
+def test_variants_and_recovered_grids_are_taken_from_their_folders(tmp_path, monkeypatch):
+    for name in ("variants/probe 1.2 Å", "recovered", "tables", "evidence"):
+        (tmp_path / name).mkdir(parents=True)
+    asked, one = [], pd.DataFrame({"value": [1.5]})
+    monkeypatch.setattr(write_proteins, "load_all", lambda folder: folder.relative_to(tmp_path).as_posix())
+    monkeypatch.setattr(
+        write_proteins, "tables_of", lambda *given: asked.append(given) or {"d": one, "summary": one}
+    )
+    write_proteins.write_tables(tmp_path, tmp_path / "tables", tmp_path / "evidence")
+    assert asked == [(".", {"probe 1.2 Å": "variants/probe 1.2 Å"}, "recovered")]
+    for path in ("tables/proteins_d.csv", "evidence/summary.csv.gz"):
+        assert pd.read_csv(tmp_path / path).equals(one)
+
+
 def test_one_rule_changed_at_a_time():
     assert protein_variants.rules_of(protein_variants.DEFAULT) == Rules()
     for variant, changes in protein_variants.VARIANTS.items():

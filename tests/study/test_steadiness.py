@@ -3,10 +3,13 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 
+import measure_descriptors
+from peptides import peptide, write
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling import law
 from sparsurf.sampling.published import PUBLISHED_ROWS
@@ -65,6 +68,25 @@ def test_changes_and_orders_by_hand(monkeypatch):
         columns = [k for k, (order, _) in enumerate(indices()) if order == n]
         within = ((moved["turned, fresh dots"] - own) ** 2).mean(axis=(0, 1)) / 2
         assert orders[n] == pytest.approx(within[columns].sum() / own.var(axis=0)[columns].sum())
+
+
+def test_longer_links_are_set_beside_the_lowest_density(tmp_path, monkeypatch):
+    def asked(xyz, radii, tests, rng, density=5.0, d_link=0.5, threads=1):
+        row = pd.DataFrame({"density": [density], "linked_at": d_link})
+        return row, row
+
+    one = pd.DataFrame({"value": [1.0]})
+    monkeypatch.setattr(steadiness, "steadiness", asked)
+    for name in ("rows_of_paper", "of_samplers", "whole_grid"):
+        monkeypatch.setattr(steadiness, name, lambda *_: one)
+    monkeypatch.setattr(measure_descriptors, "Evaluator", lambda *_, **__: None)
+    monkeypatch.setattr(measure_descriptors, "DENSITIES", (5.0, 20.0))
+    found = measure_descriptors.measure("p", write(tmp_path / "p.pdb", peptide()), 1)
+    assert found["changes"]["density"].tolist() == found["orders"]["density"].tolist() == [5, 20]
+    assert (
+        found["linked"]["D_link"].tolist() == found["linked"]["linked_at"].tolist() == [0.5, 0.55, 0.6, 0.8]
+    )
+    assert (found["linked"]["density"] == 5).all() and (found["grid"]["surface"] == "p").all()
 
 
 def test_the_steady_descriptor_moves_less(atoms):
