@@ -104,12 +104,15 @@ def finish(files, config, results, code, begin):
     report = results / "report.html"
     failed = unfinished(config, results, begin) if code else {}
     places = list(places_of(config["proteins"], results))
-    if failed and places:  # what there is, without what failed
+    options = [word for each in failed.items() for word in ("--without", *each)]
+    pairs = [name for name in config["pairs"] if f"pairs/{name}" not in failed]
+    if failed and pairs:  # what there is, without what failed
+        by_hand("summarise_pairs.py", results, *pairs, *([] if config["proteins"] else options))
+    if failed and places:
         patches = config["patches"]
         wish = ["--R-patch", patches["R_patch"], "--D-link", patches["D_link"], "--seed", config["seed"]]
         finished = any((results / place / "minimal.csv").is_file() for place in places)
         if by_hand("summarise_run.py", results, *places, *wish) == 0 and finished:
-            options = [word for each in failed.items() for word in ("--without", *each)]
             by_hand("write_front_page.py", results, *options)
     if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study
         code = snakemake(files, "--nolock", "--quiet", "all", "--report", str(report))

@@ -225,13 +225,13 @@ def test_frames_by_name(moving):
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"frames": [5]}, r"\[5\] not among the frames read, 0 to 110"),
+        ({"frames": [5]}, r"frames.use: \[5\] not among the frames read, 0 to 110 in steps of 10 \("),
         ({"frames": []}, "not among"),
         ({"frames": {"every": 2}}, "not of the form"),
         ({"frames": {"stride": 0}}, "not of the form"),
-        ({"clusters": 12}, "clusters: 12 is neither auto nor 1 to"),
+        ({"clusters": 12}, "frames.clusters: 12 is neither auto nor 1 to"),
         ({"clusters": 0}, "neither auto nor"),
-        ({"atoms": "name XX"}, "selects nothing"),
+        ({"atoms": "name XX"}, "frames.pca_atoms: 'name XX' selects nothing"),
     ],
 )
 def test_impossible_wishes_are_sentences(moving, keys, words):

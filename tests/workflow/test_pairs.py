@@ -197,7 +197,32 @@ def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, to
     summarise_pairs.main({"tables": [touching[2]["agreement"], files["agreement"]]}, summary)
     assert "Over 1 of 2 pairs" in Path(summary["page"]).read_text(encoding="utf-8")
     summarise_pairs.main({"tables": [files["agreement"]]}, summary)
-    assert "None of the 1 pairs has an interface" in Path(summary["page"]).read_text(encoding="utf-8")
+    assert "The only pair does not have an interface" in Path(summary["page"]).read_text(encoding="utf-8")
+
+
+def test_pairs_of_a_run_in_which_others_failed_are_summed_up(tmp_path):
+    for name, auc in (("a", 0.6), ("b", 0.8), ("old", 0.1)):
+        rows = [(partner, score, auc) for partner in (1, 2) for score in ("propensity_smoothed", "flatness")]
+        (tmp_path / "pairs" / name).mkdir(parents=True)
+        table = pd.DataFrame(rows, columns=["partner", "score", "auc"])
+        table.to_csv(tmp_path / "pairs" / name / "agreement.csv", index=False)
+        (tmp_path / "pairs" / name / "pair.md").write_text("")
+    summarise_pairs.by_hand([str(tmp_path), "b", "a"])
+    pairs = tmp_path / "pairs"
+    assert pd.read_csv(pairs / "means.csv").set_index("score")["mean"].to_dict() == pytest.approx(
+        {"propensity_smoothed": 0.7, "flatness": 0.7}
+    )
+    assert (pairs / "pairs.md").stat().st_mtime < (pairs / "a" / "agreement.csv").stat().st_mtime
+    assert not (tmp_path / "index.md").exists()
+    summarise_pairs.by_hand([str(tmp_path), "b", "--without", "pairs/c", "no chain X."])
+    page = (tmp_path / "index.md").read_text(encoding="utf-8")
+    assert (
+        "**1 pair could not be finished; what follows is of what was made.**\n\n- pairs/c: no chain X."
+        in page
+    )
+    assert "Over 1 of 1 pair the smoothed" in page and "(pairs/b/pair.md)" in page and "pairs/a/" not in page
+    with pytest.raises(SystemExit):
+        summarise_pairs.by_hand([str(tmp_path), "c"])
 
 
 def test_chains_that_are_not_there_are_named(folder, settings):

@@ -158,8 +158,14 @@ def test_a_pair_that_failed_is_named_on_the_first_page(checkout, monkeypatch):
     checkout.done, checkout.codes = [work], [1]
     pairs = {name: {"files": [STRUCTURE["structure"]] * 2} for name in ("fine", "two")}
     assert study.main(checkout.config(pairs=pairs)) == 1
-    assert [Path(command[0]).name for command in summed] == ["summarise_run.py", "write_front_page.py"]
-    assert summed[1][1:] == [str(results), "--without", "pairs/two", "make_partners: they do not touch."]
+    scripts = ["summarise_pairs.py", "summarise_run.py", "write_front_page.py"]
+    assert [Path(command[0]).name for command in summed] == scripts
+    without = ["--without", "pairs/two", "make_partners: they do not touch."]
+    assert summed[0][1:] == [str(results), "fine"] and summed[2][1:] == [str(results), *without]
+    summed.clear()
+    checkout.codes = [1]
+    assert study.main(checkout.config(pairs=pairs, proteins={})) == 1  # the first page is that of the pairs
+    assert [command[1:] for command in summed] == [[str(results), "fine", *without]]
 
 
 def test_a_dry_run_writes_nothing(checkout):

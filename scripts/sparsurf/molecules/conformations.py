@@ -232,7 +232,7 @@ def _analysed_atoms(molecule, atoms):
     if atoms is not None:
         mask = atoms_of_expression(molecule, atoms)
         if not mask.any():
-            raise InputError(f"atoms: '{atoms}' selects nothing of the molecule: try name CA.")
+            raise InputError(f"frames.pca_atoms: '{atoms}' selects nothing of the molecule: try name CA.")
         return mask
     c_alpha = (molecule.name == "CA") & (molecule.kind == "protein")
     return c_alpha if c_alpha.sum() >= 3 else ~np.isin(molecule.element, ["H", "D"])
@@ -255,13 +255,19 @@ def _named_frames(molecule, frames):
     if isinstance(frames, dict):
         stride = frames.get("stride")
         if set(frames) != {"stride"} or not isinstance(stride, int) or stride < 1:
-            raise InputError(f"frames: {frames} is not of the form {{stride: n}} with n above 0: repair it.")
+            raise InputError(
+                f"frames.use: {frames} is not of the form {{stride: n}} with n above 0: repair it."
+            )
         return np.arange(0, molecule.n_frames, stride)
     position = {number: index for index, number in enumerate(molecule.frame_number.tolist())}
     absent = [number for number in frames if number not in position]
     if absent or not frames:
         numbers = list(position)
-        raise InputError(f"frames: {absent} not among the frames read, {numbers[0]} to {numbers[-1]}.")
+        step = numbers[1] - numbers[0] if len(numbers) > 1 else 1
+        steps = f" in steps of {step} (frames.stride)" if step > 1 else ""
+        raise InputError(
+            f"frames.use: {absent} not among the frames read, {numbers[0]} to {numbers[-1]}{steps}."
+        )
     return np.array([position[number] for number in dict.fromkeys(frames)])
 
 
@@ -276,7 +282,9 @@ def _cluster(points, clusters, rng):
     elif isinstance(clusters, int) and 1 <= clusters <= most:
         candidates = [clusters]
     else:
-        raise InputError(f"clusters: {clusters} is neither auto nor 1 to {most}, which these frames allow.")
+        raise InputError(
+            f"frames.clusters: {clusters} is neither auto nor 1 to {most}, which these frames allow."
+        )
     if distinct == 1 and len(points) > 1:
         log.info("all %d frames are the same: they are one conformation", len(points))
     table, clusterings = choose_clusters(points, candidates, rng)

@@ -1,6 +1,6 @@
 """Pages of pairs: one matched, and many summed up."""
 
-from sparsurf.report.front_page import where_to_look
+from sparsurf.report.front_page import unfinished, where_to_look
 from sparsurf.report.pages import markdown
 
 WORDS = {
@@ -85,19 +85,19 @@ def _areas(agreement):
     return markdown(shown)
 
 
-def pairs_markdown(means, n_pairs, n_touching, title="Pairs of this run", links=()):
-    """Means over pairs as a page, with links as `front_page.front_page` takes them."""
-    parts = [f"# {title}\n"]
+def pairs_markdown(means, n_pairs, n_touching, title="Pairs of this run", links=(), without=()):
+    """Means over pairs as a page, with links and what it is without as `front_page.front_page` takes them."""
+    parts = [f"# {title}\n", *([unfinished(without)] if without else [])]
     look = [where_to_look(links)] if links else []
+    none = f"None of the {n_pairs} pairs has" if n_pairs > 1 else "The only pair does not have"
     if len(means) == 0:
-        return "\n".join(
-            [*parts, f"None of the {n_pairs} pairs has an interface: there is nothing to measure.\n", *look]
-        )
+        return "\n".join([*parts, f"{none} an interface: there is nothing to measure.\n", *look])
     simple = means[~means["score"].str.startswith(("propensity", "similarity"))].set_index("score")["mean"]
     value = means.set_index("score").loc["propensity_smoothed"]
     coin = ", not to be told from a coin" if value["low"] < 0.5 < value["high"] else ""
     parts.append(
-        f"Over {n_touching} of {n_pairs} pairs the smoothed propensity finds the interface with a mean AUC of "
+        f"Over {n_touching} of {n_pairs} pair{'s' if n_pairs > 1 else ''} the smoothed propensity finds the interface with "
+        "a mean AUC of "
         f"{value['mean']:.3f}"
         + (f" (95 %: {value['low']:.3f} to {value['high']:.3f}{coin})" if n_touching > 1 else "")
         + f"; the best simple property, {WORDS[simple.idxmax()]}, with {simple.max():.3f}.\n"
