@@ -77,7 +77,7 @@ def image(points, normals, up=True, weights=None):
         for i in range(25):
             inside = (x[:, 0] > lines[i]) & (x[:, 0] <= lines[i + 1])
             inside &= (-x[:, 1] > lines[j]) & (-x[:, 1] <= lines[j + 1])
-            if inside.any():
+            if w[inside].any():
                 out[j, i] = np.average(r[inside], weights=w[inside])
     return out
 

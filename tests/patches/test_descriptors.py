@@ -73,6 +73,20 @@ def test_weights_equal_the_plain_method(blob, index):
         assert np.abs(in_order(z[i, 0]) - expected).max() < 1e-9
 
 
+@pytest.mark.parametrize("weights", [None, [1.0, 1, 1, 1, 1], [1.0, 1, 0, 1, 1]], ids=str)
+def test_a_pixel_without_distance_or_weight_is_empty(weights):
+    """The last dot lies at the apex of the cone, r = 0; the third of the last case is alone in its pixel."""
+    points = np.array([[1.0, 0, 0.5], [-1, 0, 0.5], [0, 1, 0.5], [0, -1, 0.5], [0, 0, -2]])
+    if weights and not weights[2]:
+        points[3] = points[2] * [1, -0.5, 1]
+    normals = np.tile([0.0, 0, 1], (5, 1))
+    index, words = build_index(points, normals, 9.0), np.ones(5, np.uint64)
+    given = None if weights is None else np.array([weights])[:, index.dot]
+    z, _ = descriptors.evaluate(index, points[:1], words, 1, "surface", weights=given)
+    expected = naive.descriptor(points, normals, weights=None if weights is None else np.array(weights))
+    assert np.abs(in_order(z[0, 0]) - expected).max() < 1e-9
+
+
 def test_weights_of_subsets_leave_the_whole_patch_alone(blob, index):
     points, _ = blob
     rng = np.random.default_rng(10)

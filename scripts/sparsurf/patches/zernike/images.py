@@ -134,39 +134,34 @@ def project(xyz, normals, ids, centre, sign, work, image, filled):
         p = np.uintp(work[PLACE, k])
         image[0, p] += work[WEIGHT, k] * work[R, k]
         image[1, p] += work[WEIGHT, k]
-    for p in range(PLACES):
-        image[0, p] /= image[1, p] if image[1, p] > 0.0 else 1.0
-    for i in range(PIXELS):
-        bits = np.uint32(0)
-        for j in range(PIXELS):
-            bits |= np.uint32(image[0, i * WIDTH + j] != 0.0) << np.uint32(j)
-        filled[i] = bits
+    filled[:] = 0
+    for k in range(n):  # dots, not places: most patches of sparse subsets have few
+        p = np.uintp(work[PLACE, k])
+        weight = image[1, p]
+        mean = image[0, p] / (weight if weight > 0.0 else 1.0)
+        image[0, p], image[1, p] = mean, 1.0
+        filled[p // np.uintp(WIDTH)] |= np.uint32(mean != 0.0) << np.uint32(p % np.uintp(WIDTH))
     return True
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _fill_pixel(image, i, bit, above, here, below, inverse):
-    """Give an empty pixel the mean of the filled ones of its 3 x 3 block, whose rows have these words."""
-    j = _lowest_bit(bit)
-    shift, three = np.uint32(j - np.uint32(1)), np.uint32(7)
-    n = (above >> shift) & three
-    n |= ((here >> shift) & three) << np.uint32(3)
-    n |= ((below >> shift) & three) << np.uint32(6)
-    p, one, two = np.intp(i) * WIDTH + np.intp(j), np.uintp(1), np.uintp(2)
-    a, b, c = np.uintp(p - WIDTH - 1), np.uintp(p - 1), np.uintp(p + WIDTH - 1)
-    total = (image[a] + image[a + one] + image[a + two]) + (image[c] + image[c + one] + image[c + two])
-    image[b + one] = ((total + image[b + two]) + image[b]) * inverse[_count_bits(np.uint32(n))]
-
-
-@njit(cache=True, nogil=True, inline="always")
 def _fill_pixels(image, i, ready, above, here, below, inverse):
-    """As `_fill_pixel`, of the pixels `ready` from left to right; returns the word of their row."""
-    one = np.uint32(1)
+    """Give empty pixels of row i, from left to right, the mean of the filled ones of their 3 x 3 blocks.
+
+    `ready` are the pixels, `above`, `here` and `below` the occupancy of the rows; returns what `here` becomes.
+    """
     while ready:
-        bit = np.uint32(ready & (~ready + one))
-        _fill_pixel(image, i, bit, above, here, below, inverse)
-        here = np.uint32(here | bit)
+        j = _lowest_bit(ready)
+        shift, one, three = np.uint32(j - np.uint32(1)), np.uint32(1), np.uint32(7)
+        n = (above >> shift) & three
+        n |= ((here >> shift) & three) << np.uint32(3)
+        n |= ((below >> shift) & three) << np.uint32(6)
+        here = np.uint32(here | (one << j))
         ready = np.uint32(ready & (ready - one))
+        p, one, two = np.intp(i) * WIDTH + np.intp(j), np.uintp(1), np.uintp(2)
+        a, b, c = np.uintp(p - WIDTH - 1), np.uintp(p - 1), np.uintp(p + WIDTH - 1)
+        total = (image[a] + image[a + one] + image[a + two]) + (image[c] + image[c + one] + image[c + two])
+        image[b + one] = ((total + image[b + two]) + image[b]) * inverse[_count_bits(np.uint32(n))]
     return here
 
 
@@ -186,16 +181,11 @@ def fill_gaps(image, filled, open_disc, inverse):
         for i in range(1, last):
             above, here, below = filled[i - 1], filled[i], filled[i + 1]
             todo = np.uint32(open_disc[i] & ~here)
-            while todo:  # a pixel filled here can enable the next ones of its row
-                ready = np.uint32(todo & ((above & below) | ((here << one) & (here >> one))))
-                if ready == 0:
-                    break
-                bit = np.uint32(ready & (~ready + one))
-                _fill_pixel(image, i, bit, above, here, below, inverse)
-                here = np.uint32(here | bit)
-                todo = np.uint32(todo & ~(bit | (bit - one)))
+            ready = np.uint32(todo & ((above & below) | ((here << one) & (here >> one))))
+            if ready:  # and what these enable to their right, before a filled one
+                ready |= np.uint32(todo & (ready << one) & (here >> one))
+                filled[i] = _fill_pixels(image, i, ready, above, here, below, inverse)
                 changed = True
-            filled[i] = here
         for i in range(1, last):
             above, here, below = filled[i - 1], filled[i], filled[i + 1]
             todo = np.uint32(open_disc[i] & ~here)
