@@ -394,9 +394,10 @@ def test_minimal_keeps_the_share_that_is_wished(dots, ready, tmp_path):
 def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
     few = tmp_path / "few.csv"
     pd.read_csv(dots).iloc[::6].to_csv(few, index=False)
-    for density, name in ((3, "a.csv"), (6, "b.csv")):
+    for density, name in ((3, "a.npz"), (6, "b.csv")):
         assert command.main(["recover", str(few), "--density", str(density), "-o", str(tmp_path / name)]) == 0
-    sparse, dense = (pd.read_csv(tmp_path / name) for name in ("a.csv", "b.csv"))
+    sparse, dense = sparsurf.read_surface(tmp_path / "a.npz"), pd.read_csv(tmp_path / "b.csv")
+    assert sparse.area == pytest.approx(1 / 3)
     assert dense["kept"].tolist() == [1] * 500 + [0] * (len(dense) - 500)
     assert 1.6 < (len(dense) - 500) / (len(sparse) - 500) < 3
     places = tmp_path / "places.csv"

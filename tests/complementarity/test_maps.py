@@ -1,5 +1,6 @@
 """Smoothing, interface, areas under the curve, yardsticks: exact cases and plain references."""
 
+import gemmi
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
@@ -147,6 +148,16 @@ def test_planarity_is_the_distance_from_the_best_plane():
     rough = plane + np.column_stack([np.zeros((2000, 2)), np.repeat([0.5, -0.5], 1000)])
     inner = rough[np.abs(rough[:, :2]).max(axis=1) < 8][:50]
     assert np.allclose(baselines.planarity(rough, inner), -0.5, atol=0.02)
+
+
+def test_hydropathy_is_that_of_kyte_and_doolittle():
+    names = gemmi.expand_one_letter_sequence("IVLFCMAGTSWYPHEQDNKR", gemmi.ResidueKind.AA)
+    values = [
+        4.5, 4.2, 3.8, 2.8, 2.5, 1.9, 1.8, -0.4, -0.7, -0.8,
+        -0.9, -1.3, -1.6, -3.2, -3.5, -3.5, -3.5, -3.5, -3.9, -4.5,
+    ]  # fmt: skip
+    wanted = dict(zip(names, values, strict=True))
+    assert wanted | {"MSE": 1.9} == baselines.KYTE_DOOLITTLE
 
 
 def test_protrusion_counts_atoms_and_hydropathy_averages_residues():

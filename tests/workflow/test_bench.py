@@ -40,6 +40,24 @@ def test_quick_run_writes_every_kind_of_figure(tmp_path, monkeypatch):
         assert rows and all(row["value"] > 0 for row in rows), words
         assert words in table
     assert any(row["what"] == "ratio" for row in content["figures"])
+    value = {row["what"]: row["value"] for row in content["figures"]}
+    n = next(row["dots"] for row in content["figures"] if row["what"] == "roughness per dot")
+    assert value["roughness per dot"] == pytest.approx(1e6 * value["roughness of all dots"] / n)
+    assert value["one sampling per dot"] == pytest.approx(1e6 * value["one sampling"] / n)
+
+
+def test_jobs_side_by_side_fill_their_time_once(tmp_path):
+    # 10 s of one job, 5 s of which another one runs too, which goes on for 5 s; then 5 s of nothing
+    for output, (rule, begin, end) in enumerate([("one", 0, 6), ("one", 4, 10), ("two", 5, 15)]):
+        record = {"rule": rule, "log": [f"{rule}.log"], "starttime": begin, "endtime": end}
+        (tmp_path / str(output)).write_text(json.dumps(record))
+    table = bench.Table()
+    bench.measure_rules(table, tmp_path, 20.0)
+    assert {row["what"]: row["wall"] for row in table.rows} == {
+        "rule one, 1 job": 10,
+        "rule two, 1 job": 10,
+        "share of the study in which jobs run": 75,
+    }
 
 
 def test_a_reference_that_is_not_there_is_one_sentence():

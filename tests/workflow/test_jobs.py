@@ -2,7 +2,9 @@
 
 import errno
 import io
+import re
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -115,6 +117,14 @@ def test_processes_of_jobs_import_this_library_first(monkeypatch):
     jobs.use_this_library()
     first, second = jobs.os.environ["PYTHONPATH"].split(jobs.os.pathsep)
     assert first.endswith("scripts") and second == "elsewhere"
+
+
+def test_the_peak_of_memory_is_told_in_bytes():
+    status = Path("/proc/self/status")
+    if not status.is_file():
+        pytest.skip("only Linux tells it")
+    kilobytes = int(re.search(r"VmHWM:\s+(\d+) kB", status.read_text())[1])
+    assert timing.peak_memory() == pytest.approx(1024 * kilobytes, rel=0.01)
 
 
 def test_figures_above_what_was_promised_are_named(capsys):

@@ -13,9 +13,15 @@ from conftest import ROOT
 from peptides import peptide, write
 from small_study import SMALL, output, snakemake
 from sparsurf import InputError
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.study import matching
+from sparsurf.study.thinning import thinning
 from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.making import fitting_surface
+from sparsurf.surfaces.radii import radii
 from sparsurf.workflow import pair_listing
 from sparsurf.workflow.config import check
+from sparsurf.workflow.partner_files import partners, wished_centres
 
 sys.path.append(str(ROOT / "scripts"))
 import draw_pair
@@ -113,6 +119,7 @@ def test_a_wrong_table_of_pairs_is_refused(tmp_path, text, words):
 def settings(folder):
     checked = config(p={"files": [str(folder / "both_r.pdb"), str(folder / "both_l.pdb")]})
     rules = checked["complementarity"] | {"centres": {"sampler": "farthest", "n_S_percent": 20}, "nearest": 3}
+    rules |= {"smoothing": 5.0, "interface": 3.5}
     rules["thinning"] = {
         "run": True,
         "percents": [10],
@@ -138,6 +145,20 @@ def made(folder, settings, pair, name, **inputs):
     return out, sides, files
 
 
+def test_partners_are_made_by_the_rules_of_the_config(folder, settings, tmp_path):
+    rules = settings["surface"] | {"radii": "bondi", "probe_radius": 1.2}
+    sides = {
+        f"{what}_{side}": tmp_path / f"{what}_{side}" for what in ("surface", "structure") for side in (1, 2)
+    }
+    pair = {"complex": "", "chains": [["B"], ["A"]]}
+    both = {"complex": str(folder / "both.pdb")}
+    make_partners.main(both, sides, pair, settings | {"surface": rules}, "x")
+    for side, chain in ((1, "B"), (2, "A")):
+        molecule = read_molecule(folder / "both.pdb", chains=[chain])
+        wanted, _ = fitting_surface(molecule, 0, radii(molecule, "bondi"), rules, 0.5, "x")
+        assert np.array_equal(read_npz(sides[f"surface_{side}"]).points, wanted.points)
+
+
 @pytest.fixture(scope="module")
 def touching(folder, settings):
     pair = {"complex": "", "chains": [["A"], ["B"]]}
@@ -154,6 +175,17 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
     assert "Partner 1: the smoothed propensity finds the interface with AUC" in page
     assert set(pd.read_csv(files["agreement"])["partner"]) == {1, 2}
 
+    both = partners(sides, settings, "touching")
+    found = matching.match(*both, [wished_centres(each, settings) for each in both], 3)
+    for side in (0, 1):
+        own = dots[dots["partner"] == side + 1].reset_index(drop=True)
+        maps = matching.maps(found, side, 5.0)
+        for column in ("propensity_smoothed", "propensity_k_smoothed"):
+            assert np.allclose(own[column], maps[column], rtol=1e-5)
+        assert np.array_equal(own["interface"] == 1, own["gap"] < 3.5)
+    contacts = matching.contacts(*both, 3.5, seed=settings["seed"])
+    assert np.allclose(pd.read_csv(files["contacts"])[["auc", "pairs"]], contacts[["auc", "pairs"]])
+
     outputs = {
         "residues": str(out / "residues.csv"),
         "pdb_1": str(out / "1.pdb"),
@@ -166,6 +198,11 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
     shown = {line[22:26].strip(): float(line[60:66]) for line in written}
     expected = residues[residues["partner"] == 2].set_index("residue")["propensity_smoothed"]
     assert {int(key): value for key, value in shown.items()} == pytest.approx(expected.to_dict(), abs=0.005)
+    buried = dots[(dots["partner"] == 1) | (dots["residue"] != 3)]  # as if the lysine had no dots
+    buried.to_csv(out / "buried.csv", index=False)
+    tabulate_pair_residues.main(sides | {"dots": str(out / "buried.csv")}, outputs)
+    written = [line for line in Path(outputs["pdb_2"]).read_text().split("\n") if line[17:20] == "LYS"]
+    assert len(written) > 0 and {line[60:66] for line in written} == {" -1.00"}
 
     draw_pair.main(sides | {"dots": files["dots"]}, {"png": str(out / "book.png")}, "touching")
     picture = imread(out / "book.png")[..., :3]
@@ -175,6 +212,8 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
     thin_pair.main(sides, thin, settings, "touching")
     table = pd.read_csv(thin["table"])
     assert table["sampler"].tolist() == ["all", "all", "farthest", "farthest"]
+    wanted = thinning(*both, (10,), ("farthest",), smoothing=5.0, within=3.5, seed=settings["seed"])
+    assert np.allclose(table[["correlation", "auc"]], wanted[["correlation", "auc"]], rtol=1e-5)
     assert (out / "thinning.svg").is_file()
 
 
