@@ -82,11 +82,13 @@ def test_many_conformations_are_not_named():
 
 
 def test_a_single_conformation_has_no_axes():
-    figure = frames.frames_projection([[0.0]], [0], [0], ["c1"], [0.0], {})
-    assert not figure.axes
-    assert [text.get_text() for text in figure.texts] == [
-        "One conformation: there are no frames to choose from."
-    ]
+    for plane in ([[0.0]], np.zeros((3, 2))):
+        figure = frames.frames_projection(plane, [0] * len(plane), [0], ["c1"], [0.0], {1: np.nan})
+        assert not figure.axes
+        words = [text.get_text() for text in figure.texts]
+        assert words == ["One conformation: there are no frames to choose from."]
+    two = frames.frames_projection(np.eye(2), [0, 0], [0], ["c1"], [1.0], {1: np.nan})
+    assert len(two.axes) == 2  # one cluster has no silhouette
 
 
 # ---- the grid

@@ -426,7 +426,11 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     of_run = {"table": tmp_path / "compare.csv", "needed": tmp_path / "compare_needed.csv"}
     of_run |= {"page": tmp_path / "compare.md", "png": str(tmp_path / "compare.png")}
     summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
-    assert "over 2 conformations" in of_run["page"].read_text(encoding="utf-8")
+    page = of_run["page"].read_text(encoding="utf-8")
+    assert (
+        "over 2 conformations" in page
+        and "\nIn brackets: lowest .. highest of the 2 conformations.\n" in page
+    )
     means = pd.read_csv(of_run["table"])
     for drawn_as, name in (("low", "lowest"), ("high", "highest")):
         assert np.allclose(drawn[0][drawn_as], means[name], equal_nan=True)
@@ -451,3 +455,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     )
     alone = enough_dots(one, "farthest", own, 30, readings=("recovered",), settled=True)
     assert needed.xs("recovered", level="islands").to_dict() == alone.set_index("floor")["n_S"].to_dict()
+    for folder in folders:
+        pd.read_csv(folder / "compare.csv").query("sampler != 'farthest'").to_csv(folder / "compare.csv")
+    summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
+    assert "\nIn brackets" not in of_run["page"].read_text(encoding="utf-8")

@@ -152,6 +152,15 @@ def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
     assert "floor" not in check(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
 
 
+def test_a_floor_of_moved_atoms_needs_atoms(tmp_path):
+    (tmp_path / "dots.dms").write_text("")
+    config = {"proteins": {"a": {"surface": str(tmp_path / "dots.dms")}}}
+    with pytest.raises(InputError, match=r"'atoms moved 0\.1 Å', but proteins\.a is a ready surface"):
+        check(config | {"minimal": {"floor": "atoms moved 0.1 Å"}})
+    assert check(config | {"minimal": {"floor": "turned"}})
+    assert check(DEFAULT | {"minimal": {"floor": "atoms moved 0.1 Å"}})
+
+
 def test_a_config_without_proteins_is_refused():
     with pytest.raises(InputError, match="lacks the key 'proteins'"):
         check({"run": "x"})

@@ -27,10 +27,12 @@ def summary_markdown(table, fewer, rankings, of, n_conformations):
         "beyond those measured.\n"
     )
     spread = fewer[fewer["use"] == "surface"].rename(columns={"lowest": "low", "highest": "high"})
+    begin = answer(table, fewer=spread)
+    told = any(" .. " in line for line in begin if line.startswith("- "))
     parts = [
         f"# Samplers compared over {n} {of}\n",
-        *answer(table, fewer=spread),
-        "In brackets: lowest .. highest of them.\n",
+        *begin,
+        *([f"In brackets: lowest .. highest of the {n} {of}.\n"] if told else []),
         "## How it was measured\n",
         TWO_USES,
         note,

@@ -227,6 +227,10 @@ def _second_check(config):
     wishes = [key for key in WISHES if key in config["minimal"]]
     if len(wishes) > 1:
         yield f"minimal needs exactly one of {', '.join(WISHES[:-1])} and {WISHES[-1]}, but has {', '.join(wishes)}."
+    floor = config["minimal"].get("floor", "")
+    ready = [name for name, protein in config["proteins"].items() if "surface" in protein]
+    if floor.startswith("atoms") and ready:
+        yield f"minimal.floor is {floor!r}, but proteins.{ready[0]} is a ready surface without atoms; take fresh dots or turned."
     patches = config["patches"]
     if patches["D_link"] >= min(patches["R_patch"], patches["R_zernike"]):
         yield f"patches.D_link is {patches['D_link']:g} Å, but must be smaller than R_patch and R_zernike."

@@ -32,10 +32,11 @@ def frames_projection(projection, labels, chosen, names, explained, silhouettes)
     -------
     matplotlib.figure.Figure
     """
-    if len(projection) == 1:
+    if np.ptp(projection, axis=0).max() == 0:  # a single structure, or frames that are all the same
         figure = layout.sheet(layout.COLUMN, 10)
         layout.text(figure, 2, 3, "One conformation: there are no frames to choose from.")
         return figure
+    silhouettes = {k: value for k, value in silhouettes.items() if np.isfinite(value)}  # none of one cluster
     width = layout.PAGE if len(silhouettes) else 136 if len(explained) else layout.COLUMN
     figure = layout.sheet(width, 66)
     plane = np.column_stack([projection, np.zeros((len(projection), 2))])[:, :2]
