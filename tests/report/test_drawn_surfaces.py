@@ -1,5 +1,9 @@
 """The figures of one surface show what they are given: subsets, distances, grids, frames, and the book of two partners."""
 
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,6 +11,8 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from test_figures import FINE, distances, grid, patch, sphere
 
+import draw_figures
+from conftest import make_blob
 from drawn import colour_of, legend_of, words_of
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import (
@@ -23,6 +29,8 @@ from sparsurf.report.figures import (
     rules,
     subsets,
 )
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 
 VERMILLION, BLUE, GREY = "#D55E00", "#0072B2", "#4D4D4D"
@@ -457,6 +465,41 @@ def test_a_figure_draws_its_part_of_the_results():
         READINGS["kept"].words in w for w in words
     )
     assert "whole\n300 dots" in words_of(subsets.draw(own))
+
+
+def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_is_rough(
+    tmp_path, monkeypatch
+):
+    surface = Surface(*make_blob(1500))
+    settings = {"patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.1}, "evaluation": {"test_dots": 2}}
+    settings |= {"sampling": {"moved_centre": True, "every_patch": True}, "seed": 1}
+    evaluator = Evaluator.from_settings(surface, settings, None, "p/c1", 1)
+    best = {"kept": {"unrestricted": {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0}}, "yardsticks": {}}
+    inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "grid", "best")}
+    write_npz(inputs["surface"], surface)
+    pd.DataFrame({"roughness": evaluator.roughness}).to_csv(inputs["roughness"], index=False)
+    pd.DataFrame({"d": [0.0]}).to_csv(inputs["grid"], index=False)
+    Path(inputs["best"]).write_text(json.dumps(best))
+    shown = []
+    monkeypatch.setattr(draw_figures, "DRAWS", 2)
+    monkeypatch.setattr(draw_figures, "_recovered", lambda *_: None)
+    monkeypatch.setattr(draw_figures, "import_module", lambda _: SimpleNamespace(draw=shown.append))
+    monkeypatch.setattr(draw_figures.layout, "save", lambda *_: None)
+    draw_figures.main(inputs, {"bins": tmp_path / "bins.csv", "subsets": "x.png"}, settings, "p/c1", 1)
+    titles = [title for title, _ in shown[0].subsets]
+    assert titles == [
+        "all dots",
+        "sampled, (1, 0, 6, 0)",
+        "random, as many",
+        "sampled, (1, 1, 10, 0)",
+        "random, as many",
+    ]
+    for k, combination in ((1, (1, 0, 6, 0)), (3, (1, 1, 10, 0))):
+        for offset, dots in enumerate(evaluator.pair(combination, 0)):
+            assert np.array_equal(shown[0].subsets[k + offset][1], dots)
+    (rough, *_), (flat, *_) = shown[0].rough_and_flat["patches"]
+    assert rough.startswith("rough patch, R = ") and flat.startswith("flat patch, R = ")
+    assert float(rough.split(" = ")[1]) < float(flat.split(" = ")[1])
 
 
 def test_arrows_between_rules_meet_the_sides_that_face_each_other():

@@ -3,12 +3,15 @@
 import base64
 import json
 import zlib
+from pathlib import Path
 
 import matplotlib.image
 import numpy as np
 import pandas as pd
 import pytest
 
+import draw_pair_views
+import draw_view
 from browser import Browser, programs
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.viewer import packing
@@ -20,6 +23,7 @@ from sparsurf.study import grid as grids
 from sparsurf.study import tables
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.formats import ply
+from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.formats.ply import KIND_COLOURS
 from sparsurf.surfaces.surface import Surface
 
@@ -567,6 +571,58 @@ def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
     for k in range(len(cover.centre)):
         own = columns["pair"][ends[k] - columns["size"][k] : ends[k]]
         assert own == sorted(cover.dot[cover.start[k] : cover.start[k + 1]].tolist())
+
+
+SETTINGS = {
+    "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.5},
+    "sampling": {"moved_centre": True, "every_patch": True},
+    "seed": 1,
+}
+
+
+def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluator, tmp_path, monkeypatch):
+    inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "minimal", "grid", "best")}
+    points, normals = evaluator.points[MINIMAL], evaluator.normals[MINIMAL]
+    minimal = pd.DataFrame(np.hstack([points, normals]), columns=["x", "y", "z", "nx", "ny", "nz"])
+    for name, table in {
+        "roughness": pd.DataFrame({"roughness": evaluator.roughness}),
+        "minimal": minimal.assign(dot=MINIMAL),
+        "grid": minimal,
+    }.items():
+        table.to_csv(inputs[name], index=False)
+    write_npz(inputs["surface"], evaluator.surface)
+    Path(inputs["best"]).write_text("{}")
+    shown = []
+    monkeypatch.setattr(draw_view, "residue_names", lambda _: RESIDUES)
+    monkeypatch.setattr(draw_view, "off_recovered", lambda dots, kept, *_: len(dots) / len(kept))
+    monkeypatch.setattr(draw_view, "page", lambda *given: shown.append(given) or "the page")
+    inputs["structure"] = ""
+    draw_view.main(inputs, {"page": tmp_path / "view.html"}, SETTINGS, "p/c1", 1)
+    assert (tmp_path / "view.html").read_text() == "the page"
+    (values,), dots = shown[0][-2:]
+    assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
+    assert list(dots) == MINIMAL
+
+
+def test_partners_are_coloured_by_propensity_and_gap(evaluator, tmp_path, monkeypatch):
+    inputs = {name: str(tmp_path / name) for name in ("surface_1", "surface_2", "dots")}
+    outputs = {f"view_{side}": tmp_path / f"{side}.html" for side in (1, 2)}
+    for side in (1, 2):
+        write_npz(inputs[f"surface_{side}"], evaluator.surface)
+    dots = pd.DataFrame({"partner": np.repeat([1, 2], 3000)})
+    dots.assign(propensity_smoothed=0.5 * dots["partner"], gap=10 * dots["partner"]).to_csv(inputs["dots"])
+    shown = []
+    monkeypatch.setattr(
+        draw_pair_views, "page", lambda title, *_, **keys: shown.append((title, keys)) or title
+    )
+    draw_pair_views.main(inputs, outputs, SETTINGS, "pair")
+    for side, (title, keys) in enumerate(shown, 1):
+        assert title == outputs[f"view_{side}"].read_text() == f"pair, partner {side}"
+        found = [(each.values[0], len(each.values), each.low_is, each.high_is) for each in keys["values"]]
+        assert found == [
+            (0.5 * side, 3000, "good match", "poor match"),
+            (10 * side, 3000, "touching", "far"),
+        ]
 
 
 def test_distances_count_from_the_origin_of_a_patch(evaluator):

@@ -3,13 +3,17 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import evaluate_grid
 import naive
 from sparsurf.sampling import law, published
 from sparsurf.study import grid as grids
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.statistics import mean_and_error, yardsticks
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.surface import Surface
 
 GRID = law.grid([0.4, 1.0], [0, 0.5], [0, 4], [2])
 
@@ -78,6 +82,27 @@ def test_fresh_test_dots_differ_between_combinations(blob):
     grid = grids.run(evaluator(blob), GRID, 20, shared=False)
     assert grid.tests.shape == (len(GRID), 20)
     assert not np.array_equal(grid.tests[0], grid.tests[1])
+
+
+@pytest.mark.parametrize(("shared", "shape"), [(True, (5,)), (False, (2, 5))])
+def test_the_config_says_whether_combinations_share_their_test_dots(blob, tmp_path, shared, shape):
+    inputs = {name: str(tmp_path / f"{name}.csv") for name in ("surface", "roughness")}
+    outputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
+    write_npz(inputs["surface"], Surface(*blob))
+    pd.DataFrame({"roughness": np.full(3000, 0.5)}).to_csv(inputs["roughness"], index=False)
+    settings = {
+        "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.8},
+        "sampling": {"alpha": [0.5, 1.0], "beta": [0], "gamma": [2], "delta": [4]},
+        "evaluation": {"test_dots": 5, "draws": 1, "islands": ["kept"], "shared_test_dots": shared},
+        "seed": 1,
+    }
+    settings["sampling"] |= {"moved_centre": True, "every_patch": True}
+    evaluate_grid.main(inputs, outputs, settings, "p/c1", 1)
+    assert grids.load(outputs["distances"]).tests.shape == shape
+    assert pd.read_csv(outputs["grid"])[["alpha", "beta", "gamma", "delta"]].to_numpy().tolist() == [
+        [0.5, 0, 2, 4],
+        [1.0, 0, 2, 4],
+    ]
 
 
 def test_grid_survives_the_disk(grid, tmp_path):

@@ -5,10 +5,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import tabulate_residues
 from peptides import peptide, write
 from sparsurf.molecules.mmcif import write_mmcif
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.study.residues import over_frames, residue_table
+from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.making import molecular_surface
 from sparsurf.surfaces.radii import radii
 
@@ -57,6 +59,23 @@ def test_a_residue_without_dots_is_buried(molecule, surface):
     assert table["area"][:3].tolist() == [0, 0, 0]
     assert table["mean_roughness"].isna().tolist() == [True, True, True, False, False]
     assert table["least_roughness"].isna().tolist() == [True, True, True, False, False]
+
+
+def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_path):
+    far = surface.atom >= np.flatnonzero(molecule.chain == "B")[0]
+    only = type(surface)(*(getattr(surface, name)[far] for name in surface.__dataclass_fields__))
+    inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "structure.pdb", "minimal")}
+    inputs["structure"] = inputs.pop("structure.pdb")
+    write_npz(inputs["surface"], only)
+    molecule.write_pdb(inputs["structure"])
+    pd.DataFrame({"roughness": np.full(far.sum(), 0.25)}).to_csv(inputs["roughness"], index=False)
+    pd.DataFrame({"dot": [0, 1], "weight": [1, 1]}).to_csv(inputs["minimal"], index=False)
+    outputs = {"table": tmp_path / "x.csv", "pdb": tmp_path / "x.pdb", "cif": tmp_path / "x.cif"}
+    tabulate_residues.main(inputs, outputs, "two/c1")
+    for kind in ("pdb", "cif"):
+        structure = gemmi.read_structure(str(outputs[kind]))
+        shown = [each.atom.b_iso for each in structure[0].all()]
+        assert shown == [-1.0 if chain == "A" else 0.25 for chain in molecule.chain]
 
 
 @pytest.mark.parametrize("kind", ["pdb", "cif"])

@@ -3,11 +3,14 @@
 import os
 import re
 
+import numpy as np
 import pytest
 import yaml
 
 from conftest import ROOT
 from small_study import SMALL, output, snakemake
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.formats.npz import read_npz
 
 
 def test_your_own_protein_as_the_readme_says_beside_a_bad_one(tmp_path):
@@ -36,6 +39,8 @@ def test_your_own_protein_as_the_readme_says_beside_a_bad_one(tmp_path):
     assert (run / "my_protein" / ".complete").is_file()
     verdict = (run / "verdict.md").read_text()
     assert verdict.startswith("# The paper's claims") and "4 combinations" in verdict
+    cover = Evaluator(read_npz(run / "my_protein" / "c1" / "surface.npz")).cover
+    assert f"A dot lies in {np.median(np.bincount(cover.dot)):g} patches (median)" in verdict
     del config["proteins"]["broken"]
     process = snakemake(folder, config)
     assert process.returncode == 0, output(process)
