@@ -7,6 +7,7 @@ What a patch is described by is none of this module's business.
 import numpy as np
 from numba import njit
 
+from sparsurf.bits import lowest_bit
 from sparsurf.patches.index import ball
 from sparsurf.patches.islands import largest_island, leave_small_islands, mark_all
 
@@ -44,10 +45,23 @@ def _set_bit(words, position, subset, bit):
 
 
 @njit(cache=True, nogil=True)
-def _copy(source, begin, to, n):
-    """`n` of a source from `begin` on; numba takes seconds to compile slices that are set from slices."""
+def _copy(source, to, n):
+    """`n` of a source; numba takes seconds to compile slices that are set from slices."""
     for k in range(n):
-        to[k] = source[begin + k]
+        to[k] = source[k]
+
+
+@njit(cache=True, nogil=True)
+def _deal(dots, word, lists, count):
+    """Hand each dot to the subsets whose bit its word has; subset b gets lists[b, :count[b]], in the order of `dots`."""
+    count[:] = 0
+    for k in range(len(dots)):
+        left = word[k]
+        while left:
+            b = np.uintp(lowest_bit(left))
+            lists[b, np.uintp(count[b])] = dots[k]
+            count[b] += 1
+            left &= left - np.uint64(1)
 
 
 @njit(cache=True, nogil=True)
@@ -68,6 +82,7 @@ def patches_of(
     ids : int32 positions, written, and start : (patches + 1,) int64: patch i is ids[start[i]:start[i + 1]]
     weight : float64 beside `ids`, or empty as `weights`
     """
+    lists, count = np.empty((n_subsets, room), np.int32), np.empty(n_subsets, np.intp)
     found, queue = np.empty(room, np.int32), np.empty(room, np.int32)
     island, word = np.empty(room, np.int32), np.empty(room, np.uint64)
     whole = sizes.shape[1] - len(kept) * n_subsets
@@ -82,10 +97,10 @@ def patches_of(
             mark_all(mark, found, n)
             begin, end = largest_island(found, n, mark, index.link_start, index.link, index.dot, queue)
             n_island = end - begin
-            _copy(queue, begin, island, n_island)
+            _copy(queue[begin:end], island, n_island)
         if whole > 0:
             sizes[t, 0] = n_island
-            _copy(island, 0, ids[end_of_ids:], n_island)
+            _copy(island, ids[end_of_ids:], n_island)
             if len(weight):
                 for k in range(n_island):
                     weight[end_of_ids + k] = 1.0
@@ -98,19 +113,16 @@ def patches_of(
                 word[k] = words[np.uintp(dots[k])]
             if kept[r] and n_subsets >= MANY:
                 leave_small_islands(dots, word, index.link_start, index.link, around)
+            _deal(dots, word, lists, count)
             for b in range(n_subsets):
-                m, shift = np.intp(0), np.uint64(b)
-                chosen = ids[end_of_ids:]
-                for k in range(len(dots)):
-                    chosen[np.uintp(m)] = dots[k]
-                    m += np.intp((word[k] >> shift) & np.uint64(1))
+                m, chosen = count[b], lists[b]
                 if kept[r]:
                     mark_all(mark, chosen, m)
                     begin, end = largest_island(
                         chosen, m, mark, index.link_start, index.link, index.dot, queue
                     )
-                    m = end - begin
-                    _copy(queue, begin, chosen, m)
+                    m, chosen = end - begin, queue[begin:end]
+                _copy(chosen, ids[end_of_ids:], m)
                 if len(weight):
                     for k in range(m):
                         weight[end_of_ids + k] = weights[b, chosen[k]]

@@ -11,6 +11,7 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
+from sparsurf.bits import count_bits, lowest_bit
 from sparsurf.patches.zernike import polynomials
 from sparsurf.patches.zernike.polynomials import DISC, PIXELS
 
@@ -41,22 +42,6 @@ def _wide(flat):
 _INVERSE = np.concatenate([[0.0], 1.0 / np.arange(1, 10)])
 # What the kernels read: places to fold (first, second, diagonal), the open disc, 1 / n
 TABLES = (*map(_wide, _PLACES), _open_disc(), _INVERSE)
-
-
-@intrinsic
-def _lowest_bit(typing, x):
-    """Index of the lowest set bit of a uint32 (undefined for 0)."""
-
-    def build(context, builder, signature, args):
-        return builder.cttz(args[0], ir.Constant(ir.IntType(1), 0))
-
-    return types.uint32(types.uint32), build
-
-
-@intrinsic
-def _count_bits(typing, x):
-    """Number of set bits of a uint32."""
-    return types.uint32(types.uint32), lambda context, builder, signature, args: builder.ctpop(args[0])
 
 
 def _extreme(name):
@@ -151,7 +136,7 @@ def _fill_pixels(image, i, ready, above, here, below, inverse):
     `ready` are the pixels, `above`, `here` and `below` the occupancy of the rows; returns what `here` becomes.
     """
     while ready:
-        j = _lowest_bit(ready)
+        j = lowest_bit(ready)
         shift, one, three = np.uint32(j - np.uint32(1)), np.uint32(1), np.uint32(7)
         n = (above >> shift) & three
         n |= ((here >> shift) & three) << np.uint32(3)
@@ -161,7 +146,7 @@ def _fill_pixels(image, i, ready, above, here, below, inverse):
         p, one, two = np.intp(i) * WIDTH + np.intp(j), np.uintp(1), np.uintp(2)
         a, b, c = np.uintp(p - WIDTH - 1), np.uintp(p - 1), np.uintp(p + WIDTH - 1)
         total = (image[a] + image[a + one] + image[a + two]) + (image[c] + image[c + one] + image[c + two])
-        image[b + one] = ((total + image[b + two]) + image[b]) * inverse[_count_bits(np.uint32(n))]
+        image[b + one] = ((total + image[b + two]) + image[b]) * inverse[count_bits(np.uint32(n))]
     return here
 
 
