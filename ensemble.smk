@@ -22,7 +22,9 @@ rule follow_frames:  # some of the frames; one job does them all unless ensemble
     resources:
         **needs("follow_frames", files.megabytes(config["ensemble"]["stride"]), 1 / JOBS),
     params:
-        **made_by("follow_frames.py", "surface", "patches", "sampling", "evaluation", "ensemble", "seed"),
+        **made_by(
+            "follow_frames.py", "surface", "patches", *DEFECTS, "evaluation.islands", "ensemble", "seed"
+        ),
         reading=lambda wildcards: files.protein(wildcards).reading,
         protein=lambda wildcards: wildcards.protein,
         part=lambda wildcards: (int(wildcards.k), JOBS),

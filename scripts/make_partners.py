@@ -20,7 +20,7 @@ def main(inputs, outputs, pair, settings, name):
             raise InputError(f"{name}: partner {side} has {molecule.n_frames} models; give a file with one.")
         sizes = radii(molecule, settings["surface"]["radii"])
         rules, which = settings["surface"], f"{name}, partner {side}"
-        surface, _ = fitting_surface(molecule, 0, sizes, rules, settings["D_link"], which)
+        surface, _ = fitting_surface(molecule, 0, sizes, rules, settings["patches"]["D_link"], which)
         write_npz(outputs[f"surface_{side}"], surface)
         molecule.write_pdb(outputs[f"structure_{side}"])
 

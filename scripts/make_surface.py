@@ -16,7 +16,7 @@ def main(inputs, outputs, settings, name):
     rules, path_to_input = settings["surface"], f"{inputs['structures']}/{Path(name).name}.pdb"
     molecule = read_molecule(path_to_input, selection="all", whole=False)
     atom_radii = radii(molecule, rules["radii"])
-    surface, _ = fitting_surface(molecule, 0, atom_radii, rules, settings["D_link"], name)
+    surface, _ = fitting_surface(molecule, 0, atom_radii, rules, settings["patches"]["D_link"], name)
     write_npz(outputs["surface"], surface)
     write_dms(
         outputs["dms"], surface, molecule.residue_name, molecule.residue, molecule.name, molecule.xyz[0]

@@ -108,6 +108,7 @@ def test_sentences_of_several_surfaces():
     assert "the smallest n_S of the grid" not in enough_sentence(smallest)
     never = pd.concat([enough(GRID, {"null_model": 2.0}), enough(GRID, {"null_model": 0.1})])
     assert "at no n_S of the grid on 1 of 2 surfaces" in enough_sentence(never)
+    assert "at no n_S of the grid with a uniform" in enough_sentence(never[never["n_S_percent"].isna()])
 
 
 def test_the_share_of_dots_that_gives_the_surface_back():

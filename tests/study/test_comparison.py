@@ -458,4 +458,11 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     for folder in folders:
         pd.read_csv(folder / "compare.csv").query("sampler != 'farthest'").to_csv(folder / "compare.csv")
     summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
-    assert "\nIn brackets" not in of_run["page"].read_text(encoding="utf-8")
+    page = of_run["page"].read_text(encoding="utf-8")
+    assert "\nIn brackets" not in page and page.count("The same, relative to uniform") == 2
+    table = pd.read_csv(folders[0] / "compare.csv").query("sampler == 'paper'")
+    table.to_csv(folders[0] / "compare.csv")
+    summarise_comparison.main({"tables": [str(folders[0] / "compare.csv")]}, of_run)
+    page = of_run["page"].read_text(encoding="utf-8")
+    assert "# Samplers compared over 1 conformation\n" in page
+    assert "relative to uniform" not in page and "nan" not in page

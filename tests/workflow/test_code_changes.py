@@ -69,7 +69,8 @@ def test_a_rule_is_made_by_its_code_and_by_the_sections_it_names(scripts):
     assert code_digests.made_by(inner, "run.py", "pairs")["settings"] == {
         "pairs": {"nearest": 3, "thinning": {"draws": 2}}
     }
-    assert code_digests.made_by(config, "run.py", "patches.D_link")["settings"] == {"D_link": 0.5}
+    some = code_digests.made_by(config, "run.py", "patches.D_link", "compare.draws", "patches.R")["settings"]
+    assert some == {"patches": {"D_link": 0.5, "R": 6}, "compare": {"draws": 2}}
     alone = code_digests.made_by(config, "run.py")
     assert alone == {"code": found["code"]} and found["code"] == code_digests.digest("run.py")
     drawn = code_digests.made_by(config, "run.py", figures=["one"])

@@ -128,7 +128,7 @@ def settings(folder):
         "draws": 1,
     }
     keys = ("surface", "patches", "seed")
-    return {key: checked[key] for key in keys} | {"complementarity": rules, "D_link": 0.5}
+    return {key: checked[key] for key in keys} | {"complementarity": rules}
 
 
 def made(folder, settings, pair, name, **inputs):
@@ -310,9 +310,7 @@ def test_the_study_of_complexes_on_a_folder_of_ones_own(folder, tmp_path):
     run = tmp_path / "x" / "results" / "complexes"
     assert {path.name for path in (run / "pairs" / "both").iterdir()} >= set(OF_PAIR)
     first = (run / "index.html").read_text(encoding="utf-8")
-    assert (
-        "<h1>Results of the run complexes</h1>\n<p>Over 1 of 1 pairs the smoothed propensity finds" in first
-    )
+    assert "<h1>Results of the run complexes</h1>\n<p>Over 1 of 1 pair the smoothed propensity finds" in first
     for page in ("book.png", "view_1.html", "view_2.html", "thinning.png"):
         assert f'href="pairs/both/{page}"' in first
         assert (
@@ -341,7 +339,8 @@ def test_pairs_of_proteins_and_of_a_ready_surface(folder, touching, tmp_path):
     }
     proteins["ready"] = {"surface": str(tmp_path / "ready.csv")}
     pairs = {"both": {"proteins": ["one", "two"]}, "half": {"proteins": ["one", "ready"]}}
-    wishes = {"proteins": proteins, "pairs": pairs, "frames": {}, "complementarity": {"centres": FEW}}
+    rules = {"centres": FEW, "interface": 3.5}  # Å, as of `touching`
+    wishes = {"proteins": proteins, "pairs": pairs, "frames": {}, "complementarity": rules}
     targets = ["both/pair.md", "both/residues.csv", "half/.complete", "pairs.md"]
     targets = [f"results/small/pairs/{target}" for target in targets]
     process = snakemake(tmp_path / "x", SMALL | wishes, *targets)

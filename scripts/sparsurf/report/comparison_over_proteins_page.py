@@ -17,7 +17,7 @@ def summary_markdown(table, fewer, rankings, of, n_conformations):
     rankings : dict
         Name of the protein -> `dots_needed.ranking`.
     of : str
-        'proteins' or 'conformations': what the spread is between.
+        'proteins', 'conformations' or 'conformation': what the spread is between.
     n_conformations : int
     """
     n = len(rankings)
@@ -53,7 +53,7 @@ def summary_markdown(table, fewer, rankings, of, n_conformations):
         for measure in [m for m in rows["measure"].unique() if m in ABOUT and m != "seconds"]:
             own = rows[rows["measure"] == measure]
             parts += [f"{ABOUT[measure]}:\n", matrix_markdown(_spread(own, "", "value"))]
-            if measure in ("Z surface", "Z centres"):
+            if measure in ("Z surface", "Z centres") and own["ratio"].notna().any():
                 parts += [
                     "The same, relative to uniform:\n",
                     matrix_markdown(_spread(own, "ratio_", "ratio")),

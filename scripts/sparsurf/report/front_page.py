@@ -145,7 +145,8 @@ def _from(rows):
     """From which n_S on, over the surfaces."""
     known = rows["n_S_percent"].dropna()
     if len(known) < len(rows):
-        return f"at no n_S of the grid on {len(rows) - len(known)} of {len(rows)} surfaces"
+        where = f" on {len(rows) - len(known)} of {len(rows)} surfaces" if len(rows) > 1 else ""
+        return f"at no n_S of the grid{where}"
     low, high = f"{known.min():.0f}", f"{known.max():.0f}"
     spread = f" ({low} to {high} %)" if low != high else ""
     already = ", the smallest n_S of the grid," if rows["smallest"].all() else ""

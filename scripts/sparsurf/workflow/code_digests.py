@@ -15,7 +15,7 @@ def made_by(config, script, *sections, figures=()):
     ----------
     config : dict, as `config.check` gives it
     script : str
-    sections : keys of the config that the script works by, also with a point: 'patches.D_link' becomes `D_link`
+    sections : keys of the config that the script works by; 'patches.D_link': of `patches` that key alone
     figures : names of the figures that the script draws
 
     Returns
@@ -24,10 +24,10 @@ def made_by(config, script, *sections, figures=()):
     """
     settings, drawn = {}, [f"sparsurf/report/figures/{name}.py" for name in figures]
     for section in sections:
-        value = config
-        for key in section.split("."):
-            value = value[key]
-        settings[key] = _without_run(value)
+        place, value, (*above, key) = settings, config, section.split(".")
+        for each in above:
+            place, value = place.setdefault(each, {}), value[each]
+        place[key] = _without_run(value[key])
     return ({"settings": settings} if sections else {}) | {"code": digest(script, *drawn)}
 
 
