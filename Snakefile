@@ -46,7 +46,7 @@ FIGURES = {
 files = FilesOfARun(config, FIGURES, checkpoints)
 pairs = FilesOfPairs(config, files)
 CHOOSING = ("paper", "paper_corrected")  # samplers that take the combination which is best in its range
-DEFECTS = ("sampling.moved_centre", "sampling.every_patch")  # what a sampling goes by beside its combination
+defects = ("sampling.moved_centre", "sampling.every_patch")  # what a sampling goes by beside its combination
 KERNEL_PARTS = ("surfaces", "patches")
 THREADS = 8  # of a job that takes minutes; Snakemake scales them down to --cores
 
@@ -260,7 +260,7 @@ rule measure_floors:
     resources:
         **needs("measure_floors", files.dots),
     params:
-        **made_by("measure_floors.py", "surface", "patches", *DEFECTS, "evaluation.test_dots", "seed"),
+        **made_by("measure_floors.py", "surface", "patches", *defects, "evaluation.test_dots", "seed"),
         reading=lambda wildcards: files.protein(wildcards).reading,
     message:
         "Noise floors of {wildcards.protein}/{wildcards.conformation}"
@@ -324,7 +324,7 @@ rule draw_figures:
     resources:
         **needs("draw_figures", files.dots),
     params:
-        **made_by("draw_figures.py", "patches", *DEFECTS, "evaluation.test_dots", "seed", figures=FIGURES),
+        **made_by("draw_figures.py", "patches", *defects, "evaluation.test_dots", "seed", figures=FIGURES),
     message:
         "Figures of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -345,7 +345,7 @@ rule take_minimal:
     resources:
         **needs("take_minimal", files.dots),
     params:
-        **made_by("take_minimal.py", "patches", *DEFECTS, "evaluation.test_dots", "minimal", "seed"),
+        **made_by("take_minimal.py", "patches", *defects, "evaluation.test_dots", "minimal", "seed"),
     message:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -365,7 +365,7 @@ rule draw_view:
     resources:
         **needs("draw_view", files.dots),
     params:
-        **made_by("draw_view.py", "patches", *DEFECTS, "seed"),
+        **made_by("draw_view.py", "patches", *defects, "seed"),
     message:
         "Page of {wildcards.protein}/{wildcards.conformation} to look at"
     script:

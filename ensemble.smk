@@ -23,7 +23,7 @@ rule follow_frames:  # some of the frames; one job does them all unless ensemble
         **needs("follow_frames", files.megabytes(config["ensemble"]["stride"]), 1 / JOBS),
     params:
         **made_by(
-            "follow_frames.py", "surface", "patches", *DEFECTS, "evaluation.islands", "ensemble", "seed"
+            "follow_frames.py", "surface", "patches", *defects, "evaluation.islands", "ensemble", "seed"
         ),
         reading=lambda wildcards: files.protein(wildcards).reading,
         protein=lambda wildcards: wildcards.protein,

@@ -117,7 +117,7 @@ rule draw_pair_views:
     conda:
         "envs/study.yaml"
     params:
-        **made_by("draw_pair_views.py", "patches", *DEFECTS, "seed"),
+        **made_by("draw_pair_views.py", "patches", *defects, "seed"),
     message:
         "Pages of both partners of {wildcards.pair} to look at"
     script:
