@@ -159,7 +159,7 @@ def test_the_page_of_all_surfaces():
             "enough_fresh_dots_recovered": [7.0, 8.0, np.nan],
         }
     )
-    ends = {"kept": (2.0, 1.5, 2.5)}
+    ends = {"kept": (2.0, 1.5, 2.5), "recovered": (-0.0001, -0.5, 0.5)}
     for name, (d, low, high) in ends.items():
         surfaces = surfaces.assign(**{f"best_{name}": "(1, 0, 6, 0)", f"d_{name}": d + 0.5})
         surfaces = surfaces.assign(**{f"d_held_out_{name}": d, f"n_S_percent_{name}": 46.0})
@@ -176,7 +176,7 @@ def test_the_page_of_all_surfaces():
     relations = pd.DataFrame([row, unknown, row | {"islands": "surface", "d": 7.77}])
     page = summary_page.summary_markdown(surfaces, relations)
     assert "| fresh dots | 80 (60 to 90) | 7.5 (7 to 8) |" in page
-    assert "| a | c1 | 1000 | 200 Å^2 | 0.600 | (1, 0, 6, 0) | 2.000 |" in page
+    assert "| a | c1 | 1000 | 200 Å^2 | 0.600 | (1, 0, 6, 0) | 2.000 | (1, 0, 6, 0) | 0.000 |" in page
     line = "| 3.0 - 12.5 | (1, 0, 6, 0) | 2.00 | 0.50 | 2 of 3 | 1 | 0.00 | 0.10 | 0.20 | 0.30 | 3 | 0.04 | 0.30 |"
     assert f"{line} 0.10 .. 0.50 |" in page
     assert "| 3.0 - 12.5 |  |  |  | 2 of 3 |" in page

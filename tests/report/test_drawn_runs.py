@@ -137,9 +137,10 @@ def test_the_spread_over_frames_is_that_of_all_frames():
 
 
 def test_one_combination_is_followed_over_time():
-    table = trajectory()
+    table = trajectory().assign(d_recovered=lambda t: 0.1 * t["d_kept"], d_se_recovered=0.02)
     figure = summary_figures.ensemble_figure(table, (1, 0, 6, 4))
-    columns = ["n_S_percent", "mean_roughness", "d_kept", "d_surface"]
+    columns = ["n_S_percent", "mean_roughness", "d_kept", "d_surface", "d_recovered"]
+    assert READINGS["recovered"].words in words_of(figure)
     for k, column in enumerate(columns):
         ax, beside = figure.axes[2 * k : 2 * k + 2]
         np.testing.assert_allclose(
@@ -164,7 +165,7 @@ def test_one_combination_is_followed_over_time():
         else:
             assert len(beside.containers) == 1
     assert [ax.get_ylabel() for ax in figure.axes[::2]] == [
-        "$n_S$ (% of the dots)", "mean roughness", *["$d = Z_{tR} - Z_{tS}$"] * 2,
+        "$n_S$ (% of the dots)", "mean roughness", *["$d = Z_{tR} - Z_{tS}$"] * 3,
     ]  # fmt: skip
     assert [w for w in words_of(figure) if w in WORDS] == WORDS
     assert "α = 1, β = 0, γ = 6, δ = 4" in words_of(figure)

@@ -438,16 +438,14 @@ def test_ticks_leave_out_what_has_no_room():
         assert [t.get_text() for t in ax.get_xticklabels()] == [f"{v}" for v in values[::shown]]
 
 
-def test_results_know_their_readings_in_the_order_of_the_grid():
+def test_readings_of_a_study_come_in_the_order_of_the_grid():
     assert results.readings_of({"surface": 1, "yardsticks": 2, "kept": 3}) == ["kept", "surface"]
-    own = results.Results(None, None, None, {"surface": {}, "max_n_S_percent": 50}, [], {})
-    assert own.readings == ["surface"] and own.recovered == ()
 
 
 def test_a_figure_draws_its_part_of_the_results():
     points, normals = sphere(300)
     rough = np.linspace(0.3, 0.9, 300)
-    table = grid()
+    table = grid().drop(columns="d_kept").assign(d_recovered=-0.001)
     own = results.Results(
         Surface(points, normals),
         rough,
@@ -461,9 +459,10 @@ def test_a_figure_draws_its_part_of_the_results():
     ].tolist()
     assert len([ax for ax in number_of_dots.draw(own).axes if ax.lines]) == 6
     words = words_of(d_over_grid.draw(own))
-    assert sum(READINGS["surface"].words in w for w in words) == 1 and not any(
-        READINGS["kept"].words in w for w in words
-    )
+    drawn = [name for name in READINGS for w in words if w.startswith(READINGS[name].words)]
+    assert drawn == ["surface", "recovered"]
+    assert any("highest $d$ = 0.00 at" in w for w in words)
+    assert own.recovered == ()
     assert "whole\n300 dots" in words_of(subsets.draw(own))
 
 

@@ -112,6 +112,14 @@ CASES = {
     "3, long labels": lambda: d_over_grid.figure(
         grid(beta=[0, 1, 2, 3, 4, 5], delta=[0.25, 1.25, 2.25, 3.25])
     ),
+    **{
+        f"3, recovered, {alpha}": lambda alpha=alpha: d_over_grid.figure(
+            grid(alpha=[alpha], beta=[0.4], gamma=[10], delta=[10]).assign(
+                d_recovered=-0.25, d_se_recovered=0.1
+            )
+        )
+        for alpha in (1.0, 0.4)
+    },
     "3, one gamma": lambda: d_over_grid.figure(grid(gamma=[6])),
     "3, one combination": lambda: d_over_grid.figure(grid(alpha=[1], beta=[0], gamma=[6], delta=[0])),
     "3, one reading": lambda: d_over_grid.figure(

@@ -32,9 +32,9 @@ GRID = pd.DataFrame(
 LINKS = [("c1", [("look", "p/c1/view.html"), ("x", "p/c1/a b.csv")])]
 
 
-def surfaces(n=1):
+def surfaces(n=1, more=()):
     row = {"protein": "p", "N": 2000, "mean_roughness": 0.6}
-    for reading, d in (("kept", 2.5), ("surface", -0.1)):
+    for reading, d in (("kept", 2.5), ("surface", -0.1), *more):
         row |= {f"best_{reading}": "(1, 0, 6, 0)", f"n_S_percent_{reading}": 46.0, f"d_{reading}": d}
         row |= {f"d_held_out_low_{reading}": d - 0.3, f"d_held_out_high_{reading}": d + 0.1}
         row[f"d_held_out_{reading}"] = d - 0.1
@@ -78,6 +78,22 @@ def test_sentences_of_one_surface():
     found = enough_sentence(enough(GRID, {"null_model": 2.0}))
     assert "below 2.00," in found and "from 20 % of the dots on with a uniform draw and" in found
     assert "and from 40 % of the dots on with the best combination of the paper's sampling." in found
+
+
+def test_the_reading_of_recovered_surfaces_is_told_where_it_was_studied():
+    said = best_sentence(surfaces(more=[("recovered", 0.5)]))
+    told = "; with the surface recovered from the kept dots alone (1, 0, 6, 0) is best: it keeps 46.0 % of the dots with d = "
+    assert said.endswith(f"{told}0.40 (held out; 95 %: 0.20 to 0.60; as selected 0.50).")
+    page = front_page(
+        "run",
+        surfaces(more=[("recovered", 0.5)]),
+        enough(GRID, {"null_model": 2.0}),
+        reached(),
+        handed_out(),
+        None,
+        LINKS,
+    )
+    assert "| best, recovered | d, recovered |" in page and "| (1, 0, 6, 0) | 0.40 |\n" in page
 
 
 def test_sentences_of_several_surfaces():

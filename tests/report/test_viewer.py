@@ -41,6 +41,20 @@ def evaluator(blob):
     return Evaluator(surface, d_link=1.5, name="blob")
 
 
+def test_the_reading_of_recovered_surfaces_is_told_where_it_was_studied():
+    row = {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0, "n_S_percent": 46.0, "d": 0.5, "d_held_out": 0.4}
+    row |= {"d_held_out_low": 0.2, "d_held_out_high": 0.6}
+    best = {"recovered": {"unrestricted": row, "under_max_n_S": row}, "max_n_S_percent": 20}
+    words = READINGS["recovered"].words
+    said = list(viewer._answer([0] * 3000, best))
+    assert (
+        said[0] == "3,000 dots."
+        and said[1].startswith(f"With {words}, the paper's sampling")
+        and len(said) == 2
+    )
+    assert [name for name, _ in viewer._presets(best)][1:] == [f"best, {words}", f"best below 20 %, {words}"]
+
+
 @pytest.fixture(scope="module")
 def grid(evaluator):
     """The table of a small grid and its raw distances."""

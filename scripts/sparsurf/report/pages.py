@@ -14,7 +14,7 @@ def markdown(table, decimals=2):
 
     def cell(value):
         if isinstance(value, float):
-            return "" if math.isnan(value) else f"{value:.{decimals}f}"
+            return "" if math.isnan(value) else f"{value:z.{decimals}f}"
         return str(value)
 
     lines = [list(table.columns), ["---"] * len(table.columns)]

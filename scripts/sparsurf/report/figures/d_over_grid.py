@@ -9,8 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
 
-from sparsurf.patches.readings import OF_GRID
-from sparsurf.recovery.readings import READINGS
+from sparsurf.recovery.readings import READINGS, RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 
@@ -21,32 +20,31 @@ FINE = 101  # values along each side of an interpolated map
 
 def draw(results):
     """The figure of one grid."""
-    return figure(results.grid, results.readings)
+    return figure(results.grid)
 
 
 @styled
-def figure(grid, readings=OF_GRID):
+def figure(grid):
     """d over (gamma, delta) at the largest alpha, interpolated; a map per beta, a row per reading.
 
     Parameters
     ----------
     grid : pandas.DataFrame
         Columns alpha, beta, gamma, delta and, for each reading, d_<reading> and d_se_<reading>.
-    readings : sequence of str
-        Those without a column are left out.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    readings = [r for r in readings if f"d_{r}" in grid]
+    readings = [r for r in READINGS if f"d_{r}" in grid]
     alpha = grid.alpha.max()
     largest = "" if alpha == 1 else " (the largest of the grid)"
     grid = grid[grid.alpha == alpha].reset_index(drop=True)
     gap = layout.label_width(np.unique(grid.delta))
     side = min(40.0, (PAGE - 27) / grid.beta.nunique() - gap)
     pitch = side + 20
-    used = max(32 + (side + gap) * grid.beta.nunique(), 165 if largest else 128)  # mm, maps or titles
+    title = 128 + 37 * bool(largest) + 17 * (RECOVERED in readings)  # mm, of the longest
+    used = max(32 + (side + gap) * grid.beta.nunique(), title)
     figure = layout.sheet(min(PAGE, used), 5 + pitch * len(readings))
     for row, reading in enumerate(readings):
         y = 1 + pitch * row
@@ -85,7 +83,7 @@ def _maps(figure, grid, column, y, side, gap):
     top = grid.loc[best]
     error = top.get(column.replace("d_", "d_se_"), np.nan)
     error = f" ± {error:.2f}" if np.isfinite(error) else ""
-    value = f"{top[column]:.2f}".replace("-", "−")
+    value = f"{top[column]:z.2f}".replace("-", "−")
     return f"highest $d$ = {value}{error} at β = {top.beta:g}, γ = {top.gamma:g}, δ = {top.delta:g}"
 
 

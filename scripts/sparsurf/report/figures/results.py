@@ -31,11 +31,6 @@ class Results:
     rough_and_flat: dict
     recovered: tuple = ()
 
-    @property
-    def readings(self):
-        """Readings of the removal of islands that the study holds."""
-        return readings_of(self.best)
-
 
 def readings_of(best):
     """Readings of the removal of islands that best.json holds."""

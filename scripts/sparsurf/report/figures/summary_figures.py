@@ -131,7 +131,7 @@ def ensemble_figure(table, combination):
     matplotlib.figure.Figure
     """
     panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
-    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in OF_GRID if f"d_{r}" in table}
+    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in READINGS if f"d_{r}" in table}
     time, label = time_axis(table)
     window = (len(table) // SMOOTH) | 1 if len(table) >= 3 * SMOOTH else 0  # odd
     figure = layout.sheet(PAGE, 18 + 32 * len(panels))
