@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.interpolants import SUPPORT, fit, value
 from sparsurf.recovery.neighbours import local_spacing, nearest
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.recovering import recover, spacing_of
 from sparsurf.surfaces.making import molecular_surface
 
 
@@ -82,6 +82,8 @@ def test_the_kept_dots_come_first_and_stay():
         gap = cKDTree(points).query(points[60:], k=2)[0][:, 1]
         assert (gap > 0.65 / np.sqrt(density)).all()
     assert len(recover(*sphere(3))[0]) == 3  # too few to say anything
+    assert len(recover(*sphere(4))[0]) > 4
+    assert cKDTree(recover(*dots, keep=False)[0]).query(dots[0])[0].min() > 0
 
 
 def test_recovery_turns_with_the_dots():
@@ -155,6 +157,13 @@ def test_two_dots_at_one_place_do_no_harm():
 def test_spacing_of_even_dots():
     gap = np.sqrt((np.arange(9) + 0.5) / np.pi)[None] * 2.0  # neighbours of a dot, dots being 2 Å apart
     assert local_spacing(gap) == pytest.approx([2.0])
+    assert local_spacing(gap * [[1], [1], [3]]) == pytest.approx([2.0, 2.0, 4.0])  # one that is alone
+
+
+def test_spacing_belongs_to_its_dot_and_a_single_one_has_none():
+    points, normals = torus(60)
+    assert spacing_of(points[::-1], normals[::-1]) == pytest.approx(spacing_of(points, normals)[::-1])
+    assert np.isnan(spacing_of(points[:1], normals[:1])).tolist() == [True]
 
 
 def test_a_twentieth_of_a_molecule_gives_it_back():

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sparsurf.recovery.recovering import recover
+from sparsurf.recovery.interpolants import fit, value
+from sparsurf.recovery.recovering import FLAT, recover
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study import recovery
@@ -37,6 +38,34 @@ def test_the_recovered_surface_comes_nearer(dots, kept):
     assert np.linalg.norm(moved[1], axis=1) == pytest.approx(1)
 
 
+def test_a_round_goes_half_the_way_to_a_plane_through_the_heights(dots, kept):
+    points, normals = kept
+    sheet = dots.points[:90] - np.repeat([1.5, -1.5, 0.0], 30)[:, None] * dots.normals[:90]
+    places = np.concatenate([dots.points, sheet])  # two that are too far off, and one that faces anywhere
+    anywhere = np.random.default_rng(0).normal(size=(30, 3))
+    directions = np.concatenate([dots.normals, dots.normals[:60], anywhere])
+    functions = fit(points, normals)
+    own = [[] for _ in points]
+    for x, n in zip(places, directions, strict=True):
+        near = np.argsort(np.linalg.norm(points - x, axis=1))[:4]
+        alike = near[normals[near] @ n > 0]
+        if len(alike):
+            f, *gradient = value(functions, functions.index.position[alike[0]], *x)
+            height = f / max(np.linalg.norm(gradient), FLAT)
+            if abs(height) < 1:
+                own[alike[0]].append((x, height))
+    moved = settle(points, normals, places, directions, rounds=1)
+    for i, (p, n) in enumerate(zip(points, normals, strict=True)):
+        across = np.linalg.svd(n[None])[2][1:]
+        spacing = functions.spacing[functions.index.position[i]]
+        x = np.array([[1.0, *(across @ (place - p) / spacing)] for place, _ in own[i]])
+        square = x.T @ x + 0.02 * len(x) * np.eye(3)
+        lift, *tilt = np.linalg.solve(square, x.T @ [height for _, height in own[i]])
+        turned = n - 0.5 * np.array(tilt) @ across / spacing
+        assert moved[0][i] == pytest.approx(p + 0.5 * lift * n, abs=1e-6)
+        assert moved[1][i] == pytest.approx(turned / np.linalg.norm(turned), abs=1e-6)
+
+
 def test_threads_and_turning_do_not_matter(dots, kept):
     one = settle(*kept, dots.points, dots.normals)
     two = settle(*kept, dots.points, dots.normals, threads=2)
@@ -55,7 +84,11 @@ def test_a_dot_off_the_surface_is_drawn_onto_it(dots, kept):
 
 
 def test_a_dense_subset_and_a_few_dots_stay(dots):
-    moved, _ = settle(dots.points[::2], dots.normals[::2], dots.points, dots.normals)
+    whole = dots.points, dots.normals
+    moved, _ = settle(dots.points[::2], dots.normals[::2], *whole)
     assert np.linalg.norm(moved - dots.points[::2], axis=1).mean() < 0.03
-    few = settle(dots.points[:3], dots.normals[:3], dots.points, dots.normals)
+    few = settle(dots.points[:3], dots.normals[:3], *whole)
     assert np.array_equal(few[0], dots.points[:3])
+    alone = [x[::100][:4] for x in whole]  # some face all others, and have no spacing
+    settled = settle(*alone, *whole)
+    assert np.isfinite(settled).all() and not np.array_equal(settled[0], alone[0])

@@ -44,6 +44,7 @@ def settle(points, normals, all_points, all_normals, rounds=ROUNDS, threads=1):
         known = np.abs(height) < WILD
         own, height, seen = own[known], height[known], all_points[known]
         spacing = functions.spacing[place]
+        spacing = np.where(spacing > 0, spacing, np.inf)  # a dot without neighbours keeps its normal
         across = _tangents(normals)
         aside = np.einsum("jc,jkc->jk", seen - points[own], across[own]) / spacing[own, None]
         lift, tilt = _planes(own, aside, height, len(points))
