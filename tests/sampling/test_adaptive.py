@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sparsurf.sampling.adaptive import adaptive, errors
+from sparsurf.sampling.adaptive import _worst, adaptive, errors
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.making import molecular_surface
@@ -41,6 +41,21 @@ def test_adaptive_dots_lower_the_error(evaluator):
     assert len(set(by_error)) == n
     mean = [errors(evaluator.points, evaluator.normals, kept).mean() for kept in (by_error, even)]
     assert mean[0] < 0.95 * mean[1]
+
+
+def test_fifty_even_dots_come_first_and_each_round_adds_a_fifth(evaluator):
+    found = SAMPLERS["adaptive"](evaluator, 72, np.random.default_rng(0))
+    assert np.array_equal(found[:50], SAMPLERS["farthest"](evaluator, 50, np.random.default_rng(0)))
+    assert np.array_equal(found[50:60], _worst(evaluator, found[:50], 10))
+    assert np.array_equal(found[60:], _worst(evaluator, found[:60], 12))
+
+
+def test_a_dot_is_recovered_from_those_of_its_own_side():
+    upper = np.array([[x, y, 0.0] for x in range(0, 9, 2) for y in range(0, 9, 2)])
+    lower = upper[:, :2] + 1  # below the gaps
+    points = np.concatenate([upper, np.column_stack([lower, np.full(25, -0.9)]), [[3.0, 3.0, 0]]])
+    normals = np.repeat([[0, 0, 1.0], [0, 0, -1.0], [0, 0, 1.0]], [25, 25, 1], axis=0)
+    assert errors(points, normals, np.arange(50))[50] == pytest.approx(0, abs=1e-4)
 
 
 def test_all_dots_can_be_kept(evaluator):

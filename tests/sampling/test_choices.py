@@ -89,11 +89,23 @@ def test_a_stride_starts_anywhere_within_one_step(surface):
 def test_distances_are_measured_from_the_starter_or_from_the_moved_centre():
     points, normals = make_blob(1000)
     index = build_index(points, normals, 0.75)  # so short that islands lack the dot that starts their patch
-    plain, rough = naive.cover(points, 4.0, 0.75), np.full(len(points), 0.5)
+    plain, rough = naive.cover(points, 4.0, 0.75), np.linspace(0, 1, len(points))
     assert any(starter != centre for starter, centre, _ in plain)
     assert law.build_cover(index, rough).origin.tolist() == [centre for _, centre, _ in plain]
     own = law.build_cover(index, rough, moved_centre=False)
     assert own.origin.tolist() == [starter for starter, _, _ in plain]
+    assert own.roughness.tolist() == [rough[starter] for starter, _, _ in plain]
+    corrected = Evaluator(SimpleNamespace(points=points, normals=normals), d_link=0.75).corrected_cover
+    assert np.array_equal(corrected.origin, own.origin) and len(set(corrected.dot)) == len(corrected.dot)
+
+
+def test_of_two_dots_as_near_the_lower_one_is_the_centre():
+    points = np.array(
+        [[0.0, 0, 0], [2, 0.3, 0], [2, -0.3, 0]]
+    )  # the island lacks the dot that starts the patch
+    for order in ([0, 1, 2], [0, 2, 1]):
+        cover = law.build_cover(build_index(points[order], points, 0.7), np.zeros(3))
+        assert cover.centre[0] == 1
 
 
 def test_every_dot_is_as_likely_in_a_uniform_subset():

@@ -12,8 +12,9 @@ def test_text_and_back():
     one = Combination(0.4, 0.2, 10.0, 0.0)
     assert str(one) == "(0.4, 0.2, 10, 0)" and Combination.parse(str(one)) == one
     assert one.keys() == [400000, 200000, 10000000, 0]
-    with pytest.raises(ValueError, match="is no combination"):
-        Combination.parse("(1, 2, 3)")
+    for text in ("(1, 2, 3)", "(1, 2, 3, 4, 5)"):
+        with pytest.raises(ValueError, match="is no combination"):
+            Combination.parse(text)
 
 
 def test_fields_of_tables():

@@ -69,6 +69,8 @@ def test_zero_to_the_zero_is_one(prepared):
     _, _, cover = prepared
     kept = law.sample(cover, (1, 0, 0, 0), np.random.default_rng(0))
     assert np.array_equal(kept, np.unique(cover.dot))
+    flat = cover._replace(roughness=np.ones_like(cover.roughness))  # (1 - R)^0
+    assert np.array_equal(law.sample(flat, (1, 0, 0, 0), np.random.default_rng(0)), kept)
 
 
 def test_centres_are_always_kept(prepared):
@@ -99,8 +101,8 @@ def test_distances_from_the_dot_itself_never_exceed_r_patch(a1):
 
 
 def test_grid_runs_over_all_combinations():
-    grid = law.grid([0.1, 1], [0], [0, 2, 4], [10])
-    assert grid.tolist() == [[a, 0, g, 10] for a in (0.1, 1) for g in (0, 2, 4)]
+    grid = law.grid([0.1, 1], [0, 0.2, 0.4], [0, 2, 4], [10])
+    assert grid.tolist() == [[a, b, g, 10] for a in (0.1, 1) for b in (0, 0.2, 0.4) for g in (0, 2, 4)]
 
 
 @given(st.integers(1, 200), st.integers(0, 2**32))

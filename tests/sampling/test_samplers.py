@@ -147,6 +147,13 @@ def test_farthest_equals_the_plain_algorithm(surface):
     assert dots.tolist() == expected
 
 
+def test_of_dots_as_far_the_lowest_is_next():
+    points = np.array([[x, y, 0.0] for x in range(3) for y in range(3)])[[4, 8, 1, 6, 2, 3, 0, 7, 5]]
+    square = SimpleNamespace(points=points, index=build_index(points, points))
+    start = SimpleNamespace(integers=lambda n: 0)  # the middle
+    assert farthest(square, 9, start).tolist() == [0, 1, 3, 4, 6, 2, 5, 7, 8]
+
+
 def test_farthest_is_nested_and_its_gaps_shrink(surface):
     long, short = (farthest(surface, n, np.random.default_rng(2)) for n in (3000, 200))
     assert np.array_equal(long[:200], short)
@@ -165,6 +172,7 @@ def test_alpha_is_tuned_to_the_wished_number(surface):
     combination = tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 400)
     assert law.expected_n_s(surface.cover, [combination])[0] == pytest.approx(400, abs=0.01)
     assert tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 10**6)[0] == pytest.approx(1.0)
+    assert 0 < tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 1)[0] < 1e-6  # fewer than its centres
 
 
 def test_paper_keeps_about_n(surface):

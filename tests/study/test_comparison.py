@@ -193,6 +193,9 @@ def test_area_with_and_without_areas(a1):
     # dots alone: measured 1.6 % off on A1, 1 % on other surfaces
     estimated = area_of(Surface(a1.points, a1.normals))
     assert estimated == (pytest.approx(3742.5, rel=0.03), True)
+    assert area_of(Surface(a1.points, a1.normals, np.append(a1.area[:-1], np.nan))) == estimated
+    # three dots at the corners of a triangle of side sqrt(2): discs of that radius, half to each of both others
+    assert area_of(Surface(np.eye(3), np.eye(3))) == (pytest.approx(3 * np.pi), True)
 
 
 def curves(measure="Z surface", percents=(2.5, 10, 40), **factors):

@@ -1,6 +1,7 @@
 """How dense the dots are laid where the config leaves it open."""
 
 import logging
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.spatial import cKDTree
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
+from sparsurf.surfaces import making
 from sparsurf.surfaces.making import fitting_density, fitting_surface, surface_of
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import DENSITY, SPARSE, nearest, refuse_sparse, spacing
@@ -57,6 +59,25 @@ def test_a_linking_distance_that_no_density_suits_is_told(tmp_path):
         InputError, match=r"a: D_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.D_link"
     ):
         fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.05, "a")
+
+
+def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_path, monkeypatch):
+    molecule, atom_radii = without_hydrogens(tmp_path, 10)
+    least = SPARSE * spacing(surface_of(molecule, 0, atom_radii, SETTINGS | {"density": DENSITY}).points)
+    density = DENSITY * (1.02 * least / 0.5) ** 2
+    wish = molecule, 0, atom_radii, SETTINGS, 0.5, "a"
+    assert fitting_density(*wish) == pytest.approx(density)
+    monkeypatch.setattr(making, "MOST_DENSITY", 0.99 * density)
+    with pytest.raises(InputError, match="so short"):
+        fitting_density(*wish)
+
+
+def test_atoms_stand_where_a_pdb_file_has_them():
+    xyz, settings = np.array([[[0, 0, 0], [2.0, 0, 0]]]), SETTINGS | {"density": DENSITY}
+    file, frame = (
+        surface_of(SimpleNamespace(xyz=each), 0, np.full(2, 1.7), settings) for each in (xyz, xyz + 0.0004)
+    )
+    assert np.array_equal(file.points, frame.points)
 
 
 def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():

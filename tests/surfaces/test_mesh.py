@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.calls import command
 from sparsurf.molecules.reading import read_molecule
-from sparsurf.recovery.mesh import recovered_mesh
+from sparsurf.recovery.mesh import _height, recovered_mesh
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces import mesh as meshes
@@ -79,6 +80,16 @@ def test_a_sphere():
     assert mesh.volume == pytest.approx(32 / 3 * np.pi, rel=1e-2) and mesh.volume < 32 / 3 * np.pi
 
 
+def test_a_step_is_at_most_half_the_probes_radius():
+    one = np.zeros((1, 3)), np.array([1.5])
+    assert len(molecular_mesh(*one, probe=0.4).vertices) == len(molecular_mesh(*one, 0.4, 0.2).vertices)
+
+
+def test_a_grid_goes_beyond_all_points_alike():
+    low, shape = meshes.grid_around(np.array([[0.0, 0, 0], [1, 2, 3]]), 1.0, 0.5)
+    assert low.tolist() == [-2, -2, -2] and (low + 0.5 * (shape - 1)).tolist() == [3, 4, 5]
+
+
 def test_two_spheres_and_the_saddle_between_them():
     """Volume by its closed form: two cut balls and the room under the arc of the probe between them."""
     d, r, p = 3.0, 1.7, 1.4
@@ -142,6 +153,16 @@ def test_the_recovered_surface_as_a_mesh():
     assert mesh.vertices.area.sum() == pytest.approx(true.vertices.area.sum(), rel=0.03)
     again = recovered_mesh(dots.points[kept], dots.normals[kept], threads=2)
     assert np.array_equal(mesh.vertices.points, again.vertices.points)
+
+
+def test_a_place_is_seen_from_the_dots_of_its_own_side():
+    sheet = np.array([[0.0, 0, 0], [0.5, 0, 0], [0, 0.5, 0]])
+    dense, outward = (
+        np.concatenate([sheet, sheet - [0, 0, 0.3]]),
+        np.repeat([[0, 0, 1.0], [0, 0, -1.0]], 3, axis=0),
+    )
+    height, across = _height(cKDTree(dense), outward, np.array([[0.1, 0.1, 0.2]]), 1)
+    assert height == pytest.approx([0.2]) and across == pytest.approx(np.array([[0, 0, 1.0]]))
 
 
 def test_holes_are_closed_and_an_end_is_told(caplog):

@@ -89,6 +89,7 @@ def test_surface_refuses(points, normals, word):
         ({"xyz": [[0, 0, 1e7]]}, "coordinates"),
         ({"radii": [0.0]}, "radii"),
         ({"radii": [np.nan]}, "radii"),
+        ({"radii": [np.inf]}, "radii"),
         ({"probe": 0}, "probe_radius"),
         ({"probe": np.nan}, "probe_radius"),
         ({"density": -1}, "density"),
@@ -303,6 +304,15 @@ def test_dms_columns_are_those_of_the_program(shared, tmp_path):
 def test_dms_needs_atoms_and_kinds(tmp_path):
     with pytest.raises(InputError, match="atom"):
         write_dms(tmp_path / "a.dms", Surface(np.eye(3), np.eye(3)), ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
+    one = Surface(np.eye(3), np.eye(3), kind=[0, 0, 0], atom=[0, 0, 1])
+    with pytest.raises(InputError, match="atom"):
+        write_dms(tmp_path / "a.dms", one, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
+
+
+def test_an_area_that_is_not_known_is_written_as_none(tmp_path):
+    dots = Surface(np.eye(3), np.eye(3), kind=[0, 0, 0], atom=[0, 0, 0])
+    write_dms(tmp_path / "a.dms", dots, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
+    assert (read_surface(tmp_path / "a.dms").area == 0).all()
 
 
 # ---- the program DMS
