@@ -258,6 +258,7 @@ def test_a_frame_is_taken_by_its_place():
     for number in (2, -1, 0.0, "x"):
         with pytest.raises(InputError, match=f"^it has the frames 0 to 1: there is no frame {number}\\.$"):
             inputs.check_frame(frame, number, "it")
+    assert len(sparsurf.surface(([[0, 0, 0]], [1.5]), frame=5)) > 0  # spheres have no frames
     with pytest.raises(InputError, match=r"^the molecule has the frames 0 to 0: there is no frame 5\.$"):
         sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb", frame=5)
 
@@ -297,6 +298,8 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
     assert capfdbinary.readouterr().out == b".csv in part.csv.ply in part.ply"
     with pytest.raises(InputError, match=r"cannot be written as '.ply'; name a file in .csv, .npz."):
         outputs.write(tmp_path / "a.ply", None, outputs.TABLES, written)
+    with pytest.raises(InputError, match=r"cannot be written as '.gz'"):
+        outputs.write(tmp_path / "a.csv.gz", None, outputs.DOTS, written)
 
     def broken(path):
         path.write_text("half")

@@ -1,5 +1,6 @@
 """The command line: every example of its help runs, every mistake is a sentence, what comes out can be read again."""
 
+import logging
 import os
 import shutil
 import subprocess
@@ -12,7 +13,8 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
-from sparsurf.calls import command, surface_command
+from sparsurf import InputError
+from sparsurf.calls import command, minimal_command, surface_command
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.study.floors import floors
 from sparsurf.surfaces.radii import radii
@@ -150,6 +152,20 @@ def test_a_density_above_the_usual_is_told_of_the_surface_alone(folder, tmp_path
     """Not of those that its noise floor is measured on."""
     assert ended("minimal", folder / "protein.pdb", "--d-link", 0.45, "-o", tmp_path / "few.csv") == 0
     assert capfd.readouterr().err.count("dots per Å^2 instead of") == 1
+
+
+def test_the_floor_is_that_of_dots_as_dense_on_as_many_tests_as_in_a_study(folder, tmp_path, monkeypatch):
+    seen = []
+
+    def floors(ready, n_tests, lay, atoms, moved):
+        seen.append((n_tests, len(lay(atoms)), len(ready.points)))
+        raise InputError("enough")
+
+    monkeypatch.setattr(minimal_command, "floors", floors)
+    assert (
+        ended("minimal", folder / "protein.pdb", "--density", 2, "--d-link", 1, "-o", tmp_path / "x.csv") == 1
+    )
+    assert seen[0][0] == 200 and seen[0][1] == seen[0][2]
 
 
 def test_fewer_dots_suffice_at_better_places(folder, tmp_path):
@@ -338,6 +354,24 @@ def test_too_little_memory_is_one_sentence(folder, monkeypatch, capsys):
     monkeypatch.setattr(surface_command, "run", lambda wish: np.empty(2**55))
     assert ended("surface", folder / "protein.pdb", "-o", "x.csv") == 1
     assert capsys.readouterr().err == "sparsurf surface: there is not enough memory; ask for fewer dots.\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (KeyboardInterrupt(), 130, "sparsurf surface: interrupted\n"),
+        (OSError(2, "No such file", "a.pdb"), 1, "sparsurf surface: a.pdb: No such file.\n"),
+        (OSError(28, "No space left"), 1, "sparsurf surface: the output: No space left.\n"),
+    ],
+)
+def test_an_end_before_the_end_has_its_code_and_its_sentence(monkeypatch, capsys, error, code, told):
+    def work(wish):
+        logging.getLogger("sparsurf").info("a note")
+        raise error
+
+    monkeypatch.setattr(surface_command, "run", work)
+    assert ended("surface", "a.pdb", "-o", "x.csv") == code
+    assert capsys.readouterr().err == told
 
 
 def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):

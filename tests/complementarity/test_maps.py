@@ -169,4 +169,6 @@ def test_protrusion_counts_atoms_and_hydropathy_averages_residues():
     # 'XYZ' at 9 Å does not count; ILE 4.5, ARG -4.5 and GLY -0.4 do, each alone but for it
     alone = baselines.hydropathy(atoms, atoms, names, reach=6.5)
     assert np.allclose(alone, [0.0, 0.0, -4.5, -0.4])
+    beside = np.array([[9.9, 0, 0], [-10.1, 0, 0]])  # 10 Å reach the first atom, or none
+    assert np.allclose(baselines.hydropathy(atoms[:1], beside, names[:1]), [4.5, np.nan], equal_nan=True)
     assert baselines.distance_from_centroid(atoms, atoms[:1]).tolist() == [10.5]

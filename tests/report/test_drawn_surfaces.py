@@ -12,6 +12,7 @@ from matplotlib.colors import to_hex
 from test_figures import FINE, distances, grid, patch, sphere
 
 import draw_figures
+import draw_frames
 from conftest import make_blob
 from drawn import colour_of, legend_of, words_of
 from sparsurf.recovery.readings import READINGS
@@ -87,6 +88,30 @@ def test_many_conformations_are_not_named():
         names = [f"c{k}" for k in range(n)]
         ax = frames.frames_projection(plane, np.zeros(60, int), range(n), names, [], {}).axes[0]
         assert (len(ax.texts) > 0) == (n == frames.NAMED)
+
+
+def test_chosen_frames_are_found_by_their_numbers(tmp_path, monkeypatch):
+    tables = {
+        "projection": {
+            "frame": [0, 10, 20],
+            "pc1": [1.0, 2.0, 3.0],
+            "pc2": [4.0, 5.0, 6.0],
+            "cluster": [0, 0, 1],
+        },
+        "frames": {"conformation": ["c1", "c2"], "frame": [10, 20]},
+        "explained": {"explained": [0.7, 0.3]},
+        "silhouette": {"K": [2], "silhouette": [0.5]},
+    }
+    for name, columns in tables.items():
+        pd.DataFrame(columns).to_csv(tmp_path / f"{name}.csv", index=False)
+    seen = []
+    monkeypatch.setattr(draw_frames, "frames_projection", lambda *given: seen.extend(given))
+    monkeypatch.setattr(draw_frames.layout, "save", lambda *_: None)
+    draw_frames.main({name: tmp_path / f"{name}.csv" for name in tables}, {"png": "frames.png"})
+    assert [each.tolist() for each in seen[:5]] == [
+        [[1, 4], [2, 5], [3, 6]], [0, 0, 1], [1, 2], ["c1", "c2"], [0.7, 0.3]
+    ]  # fmt: skip
+    assert seen[5] == {2: 0.5}
 
 
 def test_a_single_conformation_has_no_axes():

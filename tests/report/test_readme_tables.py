@@ -5,6 +5,7 @@ import re
 import pandas as pd
 import pytest
 
+import store_tables
 from conftest import ROOT
 from sparsurf.report.readme_tables import claims_table, filled, plan_table, ranges_table, readme_tables
 from store_tables import bytes_per_frame
@@ -94,6 +95,19 @@ def test_the_plan_counts_hours_from_the_cost_of_a_frame():
     table = plan_table(bench, 4000).splitlines()
     assert table[3] == "| 100 ps | 100,000 | 10.0 | 2 | 0.40 GB |"  # 36,000 s
     assert table[4] == "| 10 ps | 1,000,000 | 100.0 | 13 | 4.00 GB |"
+
+
+def test_stored_numbers_have_four_decimals(tmp_path, monkeypatch):
+    (tmp_path / "p" / "c1").mkdir(parents=True)
+    pd.DataFrame({"d": [1.23456], "best_set": ["x"]}).to_csv(
+        tmp_path / "p" / "c1" / "ranges.csv", index=False
+    )
+    (tmp_path / "README.md").write_text("")
+    facts = pd.DataFrame({"name": ["n"], "value": ["1"]})
+    monkeypatch.setattr(store_tables, "paper_facts", lambda _: facts)
+    monkeypatch.setattr(store_tables, "readme_tables", lambda *_: {})
+    store_tables.main(tmp_path, "paper", docs=tmp_path, readme=tmp_path / "README.md")
+    assert (tmp_path / "default_ranges.csv").read_text() == "d\n1.2346\n"
 
 
 def test_the_page_on_clusters_holds_the_stored_plan():

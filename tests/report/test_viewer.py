@@ -100,6 +100,12 @@ def test_columns_come_back_as_they_were():
     assert columns == given
 
 
+def test_values_beyond_their_limits_are_at_the_ends():
+    values = np.array([-1.0, 0.0, 0.5, 2.0, np.nan])
+    assert packing.in_steps(values, 0.0, 1.0).tolist() == [0, 0, 127, 254, 255]
+    assert packing.in_steps(values[1:2], 0.0, 0.0).tolist() == [0]
+
+
 def test_flat_normals_are_within_two_degrees():
     rng = np.random.default_rng(1)
     normals = rng.normal(size=(5000, 3))

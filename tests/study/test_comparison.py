@@ -17,6 +17,7 @@ from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import SCALE
 from sparsurf.recovery.settling import settle
+from sparsurf.report.comparison_over_proteins_page import summary_markdown
 from sparsurf.report.comparison_page import compare_markdown
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.sampling import law, samplers
@@ -266,6 +267,16 @@ def test_summary_means_and_spread_between_proteins():
     assert (fewer["lowest"], fewer["highest"]) == pytest.approx((16 / 9, 16))
     assert fewer["factor"] == pytest.approx(16 / 3)
     assert list(by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
+    means, of_all = (
+        x.query("measure == 'Z surface'") for x in (over_proteins(units), needed_over_proteins(units))
+    )
+    told = means, of_all, dict.fromkeys(units, pd.Series(dtype=bool)), "proteins"
+    page = summary_markdown(*told, 3)
+    assert (
+        "mean over 2 proteins (3 conformations), in" in page
+        and "(1.8 .. 4.0) times fewer than uniform" in page
+    )
+    assert "mean over 2 proteins, in" in summary_markdown(*told, 2)
 
 
 def test_a_factor_beyond_what_was_measured_is_a_bound():

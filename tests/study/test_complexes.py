@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import t
 
 import study_complexes
+import thin_complexes
 import write_complexes
 from peptides import peptide, write
 from sparsurf import InputError
@@ -191,6 +192,23 @@ def test_complexes_of_a_folder_have_their_receptor_first(tmp_path):
         ("1BBB", "bound", "1BBB_r_b-matched.pdb", "1BBB_l_b-matched.pdb"),
         ("1BBB", "unbound", "1BBB_r_u.pdb", "1BBB_l_u.pdb"),
     ]
+
+
+def test_three_bound_complexes_are_thinned(tmp_path, monkeypatch):
+    found = [(name, form, ["a", "b"]) for name in ("1PPE", "2AAA") for form in ("bound", "unbound")]
+    row = {"sampler": "uniform", "percent": 10, "surface": "kept", "n_S": 5, "n_S_percent": 10.0}
+    row |= dict.fromkeys(["correlation", "auc", "seconds", *thin_complexes.STAGES], 0.5)
+    for name, result in {
+        "complexes": found,
+        "read_molecule": None,
+        "ready": None,
+        "thinning": pd.DataFrame([row, row | {"n_S": 6, "auc": 1.0}]),  # both sides
+        "thinning_figure": SimpleNamespace(savefig=lambda *_, **__: None),
+    }.items():
+        monkeypatch.setattr(thin_complexes, name, lambda *_, result=result, **__: result)
+    thin_complexes.main("data", tmp_path)
+    stored = pd.read_csv(tmp_path / "tables" / "complexes_thinning.csv")
+    assert stored[["complex", "n_S", "auc"]].to_numpy().tolist() == [["1PPE", 5.5, 0.75]]
 
 
 def test_the_published_descriptor_is_summed_up_first(tmp_path):

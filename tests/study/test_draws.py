@@ -1,10 +1,13 @@
 """Draws that must differ, weights that belong to their subset, numbers of test dots."""
 
+import logging
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import take_minimal
 from sparsurf import InputError
 from sparsurf.streams import stream
 from sparsurf.study import comparison, grid
@@ -79,6 +82,11 @@ def test_number_of_test_dots(wished, n_dots, number):
     assert number_of_tests(wished, n_dots) == number
 
 
+def test_all_dots_are_tests_where_more_are_wished(evaluator):
+    n = len(evaluator.points)
+    assert np.array_equal(evaluator.draw_tests(n + 1), np.arange(n))
+
+
 def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(evaluator):
     def draw(n, rng):
         return rng.permutation(3000)[:n]
@@ -96,6 +104,18 @@ def test_all_dots_may_be_handed_out_but_not_more(evaluator):
     assert sorted(kept.tolist()) == list(range(3000)) and (weight == 1).all()
     with pytest.raises(InputError, match="blob has 3000 dots; give 1 to 3000"):
         minimal_subset(evaluator, "uniform", 3001)
+
+
+def test_a_share_of_the_dots_is_one_dot_at_least():
+    assert [take_minimal.number_of_dots({"n_S_percent": p}, 300) for p in (0.01, 1)] == [1, 3]
+    assert take_minimal.number_of_dots({"n_S": 7}, 300) == 7 and take_minimal.number_of_dots({}, 300) is None
+
+
+def test_a_wished_z_is_told_with_its_interval(evaluator, caplog):
+    with caplog.at_level(logging.INFO, "sparsurf"):
+        minimal_subset(evaluator, "farthest", z=3.0, n_tests=20)
+    mean, low, high = map(float, re.search(r"Z = (.*) \(95 %: (.*) to (.*)\)", caplog.text).groups())
+    assert low < mean < high
 
 
 def test_fragments_are_medians_over_draws_and_test_dots(evaluator):

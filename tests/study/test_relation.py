@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from sparsurf.sampling.combination import PARAMETERS, Combination, joined
-from sparsurf.study.relation import changes, relation, rho_interval
+from sparsurf.study.relation import changes, correlations, relation, rho_interval
 
 A, B, C = "a", "b", "c"
 
@@ -54,3 +54,13 @@ def test_the_interval_of_rho_has_the_width_of_bonett_and_wright():
     # 5 surfaces: half as certain, and with rho = 0 as wide on either side
     low, high = rho_interval(np.array([0.0]), 5)
     assert high[0] == -low[0] == pytest.approx(np.tanh(1.959964 / np.sqrt(2)), abs=1e-6)
+    # a rho of 1 counts as one of 1 - 6 / 120, and three surfaces tell nothing
+    assert rho_interval(np.array([1.0]), 5)[0] == pytest.approx(
+        np.tanh(np.arctanh(0.95) - 1.959964 * np.sqrt(0.75)), abs=1e-6
+    )
+    assert np.isnan(rho_interval(np.array([0.5]), 3)).all()
+
+
+def test_all_orders_of_six_surfaces_are_taken():
+    values = np.repeat(np.arange(6.0)[:, None], 4, axis=1)
+    assert correlations(np.arange(6.0), values, None)["p"] == pytest.approx(2 / 720)

@@ -99,6 +99,12 @@ def test_held_out_values_did_not_choose():
     assert held_out(x, (2, 3)).mean == pytest.approx(np.mean(values))
 
 
+def test_draws_are_dealt_into_three_folds_and_test_dots_into_five():
+    x = np.random.default_rng(8).normal(size=(9, 15, 15))
+    assert np.array_equal(winners_outside(x), winners_outside(x, (3, 5)))
+    assert not np.array_equal(winners_outside(x), winners_outside(x, (5, 3)))
+
+
 def test_held_out_with_one_draw_deals_test_dots():
     x = np.random.default_rng(6).normal(size=(5, 1, 4))
     chosen = winners_outside(x, (3, 2))

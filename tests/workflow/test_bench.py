@@ -69,6 +69,7 @@ def test_lattice_keeps_the_copies_apart():
     xyz = np.random.default_rng(0).normal(size=(50, 3))
     copies = bench.lattice(xyz, 5).reshape(5, 50, 3)
     assert np.allclose(copies - copies[:, :1], xyz - xyz[0])
+    assert np.allclose(copies[1] - xyz, [0, 0, np.ptp(xyz[:, 2]) + bench.GAP])
     lows, highs = copies.min(axis=1), copies.max(axis=1)
     for a in range(5):
         for b in range(a):

@@ -58,6 +58,12 @@ def test_a_wildcard_is_one_of_the_names_and_nothing_else():
     assert not re.match(one_of([]), "")
 
 
+def test_a_package_that_a_script_imports_counts_as_its_code(scripts):
+    (scripts / "run.py").write_text("from sparsurf import two\n")
+    names = ["run.py", "sparsurf/__init__.py", "sparsurf/two/__init__.py"]
+    assert code_digests.files("run.py") == [scripts / name for name in names]
+
+
 def test_a_rule_is_made_by_its_code_and_by_the_sections_it_names(scripts):
     config = {"seed": 3, "patches": {"R": 6, "D_link": 0.5}, "compare": {"run": True, "draws": 2}}
     (scripts / "sparsurf/report/figures").mkdir(parents=True)

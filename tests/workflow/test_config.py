@@ -298,6 +298,9 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
         "structure": "x.gro",
         "trajectory": "x.xtc",
     }
+    wish = {"selection": "all", "chains": ["A"], "residues": "1-9", "model": 2, "altloc": "B"}
+    wish |= {"hydrogens": "remove", "ligands": True}
+    assert Protein(structure="x.pdb", **wish).chosen == wish
     assert Protein(surface="x.dms", model=1, trajectory="t.xtc").without_meaning == ["model", "trajectory"]
     simulated = Protein(structure="x.pdb", residues="1-9", hydrogens="keep", simulate={})
     assert simulated.chosen == {"residues": "1-9", "hydrogens": "keep"} and simulated.reading == {

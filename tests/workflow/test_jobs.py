@@ -119,6 +119,18 @@ def test_processes_of_jobs_import_this_library_first(monkeypatch):
     assert first.endswith("scripts") and second == "elsewhere"
 
 
+def test_what_a_job_has_used_counts_the_processes_that_it_started(monkeypatch, tmp_path):
+    (tmp_path / "in").write_bytes(bytes(2_500_000))
+    spent = {
+        jobs.resource.RUSAGE_SELF: SimpleNamespace(ru_maxrss=2_000_000, ru_utime=1.0, ru_stime=0.5),
+        jobs.resource.RUSAGE_CHILDREN: SimpleNamespace(ru_maxrss=1_000_000, ru_utime=2.0, ru_stime=0.0),
+    }
+    monkeypatch.setattr(jobs.resource, "getrusage", spent.get)
+    for platform, memory in (("linux", 3072), ("darwin", 3)):  # in kB and in bytes
+        monkeypatch.setattr(jobs.sys, "platform", platform)
+        assert jobs.used([str(tmp_path / "in")]) == f"USED {memory} MB 3.5 s for 2.50 MB"
+
+
 def test_the_peak_of_memory_is_told_in_bytes():
     status = Path("/proc/self/status")
     if not status.is_file():
@@ -151,3 +163,13 @@ def test_a_time_is_the_median_after_one_call_in_vain(monkeypatch):
     monkeypatch.setattr(timing.time, "process_time", lambda: clock[0])
     monkeypatch.setattr(timing.time, "perf_counter", lambda: 2 * clock[0])
     assert timing.timed(run, 3) == (2.0, 4.0) and len(calls) == 4
+
+
+def test_a_time_is_told_in_its_unit(monkeypatch):
+    monkeypatch.setattr(timing, "timed", lambda run, repeats: (0.5, 0.75))
+    table = timing.Table()
+    assert table.time("a", 10, None, 3) == 0.5 and table.time("b", 10, None, 3, "ms", 1e3, 400) == 500
+    assert [(row["value"], row["wall"], row["unit"], row["at_most"]) for row in table.rows] == [
+        (0.5, 0.75, "s", None),
+        (500, 750, "ms", 400),
+    ]

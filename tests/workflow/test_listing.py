@@ -22,9 +22,10 @@ TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
     (tmp_path / "a.pdb").write_bytes(TOPOLOGY.read_bytes())
     table = tmp_path / "proteins.csv"
-    table.write_text("name,structure,chains,model,ligands\none,a.pdb,A B,2,\ntwo,a.pdb,,,HEM XK2\n")
+    table.write_text("name,structure,chains,model,ligands\none,a.pdb,A B,2,TRUE\ntwo,a.pdb,,,HEM XK2\n")
     proteins = from_table(str(table))
-    assert proteins["one"] == {"structure": str(tmp_path / "a.pdb"), "chains": ["A", "B"], "model": 2}
+    one = {"structure": str(tmp_path / "a.pdb"), "chains": ["A", "B"], "model": 2, "ligands": True}
+    assert proteins["one"] == one
     assert proteins["two"] == {"structure": str(tmp_path / "a.pdb"), "ligands": ["HEM", "XK2"]}
     assert set(check({"proteins": str(table)})["proteins"]) == {"one", "two"}
 
@@ -248,6 +249,12 @@ def test_a_local_copy_replaces_a_fetched_one(monkeypatch):
 
 
 def test_names_that_differ_in_case_only_are_kept_apart(tmp_path):
-    for name in ("Protein.pdb", "γ.pdb"):  # no letter of the second can name a folder
+    for name in ("Protein.pdb", "γ.pdb", "A.pdb", "a.cif"):  # no letter of the second can name a folder
         (tmp_path / name).write_text("")
-    assert list(from_folder(str(tmp_path))) == ["Protein", "protein_"]
+    assert set(from_folder(str(tmp_path))) == {"Protein", "protein_", "A_pdb", "a_cif"}
+
+
+def test_a_trajectory_and_its_topology_are_one_protein_of_their_name(tmp_path):
+    for name in ("x.gro", "x.xtc"):
+        (tmp_path / name).write_text("")
+    assert list(from_folder(str(tmp_path))) == ["x"]
