@@ -191,6 +191,7 @@ def test_read_csv(tmp_path, header):
         ("x,y,z\n1,2,3\n", "column nx"),
         ("x,y,z,nx,ny,nz,NZ\n1,2,3,0,0,1,1\n", "one column nz"),
         ("x,y,z,nx,ny,nz\n", "no dots"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "dot 2 has a normal of length 0.000"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,0\n", "length"),
         ("x,y,z,nx,ny,nz\n1,2,,0,0,1\n", "NaN"),
         ("x,y,z,nx,ny,nz\n1,2,rubbish,0,0,1\n", "NaN"),
