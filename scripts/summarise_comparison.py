@@ -19,8 +19,8 @@ def main(inputs, outputs):
     """
     tables = {Path(path).parts[-3:-1]: pd.read_csv(path) for path in inputs["tables"]}
     units = by_protein(tables)
-    of = "proteins" if len({protein for protein, _ in tables}) > 1 else "conformations"
-    of = of if len(units) > 1 else "conformation"
+    several = "proteins" if len({protein for protein, _ in tables}) > 1 else "conformations"
+    of = several if len(units) > 1 else "conformation"
     table = over_proteins(units)
     fewer = needed_over_proteins(units)
     table.to_csv(outputs["table"], index=False)

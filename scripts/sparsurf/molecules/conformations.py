@@ -17,9 +17,8 @@ log = logging.getLogger("sparsurf")
 
 CLUSTERS = range(2, 12)  # K = 2..11, the paper's
 RESTARTS = 20  # of k-means; the best by inertia is kept
-SAME = (
-    1e-3  # Å; projections closer than this are one conformation (coordinates are stored to 0.001 to 0.01 Å)
-)
+# Å; projections closer than this are one conformation (coordinates are stored to 0.001 to 0.01 Å)
+SAME = 1e-3
 CHUNK = 1024  # rows of the distance matrix held at once
 
 

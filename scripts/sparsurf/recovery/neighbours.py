@@ -7,9 +7,8 @@ from numba import njit
 
 from sparsurf.patches.index import ball
 
-SAME_SIDE = (
-    -0.5
-)  # cosine of two normals; dots that face each other across a cleft say nothing about each other
+# Cosine of two normals; dots that face each other across a cleft say nothing about each other
+SAME_SIDE = -0.5
 COUNTED = 8  # the spacing follows from the distance to this neighbour
 WIDEST = 2.0  # median spacings; a dot alone in a cavity has no neighbours of its own
 FAR = 1.3  # growth of a search radius that holds too few dots

@@ -14,9 +14,8 @@ from sparsurf.recovery.interpolants import SLICE, fit, value
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import over_slices
 
-REACH = (
-    1.0  # a farthest-point subset lies within 0.9 spacings of every dot; more only helps very uneven subsets
-)
+# A farthest-point subset lies within 0.9 spacings of every dot; more only helps very uneven subsets
+REACH = 1.0
 STEPS = 4  # of Newton; two do on smooth surfaces, none needs more than four
 SURPLUS = 1.3  # places laid per dot wanted: thinning takes what overlaps
 LEAST = 10.0  # places per kept dot, so that gaps are found even between dots that are nearly dense enough
@@ -85,9 +84,8 @@ def _lay(functions, begin, end, density, reach, steps):
     per = np.empty(end - begin, np.int64)
     places = most = 0
     for i in range(begin, end):
-        square = max(
-            SURPLUS * density * functions.spacing[i] ** 2, LEAST
-        )  # places in a square of the spacing
+        # places in a square of the spacing
+        square = max(SURPLUS * density * functions.spacing[i] ** 2, LEAST)
         per[i - begin] = int(math.pi * reach**2 * square)
         places, most = places + per[i - begin], max(most, per[i - begin])
     points, normals = np.empty((places, 3)), np.empty((places, 3))

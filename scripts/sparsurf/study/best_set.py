@@ -66,9 +66,8 @@ def best_set(x):
     error = np.sqrt((apart**2).sum(axis=1) + each + each[first])
     near = np.flatnonzero(parts.mean[first] - parts.mean <= FAR * error)
     near = near[np.argsort(-parts.mean[near], kind="stable")][:MOST]
-    shared = np.full(
-        len(near), max(parts.of_draws[near].mean(), 0)
-    )  # of few draws each: one for all that are near
+    # of few draws each: one for all that are near
+    shared = np.full(len(near), max(parts.of_draws[near].mean(), 0))
     own = Scatter(parts.mean[near], parts.by_test[near], shared)
     covariance = own.by_test @ own.by_test.T
     variance = np.diag(covariance)

@@ -100,9 +100,8 @@ def molecular_mesh(xyz, radii, probe=1.4, step=STEP, threads=1):
     far = cells_of(some_probes(rolling.probes), limit), cells_of(relative, (radii + probe).max() + limit)
     low, shape = grid_around(relative, radii.max(), step)
     values = _deepest(relative, radii, low, shape, step, -2 * probe)
-    doubtful = np.flatnonzero(
-        (values > -probe) & (values <= 0)
-    )  # neither in an atom nor where a centre may be
+    # neither in an atom nor where a centre may be
+    doubtful = np.flatnonzero((values > -probe) & (values <= 0))
     places = low + step * np.stack(np.unravel_index(doubtful, values.shape), axis=1)
     gap, _, _ = _nearest_centres(places, rolling, far, limit, threads)
     values.ravel()[doubtful] = gap - probe

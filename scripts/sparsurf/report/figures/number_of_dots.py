@@ -41,9 +41,8 @@ def figure(grid):
         for column, beta in enumerate(betas):
             ax = layout.axes(figure, 12 + width * column, 13 + height * row, width - gap, height - 3)
             for gamma, line in grid[(grid.alpha == alpha) & (grid.beta == beta)].groupby("gamma"):
-                alone = (
-                    {"marker": "_", "markersize": 8} if len(deltas) == 1 else {}
-                )  # no line joins one point
+                # no line joins one point
+                alone = {"marker": "_", "markersize": 8} if len(deltas) == 1 else {}
                 ax.plot(line.delta, line.expected, color=colour[gamma], **alone)
                 ax.plot(line.delta, line.n_S_percent, color=colour[gamma], clip_on=False, **SIMULATED)
             _frame(ax, deltas, width - gap, height)

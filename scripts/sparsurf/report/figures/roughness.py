@@ -30,9 +30,8 @@ def figure(points, normals, roughness):
     matplotlib.figure.Figure
     """
     figure = layout.sheet(layout.COLUMN, 105)
-    low, middle, high = np.quantile(
-        roughness, [0.01, 0.5, 0.99]
-    )  # a few extreme dots must not take most colours
+    # a few extreme dots must not take most colours
+    low, middle, high = np.quantile(roughness, [0.01, 0.5, 0.99])
     limits = min(low, middle - 0.1), max(high, middle + 0.1)
     scale = ScalarMappable(colors.Normalize(*limits, clip=True), colormaps["viridis"])
     camera = render.aim(points, render.along_smallest_axis(points), layout.pixels(68, 55))
