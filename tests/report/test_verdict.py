@@ -64,6 +64,9 @@ def test_the_page_of_the_best():
     )
     assert "- n_S at most 20 %: (alpha, beta, gamma, delta) = (1, 0, 1, 0)" in page
     assert "Z_tS = 1.25; it is the best with 95 % confidence." in page
+    alone = rows | {"under_max_n_S": winner(1, 0.1, 0.3, 0.5, n_best_set=1, n_combinations=1)}
+    page = pages.best_markdown({"kept": alone, "max_n_S_percent": 20, "yardsticks": STICKS})
+    assert "Z_tS = 1.25; no other combination was there to compare with." in page
 
 
 def places(p_of_d):

@@ -92,6 +92,7 @@ def test_best_is_sought_at_alpha_one_and_under_the_maximum():
     assert str(Combination.of(best["kept"]["unrestricted"])) == "(1, 0, 4, 0)"
     assert str(Combination.of(best["kept"]["under_max_n_S"])) == "(0.5, 0, 0, 0)"
     assert "d held out = 3.00" in pages.best_markdown(best)
+    assert [best["kept"][key]["n_combinations"] for key in ("unrestricted", "under_max_n_S")] == [2, 2]
 
 
 def test_an_answer_is_given_when_nothing_is_that_small():

@@ -122,6 +122,8 @@ def best_markdown(result):
 def may_be_best(row):
     """How many combinations the confidence set of the best holds, in words."""
     n = int(row["n_best_set"])
+    if row["n_combinations"] == 1:
+        return "no other combination was there to compare with"
     if n == 1:
         return "it is the best with 95 % confidence"
     return f"the 95 % confidence set of the best holds {n} combinations, this one among them"

@@ -69,7 +69,7 @@ def ranges_table(table, grid, n_ranges=10, floors=None):
         for k in range(n_ranges):
             inside = np.flatnonzero(member == k)
             row = {"islands": reading, "n_S_low_percent": limits[k], "n_S_high_percent": limits[k + 1]}
-            row["n_combinations"] = len(inside)
+            row["n_combinations"] = 0  # the winner's row knows better
             rows.append(row | (_winner(table, d, reading, inside) if len(inside) else {}))
     return with_yardsticks(pd.DataFrame(rows), all_yardsticks(grid, floors))
 
@@ -108,7 +108,7 @@ def _winner(table, d, reading, inside):
         for key in ("d", "d_low", "d_high", "Z_tS", "Z_tR", "fragment")
     }
     among = sub[best_set(d[inside])]
-    row["n_best_set"] = len(among)
+    row |= {"n_combinations": len(inside), "n_best_set": len(among)}
     row["best_set"] = joined(texts_of(among))
     return row
 

@@ -17,6 +17,10 @@ NUMBER = re.compile(r"[+-]?\d*\.?\d+(e[+-]?\d+)?", re.I)  # quoted, or one of 1e
 
 def sentence(error):
     """What a schema error means: the key, what was given, what is allowed."""
+    if error.validator == "anyOf":  # one of the forms may be meant, and only a part of it be wrong
+        meant = [each for each in error.context if each.path or each.validator not in ("type", "const")]
+        if meant:
+            return sentence(meant[0])
     key = ".".join(map(str, error.absolute_path)) or "the config"
     if error.validator == "additionalProperties":
         return _unknown(key, sorted(set(error.instance) - set(error.schema["properties"]))[0], error.schema)
