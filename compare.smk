@@ -22,7 +22,7 @@ rule compare_samplers:
     resources:
         **needs("compare_samplers", files.dots),
     params:
-        **made_by("compare_samplers.py", "patches", "sampling", "evaluation", "compare", "seed"),
+        **made_by("compare_samplers.py", "surface", "patches", "sampling", "evaluation", "compare", "seed"),
     message:
         "Comparing samplers on {wildcards.protein}/{wildcards.conformation}"
     script:

@@ -1,5 +1,7 @@
 """Samplers compared at equal n_S on one surface."""
 
+from functools import partial
+
 import pandas as pd
 
 from sparsurf.molecules.reading import read_molecule
@@ -8,7 +10,7 @@ from sparsurf.report.figures import comparison_figure, layout
 from sparsurf.study import comparison, comparison_intervals, dots_needed
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.tables import as_yardsticks
-from sparsurf.study.without_the_surface import stand_alone
+from sparsurf.study.without_the_surface import dotted, stand_alone
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
@@ -34,15 +36,21 @@ def main(inputs, outputs, settings, name, threads):
         as_yardsticks(pd.read_csv(inputs["floors"])),
         raw,
     )
-    molecule = None
+    lay = None
     if inputs.get("structure"):
-        atoms = read_molecule(inputs["structure"], selection="all", whole=False)
-        molecule = atoms.xyz[0], radii(atoms)
+        atoms, rules = read_molecule(inputs["structure"], selection="all", whole=False), settings["surface"]
+        lay = partial(
+            dotted,
+            atoms.xyz[0],
+            radii(atoms, rules["radii"]),
+            probe=rules["probe_radius"],
+            reentrant=rules["reentrant"],
+        )
     own = {key: drawers[key] for key in ("farthest", "uniform") if key in drawers}
     more = {
         "pairs": comparison_intervals.paired(raw, percents),
         "fewer": comparison_intervals.times_fewer_intervals(raw, table, evaluator.stream("times fewer")),
-        "alone": stand_alone(evaluator, own, molecule, percents, n_tests, draws),
+        "alone": stand_alone(evaluator, own, lay, percents, n_tests, draws),
     }
     for key, each in more.items():
         each.to_csv(outputs[key], index=False)

@@ -12,6 +12,7 @@ import summarise_comparison
 import take_minimal
 from conftest import ROOT
 from drawn import check_texts
+from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.islands import patch
@@ -29,6 +30,7 @@ from sparsurf.study.dots_needed import all_needed, needed, ranking, times_fewer,
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.minimal import minimal_subset
 from sparsurf.study.minimal_by_floor import enough_dots
+from sparsurf.study.without_the_surface import stand_alone
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.making import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -406,6 +408,7 @@ def test_negative_z_is_refused_before_any_work():
 
 def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch):
     settings = {
+        "surface": {"radii": "bondi", "probe_radius": 1.2, "reentrant": "dms"},
         "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK},
         "sampling": {"moved_centre": True, "every_patch": True},
         "evaluation": {"test_dots": 30, "draws": 2},
@@ -413,7 +416,15 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         "minimal": {"sampler": "paper", "n_S_percent": 10, "settle": False},
         "seed": 1,
     }
-    folders = [tmp_path / "blob" / c for c in ("c1", "c2")]
+    folders, asked = [tmp_path / "blob" / c for c in ("c1", "c2")], []
+
+    def alone_without_atoms(evaluator, own, lay, *rest):
+        asked.append((lay, *rest))
+        return stand_alone(evaluator, own, None, *rest)
+
+    monkeypatch.setattr(compare_samplers, "stand_alone", alone_without_atoms)
+    zinc = atom_line("ZN", " ZN", "A", "9", (9, 9, 9), record="HETATM", element="ZN")
+    structure = write(tmp_path / "structure.pdb", peptide() + zinc + "END\n")
     for folder in folders:
         folder.mkdir(parents=True)
         write_npz(folder / "surface.npz", surface)
@@ -426,11 +437,23 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         outputs = {"table": folder / "compare.csv", "needed": folder / "needed.csv"}
         outputs |= {"page": folder / "compare.md", "png": str(folder / "compare.png")}
         outputs |= {key: folder / f"compare_{key}.csv" for key in ("pairs", "fewer", "alone")}
+        inputs |= {"structure": structure} if folder.name == "c1" else {}
         compare_samplers.main(inputs, outputs, settings, f"blob/{folder.name}", 1)
     page = (folders[0] / "compare.md").read_text(encoding="utf-8")
     assert "estimated from the spacing of the dots" in page  # this surface has no areas
     assert "own ranges.csv" in page
     assert set(pd.read_csv(outputs["alone"])["sampler"]) == {"farthest", "uniform"}
+    # every atom of the structure takes part in the opponent that needs no full surface, and the rules of the study do
+    (lay, *rest), (no_lay, *_) = asked
+    assert rest == [[10, 40], 30, 2] and no_lay is None
+    assert lay.keywords == {"probe": 1.2, "reentrant": "dms"}
+    assert lay.args[1].tolist() == pytest.approx(4 * [1.55, 1.7, 1.7, 1.52, 1.7] + [1.39])
+    compared = pd.read_csv(folders[0] / "compare.csv")
+    assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest", comparison.HINDSIGHT]
+    known = pd.read_csv(inputs["floors"]).set_index("floor")["Z"]
+    of_z = compared[compared["measure"].str.startswith("Z ")]
+    for column, floor in (("fresh_dots", "fresh dots"), ("turned", "turned")):
+        assert of_z[column].to_numpy() == pytest.approx(known[floor])
     drawn = []
     monkeypatch.setattr(
         summarise_comparison,

@@ -1,5 +1,7 @@
 """Paired differences, intervals of times fewer, and subsets that stand alone."""
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -112,7 +114,7 @@ def test_subsets_that_stand_alone():
     xyz, r = molecule.xyz[0], radii(molecule)
     evaluator = Evaluator(molecular_surface(xyz, r), seed=1, name="piece")
     drawers = {"uniform": lambda n, rng: samplers.uniform(evaluator, n, rng)}
-    table = stand_alone(evaluator, drawers, (xyz, r), (10.0, 40.0), 30, 2, (1.2, 1.6))
+    table = stand_alone(evaluator, drawers, partial(dotted, xyz, r), (10.0, 40.0), 30, 2, (1.2, 1.6))
     assert table["sampler"].unique().tolist() == ["uniform", "dotted"] and len(table) == 8
     share = table[table["sampler"] == "uniform"].groupby("percent")["n_S_percent"].first()
     assert share.to_dict() == pytest.approx({10.0: 10.0, 40.0: 40.0}, rel=0.02)

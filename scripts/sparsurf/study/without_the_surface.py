@@ -31,7 +31,7 @@ def dotted(xyz, radii, n, rng, probe=1.4, reentrant="exact"):
     return best.points @ turn, best.normals @ turn
 
 
-def stand_alone(evaluator, drawers, molecule=None, percents=PERCENTS, n_tests=200, draws=3, scales=SCALES):
+def stand_alone(evaluator, drawers, lay=None, percents=PERCENTS, n_tests=200, draws=3, scales=SCALES):
     """Z of subsets as surfaces of their own, by linking distance.
 
     Parameters
@@ -39,8 +39,8 @@ def stand_alone(evaluator, drawers, molecule=None, percents=PERCENTS, n_tests=20
     evaluator : Evaluator
     drawers : dict
         Name -> function (n, rng) -> dots, see `comparison.contestants`.
-    molecule : (xyz, radii), optional
-        (A, 3) and (A,), Å: lets the surface dotted at low density take part.
+    lay : callable, optional
+        (n, rng) -> points and normals, see `dotted`: lets the surface laid at low density take part.
     percents : sequence of float
     n_tests, draws : int
     scales : sequence of float
@@ -51,10 +51,10 @@ def stand_alone(evaluator, drawers, molecule=None, percents=PERCENTS, n_tests=20
     """
     tests, rows = evaluator.draw_tests(n_tests), []
     z_tot, _ = evaluator.describe(tests)
-    for name in [*drawers, *([DOTTED] if molecule else [])]:
+    for name in [*drawers, *([DOTTED] if lay else [])]:
         for percent in percents:
             n = max(2, round(percent / 100 * len(evaluator.points)))
-            subsets = [_dots(evaluator, name, drawers, molecule, n, k) for k in range(draws)]
+            subsets = [_dots(evaluator, name, drawers, lay, n, k) for k in range(draws)]
             share = 100 * np.mean([len(points) for points, _ in subsets]) / len(evaluator.points)
             for scale in scales:
                 z = []
@@ -67,10 +67,10 @@ def stand_alone(evaluator, drawers, molecule=None, percents=PERCENTS, n_tests=20
     return pd.DataFrame(rows)
 
 
-def _dots(evaluator, name, drawers, molecule, n, draw):
+def _dots(evaluator, name, drawers, lay, n, draw):
     """Points and normals of one draw."""
     rng = evaluator.stream("stand alone", name, n, draw)
     if name == DOTTED:
-        return dotted(*molecule, n, rng)
+        return lay(n, rng)
     kept = np.sort(drawers[name](n, rng))
     return evaluator.points[kept], evaluator.normals[kept]
