@@ -194,21 +194,68 @@ def test_complexes_of_a_folder_have_their_receptor_first(tmp_path):
     ]
 
 
+def test_labels_and_descriptors_are_handed_on_from_form_to_form_and_complex_to_complex(tmp_path, monkeypatch):
+    found = [("1a1u", "bound", "ac"), ("six", "bound", "rl"), ("six", "unbound", "RL")]
+    asked = []
+
+    def scored_pair(pair, others, labels, recipes):
+        asked.append(([each.name for each in pair], others, labels, [each.radius for each in recipes]))
+        n = len(asked)
+        return pd.DataFrame({"auc": [n / 4]}), pd.DataFrame({"auc": [n / 8]}), f"own {n}", (n, 10 * n)
+
+    for name, result in {
+        "complexes": lambda _: found,
+        "read_molecule": str,
+        "laid_on": lambda molecule, reference: f"{molecule} on {reference}",
+        "ready": lambda molecule, name: SimpleNamespace(name=name, surface=SimpleNamespace(points=molecule)),
+        "interface": lambda _, other: f"near {other}",
+        "carried_labels": lambda mine, bound, labels: f"{mine}: those of {bound} {labels}",
+        "score_complex": scored_pair,
+    }.items():
+        monkeypatch.setattr(study_complexes, name, result)
+    study_complexes.main("data", tmp_path)
+    carried = ["R on r: those of r near l", "L on l: those of l near r"]
+    assert asked == [
+        (["1a1u bound 1", "1a1u bound 2"], None, None, [6.0, 12.0]),
+        (["six bound 1", "six bound 2"], "own 1", None, [6.0, 12.0]),
+        (["six unbound 1", "six unbound 2"], "own 2", carried, [6.0, 12.0]),
+    ]
+    tables = [
+        pd.read_csv(tmp_path / "published" / f"{name}.csv") for name in ("areas", "contacts", "controls")
+    ]
+    assert [table.to_numpy().tolist() for table in tables] == [
+        [[0.25, "1a1u", "bound"], [0.5, "six", "bound"], [0.75, "six", "unbound"]],
+        [[0.125, "1a1u"], [0.25, "six"]],  # what touches is asked of the bound form
+        [["1a1u", "bound", 1, 10], ["six", "bound", 2, 20], ["six", "unbound", 3, 30]],
+    ]
+    study_complexes.main("data", tmp_path, "steady")
+    assert asked[-1][-1] == [6.0] and len(pd.read_csv(tmp_path / "steady" / "areas.csv")) == 3
+
+
 def test_three_bound_complexes_are_thinned(tmp_path, monkeypatch):
     found = [(name, form, ["a", "b"]) for name in ("1PPE", "2AAA") for form in ("bound", "unbound")]
-    row = {"sampler": "uniform", "percent": 10, "surface": "kept", "n_S": 5, "n_S_percent": 10.0}
-    row |= dict.fromkeys(["correlation", "auc", "seconds", *thin_complexes.STAGES], 0.5)
+    row = {"sampler": "uniform", "percent": 10, "surface": "full", "n_S": 5, "n_S_percent": 10.0}
+    row |= dict.fromkeys(["correlation", "seconds", *thin_complexes.STAGES], 0.5)
+    auc = {"full": (0.5, 0.84688), "recovered": (0.25, 0.75)}  # of both sides
+    rows = [row | {"surface": name, "n_S": 5 + k, "auc": auc[name][k]} for name in auc for k in (0, 1)]
+    asked = []
     for name, result in {
         "complexes": found,
         "read_molecule": None,
         "ready": None,
-        "thinning": pd.DataFrame([row, row | {"n_S": 6, "auc": 1.0}]),  # both sides
         "thinning_figure": SimpleNamespace(savefig=lambda *_, **__: None),
     }.items():
-        monkeypatch.setattr(thin_complexes, name, lambda *_, result=result, **__: result)
+        monkeypatch.setattr(thin_complexes, name, lambda *_, result=result: result)
+    monkeypatch.setattr(
+        thin_complexes, "thinning", lambda *_, **keys: asked.append(keys) or pd.DataFrame(rows)
+    )
     thin_complexes.main("data", tmp_path)
     stored = pd.read_csv(tmp_path / "tables" / "complexes_thinning.csv")
-    assert stored[["complex", "n_S", "auc"]].to_numpy().tolist() == [["1PPE", 5.5, 0.75]]
+    assert stored[["complex", "surface", "n_S", "auc"]].to_numpy().tolist() == [
+        ["1PPE", "full", 5.5, 0.6734],
+        ["1PPE", "recovered", 5.5, 0.5],
+    ]
+    assert asked == [{"draws": 1, "with_recovered": True}]
 
 
 def test_the_published_descriptor_is_summed_up_first(tmp_path):
@@ -219,6 +266,29 @@ def test_the_published_descriptor_is_summed_up_first(tmp_path):
     assert found["descriptor"].tolist() == ["published", "another"]
     with pytest.raises(InputError, match=r"holds no areas\.csv"):
         write_complexes.measured(tmp_path, "areas")
+
+
+def test_the_page_on_complexes_is_made_of_four_decimals(tmp_path, monkeypatch):
+    (tmp_path / "published").mkdir()
+    (tmp_path / "tables").mkdir()
+    for name in ("areas", "contacts", "controls"):
+        pd.DataFrame({"from": [name], "descriptor": "of the file"}).to_csv(
+            tmp_path / "published" / f"{name}.csv", index=False
+        )
+    given = []
+    monkeypatch.setattr(
+        write_complexes,
+        "tables_of",
+        lambda *tables: given.extend(tables) or {"means": pd.DataFrame({"auc": [0.12346]})},
+    )
+    monkeypatch.setattr(write_complexes, "TABLES", ("means",))
+    monkeypatch.setattr(write_complexes, "complexes_markdown", lambda stored: f"{stored['means'].auc[0]:.6f}")
+    write_complexes.main(tmp_path, tmp_path)
+    # the areas say themselves which descriptor they are of, and at which radius
+    assert [table.to_numpy().tolist() for table in given] == [
+        [["areas", "of the file"]], [["contacts", "published"]], [["controls", "published"]],
+    ]  # fmt: skip
+    assert (tmp_path / "complexes.md").read_text() == "0.123500"
 
 
 def scored(complex_, form, score, auc, **others):

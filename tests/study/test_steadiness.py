@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import measure_descriptors
 from peptides import peptide, write
 from sparsurf.patches.zernike.polynomials import indices
+from sparsurf.report.descriptors_page import TABLES
 from sparsurf.sampling import law
 from sparsurf.sampling.published import PUBLISHED_ROWS
 from sparsurf.study import grid, steadiness
@@ -72,7 +73,7 @@ def test_changes_and_orders_by_hand(monkeypatch):
 
 def test_longer_links_are_set_beside_the_lowest_density(tmp_path, monkeypatch):
     def asked(xyz, radii, tests, rng, density=5.0, d_link=0.5, threads=1):
-        row = pd.DataFrame({"density": [density], "linked_at": d_link})
+        row = pd.DataFrame({"density": [density], "linked_at": d_link, "drawn": rng.random()})
         return row, row
 
     one = pd.DataFrame({"value": [1.0]})
@@ -81,12 +82,45 @@ def test_longer_links_are_set_beside_the_lowest_density(tmp_path, monkeypatch):
         monkeypatch.setattr(steadiness, name, lambda *_: one)
     monkeypatch.setattr(measure_descriptors, "Evaluator", lambda *_, **__: None)
     monkeypatch.setattr(measure_descriptors, "DENSITIES", (5.0, 20.0))
-    found = measure_descriptors.measure("p", write(tmp_path / "p.pdb", peptide()), 1)
+    other, found = (
+        measure_descriptors.measure(name, write(tmp_path / "p.pdb", peptide()), 1) for name in "qp"
+    )
     assert found["changes"]["density"].tolist() == found["orders"]["density"].tolist() == [5, 20]
     assert (
         found["linked"]["D_link"].tolist() == found["linked"]["linked_at"].tolist() == [0.5, 0.55, 0.6, 0.8]
     )
     assert (found["linked"]["density"] == 5).all() and (found["grid"]["surface"] == "p").all()
+    # every density and link sees the same turns, which are the structure's own
+    drawn = {*found["changes"]["drawn"], *found["linked"]["drawn"]}
+    assert len(drawn) == 1 and not drawn & {*other["changes"]["drawn"]}
+
+
+def test_tables_of_all_structures_are_stored_and_drawn(tmp_path, monkeypatch):
+    def measured(name, path, threads):
+        return {
+            key: pd.DataFrame({"key": [key], "value": 0.123456, "path": path, "surface": name})
+            for key in TABLES
+        }
+
+    def drawing(words):
+        return lambda stored: SimpleNamespace(
+            savefig=lambda path, **_: path.write_text(f"{words} of {len(stored['grid'])}")
+        )
+
+    monkeypatch.setattr(measure_descriptors, "measure", measured)
+    monkeypatch.setattr(measure_descriptors, "descriptors_markdown", lambda stored: " ".join(stored))
+    for words in ("steadiness", "samplers"):
+        monkeypatch.setattr(measure_descriptors.descriptors_figures, words, drawing(words))
+    for structures in (["A1=x/A1.pdb", "c1=T=300/c1.pdb"], []):  # without any, from what is stored
+        measure_descriptors.main(tmp_path, *structures)
+        for key in TABLES:
+            stored = pd.read_csv(tmp_path / "tables" / f"descriptors_{key}.csv")
+            assert stored.to_numpy().tolist() == [
+                [key, 0.12346, "x/A1.pdb", "A1"], [key, 0.12346, "T=300/c1.pdb", "c1"],
+            ]  # fmt: skip
+        for words in ("steadiness", "samplers"):
+            assert (tmp_path / f"descriptors_{words}.png").read_text() == f"{words} of 2"
+        assert (tmp_path / "descriptors.md").read_text() == " ".join(TABLES)
 
 
 def test_the_steady_descriptor_moves_less(atoms):

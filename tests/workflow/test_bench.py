@@ -44,20 +44,62 @@ def test_quick_run_writes_every_kind_of_figure(tmp_path, monkeypatch):
     n = next(row["dots"] for row in content["figures"] if row["what"] == "roughness per dot")
     assert value["roughness per dot"] == pytest.approx(1e6 * value["roughness of all dots"] / n)
     assert value["one sampling per dot"] == pytest.approx(1e6 * value["one sampling"] / n)
+    theirs, in_one_pass = value["a patch by others:norms"], value["a descriptor, 100% kept, `surface`"]
+    assert value["ratio"] == pytest.approx(theirs / value["the same patches here"])
+    assert value["ratio, 64 subsets in one pass"] == pytest.approx(theirs / in_one_pass)
+    # the promise is one for the dots of A1, not for a piece
+    assert all(row["at_most"] is None for row in content["figures"] if row["what"].startswith("roughness"))
+
+
+def test_time_is_counted_per_piece_of_work(monkeypatch):
+    monkeypatch.setattr("sparsurf.workflow.timing.timed", lambda run, repeats: (1.0, 1.0))
+    table = bench.Table()
+    surface = bench.a1(True)
+    bench.measure_descriptors(table, Evaluator(surface), np.random.default_rng(0), 1, 16)
+    bench.measure_surface(table, (2,), 1, bench.PIECE)
+    bench.measure_frames(table, True)
+    value, atoms = {row["what"]: row["value"] for row in table.rows}, len(bench.embedded(bench.PIECE)[1])
+    assert value["a descriptor, 20% kept, `kept`"] == pytest.approx(1e6 / 16 / 64)
+    assert value["a steady descriptor, 20% kept, `kept`"] == pytest.approx(1e6 / 2 / 64)
+    assert value[f"surface per atom, {2 * atoms} atoms"] == pytest.approx(1e6 / (2 * atoms))
+    assert value[f"a frame of an ensemble, {atoms} atoms"] == pytest.approx(1 / 3)
+
+
+def test_memory_is_counted_from_the_imports_on(monkeypatch, capsys):
+    monkeypatch.setattr(bench, "warm_up", lambda: None)
+    monkeypatch.setattr(bench, "peak_memory", iter([1000, 5000]).__next__)
+    monkeypatch.setattr(bench.grid, "run", lambda *_: None)
+    bench.print_memory(2, True)
+    assert json.loads(capsys.readouterr().out) == {"dots": 2 * len(bench.a1(True)), "bytes": 4000}
 
 
 def test_jobs_side_by_side_fill_their_time_once(tmp_path):
     # 10 s of one job, 5 s of which another one runs too, which goes on for 5 s; then 5 s of nothing
-    for output, (rule, begin, end) in enumerate([("one", 0, 6), ("one", 4, 10), ("two", 5, 15)]):
+    for output, (rule, begin, end) in enumerate([("one", 4, 10), ("one", 0, 6), ("two", 5, 15)]):
         record = {"rule": rule, "log": [f"{rule}.log"], "starttime": begin, "endtime": end}
         (tmp_path / str(output)).write_text(json.dumps(record))
     table = bench.Table()
-    bench.measure_rules(table, tmp_path, 20.0)
+    metadata = SimpleNamespace(rglob=lambda names: sorted(tmp_path.rglob(names)))
+    bench.measure_rules(table, metadata, 20.0)
     assert {row["what"]: row["wall"] for row in table.rows} == {
         "rule one, 1 job": 10,
         "rule two, 1 job": 10,
         "share of the study in which jobs run": 75,
     }
+
+
+def test_every_job_of_a_script_loads_its_libraries(tmp_path, monkeypatch):
+    monkeypatch.setattr(bench, "timed", lambda run, repeats: (None, 3.0))
+    for k in (1, 2):
+        record = {"rule": "make_surface", "log": [f"{k}.log"], "starttime": k, "endtime": k + 5}
+        (tmp_path / str(k)).write_text(json.dumps(record))
+    table = bench.Table()
+    bench.measure_rules(table, tmp_path, 10.0)
+    assert [(row["what"], row["wall"]) for row in table.rows] == [
+        ("rule make_surface, 2 jobs", 10),
+        ("rule make_surface, its libraries", 6),
+        ("share of the study in which jobs run", 60),
+    ]
 
 
 def test_a_reference_that_is_not_there_is_one_sentence():

@@ -146,7 +146,8 @@ def test_needs_are_read_from_the_logs_of_runs(tmp_path):
         run = tmp_path / name
         for folder in (run / "logs" / "p" / "c1", run / "p" / "c1"):
             folder.mkdir(parents=True)
-        (run / "logs" / "p" / "c1" / "take_minimal.log").write_text(f"INFO said\n{used}\n")
+        failed = "USED 9000 MB 900.0 s for 2.00 MB"  # before it was tried again
+        (run / "logs" / "p" / "c1" / "take_minimal.log").write_text(f"INFO said\n{failed}\n{used}\n")
         (run / "logs" / "p" / "c1" / "draw_view.log").write_text("killed before it could tell\n")
         (run / "logs" / "p" / "follow_frames_2of10.log").write_text(f"{used}\n")
         points = np.random.default_rng(0).normal(size=(n, 3))
@@ -164,6 +165,21 @@ def test_needs_are_read_from_the_logs_of_runs(tmp_path):
         "follow_frames,MB of input,2,100,100,30,10",
         "take_minimal,thousand dots,2,200,100,4,1",
         "simulate_stage,ns,0,1000,0,600,9000",  # in none of the runs
+    ]
+
+
+def test_lines_that_no_run_tells_anew_keep_their_jobs_and_slopes(tmp_path):
+    (tmp_path / "logs" / "p").mkdir(parents=True)
+    (tmp_path / "logs" / "p" / "choose_frames.log").write_text("USED 300 MB 50.0 s for 2.00 MB\n")
+    table = tmp_path / "needs.csv"
+    table.write_text(
+        "rule,unit,jobs,mb,mb_per_unit,seconds,seconds_per_unit\nchoose_frames,MB of input,5,1,10,1,20\n"
+        "simulate_stage,ns,4,1000,0,600,9000\n"
+    )
+    measure_needs.main([tmp_path], table)
+    assert table.read_text().splitlines()[1:] == [
+        "choose_frames,MB of input,1,280,10,10,20",
+        "simulate_stage,ns,4,1000,0,600,9000",
     ]
 
 
