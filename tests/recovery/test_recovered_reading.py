@@ -7,6 +7,7 @@ import pytest
 
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
+from sparsurf.recovery.readings import readings_in
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling import law
 from sparsurf.sampling.samplers import SAMPLERS
@@ -46,3 +47,9 @@ def test_the_grid_takes_it_beside_the_others(evaluator):
     assert np.array_equal(both.fragment, more.fragment)
     assert both.z_ts[1, 1, 1] == pytest.approx(z[0], rel=1e-5)
     assert both.z_tr[1, 1, 1] == pytest.approx(z[1], rel=1e-5)
+
+
+def test_a_table_has_the_readings_that_its_columns_are_called_after():
+    columns = ["d_recovered", "kept", "d_kept", "best_surface", "d_scaled_low"]
+    assert readings_in(columns, "d_") == ["kept", "recovered"]
+    assert readings_in(columns) == ["kept"]

@@ -17,3 +17,8 @@ def recovered(points, normals, d_link, area):
 READINGS = readings.READINGS | {
     RECOVERED: readings.Reading("the surface recovered from the kept dots alone", alone=recovered)
 }
+
+
+def readings_in(names, start=""):
+    """The readings, in their order, that `names` has: of the columns of a table those called `start` and a reading."""
+    return [reading for reading in READINGS if start + reading in names]

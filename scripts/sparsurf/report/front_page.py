@@ -3,7 +3,7 @@
 import pandas as pd
 
 from sparsurf.patches.readings import TEXT
-from sparsurf.recovery.readings import READINGS, RECOVERED
+from sparsurf.recovery.readings import READINGS, RECOVERED, readings_in
 from sparsurf.report.pages import markdown
 
 FRESH = "fresh dots"
@@ -116,7 +116,7 @@ def unfinished(without):
 def best_sentence(surfaces):
     """The best combination under each reading, with what d is."""
     found = []
-    for reading in (name for name in READINGS if f"best_{name}" in surfaces):
+    for reading in readings_in(surfaces, "best_"):
         often = surfaces[f"best_{reading}"].value_counts()
         own = surfaces[surfaces[f"best_{reading}"] == often.index[0]]
         where = f" on {often.iloc[0]} of {len(surfaces)} surfaces" if len(surfaces) > 1 else ""
@@ -200,7 +200,7 @@ def _times(row):
 def _table(surfaces):
     """The surfaces, the first ones where there are many."""
     short = surfaces[["protein", "conformation", "N", "mean_roughness"]].copy()
-    for reading in (name for name in READINGS if f"best_{name}" in surfaces):
+    for reading in readings_in(surfaces, "best_"):
         short[f"best, {reading}"] = surfaces[f"best_{reading}"]
         short[f"d, {reading}"] = surfaces[f"d_held_out_{reading}"]
     note = f"\nThe first {SHOWN} of {len(surfaces)}; all in surfaces.csv.\n" if len(surfaces) > SHOWN else ""

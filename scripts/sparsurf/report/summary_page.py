@@ -3,7 +3,7 @@
 import pandas as pd
 
 from sparsurf.patches.readings import TEXT
-from sparsurf.recovery.readings import READINGS, RECOVERED
+from sparsurf.recovery.readings import RECOVERED, readings_in
 from sparsurf.report.front_page import best_sentence
 from sparsurf.report.pages import markdown
 from sparsurf.sampling.combination import PARAMETERS, texts_of
@@ -41,7 +41,7 @@ def summary_markdown(surfaces, relations):
     """The summary as a page: the surfaces, then the relation with mean roughness, range by range."""
     short = surfaces[["protein", "conformation", "N", "area", "mean_roughness"]].copy()
     short["area"] = short["area"].map("{:.0f} Å^2".format)
-    found = [name for name in READINGS if f"d_{name}" in surfaces]
+    found = readings_in(surfaces, "d_")
     for name in found:
         short[f"best, {name}"] = surfaces[f"best_{name}"]
         short[f"d held out, {name}"] = surfaces[f"d_held_out_{name}"]

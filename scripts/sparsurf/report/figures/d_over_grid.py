@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
 
-from sparsurf.recovery.readings import READINGS, RECOVERED
+from sparsurf.recovery.readings import READINGS, RECOVERED, readings_in
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 
@@ -36,7 +36,7 @@ def figure(grid):
     -------
     matplotlib.figure.Figure
     """
-    readings = [r for r in READINGS if f"d_{r}" in grid]
+    readings = readings_in(grid, "d_")
     alpha = grid.alpha.max()
     largest = "" if alpha == 1 else " (the largest of the grid)"
     grid = grid[grid.alpha == alpha].reset_index(drop=True)

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from sparsurf.patches.readings import OF_GRID
-from sparsurf.recovery.readings import READINGS
+from sparsurf.recovery.readings import READINGS, readings_in
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import DARK, PAGE, PALE, styled
 from sparsurf.sampling.combination import PARAMETERS
@@ -131,7 +131,7 @@ def ensemble_figure(table, combination):
     matplotlib.figure.Figure
     """
     panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
-    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in READINGS if f"d_{r}" in table}
+    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_in(table, "d_")}
     time, label = time_axis(table)
     window = (len(table) // SMOOTH) | 1 if len(table) >= 3 * SMOOTH else 0  # odd
     figure = layout.sheet(PAGE, 18 + 32 * len(panels))

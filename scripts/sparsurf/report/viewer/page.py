@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib import colormaps
 
-from sparsurf.recovery.readings import READINGS
+from sparsurf.recovery.readings import READINGS, readings_in
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import called
@@ -119,7 +119,7 @@ def _read(name):
 def _answer(surface, best):
     """What the tables say of this surface, for the head of the page."""
     yield f"{len(surface):,} dots."
-    for reading in (reading for reading in READINGS if reading in best):
+    for reading in readings_in(best):
         row = best[reading]["unrestricted"]
         yield (
             f"With {READINGS[reading].words}, the paper's sampling at the largest α does best as {Combination.of(row)}: it "
@@ -130,7 +130,7 @@ def _answer(surface, best):
 
 def _header(surface, dots, radius, orders, grid, best, values, minimal):
     """What the page needs beside the dots."""
-    readings = [reading for reading in READINGS if f"d_{reading}" in grid]
+    readings = readings_in(grid, "d_")
     columns = [*PARAMETERS, "n_S_percent"]
     columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
     samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
@@ -159,7 +159,7 @@ def _number(value):
 def _presets(best):
     """Combinations worth a look, with their names."""
     out = [("the paper's best", [1.0, 0.0, 6.0, 0.0])]
-    for reading in (reading for reading in READINGS if reading in best):
+    for reading in readings_in(best):
         names = {"unrestricted": "best", "under_max_n_S": f"best below {best['max_n_S_percent']:g} %"}
         for key, name in names.items():
             if "d" in best[reading][key]:
