@@ -160,7 +160,10 @@ def test_page_and_figures_are_made_again_from_the_tables(stored, tmp_path, monke
     tables.mkdir()
     for name in set(STORED) & set(stored):
         stored[name].to_csv(tables / f"proteins_{name}.csv", index=False)
-    write_proteins.main(None, tmp_path)
+    asked, of_run = [], {name: table for name, table in stored.items() if name not in STORED}
+    monkeypatch.setattr(write_proteins, "read_run", lambda folder: asked.append(folder) or of_run)
+    write_proteins.main(None, tmp_path, tmp_path / "evidence")
+    assert asked == [tmp_path / "evidence"]
     assert (tmp_path / "proteins.md").read_bytes() == (DOCS / "proteins.md").read_bytes()
     assert (tmp_path / "proteins_d.png").stat().st_size > 10_000
 

@@ -1,13 +1,22 @@
 """The README's tables: filled between their comments, and equal to the stored tables."""
 
+import json
 import re
 
+import mdtraj
 import pandas as pd
 import pytest
 
 import store_tables
 from conftest import ROOT
-from sparsurf.report.readme_tables import claims_table, filled, plan_table, ranges_table, readme_tables
+from sparsurf.report.readme_tables import (
+    FRAME,
+    claims_table,
+    filled,
+    plan_table,
+    ranges_table,
+    readme_tables,
+)
 from store_tables import bytes_per_frame
 
 TABLES = ROOT / "docs" / "tables"
@@ -41,6 +50,9 @@ def test_a_row_of_the_ranges():
     }
     table = ranges_table(pd.DataFrame([row | {"islands": name} for name in ("kept", "surface")]))
     assert "| 3.00 – 12.50 | (0.6, 1, 10, 8) | 1.18 (1.00 .. 1.36) | 1.25 | 7.75 | 6 |" in table
+    none = row | {"n_best_set": float("nan")}  # a range without combinations
+    table = ranges_table(pd.DataFrame([none | {"islands": name} for name in ("kept", "surface")]))
+    assert "| 1.25 | 7.75 | 0 |" in table
 
 
 def test_the_claims_beside_the_paper():
@@ -98,16 +110,41 @@ def test_the_plan_counts_hours_from_the_cost_of_a_frame():
 
 
 def test_stored_numbers_have_four_decimals(tmp_path, monkeypatch):
-    (tmp_path / "p" / "c1").mkdir(parents=True)
-    pd.DataFrame({"d": [1.23456], "best_set": ["x"]}).to_csv(
-        tmp_path / "p" / "c1" / "ranges.csv", index=False
-    )
+    for conformation, d in (("c1", 1.23456), ("c2", 2.0)):  # the first is quoted
+        (tmp_path / "p" / conformation).mkdir(parents=True)
+        ranges = pd.DataFrame({"d": [d], "best_set": ["x"]})
+        ranges.to_csv(tmp_path / "p" / conformation / "ranges.csv", index=False)
     (tmp_path / "README.md").write_text("")
     facts = pd.DataFrame({"name": ["n"], "value": ["1"]})
     monkeypatch.setattr(store_tables, "paper_facts", lambda _: facts)
     monkeypatch.setattr(store_tables, "readme_tables", lambda *_: {})
     store_tables.main(tmp_path, "paper", docs=tmp_path, readme=tmp_path / "README.md")
     assert (tmp_path / "default_ranges.csv").read_text() == "d\n1.2346\n"
+
+
+def test_figures_of_the_benchmark_have_three_digits_and_make_the_plan(tmp_path, monkeypatch):
+    docs = tmp_path / "docs" / "tables"
+    for folder in (docs, tmp_path / "bench", tmp_path / "p" / "c1"):
+        folder.mkdir(parents=True)
+    pd.DataFrame({"d": [1.0], "best_set": ["x"]}).to_csv(tmp_path / "p" / "c1" / "ranges.csv", index=False)
+    rows = [{"what": FRAME, "dots": None, "value": 0.12345}, {"what": "index", "dots": 20045, "value": 9.0}]
+    (tmp_path / "bench" / "bench.json").write_text(json.dumps({"figures": rows}))
+    (tmp_path / "README.md").write_text("")
+    (tmp_path / "docs" / "cluster.md").write_text("<!-- table: plan -->\n<!-- end of table -->")
+    monkeypatch.setattr(store_tables, "paper_facts", lambda _: pd.DataFrame({"name": ["n"], "value": ["1"]}))
+    monkeypatch.setattr(store_tables, "readme_tables", lambda *_: {})
+    readme = tmp_path / "README.md"
+    store_tables.main(tmp_path, "paper", tmp_path / "bench", docs=docs, readme=readme)
+    assert (docs / "bench.csv").read_text() == f'what,dots,value\n"{FRAME}",,0.123\nindex,20045,9\n'
+    plan = plan_table(pd.DataFrame({"what": [FRAME], "value": [0.123]}), bytes_per_frame())
+    assert (tmp_path / "docs" / "cluster.md").read_text() == (
+        f"<!-- table: plan -->\n\n{plan}\n<!-- end of table -->"
+    )
+
+
+def test_the_embedded_trajectory_has_as_many_frames_as_it_is_divided_by():
+    with mdtraj.open(str(ROOT / "data" / "tdp43" / "trajectory.xtc")) as file:
+        assert len(file) == store_tables.FRAMES
 
 
 def test_the_page_on_clusters_holds_the_stored_plan():

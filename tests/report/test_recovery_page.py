@@ -1,14 +1,18 @@
 """The page on recovered surfaces is what its tables say."""
 
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
+import pytest
 
 import measure_recovery
 from conftest import ROOT
+from peptides import peptide, write
 from sparsurf.report import recovery_page
 from sparsurf.study import opponents
+from sparsurf.surfaces.making import molecular_surface
 
 
 def test_the_stored_page_follows_from_the_stored_tables():
@@ -19,36 +23,117 @@ def test_the_stored_page_follows_from_the_stored_tables():
     assert rows["farthest", 10.0, "Z"] < rows["farthest", 10.0, "Z_kept"]
 
 
-def test_large_molecules_have_fewer_samplers_and_no_mesh(tmp_path, monkeypatch):
+@pytest.fixture
+def measuring(monkeypatch):
+    """The measurement without its work: what was asked of each protein, and the pairs that were compared."""
     sizes = {"small": 3000, "large": 3001, "most": 20_000, "huge": 20_001}
     given = [(name, np.zeros((n, 3)), np.ones(n)) for name, n in sizes.items()]
-    asked, one = {}, pd.DataFrame({"value": [1.0]})
+    asked, compared, one = {}, [], pd.DataFrame({"value": [1.0]})
 
     def subsets(name, *_, names, threads):
-        asked[name] = [names]
+        asked.setdefault(name, []).append(names)
         return (pd.DataFrame({"protein": [name]}),) * 2
 
     def others(name, xyz, radii, simplify, *_, threads):
-        asked[name].append(simplify)
-        return pd.DataFrame({"protein": [name], "sampler": opponents.MESH})
+        asked.setdefault(name, []).append(simplify)
+        samplers = [opponents.KEPT, opponents.ATOMS, *([opponents.MESH] if simplify else [])]
+        return pd.DataFrame({"protein": name, "sampler": samplers})
+
+    def paired(table, first, second):
+        compared.append((table["protein"].unique().tolist(), first, second))
+        return one
 
     monkeypatch.setattr(measure_recovery, "molecules", lambda _: given)
     monkeypatch.setattr(measure_recovery, "simplifier", lambda: "simplify")
     monkeypatch.setattr(measure_recovery.recovery, "measure", subsets)
     monkeypatch.setattr(opponents, "measure", others)
-    for name in ("means", "paired"):
-        monkeypatch.setattr(measure_recovery.recovery, name, lambda *_: one)
+    monkeypatch.setattr(measure_recovery.recovery, "means", lambda *_: one)
+    monkeypatch.setattr(measure_recovery.recovery, "paired", paired)
     monkeypatch.setattr(measure_recovery.recovery_page, "read", lambda _: ())
     monkeypatch.setattr(measure_recovery.recovery_page, "page", lambda: "")
     monkeypatch.setattr(measure_recovery, "_draw", lambda *_: None)
-    measure_recovery.main("folder", tmp_path / "tables", 1, None)
+    return asked, compared
+
+
+def test_large_molecules_have_fewer_samplers_and_no_mesh(measuring, tmp_path):
+    asked, compared = measuring
     names = measure_recovery.recovery.NAMES
-    assert asked == {
-        "small": [names, "simplify"],
-        "large": [names, None],
-        "most": [names, None],
-        "huge": [("farthest",), None],
+    for _ in range(2):  # what is in the tables is not measured again
+        measure_recovery.main("folder", tmp_path / "tables", 1, None)
+        assert asked == {
+            "small": [names, "simplify"],
+            "large": [names, None],
+            "most": [names, None],
+            "huge": [("farthest",), None],
+        }
+    # the ways at equal bytes are compared where there was a mesh
+    every = ["small", "large", "most", "huge"]
+    assert compared[:6] == [
+        (every, "adaptive", "farthest"),
+        (every, "roughness", "uniform"),
+        (["small"], opponents.SETTLED, opponents.KEPT),
+        (["small"], opponents.SPARSE, opponents.KEPT),
+        (["small"], opponents.MESH, opponents.KEPT),
+        (["small"], opponents.CORNERS, opponents.KEPT),
+    ]
+
+
+def test_without_the_program_that_simplifies_large_molecules_are_settled_all_the_same(
+    measuring, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(measure_recovery, "simplifier", lambda: None)
+    measure_recovery.main("folder", tmp_path / "tables", 1, None)
+    assert {name: len(calls) for name, calls in measuring[0].items()} == {
+        "small": 1, "large": 2, "most": 2, "huge": 2,
+    }  # fmt: skip
+
+
+def test_structures_of_a_folder_come_by_their_size(tmp_path):
+    write(tmp_path / "a.pdb", peptide(8 * ("ALA",)))
+    write(tmp_path / "b.ent", peptide())
+    write(tmp_path / "c.pdb", "nothing")
+    write(tmp_path / "d.txt", peptide())
+    found = [(name, xyz.shape) for name, xyz, _ in measure_recovery.molecules(tmp_path)]
+    assert found == [("b", (20, 3)), ("a", (40, 3))]
+
+
+def test_a1_has_a_row_for_each_way_with_what_a_million_dots_cost(tmp_path, monkeypatch):
+    @contextmanager
+    def pool(*_, **__):
+        yield SimpleNamespace(submit=lambda call, *given: SimpleNamespace(result=lambda: call(*given)))
+
+    rows = [
+        {"sampler": name, "n_S": n, "bytes": 9} for n, name in enumerate((opponents.KEPT, opponents.SETTLED))
+    ]
+    monkeypatch.setattr(measure_recovery, "read_molecule", lambda _: SimpleNamespace(xyz=["places"]))
+    monkeypatch.setattr(measure_recovery, "radii", lambda molecule, table: table)
+    monkeypatch.setattr(measure_recovery, "ProcessPoolExecutor", pool)
+    monkeypatch.setattr(measure_recovery, "copies_of_a_tenth", lambda *given: given)
+    monkeypatch.setattr(measure_recovery, "cost", lambda *given: {"of": " and ".join(given)})
+    monkeypatch.setattr(
+        measure_recovery.recovery,
+        "measure",
+        lambda *_, names, **__: (None, pd.DataFrame({"sampler": names, "n_S": 7})),
+    )
+    monkeypatch.setattr(opponents, "measure", lambda *_, **__: pd.DataFrame(rows))
+    measure_recovery.measure_a1("a1.pdb", tmp_path, 1)
+    # settled dots beside the farthest ones, which stand there already
+    assert pd.read_csv(tmp_path / "recover_a1.csv").to_dict("list") == {
+        "sampler": ["farthest", "adaptive", "settled dots"],
+        "n_S": [7, 7, 1],
+        "of": 3 * ["places and dms"],
     }
+
+
+def test_copies_have_the_wished_dots_in_all_and_lie_apart():
+    one = molecular_surface(np.zeros((1, 3)), np.array([4.0]))
+    tenth = len(one) // 10
+    points, normals = measure_recovery.copies_of_a_tenth(np.zeros((1, 3)), np.array([4.0]), 2 * len(one) + 1)
+    assert len(points) == len(normals) == 3 * tenth
+    first, second, third = points.reshape(3, tenth, 3)
+    assert second[:, 0].min() - first[:, 0].max() == pytest.approx(10)
+    assert third - second == pytest.approx(second - first)
+    assert normals.reshape(3, tenth, 3) == pytest.approx(np.array(3 * [first / 4]), abs=1e-6)
 
 
 def test_a_million_recovered_dots_are_paid_for(monkeypatch):

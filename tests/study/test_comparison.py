@@ -406,6 +406,24 @@ def test_negative_z_is_refused_before_any_work():
         minimal_subset(Idle(), "farthest", z=-1.0)
 
 
+def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path, monkeypatch):
+    paths = [tmp_path / name / "compare.csv" for name in ("p/c1", "p/c2", "q/c1")]
+    for path in paths:
+        path.parent.mkdir(parents=True)
+        curves(uniform=4.0, farthest=3.0).to_csv(path, index=False)
+    said = []
+    monkeypatch.setattr(
+        summarise_comparison, "summary_markdown", lambda table, fewer, *rest: said.append(rest) or ""
+    )
+    monkeypatch.setattr(summarise_comparison, "comparison_figure", lambda table, *words: said.append(words))
+    monkeypatch.setattr(summarise_comparison.layout, "save", lambda *_: None)
+    outputs = {key: str(tmp_path / key) for key in ("table", "needed", "page", "png")}
+    summarise_comparison.main({"tables": [str(path) for path in paths]}, outputs)
+    (rankings, of, n), words = said
+    assert (list(rankings), of, n) == (["p", "q"], "proteins", 3)
+    assert words == ("mean of 2 proteins", "lowest to highest of 2 proteins")
+
+
 def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch):
     settings = {
         "surface": {"radii": "bondi", "probe_radius": 1.2, "reentrant": "dms"},

@@ -60,7 +60,11 @@ def test_sets_are_made_for_the_default_design_of_every_surface_and_reading(tmp_p
         measure_coverage, "pool_of", lambda folder: ([pools[folder.name], pools[folder.name] + 1], None)
     )
     monkeypatch.setattr(
-        coverage, "replicates", lambda d, *_: pd.DataFrame({"range": [1], "pool": d, "sets": _[-1]})
+        coverage,
+        "replicates",
+        lambda d, *_: pd.DataFrame(
+            {"range": [1], "pool": d, "drawn": _[-2].random(), "third": 1 / 3, "sets": _[-1]}
+        ),
     )
     monkeypatch.setattr(measure_coverage, "coverage_markdown", lambda table: f"{len(table)} rows")
     folders = [tmp_path / "p" / name for name in pools]
@@ -71,6 +75,22 @@ def test_sets_are_made_for_the_default_design_of_every_surface_and_reading(tmp_p
         ("p/c1", "kept"): 1, ("p/c1", "surface"): 2, ("p/c2", "kept"): 3, ("p/c2", "surface"): 4,
     }  # fmt: skip
     assert table[table["sets"]][["draws", "test_dots"]].to_numpy().tolist() == 4 * [[6, 200]]
+    assert (table["third"] == 0.3333).all()
+    # each surface, reading and number of draws has random numbers of its own
+    assert table["drawn"].nunique() == len(table[["surface", "islands", "draws"]].drop_duplicates()) > 4
+
+
+def test_the_pool_of_a_surface_is_computed_once(tmp_path, monkeypatch):
+    asked = []
+    for name in ("roughness", "grid"):
+        pd.DataFrame({name: [0.5]}).to_csv(tmp_path / f"{name}.csv")
+    monkeypatch.setattr(measure_coverage, "read_npz", lambda _: None)
+    monkeypatch.setattr(measure_coverage, "Evaluator", lambda *_, **__: None)
+    monkeypatch.setattr(coverage, "pool", lambda *_: asked.append(_) or (np.array([1.5]), np.array([2])))
+    for _ in range(2):
+        d, member = measure_coverage.pool_of(tmp_path)
+        assert (d.tolist(), member.tolist()) == ([1.5], [2])
+    assert len(asked) == 1
 
 
 def test_a_normal_pool_is_covered():

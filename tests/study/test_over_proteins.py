@@ -335,7 +335,7 @@ def test_a_grid_is_recovered_alone(measured, tmp_path):
 
 def test_the_smallest_are_recovered_each_once(monkeypatch, tmp_path):
     sizes = {"c": 3, "a": 1, "b": 2}
-    molecules = {name: SimpleNamespace(n_atoms=n, n_residues=1) for name, n in sizes.items()}
+    molecules = {name: SimpleNamespace(n_atoms=n, n_residues=10 * n) for name, n in sizes.items()}
     ordered = [(name, name, molecules[name]) for name in ("a", "b", "c")]
     monkeypatch.setattr(study_proteins, "structures", lambda folder: ordered)
     monkeypatch.setattr(study_proteins, "distinct", iter)
@@ -343,21 +343,25 @@ def test_the_smallest_are_recovered_each_once(monkeypatch, tmp_path):
     asked, saved = [], []
     one = SimpleNamespace(n_dots=1)
     monkeypatch.setattr(study_proteins, "measure", lambda *given: asked.append(given) or (one,))
-    monkeypatch.setattr(study_proteins, "save", lambda place, *tables, **more: saved.append(place))
+    monkeypatch.setattr(study_proteins, "save", lambda place, *tables, **more: saved.append((place, more)))
     (tmp_path / "recovered" / "a").mkdir(parents=True)
     study_proteins.main("folder", tmp_path, recovered=2)
-    assert saved == [
+    assert [place for place, _ in saved] == [
         tmp_path / "a",
         tmp_path / "b",
         tmp_path / "c",
         tmp_path / "recovered" / "b",
     ]
+    assert saved[1][1] == {"n_atoms": 2, "n_residues": 20}
     molecule, name, combinations, *_, counts, readings = asked[-1]
     assert molecule is molecules["b"] and name == "b"
     assert readings == ("recovered",) and counts == OF_RECOVERED
     assert np.array_equal(combinations, law.grid([0.1, 0.3], [0], [2, 4], [1]))
     assert np.array_equal(asked[0][2], law.grid([0.1, 0.2, 0.3], [0], [2, 4], [1]))
     assert asked[0][-1] == ("kept", "surface")
+    del saved[:]
+    study_proteins.main("folder", tmp_path / "small", most_dots=70)  # two atoms have about as many
+    assert [place.name for place, _ in saved] == ["a", "b"]
 
 
 def test_a_large_protein_gets_one_draw_by_n_s(measured, monkeypatch):
@@ -418,6 +422,8 @@ def test_variants_and_recovered_grids_are_taken_from_their_folders(tmp_path, mon
     assert asked == [(".", {"probe 1.2 Å": "variants/probe 1.2 Å"}, "recovered")]
     for path in ("tables/proteins_d.csv", "evidence/summary.csv.gz"):
         assert pd.read_csv(tmp_path / path).equals(one)
+    # the same bytes whenever they are written: a gzip file tells the time otherwise
+    assert (tmp_path / "evidence" / "summary.csv.gz").read_bytes()[4:8] == bytes(4)
 
 
 def test_one_rule_changed_at_a_time():

@@ -1,5 +1,6 @@
 """Pairs: what the config may say of them, tables and folders of them, and every script of a pair on two small peptides."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -246,6 +247,8 @@ def test_pairs_of_a_run_in_which_others_failed_are_summed_up(tmp_path):
         table = pd.DataFrame(rows, columns=["partner", "score", "auc"])
         table.to_csv(tmp_path / "pairs" / name / "agreement.csv", index=False)
         (tmp_path / "pairs" / name / "pair.md").write_text("")
+    late = (tmp_path / "pairs" / "a" / "agreement.csv").stat().st_mtime + 100
+    os.utime(tmp_path / "pairs" / "b" / "agreement.csv", (late, late))
     summarise_pairs.by_hand([str(tmp_path), "b", "a"])
     pairs = tmp_path / "pairs"
     assert pd.read_csv(pairs / "means.csv").set_index("score")["mean"].to_dict() == pytest.approx(
