@@ -30,7 +30,9 @@ from sparsurf.report.figures import (
     rules,
     subsets,
 )
+from sparsurf.sampling.combination import Combination
 from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.rough_and_flat import by_roughness
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 
@@ -506,7 +508,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     Path(inputs["best"]).write_text(json.dumps(best))
     shown = []
     monkeypatch.setattr(draw_figures, "DRAWS", 2)
-    monkeypatch.setattr(draw_figures, "_recovered", lambda *_: None)
+    monkeypatch.setattr(draw_figures, "_recovered", lambda surface, title, kept: (title, kept.tolist()))
     monkeypatch.setattr(draw_figures, "import_module", lambda _: SimpleNamespace(draw=shown.append))
     monkeypatch.setattr(draw_figures.layout, "save", lambda *_: None)
     draw_figures.main(inputs, {"bins": tmp_path / "bins.csv", "subsets": "x.png"}, settings, "p/c1", 1)
@@ -524,6 +526,21 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     (rough, *_), (flat, *_) = shown[0].rough_and_flat["patches"]
     assert rough.startswith("rough patch, R = ") and flat.startswith("flat patch, R = ")
     assert float(rough.split(" = ")[1]) < float(flat.split(" = ")[1])
+    # few dots are made a surface again, the sampled ones and as many uniform ones
+    few = [dots.tolist() for dots in evaluator.pair((1, 1, 10, 0), 0)]
+    assert shown[0].recovered == [("recovered from D", few[0]), ("recovered from E", few[1])]
+    # 40 test dots by roughness for each of the grid; what is drawn is the first draw, around kept dots first
+    bins = pd.read_csv(tmp_path / "bins.csv")
+    assert bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum().tolist() == [80, 80]
+    best_one = Combination(1.0, 0.0, 6.0, 0.0)
+    for (_, *drawn), kept in zip(shown[0].rough_and_flat["panels"], (True, False), strict=True):
+        found = by_roughness(evaluator, best_one, ["kept"], 80, 2, kept)
+        for values, expected in zip(drawn, (found.roughness[0], *found.z["kept"][:, 0]), strict=True):
+            assert np.array_equal(values, expected)
+    for _, points, _, *within in shown[0].rough_and_flat["patches"]:
+        for places, dots in zip(within, evaluator.pair(best_one, 0), strict=True):
+            of_patch = (points[:, None] == surface.points[dots]).all(axis=2).any(axis=1)
+            assert places.tolist() == np.flatnonzero(of_patch).tolist()
 
 
 def test_arrows_between_rules_meet_the_sides_that_face_each_other():

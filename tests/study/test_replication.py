@@ -1,12 +1,14 @@
 """The comparison with the paper: agreement, bias and sentences from made-up numbers, and a run on a small surface."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+import reproduce_paper
 from sparsurf.report import table_1
 from sparsurf.report.html import as_html
 from sparsurf.report.verdict import surface_sentence, verdict
@@ -455,3 +457,62 @@ def test_each_defect_has_its_own_cover(page, blob):
             view.index, view.roughness, view.r_patch, moved_centre=moved, every_patch=every
         )
         assert np.allclose(percent[name], 100 * law.expected_n_s(cover, PUBLISHED_ROWS) / 3000)
+
+
+def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_path, monkeypatch):
+    cover = SimpleNamespace(dot=np.array([0, 0, 0, 1, 2]))  # three, one and one patch
+    rows = []
+
+    def table(*words):
+        rows.append(words)
+        return pd.DataFrame({"what": [" ".join(map(str, words))]})
+
+    for module, name, made in (
+        (reproduce_paper, "read_npz", lambda _: range(8000)),
+        (reproduce_paper.Evaluator, "from_settings", lambda *_: SimpleNamespace(cover=cover)),
+        (published_runs, "as_published", lambda _, grid, progress: table("runs", *grid[1])),
+        (published_runs, "place_of_published", lambda runs: table("places of", runs["what"][0])),
+        (published_runs, "selection_bias", lambda runs, grid: f"{runs['what'][0]}, {grid['what'][0]}"),
+        (replication, "published_rows", lambda _, *given: table("rows", *given)),
+        (replication, "sweep_links", lambda _, links, *given: table("links", len(links), *given)),
+        (replication, "compare_defects", lambda _, *given: table("defects", *given)),
+        (replication, "sign_changes", lambda links: links["what"][0]),
+        (tuned, "tuned_family", lambda _, some, n_tests, draws: table("family", *some[1], n_tests, draws)),
+        (tuned, "best_of_family", lambda family: family["what"][0]),
+        (reproduce_paper, "surface_sentence", lambda _, rules, path: f"{rules} of {path}"),
+        (reproduce_paper, "verdict", lambda results, names: told.append((results, names)) or "# Page\n"),
+    ):
+        monkeypatch.setattr(module, name, made)
+    told, names = [], ("surface", "roughness", "grid", "ranges", "best", "bins", "enough")
+    inputs = {name: str(tmp_path / f"{name}.csv") for name in names}
+    for name in names:
+        pd.DataFrame({"roughness": [0.5], "what": name}).to_csv(inputs[name])
+    Path(inputs["best"]).write_text(json.dumps({"yardsticks": {"empty_patch": 9.5, "null_model": 1.5}}))
+    made = ("runs", "places", "rows", "links", "defects", "family", "verdict", "html")
+    outputs = {name: str(tmp_path / f"of_{name}") for name in made}
+    sampling = {"alpha": [0.5, 1.0], "beta": [0.2], "gamma": [2, 3], "delta": [4, 5, 6]}
+    settings = {
+        "sampling": sampling,
+        "evaluation": {"test_dots": "published", "draws": 3},
+        "surface": "rules",
+    }
+    reproduce_paper.main(inputs, outputs, settings, "p/c1", 1, "a.pdb")
+    wished = {
+        "runs": "runs 0.5 0.2 2.0 5.0",
+        "places": "places of runs 0.5 0.2 2.0 5.0",
+        "rows": "rows 40 3",
+        "links": f"links {len(replication.LINKS)} 40 3",
+        "defects": "defects 40 3",
+        "family": "family 0.2 2.0 5.0 40 3",
+    }
+    for name, words in wished.items():
+        stored = pd.read_csv(outputs[name])
+        assert stored.to_dict("records") == [{"what": words, "empty_patch": 9.5, "null_model": 1.5}]
+    ((results, called),) = told
+    assert results["bias"] == f"{wished['runs']}, grid" and results["signs"] == wished["links"]
+    assert results["family"] == wished["family"] and results["surface"] == "rules of a.pdb"
+    assert results["uniform"] == {"median": 1.0}
+    assert (called["bins"], called["runs"]) == ("bins.csv", "of_runs")
+    assert (
+        Path(outputs["verdict"]).read_text() == "# Page\n" and "<h1>Page" in Path(outputs["html"]).read_text()
+    )

@@ -1,15 +1,17 @@
 """Tables from made-up distances whose answers are known."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+import tabulate_best
 from sparsurf.report import pages
 from sparsurf.sampling.combination import Combination
 from sparsurf.study import tables
-from sparsurf.study.grid import Grid
+from sparsurf.study.grid import Grid, save
 
 
 def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
@@ -135,6 +137,25 @@ def test_the_page_of_ranges_begins_with_its_answer():
     one = tables.ranges_table(tables.grid_table(grid), grid, 1)
     one = pages.ranges_markdown(one, {"empty_patch": 9.6, "null_model": 1.5, "two_patches": 2.2})
     assert one.splitlines()[2].startswith("- `kept`: of 1 range the best")
+
+
+def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(tmp_path):
+    own = made_up([2.0, 3, 1], [5, 30, 90], noise=0.1)
+    save(tmp_path / "distances.npz", own)
+    tables.grid_table(own).to_csv(tmp_path / "grid.csv", index=False)
+    floors = pd.DataFrame({"floor": ["turned", "fresh dots"], "Z": [0.75, 0.5]})
+    floors.to_csv(tmp_path / "floors.csv", index=False)
+    inputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
+    outputs = {name: tmp_path / name for name in ("ranges", "ranges_md", "best", "best_md")}
+    wished = {"tables": {"ranges": 4, "max_n_S_percent": 20}}
+    tabulate_best.main(inputs | {"floors": tmp_path / "floors.csv"}, outputs, wished)
+    ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
+    assert len(ranges) == 4 and (ranges["fresh_dots"] == 0.5).all()
+    assert best["yardsticks"]["floors"] == {"turned": 0.75, "fresh dots": 0.5}
+    assert best["kept"]["under_max_n_S"]["n_S_percent"] == 5
+    assert best["kept"]["unrestricted"]["n_S_percent"] == 30
+    assert outputs["best_md"].read_text() == pages.best_markdown(best)
+    assert "0.50" in outputs["ranges_md"].read_text()
 
 
 def test_tables_are_the_same_after_the_disk(tmp_path):

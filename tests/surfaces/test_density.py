@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from peptides import peptide, write
+import make_surface
+from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.surfaces import making
+from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.making import fitting_density, fitting_surface, surface_of
 from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.reading import read_surface
 from sparsurf.surfaces.spacing import DENSITY, SPARSE, nearest, refuse_sparse, spacing
 
 SETTINGS = {
@@ -70,6 +73,25 @@ def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_pat
     monkeypatch.setattr(making, "MOST_DENSITY", 0.99 * density)
     with pytest.raises(InputError, match="so short"):
         fitting_density(*wish)
+
+
+def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path):
+    (tmp_path / "structures").mkdir()
+    zinc = atom_line("ZN", " ZN", "A", "9", (9, 9, 9), record="HETATM", element="ZN")
+    path = write(tmp_path / "structures" / "c2.pdb", peptide() + zinc + "END\n")
+    rules = SETTINGS | {"radii": "bondi", "probe_radius": 1.2}
+    outputs = {name: tmp_path / f"surface.{name}" for name in ("surface", "dms", "structure")}
+    settings = {"surface": rules, "patches": {"D_link": 1.0}}
+    make_surface.main({"structures": tmp_path / "structures"}, outputs, settings, "p/c2")
+    molecule = read_molecule(path, selection="all")
+    wanted = surface_of(molecule, 0, radii(molecule, "bondi"), rules | {"density": DENSITY})
+    assert np.array_equal(read_npz(outputs["surface"]).points, wanted.points)
+    alone = wanted.points[wanted.atom == 20] - 9
+    assert np.linalg.norm(alone, axis=1) == pytest.approx(np.full(len(alone), 1.39), abs=1e-6)
+    lines = outputs["dms"].read_text().splitlines()
+    assert sum(line.endswith(" A") for line in lines) == 21 and len(lines) == 21 + len(wanted)
+    assert read_surface(outputs["dms"]).points == pytest.approx(wanted.points, abs=0.001)
+    assert outputs["structure"].read_bytes() == path.read_bytes()
 
 
 def test_atoms_stand_where_a_pdb_file_has_them():
