@@ -1,5 +1,7 @@
 """Descriptors: exact cases, invariances, the plain method to 1e-9, the authors' numbers to 1e-6."""
 
+import itertools
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -64,13 +66,13 @@ def test_subsets_equal_the_plain_method(blob, index, reading, share, n_subsets):
 def test_weights_equal_the_plain_method(blob, index):
     points, normals = blob
     rng = np.random.default_rng(9)
-    weights = rng.uniform(0.2, 5, len(points))
-    everything = descriptors.pack(index, [np.arange(len(points))])
-    z, _ = descriptors.evaluate(index, points[:5], everything, 1, "surface", weights=weights[index.dot][None])
-    for i in range(5):
+    weights = rng.uniform(0.2, 5, (2, len(points)))
+    everything = descriptors.pack(index, [np.arange(len(points))] * 2)
+    z, _ = descriptors.evaluate(index, points[:5], everything, 2, "surface", weights=weights[:, index.dot])
+    for i, b in itertools.product(range(5), range(2)):
         ids = naive.patch(points, i, 6.0, D_LINK)
-        expected = naive.descriptor(points[ids], normals[ids], weights=weights[ids])
-        assert np.abs(in_order(z[i, 0]) - expected).max() < 1e-9
+        expected = naive.descriptor(points[ids], normals[ids], weights=weights[b, ids])
+        assert np.abs(in_order(z[i, b]) - expected).max() < 1e-9
 
 
 @pytest.mark.parametrize("weights", [None, [1.0, 1, 1, 1, 1], [1.0, 1, 0, 1, 1]], ids=str)
@@ -112,6 +114,22 @@ def test_distances_are_those_of_the_descriptors(blob, index):
     assert np.allclose(distances, np.linalg.norm(in_order(z) - z_tot[:, None], axis=2), rtol=1e-12)
 
 
+def test_distances_go_with_the_weights_the_radius_and_the_side(blob, index):
+    points, _ = blob
+    rng = np.random.default_rng(14)
+    tests, weights = points[::300], rng.uniform(0.2, 5, (2, len(points)))
+    words = descriptors.pack(index, [np.flatnonzero(rng.random(len(points)) < share) for share in (0.3, 0.6)])
+    asked = weights, 5.0, False
+    z_tot, _ = descriptors.describe(index, tests, *asked[1:])
+    together = descriptors.compare(index, tests, words, 2, ("surface", "kept"), None, *asked)
+    for k, reading in enumerate(("surface", "kept")):
+        z, sizes = descriptors.evaluate(index, tests, words, 2, reading, None, *asked)
+        distances, counted = descriptors.evaluate(index, tests, words, 2, reading, z_tot, *asked)
+        assert np.allclose(distances, np.linalg.norm(in_order(z) - z_tot[:, None], axis=2), rtol=1e-12)
+        assert np.allclose(together[1][:, 2 * k : 2 * k + 2], distances, rtol=1e-12)
+        assert np.array_equal(counted, sizes) and np.array_equal(together[2][:, 2 * k : 2 * k + 2], sizes)
+
+
 def test_the_whole_surface_is_at_distance_zero(blob, index):
     points, _ = blob
     z_tot, _ = descriptors.describe(index, points[:20])
@@ -126,6 +144,23 @@ def test_an_empty_patch_and_a_single_dot_are_the_zero_vector(blob, index):
     words = descriptors.pack(index, [[], [17]])
     z, sizes = descriptors.evaluate(index, points[17:18], words, 2, "kept")
     assert sizes.tolist() == [[0, 1]]
+    assert not z.any()
+
+
+@pytest.mark.parametrize("up", [True, False])
+def test_normals_that_cancel_turn_a_patch_over_or_not_at_all(up):
+    points, normals = (
+        np.random.default_rng(4).normal(size=(40, 3)),
+        np.tile([[0.0, 0, 1], [0, 0, -1]], (20, 1)),
+    )
+    z, _ = descriptors.describe(build_index(points, normals, 9.0), points[:1], up=up)
+    assert np.abs(z[0] - naive.descriptor(points, normals, up)).max() < 1e-9
+
+
+def test_dots_one_above_the_other_are_the_zero_vector():
+    points, normals = np.array([[0.0, 0, 0], [0, 0, 1]]), np.tile([0.0, 0, 1], (2, 1))
+    z, sizes = descriptors.describe(build_index(points, normals, 2.0), points)
+    assert sizes.tolist() == [2, 2]
     assert not z.any()
 
 

@@ -35,6 +35,15 @@ def test_ball_equals_brute_force_outside_the_box_too(blob):
         assert np.array_equal(np.sort(index.dot[found[:n]]), expected)
 
 
+def test_a_dot_at_the_very_radius_belongs_to_the_ball():
+    index, found = (
+        build_index(np.array([[0.0, 0, 0], [3, 4, 0]]), np.tile([0.0, 0, 1], (2, 1))),
+        np.empty(3, np.int32),
+    )
+    assert ball(index, 0.0, 0.0, 0.0, 5.0, found) == 2
+    assert ball(index, 0.0, 0.0, 0.0, 4.999, found) == 1
+
+
 def test_links_are_the_pairs_closer_than_d_link(blob):
     points, normals = blob
     index = build_index(points, normals, 0.8)
@@ -57,6 +66,13 @@ def test_a_tie_goes_to_the_island_with_the_lowest_dot():
     index = build_index(points, np.tile([0.0, 0, 1], (4, 1)), 0.5)
     for i in range(4):
         assert patch(index, i, 4.0).tolist() == [0, 3]
+
+
+def test_a_tie_of_the_largest_is_not_settled_by_smaller_islands():
+    # the walk meets dot 0, dot 5, then dots 3 and 4, then dots 1 and 2: two ties
+    points = np.array([[0.0, 0, 0], [9, 0, 0], [9.1, 0, 0], [6, 0, 0], [6.1, 0, 0], [3, 0, 0]])
+    index = build_index(points, np.tile([0.0, 0, 1], (6, 1)), 0.5)
+    assert patch(index, 0, 20.0).tolist() == [1, 2]
 
 
 @settings(max_examples=40, deadline=None)
@@ -97,9 +113,9 @@ def test_patches_do_not_depend_on_the_order_of_the_dots(blob):
         assert np.array_equal(np.sort(order[patch(shuffled, i, 5.0)]), patch(plain, order[i], 5.0))
 
 
-def test_two_far_dots_do_not_fill_the_memory_with_cells():
-    points = np.array([[0.0, 0, 0], [1e6, 1e6, 1e6]])
-    index = build_index(points, np.tile([0.0, 0, 1], (2, 1)))
+@pytest.mark.parametrize("far", [[1e6, 1e6, 1e6], [1e8, 1e8, 0]], ids=["apart", "in a plane"])
+def test_two_far_dots_do_not_fill_the_memory_with_cells(far):
+    index = build_index(np.array([[0.0, 0, 0], far]), np.tile([0.0, 0, 1], (2, 1)))
     assert len(index.start) < 2e6
     assert patch(index, 1, 6.0).tolist() == [1]
 

@@ -117,6 +117,22 @@ def test_subsets_and_weights_equal_the_plain_method(blob, index, share):
         assert np.abs(z[k, 0] - plain[steady.order()]).max() < 2e-5
 
 
+@pytest.mark.parametrize("up", [True, False])
+@pytest.mark.parametrize("cancel", [False, True])
+def test_dots_that_face_all_ways_equal_the_plain_method(cancel, up):
+    """In a ball of another radius; with two normals that cancel, nothing is turned but over."""
+    points, normals = np.array([[1.0, 0.5, -0.5], [-1.0, -0.5, 0.5]]), np.array([[0.0, 0, 1], [0, 0, -1]])
+    if not cancel:
+        points, normals = np.random.default_rng(6).normal(size=(2, 90, 3))
+        normals[:, 2] += 0.3
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    z, _ = descriptors.describe(
+        build_index(points, normals, 9.0), np.zeros((1, 3)), 4.5, up, descriptor="steady"
+    )
+    plain = naive.steady(points, normals, np.zeros(3), 4.5, up)
+    assert np.abs(z[0] - plain).max() < 2e-5
+
+
 def test_distances_are_those_of_the_descriptors(blob, index):
     points, _ = blob
     rng = np.random.default_rng(11)
@@ -127,6 +143,8 @@ def test_distances_are_those_of_the_descriptors(blob, index):
     raw, _ = descriptors.evaluate(index, points[::300], words, 3, "surface", descriptor="steady")
     expected = np.linalg.norm(raw - z_tot[:, None, steady.order()], axis=2)
     assert np.allclose(z[:, 3:], expected, rtol=1e-12)
+    alone, _ = descriptors.evaluate(index, points[::300], words, 3, "surface", z_tot, descriptor="steady")
+    assert np.allclose(alone, expected, rtol=1e-12)
 
 
 def test_no_dot_is_the_zero_vector_and_one_dot_a_plane_through_it():

@@ -91,8 +91,8 @@ def _box(points):
 
 def _cell_side(extent, n, side):
     """Cell side in Å, enlarged where n dots span a huge box (3,), so that cells never outnumber dots by far."""
-    extent = np.maximum(extent, side)
-    while np.prod(extent / side) > 50 * n + 1e6:
+    # an axis along which the box is thinner than a cell still takes one
+    while np.prod(np.maximum(extent / side, 1.0)) > 50 * n + 1e6:
         side *= 2
     return float(side)
 
