@@ -7,9 +7,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 from sparsurf.patches.index import build_grid
+from sparsurf.recovery import settling
 from sparsurf.recovery.interpolants import SUPPORT, fit, value
 from sparsurf.recovery.neighbours import local_spacing, nearest
-from sparsurf.recovery.recovering import recover, spacing_of
+from sparsurf.recovery.recovering import _lay, _project, _tangents, recover, spacing_of
 from sparsurf.surfaces.making import molecular_surface
 
 
@@ -47,9 +48,8 @@ def test_neighbours_are_the_nearest_in_order():
         every = np.linalg.norm(index.xyz[:, None] - index.xyz, axis=-1)
         m = min(k, 64)
         assert np.allclose(gap[:, :m], np.sort(every, axis=1)[:, :m])
-        assert np.allclose(np.take_along_axis(every, near[:, :m], axis=1), gap[:, :m])
-        assert (near[:, 0] == np.arange(64)).all() and (near[:, m:] == -1).all()
-        assert all(len(set(row)) == m for row in near[:, :m].tolist())
+        assert np.array_equal(near[:, :m], np.argsort(every, axis=1, kind="stable")[:, :m])
+        assert (near[:, m:] == -1).all()
         assert (gap[:, m:] == gap[:, m - 1 : m]).all()
 
 
@@ -146,6 +146,84 @@ def test_interpolants_solve_the_written_system():
         assert abs(f) < 1e-3 and np.allclose(gradient, m, atol=0.01)
 
 
+def test_every_interpolant_meets_all_its_neighbours():
+    """Dots of a thin plate have few neighbours: those on their own side."""
+    x, y = (each.ravel() for each in np.meshgrid([0.0, 1.0, 2.0], [0.0, 1.2, 2.3]))
+    points = np.concatenate([np.column_stack([x, y, 0.1 * x * y + z]) for z in (0.0, -0.4)])
+    normals = np.column_stack([-0.1 * y, -0.1 * x, np.ones(9)]) / np.sqrt(1 + (x**2 + y**2)[:, None] / 100)
+    normals = np.concatenate([normals, -normals])
+    functions = fit(points, normals)
+    assert functions.count.tolist() == [9] * 18
+    for i, own in enumerate(functions.index.dot):
+        for j in np.flatnonzero(np.arange(18) // 9 == own // 9):
+            f, *gradient = value(functions, i, *points[j])
+            assert abs(f) < 1e-3 and np.allclose(gradient, normals[j], atol=0.01)
+
+
+def test_far_away_only_the_sphere_of_the_mean_curvature_is_left():
+    points, normals = torus(60)
+    functions = fit(points, normals)
+    for i in (0, 17):
+        d = 1.5 * functions.support[i] * np.array([0.6, 0.0, -0.8])
+        own, facing = functions.index.xyz[i], functions.index.normals[i]
+        # phi ends one support from the farthest neighbour, a third of a support away
+        assert np.linalg.norm(d) > (1 + 1 / SUPPORT) * functions.support[i]
+        bend = functions.curvature[i] / functions.support[i]
+        f, *gradient = value(functions, i, *(own + d))
+        assert f == pytest.approx(facing @ d + bend / 2 * d @ d, abs=1e-9)
+        assert np.allclose(gradient, facing + bend * d, atol=1e-9)
+
+
+@pytest.mark.parametrize("tangents", [_tangents, lambda n: settling._tangents(n[None])[0]])
+def test_tangents_are_perpendicular_whatever_the_normal(tangents):
+    some = np.random.default_rng(1).normal(size=(20, 3))
+    for n in (*np.eye(3), *-np.eye(3), *some / np.linalg.norm(some, axis=1)[:, None]):
+        frame = np.array([n, *tangents(n)])
+        assert np.allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+
+
+PLATE = np.array([[2.0 * i, 2.0 * j, 0] for i in range(5) for j in range(5)])
+
+
+def test_places_around_a_dot_alone_fill_a_disc_like_a_sunflower():
+    """On a plane, where none moves: the k-th of m in a disc of a radius R lies R sqrt(k / m) away."""
+    functions = fit(PLATE, np.tile([0.0, 0, 1], (25, 1)))
+    i = int(functions.index.position[12])
+    for spacing, density, reach in ((0.5, 5.0, 1.0), (0.5, 40.0, 0.8), (0.4, 100.0, 1.5)):
+        alone = functions._replace(spacing=np.full(25, spacing))  # no other dot is in reach
+        points, normals = _lay(alone, i, i + 1, density, reach, 4)
+        m = int(np.pi * reach**2 * max(1.3 * density * spacing**2, 10.0))
+        gap = np.linalg.norm(points - PLATE[12], axis=1)
+        assert gap == pytest.approx(reach * spacing * np.sqrt(np.arange(1, m) / m))
+        assert np.allclose(normals, [0, 0, 1]) and np.abs(points[:, 2]).max() < 1e-9
+
+
+def test_places_go_to_the_nearest_dot_that_looks_the_same_way():
+    below = PLATE[:16] * [0.75, 0.75, 1] + [1.0, 1.0, -0.3]
+    dots, normals = np.concatenate([PLATE, below]), np.repeat([[0, 0, 1.0], [0, 0, -1.0]], [25, 16], axis=0)
+    functions = fit(dots, normals)
+    i = int(functions.index.position[12])
+    points, _ = _lay(functions, i, i + 1, 40.0, 1.0, 4)
+    gap = np.linalg.norm(points[:, None] - PLATE, axis=2)
+    own = gap[:, 12]
+    assert (0.95 * own <= gap.min(axis=1)).all() and (own > gap.min(axis=1)).any()
+    # the square of 2 Å around the dot, and a rim for ties
+    assert len(points) == pytest.approx(40 * 1.3 * 2.1**2, rel=0.1)
+
+
+def test_a_place_takes_steps_of_a_bounded_length_and_arrives_or_not():
+    functions = fit(*sphere(60))
+    x = 1.2 * functions.index.xyz[7]  # 0.6 Å above its dot
+    arrived, point, normal = _project(functions, 7, *x, 1, 0.1)
+    assert not arrived
+    assert np.linalg.norm(x - point) == pytest.approx(0.1)
+    assert np.allclose(normal, functions.index.normals[7], atol=0.01)
+    arrived, point, _ = _project(functions, 7, *x, 4, 9.0)
+    assert arrived and np.linalg.norm(point) == pytest.approx(3, abs=0.01)
+    # in the middle of the sphere no way is nearest
+    assert not _project(functions, 7, 0.0, 0.0, 0.0, 4, 9.0)[0]
+
+
 def test_two_dots_at_one_place_do_no_harm():
     points, normals = sphere(60)
     double = np.concatenate([points, points[:5]]), np.concatenate([normals, normals[5:10]])
@@ -158,12 +236,19 @@ def test_spacing_of_even_dots():
     gap = np.sqrt((np.arange(9) + 0.5) / np.pi)[None] * 2.0  # neighbours of a dot, dots being 2 Å apart
     assert local_spacing(gap) == pytest.approx([2.0])
     assert local_spacing(gap * [[1], [1], [3]]) == pytest.approx([2.0, 2.0, 4.0])  # one that is alone
+    assert local_spacing(np.append(gap[:, :8] / 2, gap[:, 8:], axis=1)) == pytest.approx(
+        [2.0]
+    )  # the last one counts
 
 
 def test_spacing_belongs_to_its_dot_and_a_single_one_has_none():
     points, normals = torus(60)
     assert spacing_of(points[::-1], normals[::-1]) == pytest.approx(spacing_of(points, normals)[::-1])
     assert np.isnan(spacing_of(points[:1], normals[:1])).tolist() == [True]
+    # five dots: the distance to the fourth neighbour holds four and a half of them
+    cross = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
+    found = spacing_of(cross, np.tile([0.0, 0, 1], (5, 1)))
+    assert found == pytest.approx(np.sqrt(np.pi / 4.5) * np.array([1, 2, 2, 2, 2]))
 
 
 def test_a_twentieth_of_a_molecule_gives_it_back():
