@@ -259,7 +259,7 @@ def test_a_frame_is_taken_by_its_place():
         with pytest.raises(InputError, match=f"^it has the frames 0 to 1: there is no frame {number}\\.$"):
             inputs.check_frame(frame, number, "it")
     assert len(sparsurf.surface(([[0, 0, 0]], [1.5]), frame=5)) > 0  # spheres have no frames
-    with pytest.raises(InputError, match=r"^the molecule has the frames 0 to 0: there is no frame 5\.$"):
+    with pytest.raises(InputError, match=r"^the molecule has one frame, 0: there is no frame 5\.$"):
         sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb", frame=5)
 
 

@@ -105,7 +105,9 @@ def test_atoms_stand_where_a_pdb_file_has_them():
 def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():
     points = np.column_stack([np.arange(50.0), np.zeros(50), np.zeros(50)])
     refuse_sparse(points, 1.301, "a")
-    with pytest.raises(InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\)"):
+    with pytest.raises(
+        InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\), .* or a larger D_link\.$"
+    ):
         refuse_sparse(points, 1.299, "a")
 
 

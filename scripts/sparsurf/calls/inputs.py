@@ -66,7 +66,8 @@ def arrays(given, name):
 def check_frame(molecule, frame, name):
     """Raise InputError where a Molecule, called `name`, has no frame of that position."""
     if not isinstance(frame, Integral) or frame not in range(molecule.n_frames):
-        raise InputError(f"{name} has the frames 0 to {molecule.n_frames - 1}: there is no frame {frame}.")
+        there = f"the frames 0 to {molecule.n_frames - 1}" if molecule.n_frames > 1 else "one frame, 0"
+        raise InputError(f"{name} has {there}: there is no frame {frame}.")
 
 
 def is_structure(path):
