@@ -144,6 +144,20 @@ def test_one_warning_per_surface(evaluator, caplog):
     assert record.endswith("under islands 'kept' at 10 %: uniform, voxel, farthest")
 
 
+def test_a_warning_tells_where_patches_break_up(caplog):
+    rows = [(rule, name, p, value) for rule, name, values in (
+        ("kept", "uniform", (10, 20)), ("kept", "voxel", (10, 30)), ("kept", "poisson", (5, 40)),
+        ("scaled", "voxel", (29, 31)), ("scaled", "uniform", (30, 30)),
+    ) for p, value in zip((5, 2.5), values, strict=True)]  # fmt: skip
+    table = pd.DataFrame(rows, columns=["rule", "sampler", "percent", "value"])
+    with caplog.at_level(logging.WARNING, "sparsurf"):
+        comparison._warn_of_fragments(table.assign(measure="fragment " + table["rule"]), "p/c1")
+    (record,) = [each.getMessage() for each in caplog.records]
+    assert record.endswith(
+        "under islands 'kept' at every n_S: uniform; 'kept' at 5 %: voxel, poisson; 'scaled' at 5 %: voxel"
+    )
+
+
 def test_the_papers_sampler_takes_the_winners_of_this_run(evaluator, study):
     ranges = study[1]
     lowest, rows = comparison.choices_of(ranges)

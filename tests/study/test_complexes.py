@@ -16,7 +16,7 @@ import write_complexes
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.reading import read_molecule
-from sparsurf.study import complex_tables, complexes
+from sparsurf.study import complex_scores, complex_tables, complexes
 from sparsurf.study.complex_scores import centres_of, score_complex
 from sparsurf.study.complex_tables import tables_of
 from sparsurf.study.matching import Recipe
@@ -130,12 +130,22 @@ def test_a_complex_gets_all_scores_and_the_tables_sum_them_up(pair):
     recipes = (Recipe(), Recipe(radius=8.0))
     table, touching, own, same = score_complex(pair, None, None, recipes, (1, 3), most=200)
     assert np.isnan(same).all()
-    again, _, _, same = score_complex(pair, own, None, recipes, (1, 3), most=200)
+    labels = [each.surface.points[:, 0] > 9 for each in pair]  # as of another form
+    again, _, _, same = score_complex(pair, own, labels, recipes, (1, 3), most=200)
+    for side in (0, 1):
+        at_centres = labels[side][centres_of(pair[side], 200)]
+        assert (again.loc[again["side"] == side + 1, "interface"] == at_centres.sum()).all()
     assert same == pytest.approx((1.0, 1.0))  # against itself the control is the map
     control = again[again["score"] == "another protein"].set_index(["side", "map"])["auc"]
     plain = again[(again["score"] == "complementarity") & (again["k"] == 1) & (again["kind"] == "plain")]
     plain = plain[plain["descriptor"] == "published, 6 Å"].set_index(["side", "map"])["auc"]
     pd.testing.assert_series_equal(control.sort_index(), plain.sort_index())
+    first = {("published, 6 Å", *complex_scores.MAIN, "smoothed"): pair[0].surface.points[:200, 1]}
+    ends = [
+        complex_scores._rows(replace(pair[0], name=name), np.arange(200), first, labels[0], 0)
+        for name in ("one", "one", "other")
+    ]
+    assert ends[0].equals(ends[1]) and ends[0]["low"][0] != ends[2]["low"][0]  # random numbers of its own
     assert len(table) == 2 * (
         2 * 2 * 2 * 2 * 2 + 9
     )  # radii, both maps, k, kinds, smoothing; yardsticks, combinations

@@ -12,7 +12,10 @@ from peptides import peptide, write
 from sparsurf.complementarity.ranking import auc
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.descriptors import describe
+from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study import matching
+from sparsurf.study import thinning as thinning_module
+from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.partners import baseline_scores, partner_of
 from sparsurf.study.thinning import thinning
 from sparsurf.surfaces.making import molecular_surface
@@ -156,6 +159,44 @@ def test_agreement_is_the_area_of_each_score(peptides):
     assert ((contact["auc"] > 0) & (contact["auc"] < 1)).all()
 
 
+def test_labels_that_are_known_otherwise_count(peptides):
+    found = matching.match(*peptides)
+    table, n = matching.maps(found, 0), len(peptides[0].surface)
+    some = peptides[0].surface.points[:, 0] > 5
+    rows = matching.agreement(found, 0, table, labels=some)
+    assert (rows["interface"] == some[found.centres[0]].sum()).all()
+    for same in (np.ones(n, bool), np.zeros(n, bool)):  # nothing to tell apart
+        assert matching.agreement(found, 0, table, labels=same) is None
+
+
+def test_pairs_of_patches_are_drawn_from_the_whole_contact_and_keep_their_blocks(peptides, monkeypatch):
+    places, drawn = [], []
+    describe_as_ever, area = matching.descriptors_at, matching.bootstrap_auc
+    monkeypatch.setattr(matching, "MOST_CONTACTS", 20)
+    monkeypatch.setattr(
+        matching, "descriptors_at", lambda *given: places.append(given[1]) or describe_as_ever(*given)
+    )
+    monkeypatch.setattr(matching, "bootstrap_auc", lambda *given: drawn.append(given) or area(*given))
+    monkeypatch.setattr(matching, "blocks_of", lambda _, dots: np.arange(len(dots)) // 5)
+    table = matching.contacts(*peptides)
+    assert (table["pairs"] == 20).all()
+    points = peptides[0].surface.points
+    touching = cdist(points, peptides[1].surface.points).min(axis=1) < 3.0
+    dots = [int(np.flatnonzero((points == place).all(axis=1))[0]) for place in places[0]]
+    assert touching[dots].all() and dots == sorted(dots)
+    assert dots != np.flatnonzero(touching)[:20].tolist()
+    for _, positive, block, _ in drawn:  # native pairs, then the others of the same first dots
+        assert positive.tolist() == 20 * [True] + 20 * [False]
+        assert block.tolist() == 2 * np.repeat([0, 1, 2, 3], 5).tolist()
+
+
+def test_residues_without_a_chain_are_residues():
+    names = ("propensity_smoothed", "propensity_k_smoothed", "similarity_smoothed")
+    dots = pd.DataFrame({"chain": [np.nan] * 2, "residue": "1", "residue_name": "ALA", "interface": [0, 1]})
+    table = matching.by_residue(dots.assign(**{name: [1.0, 3.0] for name in names}))
+    assert table[["dots", "propensity_smoothed", "interface"]].to_numpy().tolist() == [[2, 2, 0.5]]
+
+
 def test_yardsticks_belong_to_the_dots_that_are_asked_for():
     # five atoms of three residues 20 Å apart, one of them a hydrogen; two dots above each residue
     dots = np.array([[x + dx, 0.0, 2.0] for x in (0.0, 20.0, 40.0) for dx in (0.0, 1.0)])
@@ -212,7 +253,19 @@ def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
     assert ((few["correlation"] > 0.5) & (few["correlation"] < 0.9999)).all()
 
 
-def test_a_recovered_surface_is_described_instead(peptides):
+def test_centres_of_one_draw_are_nested_and_those_of_another_differ(blobs):
+    evaluator = Evaluator(blobs[0].surface, roughness_values=blobs[0].roughness, name="one")
+    for name in ("farthest", "uniform"):
+        few, more, other = (
+            set(thinning_module._choose(SAMPLERS[name], name, evaluator, percent, draw).tolist())
+            for percent, draw in ((5, 0), (10, 0), (10, 1))
+        )
+        assert few < more and more != other and len(other) == 120
+
+
+def test_a_recovered_surface_is_described_instead(peptides, monkeypatch):
+    clock = SimpleNamespace(process_time=iter(range(10_000)).__next__)  # every stage takes a second
+    monkeypatch.setattr(thinning_module, "time", clock)
     table = thinning(*peptides, percents=(10,), samplers=("farthest",), with_recovered=True)
     full, recovered = (table[table["surface"] == name] for name in ("full", "recovered"))
     assert recovered["n_S"].tolist() == full["n_S"].tolist()[2:]
@@ -222,4 +275,6 @@ def test_a_recovered_surface_is_described_instead(peptides):
         recovered["correlation"] > 0.7
     ).all()  # a tenth of the dots gives the surface back, and with it the map
     assert (recovered["correlation"] < full["correlation"][2:].to_numpy()).all()
-    assert (recovered["recovering"] > 0).all()
+    stages = list(thinning_module.STAGES)
+    assert full[stages].to_numpy().tolist() == 2 * [[0, 0, 1, 1, 1]] + 2 * [[1, 0, 1, 1, 1]]
+    assert (recovered[stages] == 1).all(axis=None) and (recovered["seconds"] == 5).all()

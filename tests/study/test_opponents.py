@@ -42,14 +42,19 @@ def test_normals_at_the_corners_of_a_cube_are_its_diagonals():
 
 
 def test_bytes_and_errors():
+    asked = []
+
     def coarser(vertices, triangles, n):
-        assert n < len(triangles)
+        asked.append(n)
         mesh = molecular_mesh(ATOMS, RADII, step=0.7)
         return mesh.vertices.points, mesh.triangles
 
     rows = opponents.measure("three atoms", ATOMS, RADII, coarser, 40, (10.0,)).set_index("sampler")
     kept, mesh = rows.loc[opponents.KEPT], rows.loc[opponents.MESH]
     assert kept["bytes"] == 24 * kept["n_S"]
+    assert asked == [2 * kept["n_S"]]  # triangles, two for every corner
+    corners = rows.loc[opponents.CORNERS]
+    assert corners["n_S"] == mesh["n_S"] and corners["bytes"] == 24 * corners["n_S"]
     assert mesh["bytes"] == 12 * mesh["n_S"] + 6 * (
         2 * mesh["n_S"] - 4
     )  # Euler: two triangles a vertex, but for four

@@ -1,5 +1,6 @@
 """Claims over many proteins: made-up proteins whose answers are known, and a peptide measured end to end."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -131,6 +132,34 @@ def made_up():
     """Twelve proteins that like one and the same combination best under `kept`."""
     results = study(lambda r, s: 2, ROUGHS)
     return results, run_of(results)
+
+
+def test_a_winner_is_looked_for_where_both_rules_have_one():
+    parameters = {"alpha": 1.0, "beta": 0.0, "gamma": [0.0, 2.0, np.nan], "delta": 0.0}
+    theirs = pd.DataFrame({"islands": "kept", "n_combinations": [1, 1, 0], **parameters, "best_set": ""})
+    mine = theirs.assign(n_combinations=1, best_set=["(1, 0, 0, 0)", "(1, 0, 4, 0)", "(1, 0, 6, 0)"])
+    of = [(SimpleNamespace(ranges=ranges),) for ranges in (mine, theirs)]
+    assert protein_variants.held(*of) == 0.5
+
+
+def test_the_factor_of_a_variant_is_that_of_a_quarter_of_uniform_dots():
+    recovered = curve(sampler="farthest", islands="recovered")
+    recovered["Z"] = 5 / recovered["percent"]  # that of 25 % uniform dots, sqrt(10 / 25), at 7.9 %
+    ranges = pd.DataFrame({"islands": ["kept", "kept", "surface"], "d_held_out": [0.5, 1.0, -0.5]})
+    measured = SimpleNamespace(ranges=ranges, protein="p"), floor(**{"fresh dots": 0.25})
+    found = protein_variants.claims((*measured, pd.concat([curve(), recovered])))
+    assert found["factor"] == pytest.approx(25 / (5 / np.sqrt(0.4)), rel=1e-3)
+    assert found["over_floor"] == pytest.approx(2) and found["d_kept"] == 0.75 and found["d_surface"] == -0.5
+
+
+def test_a_share_of_ranges_lies_between_none_and_all(measured):
+    result, *others = measured[1]
+    none = result.ranges.assign(best_set="")
+    three = [(replace(result, protein=name), *others, {}) for name in "pqr"]
+    mixed = [*three[:2], (replace(three[2][0], ranges=none), *others, {})]
+    table = protein_variants.table({protein_variants.DEFAULT: three, "other": mixed})
+    row = table.set_index(["variant", "claim"]).loc[("other", "held")]
+    assert row[["value", "value_low", "value_high"]].tolist() == pytest.approx([2 / 3, 0, 1])
 
 
 def test_d_over_proteins(made_up):
@@ -431,6 +460,10 @@ def test_one_rule_changed_at_a_time():
     for variant, changes in protein_variants.VARIANTS.items():
         rules = protein_variants.rules_of(variant)
         assert {key: getattr(rules, key) for key in changes} == changes and len(changes) <= 1
+        numbers = [value for value in changes.values() if isinstance(value, float)]
+        assert numbers == [float(word) for word in variant.split() if re.fullmatch(r"[0-9.]+", word)] or (
+            variant == protein_variants.SHORT
+        )
         assert variant in (protein_variants.DEFAULT, protein_variants.HYDROGENS) or rules != Rules()
     assert thin_grid({"alpha": [1, 2, 3], "beta": [4, 5], "gamma": [1, 2, 3]}) == {
         "beta": [4],

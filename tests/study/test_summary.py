@@ -482,6 +482,30 @@ def test_figure_without_a_comparison_has_no_panels_for_it(related):
     assert figure.get_figheight() < whole.get_figheight()
 
 
+def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
+    write_run(tmp_path, study(lambda r, s: 2, [0.6]))
+    folder = tmp_path / "p01" / "c1"
+    rough = np.where(np.arange(1000) < 600, 0.2, 0.7)  # mean 0.4, median 0.2
+    pd.DataFrame({"roughness": rough}).to_csv(folder / "roughness.csv")
+    one = summary.read_result(folder)
+    row = summary.surfaces_table([one], PATCHES).iloc[0]
+    assert row[["N", "area", "mean_roughness"]].tolist() == pytest.approx([1000, 250, 0.4])
+    for name in ("empty_patch", "null_model"):
+        assert row[name] == one.best["yardsticks"][name]
+    assert row["empty_patch"] != row["null_model"]
+
+
+def test_a_surface_without_combinations_in_a_range_tells_nothing_of_it():
+    results = study(lambda r, s: s % 3, ROUGHS[:5])
+    table = summary.summary_table(results)
+    first = (table["islands"] == "kept") & (table["range"] == 1)
+    empty = first & (table["protein"] == "p01")
+    table.loc[empty, "n_combinations"] = 0
+    found = summary.relation_table(results, table, np.random.default_rng(0))
+    known = found[found["islands"] == "kept"].set_index("range")["n_surfaces"]
+    assert known[1] == 4 and known[3] == 5
+
+
 def test_damaged_results_are_named(tmp_path):
     write_run(tmp_path, study(lambda r, s: 2, [0.6]))
     (tmp_path / "p01" / "c1" / "best.json").write_text("{")
