@@ -62,6 +62,11 @@ def installed(wheel, tmp_path_factory):
     return python.parent
 
 
+def test_what_users_call_is_listed():
+    assert {"InputError", "__version__", *sparsurf.CALLS} <= set(dir(sparsurf))
+    assert all(callable(getattr(sparsurf, name)) for name in sparsurf.CALLS)
+
+
 def test_the_wheel_holds_the_library_and_its_data(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     library = ROOT / "scripts" / "sparsurf"

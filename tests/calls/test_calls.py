@@ -353,9 +353,28 @@ def test_options_reach_the_reader(monkeypatch):
     assert asked == [(("a.pdb", "t.xtc"), keys | {"hydrogens": "remove", "selection": "all"})]
     plain = parser.parse_args(["a.pdb"])
     options.read_atoms(plain)
-    assert asked[1][1]["ligands"] is False and (plain.probe, plain.radii, plain.d_link) == (1.4, "dms", 0.5)
+    nothing = dict.fromkeys(("chains", "residues", "selection", "model"))
+    assert asked[1] == (("a.pdb", None), nothing | {"altloc": "first", "hydrogens": "keep", "ligands": False})
+    assert (plain.frame, plain.probe, plain.density, plain.radii, plain.d_link) == (0, 1.4, None, "dms", 0.5)
     with pytest.raises(InputError, match="has the frames 0 to 2: there is no frame 3"):
         options.read_atoms(parser.parse_args(["a.pdb", "--frame", "3"]))
+
+
+def test_options_reach_the_surface(monkeypatch):
+    asked = []
+    molecule = SimpleNamespace(n_frames=3, n_atoms=4)
+    monkeypatch.setattr(options, "read_molecule", lambda *_, **__: molecule)
+    monkeypatch.setattr(options, "surface_of", lambda given, **keys: asked.append((given, keys)) or "dots")
+    parser = argparse.ArgumentParser()
+    parser.add_argument("file")
+    options.add_molecule(parser)
+    wished = "--frame 2 --probe 1.2 --density 7 --radii bondi --d-link 0.8"
+    for line in (wished, ""):
+        assert options.read_dots(parser.parse_args(["a.pdb", *line.split()])) == ("dots", molecule)
+    assert asked == [
+        (molecule, {"frame": 2, "probe": 1.2, "density": 7, "radii": "bondi", "d_link": 0.8}),
+        (molecule, {"frame": 0, "probe": 1.4, "density": "auto", "radii": "dms", "d_link": 0.5}),
+    ]
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from sparsurf.report.figures import residues_over_time, summary_figures
 from sparsurf.study import ensemble
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.residues import over_frames, residue_table
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.making import fitting_density, molecular_surface
 from sparsurf.surfaces.radii import radii
 
 SETTINGS = {
@@ -106,6 +106,25 @@ def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, tmp_path, n):
     ]
     assert "".join(parts) == whole and whole.count("\n") == FRAMES + 1
     assert sum(bool(part) for part in parts) == min(n, FRAMES)
+
+
+def test_rows_of_another_part_are_not_taken_up_and_a_part_counts_its_own_frames(molecule, tmp_path):
+    told = []
+    for part in ((1, 2), (1, 7), (2, 2)):
+        text = ensemble.follow(
+            molecule, SETTINGS, "p", 1, tmp_path / "part", part=part, progress=lambda *done: told.append(done)
+        )
+        if part == (1, 7):
+            assert text.count("\n") == 2  # a header and a frame, not the three that lay there
+    assert told == [(3, 3), (1, 1), (4, 4)]
+
+
+def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule, tmp_path):
+    auto = SETTINGS | {"surface": SETTINGS["surface"] | {"density": "auto"}}
+    table = followed(molecule, auto, "p", 1, tmp_path / "part", part=(1, 1))
+    own = radii(molecule)
+    density = fitting_density(molecule, 0, own, auto["surface"], 0.6, "p")
+    assert table["N"].tolist() == [len(molecular_surface(xyz, own, density=density)) for xyz in molecule.xyz]
 
 
 @pytest.mark.parametrize("cut", [0, 10, 60, 700, 1500, -1, None])

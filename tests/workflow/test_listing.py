@@ -160,6 +160,10 @@ def server(tmp_path):
                 self.send_header("Content-Length", "9")
                 self.end_headers()
                 self.wfile.write(b"ATOM ")
+            elif self.path == "/streamed":  # by a server that does not know its length before
+                self.send_response(200)
+                self.end_headers()
+                self.wfile.write(b"ATOM ")
             else:
                 super().do_GET()
 
@@ -178,6 +182,12 @@ def test_a_fetched_file_is_verified_and_recorded(server, tmp_path):
         "bytes": TOPOLOGY.stat().st_size,
         "sha256": sha256,
     }
+
+
+def test_the_size_on_record_is_that_of_what_came(server, tmp_path):
+    sha256 = hashlib.sha256(b"ATOM ").hexdigest()
+    fetch(f"{server}/streamed", sha256, tmp_path / "a.pdb", tmp_path / "a.json", "x")
+    assert json.loads((tmp_path / "a.json").read_text())["bytes"] == 5
 
 
 def test_another_checksum_is_refused(server, tmp_path):
@@ -237,6 +247,10 @@ def test_a_file_that_is_too_large_or_cut_short_is_refused(server, tmp_path, monk
 def test_names_and_variables():
     assert file_name("https://x.org/a/pdb%20files/208/cluster1.pdb") == "cluster1.pdb"
     assert file_name("https://x.org/..%2f..%2fpasswd") == "_2f.._2fpasswd"
+    assert (
+        file_name("https://x.org/.hidden.pdb") == "hidden.pdb"
+        and file_name("https://x.org/") == "structure.pdb"
+    )
     assert variable("my-protein.1") == "SPARSURF_MY_PROTEIN_1"
 
 
