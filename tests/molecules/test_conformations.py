@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import mdtraj
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.spatial.transform import Rotation
 import choose_frames as script
 from peptides import peptide, write
 from sparsurf import InputError
+from sparsurf.molecules import conformations
 from sparsurf.molecules.conformations import (
     choose_clusters,
     choose_frames,
@@ -211,12 +213,29 @@ def test_auto_takes_the_best_silhouette(moving):
     assert choice.silhouettes.K.max() <= 11
 
 
+def test_up_to_eleven_clusters_are_tried_also_where_they_lie_near():
+    rng = np.random.default_rng(1)
+    apart = np.array([[100.0 * k, y] for k in range(11) for y in (0, 1, 2)])
+    table, (label, chosen, _) = conformations._cluster(apart, "auto", rng)
+    assert table.K.tolist() == list(range(2, 12)) and len(chosen) == 11
+    assert np.bincount(label)[1:].tolist() == 11 * [3] and chosen.tolist() == list(range(1, 33, 3))
+    near = np.array([[x, y] for x in (0.0, 0.4) for y in (0.0, 0.01)])  # Å
+    assert len(conformations._cluster(near, "auto", rng)[1][1]) == 2
+
+
+def test_heavy_atoms_are_analysed_where_a_chain_has_two_c_alphas():
+    words = {"name": "CA C D CA CA H", "kind": "protein " * 4 + "other protein", "element": "C C D C CA H"}
+    molecule = SimpleNamespace(**{key: np.array(text.split()) for key, text in words.items()})
+    heavy = [True, True, False, True, True, False]  # and calcium is no C-alpha atom
+    assert conformations._analysed_atoms(molecule, None).tolist() == heavy
+
+
 def test_frames_by_name(moving):
     rng = np.random.default_rng(1)
     every = choose_frames(moving, frames="all", rng=rng)
     assert every.table.conformation.tolist()[:2] == ["f000", "f010"] and len(every.table) == 12
     assert choose_frames(moving, frames={"stride": 5}, rng=rng).index.tolist() == [0, 5, 10]
-    listed = choose_frames(moving, frames=[110, 30], rng=rng)
+    listed = choose_frames(moving, frames=[110, 30, 110], rng=rng)
     assert listed.table.frame.tolist() == [110, 30] and listed.index.tolist() == [11, 3]
     assert (listed.label == 0).all() and listed.silhouettes.empty
     assert list(every.table.columns) == list(choose_frames(moving, rng=rng).table.columns)

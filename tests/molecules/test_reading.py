@@ -227,6 +227,31 @@ def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path
     assert molecule.xyz[:, 0, 0].tolist() == expected
 
 
+def test_atoms_in_one_place_are_refused_in_any_model_but_one_atom_has_but_one(tmp_path):
+    heap = "".join(atom_line(name, residue=str(k), place=(1, 1, 1)) for k in (1, 2, 3, 4) for name in ALANINE)
+    models = f"MODEL 1\n{peptide()}ENDMDL\nMODEL 2\n{heap}ENDMDL\n"
+    with pytest.raises(InputError, match="has all atoms in one place"):
+        read_molecule(write(tmp_path / "a.pdb", models))
+    zinc = atom_line("ZN", " ZN", place=(1, 1, 1), record="HETATM", element="ZN")
+    assert read_molecule(write(tmp_path / "b.pdb", zinc), selection="all").n_atoms == 1
+
+
+def test_c_alphas_of_whole_residues_may_be_chosen(tmp_path, caplog):
+    path = write(tmp_path / "a.pdb", peptide())
+    assert read_molecule(path, selection="name CA").name.tolist() == 4 * ["CA"]
+    assert "lack heavy atoms" not in caplog.text
+
+
+def test_the_sequence_of_a_chain_that_is_not_chosen_is_not_told(tmp_path, caplog):
+    chains = peptide() + "TER\n" + peptide(chain="B", origin=(0, 30, 0))
+    sequence = "SEQRES   1 B    6  ALA ALA ALA ALA ALA ALA\n"
+    path = write(tmp_path / "a.pdb", sequence + chains + "END\n")
+    read_molecule(path, chains="A")
+    assert "of the sequence" not in caplog.text
+    read_molecule(path)
+    assert "2 residues of the sequence have no coordinates: 2 in chain B" in caplog.text
+
+
 def test_four_letter_names_and_two_letter_chains(tmp_path):
     four = read_molecule(write(tmp_path / "a.pdb", peptide(("HISD", "NALA", "ALA", "ASPH"), chain="D")))
     assert set(four.chain) == {"D"} and four.residue_name[::5].tolist() == ["HISD", "NALA", "ALA", "ASPH"]
@@ -511,7 +536,9 @@ def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path)
     lines = "CRYST1   40.000   40.000   40.000  90.00  90.00  90.00 P 1           1\n" + "".join(
         atom_line(name, residue=str(1 + i // 5), place=cut[i]) for i, name in enumerate(list(ALANINE) * 4)
     )
-    read = read_molecule(write(tmp_path / "cut.pdb", lines))
+    path = write(tmp_path / "cut.pdb", lines)
+    assert np.abs(read_molecule(path, whole=False).xyz[0] - cut[:20]).max() < 0.001
+    read = read_molecule(path)
     assert np.ptp(read.xyz[0] - whole[:20], axis=0).max() < 0.002  # three decimals, twice
 
 
