@@ -1,6 +1,7 @@
 """The comparison of samplers: plain references, exact cases, what follows from it, pages and figure."""
 
 import logging
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -122,6 +123,16 @@ def test_all_dots_have_no_error(evaluator):
     # 'kept' and 'scaled' link the same dots, within D_link and within at least D_link
     assert whole[["Z surface", "Z kept", "Z centres", "position"]].abs().max() < 1e-9
     assert whole[["fragment kept"]].eq(100).all() and whole["Z scaled"] < 0.2
+
+
+def test_the_time_of_a_sampler_is_the_median_of_its_draws(evaluator, monkeypatch):
+    ends = iter([0, 1, 0, 9, 0, 2])  # one, nine and two seconds
+    monkeypatch.setattr(comparison, "time", SimpleNamespace(perf_counter=ends.__next__))
+    drawers = comparison.contestants(evaluator, ["uniform"])
+    table = comparison.compare(evaluator, drawers, (10,), n_tests=5, draws=3).set_index("measure")
+    assert table.loc["seconds", "value"] == 2
+    of_z = table.loc["Z surface", ["low", "value", "high"]].tolist()
+    assert of_z == sorted(of_z) and len(set(of_z)) == 3
 
 
 def test_cores_change_nothing_but_the_time(evaluator, surface):
