@@ -191,6 +191,29 @@ def test_a_row_of_each_table():
     ]
 
 
+def test_a_goal_is_met_where_every_value_of_it_is():
+    a1 = recovery_page.read(ROOT / "docs" / "tables")[-1]
+    own = a1["sampler"] == "farthest"
+    a1.loc[own, "Z"] = a1.loc[own, "percent"].map({2.5: 0.75, 5.0: 0.59, 10.0: 0.52})
+    a1.loc[own & (a1["percent"] == 5.0), "distance"] = 0.0804
+    ends = {
+        0: "Z: 0.750 at 2.5 % (goal 0.75), 0.590 at 5 % (goal 0.6), 0.520 at 10 % (goal 0.53): met.",
+        1: "distance Å: 0.080 at 5 % (goal 0.08): not met.",
+        -1: "(goal 2), the kernels being compiled: met.",
+    }
+    lines = said_of(a1.assign(bytes_per_dot=399.0, a_million_s=2.0))
+    assert all(lines[k].endswith(words) for k, words in ends.items())
+    assert "399 bytes for a recovered dot (goal 400): met;" in lines[-1] and "2.0 CPU seconds" in lines[-1]
+    a1.loc[own & (a1["percent"] == 5.0), "Z"] = 0.61
+    lines = said_of(a1.assign(bytes_per_dot=400.0, a_million_s=2.1))
+    assert lines[0].endswith("(goal 0.53): not met.") and lines[-1].endswith("compiled: not met.")
+    assert "400 bytes for a recovered dot (goal 400): not met;" in lines[-1]
+
+
+def said_of(a1):
+    return [line for line in recovery_page.goals(a1).splitlines() if line.startswith("- ")]
+
+
 def test_a_structure_is_held_to_its_own_floor():
     columns = ["protein", "sampler", "percent", "Z"]
     table = [("a", "farthest", 10.0, 0.525), ("b", "farthest", 10.0, 0.55), ("a", "farthest", 5.0, 9.0)]
