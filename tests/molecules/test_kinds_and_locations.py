@@ -183,6 +183,34 @@ def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
     assert atoms.occupancy.tolist() == [0.5, 1.0, 1.0]
 
 
+def test_mmcif_tells_the_box_and_each_place_of_the_sequence_once():
+    cell = {
+        "length_a": 30,
+        "length_b": 40,
+        "length_c": 50,
+        "angle_alpha": 70,
+        "angle_beta": 80,
+        "angle_gamma": 100,
+    }
+    text = CIF.replace("loop_", "".join(f"_cell.{key} {value}\n" for key, value in cell.items()) + "loop_", 1)
+    items = "".join(
+        f"_pdbx_poly_seq_scheme.{key}\n" for key in ("asym_id", "seq_id", "pdb_strand_id", "mon_id")
+    )
+    text += f"loop_\n{items}A 1 H ALA\nA 2 H GLY\nA 2 H SER\nB 1 H ALA\nC 1 L ALA\n"  # GLY or SER
+    file = read_mmcif(text, "a.cif")
+    a, b, c = file.box
+    lengths = [np.linalg.norm(side) for side in (a, b, c)]
+    cosines = [b @ c / 2000, a @ c / 1500, a @ b / 1200]
+    assert lengths == pytest.approx([30, 40, 50]) and np.degrees(np.arccos(cosines)) == pytest.approx(
+        [70, 80, 100]
+    )
+    assert file.promised == {"H": ["ALA", "SER", "ALA"], "L": ["ALA"]}
+    assert read_mmcif(CIF, "a.cif").box is None and file.atoms.model.tolist() == [1, 1, 1]
+    numbered = CIF.replace("_atom_site.occupancy", "_atom_site.pdbx_PDB_model_num")
+    several = numbered.replace("2 3 0.5", "2 3 4").replace("2 9 ?", "2 9 4").replace("2 6 1.0", "2 6 7")
+    assert read_mmcif(several, "a.cif").atoms.model.tolist() == [4, 4, 7]
+
+
 def test_chains_and_residues_narrow_down_ligands_too(tmp_path, caplog):
     ligands = "".join(
         atom_line("C1", "LIG", chain, "9", (0, 0, z), record="HETATM") for chain, z in (("A", 5), ("B", 25))
