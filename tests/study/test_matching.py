@@ -253,6 +253,20 @@ def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
     assert ((few["correlation"] > 0.5) & (few["correlation"] < 0.9999)).all()
 
 
+def test_a_map_from_all_dots_is_that_of_a_match_and_knows_no_patches_of_one_dot():
+    both = []
+    for name, seed in (("a", 5), ("b", 6)):
+        points, normals = make_blob(400, seed)
+        alone = np.array([[60.0, 0, 0], [0, 60, 0]])  # whose empty descriptors are equal
+        surface = Surface(np.vstack([points, alone]), np.vstack([normals, normals[:2]]))
+        both.append(partner_of(surface, name=name, d_link=1.5))
+    found = matching.match(*both)
+    thin = thinning_module.thinned_maps(both, [np.arange(402)] * 2, thinning_module.Clock())
+    for side in (0, 1):
+        wanted = matching.maps(found, side)["propensity_smoothed"]
+        assert thin[side] == pytest.approx(wanted.to_numpy()) and thin[side].min() > 0.01
+
+
 def test_centres_of_one_draw_are_nested_and_those_of_another_differ(blobs):
     evaluator = Evaluator(blobs[0].surface, roughness_values=blobs[0].roughness, name="one")
     for name in ("farthest", "uniform"):
