@@ -10,7 +10,8 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.calls import command
 from sparsurf.molecules.reading import read_molecule
-from sparsurf.recovery.mesh import _height, recovered_mesh
+from sparsurf.recovery.mesh import _filled, _height, recovered_mesh
+from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces import mesh as meshes
@@ -153,6 +154,44 @@ def test_the_recovered_surface_as_a_mesh():
     assert mesh.vertices.area.sum() == pytest.approx(true.vertices.area.sum(), rel=0.03)
     again = recovered_mesh(dots.points[kept], dots.normals[kept], threads=2)
     assert np.array_equal(mesh.vertices.points, again.vertices.points)
+
+
+def test_a_recovered_mesh_is_cut_where_distances_are_known_and_lies_on_the_surface(monkeypatch):
+    k = np.arange(60) + 0.5
+    z, turn = 1 - 2 * k / 60, np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], axis=1)
+    seen = []
+    monkeypatch.setattr(
+        "sparsurf.recovery.mesh.march", lambda values: (seen.append(values), march(values))[1]
+    )
+    mesh, (dense, outward) = recovered_mesh(3 * unit, unit, step=0.3), recover(3 * unit, unit)
+    low, high = slice(None, -1), slice(1, None)
+    for step in np.ndindex(2, 2, 2):
+        here, there = (
+            seen[0][tuple(way[c] for c in step)] for way in ((slice(None), low), (slice(None), high))
+        )
+        cut = (here > 0) != (there > 0)
+        # rooms inside and outside are filled with 1 and -1
+        assert not np.isin([here[cut], there[cut]], [1, -1]).any()
+    # a third step would move nothing
+    assert np.abs(_height(cKDTree(dense), outward, mesh.vertices.points, 1)[0]).max() < 1e-5
+
+
+def test_rooms_take_the_side_of_their_walls_and_the_corner_is_outside():
+    values, near = np.ones((5, 5, 5)), np.ones((5, 5, 5), bool)
+    values[:, :, 3:] = -1
+    near[1, 1, 1] = near[3, 3, 4] = near[1, 3, 2] = False
+    values[~near] = 0
+    filled, agreed = _filled(values, near)
+    # five walls inside, one outside, of the third room
+    assert filled[1, 1, 1] == 1 and filled[3, 3, 4] == -1 and filled[1, 3, 2] == 1
+    assert not agreed
+    near[1, 3, 2], values[1, 3, 2] = True, 1
+    filled, agreed = _filled(values, near)
+    assert agreed and np.array_equal(filled[near], values[near])
+    near[0, 0, 0] = False
+    filled, agreed = _filled(values, near)
+    assert filled[0, 0, 0] == -1 and not agreed
 
 
 def test_a_place_is_seen_from_the_dots_of_its_own_side():
