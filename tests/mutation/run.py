@@ -6,6 +6,7 @@ checkout stays as it is: mistakes are planted in a copy. `--check` only tells wh
 
 import multiprocessing
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -26,7 +27,7 @@ import pytest  # noqa: E402
 from mistakes import ROOT, SCRIPTS, mistakes, without_place  # noqa: E402
 
 PATIENCE = 600  # s for the tests of one mistake; one that hangs is noticed
-# One folder of kernels for all mistakes: numba recompiles what stands in a file that changed, and nothing else.
+# One folder of kernels for all mistakes: only those that hold something of a file that changed are compiled anew.
 SHARED_KERNELS = ("hashlib.sha256(kernel_sources()).hexdigest()[:16]", '"mutation"')
 
 
@@ -50,6 +51,27 @@ def plant(path, old, new):
     assert before.count(old) == 1, f"{path}: {old!r} stands there {before.count(old)} times"
     path.write_text(before.replace(old, new), "utf-8")
     return before
+
+
+def forget_kernels(folder, file):
+    """Have kernels compiled anew that may hold something of a file: those that import it, in however many steps.
+
+    numba looks at the time of a kernel's own file only.
+    """
+    library = folder / SCRIPTS
+    texts = {path: path.read_text("utf-8") for path in (library / "sparsurf").rglob("*.py")}
+    imported = {}
+    for path, text in texts.items():
+        lines = re.findall(r"^from (sparsurf[\w.]*) import (\([^)]*|.*)", text, re.M)
+        names = {f"{module}.{word}" for module, words in lines for word in re.findall(r"\w+", words)}
+        imported[path] = names | {module for module, _ in lines}
+    stale, before = {library / file}, set()
+    while stale != before:
+        names = {".".join(path.relative_to(library).with_suffix("").parts) for path in stale}
+        before, stale = stale, stale | {path for path in texts if imported[path] & names}
+    for path in stale:
+        if "njit" in texts[path]:
+            os.utime(path)
 
 
 def passes(folder, tests):
@@ -89,8 +111,10 @@ def main(*words):
         for file, old, new, tests in chosen:
             path = folder / SCRIPTS / file
             before = plant(path, old, new)
+            forget_kernels(folder, file)
             missed = passes(folder, tests)
             path.write_text(before, "utf-8")
+            forget_kernels(folder, file)
             planted[file] += 1
             noticed[file] += not missed
             print(f"{'NOT NOTICED' if missed else 'noticed'}  {file}: {old!r} -> {new!r}", flush=True)
