@@ -178,7 +178,7 @@ def two_spheres(r1, r2, d):
     return contact, 2 * math.pi * PROBE * band
 
 
-@pytest.mark.parametrize("radii", [(1.9, 1.2), (1.5, 1.5)])
+@pytest.mark.parametrize("radii", [(1.9, 1.2), (1.2, 1.9), (1.5, 1.5)])
 @pytest.mark.parametrize("d", [0.2, 0.69, 0.71, 1.0, 2.0, 3.1, 4.0, 4.5, 5.0, 5.5, 5.79, 5.81, 6.0, 30.0])
 def test_two_spheres(radii, d):
     axis = np.array([0.36, 0.48, 0.8])
@@ -188,6 +188,26 @@ def test_two_spheres(radii, d):
     assert surface.area[surface.kind == CONTACT].sum() == pytest.approx(contact, rel=1e-6)
     assert surface.area[surface.kind == SADDLE].sum() == pytest.approx(saddle, abs=0.005)
     assert_on_surface(surface, np.array([[0, 0, 0], d * axis]), np.array(radii))
+
+
+def test_saddle_dots_belong_to_the_nearer_of_two_equal_atoms():
+    xyz = np.array([[0, 0, 0], [3.0, 0, 0]])
+    surface = molecular_surface(xyz, [1.5, 1.5])
+    aside = (surface.kind == SADDLE) & (np.abs(surface.points[:, 0] - 1.5) > 1e-3)
+    assert aside.sum() > 50
+    assert np.array_equal(surface.atom[aside], cdist(surface.points[aside], xyz).argmin(axis=1))
+
+
+@pytest.mark.parametrize("pairs", [3, 4, 11, 12, 19])
+def test_strips_too_narrow_for_a_dot_share_dots(pairs):
+    """Pairs of atoms that nearly do not touch, far from each other: their dots together stand for their area."""
+    ends = np.array([[0, 0, 0], [5.79, 0, 0]])
+    xyz = (ends + [[[30.0 * k, k, 0]] for k in range(pairs)]).reshape(-1, 3)
+    area, cell = two_spheres(1.5, 1.5, 5.79)[1], 2 * CELL
+    surface = molecular_surface(xyz, np.full(2 * pairs, 1.5), density=DENSITY / 2)
+    of_saddles = surface.area[surface.kind == SADDLE]
+    assert len(of_saddles) == round(pairs * area / cell)
+    assert of_saddles == pytest.approx(cell)
 
 
 def solid_angle(directions):
