@@ -61,6 +61,16 @@ def test_any_values_give_a_closed_mesh(share):
     assert len(march(np.full((4, 4, 4), -1.0))[1]) == 0
 
 
+@pytest.mark.parametrize("inside, outside, share", [(1.0, -1.0, 0.5), (1e-9, -1.0, 0.02), (1.0, -1e-9, 0.98)])
+def test_no_triangle_shrinks_to_a_point_of_the_grid(inside, outside, share):
+    """One point inside: a vertex on each of its fourteen edges, at a share of the way that leaves a rest at both ends."""
+    values = np.full((3, 3, 3), outside)
+    values[1, 1, 1] = inside
+    vertices, triangles = march(values)
+    assert len(vertices) == 14 and closed(triangles, 14) == (2, 1)
+    assert np.abs(vertices - 1).max(axis=1) == pytest.approx(share)
+
+
 def test_a_plane_is_met_exactly():
     """Values that are linear: the mesh of a half space lies on its plane."""
     x, y, z = np.indices((12, 12, 12)) - 5.2
