@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.islands import patch
-from sparsurf.recovery.readings import READINGS
+from sparsurf.recovery.readings import READINGS, readings_in
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.results import Results, readings_of
+from sparsurf.report.figures.results import Results
 from sparsurf.sampling.combination import Combination
 from sparsurf.study import rough_and_flat
 from sparsurf.study.evaluator import Evaluator
@@ -31,7 +31,7 @@ def main(inputs, outputs, settings, name, threads):
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     grid = pd.read_csv(inputs["grid"])
     best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8"))
-    readings = readings_of(best)
+    readings = readings_in(best)
     combination = Combination.of(best[readings[0]]["unrestricted"])
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
     sampled, random = evaluator.pair(combination, 0)
@@ -63,14 +63,14 @@ def _recovered(surface, title, kept):
 
 
 def _rough_and_flat(evaluator, combination, readings, n_tests, yardsticks, path_to_bins):
-    """What Figure 4 shows, its numbers being written to a table: patches around kept dots, then around any dots."""
-    tables, panels = [], []
+    """What Figure 4 shows, its numbers being written to a table: patches around kept dots, beside those around any dots."""
+    tables, panels = [], {reading: [] for reading in readings}
     for around, kept in rough_and_flat.AROUND.items():
         found = rough_and_flat.by_roughness(evaluator, combination, readings, n_tests, DRAWS, kept)
         tables.append(rough_and_flat.bins_table(found, kept).assign(around=around))
         for reading in readings:
             z_ts, z_tr = found.z[reading][:, 0]
-            panels.append((f"{around}, {READINGS[reading].words}", found.roughness[0], z_ts, z_tr))
+            panels[reading].append((f"{around}, {READINGS[reading].words}", found.roughness[0], z_ts, z_tr))
     pd.concat(tables, ignore_index=True).to_csv(path_to_bins, index=False)
     ranked, patches = found.dots[0][np.argsort(found.roughness[0], kind="stable")], []
     for title, dot in (("rough", ranked[len(ranked) // 20]), ("flat", ranked[-len(ranked) // 20])):
@@ -79,7 +79,7 @@ def _rough_and_flat(evaluator, combination, readings, n_tests, yardsticks, path_
         title = f"{title} patch, R = {evaluator.roughness[dot]:.2f}"
         patches.append((title, evaluator.points[ids], evaluator.normals[ids], *of_patch))
     return {
-        "panels": panels,
+        "panels": [panel for of_reading in panels.values() for panel in of_reading],
         "patches": patches,
         "rng": evaluator.stream("figure 4"),
         "yardsticks": yardsticks,

@@ -465,10 +465,6 @@ def test_ticks_leave_out_what_has_no_room():
         assert [t.get_text() for t in ax.get_xticklabels()] == [f"{v}" for v in values[::shown]]
 
 
-def test_readings_of_a_study_come_in_the_order_of_the_grid():
-    assert results.readings_of({"surface": 1, "yardsticks": 2, "kept": 3}) == ["kept", "surface"]
-
-
 def test_a_figure_draws_its_part_of_the_results():
     points, normals = sphere(300)
     rough = np.linspace(0.3, 0.9, 300)
@@ -500,7 +496,9 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     settings = {"patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.1}, "evaluation": {"test_dots": 2}}
     settings |= {"sampling": {"moved_centre": True, "every_patch": True}, "seed": 1}
     evaluator = Evaluator.from_settings(surface, settings, None, "p/c1", 1)
-    best = {"kept": {"unrestricted": {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0}}, "yardsticks": {}}
+    unrestricted = {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0}
+    other = unrestricted | {"gamma": 0}  # of another reading: not what is drawn
+    best = {"recovered": {"unrestricted": other}, "kept": {"unrestricted": unrestricted}, "yardsticks": {}}
     inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "grid", "best")}
     write_npz(inputs["surface"], surface)
     pd.DataFrame({"roughness": evaluator.roughness}).to_csv(inputs["roughness"], index=False)
@@ -529,13 +527,15 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     # few dots are made a surface again, the sampled ones and as many uniform ones
     few = [dots.tolist() for dots in evaluator.pair((1, 1, 10, 0), 0)]
     assert shown[0].recovered == [("recovered from D", few[0]), ("recovered from E", few[1])]
-    # 40 test dots by roughness for each of the grid; what is drawn is the first draw, around kept dots first
+    # 40 test dots by roughness for each of the grid; drawn is the first draw, a row for each reading, around kept dots first
     bins = pd.read_csv(tmp_path / "bins.csv")
     assert bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum().tolist() == [80, 80]
     best_one = Combination(1.0, 0.0, 6.0, 0.0)
-    for (_, *drawn), kept in zip(shown[0].rough_and_flat["panels"], (True, False), strict=True):
-        found = by_roughness(evaluator, best_one, ["kept"], 80, 2, kept)
-        for values, expected in zip(drawn, (found.roughness[0], *found.z["kept"][:, 0]), strict=True):
+    places = [(reading, kept) for reading in ("kept", "recovered") for kept in (True, False)]
+    for (title, *drawn), (reading, kept) in zip(shown[0].rough_and_flat["panels"], places, strict=True):
+        assert title == f"{'kept' if kept else 'any'} dots, {READINGS[reading].words}"
+        found = by_roughness(evaluator, best_one, [reading], 80, 2, kept)
+        for values, expected in zip(drawn, (found.roughness[0], *found.z[reading][:, 0]), strict=True):
             assert np.array_equal(values, expected)
     for _, points, _, *within in shown[0].rough_and_flat["patches"]:
         for places, dots in zip(within, evaluator.pair(best_one, 0), strict=True):

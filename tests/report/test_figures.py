@@ -11,9 +11,11 @@ from matplotlib import rcParams
 from matplotlib.image import imread
 
 from drawn import check_texts
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import d_over_grid, layout, number_of_dots, rough_and_flat, subsets
 from sparsurf.report.figures import frames as frames_figure
 from sparsurf.report.figures import roughness as roughness_figure
+from sparsurf.study.rough_and_flat import AROUND
 
 LISTS = {"alpha": [0.2, 1], "beta": [0, 0.4, 1], "gamma": [0, 2, 10], "delta": [0, 4, 10]}
 
@@ -62,7 +64,11 @@ def patch(n=60):
 def figure4(n=500, readings=("kept", "surface"), roughness=None, patches=2, **kwargs):
     r, z = distances(n)
     r = r if roughness is None else roughness
-    panels = [(f"any dots, {name}", r, z[2 * k], z[2 * k + 1]) for k, name in enumerate(readings)]
+    panels = [
+        (f"{around}, {READINGS[name].words}", r, z[2 * k], z[2 * k + 1])
+        for name in readings
+        for k, around in enumerate(AROUND)
+    ]
     yardsticks = {"empty_patch": 8.6, "null_model": 1.5}
     return rough_and_flat.figure(panels, [patch()] * patches, np.random.default_rng(0), yardsticks, **kwargs)
 
@@ -129,6 +135,7 @@ CASES = {
     "3, holes": lambda: d_over_grid.figure(HOLES),
     "4": figure4,
     "4, one reading": lambda: figure4(readings=["surface"]),
+    "4, three readings": lambda: figure4(4000, ["kept", "surface", "recovered"]),
     "4, few tests": lambda: figure4(n=7),
     "4, one test": lambda: figure4(n=1),
     "4, one roughness": lambda: figure4(n=20, roughness=np.full(20, 0.6)),

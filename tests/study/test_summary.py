@@ -18,6 +18,7 @@ from sparsurf.calls.surface_calls import surface as surface_of_molecule
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
+from sparsurf.recovery.readings import READINGS
 from sparsurf.report import recommendation
 from sparsurf.report.figures import few_surfaces, summary_figures
 from sparsurf.report.front_page import best_sentence
@@ -513,20 +514,33 @@ def test_damaged_results_are_named(tmp_path):
         summary.read_result(tmp_path / "p01" / "c1")
 
 
-@pytest.mark.parametrize("case", ["related", "unrelated", 1, 2, "one reading", "many"])
+CASES = ["related", "unrelated", 1, 2, "one reading", "three readings", "three readings of few", "many"]
+
+
+@pytest.mark.parametrize("case", CASES)
 @pytest.mark.filterwarnings("error")
 def test_figure_draws_with_texts_apart_and_inside(case, related, unrelated, monkeypatch):
-    run = {"related": related, "unrelated": unrelated, "one reading": related}.get(case)
-    if run is None:
-        run = run_of(study(lambda r, s: s % 5, np.linspace(0.5, 0.6, 30 if case == "many" else case)))
+    known = {"related": related, "unrelated": unrelated, "one reading": related, "three readings": related}
+    if case in known:
+        run = known[case]
+    else:
+        n = {"many": 30, "three readings of few": 2}.get(case, case)
+        run = run_of(study(lambda r, s: s % 5, np.linspace(0.5, 0.6, n)))
     table, relations = run["summary"], run["relation"]
+    if str(case).startswith("three"):
+        table, relations = (
+            pd.concat([t, t[t["islands"] == "surface"].assign(islands="recovered")], ignore_index=True)
+            for t in (table, relations)
+        )
     if case == "one reading":
         table, relations = (t[t["islands"] == "surface"].reset_index(drop=True) for t in (table, relations))
-    few = case in (1, 2)
+    few = case in (1, 2, "three readings of few")
     figure = few_surfaces.draw(table) if few else summary_figures.summary_figure(table, relations)
     for ax in figure.axes:
         assert ax.has_data(), "an empty panel"
     texts = drawn_texts(figure, monkeypatch)
+    said = [words.replace("\n", " ") for words, _ in texts]
+    assert [name for name, each in READINGS.items() if each.words in said] == list(table["islands"].unique())
     width, height = figure.canvas.get_width_height()
     for k, (words, box) in enumerate(texts):
         assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, f"{words!r} is cut off"

@@ -5,8 +5,7 @@ from string import ascii_uppercase
 import numpy as np
 from matplotlib.lines import Line2D
 
-from sparsurf.patches.readings import OF_GRID
-from sparsurf.recovery.readings import READINGS
+from sparsurf.recovery.readings import READINGS, readings_in
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 from sparsurf.report.figures.summary_figures import GREEK
@@ -28,14 +27,18 @@ def draw(summary):
     -------
     matplotlib.figure.Figure
     """
-    readings = [r for r in OF_GRID if (summary.islands == r).any()]
+    readings = readings_in(summary.islands.unique())
+    pitch = (PAGE - 3) / max(2, len(readings))
     surfaces = list(summary.groupby(["protein", "conformation"], sort=False))
     figure = layout.sheet(PAGE, 142)
     for k, reading in enumerate(readings):
-        x = 16 + 90 * k
+        x = 16 + pitch * k
         layout.letter(figure, x - 15, 1, ascii_uppercase[k])
-        layout.text(figure, x - 10, 1.3, READINGS[reading].words)
-        panels, winners = _panels(figure, x), summary[(summary.islands == reading) & summary.d.notna()]
+        layout.text(figure, x - 10, 1.3, layout.folded(READINGS[reading].words, pitch - 5))
+        panels, winners = (
+            _panels(figure, x, pitch - 18),
+            summary[(summary.islands == reading) & summary.d.notna()],
+        )
         for s, (place, _) in enumerate(surfaces):
             own = (winners.protein == place[0]) & (winners.conformation == place[1])
             _surface(panels, winners[own], s)
@@ -59,9 +62,9 @@ def draw(summary):
     return figure
 
 
-def _panels(figure, x):
+def _panels(figure, x, width):
     """Five axes, one below the other, over the same n_S."""
-    panels = [layout.axes(figure, x, 8 + 21 * row, 72, 18 if row < 4 else 32) for row in range(5)]
+    panels = [layout.axes(figure, x, 8 + 21 * row, width, 18 if row < 4 else 32) for row in range(5)]
     for panel in panels:
         panel.set_xlim(0, 100)
         panel.tick_params(labelbottom=panel is panels[-1])

@@ -5,6 +5,7 @@ every text has a place of its own and no engine moves them afterwards.
 """
 
 import math
+import textwrap
 from functools import wraps
 
 from matplotlib import style
@@ -13,6 +14,7 @@ from matplotlib.figure import Figure
 
 COLUMN, PAGE = 89.0, 183.0  # mm, one and two columns of a journal
 MM = 1 / 25.4  # inch
+LETTER = 1.36  # mm, mean width of the letters of a text
 DPI = 300
 SVG_DPI = 220  # of the pictures inside an svg, which stay small that way
 PACKED = {"compress_level": 4, "compress_type": 0}  # of a png: smaller than by default, and faster
@@ -126,6 +128,11 @@ def show(ax, picture, camera, scale_bar=True):
 def label_width(values):
     """Room in mm that the widest of some tick labels needs beside others."""
     return 1.6 * max(len(f"{v:g}") for v in values) + 1.0
+
+
+def folded(words, room):
+    """Words in as many lines as they need where one has `room` mm."""
+    return textwrap.fill(words, int(room / LETTER))
 
 
 def ticks(axis, values, room):

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from sparsurf.patches.readings import OF_GRID
 from sparsurf.surfaces.surface import Surface
 
 
@@ -30,8 +29,3 @@ class Results:
     subsets: list
     rough_and_flat: dict
     recovered: tuple = ()
-
-
-def readings_of(best):
-    """Readings of the removal of islands that best.json holds."""
-    return [reading for reading in OF_GRID if reading in best]

@@ -8,7 +8,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from sparsurf.patches.readings import OF_GRID
 from sparsurf.recovery.readings import READINGS, readings_in
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import DARK, PAGE, PALE, styled
@@ -35,7 +34,9 @@ def summary_figure(summary, relations):
     -------
     matplotlib.figure.Figure
     """
-    readings = [r for r in OF_GRID if (summary.islands == r).any()]
+    readings = readings_in(summary.islands.unique())
+    pitch = 160 / max(2, len(readings))
+    width = pitch - 16
     limits = np.append(relations.n_S_low_percent[: relations.range.max()], relations.n_S_high_percent.max())
     norm = colors.BoundaryNorm(limits, 256) if np.ptp(limits) > 0 else colors.Normalize()
     scale = ScalarMappable(norm, colormaps["viridis"])
@@ -44,14 +45,15 @@ def summary_figure(summary, relations):
     widest = max(0.01, np.nanmax(np.append(relations[["gain_low", "gain_high"]].abs().to_numpy(), 0)))
     for k, reading in enumerate(readings):
         rows = summary[(summary.islands == reading) & summary.d.notna()]
-        x = 16 + 80 * k
+        x = 16 + pitch * k
         layout.letter(figure, x - 15, 1, ascii_uppercase[k])
-        layout.text(figure, x - 10, 1.3, READINGS[reading].words)
-        _parameters(figure, x, rows, scale, limits, left=k == 0)
+        layout.text(figure, x - 10, 1.3, layout.folded(READINGS[reading].words, pitch - 5))
+        _parameters(figure, x, width, rows, scale, limits, left=k == 0)
         if compared:
             layout.letter(figure, x - 15, 137, ascii_uppercase[len(readings) + k])
-            layout.text(figure, x - 10, 137.3, "choice of the nearest surfaces against the farthest")
-            ax = layout.axes(figure, x, 144, 64, 26)
+            words = "choice of the nearest surfaces against the farthest"
+            layout.text(figure, x - 10, 137.3, layout.folded(words, pitch - 5))
+            ax = layout.axes(figure, x, 144, width, 26)
             _gain(ax, relations[relations.islands == reading], 1.1 * widest, left=k == 0)
     if compared:
         _gain_key(figure)
@@ -69,13 +71,13 @@ def _gain_key(figure):
     layout.legend(figure, 16, 181.5, handles, ncols=2)
 
 
-def _parameters(figure, x, rows, scale, limits, left):
+def _parameters(figure, x, width, rows, scale, limits, left):
     """Alpha, beta, gamma, delta and d of the winners, one below the other, over the same mean roughness."""
     colour = scale.to_rgba(((limits[:-1] + limits[1:]) / 2)[rows.range.to_numpy() - 1])
     rough = rows.mean_roughness.to_numpy()
     margin = 0.06 * np.ptp(rough) + 0.002
     for k, name in enumerate(PARAMETERS):
-        ax = layout.axes(figure, x, 8 + 21 * k, 64, 18)
+        ax = layout.axes(figure, x, 8 + 21 * k, width, 18)
         values = rows[name].to_numpy(float)
         known = np.unique(values)
         step = np.diff(known).min() if len(known) > 1 else 1.0
@@ -85,13 +87,13 @@ def _parameters(figure, x, rows, scale, limits, left):
         ax.set_ylim(known[0] - 0.4 * step, known[-1] + 0.4 * step)
         layout.ticks(ax.yaxis, known, 18)
         ax.tick_params(labelbottom=False)
-    ax = layout.axes(figure, x, 92, 64, 32)
+    ax = layout.axes(figure, x, 92, width, 32)
     half = ((rows.d_held_out_high - rows.d_held_out_low) / 2).to_numpy()
     for place, d, error, own in zip(rough, rows.d_held_out, half, colour, strict=True):
         ax.errorbar(place, d, error, fmt="o", color=own, markersize=2, elinewidth=0.4)
     ax.axhline(0, color="black", linewidth=0.4, zorder=0)
     _fit(ax, rough, margin, "$d$, held out", left)
-    ax.set_xlabel("mean roughness of the surface (low: rough, high: flat)")
+    ax.set_xlabel(layout.folded("mean roughness of the surface (low: rough, high: flat)", width + 16))
 
 
 def _fit(ax, rough, margin, label, left):
@@ -102,7 +104,7 @@ def _fit(ax, rough, margin, label, left):
 
 def _gain(ax, rows, limit, left):
     """d with the choice of near surfaces minus d with that of far ones, per range of n_S."""
-    ax.set(xlim=(0, 100), ylim=(-limit, limit), xlabel="$n_S$ (% of the dots), middle of the range")
+    ax.set(xlim=(0, 100), ylim=(-limit, limit), xlabel="$n_S$ (%), middle of the range")
     ax.set_ylabel("gain in $d$" if left else "")
     ax.axhline(0, color="black", linewidth=0.4, zorder=0)
     rows = rows[rows.gain.notna()]
