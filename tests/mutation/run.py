@@ -70,7 +70,7 @@ def forget_kernels(folder, file):
         names = {".".join(path.relative_to(library).with_suffix("").parts) for path in stale}
         before, stale = stale, stale | {path for path in texts if imported[path] & names}
     for path in stale:
-        if "njit" in texts[path]:
+        if "njit" in texts.get(path, ""):
             os.utime(path)
 
 
@@ -100,6 +100,8 @@ def main(*words):
         print("\n".join(stale) or "Every mistake has its place.")
         return len(stale) > 0
     chosen = [each for each in mistakes() if not words or any(word in each[0] for word in words)]
+    if not chosen:
+        sys.exit(f"No file with a mistake has {' or '.join(words)} in its path.")
     planted, noticed = Counter(), Counter()
     with tempfile.TemporaryDirectory(prefix="mutation-") as name:
         folder = Path(name)
