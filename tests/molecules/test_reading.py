@@ -542,6 +542,14 @@ def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path)
     assert np.ptp(read.xyz[0] - whole[:20], axis=0).max() < 0.002  # three decimals, twice
 
 
+def test_a_molecule_is_joined_where_it_is_nearest_over_the_border_of_the_box():
+    # a rod of 28 Å in a box of 40 Å, and an atom 3 Å before its beginning, 9 Å behind its end
+    rod = np.column_stack([2.0 * np.arange(15), np.zeros(15), np.zeros(15)])
+    xyz = np.concatenate([rod, [[37.0, 0, 0]]])
+    joined = make_whole(xyz[None], np.diag([40.0, 40, 40])[None], np.arange(16))[0]
+    assert joined.tolist() == [*rod.tolist(), [-3.0, 0, 0]]
+
+
 def test_crystals_pass_unchanged(shared):
     for name in ("1ubi.pdb", "1BD2.cif.gz", "1hvr_dimer_ligand_CSO.pdb", "7etn_tiny.cif.gz", "4cup.cif"):
         path = shared / "data" / "structures" / name
