@@ -13,7 +13,7 @@ from sparsurf import InputError
 from sparsurf.molecules import trajectory as trajectories
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
-from sparsurf.molecules.reading import read_molecule, residue_names
+from sparsurf.molecules.reading import from_mdtraj, read_molecule, residue_names
 from sparsurf.molecules.unwrapping import make_whole
 from sparsurf.surfaces.radii import RADII, radii
 
@@ -540,6 +540,14 @@ def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path)
     assert np.abs(read_molecule(path, whole=False).xyz[0] - cut[:20]).max() < 0.001
     read = read_molecule(path)
     assert np.ptp(read.xyz[0] - whole[:20], axis=0).max() < 0.002  # three decimals, twice
+
+
+def test_frames_in_memory_keep_their_times(tmp_path):
+    one = mdtraj.load(str(write(tmp_path / "a.pdb", peptide() + "END\n")))
+    both = mdtraj.Trajectory(np.concatenate([one.xyz, one.xyz + 1]), one.topology, time=[5.0, 25.0])  # nm
+    molecule = from_mdtraj(both)
+    assert molecule.time_ps.tolist() == [5, 25] and molecule.frame_number.tolist() == [0, 1]
+    assert molecule.xyz[1] - molecule.xyz[0] == pytest.approx(10, abs=1e-4)
 
 
 def test_a_molecule_is_joined_where_it_is_nearest_over_the_border_of_the_box():
