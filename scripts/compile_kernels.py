@@ -17,12 +17,14 @@ def main(outputs, part, descriptor):
     """Run every kernel of one part on next to nothing, unless that was done before, and note that they ran."""
     before = kernel_cache.mark(part, descriptor)
     if not before.exists():
+        gc.disable()  # a compiler leaves little garbage; looking for it takes a tenth of the time
         if part == "surfaces":
             _surfaces_and_pictures()
             _recovery()
         else:
             _patches(descriptor)
             _choices_and_pairs()
+        gc.enable()
         before.touch()
     with open(outputs["mark"], "w", encoding="utf-8") as stream:
         stream.write("kernels compiled\n")
@@ -73,5 +75,4 @@ def _ball():
 
 
 if __name__ == "__main__":
-    gc.disable()  # a tenth of the time went into looking for garbage, of which a compiler makes next to none
     run(main, snakemake)
