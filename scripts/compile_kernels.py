@@ -18,13 +18,15 @@ def main(outputs, part, descriptor):
     before = kernel_cache.mark(part, descriptor)
     if not before.exists():
         gc.disable()  # a compiler leaves little garbage; looking for it takes a tenth of the time
-        if part == "surfaces":
-            _surfaces_and_pictures()
-            _recovery()
-        else:
-            _patches(descriptor)
-            _choices_and_pairs()
-        gc.enable()
+        try:
+            if part == "surfaces":
+                _surfaces_and_pictures()
+                _recovery()
+            else:
+                _patches(descriptor)
+                _choices_and_pairs()
+        finally:
+            gc.enable()
         before.touch()
     with open(outputs["mark"], "w", encoding="utf-8") as stream:
         stream.write("kernels compiled\n")

@@ -1,5 +1,6 @@
 """Where compiled kernels are kept: a folder named after their sources, the first that can be written."""
 
+import gc
 import hashlib
 import os
 from pathlib import Path
@@ -98,3 +99,4 @@ def test_what_fails_to_compile_is_tried_again(monkeypatch, tmp_path):
     for _ in range(2):
         with pytest.raises(ZeroDivisionError):
             compile_kernels.main({"mark": tmp_path / "out"}, "surfaces", "published")
+    assert gc.isenabled()  # it is off only while kernels are compiled
