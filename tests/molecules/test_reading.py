@@ -236,6 +236,31 @@ def test_atoms_in_one_place_are_refused_in_any_model_but_one_atom_has_but_one(tm
     assert read_molecule(write(tmp_path / "b.pdb", zinc), selection="all").n_atoms == 1
 
 
+def test_of_many_models_the_first_nine_are_named(tmp_path):
+    path = tmp_path / "a.pdb"
+    for n, words in (
+        (9, "it has 1, 2, 3, 4, 5, 6, 7, 8, 9."),
+        (10, "it has 1, 2, 3, 4, 5, 6, 7, 8, 9, ...."),
+    ):
+        write(path, "".join(f"MODEL {k + 1}\n{peptide()}ENDMDL\n" for k in range(n)))
+        with pytest.raises(InputError) as caught:
+            read_molecule(path, model=99)
+        assert str(caught.value).endswith(f"has no model 99: {words}")
+
+
+def test_of_many_chains_that_lack_residues_the_first_five_are_named(tmp_path, caplog):
+    chains = "ABCDEFG"
+    sequences = "".join(
+        f"SEQRES   1 {chain}    {5 + k}  " + (5 + k) * "ALA " + "\n" for k, chain in enumerate(chains)
+    )
+    atoms = "".join(peptide(chain=chain, origin=(0, 30 * k, 0)) + "TER\n" for k, chain in enumerate(chains))
+    read_molecule(write(tmp_path / "a.pdb", sequences + atoms + "END\n"))
+    assert (
+        "28 residues of the sequence have no coordinates: 1 in chain A, 2 in chain B, 3 in chain C, 4 in chain D, "
+        "5 in chain E and 2 more chains"
+    ) in caplog.text
+
+
 def test_c_alphas_of_whole_residues_may_be_chosen(tmp_path, caplog):
     path = write(tmp_path / "a.pdb", peptide())
     assert read_molecule(path, selection="name CA").name.tolist() == 4 * ["CA"]

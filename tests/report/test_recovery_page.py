@@ -10,9 +10,12 @@ import pytest
 import measure_recovery
 from conftest import ROOT
 from peptides import peptide, write
+from sparsurf.molecules.reading import read_molecule
+from sparsurf.recovery.recovering import recover
 from sparsurf.report import recovery_page
-from sparsurf.study import opponents
+from sparsurf.study import opponents, recovery
 from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.radii import radii
 
 
 def test_the_stored_page_follows_from_the_stored_tables():
@@ -47,7 +50,13 @@ def measuring(monkeypatch):
     monkeypatch.setattr(measure_recovery, "simplifier", lambda: "simplify")
     monkeypatch.setattr(measure_recovery.recovery, "measure", subsets)
     monkeypatch.setattr(opponents, "measure", others)
-    monkeypatch.setattr(measure_recovery.recovery, "means", lambda *_: one)
+    monkeypatch.setattr(
+        measure_recovery.recovery,
+        "means",
+        lambda table, measures=("all",): pd.DataFrame(
+            {"value": [1.23456], "of": len(table), "measures": " ".join(measures)}
+        ),
+    )
     monkeypatch.setattr(measure_recovery.recovery, "paired", paired)
     monkeypatch.setattr(measure_recovery.recovery_page, "read", lambda _: ())
     monkeypatch.setattr(measure_recovery.recovery_page, "page", lambda: "")
@@ -66,6 +75,12 @@ def test_large_molecules_have_fewer_samplers_and_no_mesh(measuring, tmp_path):
             "most": [names, None],
             "huge": [("farthest",), None],
         }
+    means, beside = (
+        pd.read_csv(tmp_path / "tables" / f"recover{key}.csv").to_numpy().tolist()
+        for key in ("_means", "_opponents_means")
+    )
+    assert means == [[1.235, 4, "all"]]
+    assert beside == [[1.235, 2, "bytes Z distance angle"]]  # those with a mesh, without the atoms
     # the ways at equal bytes are compared where there was a mesh
     every = ["small", "large", "most", "huge"]
     assert compared[:6] == [
@@ -134,6 +149,31 @@ def test_copies_have_the_wished_dots_in_all_and_lie_apart():
     assert second[:, 0].min() - first[:, 0].max() == pytest.approx(10)
     assert third - second == pytest.approx(second - first)
     assert normals.reshape(3, tenth, 3) == pytest.approx(np.array(3 * [first / 4]), abs=1e-6)
+
+
+def test_the_figure_shows_a_tenth_of_the_dots_and_how_far_what_they_give_is_off(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        measure_recovery, "EXAMPLE", write(tmp_path / "a.pdb", peptide(6 * ("ALA",)) + "END\n")
+    )
+    drawn = []
+    monkeypatch.setattr(
+        measure_recovery.recovered,
+        "figure",
+        lambda *given: drawn.append(given) or SimpleNamespace(savefig=lambda *_, **__: None),
+    )
+    measure_recovery._draw(tmp_path / "a.png", 1)
+    ((whole, kept, dense, gap, words),) = drawn
+    molecule = read_molecule(tmp_path / "a.pdb")
+    xyz, sizes = molecule.xyz[0], radii(molecule, "dms")
+    assert np.array_equal(whole[0], molecular_surface(xyz, sizes).points)
+    assert len(kept[0]) == len(kept[1]) == len(whole[0]) // 10
+    assert np.array_equal(dense[0], recover(*kept)[0])
+    assert np.array_equal(gap, recovery.distances(dense[0], recovery.truth(xyz, sizes)))
+    assert words == [
+        f"The surface: {len(whole[0])} dots",
+        f"A tenth of them, with normals:\n{len(kept[0])} dots",
+        f"The surface recovered from these alone\n(mean distance {gap.mean():.3f} Å)",
+    ]
 
 
 def test_a_million_recovered_dots_are_paid_for(monkeypatch):

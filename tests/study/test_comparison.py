@@ -484,7 +484,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         compare_samplers.main(inputs, outputs, settings, f"blob/{folder.name}", 1)
     page = (folders[0] / "compare.md").read_text(encoding="utf-8")
     assert "estimated from the spacing of the dots" in page  # this surface has no areas
-    assert "own ranges.csv" in page
+    assert "own ranges.csv" in page and "; 30 test dots, 2 draws of each subset" in page
     assert set(pd.read_csv(outputs["alone"])["sampler"]) == {"farthest", "uniform"}
     # every atom of the structure takes part in the opponent that needs no full surface, and the rules of the study do
     (lay, *rest), (no_lay, *_) = asked

@@ -21,7 +21,7 @@ from sparsurf.study.complex_scores import centres_of, score_complex
 from sparsurf.study.complex_tables import tables_of
 from sparsurf.study.matching import Recipe
 from sparsurf.study.partners import partner_of
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.making import fitting_surface, molecular_surface
 from sparsurf.surfaces.radii import radii
 
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY")
@@ -188,6 +188,14 @@ def test_centres_are_spread(pair):
     assert apart.min() > 2 * closer.min()
     with pytest.raises(InputError, match=r"complementarity\.centres\.sampler: there is no sampler 'fathest'"):
         centres_of(pair[0], 50, "fathest")
+
+
+def test_surfaces_of_complexes_are_laid_by_the_published_rules(molecules):
+    partner = study_complexes.ready(molecules[0], "A")
+    rules = {"method": "analytic", "density": "auto", "probe_radius": 1.4, "reentrant": "exact"}
+    wanted, _ = fitting_surface(molecules[0], 0, radii(molecules[0], "dms"), rules, 0.5, "A")
+    assert np.array_equal(partner.surface.points, wanted.points) and partner.name == "A"
+    assert partner.residues["residue_name"].tolist() == list(3 * SEQUENCE)
 
 
 def test_complexes_of_a_folder_have_their_receptor_first(tmp_path):

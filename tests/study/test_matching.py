@@ -249,6 +249,15 @@ def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
     assert np.allclose(every["correlation"], 1.0, atol=1e-12)
     assert every.groupby("side")["auc"].nunique().eq(1).all()
     few = table[table["percent"] == 10]
+    evaluators = [Evaluator(each.surface, roughness_values=each.roughness, name=each.name) for each in blobs]
+    centres = [thinning_module._choose(SAMPLERS["farthest"], "farthest", each, 10, 0) for each in evaluators]
+    thin = thinning_module.thinned_maps(blobs, centres, thinning_module.Clock())
+    wide = thinning(*blobs, percents=(10,), samplers=("farthest",), within=6.0)
+    for side, width, rows in ((0, 3.0, few), (1, 3.0, few), (0, 6.0, wide), (1, 6.0, wide)):
+        mine, other = (blobs[k].surface.points for k in (side, 1 - side))
+        area = auc(-thin[side], cdist(mine, other).min(axis=1) < width)
+        row = rows[(rows["sampler"] == "farthest") & (rows["side"] == side + 1)].iloc[0]
+        assert row["auc"] == pytest.approx(area)
     assert few["n_S"].tolist() == [120, 110, 120, 110]
     assert ((few["correlation"] > 0.5) & (few["correlation"] < 0.9999)).all()
 

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from sparsurf.recovery.recovering import recover
+from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study import opponents
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.recovery import errors, truth
@@ -60,6 +61,11 @@ def test_bytes_and_errors():
     )  # Euler: two triangles a vertex, but for four
     surface = molecular_surface(ATOMS, RADII)
     evaluator = Evaluator(surface, seed=20261120, name="three atoms")
+    chosen = SAMPLERS["farthest"](evaluator, kept["n_S"], evaluator.stream("recovery", "farthest"))
+    wanted = errors(
+        *recover(surface.points[chosen], surface.normals[chosen]), truth(ATOMS, RADII, evaluator.area)
+    )
+    assert rows.loc[opponents.KEPT, list(wanted)].to_dict() == pytest.approx(wanted)
     laid = recover(*dotted(ATOMS, RADII, kept["n_S"], evaluator.stream("recovery", "sparse")))
     wanted = errors(*laid, truth(ATOMS, RADII, evaluator.area))
     assert rows.loc[opponents.SPARSE, list(wanted)].to_dict() == pytest.approx(wanted)

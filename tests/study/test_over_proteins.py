@@ -12,7 +12,7 @@ from test_summary import ROUGHS, run_of, study
 
 import study_proteins
 import write_proteins
-from peptides import peptide, write
+from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.likeness import likeness, words_of
 from sparsurf.molecules.reading import read_molecule
@@ -273,7 +273,7 @@ def test_sequences_tell_conformations_from_other_proteins(tmp_path):
 
 
 def test_one_protein_of_each_kind_is_measured(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(study_proteins, "FEWEST_ATOMS", 20)
+    monkeypatch.setattr(study_proteins, "FEWEST_ATOMS", 5 * len(RESIDUES[1:]))  # as many as `part` has
     for name, residues in {
         "long": RESIDUES,
         "part": RESIDUES[1:],
@@ -283,7 +283,11 @@ def test_one_protein_of_each_kind_is_measured(tmp_path, capsys, monkeypatch):
         write(tmp_path / f"{name}.pdb", peptide(residues))
     write(tmp_path / "broken.pdb", "nothing")
     write(tmp_path / "notes.txt", "nothing")
-    names = [name for name, _, _ in study_proteins.distinct(study_proteins.structures(tmp_path))]
+    hydrogen = atom_line("HA", "PRO", "A", "1", (1.8, -0.5, -0.9), element="H")
+    write(tmp_path / "other.pdb", peptide(RESIDUES[::-1]) + hydrogen)
+    found = study_proteins.structures(tmp_path)
+    assert all("H" not in molecule.element for _, _, molecule in found)
+    names = [name for name, _, _ in study_proteins.distinct(found)]
     said = capsys.readouterr().out
     assert names == ["part", "other"]
     assert "long: left out, its sequence is like that of part" in said and "few: left out, 15 atoms" in said
@@ -442,7 +446,7 @@ def test_what_is_saved_comes_back_and_half_a_protein_is_refused(measured, tmp_pa
 def test_variants_and_recovered_grids_are_taken_from_their_folders(tmp_path, monkeypatch):
     for name in ("variants/probe 1.2 Å", "recovered", "tables", "evidence"):
         (tmp_path / name).mkdir(parents=True)
-    asked, one = [], pd.DataFrame({"value": [1.5]})
+    asked, one = [], pd.DataFrame({"value": [1.2345678]})
     monkeypatch.setattr(write_proteins, "load_all", lambda folder: folder.relative_to(tmp_path).as_posix())
     monkeypatch.setattr(
         write_proteins, "tables_of", lambda *given: asked.append(given) or {"d": one, "summary": one}
@@ -450,7 +454,7 @@ def test_variants_and_recovered_grids_are_taken_from_their_folders(tmp_path, mon
     write_proteins.write_tables(tmp_path, tmp_path / "tables", tmp_path / "evidence")
     assert asked == [(".", {"probe 1.2 Å": "variants/probe 1.2 Å"}, "recovered")]
     for path in ("tables/proteins_d.csv", "evidence/summary.csv.gz"):
-        assert pd.read_csv(tmp_path / path).equals(one)
+        assert pd.read_csv(tmp_path / path)["value"].tolist() == [1.2346]
     # the same bytes whenever they are written: a gzip file tells the time otherwise
     assert (tmp_path / "evidence" / "summary.csv.gz").read_bytes()[4:8] == bytes(4)
 
@@ -491,9 +495,13 @@ def test_claims_of_variants_are_set_against_the_unvaried_rules(measured):
     result, floors, by_n_s = measured[1]
     worse = by_n_s.assign(Z=np.where(by_n_s["islands"] == "recovered", 2 * by_n_s["Z"], by_n_s["Z"]))
     table = protein_variants.table(
-        {protein_variants.DEFAULT: [(result, floors, by_n_s, {})], "other": [(result, floors, worse, {})]}
+        {
+            protein_variants.DEFAULT: [(result, floors, by_n_s, {})],
+            "other": [(result, floors, worse, {}), (replace(result, protein="new"), floors, worse, {})],
+        }
     ).set_index(["variant", "claim"])
     assert table.loc[("other", "d_kept"), "change"] == 0
+    assert (table["n"] == 1).all()  # one of them was not measured by the unvaried rules
     before, after = (table.loc[(each, "over_floor"), "value"] for each in (protein_variants.DEFAULT, "other"))
     assert after == pytest.approx(2 * before) and table.loc[
         ("other", "over_floor"), "change"

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import measure_descriptors
 from peptides import peptide, write
+from sparsurf.molecules.reading import read_molecule
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.report.descriptors_page import TABLES
 from sparsurf.sampling import law
@@ -17,6 +18,7 @@ from sparsurf.sampling.published import PUBLISHED_ROWS
 from sparsurf.study import grid, steadiness
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.radii import radii
 
 RADII = np.full(12, 1.7)
 
@@ -73,13 +75,14 @@ def test_changes_and_orders_by_hand(monkeypatch):
 
 def test_longer_links_are_set_beside_the_lowest_density(tmp_path, monkeypatch):
     def asked(xyz, radii, tests, rng, density=5.0, d_link=0.5, threads=1):
+        places.append(tests)
         row = pd.DataFrame({"density": [density], "linked_at": d_link, "drawn": rng.random()})
         return row, row
 
-    one = pd.DataFrame({"value": [1.0]})
+    places, wished, one = [], {}, pd.DataFrame({"value": [1.0]})
     monkeypatch.setattr(steadiness, "steadiness", asked)
     for name in ("rows_of_paper", "of_samplers", "whole_grid"):
-        monkeypatch.setattr(steadiness, name, lambda *_: one)
+        monkeypatch.setattr(steadiness, name, lambda _, what, name=name: wished.update({name: what}) or one)
     monkeypatch.setattr(measure_descriptors, "Evaluator", lambda *_, **__: None)
     monkeypatch.setattr(measure_descriptors, "DENSITIES", (5.0, 20.0))
     other, found = (
@@ -93,6 +96,12 @@ def test_longer_links_are_set_beside_the_lowest_density(tmp_path, monkeypatch):
     # every density and link sees the same turns, which are the structure's own
     drawn = {*found["changes"]["drawn"], *found["linked"]["drawn"]}
     assert len(drawn) == 1 and not drawn & {*other["changes"]["drawn"]}
+    # as many test dots from anywhere on the surface, and the grid of a study
+    assert wished["rows_of_paper"] == wished["of_samplers"] == len(places[0]) == 400
+    molecule = read_molecule(tmp_path / "p.pdb")
+    dots = molecular_surface(molecule.xyz[0], radii(molecule)).points
+    assert np.isin(places[-1], dots).all() and not np.isin(places[-1], dots[:400]).all()
+    assert wished["whole_grid"][0] == [0.1, 0.2, 0.4, 0.6, 0.8, 1.0]
 
 
 def test_tables_of_all_structures_are_stored_and_drawn(tmp_path, monkeypatch):

@@ -65,6 +65,33 @@ def test_time_is_counted_per_piece_of_work(monkeypatch):
     assert value[f"a frame of an ensemble, {atoms} atoms"] == pytest.approx(1 / 3)
 
 
+def test_another_program_is_timed_patch_by_patch(tmp_path, monkeypatch):
+    (tmp_path / "norms.py").write_text("def first(patch):\n    return patch[0]\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sparsurf.workflow.timing.timed", lambda run, repeats: (2.0, 2.0))
+    monkeypatch.setattr(bench, "timed", lambda run, repeats: (3.0, 3.0))
+    table = bench.Table()
+    table.add("a descriptor, 100% kept, `surface`", 1, 0.5, "µs")
+    bench.measure_reference(table, bench.a1(True), "norms:first")
+    assert {row["what"]: row["value"] for row in table.rows[1:]} == {
+        "a patch by norms:first": 3e6 / 5,
+        "the same patches here": 2e6 / 1000,  # each of the five 200 times
+        "ratio": 300,
+        "ratio, 64 subsets in one pass": 1.2e6,
+    }
+
+
+def test_memory_of_a_ribosome_is_that_of_its_dots(monkeypatch):
+    found = {"atoms": 10, "dots": 200, "bytes": 5000, "seconds": {"index": (1.0, 2.0)}}
+    monkeypatch.setattr(bench, "in_child", lambda call: found)
+    table = bench.Table()
+    bench.measure_ribosome(table)
+    assert [list(row.values()) for row in table.rows] == [
+        ["ribosome of 10 atoms: index", 200, 1.0, 2.0, "s", None],
+        ["ribosome: peak memory", 200, 25, None, "bytes per dot", None],
+    ]
+
+
 def test_memory_is_counted_from_the_imports_on(monkeypatch, capsys):
     monkeypatch.setattr(bench, "warm_up", lambda: None)
     monkeypatch.setattr(bench, "peak_memory", iter([1000, 5000]).__next__)
