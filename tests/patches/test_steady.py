@@ -121,7 +121,7 @@ def test_subsets_and_weights_equal_the_plain_method(blob, index, share):
 @pytest.mark.parametrize("cancel", [False, True])
 def test_dots_that_face_all_ways_equal_the_plain_method(cancel, up):
     """In a ball of another radius; with two normals that cancel, nothing is turned but over."""
-    points, normals = np.array([[1.0, 0.5, -0.5], [-1.0, -0.5, 0.5]]), np.array([[0.0, 0, 1], [0, 0, -1]])
+    points, normals = np.array([[1.0, 0.5, -0.5], [-0.5, 0.5, 1.0]]), np.array([[0.0, 0, 1], [0, 0, -1]])
     if not cancel:
         points, normals = np.random.default_rng(6).normal(size=(2, 90, 3))
         normals[:, 2] += 0.3
