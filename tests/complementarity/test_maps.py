@@ -20,13 +20,17 @@ def dots():
 
 def test_means_equal_the_plain_mean(dots):
     rng = np.random.default_rng(1)
-    places, values = dots[::3], rng.normal(size=(len(dots[::3]), 2))
-    means, counts = means_within(dots, places, values, 4.0, threads=2)
-    near = cdist(dots, places) <= 4.0
+    points, places, values = (
+        np.append(dots, [[40.0, 0, 0]], axis=0),
+        dots[::3],
+        rng.normal(size=(len(dots[::3]), 2)),
+    )
+    means, counts = means_within(points, places, values, 4.0, threads=2)
+    near = cdist(points, places) <= 4.0
     assert np.array_equal(counts, near.sum(axis=1))
     some = counts > 0
     assert np.allclose(means[some], (near @ values)[some] / counts[some, None], rtol=1e-12)
-    assert np.isnan(means[~some]).all()
+    assert not some[-1] and np.isnan(means[~some]).all()
 
 
 def test_smoothing_keeps_a_constant_and_a_lonely_dot_takes_the_nearest_value():

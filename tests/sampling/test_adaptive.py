@@ -50,6 +50,23 @@ def test_fifty_even_dots_come_first_and_each_round_adds_a_fifth(evaluator):
     assert np.array_equal(found[60:], _worst(evaluator, found[:60], 12))
 
 
+@pytest.mark.parametrize("share", [0.02, 0.5, 0.9])
+def test_new_dots_are_those_that_err_most_and_keep_clear_of_each_other_while_there_are_enough(
+    evaluator, share
+):
+    points, kept = evaluator.points, SAMPLERS["farthest"](evaluator, 50, np.random.default_rng(0))
+    error = errors(points, evaluator.normals, kept)
+    order = [i for i in np.argsort(-error, kind="stable").tolist() if i not in set(kept.tolist())]
+    length, clear = 0.7 * np.sqrt(evaluator.area / 50), []
+    for i in order:
+        if not clear or np.linalg.norm(points[clear] - points[i], axis=1).min() > length:
+            clear.append(i)
+    wanted = round(share * len(points))
+    expected = clear + [i for i in order if i not in clear]
+    assert (wanted < len(clear)) == (share < 0.1)
+    assert _worst(evaluator, kept, wanted).tolist() == expected[:wanted]
+
+
 def test_a_dot_is_recovered_from_those_of_its_own_side():
     upper = np.array([[x, y, 0.0] for x in range(0, 9, 2) for y in range(0, 9, 2)])
     lower = upper[:, :2] + 1  # below the gaps

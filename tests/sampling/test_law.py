@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import naive
+from conftest import make_blob
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import law
@@ -38,17 +39,36 @@ def test_cover_equals_the_plain_sweep(blob, prepared):
         assert cover.roughness[c] == rough[starter]
 
 
-def test_closed_form_equals_the_plain_product(blob, prepared):
-    _, rough, cover = prepared
-    combination = (0.6, 0.4, 2.0, 4.0)
-    left_out = np.ones(len(blob[0]))
-    for starter, centre, dots in naive.cover(blob[0], 4.0, 0.8):
-        distance = np.linalg.norm(blob[0][dots] - blob[0][centre], axis=1)
-        p = naive.probability(*combination, rough[starter], distance, 4.0)
-        left_out[dots] *= 1 - np.clip(p, 0, 1)
-        left_out[centre] = 0
-    expected = law.expected_n_s(cover, [combination])[0]
-    assert expected == pytest.approx((1 - left_out).sum(), rel=1e-12)
+def test_closed_form_equals_the_plain_product():
+    """Of several combinations at once; some pairs are farther apart than R_patch, where p would exceed 1."""
+    turn = np.linspace(0, 2 * np.pi, 40)
+    # beside a blob, a dot in the middle of a ring: the ring is its patch, with a centre of its own
+    ring = [[40.0, 0, 0], *np.column_stack([40 + 3 * np.cos(turn), 3 * np.sin(turn), 0 * turn])]
+    points, normals = (
+        np.concatenate(each) for each in zip(make_blob(1000), (ring, np.eye(3)[[2] * 41]), strict=True)
+    )
+    index, plain = build_index(points, normals, 0.75), naive.cover(points, 4.0, 0.75)
+    rough = roughness(index)
+    combinations = [
+        (0.6, 0.4, 2, 4),
+        (1, 0, 2, 0),
+        (1, 0, 10, 10),
+        (0.9, 0, 10, 4),
+        (0.3, 0.4, 2, 4),
+        (1, 1, 0, 4),
+    ]
+    found = law.expected_n_s(law.build_cover(index, rough), combinations)
+    above_one = 0
+    for combination, expected in zip(combinations, found, strict=True):
+        left_out = np.ones(len(points))
+        for starter, centre, dots in plain:
+            distance = np.linalg.norm(points[dots] - points[centre], axis=1)
+            p = naive.probability(*combination, rough[starter], distance, 4.0)
+            above_one += (p > 1).sum()
+            left_out[dots] *= 1 - np.clip(p, 0, 1)
+            left_out[centre] = 0
+        assert expected == pytest.approx((1 - left_out).sum(), rel=1e-12)
+    assert above_one > 0
 
 
 @settings(max_examples=25, deadline=None)
@@ -71,6 +91,14 @@ def test_zero_to_the_zero_is_one(prepared):
     assert np.array_equal(kept, np.unique(cover.dot))
     flat = cover._replace(roughness=np.ones_like(cover.roughness))  # (1 - R)^0
     assert np.array_equal(law.sample(flat, (1, 0, 0, 0), np.random.default_rng(0)), kept)
+
+
+def test_a_flat_patch_keeps_its_centre_alone_where_roughness_counts(prepared):
+    _, _, cover = prepared
+    flat = cover._replace(roughness=np.ones_like(cover.roughness))
+    kept = law.sample(flat, (1, 0.5, 0, 0), np.random.default_rng(0))
+    assert np.array_equal(kept, np.unique(cover.centre))
+    assert law.expected_n_s(flat, [(1, 0.5, 0, 0)])[0] == pytest.approx(len(kept), rel=1e-12)
 
 
 def test_centres_are_always_kept(prepared):

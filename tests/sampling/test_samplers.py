@@ -117,6 +117,17 @@ def test_voxel_equals_the_plain_method(surface):
     assert set(_voxel_dots(points, side).tolist()) == expected
 
 
+def test_the_grid_of_voxels_lies_anywhere():
+    line = SimpleNamespace(points=np.arange(6.0)[:, None] * [1, 0, 0])
+
+    def dots(shift):
+        rng = SimpleNamespace(random=lambda n: np.array([shift, 0, 0]), permutation=lambda best: best)
+        return SAMPLERS["voxel"](line, 2, rng).tolist()
+
+    # of two voxels the first holds three dots, or two
+    assert dots(0.0) == [1, 4] and dots(0.7) == [0, 3]
+
+
 def test_poisson_equals_the_plain_method(surface):
     order = np.random.default_rng(2).permutation(3000)
     kept = []
