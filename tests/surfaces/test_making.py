@@ -147,6 +147,18 @@ def test_what_is_removed_lies_inside(reference):
         assert nearer_centre(dms.points[n], xyz, radii + PROBE, PROBE - 1e-10)
 
 
+def test_what_is_removed_from_a_random_heap_lies_inside_and_nothing_else():
+    rng = np.random.default_rng(2)
+    xyz, radii = rng.uniform(-1, 1, (30, 3)) * [6, 6, 2], rng.choice([1.2, 1.5, 1.9], 30)
+    exact, dms = (molecular_surface(xyz, radii, density=6, reentrant=mode) for mode in ("exact", "dms"))
+    every = np.flatnonzero(dms.kind == CONCAVE)
+    kept = cKDTree(exact.points[exact.kind == CONCAVE]).query(dms.points[every])[0] < 1e-9
+    # 1e-6 Å: far above the shift of the atoms by 1e-8 Å
+    inside = [nearer_centre(dms.points[n], xyz, radii + PROBE, PROBE - 1e-6) for n in every]
+    assert np.array_equal(kept, ~np.array(inside))
+    assert 20 < np.sum(inside) < 0.5 * len(every)
+
+
 # ---- formulas
 
 
@@ -233,6 +245,25 @@ def test_probe_on_a_regular_polygon(corners, side):
     assert (surface.kind == CONCAVE).sum() == pytest.approx(area * 100, rel=0.1)
 
 
+def test_two_probes_that_cut_each_other_keep_what_lies_on_their_own_side():
+    """Above and below a triangle, so low that they reach through it."""
+    turn, ring = 2 * math.pi * np.arange(3) / 3, 2.65
+    xyz = ring * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+    height = math.sqrt((1.5 + PROBE) ** 2 - ring**2)
+    assert height < PROBE
+    units = template(1.0, 0.005)
+    to_atoms = xyz - [0, 0, height]
+    # faces of the cone over the triangle, turned inwards: that is, down
+    faces = np.cross(to_atoms, np.roll(to_atoms, -1, axis=0))
+    faces *= -np.sign(faces[:, 2:])
+    inside = (units @ faces.T > 0).all(axis=1)
+    left = (inside & (height + PROBE * units[:, 2] > 0)).mean()
+    assert left < 0.95 * inside.mean()
+    surface = molecular_surface(xyz, np.full(3, 1.5), density=1000)
+    concave = surface.kind == CONCAVE
+    assert surface.area[concave].sum() == pytest.approx(8 * math.pi * PROBE**2 * left, rel=0.01)
+
+
 @pytest.mark.parametrize("side", [2.0, 3.5, 4.0, 4.6])
 def test_tetrahedron(side):
     xyz = side / math.sqrt(8) * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]])
@@ -271,6 +302,16 @@ def test_collinear_atoms(n):
     assert CONCAVE not in surface.kind
     expected = contact + (n - 2) * (contact - 4 * math.pi * 1.7**2)
     assert surface.area[surface.kind == CONTACT].sum() == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_band_too_narrow_for_a_dot_still_counts():
+    """Three atoms in a rod across whose middle one no ring of dots runs: the others stand for its area."""
+    xyz = 0.1 * np.arange(3)[:, None] * [0, 0, 1.0]
+    surface = molecular_surface(xyz, np.full(3, 1.7))
+    contact = two_spheres(1.7, 1.7, 0.1)[0]
+    of_contact = surface.kind == CONTACT
+    assert set(surface.atom[of_contact]) == {0, 2}
+    assert surface.area[of_contact].sum() == pytest.approx(2 * contact - 4 * math.pi * 1.7**2, rel=1e-6)
 
 
 def test_engulfed_atom_gives_nothing():

@@ -24,6 +24,8 @@ ATOMS = np.array([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3
 RADII = np.array([1.9, 1.5, 1.9, 1.4, 1.85, 1.7])
 TURN = np.linspace(0, 2 * np.pi, 12, endpoint=False)
 RING = np.column_stack([5 * np.cos(TURN), 5 * np.sin(TURN), 0 * TURN])
+# the probe's way around the last two reaches as far from the middle one as an arc can
+ROD = np.array([[0.0, 0, 0], [3.0, 0, 0], [8.0, 0, 0]])
 
 
 def closed(triangles, n):
@@ -117,7 +119,9 @@ def test_two_spheres_and_the_saddle_between_them():
     assert set(mesh.vertices.kind) == {0, 1}
 
 
-@pytest.mark.parametrize(("xyz", "sizes", "handles"), [(ATOMS, RADII, 0), (RING, np.full(12, 1.7), 1)])
+@pytest.mark.parametrize(
+    ("xyz", "sizes", "handles"), [(ATOMS, RADII, 0), (RING, np.full(12, 1.7), 1), (ROD, np.full(3, 1.7), 0)]
+)
 def test_corners_lie_on_the_surface(xyz, sizes, handles):
     """The probe that touches a corner along its normal overlaps no atom and touches as many as its kind says."""
     mesh = molecular_mesh(xyz, sizes)
