@@ -47,18 +47,22 @@ def test_quick_run_writes_every_kind_of_figure(tmp_path, monkeypatch):
     theirs, in_one_pass = value["a patch by others:norms"], value["a descriptor, 100% kept, `surface`"]
     assert value["ratio"] == pytest.approx(theirs / value["the same patches here"])
     assert value["ratio, 64 subsets in one pass"] == pytest.approx(theirs / in_one_pass)
-    # the promise is one for the dots of A1, not for a piece
-    assert all(row["at_most"] is None for row in content["figures"] if row["what"].startswith("roughness"))
+    # the promise is one for the dots of A1, not for a piece, and on memory one for a million of them
+    promised = {row["what"]: row["at_most"] for row in content["figures"]}
+    names = ("roughness of all dots", "one sampling", "peak memory above the imports")
+    assert [promised[name] for name in names] == [None, None, None]
 
 
 def test_time_is_counted_per_piece_of_work(monkeypatch):
     monkeypatch.setattr("sparsurf.workflow.timing.timed", lambda run, repeats: (1.0, 1.0))
     table = bench.Table()
     surface = bench.a1(True)
-    bench.measure_descriptors(table, Evaluator(surface), np.random.default_rng(0), 1, 16)
+    bench.measure_dots(table, surface, False, 1, 16, law.grid(*bench.FEW)[:2])
     bench.measure_surface(table, (2,), 1, bench.PIECE)
     bench.measure_frames(table, True)
     value, atoms = {row["what"]: row["value"] for row in table.rows}, len(bench.embedded(bench.PIECE)[1])
+    assert value["one sampling"] == value["one sampling and a uniform subset"] == 1e3 / 2
+    assert value["one sampling per dot"] == pytest.approx(1e9 / 2 / len(surface))
     assert value["a descriptor, 20% kept, `kept`"] == pytest.approx(1e6 / 16 / 64)
     assert value["a steady descriptor, 20% kept, `kept`"] == pytest.approx(1e6 / 2 / 64)
     assert value[f"surface per atom, {2 * atoms} atoms"] == pytest.approx(1e6 / (2 * atoms))
