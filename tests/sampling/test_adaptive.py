@@ -27,10 +27,12 @@ def test_the_error_is_distance_and_angle():
     axis = np.cross(unit[2], [0, 0, 1.0])
     axis /= np.linalg.norm(axis)
     normals[2] = np.cos(0.3) * unit[2] + np.sin(0.3) * np.cross(axis, unit[2])
+    points[3] *= 0.02  # in the middle, where the gradient says nothing and counts as 0.2
     found = errors(points, normals, kept)
     assert found[1] == pytest.approx(0.15 / 0.1, rel=0.03)  # 0.1 Å and 1 rad count alike
     assert found[2] == pytest.approx(0.3, rel=0.01)
-    assert (found[kept] == 0).all() and (np.delete(found, [1, 2]) < 1e-4).all()
+    assert found[3] == pytest.approx(1.5 / 0.2 / 0.1, rel=0.1)
+    assert (found[kept] == 0).all() and (np.delete(found, [1, 2, 3]) < 1e-4).all()
 
 
 def test_adaptive_dots_lower_the_error(evaluator):

@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from sparsurf.surfaces.laying_dots import template
 from sparsurf.surfaces.making import DENSITY, molecular_surface
 from sparsurf.surfaces.reading import read_surface
+from sparsurf.surfaces.rolling_probe import PHI_0, roll
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 
 PROBE = 1.4
@@ -200,14 +201,18 @@ def test_two_spheres(radii, d):
     assert surface.area[surface.kind == CONTACT].sum() == pytest.approx(contact, rel=1e-6)
     assert surface.area[surface.kind == SADDLE].sum() == pytest.approx(saddle, abs=0.005)
     assert_on_surface(surface, np.array([[0, 0, 0], d * axis]), np.array(radii))
+    dms = molecular_surface([[0, 0, 0], d * axis], radii, density=100, reentrant="dms")
+    assert np.array_equal(dms.points[dms.kind == CONTACT], surface.points[surface.kind == CONTACT])
 
 
-def test_saddle_dots_belong_to_the_nearer_of_two_equal_atoms():
+@pytest.mark.parametrize("mode", ["exact", "dms"])
+def test_saddle_dots_belong_to_the_nearer_of_two_equal_atoms(mode):
     xyz = np.array([[0, 0, 0], [3.0, 0, 0]])
-    surface = molecular_surface(xyz, [1.5, 1.5])
-    aside = (surface.kind == SADDLE) & (np.abs(surface.points[:, 0] - 1.5) > 1e-3)
-    assert aside.sum() > 50
-    assert np.array_equal(surface.atom[aside], cdist(surface.points[aside], xyz).argmin(axis=1))
+    surface = molecular_surface(xyz, [1.5, 1.5], density=6.0, reentrant=mode)
+    saddle = surface.kind == SADDLE
+    # an even number of strips: none in the middle
+    assert len(np.unique(surface.points[saddle, 0].round(3))) == 4
+    assert np.array_equal(surface.atom[saddle], cdist(surface.points[saddle], xyz).argmin(axis=1))
 
 
 @pytest.mark.parametrize("pairs", [3, 4, 11, 12, 19])
@@ -262,6 +267,26 @@ def test_two_probes_that_cut_each_other_keep_what_lies_on_their_own_side():
     surface = molecular_surface(xyz, np.full(3, 1.5), density=1000)
     concave = surface.kind == CONCAVE
     assert surface.area[concave].sum() == pytest.approx(8 * math.pi * PROBE**2 * left, rel=0.01)
+
+
+def test_arcs_and_fixed_probes_come_in_their_order():
+    rng = np.random.default_rng(4)
+    xyz = rng.uniform(-1, 1, (30, 3)) * [6, 6, 2]
+    rolling = roll(xyz, rng.choice([1.2, 1.5, 1.9], 30) + PROBE)
+    arcs = [
+        (i, *arc)
+        for i, *arc in zip(rolling.pair[:, 0], rolling.pair[:, 1], rolling.arcs[:, PHI_0], strict=True)
+    ]
+    far = {(i, j): np.linalg.norm(xyz[i] - xyz[j]) for i, j in rolling.pair.tolist()}
+    keys = [(i, far[i, j], begin) for i, j, begin in arcs]
+    assert keys == sorted(keys) and len(arcs) > len(far)
+    i, j, k = (xyz[rolling.triple[:, c]] for c in range(3))
+    side = (np.cross(j - i, k - i) * (rolling.probes - i)).sum(axis=1) > 0
+    keys = [
+        (t[0], np.linalg.norm(b - a), np.linalg.norm(c - a), up)
+        for t, a, b, c, up in zip(rolling.triple, i, j, k, side, strict=True)
+    ]
+    assert keys == sorted(keys) and 0 < side.sum() < len(side)
 
 
 @pytest.mark.parametrize("side", [2.0, 3.5, 4.0, 4.6])
