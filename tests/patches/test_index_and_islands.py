@@ -36,12 +36,11 @@ def test_ball_equals_brute_force_outside_the_box_too(blob):
 
 
 def test_a_dot_at_the_very_radius_belongs_to_the_ball():
-    index, found = (
-        build_index(np.array([[0.0, 0, 0], [3, 4, 0]]), np.tile([0.0, 0, 1], (2, 1))),
-        np.empty(3, np.int32),
-    )
-    assert ball(index, 0.0, 0.0, 0.0, 5.0, found) == 2
-    assert ball(index, 0.0, 0.0, 0.0, 4.999, found) == 1
+    points, found = np.array([[0.0, 0, 0], [3, 4, 0], [1, 1, 0]]), np.empty(4, np.int32)
+    index = build_index(points, np.tile([0.0, 0, 1], (3, 1)))
+    assert [ball(index, 0.0, 0.0, 0.0, radius, found) for radius in (5.0, 4.999)] == [3, 2]
+    # in the middle of a cell, whose sides are farther off than the radius
+    assert ball(index, 1.0, 1.0, 0.0, 0.5, found) == 1
 
 
 def test_links_are_the_pairs_closer_than_d_link(blob):
