@@ -56,7 +56,7 @@ def plant(path, old, new):
 def forget_kernels(folder, file):
     """Have kernels compiled anew that may hold something of a file: those that import it, in however many steps.
 
-    numba looks at the time of a kernel's own file only.
+    numba looks at what stands in a kernel's own file only.
     """
     library = folder / SCRIPTS
     texts = {path: path.read_text("utf-8") for path in (library / "sparsurf").rglob("*.py")}
@@ -71,7 +71,8 @@ def forget_kernels(folder, file):
         before, stale = stale, stale | {path for path in texts if imported[path] & names}
     for path in stale:
         if "njit" in texts.get(path, ""):
-            os.utime(path)
+            for kernel in Path(os.environ["NUMBA_CACHE_DIR"]).glob(f"*/{path.stem}.*"):
+                kernel.unlink()
 
 
 def passes(folder, tests):
