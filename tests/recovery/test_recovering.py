@@ -10,7 +10,7 @@ from sparsurf.patches.index import build_grid
 from sparsurf.recovery import settling
 from sparsurf.recovery.interpolants import SUPPORT, fit, value
 from sparsurf.recovery.neighbours import local_spacing, nearest
-from sparsurf.recovery.recovering import _lay, _project, _tangents, recover, spacing_of
+from sparsurf.recovery.recovering import STEPS, _lay, _project, _tangents, recover, spacing_of
 from sparsurf.surfaces.making import molecular_surface
 
 
@@ -249,6 +249,21 @@ def test_spacing_belongs_to_its_dot_and_a_single_one_has_none():
     cross = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
     found = spacing_of(cross, np.tile([0.0, 0, 1], (5, 1)))
     assert found == pytest.approx(np.sqrt(np.pi / 4.5) * np.array([1, 2, 2, 2, 2]))
+
+
+def test_a_sheet_goes_on_beyond_its_last_dots_by_their_spacing():
+    x, y = (2.0 * k.ravel() for k in np.mgrid[:8, :8])
+    points, normals = np.stack([x, y, 0 * x], axis=1), np.tile([0.0, 0, 1], (64, 1))
+    spacing = spacing_of(points, normals)
+    recovered, _ = recover(points, normals, density=10.0)
+    for corner, beyond in ((0, -recovered.min(axis=0)), (-1, recovered.max(axis=0) - 14.0)):
+        assert np.all(beyond[:2] <= spacing[corner]) and np.all(beyond[:2] > 0.95 * spacing[corner])
+
+
+def test_no_place_needs_more_steps_than_are_made(blob):
+    points, normals = (each[::60] for each in blob)
+    made, all_of_them = (len(recover(points, normals, 3.0, steps=n)[0]) for n in (STEPS, 1000))
+    assert made >= 0.99 * all_of_them  # half as many steps leave a quarter of the places on their way
 
 
 def test_a_twentieth_of_a_molecule_gives_it_back():

@@ -454,7 +454,7 @@ def test_how_many_dots_are_enough_for_each_floor(tmp_path):
     found = study(lambda r, s: 2, [0.5, 0.6, 0.7])
     write_run(tmp_path, found)
     for one, percent in zip(found[:2], (4.0, 10.0), strict=True):
-        rows = [("turned", "surface", 15.0), ("turned", "recovered", percent)]
+        rows = [("turned", "surface", 0.998), ("turned", "recovered", percent)]
         table = pd.DataFrame(rows, columns=["floor", "islands", "n_S_percent"])
         table.to_csv(tmp_path / one.protein / one.conformation / "enough.csv", index=False)
     back = [summary.read_result(tmp_path / one.protein / one.conformation) for one in found]
@@ -464,7 +464,7 @@ def test_how_many_dots_are_enough_for_each_floor(tmp_path):
     page = summary_markdown(
         surfaces, summary.relation_table(back, summary.summary_table(back), np.random.default_rng(0))
     )
-    assert "| turned | 15 (15 to 15) | 7 (4 to 10) |" in page
+    assert "| turned | 1 (1 to 1) | 7 (4 to 10) |" in page
 
 
 def test_page_begins_with_the_answer(related):

@@ -20,7 +20,7 @@ def enough_markdown(surfaces):
     rows = [
         {"floor": name.removeprefix(PREFIX).replace("_", " ")}
         | {
-            words: f"{own.median():.3g} ({own.min():.3g} to {own.max():.3g})"
+            words: "{:.3g} ({:.3g} to {:.3g})".format(*own.agg(["median", "min", "max"]).round(2))
             for words, own in (
                 ("as they are", surfaces[f"{name}_{TEXT}"].dropna()),
                 ("recovered", surfaces[f"{name}_{RECOVERED}"].dropna()),
