@@ -61,13 +61,13 @@ def patch(n=60):
     return "rough patch, $R_i$ = 0.21", points, normals, np.arange(0, n, 2), np.arange(0, n, 3)
 
 
-def figure4(n=500, readings=("kept", "surface"), roughness=None, patches=2, **kwargs):
+def figure4(n=500, readings=("kept", "surface"), roughness=None, patches=2, arounds=("any dots",), **kwargs):
     r, z = distances(n)
     r = r if roughness is None else roughness
     panels = [
         (f"{around}, {READINGS[name].words}", r, z[2 * k], z[2 * k + 1])
         for name in readings
-        for k, around in enumerate(AROUND)
+        for k, around in enumerate(arounds)
     ]
     yardsticks = {"empty_patch": 8.6, "null_model": 1.5}
     return rough_and_flat.figure(panels, [patch()] * patches, np.random.default_rng(0), yardsticks, **kwargs)
@@ -135,7 +135,7 @@ CASES = {
     "3, holes": lambda: d_over_grid.figure(HOLES),
     "4": figure4,
     "4, one reading": lambda: figure4(readings=["surface"]),
-    "4, three readings": lambda: figure4(4000, ["kept", "surface", "recovered"]),
+    "4, three readings": lambda: figure4(readings=["kept", "surface", "recovered"], arounds=AROUND),
     "4, few tests": lambda: figure4(n=7),
     "4, one test": lambda: figure4(n=1),
     "4, one roughness": lambda: figure4(n=20, roughness=np.full(20, 0.6)),
