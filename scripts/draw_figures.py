@@ -64,22 +64,29 @@ def _recovered(surface, title, kept):
 
 def _rough_and_flat(evaluator, combination, readings, n_tests, yardsticks, path_to_bins):
     """What Figure 4 shows, its numbers being written to a table: patches around kept dots, beside those around any dots."""
-    tables, panels = [], {reading: [] for reading in readings}
-    for around, kept in rough_and_flat.AROUND.items():
-        found = rough_and_flat.by_roughness(evaluator, combination, readings, n_tests, DRAWS, kept)
-        tables.append(rough_and_flat.bins_table(found, kept).assign(around=around))
-        for reading in readings:
-            z_ts, z_tr = found.z[reading][:, 0]
-            panels[reading].append((f"{around}, {READINGS[reading].words}", found.roughness[0], z_ts, z_tr))
+    found = {
+        around: rough_and_flat.by_roughness(evaluator, combination, readings, n_tests, DRAWS, kept)
+        for around, kept in rough_and_flat.AROUND.items()
+    }
+    tables = [
+        rough_and_flat.bins_table(found[around], kept).assign(around=around)
+        for around, kept in rough_and_flat.AROUND.items()
+    ]
     pd.concat(tables, ignore_index=True).to_csv(path_to_bins, index=False)
-    ranked, patches = found.dots[0][np.argsort(found.roughness[0], kind="stable")], []
+    panels = [
+        (f"{around}, {READINGS[reading].words}", own.roughness[0], *own.z[reading][:, 0])
+        for reading in readings
+        for around, own in found.items()
+    ]
+    anywhere, patches = found["any dots"], []
+    ranked = anywhere.dots[0][np.argsort(anywhere.roughness[0], kind="stable")]
     for title, dot in (("rough", ranked[len(ranked) // 20]), ("flat", ranked[-len(ranked) // 20])):
         ids = patch(evaluator.index, dot, evaluator.r_zernike)
         of_patch = [np.flatnonzero(np.isin(ids, subset)) for subset in evaluator.pair(combination, 0)]
         title = f"{title} patch, R = {evaluator.roughness[dot]:.2f}"
         patches.append((title, evaluator.points[ids], evaluator.normals[ids], *of_patch))
     return {
-        "panels": [panel for of_reading in panels.values() for panel in of_reading],
+        "panels": panels,
         "patches": patches,
         "rng": evaluator.stream("figure 4"),
         "yardsticks": yardsticks,

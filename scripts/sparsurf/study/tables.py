@@ -69,8 +69,7 @@ def ranges_table(table, grid, n_ranges=10, floors=None):
         for k in range(n_ranges):
             inside = np.flatnonzero(member == k)
             row = {"islands": reading, "n_S_low_percent": limits[k], "n_S_high_percent": limits[k + 1]}
-            row["n_combinations"] = 0  # the winner's row knows better
-            rows.append(row | (_winner(table, d, reading, inside) if len(inside) else {}))
+            rows.append(row | (_winner(table, d, reading, inside) if len(inside) else {"n_combinations": 0}))
     return with_yardsticks(pd.DataFrame(rows), all_yardsticks(grid, floors))
 
 
@@ -96,6 +95,7 @@ def _winner(table, d, reading, inside):
     best = int(np.argmax(sub[f"d_{reading}"].to_numpy()))
     honest = held_out(d[inside])
     row = {
+        "n_combinations": len(inside),
         **{p: sub.iloc[best][p] for p in PARAMETERS},
         "n_S": sub.iloc[best]["n_S"],
         "n_S_percent": sub.iloc[best]["n_S_percent"],
@@ -108,7 +108,7 @@ def _winner(table, d, reading, inside):
         for key in ("d", "d_low", "d_high", "Z_tS", "Z_tR", "fragment")
     }
     among = sub[best_set(d[inside])]
-    row |= {"n_combinations": len(inside), "n_best_set": len(among)}
+    row["n_best_set"] = len(among)
     row["best_set"] = joined(texts_of(among))
     return row
 

@@ -35,10 +35,8 @@ def draw(summary):
         x = 16 + pitch * k
         layout.letter(figure, x - 15, 1, ascii_uppercase[k])
         layout.text(figure, x - 10, 1.3, layout.folded(READINGS[reading].words, pitch - 5))
-        panels, winners = (
-            _panels(figure, x, pitch - 18),
-            summary[(summary.islands == reading) & summary.d.notna()],
-        )
+        panels = _panels(figure, x, pitch - 18)
+        winners = summary[(summary.islands == reading) & summary.d.notna()]
         for s, (place, _) in enumerate(surfaces):
             own = (winners.protein == place[0]) & (winners.conformation == place[1])
             _surface(panels, winners[own], s)
