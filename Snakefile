@@ -83,7 +83,10 @@ rule all:
     input:
         KERNELS.values(),  # at once: they are compiled while the frames are chosen
         files.of_proteins(),
+        *files.of_each(),
         pairs.of_pairs(),
+    message:
+        f"All of {RUN} is there"
 
 
 rule complete_protein:  # each by itself, so that one that fails does not keep the others from being finished
@@ -92,6 +95,8 @@ rule complete_protein:  # each by itself, so that one that fails does not keep t
         files.of_conformations,
     output:
         touch(f"{PROTEIN}/.complete"),
+    message:
+        "All of {wildcards.protein} is there"
 
 
 # From structures to conformations: fetched, simulated where asked for, chosen from the frames

@@ -17,6 +17,8 @@ rule complete_pair:
         pairs.of_pair,
     output:
         touch(f"{PAIR}/.complete"),
+    message:
+        "All of {wildcards.pair} is there"
 
 
 rule make_partners:

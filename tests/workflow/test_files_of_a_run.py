@@ -112,7 +112,7 @@ def test_a_conformation_ends_with_its_tables_and_figures(files):
     found = {path.removeprefix("results/r/still/c1/") for path in files.of_conformations(of("still"))}
     assert found == {
         *("surface.ply", "ranges.csv", "ranges.md", "best.json", "best.md", "minimal.csv", "minimal.ply"),
-        *("view.html", "residues.csv", "figures/fig.png", "figures/fig.svg"),
+        *("enough.csv", "floors.csv", "view.html", "residues.csv", "figures/fig.png", "figures/fig.svg"),
     }
     bare = {path.removeprefix("results/r/ready/c1/") for path in files.of_conformations(of("ready"))}
     assert bare == found - {"residues.csv"}
@@ -141,6 +141,13 @@ def test_a_run_ends_with_its_first_page(files):
     assert beside[:5] == [f"results/r/moving/f0/{name}" for name in own] and len(beside) == 6 * 5 + 2
     assert beside[-2:] == ["results/r/water/simulation/quality.csv", "results/r/summary.md"]
     assert not set(found) & set(beside)
+
+
+def test_a_run_asks_for_every_file_protein_by_protein(files):
+    names = list(CONFIG["proteins"])
+    found = [ask(Wildcards()) for ask in files.of_each()]
+    assert found == [files.of_protein(of(name)) + files.of_conformations(of(name)) for name in names]
+    assert [paths[-1].split("/")[2] for paths in found] == names
 
 
 def test_what_the_config_asks_for_besides_is_there_in_the_end(checkpoints):

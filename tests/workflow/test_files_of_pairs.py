@@ -71,7 +71,9 @@ def test_a_pair_ends_with_its_pages_and_with_residues_where_it_has_atoms():
 def test_pairs_end_with_a_summary_and_none_with_nothing():
     own = pairs(one=PAIRS["files"], two=PAIRS["complex"])
     folder = "results/r/pairs"
-    assert own.of_pairs() == [f"{folder}/one/.complete", f"{folder}/two/.complete", f"{folder}/pairs.md"]
+    marks = [f"{folder}/one/.complete", f"{folder}/two/.complete"]
+    files = own.of_pair(of("one")) + own.of_pair(of("two"))
+    assert len(files) == 10 and own.of_pairs() == [*marks, *files, f"{folder}/pairs.md"]
     pages = ("book.png", "view_1.html", "view_2.html")
     assert own.pictures == [f"{folder}/{name}/{page}" for name in ("one", "two") for page in pages]
     assert own.texts == [f"{folder}/{name}/pair.md" for name in ("one", "two")]

@@ -96,6 +96,22 @@ def test_a_second_run_has_nothing_to_do(finished):
     assert "Nothing to be done" in output(process)
 
 
+def test_a_file_that_was_deleted_is_made_again(finished):
+    """What the run is for; not what was only needed on the way."""
+    conformation = finished / "results" / "small" / "tdp43" / "f0700"
+    for name, rule in (("figures/roughness.svg", "draw_figures"), ("floors.csv", "measure_floors")):
+        path, away = conformation / name, finished / "away"
+        path.rename(away)
+        process = snakemake(finished, SMALL, "--dry-run")
+        away.rename(path)
+        assert process.returncode == 0 and re.search(rf"^{rule} +1$", output(process), re.M), output(process)
+    path = conformation / "distances.npz"
+    path.rename(away)
+    process = snakemake(finished, SMALL, "--dry-run")
+    away.rename(path)
+    assert "Nothing to be done" in output(process)
+
+
 def test_imported_by_another_workflow_on_one_core_it_gives_the_same_bytes(finished, tmp_path):
     """Scripts, schema, captions and the embedded example are found from the Snakefile, results lie where it is asked for."""
     folder = tmp_path / "one"

@@ -4,6 +4,7 @@ The functions of `wildcards` are input functions of Snakemake.
 """
 
 from math import gcd
+from types import SimpleNamespace
 
 from snakemake.exceptions import IncompleteCheckpointException
 
@@ -14,7 +15,7 @@ from sparsurf.workflow.protein import proteins
 
 OF_CONFORMATION = (
     *("surface.ply", "ranges.csv", "ranges.md", "best.json", "best.md"),
-    *("minimal.csv", "minimal.ply", "view.html", "residues.csv"),
+    *("minimal.csv", "minimal.ply", "enough.csv", "floors.csv", "view.html", "residues.csv"),
 )
 OF_ATOMS = ("residues.csv",)  # what a ready surface has not
 # By the first page: what the report holds, what lies beside it
@@ -157,6 +158,15 @@ class FilesOfARun:
         found += ["verdict.md"] if "paper" in self._config else []
         found += ["compare.md"] if self._config["compare"]["run"] else []
         return [f"{self.run}/{file}" for file in found]
+
+    def of_each(self):
+        """Input functions, one per protein: the same, file by file; a mark stays where a file is deleted."""
+
+        def files(name):
+            one = SimpleNamespace(protein=name)
+            return lambda _: self.of_protein(one) + self.of_conformations(one)
+
+        return [files(name) for name in self.proteins]
 
     def led_to(self, wildcards):
         """What the first page leads to, in the report, but for the pairs."""

@@ -3,6 +3,8 @@
 The functions of `wildcards` are input functions of Snakemake.
 """
 
+from types import SimpleNamespace
+
 
 class FilesOfPairs:
     """Pairs of a run and their files.
@@ -64,5 +66,6 @@ class FilesOfPairs:
         return [f"{self.folder}/{wildcards.pair}/{file}" for file in files]
 
     def of_pairs(self):
-        """What the pairs of the run must have in the end."""
-        return [f"{self.folder}/{name}/.complete" for name in self._pairs] + self.summary
+        """What the pairs of the run must have in the end; a mark stays where a file is deleted."""
+        files = [file for name in self._pairs for file in self.of_pair(SimpleNamespace(pair=name))]
+        return [f"{self.folder}/{name}/.complete" for name in self._pairs] + files + self.summary
