@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from snakemake.iocontainers import Wildcards
 
 from sparsurf import InputError
 from sparsurf.workflow import jobs, timing
@@ -29,7 +30,7 @@ def snakemake(tmp_path):
         input=Named([str(given), str(tmp_path / "not there")]),
         output={"one": one, "both": [two, three]},
         params={"settings": {"seed": 3}},
-        wildcards=["p", "c1"],
+        wildcards=Wildcards(fromdict={"protein": "p", "conformation": "c1", "file": "p.pdb"}),
         threads=2,
         log=[str(tmp_path / "work.log")],
     )

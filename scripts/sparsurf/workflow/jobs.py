@@ -21,15 +21,18 @@ DISK = (
     errno.EACCES,
     errno.EROFS,
 )  # a full disk, a folder that may not be written
+# Wildcards that say what a job is about; a stage or a file is none
+NAMED = ("protein", "conformation", "pair")
 
 
 def run(main, snakemake):
     """Do a script's work: call its `main` with what it asks for by name.
 
     A `main` may ask for `inputs` and `outputs` (paths by their names in the rule), for any of the rule's params,
-    for `name` (protein, or protein/conformation) and for `threads`; what has a default, where the rule gives it.
+    for `name` (protein, protein/conformation, or pair) and for `threads`; what has a default, where the rule gives it.
     """
-    known = {"name": "/".join(snakemake.wildcards), "threads": snakemake.threads}
+    named = (value for key, value in snakemake.wildcards.items() if key in NAMED)
+    known = {"name": "/".join(named), "threads": snakemake.threads}
     known |= {"inputs": dict(snakemake.input.items())} | dict(snakemake.params.items())
     with job(snakemake) as outputs:
         known["outputs"] = outputs
