@@ -101,8 +101,11 @@ def make_writable(folder):
 
 def finish(files, config, results, code, begin):
     """Sum up what there is and write the report; returns the exit code."""
-    report = results / "report.html"
-    failed = unfinished(config, results, begin) if code else {}
+    report, failed = results / "report.html", unfinished(config, results, begin)
+    if failed and code == 0:
+        where = results.relative_to(ROOT)
+        print(f"\nWhat was asked for is in {where}/; the rest of the study is not made, nor is its report.")
+        return code
     places = list(places_of(config["proteins"], results))
     options = [word for each in failed.items() for word in ("--without", *each)]
     pairs = [name for name in config["pairs"] if f"pairs/{name}" not in failed]

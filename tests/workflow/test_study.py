@@ -45,7 +45,11 @@ def checkout(tmp_path, monkeypatch):
         own.files = [path.name for path in files]
         for work in own.done:
             work()
-        return own.codes.pop(0) if own.codes else 0
+        code, end = own.codes.pop(0) if own.codes else 0, own.root / "results" / "mine" / "p" / ".complete"
+        if code == 0 and "--until" not in options and not end.is_file():
+            end.parent.mkdir(parents=True, exist_ok=True)
+            end.write_text("")
+        return code
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(study, "ROOT", own.root)
@@ -68,7 +72,6 @@ def test_a_study_ends_with_a_report_that_is_made_when_something_is_newer(checkou
     checkout.calls.clear()
     assert study.main(checkout.config()) == 0
     assert len(checkout.calls) == 1  # nothing is newer
-    (results / "p").mkdir()
     (results / "p" / "table.csv").write_text("")
     os.utime(results / "report.html", (0, 0))
     assert study.main(checkout.config()) == 0
@@ -166,6 +169,14 @@ def test_a_pair_that_failed_is_named_on_the_first_page(checkout, monkeypatch):
     checkout.codes = [1]
     assert study.main(checkout.config(pairs=pairs, proteins={})) == 1  # the first page is that of the pairs
     assert [command[1:] for command in summed] == [[str(results), "fine", *without]]
+
+
+def test_a_part_of_a_study_ends_without_a_report(checkout, capsys):
+    assert study.main(checkout.config(), "--until", "make_surface") == 0
+    assert [call[-1] for call in checkout.calls] == ["make_surface"]
+    said = capsys.readouterr()
+    assert "What was asked for is in results/mine/; the rest of the study is not made" in said.out
+    assert "Report:" not in said.out and not said.err
 
 
 def test_a_dry_run_writes_nothing(checkout):
