@@ -58,8 +58,12 @@ def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
         assert ax.get_xscale() == "log"
         assert [t.get_text() for t in ax.get_xticklabels()] == ["5", "10", "20", "40"]
     assert panels[2].get_ylim()[1] == 1.25 * 9
-    said = {t.get_text(): t.get_position()[1] for t in panels[2].texts}
-    assert said == {"empty patches": 9.0, "mean descriptor": 3.5}
+    named = [{t.get_text(): (t.xy[1], t.get_va()) for t in ax.texts} for ax in panels[1:]]
+    assert named[1] == {"empty patches": (9.0, "bottom"), "mean descriptor": (3.5, "bottom")}
+    assert not any(named[:1] + named[2:])
+    (fresh,) = [t for t in panels[0].texts if t.get_text().startswith("fresh")]
+    assert (fresh.get_text(), fresh.xy[1]) == ("fresh dots of the surface: 0.40", 0.4)
+    assert fresh.get_va() == "top"
     labels = [ax.get_ylabel() for ax in panels]
     assert labels == [
         "error Z of the descriptors (0: none)",
@@ -80,7 +84,7 @@ def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
 
 def test_names_stand_at_the_ends_of_their_lines_in_their_order():
     ax = comparison_figure.comparison_figure(comparison(), "q").axes[0]
-    names = {t.get_text(): t for t in ax.texts if not t.get_text().startswith("same Z")}
+    names = {t.get_text(): t for t in ax.texts if not t.get_text().startswith(("same Z", "fresh"))}
     order = sorted((t.get_position()[1], words) for words, t in names.items() if words)
     assert [words.split(" for")[0] for _, words in order] == [
         "farthest point", "uniform draw", "paper's sampling", "mine", "mean descriptor",

@@ -107,6 +107,9 @@ def _panel(ax, table, measure, lines):
             ax.axhline(part["fresh_dots"].mean(), color=GREY, linewidth=0.6, linestyle="-.", zorder=1)
     if measure == "Z kept":
         _explain(ax, part)
+    if measure == "Z surface" and "fresh_dots" in part:
+        fresh = part["fresh_dots"].mean()
+        _name(ax, f"fresh dots of the surface: {fresh:.2f}", fresh, above=False)
 
 
 def _explain(ax, part):
@@ -114,8 +117,23 @@ def _explain(ax, part):
     null, empty = part["null_model"].mean(), part["empty_patch"].mean()
     ax.axhline(empty, color=GREY, linewidth=0.6, linestyle="--", zorder=1)
     ax.set_ylim(top=1.25 * empty)
-    for words, value in (("empty patches", empty), ("mean descriptor", null)):
-        ax.text(0.03, value, words, transform=ax.get_yaxis_transform(), va="bottom", color=GREY)
+    _name(ax, "empty patches", empty)
+    _name(ax, "mean descriptor", null)
+
+
+def _name(ax, words, value, above=True):
+    """Name of a yardstick at its left end, where no line crosses it but by chance."""
+    ax.annotate(
+        words,
+        (0.03, value),
+        (0, 1 if above else -2),
+        xycoords=ax.get_yaxis_transform(),
+        textcoords="offset points",
+        va="bottom" if above else "top",
+        color=GREY,
+        path_effects=HALO,
+        zorder=8,
+    )
 
 
 def _name_lines(ax, table, lines):
