@@ -54,7 +54,7 @@ class Browser:
         data = json.dumps(content).encode() if method == "POST" else None
         request = urllib.request.Request(self.address + path + command, data, method=method)
         try:
-            with urllib.request.urlopen(request, timeout=60) as answer:
+            with urllib.request.urlopen(request, timeout=180) as answer:
                 return json.load(answer)["value"]
         except urllib.error.HTTPError as error:
             raise RuntimeError(json.load(error)["value"]["message"]) from None
