@@ -195,7 +195,9 @@ def test_read_csv(tmp_path, header):
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,0\n", "length"),
         ("x,y,z,nx,ny,nz\n1,2,,0,0,1\n", "NaN"),
         ("x,y,z,nx,ny,nz\n1,2,rubbish,0,0,1\n", "NaN"),
-        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "table"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "table.* saw 8\\.$"),
+        ("x,y,z,nx,ny,nz\n9,1,2,3,0,0,1\n", "more values than its header has names"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1,\n", "end no row with a comma"),
     ],
 )
 def test_bad_csv_is_one_sentence(tmp_path, text, word):
@@ -221,6 +223,7 @@ def test_places_need_no_normals_and_keep_their_order(tmp_path):
         ("", "holds no dots; expected a DMS file, a CSV"),
         ("x,y\n1,2\n", "needs one column z; its header must name x, y, z."),
         ("x,y,z\n", "holds no places."),
+        ("x,y,z\n9,1,2,3\n", "its rows have more values than its header has names"),
         ("x,y,z\n1,2,3\n1,,3\n", "x, y and z of row 2 below the header are not three numbers: mend it."),
         ("x,y,z\n1,2,here\n", "x, y and z of row 1 below the header are not three numbers: mend it."),
         ("x,y,z\n1,2,inf\n", "x, y and z of row 1 below the header are not three numbers: mend it."),

@@ -40,7 +40,11 @@ def _columns(content, path, names):
     try:
         table = pd.read_csv(io.StringIO(text_of(content, path)), skipinitialspace=True)
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise InputError(f"{path} is not a table of dots: {error}.") from None
+        raise InputError(f"{path} is not a table of dots: {str(error).strip()}.") from None
+    if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first values for names of the rows
+        raise InputError(
+            f"{path}: its rows have more values than its header has names; name every column, and end no row with a comma."
+        )
     table.columns = [str(name).strip().lower() for name in table.columns]
     wrong = [name for name in names if list(table.columns).count(name) != 1]
     if wrong:
