@@ -63,6 +63,25 @@ def test_surface_fills_in_what_is_unknown():
     assert [getattr(surface, name).dtype.str for name in FIELDS] == ["<f8", "<f8", "<f8", "|i1", "<i4"]
 
 
+def test_a_surface_keeps_its_numbers_when_the_arrays_that_it_was_made_of_change():
+    given = {"points": np.zeros((2, 3)), "normals": np.eye(3)[:2], "area": np.ones(2)}
+    given |= {"kind": np.ones(2, np.int8), "atom": np.ones(2, np.int32)}
+    surface = Surface(**given)
+    for array in given.values():
+        array += 5
+    assert surface.points.tolist() == [[0, 0, 0], [0, 0, 0]]
+    assert surface.normals.tolist() == [[1, 0, 0], [0, 1, 0]]
+    assert [getattr(surface, name).tolist() for name in FIELDS[2:]] == [[1, 1], [1, 1], [1, 1]]
+    turned = Surface(np.zeros((3, 2)).T, np.eye(3)[:, :2].T)
+    assert turned.points.flags.c_contiguous and turned.normals.flags.c_contiguous
+
+
+def test_surfaces_can_be_compared_with_each_other():
+    """Each is itself only, as objects are; their arrays have no one truth."""
+    one, other = (Surface(np.eye(3), np.eye(3)) for _ in range(2))
+    assert one == one and one != other and len({one, other}) == 2
+
+
 @pytest.mark.parametrize(
     ("points", "normals", "word"),
     [

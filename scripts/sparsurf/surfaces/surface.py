@@ -13,9 +13,9 @@ CONTACT, SADDLE, CONCAVE = 0, 1, 2  # kinds of dots
 ROUNDED = 2e-3  # normals of three decimals are this near to unit length: sqrt(3) * 0.0005 and a reserve
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Surface:
-    """Dots of a molecular surface; their order is part of it, since the method sweeps them in it.
+    """Dots of a molecular surface; their order is part of it, since the method sweeps them in it. The arrays are copied.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Surface:
             value = getattr(self, name)
             if value is None:
                 value = np.full(n, np.nan if name == "area" else -1)
-            object.__setattr__(self, name, np.ascontiguousarray(value, dtype))
+            object.__setattr__(self, name, np.array(value, dtype, order="C"))
             shape = (n, 3) if name in ("points", "normals") else (n,)
             if getattr(self, name).shape != shape:
                 raise InputError(f"surface: {name} has the shape {getattr(self, name).shape}, not {shape}.")
