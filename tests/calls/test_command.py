@@ -1,5 +1,6 @@
 """The command line: every example of its help runs, every mistake is a sentence, what comes out can be read again."""
 
+import io
 import logging
 import os
 import shutil
@@ -18,6 +19,7 @@ from sparsurf.calls import command, minimal_command, surface_command
 from sparsurf.molecules.reading import read_molecule
 from sparsurf.study.floors import floors
 from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.spacing import area_of
 
 EXAMPLES = sorted(
     {
@@ -190,6 +192,10 @@ def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
     assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / "dense.npz") == 0
     dots, dense = sparsurf.surface(folder / "protein.pdb"), sparsurf.read_surface(tmp_path / "dense.npz")
     few = sparsurf.read_surface(tmp_path / "few.csv")
+    assert np.isnan(dense.area).all() and set(dense.atom) == {-1} == set(dense.kind)  # nobody knows
+    assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / "dense.dms") == 0
+    area = area_of(dense)[0]
+    assert sparsurf.read_surface(tmp_path / "dense.dms").area == pytest.approx(area / len(dense), abs=0.0005)
     assert np.allclose(dense.points[: len(few)], few.points) and len(dense) > 0.8 * len(dots)
     gap = cKDTree(dots.points).query(dense.points)[0]
     assert gap.mean() < 0.25  # half the distance between neighbouring dots, about
@@ -205,6 +211,32 @@ def test_a_mesh_is_made_where_it_is_asked_for(folder, tmp_path):
         assert ended("surface", folder / "protein.pdb", *options, "-o", tmp_path / "x.ply") == 0
         head = (tmp_path / "x.ply").read_bytes()[:600]
         assert words in head and (b"element face 0\n" in head) == (not options)
+
+
+def test_normals_that_point_inward_are_told_of(folder, tmp_path, capfd):
+    table = pd.read_csv(folder / "minimal.csv")
+    assert ended("recover", folder / "minimal.csv", "--mesh", "-o", tmp_path / "mesh.ply") == 0
+    assert "inward" not in capfd.readouterr().err
+    table[["nx", "ny", "nz"]] *= -1
+    table.to_csv(tmp_path / "inside.csv", index=False)
+    assert ended("recover", tmp_path / "inside.csv", "--mesh", "-o", tmp_path / "mesh.ply") == 0
+    assert "the normals point inward: turn them around" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("size", [[], ["--dots", "1"]])
+def test_one_dot_is_its_own_subset(tmp_path, capfd, size):
+    (tmp_path / "one.csv").write_text("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n")
+    assert ended("minimal", tmp_path / "one.csv", *size, "-o", "-") == 0
+    kept = pd.read_csv(io.StringIO(capfd.readouterr().out))
+    assert kept[["x", "dot", "weight"]].to_numpy().tolist() == [[1, 0, 1]]
+
+
+def test_a_locale_without_the_letter_shows_another(folder, tmp_path):
+    command_line = [sys.executable, "-m", "sparsurf", "surface", "--help"]
+    process = subprocess.run(
+        command_line, env=os.environ | {"PYTHONIOENCODING": "ascii"}, capture_output=True, check=True
+    )
+    assert b"dots per ?^2" in process.stdout
 
 
 def test_a_frame_of_a_trajectory(folder, tmp_path):
@@ -271,6 +303,11 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             ["recover", "minimal.csv", "--around", "protein.pdb", "-o", "x.csv"],
             1,
             "protein.pdb holds no dots",
+        ),
+        (
+            ["recover", "minimal.csv", "--mesh", "--density", "0.01", "-o", "x.ply"],
+            1,
+            "recover: the mesh is too coarse to hold the surface; ask for a higher density.",
         ),
         (["recover", "no.csv", "--around", "minimal.csv", "-o", "x.ply"], 1, "cannot be written as '.ply'"),
         (

@@ -165,6 +165,15 @@ def test_of_dots_as_far_the_lowest_is_next():
     assert farthest(square, 9, start).tolist() == [0, 1, 3, 4, 6, 2, 5, 7, 8]
 
 
+@pytest.mark.parametrize("n", [7, 12, 40])
+def test_dots_at_one_place_are_chosen_once_each(n):
+    points = np.repeat(np.random.default_rng(0).normal(size=(10, 3)), 4, axis=0)
+    dots = farthest(
+        SimpleNamespace(points=points, index=build_index(points, points)), n, np.random.default_rng(1)
+    )
+    assert len(np.unique(dots)) == n and len(np.unique(dots[:10] // 4)) == min(n, 10)  # every place first
+
+
 def test_farthest_is_nested_and_its_gaps_shrink(surface):
     long, short = (farthest(surface, n, np.random.default_rng(2)) for n in (3000, 200))
     assert np.array_equal(long[:200], short)

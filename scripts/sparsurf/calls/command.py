@@ -45,6 +45,9 @@ def main(arguments=None):
         Of the command line; those of the process without.
     """
     arguments = sys.argv[1:] if arguments is None else list(arguments)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # not so where a test catches it
+            stream.reconfigure(errors="replace")  # of a locale without Å
     parser, modules = build_parser(next((each for each in arguments if not each.startswith("-")), None))
     wish = parser.parse_args(arguments)
     _warnings_to_stderr()

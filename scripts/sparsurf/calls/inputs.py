@@ -56,11 +56,20 @@ def as_surface(given):
 def arrays(given, name):
     """Arrays of numbers of the parts of `given`; raises InputError where one, called `name`, is none."""
     try:
-        return [np.asarray(each, dtype=float) for each in given]
+        found = [np.asarray(each, dtype=float) for each in given]
     except (TypeError, ValueError):
-        raise InputError(
-            f"{name}: the arrays hold something else than numbers, or rows of unequal length."
-        ) from None
+        found = [np.float64(0)]
+    if any(each.ndim == 0 for each in found):
+        raise InputError(f"{name}: the arrays hold something else than numbers, or rows of unequal length.")
+    return found
+
+
+def as_array(given, name):
+    """An array of what is given; raises InputError where its rows, called `name`, have unequal lengths."""
+    try:
+        return np.asarray(given)
+    except ValueError:
+        raise InputError(f"{name}: one array is asked for, not several of unequal length.") from None
 
 
 def check_frame(molecule, frame, name):

@@ -24,7 +24,8 @@ from sparsurf.surfaces.surface import Surface
 EXAMPLES = """\
 Without --percent, --dots or --z as few dots are kept as give the surface back: described from the surface recovered from
 them, patches differ no more than from other dots of the same surface, within the error (as `minimal: {floor: fresh dots}` of
-a study does). `sparsurf recover` makes that surface.
+a study does). `sparsurf recover` makes that surface. Of a structure, the other dots are laid on its atoms anew; of a file
+of dots, they come from the surface that all of these give back and differ less, so that more dots are kept.
 
 Each dot comes with `dot`, its number on the surface from 0, in the order of choice; `weight`, the number of dots of the
 surface that it stands for; `spacing` (Å) of the kept dots around it, and `reach` (in spacings), how far the surface goes on.

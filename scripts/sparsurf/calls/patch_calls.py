@@ -3,7 +3,7 @@
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.calls.inputs import as_surface
+from sparsurf.calls.inputs import as_array, as_surface
 from sparsurf.calls.limits import LENGTH
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, build_index
@@ -49,7 +49,7 @@ def descriptors(surface, at=None, *, radius=R_ZERNIKE, up=True, d_link=D_LINK):
     Parameters
     ----------
     surface : as in `roughness`
-    at : (T,) int dots, or (T, 3) float places in Å, around which the patches are cut; every dot without
+    at : (T,) int dots, (N,) bool, or (T, 3) float places in Å, around which the patches are cut; every dot without
     radius : float
         R_zernike in Å.
     up : bool
@@ -92,7 +92,8 @@ def _places(index, at):
     points, n = index.xyz[index.position], len(index.dot)
     if at is None:
         return points
-    at = np.asarray(at)
+    at = as_array(at, "at")
+    at = np.flatnonzero(at) if at.dtype == bool and at.shape == (n,) else at
     if at.ndim == 2 and at.shape[1] == 3:
         if at.dtype.kind not in "iuf" or not np.isfinite(at).all():
             raise InputError("at: some of the places are no numbers; leave them out.")

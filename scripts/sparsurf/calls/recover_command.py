@@ -14,7 +14,7 @@ from sparsurf.recovery.mesh import recovered_mesh
 from sparsurf.recovery.recovering import REACH, STEPS, recover
 from sparsurf.surfaces.mesh import step_of
 from sparsurf.surfaces.reading import read_places, read_surface
-from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
+from sparsurf.surfaces.spacing import DENSITY, area_of, refuse_sparse
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
@@ -44,7 +44,7 @@ def arguments(parser):
         "--density",
         type=limits.DENSITY.parse,
         default=DENSITY,
-        help=f"dots per Å^2 (default {DENSITY:g})",
+        help=f"dots per Å^2, at least; up to a third more come (default {DENSITY:g})",
     )
     parser.add_argument(
         "--reach",
@@ -83,7 +83,11 @@ def run(wish):
         return
     n = len(points)
     kept = np.concatenate([np.ones(len(few), int), np.zeros(n - len(few), int)])
-    dense = Surface(points, normals, np.full(n, 1 / wish.density), np.zeros(n), np.zeros(n))
+    dense = Surface(points, normals)
+    if (
+        wish.format or wish.output.removesuffix(".gz").rpartition(".")[2]
+    ).lower() == "dms":  # has no empty places
+        dense = Surface(points, normals, np.full(n, area_of(dense)[0] / n), np.zeros(n), np.zeros(n))
     nobody = SimpleNamespace(residue_name=["DOT"], residue=["1"], name=["DOT"], xyz=points[None, :1])
     outputs.write_dots(SimpleNamespace(**vars(wish) | {"frame": 0}), dense, {"kept": kept}, "kept", nobody)
 

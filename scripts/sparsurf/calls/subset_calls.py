@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.calls.inputs import as_surface
+from sparsurf.calls.inputs import as_array, as_surface
 from sparsurf.calls.limits import ALPHA, EXPONENT, LENGTH, SEED, TEST_DOTS, Limits
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.recovery.readings import READINGS
@@ -43,6 +43,8 @@ def prepare(surface, *, r_patch=R_PATCH, r_zernike=R_ZERNIKE, d_link=D_LINK, see
     [100, 200]
     """
     if isinstance(surface, Evaluator):
+        if (r_patch, r_zernike, d_link, seed) != (R_PATCH, R_ZERNIKE, D_LINK, 0):
+            raise InputError("prepare: this surface is ready; give its dots to make it ready otherwise.")
         return surface
     r_patch, r_zernike = LENGTH.check(r_patch, "r_patch"), LENGTH.check(r_zernike, "r_zernike")
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
@@ -86,7 +88,9 @@ def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
         return law.sample(ready.cover, _combination(combination), ready.stream("sample", "paper", seed))
     n_dots = len(ready.points)
     wished = round(n * n_dots) if isinstance(n, Real) and 0 < n < 1 else n
-    if not (isinstance(wished, Real) and Limits(1, n_dots, whole=True, open_low=False).hold(wished)):
+    if isinstance(n, bool) or not (
+        isinstance(wished, Real) and Limits(1, n_dots, whole=True, open_low=False).hold(wished)
+    ):
         raise InputError(
             f"sample: {n} dots of {n_dots} are asked for; give 1 to {n_dots}, or a share below 1."
         )
@@ -100,9 +104,10 @@ def compare(surface, subsets, *, reading="surface", test_dots=400):
     Parameters
     ----------
     surface : what `prepare` takes or gave
-    subsets : (n,) int dots, or a dict of several by name
-    reading : {'surface', 'kept'}
-        Whether the islands of a patch are removed on the full surface or among the kept dots.
+    subsets : (n,) int dots or (N,) bool, or a dict of several by name
+    reading : {'surface', 'kept', 'scaled', 'recovered'}
+        Whether the islands of a patch are removed on the full surface or among the kept dots, these linked by their own
+        spacing where 'scaled'; 'recovered': patches of the surface that the kept dots give back.
     test_dots : int or 'published'
         Dots at which the descriptors are compared, the same for all subsets.
 
@@ -167,7 +172,7 @@ def _combination(given):
 
 def _dots(name, subset, n_dots):
     """(n,) int64, after a check that they are dots of the surface, each once."""
-    subset = np.asarray(subset)
+    subset = as_array(subset, name)
     if subset.dtype == bool and subset.shape == (n_dots,):
         subset = np.flatnonzero(subset)
     sound = subset.ndim == 1 and subset.dtype.kind in "iu" and len(subset)

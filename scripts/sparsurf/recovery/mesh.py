@@ -6,6 +6,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from sparsurf import InputError
 from sparsurf.recovery.recovering import REACH, STEPS, recover
 from sparsurf.surfaces.marching import march
 from sparsurf.surfaces.mesh import STEP, grid_around, mesh_of
@@ -35,9 +36,11 @@ def recovered_mesh(points, normals, step=STEP, density=DENSITY, reach=REACH, ste
 
     Raises
     ------
-    InputError : a grid of too many points
+    InputError : a grid of too many points, or of too few
     """
     dense, outward = recover(points, normals, density, reach, steps, threads)
+    if np.sum(outward * (dense - dense.mean(axis=0))) < 0:  # three times the volume, of a closed surface
+        log.warning("the normals point inward: turn them around, or the mesh is that of the space outside")
     low, shape = grid_around(dense, BANDS[-1] * step, step)
     tree = cKDTree(dense)
     gap = _gap(dense, low, shape, step)
@@ -51,6 +54,8 @@ def recovered_mesh(points, normals, step=STEP, density=DENSITY, reach=REACH, ste
     else:
         log.warning("the dots leave holes wider than %.1f Å: the mesh has walls there", 2 * band * step)
     vertices, triangles = march(values)
+    if len(triangles) == 0:
+        raise InputError("the mesh is too coarse to hold the surface; ask for a higher density.")
     vertices = low + step * vertices
     for _ in range(2):
         height, across = _height(tree, outward, vertices, threads)

@@ -222,6 +222,8 @@ def _farthest(index, first, n):
         for e in range(m):
             q = found[e]
             d2 = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
+            if q == p:
+                d2 = -1.0  # never again, not even before a dot at the place of another
             if d2 < gap[q]:
                 gap[q] = d2
                 node = (leaves + q) // 2

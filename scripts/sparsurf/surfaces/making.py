@@ -15,6 +15,7 @@ from sparsurf.surfaces.surface import Surface
 log = logging.getLogger("sparsurf")
 
 FARTHEST = 1e6  # Å, largest coordinate
+LARGEST = 100  # Å, atomic radius
 RESERVE = 1.02  # by how much an automatic density exceeds what D_link needs
 MOST_DENSITY = 100  # dots per Å^2, also of a density that is given
 
@@ -138,8 +139,8 @@ def spheres(xyz, radii, probe):
         raise InputError(f"surface: needs (A, 3) centres and (A,) radii, not {xyz.shape} and {radii.shape}.")
     if not (np.abs(xyz) < FARTHEST).all():
         raise InputError(f"surface: coordinates must be numbers below {FARTHEST:.0f} Å.")
-    if not (np.isfinite(radii) & (radii > 0)).all():
-        raise InputError("surface: atomic radii must be positive numbers.")
+    if not ((radii > 0) & (radii <= LARGEST)).all():
+        raise InputError(f"surface: atomic radii must be positive numbers of at most {LARGEST} Å.")
     if not 0 < probe < np.inf:
         raise InputError(f"surface.probe_radius is {probe}; it must be a positive number.")
     kept = _distinct(xyz, radii)

@@ -17,13 +17,15 @@ MOST_CUBES = 1e6  # along an edge of the box
 
 
 def area_of(surface):
-    """Area of a surface in Å^2, and whether it had to be estimated from the spacing of the dots."""
+    """Area of a surface in Å^2, and whether it had to be estimated from the spacing of the dots; NaN of a single dot."""
     from scipy.spatial import cKDTree  # here: it takes half a second, and most surfaces know their area
 
     area = getattr(surface, "area", np.nan)
     if np.isfinite(area).all():
         return float(np.sum(area)), False
     k = min(NEIGHBOURS, len(surface.points) - 1)
+    if k == 0:
+        return float("nan"), True
     radius = cKDTree(surface.points).query(surface.points, k=k + 1)[0][:, k]
     return float(np.pi * np.sum(radius**2) / k), True
 
