@@ -560,6 +560,9 @@ def test_the_columns_of_dots(tmp_path):
     outputs.write_dots(wish, surface, {"own": np.array([7])})
     with np.load(wish.output) as found:
         assert set(found) == {"points", "normals", "area", "kind", "atom", "own"} and found["kind"] == [1]
+    wish.output = tmp_path / "a.ply"
+    outputs.write_dots(wish, surface, {"own": np.array([7_654_321])})
+    assert "property int own\n" in wish.output.read_text() and " 7654321\n" in wish.output.read_text()
     wish.output = tmp_path / "a.dms"
     with pytest.raises(InputError, match=r"cannot be written as '.dms'"):
         outputs.write_dots(wish, surface, {})

@@ -67,6 +67,18 @@ def test_what_is_written_is_read(tmp_path, small):
     assert (found.kind == -1).all()
 
 
+def test_whole_numbers_are_written_in_full(tmp_path):
+    surface, number = Surface(np.eye(3), np.eye(3)), np.array([0, 999_999, 12_345_678])
+    columns = {"dot": number, "weight": number / 2, "near": number > 0}
+    write_ply(tmp_path / "a.ply", surface, number, "count", columns)
+    text = (tmp_path / "a.ply").read_text()
+    assert "property int count\nproperty int dot\nproperty float weight\nproperty float near\n" in text
+    vertices, _ = read_ply(tmp_path / "a.ply")
+    assert vertices["dot"].tolist() == vertices["count"].tolist() == [0, 999_999, 12_345_678]
+    assert vertices["weight"].tolist() == [0, 500_000, 6_172_840] and vertices["near"].tolist() == [0, 1, 1]
+    assert read_surface(tmp_path / "a.ply").points.tolist() == np.eye(3).tolist()
+
+
 # Two vertices as other programs write them: their properties in another order, and others between them
 POINTS, NORMALS = [[1.5, -2.0, 3.25], [4.0, 5.0, 6.5]], [[0.0, 0.0, 1.0], [0.6, 0.0, -0.8]]
 VERTEX = [("nx", "float", "f4"), ("z", "double", "f8"), ("ny", "float32", "f4"), ("red", "uchar", "u1")]

@@ -338,6 +338,14 @@ def test_an_area_that_is_not_known_is_written_as_none(tmp_path):
     assert (read_surface(tmp_path / "a.dms").area == 0).all()
 
 
+def test_a_large_area_does_not_touch_the_type_of_its_dot(tmp_path):
+    area = np.array([99.999, 100.0, 12345.678])
+    dots = Surface(np.eye(3), np.eye(3), area, kind=[0, 1, 2], atom=[0, 0, 0])
+    write_dms(tmp_path / "a.dms", dots, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
+    again = read_surface(tmp_path / "a.dms")
+    assert again.area.tolist() == area.tolist() and again.kind.tolist() == [0, 1, 2]
+
+
 # ---- the program DMS
 
 

@@ -89,7 +89,7 @@ def write_dots(wish, surface, columns, shown=None, molecule=None):
     """
 
     def ply(path):
-        values = {name: np.asarray(value, dtype=float) for name, value in columns.items()}
+        values = dict(columns)
         colours = values.pop(shown) if shown else None
         write_ply(path, surface, colours, shown or "", values, mesh=wish.mesh)
 

@@ -88,7 +88,7 @@ def write_dms(path, surface, residue_names, residue_labels, atom_names, xyz):
         for n in by_atom[first[i] : first[i + 1]]:
             (x, y, z), (u, v, w), area = surface.points[n], surface.normals[n], np.nan_to_num(surface.area[n])
             place = f"{x:{width}.3f}{y:9.3f}{z:9.3f}"
-            lines.append(f"{head}{place} {TYPES[surface.kind[n]]}{area:7.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n")
+            lines.append(f"{head}{place} {TYPES[surface.kind[n]]} {area:6.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n")
     content = "".join(lines).encode("ascii", "replace")
     with open(path, "wb") as stream:
         stream.write(gzip.compress(content, mtime=0) if str(path).endswith(".gz") else content)

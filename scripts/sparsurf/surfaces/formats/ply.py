@@ -26,10 +26,10 @@ def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=T
     ----------
     path : file to write
     surface : Surface
-    values : (N,), shown as colours (viridis from the smallest to the largest, grey for NaN) and as a float
+    values : (N,), shown as colours (viridis from the smallest to the largest, grey for NaN) and as a
         property; without them the colours tell contact (blue), saddle (orange) and concave (green) dots
     name : of that property
-    columns : further float properties, name -> (N,)
+    columns : further properties, name -> (N,); like `values` written as int where they hold integers, else as float
     mesh : whether triangles between the dots are written, which takes seconds on 20 thousand dots
     faces : (F, 3) triangles between the dots where they are known
 
@@ -38,6 +38,7 @@ def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=T
     InputError : values of another length
     """
     properties = dict(columns or {}) if values is None else {name: values, **(columns or {})}
+    whole = [key for key, column in properties.items() if np.asarray(column).dtype.kind in "iu"]
     properties = {key: np.asarray(column, float) for key, column in properties.items()}
     for key, column in properties.items():
         if len(column) != len(surface):
@@ -51,9 +52,11 @@ def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=T
     }
     table |= dict(zip(CHANNELS, colours.T, strict=True)) | properties
     header = ["ply", "format ascii 1.0", f"element vertex {len(surface)}"]
-    header += [f"property {'uchar' if key in CHANNELS else 'float'} {key}" for key in table]
+    types = dict.fromkeys(CHANNELS, "uchar") | dict.fromkeys(whole, "int")
+    header += [f"property {types.get(key, 'float')} {key}" for key in table]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    row = " ".join(["%.4f"] * len(AXES) + ["%d"] * len(CHANNELS) + ["%.6g"] * len(properties))
+    last = ["%d" if key in whole else "%.6g" for key in properties]
+    row = " ".join(["%.4f"] * len(AXES) + ["%d"] * len(CHANNELS) + last)
     with open(path, "w", encoding="ascii", newline="\n") as stream:
         stream.write("\n".join(header) + "\n")
         stream.writelines(
