@@ -1,6 +1,7 @@
 """The functions for users and what commands share, on dots whose answers are known."""
 
 import argparse
+import gzip
 from types import SimpleNamespace
 
 import numpy as np
@@ -311,17 +312,22 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
         ("a.csv", None, ".csv in part.csv"),
         ("a.PLY", None, ".ply in part.ply"),
         ("a.csv", "npz", ".npz in part.npz"),
-        ("a.dms.gz", None, ".dms in part.dms.gz"),
+        ("a.dms.gz", None, ".dms in part.dms"),
+        ("a.csv.GZ", None, ".csv in part.csv"),
+        ("b.dms.gz", "npz", ".npz in part.npz"),
+        ("b.gz", "csv", ".csv in part.csv"),
     ):
         outputs.write(tmp_path / name, given, outputs.DOTS, written)
-        assert (tmp_path / name).read_text() == words
+        packed = name.lower().endswith(".gz")
+        content = gzip.compress(words.encode(), mtime=0) if packed else words.encode()  # the same at any time
+        assert (tmp_path / name).read_bytes() == content
     outputs.write("-", None, outputs.DOTS, written)
     outputs.write("-", "ply", outputs.DOTS, written)
     assert capfdbinary.readouterr().out == b".csv in part.csv.ply in part.ply"
     with pytest.raises(InputError, match=r"cannot be written as '.ply'; name a file in .csv, .npz."):
         outputs.write(tmp_path / "a.ply", None, outputs.TABLES, written)
-    with pytest.raises(InputError, match=r"cannot be written as '.gz'"):
-        outputs.write(tmp_path / "a.csv.gz", None, outputs.DOTS, written)
+    with pytest.raises(InputError, match=r"cannot be written as ''"):
+        outputs.write(tmp_path / "a.gz", None, outputs.DOTS, written)
 
     def broken(path):
         path.write_text("half")
@@ -329,7 +335,8 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
 
     with pytest.raises(OSError):
         outputs.write(tmp_path / "b.csv", None, outputs.DOTS, {".csv": broken})
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.PLY", "a.csv", "a.dms.gz"]
+    names = ["a.PLY", "a.csv", "a.csv.GZ", "a.dms.gz", "b.dms.gz", "b.gz"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
 
 
 @pytest.mark.parametrize(
@@ -556,6 +563,10 @@ def test_the_columns_of_dots(tmp_path):
     assert pd.read_csv(wish.output).to_dict("records") == [
         {"x": 1, "y": 2, "z": 3, "nx": 0, "ny": 0, "nz": 1, "own": 7}
     ]
+    wish.output = tmp_path / "a.csv.gz"
+    outputs.write_dots(wish, surface, {"own": np.array([7])})
+    assert gzip.decompress(wish.output.read_bytes()) == (tmp_path / "a.csv").read_bytes()
+    assert sparsurf.read_surface(wish.output).points.tolist() == [[1, 2, 3]]
     wish.output = tmp_path / "a.npz"
     outputs.write_dots(wish, surface, {"own": np.array([7])})
     with np.load(wish.output) as found:

@@ -1,5 +1,6 @@
 """Dots and tables written in the format of a file's suffix, or to standard output."""
 
+import gzip
 import os
 import shutil
 import sys
@@ -32,11 +33,11 @@ def check(wish, formats):
 
 
 def _place(output, format_given, formats):
-    """Suffix that decides, whether the file is packed, and its folder, None for standard output; see `write`."""
+    """Suffix that decides, whether the file is packed (named .gz), and its folder, None for standard output; see `write`."""
     name = str(output)
     if name != "-" and os.path.isdir(name):
         raise InputError(f"{name} is a folder; name a file.")
-    bare = name.removesuffix(".gz") if name.endswith(".dms.gz") else name
+    bare = name[:-3] if name.lower().endswith(".gz") else name
     suffix = f".{format_given}" if format_given else ".csv" if name == "-" else Path(bare).suffix.lower()
     if suffix not in formats:
         raise InputError(
@@ -55,7 +56,7 @@ def write(output, format_given, formats, writers):
 
     Parameters
     ----------
-    output : path, or '-'
+    output : path, packed if its name ends in .gz, or '-'
     format_given : str or None, without the dot; else the suffix of `output` decides, csv for '-'
     formats : tuple of suffixes
     writers : dict, suffix -> function of a path
@@ -66,8 +67,10 @@ def write(output, format_given, formats, writers):
     """
     suffix, packed, folder = _place(output, format_given, formats)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".sparsurf-") as place:
-        path = Path(place, f"part{suffix}{'.gz' if packed else ''}")
+        path = Path(place, f"part{suffix}")
         writers[suffix](path)
+        if packed:
+            path.write_bytes(gzip.compress(path.read_bytes(), mtime=0))
         if folder is not None:
             os.replace(path, output)
             return
