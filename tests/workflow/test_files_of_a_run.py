@@ -128,7 +128,10 @@ def test_a_protein_ends_with_the_pictures_of_its_kind(files):
 def test_a_run_ends_with_its_first_page(files):
     ends = [f"results/r/{name}/.complete" for name in CONFIG["proteins"]]
     pages = ["results/r/index.html", "results/r/.front_page.html"]
-    assert files.of_proteins() == [*ends, *pages, "results/r/summary.csv", "results/r/summary.svg"]
+    kinds = ("frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures")
+    frames = [f"results/r/{name}/{kind}" for name in MOLECULES for kind in kinds]
+    summary = ["results/r/summary.csv", "results/r/summary.svg"]
+    assert files.of_proteins() == [*ends, *pages, *frames, *summary]
     found = files.led_to(Wildcards())
     assert "results/r/ready/c1/view.html" in found and "results/r/ready/c1/residues.csv" not in found
     assert [path.removeprefix("results/r/") for path in found[-7:]] == [

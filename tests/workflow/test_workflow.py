@@ -99,7 +99,8 @@ def test_a_second_run_has_nothing_to_do(finished):
 def test_a_file_that_was_deleted_is_made_again(finished):
     """What the run is for; not what was only needed on the way."""
     conformation = finished / "results" / "small" / "tdp43" / "f0700"
-    for name, rule in (("figures/roughness.svg", "draw_figures"), ("floors.csv", "measure_floors")):
+    frames = ((f"../{name}", "choose_frames") for name in ("structures", "explained.csv", "frames.csv"))
+    for name, rule in (("figures/roughness.svg", "draw_figures"), ("floors.csv", "measure_floors"), *frames):
         path, away = conformation / name, finished / "away"
         path.rename(away)
         process = snakemake(finished, SMALL, "--dry-run")

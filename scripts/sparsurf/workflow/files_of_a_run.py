@@ -17,6 +17,8 @@ OF_CONFORMATION = (
     *("surface.ply", "ranges.csv", "ranges.md", "best.json", "best.md"),
     *("minimal.csv", "minimal.ply", "enough.csv", "floors.csv", "view.html", "residues.csv"),
 )
+# By the checkpoint: while one of them is missing, Snakemake does not know what follows from it, and takes all for made
+OF_FRAMES = ("frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures")
 OF_ATOMS = ("residues.csv",)  # what a ready surface has not
 # By the first page: what the report holds, what lies beside it
 LED_TO = ("view.html", "ranges.csv", "residues.csv")
@@ -154,6 +156,7 @@ class FilesOfARun:
     def of_proteins(self):
         """What the run must have in the end but for its pairs."""
         found = [f"{name}/.complete" for name in self.proteins] + ["index.html", ".front_page.html"]
+        found += [f"{name}/{file}" for name in self.molecules for file in OF_FRAMES]
         found += ["summary.csv", "summary.svg"] if self.proteins else []
         found += ["verdict.md"] if "paper" in self._config else []
         found += ["compare.md"] if self._config["compare"]["run"] else []
