@@ -2,6 +2,7 @@
 
 import argparse
 import gzip
+import os
 from types import SimpleNamespace
 
 import numpy as np
@@ -337,6 +338,20 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
         outputs.write(tmp_path / "b.csv", None, outputs.DOTS, {".csv": broken})
     names = ["a.PLY", "a.csv", "a.csv.GZ", "a.dms.gz", "b.dms.gz", "b.gz"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
+
+
+def test_links_and_pipes_stay_what_they_are(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "old.csv").write_text("old")
+    for name in ("old.csv", "new.csv"):  # there, and not there yet
+        (tmp_path / name).symlink_to(tmp_path / "folder" / name)
+        outputs.write(tmp_path / name, None, outputs.TABLES, {".csv": lambda path: path.write_text("dots")})
+        assert (tmp_path / name).is_symlink() and (tmp_path / "folder" / name).read_text() == "dots"
+    os.mkfifo(tmp_path / "pipe.csv")
+    reader = os.open(tmp_path / "pipe.csv", os.O_RDONLY | os.O_NONBLOCK)
+    outputs.write(tmp_path / "pipe.csv", None, outputs.TABLES, {".csv": lambda path: path.write_text("dots")})
+    assert os.read(reader, 99) == b"dots" and (tmp_path / "pipe.csv").is_fifo()
+    os.close(reader)
 
 
 @pytest.mark.parametrize(

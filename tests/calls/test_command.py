@@ -377,6 +377,28 @@ def test_where_nothing_can_be_written_is_told_before_anything_is_read(
     assert capsys.readouterr().err.startswith(f"sparsurf {name}: {told}")
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "roughness over.csv -o over.csv",
+        "roughness over.csv -o link.csv",
+        "surface a.pdb -o ./a.pdb --format csv",
+        "surface a.pdb --trajectory over.csv -o over.csv",
+        "recover dots.csv --around over.csv -o over.csv",
+    ],
+)
+def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    for name in ("over.csv", "a.pdb", "dots.csv"):
+        (tmp_path / name).write_text("kept")
+    (tmp_path / "link.csv").symlink_to("over.csv")
+    assert ended(*words.split()) == 1
+    command, out = words.split()[0], words.split("-o ")[1].split()[0]
+    told = f"sparsurf {command}: {out} is a file that is read; name another one to write.\n"
+    assert capsys.readouterr().err == told
+    assert {path.read_text() for path in tmp_path.iterdir()} == {"kept"}
+
+
 def test_a_folder_that_may_not_be_written_is_told(tmp_path, monkeypatch, capsys):
     # not by its mode: root may write anywhere
     monkeypatch.setattr(

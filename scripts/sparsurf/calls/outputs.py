@@ -26,14 +26,18 @@ def check(wish, formats):
 
     Parameters
     ----------
-    wish : namespace with `output`, `format` and, of a command that has it, `mesh`
+    wish : namespace with `output`, `format` and, of a command that has them, `mesh` and the files that it reads
     formats : tuple of suffixes
     """
+    for given in (getattr(wish, key, None) for key in ("file", "trajectory", "around")):
+        there = given and os.path.isfile(wish.output) and os.path.exists(given)
+        if there and os.path.samefile(given, wish.output):
+            raise InputError(f"{wish.output} is a file that is read; name another one to write.")
     _place(wish.output, wish.format, MESHES if getattr(wish, "mesh", False) else formats)
 
 
 def _place(output, format_given, formats):
-    """Suffix that decides, whether the file is packed (named .gz), and its folder, None for standard output; see `write`."""
+    """Suffix that decides, whether the file is packed (named .gz), and its folder, None for a stream; see `write`."""
     name = str(output)
     if name != "-" and os.path.isdir(name):
         raise InputError(f"{name} is a folder; name a file.")
@@ -43,7 +47,8 @@ def _place(output, format_given, formats):
         raise InputError(
             f"{name}: this cannot be written as {suffix!r}; name a file in {', '.join(formats)}."
         )
-    folder = None if name == "-" else Path(name).absolute().parent
+    stream = name == "-" or (os.path.exists(name) and not os.path.isfile(name))  # a pipe or a device
+    folder = None if stream else Path(os.path.realpath(name)).parent
     if folder is not None and not folder.is_dir():
         raise InputError(f"{name}: there is no folder {folder}; make it first.")
     if folder is not None and not os.access(folder, os.W_OK | os.X_OK):
@@ -52,7 +57,7 @@ def _place(output, format_given, formats):
 
 
 def write(output, format_given, formats, writers):
-    """Write a result under its final name once it is whole.
+    """Write a result under its final name once it is whole; what is a link, a pipe or a device stays one.
 
     Parameters
     ----------
@@ -72,11 +77,13 @@ def write(output, format_given, formats, writers):
         if packed:
             path.write_bytes(gzip.compress(path.read_bytes(), mtime=0))
         if folder is not None:
-            os.replace(path, output)
-            return
-        with open(path, "rb") as content:
-            shutil.copyfileobj(content, sys.stdout.buffer)
-    sys.stdout.buffer.flush()
+            os.replace(path, os.path.realpath(output))
+        elif str(output) != "-":
+            Path(output).write_bytes(path.read_bytes())
+        else:
+            with open(path, "rb") as content:
+                shutil.copyfileobj(content, sys.stdout.buffer)
+            sys.stdout.buffer.flush()
 
 
 def write_dots(wish, surface, columns, shown=None, molecule=None):
