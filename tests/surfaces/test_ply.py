@@ -119,6 +119,12 @@ def test_vertices_of_other_programs_are_read(tmp_path, order):
 TEXT = made("").decode()
 
 
+@pytest.mark.parametrize("before", ["\ufeff", "\n", "\ufeff\r\n"])
+def test_a_ply_file_may_begin_with_a_byte_order_mark_or_an_empty_line(tmp_path, before):
+    (tmp_path / "a.ply").write_bytes((before + TEXT).encode())
+    assert read_surface(tmp_path / "a.ply").points.tolist() == POINTS
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [

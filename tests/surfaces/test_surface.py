@@ -187,7 +187,10 @@ def test_doubled_dots_are_removed_with_a_warning(tmp_path, caplog):
     other = LINE.replace("59.267", "58.267")
     with caplog.at_level(logging.WARNING, "sparsurf"):
         surface = read_surface(written(tmp_path, LINE + other + LINE + other.replace("SS0", "SR0")))
-    assert "2 dots" in caplog.text
+    assert (
+        "2 dots that occur twice are removed; numbers of dots count those that remain, from 0\n"
+        in caplog.text
+    )
     assert surface.points[:, 0].tolist() == [59.267, 58.267]  # the order of the file
 
 
@@ -227,6 +230,29 @@ def test_bad_csv_is_one_sentence(tmp_path, text, word):
 def test_a_csv_with_a_byte_order_mark(tmp_path):
     (tmp_path / "a.csv").write_bytes("\ufeffx,y,z,nx,ny,nz\r\n1,2,3,0,0,1\r\n".encode())
     assert read_surface(tmp_path / "a.csv").points.tolist() == [[1, 2, 3]]
+
+
+@pytest.mark.parametrize("before", ["\n", "\r\n \t\r\n", "# made by hand, twice\n\n", "\ufeff\n#\n"])
+def test_lines_before_the_header_that_tell_nothing_are_passed_over(tmp_path, before):
+    path = written(tmp_path, before + "x,y,z,nx,ny,nz\n1,2,3,0,0,1\n", "a.csv")
+    assert read_surface(path).points.tolist() == read_places(path).tolist() == [[1, 2, 3]]
+    path = written(tmp_path, before + DMS["chain"])
+    assert read_surface(path).atom.tolist() == [0, 1, 1]
+
+
+@pytest.mark.parametrize("first", ["#", "#id", "# id"])
+def test_a_header_may_begin_with_the_sign_of_a_remark(tmp_path, first):
+    path = written(tmp_path, f"# by hand\n{first},x,y, Z ,nx,ny,nz\n7,1,2,3,0,0,1\n", "a.csv")
+    assert read_surface(path).points.tolist() == read_places(path).tolist() == [[1, 2, 3]]
+
+
+@pytest.mark.parametrize("sign", [";", "\t", " ", " ; ", '";"'])
+def test_columns_without_commas_are_told(tmp_path, sign):
+    path = written(tmp_path, "X,Y,Z,nx,ny,nz\n1,2,3,0,0,1\n".replace(",", sign), "a.csv")
+    words = "a.csv has no commas in its header: put commas between columns, and points into numbers.$"
+    for read in (read_surface, read_places):
+        with pytest.raises(InputError, match=words):
+            read(path)
 
 
 def test_places_need_no_normals_and_keep_their_order(tmp_path):

@@ -90,6 +90,7 @@ def surface_of_columns(columns, path):
     columns["normals"] = np.where(far[:, None], normals / length[:, None], normals)
     _, first = np.unique(np.hstack([points, normals]), axis=0, return_index=True)
     if len(first) < len(points):
-        log.warning("%s: %d dots that occur twice are removed", path, len(points) - len(first))
+        message = "%s: %d dots that occur twice are removed; numbers of dots count those that remain, from 0"
+        log.warning(message, path, len(points) - len(first))
         columns = {name: value[np.sort(first)] for name, value in columns.items()}
     return Surface(**columns)

@@ -1,6 +1,8 @@
 """Tables of dots, as the authors of the method keep them: a CSV with x, y, z, nx, ny, nz in its header."""
 
+import codecs
 import io
+import re
 
 import numpy as np
 import pandas as pd
@@ -10,10 +12,15 @@ from sparsurf.surfaces.formats.format import Format
 from sparsurf.surfaces.surface import surface_of_columns
 from sparsurf.texts import text_of
 
+# Lines before the header that are empty or begin with #, but for a header whose first column does (#,x,y,z or #id,x,y,z).
+REMARKS = re.compile(r"(?:[ \t]*\n|#(?!.*,[ \t]*[zZ][ \t]*[,\n]).*\n)*")
+
 
 def _sniff(head):
-    """Whether the first line has a comma."""
-    return b"," in head.replace(b"\r", b"\n").split(b"\n", 1)[0]
+    """Whether the first line, but for remarks, has a comma, or names x, y and z without one."""
+    text = head.removeprefix(codecs.BOM_UTF8).decode("latin-1").replace("\r", "\n")
+    line = text[REMARKS.match(text).end() :].split("\n", 1)[0]
+    return "," in line or {"x", "y", "z"} <= set(re.split(r'[;\s"]+', line.lower()))
 
 
 def read_csv(content, path):
@@ -37,8 +44,14 @@ def read_places(content, path):
 
 def _columns(content, path, names):
     """(N, names) float64 of a table, NaN where there is no number."""
+    text = text_of(content, path)
+    text = text[REMARKS.match(text).end() :]
+    if "," not in text.split("\n", 1)[0]:
+        raise InputError(
+            f"{path} has no commas in its header: put commas between columns, and points into numbers."
+        )
     try:
-        table = pd.read_csv(io.StringIO(text_of(content, path)), skipinitialspace=True)
+        table = pd.read_csv(io.StringIO(text), skipinitialspace=True)
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise InputError(f"{path} is not a table of dots: {str(error).strip()}.") from None
     if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first values for names of the rows

@@ -1,5 +1,7 @@
 """PLY files: a mesh whose vertices are the dots, with values and colours for viewers; of any program's the vertices are read."""
 
+import codecs
+
 import numpy as np
 
 from sparsurf import InputError
@@ -186,7 +188,7 @@ def _header(text, path):
 
 
 def _sniff(head):
-    return head.startswith(b"ply")
+    return head.removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"ply")
 
 
 FORMAT = Format("PLY", (".ply",), _sniff, read_ply, write_ply)
