@@ -22,6 +22,8 @@ from sparsurf.workflow.yaml_file import read_config
 
 ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
+PART = {"--until", "-U", "--omit-from", "-O"}  # Snakemake's options that leave something out
+OF_CONFIG = {"--config", "-C", "--configfile", "--configfiles"}
 TELL = 2**30  # bytes of memory from which on a grid's need is told
 
 
@@ -36,6 +38,10 @@ def main(path_to_config="config.yaml", *options):
         if "--cluster" in options:
             at = options.index("--cluster")
             options[at : at + 2] = cluster("".join(options[at + 1 : at + 2]))
+        if given := [option for option in options if option.partition("=")[0] in OF_CONFIG]:
+            raise InputError(
+                f"{given[0]}: a study has one config file; write into {path_to_config} what is to change."
+            )
         config = checked_config(path, path_to_config, here)
         results, files = ROOT / "results" / config["run"], [path]
         if "compare" in options or (results / "compare.md").is_file():  # once compared, a run stays so
@@ -45,7 +51,9 @@ def main(path_to_config="config.yaml", *options):
             if not dry:
                 make_writable(results)
             code = snakemake(files, "--nolock", *options)
-            return code if dry else finish(files, config, results, code, begin)
+            if dry or (code == 0 and is_part(options, config, results, begin)):
+                return code
+            return finish(files, config, results, code, begin)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
@@ -99,13 +107,19 @@ def make_writable(folder):
         ) from None
 
 
+def is_part(options, config, results, begin):
+    """Whether only a part of the study was asked for; says so."""
+    part = any(option.partition("=")[0] in PART for option in options) or unfinished(config, results, begin)
+    if part:
+        where = results.relative_to(ROOT)
+        print(f"\nWhat was asked for is in {where}/; the rest of the study was not made, nor its report.")
+    return bool(part)
+
+
 def finish(files, config, results, code, begin):
     """Sum up what there is and write the report; returns the exit code."""
-    report, failed = results / "report.html", unfinished(config, results, begin)
-    if failed and code == 0:
-        where = results.relative_to(ROOT)
-        print(f"\nWhat was asked for is in {where}/; the rest of the study is not made, nor is its report.")
-        return code
+    report = results / "report.html"
+    failed = unfinished(config, results, begin) if code else {}
     places = list(places_of(config["proteins"], results))
     options = [word for each in failed.items() for word in ("--without", *each)]
     pairs = [name for name in config["pairs"] if f"pairs/{name}" not in failed]
@@ -224,11 +238,14 @@ def print_results(results, code, begin):
     """Say where to look, and what failed since `begin` with its sentence."""
     where = results.relative_to(ROOT)
     if code:
+        said = [f"- {job}: {sentence}" for job, sentence in errors(results, begin)]
+        wrong = "What went wrong:" if said else "What went wrong stands above."
         print(
-            f"\nNot everything could be made. What was made is in {where}/. What went wrong:", file=sys.stderr
+            f"\nNot everything could be made. What was made is in {where}/. {wrong}",
+            *said,
+            sep="\n",
+            file=sys.stderr,
         )
-        for job, said in errors(results, begin):
-            print(f"- {job}: {said}", file=sys.stderr)
         page = results / "index.html"
         if page.is_file() and page.stat().st_mtime >= begin:
             print(f"Of the rest, read first: {page.relative_to(ROOT)}", file=sys.stderr)

@@ -109,6 +109,7 @@ def by_hand(arguments=None):
     of_these = compared.is_file() and compared.stat().st_mtime >= since  # not of an earlier run
     inputs |= {"needed": [compared] if of_these else []}
     inputs |= {"surfaces": surfaces, "pages": [], "beside": sorted(wish.run.rglob("*.*"))}
+    inputs["beside"] = [path for path in inputs["beside"] if path.name != "report.html"]  # of an earlier run
     (wish.run / PART).unlink(missing_ok=True)  # asks Snakemake to make all three anew
     main(inputs, {key: wish.run / f"index.{key}" for key in ("md", "html")}, wish.without)
 

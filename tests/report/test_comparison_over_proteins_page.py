@@ -21,9 +21,28 @@ def test_a_spread_is_lowest_to_highest_and_tells_bounds():
 
 def test_rankings_name_where_they_do_not_hold():
     holds = {"p": pd.Series({5.0: True, 10.0: True}), "q": pd.Series({5.0: False, 10.0: True})}
-    lines = over._rankings_markdown(holds).splitlines()
+    lines = over._rankings_markdown(pd.DataFrame(holds)).splitlines()
     assert lines[2:] == ["- at 5 %: 1 of 2, not q", "- at 10 %: 2 of 2"]
-    assert "did not all take part" in over._rankings_markdown({"p": pd.Series(dtype=bool)})
+
+
+def test_what_was_not_compared_has_no_heading():
+    table = pd.DataFrame(
+        {"sampler": ["b"], "percent": [5.0], "measure": ["Z surface"], "use": ["surface"], "ratio": [0.5]}
+    )
+    table[["value", "lowest", "highest", "ratio_lowest", "ratio_highest"]] = 0.5
+    table["n_S_percent"], table["null_model"] = 5.0, 2.0
+    fewer = pd.DataFrame(
+        {"use": ["surface"], "than": ["paper"], "sampler": ["b"], "percent": [5.0], "measure": "Z surface"}
+    )
+    fewer[["factor", "lowest", "highest", "Z"]], fewer["bound"] = 2.0, ""
+    holds = {"p": pd.Series({5.0: True})}
+    for rows, rankings, headings in (
+        (fewer, holds, 2),
+        (fewer[:0], holds, 1),
+        (fewer, {"p": pd.Series(dtype=bool)}, 1),
+    ):
+        page = over.summary_markdown(table, rows, rankings, "proteins", 1)
+        assert ("## Ranking" in page) + ("## Dots needed" in page) == headings
 
 
 def test_a_page_for_a_browser_is_safe_and_has_tables():

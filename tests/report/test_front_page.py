@@ -106,6 +106,11 @@ def test_sentences_of_several_surfaces():
     said = best_sentence(three)
     assert "(1, 0, 6, 0) is best on 2 of 3 surfaces" in said
     assert "d = 2.40 to 3.00 (held out; 95 %: 2.20 to 3.30" in said
+    three.loc[0, "best_kept"] = "(1, 0, 8, 0)"
+    said = best_sentence(three)
+    place = f"{three.loc[1, 'protein']}/{three.loc[1, 'conformation']}"
+    assert f"no two surfaces have the same best; the highest d has (1, 0, 6, 0) on {place}: it keeps " in said
+    assert "d = 3.00 (held out; 95 %: 2.20 to 3.30" in said
     both = pd.concat(
         [
             enough(GRID, {"null_model": 2.0}),
@@ -255,6 +260,7 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     (run / ".front_page.html").write_text("of an earlier run")
     (run / "pairs").mkdir()
     (run / "pairs" / "pairs.md").write_text("")
+    (run / "report.html").write_text("of an earlier run")
     write_front_page.by_hand([str(run), "--without", "5", "c1/take_minimal: a <defect>."])
     page = (run / "index.md").read_text()
     assert "**1 protein could not be finished; what follows is of what was made." in page
@@ -264,7 +270,7 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     assert "(012, 7), 2,000 to 4,000 dots each" in page  # in their order, each with its own
     assert "hands out 5.0 to 10.0 % of" in page
     assert "[to turn and sample](7/c1/view.html)" in page and "(5/c1/view.html)" not in page
-    assert "- pairs.md" not in page
+    assert "- pairs.md" not in page and "report.html" not in page
     html = (run / "index.html").read_text()
     assert "<li>5: c1/take_minimal: a &lt;defect&gt;.</li>" in html
     assert not (run / ".front_page.html").exists()  # Snakemake makes the page anew as soon as all is there

@@ -111,6 +111,7 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         ("surface.method", "msms", ["surface.method is 'msms'", "analytic, dms"]),
         ("patches", 7, ["patches is 7", "must be a mapping"]),
         ("minimal.sampler", "farthst", ["minimal.sampler is 'farthst'", "did you mean 'farthest'?"]),
+        ("compare.percents", [10, 100], ["compare.percents.1 is 100, but must be less than 100"]),
         ("compare.samplers", ["uniform", "best"], ["compare.samplers.1 is 'best'", "one of paper,"]),
         ("patches.D_link", float("nan"), ["patches.D_link is nan, but must be a number"]),
         ("patches.R_patch", float("inf"), ["patches.R_patch is inf, but must be a number"]),

@@ -46,7 +46,7 @@ def checkout(tmp_path, monkeypatch):
         for work in own.done:
             work()
         code, end = own.codes.pop(0) if own.codes else 0, own.root / "results" / "mine" / "p" / ".complete"
-        if code == 0 and "--until" not in options and not end.is_file():
+        if code == 0 and options[1:2] != ("--until",) and not end.is_file():
             end.parent.mkdir(parents=True, exist_ok=True)
             end.write_text("")
         return code
@@ -172,11 +172,34 @@ def test_a_pair_that_failed_is_named_on_the_first_page(checkout, monkeypatch):
 
 
 def test_a_part_of_a_study_ends_without_a_report(checkout, capsys):
-    assert study.main(checkout.config(), "--until", "make_surface") == 0
-    assert [call[-1] for call in checkout.calls] == ["make_surface"]
-    said = capsys.readouterr()
-    assert "What was asked for is in results/mine/; the rest of the study is not made" in said.out
-    assert "Report:" not in said.out and not said.err
+    for finished in (False, True):
+        checkout.calls.clear()
+        if finished:  # before: a report would tell of old tables beside new ones
+            assert study.main(checkout.config()) == 0
+            assert "Report:" in capsys.readouterr().out
+        for options in (("--until", "make_surface"), ("--until=make_surface",), ("-O", "draw_view")):
+            checkout.calls.clear()
+            assert study.main(checkout.config(), *options) == 0
+            assert [call[-1] for call in checkout.calls] == [options[-1]]
+            said = capsys.readouterr()
+            assert "What was asked for is in results/mine/; the rest of the study was not made" in said.out
+            assert "Report:" not in said.out and not said.err
+
+
+def test_what_snakemake_alone_complains_of_stands_above(checkout, capsys):
+    checkout.codes = [1]
+    assert study.main(checkout.config(), "--no-such-option") == 1
+    assert capsys.readouterr().err.endswith(
+        "What was made is in results/mine/. What went wrong stands above.\n"
+    )
+
+
+@pytest.mark.parametrize("options", [("--config", "seed=3"), ("-C", "seed=3"), ("--configfile=b.yaml",)])
+def test_a_second_config_is_refused(checkout, capsys, options):
+    path = checkout.config()
+    assert study.main(path, *options) == 2 and not checkout.calls
+    told = f"{options[0]}: a study has one config file; write into {path} what is to change."
+    assert capsys.readouterr().err.strip() == told
 
 
 def test_a_dry_run_writes_nothing(checkout):

@@ -36,10 +36,11 @@ def summary_markdown(table, fewer, rankings, of, n_conformations):
         "## How it was measured\n",
         TWO_USES,
         note,
-        "## Ranking\n",
-        _rankings_markdown(rankings),
     ]
-    parts += ["## Dots needed for the same Z, times fewer than `uniform` and `paper` need\n"]
+    holds = pd.DataFrame(rankings)
+    parts += [] if holds.empty else ["## Ranking\n", _rankings_markdown(holds)]
+    needed = "## Dots needed for the same Z, times fewer than `uniform` and `paper` need\n"
+    parts += [needed] if len(fewer) else []
     for (use, than), rows in fewer.groupby(["use", "than"], sort=False):
         parts += [f"As {use}, than {than}:\n", matrix_markdown(_spread(rows, "", "factor"))]
     titles = {
@@ -71,10 +72,7 @@ def _spread(rows, prefix, value):
     return matrix.reindex(index=rows["sampler"].unique(), columns=rows["percent"].unique())
 
 
-def _rankings_markdown(rankings):
-    holds = pd.DataFrame(rankings)
-    if holds.empty:
-        return f"{', '.join(RANKING)} did not all take part.\n"
+def _rankings_markdown(holds):
     lines = [f"Z {' < '.join(RANKING)} under `surface` holds:\n"]
     for percent, row in holds.iterrows():
         missing = [str(name) for name in row.index[~row.astype(bool)]]

@@ -118,10 +118,16 @@ def best_sentence(surfaces):
     found = []
     for reading in readings_in(surfaces, "best_"):
         often = surfaces[f"best_{reading}"].value_counts()
-        own = surfaces[surfaces[f"best_{reading}"] == often.index[0]]
-        where = f" on {often.iloc[0]} of {len(surfaces)} surfaces" if len(surfaces) > 1 else ""
+        own, who = surfaces[surfaces[f"best_{reading}"] == often.index[0]], f"{often.index[0]} is best"
+        if often.iloc[0] == 1 < len(surfaces):
+            own = surfaces.iloc[[surfaces[f"d_held_out_{reading}"].fillna(float("-inf")).argmax()]]
+            row = own.iloc[0]
+            place, best = f"{row['protein']}/{row['conformation']}", row[f"best_{reading}"]
+            who = f"no two surfaces have the same best; the highest d has {best} on {place}"
+        elif len(surfaces) > 1:
+            who += f" on {often.iloc[0]} of {len(surfaces)} surfaces"
         found.append(
-            f"with {READINGS[reading].words} {often.index[0]} is best{where}: it keeps "
+            f"with {READINGS[reading].words} {who}: it keeps "
             f"{_span(own[f'n_S_percent_{reading}'], '{:.1f}')} % of the dots with d = "
             f"{_span(own[f'd_held_out_{reading}'], '{:z.2f}')} (held out; 95 %: "
             f"{own[f'd_held_out_low_{reading}'].min():z.2f} to {own[f'd_held_out_high_{reading}'].max():z.2f}; as selected "

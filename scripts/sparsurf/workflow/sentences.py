@@ -80,6 +80,7 @@ def _allowed(error):
         "minimum": f"{rule} or more",
         "maximum": f"{rule} or less",
         "exclusiveMinimum": f"more than {rule}",
+        "exclusiveMaximum": f"less than {rule}",
         "minLength": "a text that is not empty",
         "maxLength": f"a text of at most {rule} characters",
         "pattern": f"of the form {error.schema.get('examples', [rule])[0]}",
