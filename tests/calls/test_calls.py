@@ -400,8 +400,9 @@ def test_options_reach_the_reader(monkeypatch):
     nothing = dict.fromkeys(("chains", "residues", "selection", "model"))
     assert asked[1] == (("a.pdb", None), nothing | {"altloc": "first", "hydrogens": "keep", "ligands": False})
     assert (plain.frame, plain.probe, plain.density, plain.radii, plain.d_link) == (0, 1.4, None, "dms", 0.5)
-    with pytest.raises(InputError, match="has the frames 0 to 2: there is no frame 3"):
-        options.read_atoms(parser.parse_args(["a.pdb", "--frame", "3"]))
+    for words, name in ((["a.pdb"], "a.pdb"), (["a.psf", "--trajectory", "t.dcd"], "t.dcd")):
+        with pytest.raises(InputError, match=f"^{name} has the frames 0 to 2: there is no frame 3"):
+            options.read_atoms(parser.parse_args([*words, "--frame", "3"]))
 
 
 def test_options_reach_the_surface(monkeypatch):

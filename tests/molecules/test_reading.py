@@ -248,6 +248,23 @@ def test_of_many_models_the_first_nine_are_named(tmp_path):
         assert str(caught.value).endswith(f"has no model 99: {words}")
 
 
+def test_a_model_is_a_whole_number_and_a_chain_has_a_name(tmp_path):
+    path = write(tmp_path / "a.pdb", f"MODEL 1\n{peptide()}ENDMDL\n")
+    for model in ("1", 1.0):
+        with pytest.raises(InputError) as caught:
+            read_molecule(path, model=model)
+        assert str(caught.value) == f"model: {model!r} is not a whole number: {path} has 1."
+    assert read_molecule(path, model=np.int64(1)).n_frames == 1
+    for chains in ("", "A,", [], [" "]):
+        with pytest.raises(InputError) as caught:
+            read_molecule(path, chains=chains)
+        assert str(caught.value) == f"chains: no name or an empty one: name some of the chains of {path}, A."
+    with pytest.raises(InputError, match=r"a\.pdb has no chain B, C: its chains are A\.$"):
+        read_molecule(path, chains="A,B,C")
+    nameless = write(tmp_path / "b.pdb", peptide(chain=" "))
+    assert read_molecule(nameless, chains="").n_atoms == read_molecule(nameless).n_atoms
+
+
 def test_of_many_chains_that_lack_residues_the_first_five_are_named(tmp_path, caplog):
     chains = "ABCDEFG"
     sequences = "".join(

@@ -91,7 +91,7 @@ def read_atoms(wish):
     keys = {key: getattr(wish, key) for key in OF_MOLECULE}
     keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
     molecule = read_molecule(wish.file, wish.trajectory, **keys)
-    check_frame(molecule, wish.frame, wish.file)
+    check_frame(molecule, wish.frame, wish.trajectory or wish.file)
     return molecule
 
 

@@ -5,6 +5,7 @@ What would give a wrong surface is refused in one sentence, what is left out is 
 
 import logging
 from dataclasses import replace
+from numbers import Integral
 
 import numpy as np
 
@@ -176,8 +177,10 @@ def _models(atoms, model, path):
     if model is None:
         return tables
     numbers = [int(table.model[0]) for table in tables.values()]
+    listed = ", ".join(map(str, numbers[:9])) + (", ..." if len(numbers) > 9 else "")
+    if not isinstance(model, Integral):
+        raise InputError(f"model: {model!r} is not a whole number: {path} has {listed}.")
     if model not in numbers:
-        listed = ", ".join(map(str, numbers[:9])) + (", ..." if len(numbers) > 9 else "")
         raise InputError(f"{path} has no model {model}: it has {listed}.")
     return {numbers.index(model): tables[numbers.index(model)]}
 

@@ -78,7 +78,11 @@ def _in_chains(molecule, path, chains):
         return np.ones(len(molecule.chain), bool)
     wanted = [each.strip() for each in _texts(chains, "chains", "A,B")]
     absent = [each for each in wanted if each not in molecule.chain]
-    if absent or not wanted:
+    if not wanted or "" in absent:
+        raise InputError(
+            f"chains: no name or an empty one: name some of the chains of {path}, {_chains(molecule)}."
+        )
+    if absent:
         raise InputError(f"{path} has no chain {', '.join(absent)}: its chains are {_chains(molecule)}.")
     return np.isin(molecule.chain, wanted)
 
