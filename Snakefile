@@ -1,6 +1,5 @@
-# Trajectory or structure or surface -> frames -> surface -> roughness -> grid -> tables, figures, report.
-# Read from top to bottom in the order the data flow. What only some studies ask for is included at its place, from a file
-# called like its key of the config. Every key: config.yaml.
+# Trajectory or structure or surface -> frames -> surface -> roughness -> grid -> tables, figures, report, in this order.
+# What only some studies ask for is included at its place, from a file called like its key of the config (config.yaml).
 
 import sys
 from functools import partial
@@ -402,7 +401,6 @@ include: "compare.smk"
 include: "ensemble.smk"
 
 
-# All conformations and proteins together
 rule summarise_run:
     input:
         results=files.every(
@@ -456,7 +454,6 @@ if "paper" in config:  # the name of the protein that is the paper's A1
             "scripts/reproduce_paper.py"
 
 
-# The page that leads to all of it
 rule write_front_page:
     input:
         surfaces=f"{RUN}/surfaces.csv",
