@@ -84,9 +84,8 @@ def run(wish):
     n = len(points)
     kept = np.concatenate([np.ones(len(few), int), np.zeros(n - len(few), int)])
     dense = Surface(points, normals)
-    if (
-        wish.format or wish.output.removesuffix(".gz").rpartition(".")[2]
-    ).lower() == "dms":  # has no empty places
+    suffix = wish.format or wish.output.removesuffix(".gz").rpartition(".")[2]
+    if suffix.lower() == "dms":  # a format without empty places
         dense = Surface(points, normals, np.full(n, area_of(dense)[0] / n), np.zeros(n), np.zeros(n))
     nobody = SimpleNamespace(residue_name=["DOT"], residue=["1"], name=["DOT"], xyz=points[None, :1])
     outputs.write_dots(SimpleNamespace(**vars(wish) | {"frame": 0}), dense, {"kept": kept}, "kept", nobody)
