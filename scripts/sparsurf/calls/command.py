@@ -23,7 +23,8 @@ FAILED, INTERRUPTED = 1, 130  # exit codes; argparse ends with 2 where it does n
 EPILOG = """\
 FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or, but for `surface`, a file of dots (DMS, CSV with
 x,y,z,nx,ny,nz, PLY, or npz). Lengths are in Å. Results go to the file named by -o, in the format of its suffix, or to
-standard output with `-o -`. What went wrong is one sentence on standard error.
+standard output with `-o -`; npz and DMS alone keep the area, kind and atom of every dot for reading. What went wrong
+is one sentence on standard error.
 
 exit codes: 0 done, 1 the sentence tells what was wrong with a file, 2 the command line was not understood
 

@@ -11,7 +11,7 @@ from sparsurf.threads import available_cores
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave) and atom (its index among the
 atoms taken, from 0). With --mesh, triangles of the surface come instead: the corners lie on it, every edge belongs to two of
-them, and they are as fine as --density says.
+them, and they are as fine as --density says, with steps of half the probe's radius at most.
 
 examples:
   sparsurf surface protein.pdb -o dots.ply
