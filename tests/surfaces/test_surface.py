@@ -246,6 +246,13 @@ def test_a_header_may_begin_with_the_sign_of_a_remark(tmp_path, first):
     assert read_surface(path).points.tolist() == read_places(path).tolist() == [[1, 2, 3]]
 
 
+def test_what_numpy_saves_is_read(tmp_path):
+    rows = [[1, 2, 3, 0, 0, 1], [4, 5, 6, 0, 1, 0]]
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header="x,y,z,nx,ny,nz")
+    found = read_surface(tmp_path / "a.csv")
+    assert np.hstack([found.points, found.normals]).tolist() == rows
+
+
 @pytest.mark.parametrize("sign", [";", "\t", " ", " ; ", '";"'])
 def test_columns_without_commas_are_told(tmp_path, sign):
     path = written(tmp_path, "X,Y,Z,nx,ny,nz\n1,2,3,0,0,1\n".replace(",", sign), "a.csv")
