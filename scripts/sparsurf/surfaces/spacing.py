@@ -75,6 +75,6 @@ def refuse_sparse(points, d_link, name):
     if d_link < SPARSE * gap:
         raise InputError(
             f"{name}: D_link = {d_link:g} Å is below {SPARSE} times the median distance between neighbouring dots "
-            f"({gap:.3f} Å), so every patch would fall apart; use a denser surface (`sparsurf recover` makes one of a "
-            "subset) or a larger D_link."
+            f"({gap:.3f} Å), so every patch would fall apart; use a denser surface (of a structure, leave out its density; "
+            "of a subset, `sparsurf recover` makes one) or a larger D_link."
         )
