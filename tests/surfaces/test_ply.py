@@ -198,11 +198,17 @@ def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
         write_ply(tmp_path / "a.ply", surface, np.ones(2))
 
 
-def test_many_dots_have_no_triangles(tmp_path, small, monkeypatch):
+def test_many_dots_have_no_triangles(tmp_path, small, monkeypatch, caplog):
+    write_ply(tmp_path / "a.ply", small)
+    assert not caplog.text
     monkeypatch.setattr("sparsurf.surfaces.formats.ply.MANY_DOTS", len(small) - 1)
     write_ply(tmp_path / "a.ply", small)
     vertices, faces = read_ply(tmp_path / "a.ply")
     assert len(vertices["x"]) == len(small) and len(faces) == 0
+    assert f"{len(small)} dots are too many for triangles between them" in caplog.text
+    caplog.clear()
+    write_ply(tmp_path / "a.ply", small, mesh=False)
+    assert not caplog.text
 
 
 # ---- the triangles

@@ -1,12 +1,15 @@
 """PLY files: a mesh whose vertices are the dots, with values and colours for viewers; of any program's the vertices are read."""
 
 import codecs
+import logging
 
 import numpy as np
 
 from sparsurf import InputError
 from sparsurf.surfaces.formats.format import Format
 from sparsurf.surfaces.surface import surface_of_columns
+
+log = logging.getLogger("sparsurf")
 
 KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
 AXES, CHANNELS = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
@@ -46,7 +49,10 @@ def write_ply(path, surface, values=None, name="roughness", columns=None, mesh=T
         if len(column) != len(surface):
             raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
     if faces is None:
-        faces = triangles(surface) if mesh and len(surface) <= MANY_DOTS else np.empty((0, 3), int)
+        few = len(surface) <= MANY_DOTS
+        if mesh and not few:
+            log.warning("%d dots are too many for triangles between them: the PLY has none", len(surface))
+        faces = triangles(surface) if mesh and few else np.empty((0, 3), int)
     colours = KIND_COLOURS[surface.kind] if values is None else _viridis(values)
     table = {
         axis: column
