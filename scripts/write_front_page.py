@@ -108,8 +108,9 @@ def by_hand(arguments=None):
     since = max(path.stat().st_mtime for path in map(Path, inputs["grid"]))
     of_these = compared.is_file() and compared.stat().st_mtime >= since  # not of an earlier run
     inputs |= {"needed": [compared] if of_these else []}
-    inputs |= {"surfaces": surfaces, "pages": [], "beside": sorted(wish.run.rglob("*.*"))}
-    inputs["beside"] = [path for path in inputs["beside"] if path.name != "report.html"]  # of an earlier run
+    # the report is of an earlier run
+    beside = [path for path in sorted(wish.run.rglob("*.*")) if path.name != "report.html"]
+    inputs |= {"surfaces": surfaces, "pages": [], "beside": beside}
     (wish.run / PART).unlink(missing_ok=True)  # asks Snakemake to make all three anew
     main(inputs, {key: wish.run / f"index.{key}" for key in ("md", "html")}, wish.without)
 

@@ -58,18 +58,24 @@ def arrays(given, name):
     try:
         found = [np.asarray(each, dtype=float) for each in given]
     except (TypeError, ValueError):
-        found = [np.float64(0)]
-    if any(each.ndim == 0 for each in found):
+        found = None
+    if found is None or any(each.ndim == 0 for each in found):
         raise InputError(f"{name}: the arrays hold something else than numbers, or rows of unequal length.")
     return found
 
 
-def as_array(given, name):
-    """An array of what is given; raises InputError where its rows, called `name`, have unequal lengths."""
+def as_array(given, n_dots, name):
+    """An array of what is given, the numbers of dots where it is a mask of all `n_dots`.
+
+    Raises
+    ------
+    InputError : rows, called `name`, of unequal lengths
+    """
     try:
-        return np.asarray(given)
+        found = np.asarray(given)
     except ValueError:
         raise InputError(f"{name}: one array is asked for, not several of unequal length.") from None
+    return np.flatnonzero(found) if found.dtype == bool and found.shape == (n_dots,) else found
 
 
 def check_frame(molecule, frame, name):

@@ -92,8 +92,7 @@ def _places(index, at):
     points, n = index.xyz[index.position], len(index.dot)
     if at is None:
         return points
-    at = as_array(at, "at")
-    at = np.flatnonzero(at) if at.dtype == bool and at.shape == (n,) else at
+    at = as_array(at, n, "at")
     if at.ndim == 2 and at.shape[1] == 3:
         if at.dtype.kind not in "iuf" or not np.isfinite(at).all():
             raise InputError("at: some of the places are no numbers; leave them out.")

@@ -172,9 +172,7 @@ def _combination(given):
 
 def _dots(name, subset, n_dots):
     """(n,) int64, after a check that they are dots of the surface, each once."""
-    subset = as_array(subset, name)
-    if subset.dtype == bool and subset.shape == (n_dots,):
-        subset = np.flatnonzero(subset)
+    subset = as_array(subset, n_dots, name)
     sound = subset.ndim == 1 and subset.dtype.kind in "iu" and len(subset)
     if not (sound and subset.min() >= 0 and subset.max() < n_dots and len(np.unique(subset)) == len(subset)):
         raise InputError(f"{name}: a subset is numbers from 0 to {n_dots - 1}, each once, at least one.")
