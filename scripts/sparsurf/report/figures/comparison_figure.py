@@ -104,12 +104,12 @@ def _panel(ax, table, measure, lines):
     if of_z:
         ax.axhline(part["null_model"].mean(), color=GREY, linewidth=0.6, linestyle="--", zorder=1)
         if "fresh_dots" in part:
-            ax.axhline(part["fresh_dots"].mean(), color=GREY, linewidth=0.6, linestyle="-.", zorder=1)
+            fresh = part["fresh_dots"].mean()
+            ax.axhline(fresh, color=GREY, linewidth=0.6, linestyle="-.", zorder=1)
+            if measure == "Z surface":
+                _name(ax, f"fresh dots of the surface: {fresh:.2f}", fresh, above=False)
     if measure == "Z kept":
         _explain(ax, part)
-    if measure == "Z surface" and "fresh_dots" in part:
-        fresh = part["fresh_dots"].mean()
-        _name(ax, f"fresh dots of the surface: {fresh:.2f}", fresh, above=False)
 
 
 def _explain(ax, part):

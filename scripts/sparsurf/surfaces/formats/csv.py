@@ -58,9 +58,8 @@ def _columns(content, path, names):
         raise InputError(
             f"{path}: its rows have more values than its header has names; name every column, and end no row with a comma."
         )
-    table.columns = [
-        str(name).removeprefix("# ").strip().lower() for name in table.columns
-    ]  # "# x": numpy's savetxt
+    # numpy's savetxt names the first column "# x"
+    table.columns = [str(name).removeprefix("# ").strip().lower() for name in table.columns]
     wrong = [name for name in names if list(table.columns).count(name) != 1]
     if wrong:
         raise InputError(f"{path} needs one column {wrong[0]}; its header must name {', '.join(names)}.")
