@@ -24,6 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
 PART = {"--until", "-U", "--omit-from", "-O"}  # Snakemake's options that leave something out
 OF_CONFIG = {"--config", "-C", "--configfile", "--configfiles"}
+NOT_FINISHED = "not finished"
 TELL = 2**30  # bytes of memory from which on a grid's need is told
 
 
@@ -155,11 +156,15 @@ def places_of(proteins, results):
 def unfinished(config, results, begin):
     """Proteins and pairs (`pairs/<name>`) that have no end, or failed since `begin`, with what their logs say."""
     wanted = [*config["proteins"], *(f"pairs/{name}" for name in config["pairs"])]
-    failed = {name: "not finished" for name in wanted if not (results / name / ".complete").is_file()}
+    failed = {name: NOT_FINISHED for name in wanted if not (results / name / ".complete").is_file()}
     for job, said in errors(results, begin):
         for name in wanted:
             if Path(name) in job.parents:
                 failed[name] = f"{job.relative_to(name)}: {said}"
+    for name, pair in config["pairs"].items():
+        lacking = [partner for partner in pair.get("proteins", []) if partner in failed]
+        if lacking and failed.get(f"pairs/{name}") == NOT_FINISHED:
+            failed[f"pairs/{name}"] = f"{NOT_FINISHED}, as {' and '.join(lacking)} could not be made"
     return failed
 
 

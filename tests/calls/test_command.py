@@ -42,6 +42,7 @@ def folder(tmp_path_factory):
     table = np.hstack([dots.points, dots.normals])
     table = pd.DataFrame(table, columns=["x", "y", "z", "nx", "ny", "nz"])
     table.to_csv(place / "dots.csv", index=False)
+    table.head(1).to_csv(place / "one.csv", index=False)
     table.iloc[sparsurf.sample(dots, 0.1)].to_csv(place / "minimal.csv", index=False)
     return place
 
@@ -340,6 +341,11 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             ["recommend", "--roughness", "0.6", "--chains", "A"],
             1,
             "recommend: --chains has no meaning for a mean roughness; leave it out.",
+        ),
+        (
+            ["recommend", "one.csv"],
+            1,
+            "recommend: one.csv has a single dot, which has no roughness: give a surface.",
         ),
         (["recommend", "dots.csv", "--d-link", "0.7"], 2, "unrecognized arguments: --d-link 0.7"),
     ],

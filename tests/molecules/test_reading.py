@@ -236,6 +236,27 @@ def test_atoms_in_one_place_are_refused_in_any_model_but_one_atom_has_but_one(tm
     assert read_molecule(write(tmp_path / "b.pdb", zinc), selection="all").n_atoms == 1
 
 
+def test_lengths_in_nm_are_refused_but_atoms_that_touch_are_not(tmp_path):
+    """Bonds are told apart from nm by half of the shortest: atoms 0.51 Å apart pass, atoms 0.49 Å apart do not."""
+
+    def apart(gap):
+        """A hundred atoms that lie far apart, then pairs."""
+        pairs = [(k // 2 * 3, gap * (k % 2) if k > 100 else 9 * (k % 2), 0) for k in range(250)]
+        lines = [
+            atom_line("ZN", " ZN", residue=str(k), place=place, element="ZN") for k, place in enumerate(pairs)
+        ]
+        return write(tmp_path / "a.pdb", "".join(lines))
+
+    message = (
+        r"a\.pdb has atoms 0\.15 Å apart, where bonds are 1 Å and more: give lengths in Å \(nm times 10\)\.$"
+    )
+    with pytest.raises(InputError, match=message):
+        read_molecule(apart(0.15), selection="all")
+    with pytest.raises(InputError, match=r"0\.49 Å apart"):
+        read_molecule(apart(0.49), selection="all")
+    assert read_molecule(apart(0.51), selection="all").n_atoms == 250
+
+
 def test_of_many_models_the_first_nine_are_named(tmp_path):
     path = tmp_path / "a.pdb"
     for n, words in (

@@ -142,6 +142,30 @@ def test_the_first_page_stays_where_every_protein_has_its_end(checkout, monkeypa
     assert study.unfinished({"proteins": {"p": {}}, "pairs": {}}, results, 0) == {"p": "not finished"}
 
 
+def test_of_a_pair_without_its_partner_the_partner_is_named(tmp_path):
+    for done in ("b", "pairs/made"):
+        (tmp_path / done).mkdir(parents=True)
+        (tmp_path / done / ".complete").write_text("")
+    (tmp_path / "logs" / "pairs" / "own").mkdir(parents=True)
+    (tmp_path / "logs" / "pairs" / "own" / "draw_pair.log").write_text("ERROR too far.\n")
+    pairs = {name: {"proteins": ["a", "b"]} for name in ("lost", "made", "own")}
+    pairs |= {
+        "both": {"proteins": ["c", "a"]},
+        "files": {"files": ["a", "b"]},
+        "here": {"proteins": ["b", "b"]},
+    }
+    found = study.unfinished({"proteins": {"a": {}, "b": {}, "c": {}}, "pairs": pairs}, tmp_path, 0)
+    assert found == {
+        "a": "not finished",
+        "c": "not finished",
+        "pairs/lost": "not finished, as a could not be made",
+        "pairs/own": "draw_pair: too far.",
+        "pairs/both": "not finished, as c and a could not be made",
+        "pairs/files": "not finished",
+        "pairs/here": "not finished",
+    }
+
+
 def test_a_pair_that_failed_is_named_on_the_first_page(checkout, monkeypatch):
     summed = []
     monkeypatch.setattr(study, "called", lambda *command: summed.append([*map(str, command[1:])]) or 0)

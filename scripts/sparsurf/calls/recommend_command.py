@@ -6,6 +6,7 @@ relation.csv, surfaces.csv of results/<run>).
 
 from pathlib import Path
 
+from sparsurf import InputError
 from sparsurf.calls import options
 from sparsurf.calls.inputs import is_structure
 from sparsurf.calls.limits import PERCENT, Limits
@@ -63,6 +64,8 @@ def run(wish):
         if bare:
             wish.hydrogens = "remove"
         dots, _ = options.read_dots(wish)
+        if len(dots) == 1:
+            raise InputError(f"{wish.file} has a single dot, which has no roughness: give a surface.")
         mean_roughness = roughness(dots, radius=rules["R_patch"], d_link=rules["D_link"]).mean()
         note = spacing_note(spacing(dots.points), evidence["surfaces"]["spacing"])
         asked = f" ({round(wish.n_s / 100 * len(dots))} of the {len(dots)} dots of {wish.file}{WITHOUT if bare else ''})"

@@ -48,6 +48,8 @@ log = logging.getLogger("sparsurf")
 
 READERS = dict.fromkeys(PDB, read_pdb) | dict.fromkeys(MMCIF, read_mmcif)
 FARTHEST = 1e5  # Å; no molecule is there, a damaged number is
+CROWDED = 0.5  # Å; half of the shortest bond, and more than any bond in nm
+SAMPLE = 100  # atoms whose nearest neighbours tell the unit
 # A protein whose residues hold less than this share of their heavy atoms is a model of its backbone: C-alpha
 # atoms alone are 13 %, backbone with C-beta 62 %; the sparsest crystal structure of the reference data has 97 %.
 LEAST_HEAVY_ATOMS = 0.7
@@ -278,8 +280,16 @@ def _check_coordinates(xyz, path):
             f"{path} has coordinates that are no numbers or beyond {FARTHEST:.0e} Å in frame {bad.argmax()}: "
             "repair or copy it again."
         )
-    if xyz.shape[1] > 1 and (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
+    if xyz.shape[1] == 1:
+        return
+    if (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
         raise InputError(f"{path} has all atoms in one place: give a file with coordinates.")
+    some = xyz[0, :: -(-xyz.shape[1] // SAMPLE)]
+    gap = np.median([np.sort(np.linalg.norm(xyz[0] - each, axis=1))[1] for each in some])
+    if 0 < gap < CROWDED:
+        raise InputError(
+            f"{path} has atoms {gap:.2f} Å apart, where bonds are 1 Å and more: give lengths in Å (nm times 10)."
+        )
 
 
 def _report_missing(molecule, missing, path):

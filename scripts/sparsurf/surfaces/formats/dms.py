@@ -1,6 +1,5 @@
 """DMS files: what UCSF's program DMS writes with its option -n."""
 
-import gzip
 import re
 
 import numpy as np
@@ -59,7 +58,7 @@ def _floats(words):
 
 
 def write_dms(path, surface, residue_names, residue_labels, atom_names, xyz):
-    """Write a DMS file with normals, each atom followed by its dots; packed if the name ends in .gz.
+    """Write a DMS file with normals, each atom followed by its dots.
 
     Parameters
     ----------
@@ -89,9 +88,8 @@ def write_dms(path, surface, residue_names, residue_labels, atom_names, xyz):
             (x, y, z), (u, v, w), area = surface.points[n], surface.normals[n], np.nan_to_num(surface.area[n])
             place = f"{x:{width}.3f}{y:9.3f}{z:9.3f}"
             lines.append(f"{head}{place} {TYPES[surface.kind[n]]} {area:6.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n")
-    content = "".join(lines).encode("ascii", "replace")
     with open(path, "wb") as stream:
-        stream.write(gzip.compress(content, mtime=0) if str(path).endswith(".gz") else content)
+        stream.write("".join(lines).encode("ascii", "replace"))
 
 
 FORMAT = Format("DMS", (".dms",), _sniff, read_dms, write_dms)
