@@ -57,10 +57,8 @@ def main(inputs, outputs, without=()):
         best = json.loads(Path(path).read_text(encoding="utf-8"))
         reading = TEXT if TEXT in best else next(name for name in best if f"d_{name}" in grid)
         sticks = best["yardsticks"]
-        wanted = {"null_model": sticks["null_model"]} | {
-            words: z for words, z in sticks.get("floors", {}).items() if words in YARDSTICKS
-        }
-        own = enough(grid, wanted, reading)
+        floors = {name: z for name, z in sticks.get("floors", {}).items() if name in YARDSTICKS}
+        own = enough(grid, sticks["null_model"], floors, reading)
         found.append(own.assign(protein=place[0], conformation=place[1]))
     held, beside = (
         [str(Path(path).relative_to(folder)) for path in inputs[key]] for key in ("pages", "beside")

@@ -56,14 +56,12 @@ def reached(percent=5.0):
 
 
 def test_enough_is_the_smallest_n_s_surely_below_the_yardstick():
-    table = enough(GRID, {"null_model": 2.0, "better": 0.4}).set_index(["sampler", "yardstick"])[
-        "n_S_percent"
-    ]
+    table = enough(GRID, 2.0, {"better": 0.4}).set_index(["sampler", "yardstick"])["n_S_percent"]
     assert table["uniform", "null_model"] == 20  # the interval of 1.5 reaches above 2
     assert table["paper", "null_model"] == 40  # so does that of 1.9
     assert table.isna().tolist() == [False, True, False, True]
-    assert not enough(GRID, {"null_model": 2.0})["smallest"].any()
-    assert enough(GRID, {"null_model": 9.0})["smallest"].all()
+    assert not enough(GRID, 2.0, {})["smallest"].any()
+    assert enough(GRID, 9.0, {})["smallest"].all()
 
 
 def test_sentences_of_one_surface():
@@ -75,9 +73,14 @@ def test_sentences_of_one_surface():
         in said
     )
     assert "d = -0.20 (held out; 95 %: -0.40 to 0.00" in said
-    found = enough_sentence(enough(GRID, {"null_model": 2.0}))
+    found = enough_sentence(enough(GRID, 2.0, {}))
     assert "below 2.00," in found and "from 20 % of the dots on with a uniform draw and" in found
-    assert "and from 40 % of the dots on with the best combination of the paper's sampling." in found
+    near = enough_sentence(enough(GRID, 2.0, {"turned": 1.7}))
+    assert "; Z comes within a tenth of 1.70, what turning the molecule costs, from " in near
+    assert (
+        "and from 40 % of the dots on with whichever combination of the paper's sampling needs the fewest."
+        in found
+    )
 
 
 def test_the_reading_of_recovered_surfaces_is_told_where_it_was_studied():
@@ -87,7 +90,7 @@ def test_the_reading_of_recovered_surfaces_is_told_where_it_was_studied():
     page = front_page(
         "run",
         surfaces(more=[("recovered", 0.5)]),
-        enough(GRID, {"null_model": 2.0}),
+        enough(GRID, 2.0, {}),
         reached(),
         handed_out(),
         None,
@@ -113,21 +116,21 @@ def test_sentences_of_several_surfaces():
     assert "d = 3.00 (held out; 95 %: 2.20 to 3.30" in said
     both = pd.concat(
         [
-            enough(GRID, {"null_model": 2.0}),
-            enough(GRID.assign(n_S_percent=[9, 12, 30, 50]), {"null_model": 2.0}),
+            enough(GRID, 2.0, {}),
+            enough(GRID.assign(n_S_percent=[9, 12, 30, 50]), 2.0, {}),
         ]
     )
     assert "from 25 % (20 to 30 %) of the dots on with a uniform draw" in enough_sentence(both)
     alike = pd.concat(
         [
-            enough(GRID, {"null_model": 2.0}),
-            enough(GRID.assign(n_S_percent=[5, 10, 20.4, 40]), {"null_model": 2.0}),
+            enough(GRID, 2.0, {}),
+            enough(GRID.assign(n_S_percent=[5, 10, 20.4, 40]), 2.0, {}),
         ]
     )
     assert "from 20 % of the dots on with a uniform draw" in enough_sentence(alike)
-    smallest = pd.concat([enough(GRID, {"null_model": 9.0}), enough(GRID, {"null_model": 2.0})])
+    smallest = pd.concat([enough(GRID, 9.0, {}), enough(GRID, 2.0, {})])
     assert "the smallest n_S of the grid" not in enough_sentence(smallest)
-    never = pd.concat([enough(GRID, {"null_model": 2.0}), enough(GRID, {"null_model": 0.1})])
+    never = pd.concat([enough(GRID, 2.0, {}), enough(GRID, 0.1, {})])
     assert "at no n_S of the grid on 1 of 2 surfaces" in enough_sentence(never)
     assert "at no n_S of the grid with a uniform" in enough_sentence(never[never["n_S_percent"].isna()])
 
@@ -136,9 +139,9 @@ def test_the_share_of_dots_that_gives_the_surface_back():
     said = recovered_sentence(reached(), surfaces(), handed_out(1, 88))
     assert (
         "From 5 % of the dots on (by the steps of enough.csv), taken by the sampler poisson, the surface is recovered to "
-        "within what other dots" in said
+        "within a tenth of what other dots" in said
     )
-    assert "(Z 0.58 beside 0.53, alike within the error; the dots as they are need 80 %)" in said
+    assert "(Z 0.58 beside 0.53; the dots as they are need 80 %)" in said
     assert "As the config's `minimal` asks, `minimal.csv` hands out 4.4 % of the dots." in said
     both = pd.concat([reached(), reached(7.0)])
     said = recovered_sentence(both, surfaces(2), handed_out(2, [88, 2000]))
@@ -187,7 +190,7 @@ def test_samplers_that_were_compared_without_the_uniform_one():
 
 def test_a_comparison_of_some_surfaces_is_told():
     def page(links):
-        rows = enough(GRID, {"null_model": 2.0})
+        rows = enough(GRID, 2.0, {})
         return front_page("run", surfaces(2), rows, reached(), handed_out(2), None, links)
 
     assert "were not compared in this run" in page(LINKS)
@@ -198,9 +201,7 @@ def test_a_comparison_of_some_surfaces_is_told():
 
 @pytest.mark.parametrize("n", [1, 25])
 def test_the_page_begins_with_the_answer(n):
-    page = front_page(
-        "run", surfaces(n), enough(GRID, {"null_model": 2.0}), reached(), handed_out(n), None, LINKS
-    )
+    page = front_page("run", surfaces(n), enough(GRID, 2.0, {}), reached(), handed_out(n), None, LINKS)
     answer = page.index("## The answer")
     assert answer < 200 + page.index("# Results") and answer < page.index("| protein")
     assert len(re.findall(r"^\d\. ", page, re.M)) == 3

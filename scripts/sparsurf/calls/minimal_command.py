@@ -23,7 +23,7 @@ from sparsurf.surfaces.surface import Surface
 
 EXAMPLES = """\
 Without --percent, --dots or --z as few dots are kept as give the surface back: described from the surface recovered from
-them, patches differ no more than from other dots of the same surface, within the error (as `minimal: {floor: fresh dots}` of
+them, patches differ no more than from other dots of the same surface, within a tenth (as `minimal: {floor: fresh dots}` of
 a study does). `sparsurf recover` makes that surface. Of a structure, the other dots are laid on its atoms anew; of a file
 of dots, they come from the surface that all of these give back and differ less, so that more dots are kept.
 
@@ -95,7 +95,7 @@ def run(wish):
 
 
 def _as_few_as_suffice(wish, ready, molecule):
-    """The smallest subset whose recovered Z reaches that of fresh dots; of a structure, these lie on its own atoms."""
+    """The smallest subset whose recovered Z is within a tenth of that of fresh dots; of a structure, these lie on its atoms."""
     own = {}
     if molecule is not None:
         sizes = radii(molecule, wish.radii)
@@ -111,6 +111,6 @@ def _as_few_as_suffice(wish, ready, molecule):
     dots = smallest(ready, wish.sampler, found, FRESH, enough, n_tests, settled=wish.settle)
     options.say(
         f"{len(dots)} dots suffice: the surface recovered from them has the Z of other dots of the same surface, "
-        f"{found.set_index('floor').loc[FRESH, 'Z']:.2f}, within the error"
+        f"{found.set_index('floor').loc[FRESH, 'Z']:.2f}, within a tenth"
     )
     return dots

@@ -5,14 +5,18 @@ import pandas as pd
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import READINGS, RECOVERED, readings_in
 from sparsurf.report.pages import markdown
+from sparsurf.study.enough import NULL_MODEL
 
 FRESH = "fresh dots"
 YARDSTICKS = {
-    "null_model": "what the mean of all patches in place of every patch costs",
+    NULL_MODEL: "what the mean of all patches in place of every patch costs",
     FRESH: "what other dots of the same surface cost",
     "turned": "what turning the molecule costs",
 }
-SAMPLERS = {"uniform": "with a uniform draw", "paper": "with the best combination of the paper's sampling"}
+SAMPLERS = {
+    "uniform": "with a uniform draw",
+    "paper": "with whichever combination of the paper's sampling needs the fewest",
+}
 AT = 10  # % of the dots, at which samplers are compared
 # What bounds a factor bounds its inverse the other way
 OTHER_WAY = {"more than ": "less than ", "less than ": "more than "}
@@ -142,7 +146,8 @@ def enough_sentence(enough):
     for name, rows in enough.groupby("yardstick", sort=False):
         words = [f"{_from(own)} {SAMPLERS[sampler]}" for sampler, own in rows.groupby("sampler", sort=False)]
         z = _span(rows["Z"], "{:z.2f}")
-        found.append(f"Z falls below {z}, {YARDSTICKS.get(name, name)}, {' and '.join(words)}")
+        comes = "falls below" if name == NULL_MODEL else "comes within a tenth of"
+        found.append(f"Z {comes} {z}, {YARDSTICKS.get(name, name)}, {' and '.join(words)}")
     reading = READINGS[enough["islands"].iloc[0]].words
     return f"How many dots are enough, {reading}: {'; '.join(found)}."
 
@@ -167,8 +172,8 @@ def recovered_sentence(reached, surfaces, handed_out):
     return (
         f"From {_span(back['n_S_percent'].round(1), '{:.3g}')} % of the dots on (by the steps of enough.csv), taken by the "
         f"sampler {back['sampler'].iloc[0]}, "
-        f"the surface is recovered to within {YARDSTICKS[FRESH]} (Z {_span(back['Z'], '{:z.2f}')} beside "
-        f"{_span(back['Z_floor'], '{:z.2f}')}, alike within the error; the dots as they are need "
+        f"the surface is recovered to within a tenth of {YARDSTICKS[FRESH]} (Z {_span(back['Z'], '{:z.2f}')} beside "
+        f"{_span(back['Z_floor'], '{:z.2f}')}; the dots as they are need "
         f"{_span(as_they_are['n_S_percent'], '{:.3g}')} %). As the config's `minimal` asks, "
         f"`minimal.csv` hands out {_span(pd.Series(share), '{:.1f}')} % of the dots."
     )

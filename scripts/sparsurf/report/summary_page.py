@@ -31,7 +31,7 @@ def enough_markdown(surfaces):
     if not rows:
         return []
     words = (
-        "Smallest n_S, % of the dots, whose Z reaches each noise floor within its error: median of the surfaces (smallest "
+        "Smallest n_S, % of the dots, whose Z comes within a tenth of each noise floor: median of the surfaces (smallest "
         "to largest). As they are: the kept dots alone; recovered: the surface that they give back.\n"
     )
     return ["# How many dots are enough\n", words, markdown(pd.DataFrame(rows))]

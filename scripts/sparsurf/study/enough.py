@@ -1,22 +1,27 @@
-"""How many dots are enough: the smallest n_S whose Z stays below a yardstick."""
+"""How many dots are enough: the smallest n_S whose Z comes down to a yardstick."""
 
 import numpy as np
 import pandas as pd
 
 from sparsurf.patches.readings import TEXT
+from sparsurf.study.floors import CLOSE
 
 COLUMNS = {"uniform": "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
+NULL_MODEL = "null_model"
 PREFIX = "enough_"  # of the columns of surfaces.csv
 
 
-def enough(grid, yardsticks, reading=TEXT):
-    """The smallest n_S of the grid whose Z lies below each yardstick by its 95 % interval.
+def enough(grid, null_model, floors, reading=TEXT):
+    """The smallest n_S of the grid whose Z lies below the null model by its 95 % interval, or within a tenth of each floor.
+
+    Floors are measured at the same test dots, whose error they share; the null model is measured at none of them.
 
     Parameters
     ----------
     grid : DataFrame
         See `tables.grid_table`.
-    yardsticks : dict of name to Z
+    null_model : float, Z
+    floors : dict of name to Z
     reading : str
 
     Returns
@@ -28,8 +33,10 @@ def enough(grid, yardsticks, reading=TEXT):
     percent = grid["n_S_percent"].to_numpy(float)
     for sampler, column in COLUMNS.items():
         highest = grid[f"{column}_high_{reading}"].fillna(grid[f"{column}_{reading}"]).to_numpy()
-        for name, value in yardsticks.items():
-            least = np.min(percent[highest < value], initial=np.inf)
+        mean = grid[f"{column}_{reading}"].to_numpy()
+        for name, value in {NULL_MODEL: null_model, **floors}.items():
+            reached = highest < value if name == NULL_MODEL else mean <= CLOSE * value
+            least = np.min(percent[reached], initial=np.inf)
             found = least if np.isfinite(least) else np.nan
             rows.append((reading, sampler, name, value, found, bool(least == percent.min())))
     return pd.DataFrame(rows, columns=["islands", "sampler", "yardstick", "Z", "n_S_percent", "smallest"])

@@ -14,6 +14,7 @@ from sparsurf.recovery.recovering import recover
 from sparsurf.study.statistics import estimate
 
 DRAWS = 3
+CLOSE = 1.1  # a Z within a tenth of a floor counts as the floor: surfaces that are recovered level off there
 MOVED = (0.1, 0.3)  # Å, rms displacement of the atoms: a good and a fair crystal structure
 APART = (1.0, 20.0, 100.0)  # ps between two frames
 FRESH = "fresh dots"

@@ -11,20 +11,19 @@ from sparsurf.recovery.readings import RECOVERED, recovered
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.published import OF_PAPER
 from sparsurf.sampling.samplers import named
-from sparsurf.study.statistics import mean_and_error
+from sparsurf.study.floors import CLOSE
 
 log = logging.getLogger("sparsurf")
 
-PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80)  # of the dots
+PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)  # of the dots
 FEWEST = 12  # dots; fewer hold no surface that could be recovered
-WITHIN = 1.96  # standard errors of a difference
 HALVINGS = 3  # of the step between two percents, for the subset that is handed out
 
 
 def enough_dots(
     evaluator, sampler, floors, n_tests, choices=OF_PAPER, readings=(TEXT, RECOVERED), settled=False
 ):
-    """The smallest n_S of a sampler whose Z cannot be told from each floor, or lies below it.
+    """The smallest n_S of a sampler whose Z is at most `floors.CLOSE` times each floor.
 
     Parameters
     ----------
@@ -50,15 +49,15 @@ def enough_dots(
     for reading in readings:
         found = [z_of(dots, reading) for dots in drawn]
         for floor in floors.itertuples():
-            reached = [k for k, z in enumerate(found) if _reaches(z, floor)]
-            n, value = (len(drawn[reached[0]]), found[reached[0]][0]) if reached else (n_dots, 0.0)
+            reached = [k for k, z in enumerate(found) if z <= CLOSE * floor.Z]
+            n, value = (len(drawn[reached[0]]), found[reached[0]]) if reached else (n_dots, 0.0)
             row = {"sampler": sampler, "floor": floor.floor, "Z_floor": floor.Z, "islands": reading}
             rows.append(row | {"n_S": int(n), "n_S_percent": 100 * n / n_dots, "Z": value})
     return pd.DataFrame(rows)
 
 
 def smallest(evaluator, sampler, floors, floor, enough, n_tests, choices=OF_PAPER, settled=False):
-    """The smallest subset whose recovered Z reaches a floor, between the step of `enough` and the one before.
+    """The smallest subset whose recovered Z comes near a floor, sought between the step of `enough` and the one before.
 
     Parameters
     ----------
@@ -77,7 +76,7 @@ def smallest(evaluator, sampler, floors, floor, enough, n_tests, choices=OF_PAPE
         raise InputError(
             f"minimal.floor is {floor!r}, but {evaluator.name} has {', '.join(floors['floor'])} only; name one of them."
         )
-    limit = floors.set_index("floor").loc[floor]
+    limit = floors.set_index("floor").loc[floor, "Z"]
     draw, z_of = _tools(evaluator, sampler, n_tests, choices, settled)
     own = enough[(enough["floor"] == floor) & (enough["islands"] == RECOVERED)].iloc[0]
     high, share = int(own["n_S"]), own["n_S_percent"]
@@ -89,25 +88,19 @@ def smallest(evaluator, sampler, floors, floor, enough, n_tests, choices=OF_PAPE
         if not low < middle < high:
             break
         some = draw(middle)
-        if _reaches(z_of(some, RECOVERED), limit):
+        if z_of(some, RECOVERED) <= CLOSE * limit:
             high, best = middle, some
         else:
             low = middle
     log.info(
-        "%s: recovered from %d of %d dots of %s, Z is that of %s, %.3f, within the error",
-        evaluator.name, len(best), len(evaluator.points), sampler, floor, limit["Z"],
+        "%s: recovered from %d of %d dots of %s, Z is that of %s, %.3f, within a tenth",
+        evaluator.name, len(best), len(evaluator.points), sampler, floor, limit,
     )  # fmt: skip
     return best
 
 
-def _reaches(z, floor):
-    """Whether Z, with its error, cannot be told from a floor or lies below it."""
-    value, se = z
-    return value - floor.Z <= WITHIN * np.hypot(se, floor.se)
-
-
 def _tools(evaluator, sampler, n_tests, choices, settled):
-    """Functions n -> dots, and (dots, reading) -> Z with its error on the test dots of the study."""
+    """Functions n -> dots, and (dots, reading) -> Z on the test dots of the study, which are those of the floors."""
     function = named([sampler], "minimal.sampler", choices)[sampler]
     tests = evaluator.draw_tests(n_tests)
     z_tot, _ = evaluator.describe(tests)
@@ -117,7 +110,7 @@ def _tools(evaluator, sampler, n_tests, choices, settled):
 
     def z_of(dots, reading):
         if not (settled and reading == RECOVERED):
-            return mean_and_error(evaluator.distances([dots], tests, z_tot, reading)[0])
+            return evaluator.distances([dots], tests, z_tot, reading)[0].mean()
         kept = settle(
             evaluator.points[dots],
             evaluator.normals[dots],
@@ -126,7 +119,7 @@ def _tools(evaluator, sampler, n_tests, choices, settled):
             threads=evaluator.threads,
         )
         index = recovered(*kept, evaluator.d_link, evaluator.area)
-        return mean_and_error(evaluator.distances_of(index, tests, z_tot)[0][None])
+        return evaluator.distances_of(index, tests, z_tot)[0].mean()
 
     longest = draw(len(evaluator.points)) if function.nested else None
     return (lambda n: longest[:n]) if longest is not None else draw, z_of

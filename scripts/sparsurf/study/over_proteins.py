@@ -8,11 +8,11 @@ from sparsurf.patches.readings import TEXT
 from sparsurf.sampling.combination import PARAMETERS, joined, split, texts_of
 from sparsurf.study.best_set import best_set
 from sparsurf.study.dots_needed import REFERENCE, dots_for
+from sparsurf.study.floors import CLOSE
 from sparsurf.study.ranges import range_limits, range_of
 from sparsurf.study.relation import mean_interval, rho_interval, with_interval
 from sparsurf.study.summary import readings, stacked
 
-CLOSE = 1.1  # a Z within a tenth of a yardstick counts as enough: recovered surfaces level off there
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are, whose Z the others are to reach
 YARDSTICKS = ("fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å")
 COLUMNS = {"own": "d_held_out", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
