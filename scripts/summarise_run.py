@@ -31,7 +31,8 @@ def main(inputs, outputs, settings):
     relations = relation_table(results, summary, stream(settings["seed"], "summary"))
     for key, table in {"surfaces": surfaces, "summary": summary, "relation": relations}.items():
         table.to_csv(outputs[key], index=False)
-    Path(outputs["markdown"]).write_text(summary_markdown(surfaces, relations), encoding="utf-8")
+    page = summary_markdown(surfaces, relations, results[0].best.get("draws"))
+    Path(outputs["markdown"]).write_text(page, encoding="utf-8")
     few = len(results) < few_surfaces.FEW
     figure = few_surfaces.draw(summary) if few else summary_figures.summary_figure(summary, relations)
     layout.save(figure, outputs["png"].removesuffix(".png"))

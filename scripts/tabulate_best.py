@@ -19,7 +19,7 @@ def main(inputs, outputs, settings):
     best = tables.best(table, grid, settings["tables"]["max_n_S_percent"], floors)
     ranges.to_csv(outputs["ranges"], index=False)
     texts = {
-        outputs["ranges_md"]: pages.ranges_markdown(ranges, best["yardsticks"]),
+        outputs["ranges_md"]: pages.ranges_markdown(ranges, best["yardsticks"], best["draws"]),
         outputs["best_md"]: pages.best_markdown(best),
         outputs["best"]: json.dumps(best, indent=2) + "\n",
     }

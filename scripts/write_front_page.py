@@ -65,7 +65,10 @@ def main(inputs, outputs, without=()):
     )
     shown = dict.fromkeys([*held, *beside, *(["report.html"] if "part" in outputs else [])])
     links = links_to(places, shown) + links_to_pairs(shown)
-    page = front_page(folder.name, surfaces, pd.concat(found), reached, handed_out, fewer, links, without)
+    draws = best.get("draws")  # the same of all: the config's
+    page = front_page(
+        folder.name, surfaces, pd.concat(found), reached, handed_out, fewer, links, without, draws
+    )
     write_first_page(page, folder, outputs, held)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.report import comparison_answer, comparison_page, summary_page
+from sparsurf.report.pages import held_out
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.published import OF_PAPER
 
@@ -180,5 +181,7 @@ def test_the_page_of_all_surfaces():
     line = "| 3.0 - 12.5 | (1, 0, 6, 0) | 2.00 | 0.50 | 2 of 3 | 1 | 0.00 | 0.10 | 0.20 | 0.30 | 3 | 0.04 | 0.30 |"
     assert f"{line} 0.10 .. 0.50 |" in page
     assert "| 3.0 - 12.5 |  |  |  | 2 of 3 |" in page
+    assert f"d held out: {held_out(6)}.\n" in page
+    assert f"d held out: {held_out(1)}.\n" in summary_page.summary_markdown(surfaces, relations, 1)
     assert "7.77" not in page  # that reading was not studied
     assert summary_page.enough_markdown(surfaces[["protein"]]) == []

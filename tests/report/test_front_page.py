@@ -18,6 +18,7 @@ from sparsurf.report.front_page import (
     studied,
 )
 from sparsurf.report.html import as_html, in_report
+from sparsurf.report.pages import held_out
 from sparsurf.study.enough import enough
 
 GRID = pd.DataFrame(
@@ -96,6 +97,7 @@ def test_the_reading_of_recovered_surfaces_is_told_where_it_was_studied():
         None,
         LINKS,
     )
+    assert f"d held out: {held_out(6)}.\n" in page
     assert "| best, recovered | d, recovered |" in page and "| (1, 0, 6, 0) | 0.40 |\n" in page
 
 
@@ -244,7 +246,11 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
         folder = run / name / "c1"
         folder.mkdir(parents=True)
         GRID.assign(d_surface=0.0).to_csv(folder / "grid.csv", index=False)
-        best = {"surface": {}, "yardsticks": {"null_model": 2.0, "floors": {"fresh dots": 1.0, "moved": 0.1}}}
+        best = {
+            "surface": {},
+            "draws": 1,
+            "yardsticks": {"null_model": 2.0, "floors": {"fresh dots": 1.0, "moved": 0.1}},
+        }
         (folder / "best.json").write_text(json.dumps(best))
         reached().to_csv(folder / "enough.csv", index=False)
         if files == 4:  # else its minimal.csv was not made any more
@@ -268,6 +274,7 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     assert "- 5: c1/take_minimal: a <defect>." in page and page.index("- 5:") < page.index(
         "Studied: 2 surfaces"
     )
+    assert f"0 is rough. d held out: {held_out(1)}.\n" in page
     assert "(012, 7), 2,000 to 4,000 dots each" in page  # in their order, each with its own
     assert "hands out 5.0 to 10.0 % of" in page
     assert "[to turn and sample](7/c1/view.html)" in page and "(5/c1/view.html)" not in page

@@ -6,10 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from conftest import ROOT
 from sparsurf.report import pages, table_1, verdict
 from sparsurf.report.rough_and_flat import claims
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.published import PUBLISHED_ROWS
+from sparsurf.study.statistics import FOLDS
 
 
 def winner(n, low, d, high, **others):
@@ -52,6 +54,23 @@ def test_the_page_of_the_ranges_counts_what_is_certain():
     assert "Z of fresh dots 0.45; turned 0.70: below" in page
     unknown = pages.ranges_markdown(pd.DataFrame([winner(1, np.nan, np.nan, np.nan)]), STICKS)
     assert "too few test dots and draws to tell" in unknown
+
+
+def test_what_is_held_out_is_told_by_the_number_of_draws():
+    assert FOLDS == (3, 5)
+    dealt = "two thirds of the draws and four fifths of the test dots and measured on the rest"
+    one = "but on the one draw that also chose: held out over test dots only, too high (on average by 0.2 under `kept`"
+    assert dealt in pages.held_out() == pages.held_out(6) and one not in pages.held_out()
+    assert "chosen on half of the draws and four fifths of" in pages.held_out(2)
+    assert one in pages.held_out(1) and "of the draws" not in pages.held_out(1)
+    rows = {"unrestricted": winner(6, 2.0, 2.5, 3.0), "under_max_n_S": winner(1, 0.1, 0.3, 0.5)}
+    for draws in (1, 2, 6):
+        best = {"kept": rows, "draws": draws, "max_n_S_percent": 20, "yardsticks": STICKS}
+        ranges = pd.DataFrame([winner(1, 0.1, 0.3, 0.5)])
+        for page in (pages.best_markdown(best), pages.ranges_markdown(ranges, STICKS, draws)):
+            assert f"d held out: {pages.held_out(draws)}" in page
+    readme = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert f"*held out*: {pages.held_out(6)}." in readme
 
 
 def test_the_page_of_the_best():

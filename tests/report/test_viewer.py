@@ -52,6 +52,11 @@ def test_the_reading_of_recovered_surfaces_is_told_where_it_was_studied():
         and said[1].startswith(f"With {words}, the paper's sampling")
         and len(said) == 2
     )
+    assert "d = 0.40 (held out; 95 %: 0.20 to 0.60)." in said[1]
+    assert (
+        "0.40 (held out over test dots only, too high; 95 %"
+        in list(viewer._answer([], best | {"draws": 1}))[1]
+    )
     assert [name for name, _ in viewer._presets(best)][1:] == [f"best, {words}", f"best below 20 %, {words}"]
 
 

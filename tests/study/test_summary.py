@@ -22,6 +22,7 @@ from sparsurf.recovery.readings import READINGS
 from sparsurf.report import recommendation
 from sparsurf.report.figures import few_surfaces, summary_figures
 from sparsurf.report.front_page import best_sentence
+from sparsurf.report.pages import held_out
 from sparsurf.report.summary_page import summary_markdown
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS, Combination
@@ -325,6 +326,7 @@ def test_a_run_is_summed_up_by_hand_and_repeats(folder, related):
     assert back["surfaces"]["spacing"].between(0.2, 0.6).all()
     pd.testing.assert_frame_equal(back["summary"], related["summary"], check_dtype=False)
     assert "| p12 | c1 | 1000 | 250 Å^2 | 0.650 | (1, 0, 5, 0) |" in before[3].decode()
+    assert f"d held out: {held_out(2)}.\n" in before[3].decode()
     assert said(back) == said(related)
 
 

@@ -140,7 +140,7 @@ def test_the_page_of_ranges_begins_with_its_answer():
 
 
 def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(tmp_path):
-    own = made_up([2.0, 3, 1], [5, 30, 90], noise=0.1)
+    own = made_up([2.0, 3, 1], [5, 30, 90], draws=1, noise=0.1)
     save(tmp_path / "distances.npz", own)
     tables.grid_table(own).to_csv(tmp_path / "grid.csv", index=False)
     floors = pd.DataFrame({"floor": ["turned", "fresh dots"], "Z": [0.75, 0.5]})
@@ -155,6 +155,8 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     assert best["kept"]["under_max_n_S"]["n_S_percent"] == 5
     assert best["kept"]["unrestricted"]["n_S_percent"] == 30
     assert outputs["best_md"].read_text() == pages.best_markdown(best)
+    assert best["draws"] == 1
+    assert f"d held out: {pages.held_out(1)};" in outputs["ranges_md"].read_text()
     assert "0.50" in outputs["ranges_md"].read_text()
 
 

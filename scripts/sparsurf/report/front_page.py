@@ -4,7 +4,7 @@ import pandas as pd
 
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import READINGS, RECOVERED, readings_in
-from sparsurf.report.pages import markdown
+from sparsurf.report.pages import held_out, markdown
 from sparsurf.study.enough import NULL_MODEL
 
 FRESH = "fresh dots"
@@ -32,7 +32,7 @@ OF_PAIR = {
 }
 
 
-def front_page(run, surfaces, enough, reached, handed_out, fewer, links, without=()):
+def front_page(run, surfaces, enough, reached, handed_out, fewer, links, without=(), draws=None):
     """The page as Markdown.
 
     Parameters
@@ -51,6 +51,8 @@ def front_page(run, surfaces, enough, reached, handed_out, fewer, links, without
     links : list of (heading, list of (words, path from the folder of the run))
     without : list of (protein or pairs/<name>, what went wrong)
         What could not be finished of the config.
+    draws : int, optional
+        Of each combination; several without.
     """
     compared = any(path.endswith("compare.md") for _, pages in links for _, path in pages)
     back = f"{recovered_sentence(reached, surfaces, handed_out)} {sampler_sentence(fewer, compared)}"
@@ -61,7 +63,7 @@ def front_page(run, surfaces, enough, reached, handed_out, fewer, links, without
         studied(surfaces),
         "## The answer\n",
         "\n".join(f"{k}. {sentence}" for k, sentence in enumerate(answer, 1)) + "\n",
-        WORDS,
+        f"{WORDS} d held out: {held_out(draws)}.\n",
         where_to_look(links),
         "## The surfaces\n",
         _table(surfaces),
@@ -92,7 +94,7 @@ def links_to_pairs(pages):
 WORDS = (
     "n_S: number of kept dots. Z: mean distance of the descriptors of patches from those of the whole surface, 0 is best. "
     "d: Z of as many uniform dots minus Z of the sampling; above 0 the sampling is better. R: roughness, 1 is flat, 0 is "
-    "rough. Held out: chosen on one half of the test dots and draws, measured on the other.\n"
+    "rough."
 )
 
 

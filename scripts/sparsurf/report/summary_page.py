@@ -5,7 +5,7 @@ import pandas as pd
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import RECOVERED, readings_in
 from sparsurf.report.front_page import best_sentence
-from sparsurf.report.pages import markdown
+from sparsurf.report.pages import held_out, markdown
 from sparsurf.sampling.combination import PARAMETERS, texts_of
 from sparsurf.study.enough import PREFIX
 
@@ -37,8 +37,16 @@ def enough_markdown(surfaces):
     return ["# How many dots are enough\n", words, markdown(pd.DataFrame(rows))]
 
 
-def summary_markdown(surfaces, relations):
-    """The summary as a page: the surfaces, then the relation with mean roughness, range by range."""
+def summary_markdown(surfaces, relations, draws=None):
+    """The summary as a page: the surfaces, then the relation with mean roughness, range by range.
+
+    Parameters
+    ----------
+    surfaces, relations : DataFrame
+        See `summary.surfaces_table` and `summary.relation_table`.
+    draws : int, optional
+        Of each combination; several without.
+    """
     short = surfaces[["protein", "conformation", "N", "area", "mean_roughness"]].copy()
     short["area"] = short["area"].map("{:.0f} Å^2".format)
     found = readings_in(surfaces, "d_")
@@ -50,6 +58,7 @@ def summary_markdown(surfaces, relations):
         "# The surfaces of this run\n",
         answer,
         markdown(short, 3),
+        f"d held out: {held_out(draws)}.\n",
         *enough_markdown(surfaces),
         "# Best parameters against mean roughness\n",
     ]

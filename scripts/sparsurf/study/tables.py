@@ -118,13 +118,14 @@ def best(table, grid, max_n_s_percent, floors=None):
 
     Returns
     -------
-    dict: `yardsticks` (see `statistics.yardsticks`) and per reading `unrestricted` (highest d at the largest
-    alpha; the paper fixes alpha = 1) and `under_max_n_S` (highest d with n_S at most `max_n_s_percent` % of the
-    dots; `answer` says so where none is that small).
+    dict: N, draws (of each combination), max_n_S_percent, `yardsticks` (see `statistics.yardsticks`) and per reading
+    `unrestricted` (highest d at the largest alpha; the paper fixes alpha = 1) and `under_max_n_S` (highest d with n_S
+    at most `max_n_s_percent` % of the dots; `answer` says so where none is that small).
     """
     alpha = table["alpha"].max()
     few = table["n_S_percent"].to_numpy() <= max_n_s_percent
-    out = {"N": grid.n_dots, "max_n_S_percent": max_n_s_percent, "yardsticks": all_yardsticks(grid, floors)}
+    out = {"N": grid.n_dots, "draws": grid.n_s.shape[1], "max_n_S_percent": max_n_s_percent}
+    out["yardsticks"] = all_yardsticks(grid, floors)
     for r, reading in enumerate(grid.readings):
         d = difference(grid, r)
         free = _winner(table, d, reading, np.flatnonzero(table["alpha"] == alpha))

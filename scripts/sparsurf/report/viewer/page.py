@@ -119,12 +119,13 @@ def _read(name):
 def _answer(surface, best):
     """What the tables say of this surface, for the head of the page."""
     yield f"{len(surface):,} dots."
+    held = "held out over test dots only, too high" if best.get("draws") == 1 else "held out"
     for reading in readings_in(best):
         row = best[reading]["unrestricted"]
         yield (
             f"With {READINGS[reading].words}, the paper's sampling at the largest α does best as {Combination.of(row)}: it "
             f"keeps {row['n_S_percent']:.0f} % of the dots with d = {row['d_held_out']:.2f} "
-            f"(held out; 95 %: {row['d_held_out_low']:.2f} to {row['d_held_out_high']:.2f})."
+            f"({held}; 95 %: {row['d_held_out_low']:.2f} to {row['d_held_out_high']:.2f})."
         )
 
 
