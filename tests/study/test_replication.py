@@ -197,6 +197,23 @@ def test_bins_of_roughness_by_hand():
     assert crossed.loc["1", "d_high_kept"] == pytest.approx(estimate(z[1][:, :2]).high)
 
 
+@pytest.mark.parametrize("kept", [True, False])
+def test_d_of_a_bin_is_what_its_means_differ_by(kept):
+    # three rough and one flat test dot in the first draw, around kept dots one and three in the second
+    r = np.array([[0.0, 0.1, 0.2, 1.0], [0.0, 0.8, 0.9, 1.0] if kept else [0.0, 0.1, 0.2, 1.0]])
+    z = np.array([[[1.0, 2, 3, 4], [5.0, 6, 7, 8]], [[2.0, 4, 9, 4], [4.0, 8, 8, 8]]])
+    found = rough_and_flat.ByRoughness(np.zeros((2, 4), int), r, {"kept": z})
+    bins = rough_and_flat.bins_table(found, kept, bins=2).set_index("bin")
+    assert np.allclose(bins["d_kept"], bins["Z_tR_kept"] - bins["Z_tS_kept"], rtol=0, atol=1e-12)
+    # the mean of 2 and 5, or of all six; of 5 and 4, or of all six
+    assert bins.loc["1", ["Z_tS_kept", "Z_tR_kept"]].tolist() == pytest.approx(
+        [3.5, 4.5] if kept else [4.0, 35 / 6]
+    )
+    missing = rough_and_flat.ByRoughness(found.dots, np.array([r[0], [0.8, 0.8, 0.9, 1]]), found.z)
+    row = rough_and_flat.bins_table(missing, True, 2).set_index("bin").loc["1"]
+    assert row[["Z_tS_kept", "Z_tR_kept", "d_kept"]].isna().all()  # a draw has no rough patch
+
+
 def test_patches_lie_around_kept_dots_or_any(blob):
     evaluator = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob")
     combination = Combination(0.8, 0.0, 4.0, 0.0)

@@ -103,7 +103,8 @@ def bins_table(found, kept, bins=BINS):
         }
         for reading, z in found.z.items():
             of_bin = difference(z[1] - z[0], inside, kept)
-            row |= {f"Z_tS_{reading}": _mean(z[0], inside), f"Z_tR_{reading}": _mean(z[1], inside)}
+            for name, x in zip(("Z_tS", "Z_tR"), z, strict=True):
+                row[f"{name}_{reading}"] = _mean(x, inside, kept)
             row |= {f"d_{reading}": float(of_bin.mean), f"d_low_{reading}": float(of_bin.low)}
             row[f"d_high_{reading}"] = float(of_bin.high)
         rows.append(row)
@@ -120,12 +121,20 @@ def difference(d, inside, kept):
         return Estimate(*(np.float64(np.nan),) * 3)
     if not kept:
         return estimate(d[:, inside[0]])
-    by_draw = np.array([row[own].mean() for row, own in zip(d, inside, strict=True)])
+    by_draw = _by_draw(d, inside)
     if len(by_draw) == 1:
         return estimate(d[:, inside[0]])
     error = by_draw.std(ddof=1) / np.sqrt(len(by_draw))
     return Estimate(by_draw.mean(), error, np.float64(len(by_draw) - 1))
 
 
-def _mean(z, inside):
-    return float(z[inside].mean()) if inside.any() else np.nan
+def _mean(z, inside, kept):
+    """Mean over the test dots `inside` as `difference` takes it, so that d is Z_tR - Z_tS."""
+    if not inside.any(axis=1).all():
+        return np.nan
+    return float(_by_draw(z, inside).mean() if kept else z[inside].mean())
+
+
+def _by_draw(x, inside):
+    """Means of the draws, (D,), over their own test dots `inside`."""
+    return np.array([row[own].mean() for row, own in zip(x, inside, strict=True)])
