@@ -15,6 +15,9 @@ def test_a_spread_is_lowest_to_highest_and_tells_bounds():
     assert matrix.index.tolist() == ["b", "a"] and matrix.columns.tolist() == [5.0, 10.0]
     assert matrix.loc["b", 5.0] == "> 2.00 (1.00 .. 4.00)"
     assert matrix.loc["a"].tolist() == ["< 3.00 (2.50 .. 3.50)", "~ 4.00 (3.50 .. 4.50)"]
+    assert over._spread(rows.assign(lowest=2.0, highest=2.0), "", "factor").loc["b", 5.0] == "> 2.00"
+    one = over._spread(rows.assign(lowest=2.0, highest=2.0, bound=""), "", "factor")
+    assert one.loc["b", 5.0] == "2.00 (2.00 .. 2.00)"
     plain = rows.drop(columns="bound").rename(columns={"lowest": "ratio_lowest", "highest": "ratio_highest"})
     assert over._spread(plain, "ratio_", "factor").loc["b", 5.0] == "2.00 (1.00 .. 4.00)"
 

@@ -7,6 +7,7 @@ from sparsurf.report import comparison_answer, comparison_page, summary_page
 from sparsurf.report.pages import held_out
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.published import OF_PAPER
+from sparsurf.study.comparison import NEAR
 
 SURFACE = {"farthest": (2.0, 1.0), "uniform": (3.0, 1.5), "paper": (4.0, 2.0)}  # Z at 8 and 32 %
 
@@ -83,6 +84,41 @@ def test_the_answer_of_a_comparison():
     )
 
 
+def test_who_cannot_be_told_from_the_best_is_named_with_it():
+    rows = [
+        ("farthest", "poisson", 8.0, 0.25),
+        ("uniform", "farthest", 8.0, 0.0),
+        ("uniform", "voxel", 8.0, 0.2),
+    ]
+    rows += [("farthest", "stride", 8.0, -0.05), ("farthest", "adaptive", 32.0, 0.25)]
+    pairs = pd.DataFrame(
+        [("Z surface", *row[:3], 0.1, 0.1 - row[3], 0.1 + row[3]) for row in rows], columns=PAIRS.columns
+    )
+    begin = "- At 8 % of the dots farthest describes the surface best: Z = 2.00"
+    assert (
+        comparison_answer.answer(comparison(), pairs)[0] == f"{begin}; poisson cannot be told from it."
+    )  # of farthest and uniform, of others the interval leaves 0
+    pairs.loc[1, "low"] = -0.5
+    assert (
+        comparison_answer.answer(comparison(), pairs)[0]
+        == f"{begin}; poisson and uniform cannot be told from it."
+    )
+    alike = comparison(**{"Z surface": SURFACE | {"uniform": (2.004, 1.5)}})
+    assert comparison_answer.answer(alike)[0] == f"{begin}; uniform has the same Z."
+    alike = comparison(**{"Z surface": SURFACE | {"uniform": (2.004, 1.5), "paper": (2.004, 2.0)}})
+    assert comparison_answer.answer(alike)[0] == f"{begin}; uniform and paper have the same Z."
+
+
+def test_a_bound_without_scatter_has_no_brackets():
+    def told(**values):
+        fewer = FEWER[:1].assign(**values)
+        return next(line for line in comparison_answer.answer(comparison(), None, fewer) if "needs" in line)
+
+    assert "needs more than 2.2 times fewer than uniform." in told(low=np.nan, high=np.nan)
+    assert "needs more than 2.2 times fewer than uniform." in told(low=2.25, high=2.249)
+    assert "needs 2.2 (2.2 .. 2.2) times fewer than uniform." in told(low=2.21, high=2.24, bound="")
+
+
 def test_subsets_that_stand_alone_in_a_table():
     page = comparison_answer.alone_markdown(ALONE)
     assert "| dotted | 1.00 (0.90 .. 1.10) at 7.9 % | 0.50 (0.40 .. 0.60) at 32.0 % |" in page
@@ -145,6 +181,11 @@ def test_facts_of_a_comparison():
     said = comparison_page.facts(3000, 600.0, True, 200, 3, OF_PAPER)
     assert said.startswith("3000 dots on 600 Å^2, estimated from the spacing")
     assert "(5.00 per Å^2); 200 test dots, 3 draws" in said and "from Table I of the paper" in said
+    assert (
+        "within 10 % of n_S at their own alpha (or the nearest)" in said
+        and "can do worse than `paper`" in said
+    )
+    assert f"{NEAR:.0%}" == "110%"
     assert "this surface's own ranges.csv" in comparison_page.facts(3000, 600.0, False, 200, 3, None)
 
 

@@ -167,6 +167,13 @@ def test_samplers_where_they_were_compared():
     said = sampler_sentence(NEEDED)
     assert "uniform draw of 10 % of the dots, farthest needs 1.9 times fewer dots" in said
     assert "paper's sampling 2.0 times more dots" in said
+    ahead = NEEDED.assign(factor=NEEDED["factor"].where(NEEDED["sampler"] != "paper", 3.0))
+    assert sampler_sentence(ahead).endswith("of the dots, paper needs 3.0 times fewer dots.")
+    more = pd.DataFrame([NEEDED.iloc[0]]).assign(sampler="poisson", factor=1.94)
+    said = sampler_sentence(pd.concat([NEEDED, more]))
+    assert "% of the dots, poisson and farthest need 1.9 times fewer dots, the paper's" in said
+    said = sampler_sentence(pd.concat([NEEDED, more.assign(factor=1.84)]))
+    assert "% of the dots, farthest needs 1.9 times fewer dots, the paper's" in said
     bounds = {"farthest": "more than ", "paper": "less than "}
     bounded = sampler_sentence(NEEDED.assign(bound=NEEDED["sampler"].map(bounds)))
     assert "farthest needs more than 1.9 times fewer" in bounded

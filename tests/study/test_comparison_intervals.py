@@ -68,6 +68,8 @@ def test_times_fewer_of_exact_curves(raw):
     beyond = found[(found["than"] == "paper") & (found["sampler"] == "farthest") & (found["percent"] == 5.0)]
     assert (beyond["factor"] == 1.0).all()  # fewer than were measured: the smallest counts
     assert (beyond["bound"] == "more than ").all()
+    assert beyond[["low", "high"]].isna().all(axis=None)  # in all samples
+    assert found.loc[found["bound"] == "", ["low", "high"]].notna().all(axis=None)
     more = found[(found["than"] == "uniform") & (found["sampler"] == "paper") & (found["percent"] == 40.0)]
     assert (more["factor"] == 1.0).all() and (more["bound"] == "less than ").all()
 

@@ -23,7 +23,10 @@ def answer(table, pairs=None, fewer=None, alone=None):
     z = values_of(table, "Z surface")
     at = float(z.columns[np.argmin(np.abs(z.columns - AT))])
     best = z[at].idxmin()
-    lines = [f"At {at:g} % of the dots {spoken(best)} describes the surface best: Z = {z.loc[best, at]:.2f}."]
+    lines = [
+        f"At {at:g} % of the dots {spoken(best)} describes the surface best: Z = {z.loc[best, at]:.2f}"
+        f"{_alike(z[at], pairs, at)}."
+    ]
     lines += _recovered(table, at)
     if pairs is not None and len(pairs):
         lines += _against(pairs, at)
@@ -46,6 +49,21 @@ def _by_n_s(z):
     short = z.map("{:.2f}".format).rename(columns=lambda p: f"{p:g} %").reset_index()
     short["sampler"] = short["sampler"].map(spoken)
     return markdown(short)
+
+
+def _alike(z, pairs, at):
+    """Who shares the place of the best: by the paired 95 % interval with it; without one, by Z as it is printed."""
+    best = z.idxmin()
+    if pairs is None or not len(pairs):
+        words, names = "has the same Z", z.index[z.map("{:.2f}".format) == f"{z.min():.2f}"].drop(best)
+    else:
+        own = pairs[(pairs["measure"] == "Z surface") & (pairs["percent"] == at)]
+        own = own[(own["low"] <= 0) & (own["high"] >= 0)]
+        names = [*own.loc[own["than"] == best, "sampler"], *own.loc[own["sampler"] == best, "than"]]
+        words, names = "cannot be told from it", dict.fromkeys(names)
+    named = " and ".join(map(spoken, names))
+    words = words.replace("has", "have") if len(names) > 1 else words
+    return f"; {named} {words}" if named else ""
 
 
 def _recovered(table, at):
@@ -78,11 +96,17 @@ def _times(fewer, at):
         (fewer["measure"] == "Z surface") & (fewer["percent"] == at) & (fewer["sampler"] == "farthest")
     ]
     cases = [
-        f"{row.bound}{row.factor:.1f} ({row.low:.1f} .. {row.high:.1f}) times fewer than {spoken(row.than)}"
+        f"{row.bound}{row.factor:.1f}{_limits(row)} times fewer than {spoken(row.than)}"
         for row in rows.itertuples()
     ]
     if cases:
         yield f"For the Z they reach there, farthest needs {' and '.join(cases)}."
+
+
+def _limits(row):
+    """Limits of a factor in brackets; none of a bound whose limits are alike, as those tell no scatter."""
+    low, high = f"{row.low:.1f}", f"{row.high:.1f}"
+    return "" if np.isnan(row.low) or (row.bound and low == high) else f" ({low} .. {high})"
 
 
 def _alone(alone, at):

@@ -63,11 +63,14 @@ def summary_markdown(table, fewer, rankings, of, n_conformations):
 
 
 def _spread(rows, prefix, value):
-    """Matrix of texts: mean (lowest .. highest)."""
+    """Matrix of texts: mean (lowest .. highest); without brackets where all are at one bound."""
     sign = {"": "", "more than ": "> ", "less than ": "< ", "about ": "~ "}
     columns = rows.assign(bound=rows.get("bound", ""))
     columns = columns[["bound", value, f"{prefix}lowest", f"{prefix}highest"]].itertuples(index=False)
-    text = [f"{sign[bound]}{a:.2f} ({b:.2f} .. {c:.2f})" for bound, a, b, c in columns]
+    text = [
+        f"{sign[bound]}{a:.2f}" + ("" if bound and b == c else f" ({b:.2f} .. {c:.2f})")
+        for bound, a, b, c in columns
+    ]
     matrix = rows.assign(text=text).pivot(index="sampler", columns="percent", values="text")
     return matrix.reindex(index=rows["sampler"].unique(), columns=rows["percent"].unique())
 

@@ -47,8 +47,9 @@ def facts(n_dots, area, estimated, n_tests, draws, choices):
     return (
         f"{n_dots} dots on {area:.0f} Å^2{how} ({n_dots / area:.2f} per Å^2); {n_tests} test dots, {draws} draws of each "
         f"subset. `paper` takes beta, gamma and delta from {source}, and alpha such that it keeps the wished n_S on "
-        "average; in hindsight, from grid.csv, where Z under `surface` is lowest on these test dots. The others keep "
-        "exactly n_S.\n"
+        "average; in hindsight, those of grid.csv with the lowest Z under `surface` on these test dots among the "
+        "combinations that keep within 10 % of n_S at their own alpha (or the nearest), which then gets another alpha, so "
+        "that it can do worse than `paper`. The others keep exactly n_S.\n"
     )
 
 

@@ -191,12 +191,15 @@ def sampler_sentence(fewer, compared=False):
         return "How the samplers compare: `compare.md`; none of them is uniform or the paper's, against which dots are counted."
     rows = fewer[(fewer["measure"] == "Z surface") & (fewer["than"] == than)]
     rows = rows[(rows["percent"] - AT).abs() == (rows["percent"] - AT).abs().min()]
-    best = rows.sort_values("factor").iloc[-1]
-    paper = rows[rows["sampler"] == "paper"]
+    rows = rows.sort_values("factor", ascending=False)
+    best = rows.iloc[0]
+    alike = [row["sampler"] for _, row in rows.iterrows() if _times(row) == _times(best)]
+    names = [name for name in alike if name != "paper"] or alike
+    paper = rows[(rows["sampler"] == "paper") & (names != ["paper"])]
     also = f", the paper's sampling {_times(paper.iloc[0])}" if len(paper) else ""
     return (
-        f"For the Z of {AGAINST[than]} of {best['percent']:g} % of the dots, {best['sampler']} needs "
-        f"{_times(best)}{also}."
+        f"For the Z of {AGAINST[than]} of {best['percent']:g} % of the dots, {' and '.join(names)} "
+        f"need{'s' if len(names) == 1 else ''} {_times(best)}{also}."
     )
 
 

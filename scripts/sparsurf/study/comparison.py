@@ -78,8 +78,9 @@ def choices_of(ranges):
 def best_in_hindsight(evaluator, grid, percents):
     """The combination of the grid with the lowest Z under `surface` near each n_S, as `published.Choices`.
 
-    Only combinations that can keep as many dots take part, as their alpha is then set for n_S. They were chosen
-    on the very test dots of the comparison: a fair opponent, rather favoured.
+    Near is within `NEAR` at a combination's own alpha, or the nearest. Only combinations that can keep as many dots
+    take part, as their alpha is then set for n_S: Z may rise by that, above that of other choices. They were chosen on
+    the very test dots of the comparison: a fair opponent, rather favoured.
     """
     rows = grid[PARAMETERS].to_numpy()
     reach = law.expected_n_s(evaluator.cover, rows * (0, 1, 1, 1) + (1, 0, 0, 0))

@@ -62,7 +62,8 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
     -------
     DataFrame: use, measure, than, sampler, percent (of `than`), factor, low, high, bound; no rows of a measure that is not there.
     An n_S beyond those that were measured counts as the nearest measured one, so that a factor there is a bound: 'more
-    than ' or 'less than ' in the column of that name.
+    than ' or 'less than ' in the column of that name. So is the limit on that side; where all samples are at the bound,
+    nothing is known of the scatter, and low and high are NaN.
     """
     rows = []
     for measure in OF_ERROR:
@@ -81,6 +82,9 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
                     needed = [dots_for(a[p], other, b) for a, b in pairs]
                     factors = own[p] / np.clip(needed, other[0], other[-1])
                     low, high = np.quantile(factors[1:], [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+                    bound = BOUND.get(needed[0], "")
+                    if bound and low == high:
+                        low = high = np.nan
                     row = {
                         "use": USE[measure],
                         "measure": measure,
@@ -88,7 +92,7 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
                         "sampler": name,
                         "percent": percent,
                     }
-                    row |= {"factor": factors[0], "low": low, "high": high, "bound": BOUND.get(needed[0], "")}
+                    row |= {"factor": factors[0], "low": low, "high": high, "bound": bound}
                     rows.append(row)
     return pd.DataFrame(rows, columns=OF_FEWER)
 
