@@ -223,6 +223,9 @@ def test_the_page_of_all_surfaces():
     assert f"{line} 0.10 .. 0.50 |" in page
     assert "| 3.0 - 12.5 |  |  |  | 2 of 3 |" in page
     assert f"d held out: {held_out(6)}.\n" in page
+    assert (
+        "can lie outside of a surface's own range, by which winners and sets go; its d is as selected" in page
+    )
     assert f"d held out: {held_out(1)}.\n" in summary_page.summary_markdown(surfaces, relations, 1)
     assert "7.77" not in page  # that reading was not studied
     assert summary_page.enough_markdown(surfaces[["protein"]]) == []

@@ -101,6 +101,16 @@ def test_the_reading_of_recovered_surfaces_is_told_where_it_was_studied():
     assert "| best, recovered | d, recovered |" in page and "| (1, 0, 6, 0) | 0.40 |\n" in page
 
 
+def test_a_best_that_keeps_every_dot_is_told_as_that():
+    whole = surfaces().assign(n_S_percent_surface=100.0, d_held_out_surface=0.0)
+    said = best_sentence(whole)
+    assert said.endswith(
+        "(1, 0, 6, 0) is best: it keeps every dot, as a uniform draw of as many does, so that d is 0."
+    )
+    assert "it keeps 46.0 % of the dots with d = 2.40" in said
+    assert "every dot" not in best_sentence(whole.assign(n_S_percent_surface=99.9))
+
+
 def test_sentences_of_several_surfaces():
     three = surfaces(3)
     three.loc[2, ["best_kept", "d_kept"]] = ["(1, 0, 0, 8)", 9.0]
@@ -110,7 +120,7 @@ def test_sentences_of_several_surfaces():
     assert "4 surfaces of 4 proteins," in studied(proteins)
     said = best_sentence(three)
     assert "(1, 0, 6, 0) is best on 2 of 3 surfaces" in said
-    assert "d = 2.40 to 3.00 (held out; 95 %: 2.20 to 3.30" in said
+    assert "d = 2.40 to 3.00 (held out; 95 % intervals within 2.20 to 3.30; as selected 2.50)" in said
     three.loc[0, "best_kept"] = "(1, 0, 8, 0)"
     said = best_sentence(three)
     place = f"{three.loc[1, 'protein']}/{three.loc[1, 'conformation']}"

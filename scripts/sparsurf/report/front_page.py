@@ -132,10 +132,14 @@ def best_sentence(surfaces):
             who = f"no two surfaces have the same best; the highest d has {best} on {place}"
         elif len(surfaces) > 1:
             who += f" on {often.iloc[0]} of {len(surfaces)} surfaces"
+        begin = f"with {READINGS[reading].words} {who}: it keeps "
+        if (own[f"n_S_percent_{reading}"] == 100).all():
+            found.append(f"{begin}every dot, as a uniform draw of as many does, so that d is 0")
+            continue
+        ends = "95 %:" if len(own) == 1 else "95 % intervals within"
         found.append(
-            f"with {READINGS[reading].words} {who}: it keeps "
-            f"{_span(own[f'n_S_percent_{reading}'], '{:.1f}')} % of the dots with d = "
-            f"{_span(own[f'd_held_out_{reading}'], '{:z.2f}')} (held out; 95 %: "
+            f"{begin}{_span(own[f'n_S_percent_{reading}'], '{:.1f}')} % of the dots with d = "
+            f"{_span(own[f'd_held_out_{reading}'], '{:z.2f}')} (held out; {ends} "
             f"{own[f'd_held_out_low_{reading}'].min():z.2f} to {own[f'd_held_out_high_{reading}'].max():z.2f}; as selected "
             f"{_span(own[f'd_{reading}'], '{:z.2f}')})"
         )

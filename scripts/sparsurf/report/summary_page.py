@@ -89,7 +89,9 @@ def summary_markdown(surfaces, relations, draws=None):
         )
         parts += [f"## islands: {name}\n", markdown(table)]
     parts.append(
-        "in one set: on how many surfaces one and the same combination lies in the 95 % confidence set of the best. "
+        "best on average: in ranges of n_S averaged over the surfaces, so that it can lie outside of a surface's own range, by "
+        "which winners and sets go; its d is as selected, too high. in one set: on how many surfaces one and the same "
+        "combination lies in the 95 % confidence set of the best. "
         "rho: Spearman's rank correlation of the winner's parameter with mean roughness over the proteins, each counting "
         "once; p: probability of so large a rho of any parameter by chance (of twenty rows one is expected to fall below "
         "0.05). A relation needs at least 10 proteins: with 5 a real one is found in 1 to 3 % of runs. near - far: d of a "
