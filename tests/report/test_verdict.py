@@ -59,7 +59,7 @@ def test_the_page_of_the_ranges_counts_what_is_certain():
 def test_what_is_held_out_is_told_by_the_number_of_draws():
     assert FOLDS == (3, 5)
     dealt = "two thirds of the draws and four fifths of the test dots and measured on the rest"
-    one = "but on the one draw that also chose: held out over test dots only, too high (on average by 0.2 under `kept`"
+    one = "on the one draw that also chose: held out over test dots only, too high (on the embedded trajectory by 0.2 "
     assert dealt in pages.held_out() == pages.held_out(6) and one not in pages.held_out()
     assert "chosen on half of the draws and four fifths of" in pages.held_out(2)
     assert one in pages.held_out(1) and "of the draws" not in pages.held_out(1)

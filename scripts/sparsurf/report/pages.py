@@ -51,8 +51,8 @@ def held_out(draws=None):
     if draws == 1:
         return (
             "winners are chosen on four fifths of the test dots and measured on the rest, in turn, but on the one draw that "
-            "also chose: held out over test dots only, too high (on average by 0.2 under `kept`, by 0.02 under `surface`), with "
-            "an interval that tells the scatter of test dots only"
+            "also chose: held out over test dots only, too high (on the embedded trajectory by 0.2 on average under `kept`, by "
+            "0.02 under `surface`), with an interval that tells the scatter of test dots only"
         )
     return (
         f"winners are chosen on {'half' if draws == 2 else 'two thirds'} of the draws and four fifths of the test dots and "
