@@ -104,9 +104,9 @@ def _times(fewer, at):
 
 
 def _limits(row):
-    """Limits of a factor in brackets; none of a bound whose limits are alike, as those tell no scatter."""
+    """Limits of a factor in brackets; none of a bound whose limits are alike or not there, as it has no scatter."""
     low, high = f"{row.low:.1f}", f"{row.high:.1f}"
-    return "" if np.isnan(row.low) or (row.bound and low == high) else f" ({low} .. {high})"
+    return "" if row.bound and low == high else f" ({low} .. {high})"
 
 
 def _alone(alone, at):
