@@ -331,6 +331,7 @@ def test_a_protein_is_measured_as_it_is_and_recovered(measured):
         z.loc[10.0, "recovered"] < z.loc[10.0, "surface"] and z.loc[40.0, "surface"] < z.loc[4.0, "surface"]
     )
     assert set(over_proteins.YARDSTICKS) <= set(floors["floor"])
+    assert floors["draws"].tolist() == [3] * 4
     assert result.best["yardsticks"]["floors"]["turned"] == floors.set_index("floor").loc["turned", "Z"]
     assert list(result.ranges["islands"].unique()) == ["kept", "surface"]
 

@@ -13,7 +13,8 @@ from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
 from sparsurf.study.statistics import estimate
 
-DRAWS = 3
+DRAWS = 10  # sets of fresh dots and turns: what is enough rests on them
+FEW_DRAWS = 3  # of moved atoms; and of all where many proteins are measured, which scatter more
 CLOSE = 1.1  # a Z within a tenth of a floor counts as the floor: surfaces that are recovered level off there
 MOVED = (0.1, 0.3)  # Å, rms displacement of the atoms: a good and a fair crystal structure
 APART = (1.0, 20.0, 100.0)  # ps between two frames
@@ -21,7 +22,7 @@ FRESH = "fresh dots"
 TURNED = "turned"
 
 
-def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED):
+def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED, draws=DRAWS):
     """Table of the floors of one surface.
 
     Parameters
@@ -36,6 +37,8 @@ def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED):
         ps -> list of places of the atoms (A, 3) so much earlier or later, superposed on `atoms`.
     moved : sequence of float
         Å, rms displacements of the atoms.
+    draws : int
+        Sets of fresh dots, and turns.
 
     Returns
     -------
@@ -54,14 +57,14 @@ def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED):
         )
         return np.linalg.norm(z - z_tot, axis=1)
 
-    for _ in range(DRAWS):
+    for _ in range(draws):
         turn = turning(rng)
         points, normals = _fresh(evaluator, lay, atoms, around, turn)
         found[FRESH].append(against(((points @ turn) + around, normals @ turn), place))
         found[TURNED].append(against((points, normals), (place - around) @ turn.T))
     own = evaluator.surface.atom[tests] if lay else None
     for rms in moved if lay else ():
-        others = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(DRAWS)]
+        others = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(FEW_DRAWS)]
         found[f"atoms moved {rms:g} Å"] = [against(_laid(lay(xyz)), place) for xyz in others]
     for gap, others in (frames or {}).items():
         found[f"frames {gap:g} ps apart"] = [

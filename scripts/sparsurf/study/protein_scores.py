@@ -16,7 +16,7 @@ from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.samplers import named
 from sparsurf.study import grid, tables
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.floors import floors
+from sparsurf.study.floors import FEW_DRAWS, floors
 from sparsurf.study.summary import Result
 from sparsurf.surfaces.making import fitting_surface, surface_of
 from sparsurf.surfaces.radii import radii
@@ -111,7 +111,7 @@ def measure(molecule, name, combinations, rules=None, threads=1, counts=None, re
     evaluator, lay = ready(molecule, name, rules, threads)
     if len(evaluator.points) > ONE_DRAW:
         counts = counts._replace(draws_by_n_s=1)
-    floor = floors(evaluator, counts.of_floors, lay, molecule.xyz[0])
+    floor = floors(evaluator, counts.of_floors, lay, molecule.xyz[0], draws=FEW_DRAWS)
     sticks = tables.as_yardsticks(floor)
     found = grid.run(evaluator, combinations, counts.tests, counts.draws, readings)
     table = tables.grid_table(found)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.floors import FRESH, floors
+from sparsurf.study.floors import FEW_DRAWS, FRESH, floors
 from sparsurf.study.statistics import mean_interval
 from sparsurf.surfaces.making import molecular_surface
 
@@ -56,7 +56,7 @@ def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=
     """
     surface = molecular_surface(xyz, radii)
     evaluator = Evaluator(surface, roughness_values=None, seed=seed, name=name, threads=threads)
-    table = floors(evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz)
+    table = floors(evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz, draws=FEW_DRAWS)
     own = {"protein": name, "N": len(surface), "area": evaluator.area, "atoms": len(xyz)}
     floor = table.set_index("floor").loc[FRESH, "Z"]
     true = truth(xyz, radii, evaluator.area)
