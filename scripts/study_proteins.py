@@ -3,7 +3,8 @@
 Every structure of a folder is read (first model, protein only, without hydrogens), small ones first; one whose sequence is
 like that of a protein already measured is left out. A protein that is there is not measured again; `--most-dots` leaves
 out what is larger. `--recovered N` measures a quarter of the grid of the N smallest again, each subset made a surface of its
-own; `--variants N` measures the N smallest of 400 atoms or more again, with one rule changed at a time.
+own, and `--whole N` all of the grid that way; `--variants N` measures the N smallest of 400 atoms or more again, with one
+rule changed at a time.
 """
 
 import argparse
@@ -20,7 +21,7 @@ from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import protein_variants
 from sparsurf.study.protein_files import save
-from sparsurf.study.protein_scores import OF_RECOVERED, READINGS, Rules, measure, thin_grid
+from sparsurf.study.protein_scores import OF_RECOVERED, READINGS, WHOLE, Rules, measure, thin_grid
 from sparsurf.threads import available_cores
 from sparsurf.workflow.config import check
 
@@ -68,18 +69,19 @@ def combinations_of(sampling):
     return law.grid(*(sampling[key] for key in PARAMETERS))
 
 
-def main(folder, out, most_dots=None, recovered=0, variants=0, threads=1):
+def main(folder, out, most_dots=None, recovered=0, whole=0, variants=0, threads=1):
     """Measure what is missing."""
     out = Path(out)
     found = structures(folder)
     sampling = check({"proteins": {"any": {"structure": str(found[0][1])}}})["sampling"]
     proteins = list(distinct(found))
-    whole, thin = combinations_of(sampling), combinations_of(thin_grid(sampling))
+    every, thin = combinations_of(sampling), combinations_of(thin_grid(sampling))
     for name, _, molecule in proteins:
-        _measure_one(out / name, molecule, whole, Rules(), threads, most_dots=most_dots)
-    for name, _, molecule in proteins[:recovered]:
-        place = out / RECOVERED / name
-        _measure_one(place, molecule, thin, Rules(), threads, OF_RECOVERED, readings=(RECOVERED,))
+        _measure_one(out / name, molecule, every, Rules(), threads, most_dots=most_dots)
+    for folder, combinations, number in ((RECOVERED, thin, recovered), (WHOLE, every, whole)):
+        for name, _, molecule in proteins[:number]:
+            place = out / folder / name
+            _measure_one(place, molecule, combinations, Rules(), threads, OF_RECOVERED, readings=(RECOVERED,))
     if variants:
         measure_variants(proteins, out / "variants", thin, variants, threads)
 
@@ -140,7 +142,14 @@ if __name__ == "__main__":
     parser.add_argument("results", help="folder of results, one per protein")
     parser.add_argument("--most-dots", type=float, help="leave out proteins with about more dots")
     parser.add_argument(
-        "--recovered", type=int, default=0, metavar="N", help="proteins whose grid is recovered too"
+        "--recovered",
+        type=int,
+        default=0,
+        metavar="N",
+        help="proteins a quarter of whose grid is recovered too",
+    )
+    parser.add_argument(
+        "--whole", type=int, default=0, metavar="N", help="proteins all of whose grid is recovered too"
     )
     parser.add_argument(
         "--variants", type=int, default=0, metavar="N", help="proteins measured with rules changed"
@@ -148,6 +157,14 @@ if __name__ == "__main__":
     parser.add_argument("--threads", type=int, default=available_cores())
     wish = parser.parse_args()
     try:
-        main(wish.structures, wish.results, wish.most_dots, wish.recovered, wish.variants, wish.threads)
+        main(
+            wish.structures,
+            wish.results,
+            wish.most_dots,
+            wish.recovered,
+            wish.whole,
+            wish.variants,
+            wish.threads,
+        )
     except InputError as error:
         sys.exit(str(error))

@@ -17,6 +17,7 @@ from sparsurf.report.proteins_answer import readme
 from sparsurf.report.proteins_page import STORED, page
 from sparsurf.report.recommendation import EVIDENCE, read_run
 from sparsurf.study.protein_files import load_all
+from sparsurf.study.protein_scores import WHOLE
 from sparsurf.study.protein_tables import OF_RECOMMENDATION, tables_of
 from sparsurf.study.protein_variants import VARIANTS
 
@@ -30,9 +31,9 @@ def write_tables(path_to_results, tables, evidence):
     results = Path(path_to_results)
     places = {variant: results / "variants" / variant for variant in VARIANTS}
     varied = {variant: load_all(place) for variant, place in places.items() if place.is_dir()}
-    alone = results / RECOVERED
-    recovered = load_all(alone) if alone.is_dir() else []
-    for name, table in tables_of(load_all(results), varied, recovered).items():
+    alone = (results / folder for folder in (RECOVERED, WHOLE))
+    recovered, whole = (load_all(folder) if folder.is_dir() else [] for folder in alone)
+    for name, table in tables_of(load_all(results), varied, recovered, whole).items():
         if name in OF_RECOMMENDATION:
             path = evidence / f"{name}.csv.gz"
             table.to_csv(path, index=False, float_format="%.5g", compression=PACKED)

@@ -76,6 +76,31 @@ def test_the_recovered_grid_is_told_where_it_was_measured(stored):
     assert "`recovered`" not in of_sign(without) and "### islands: recovered" not in page(without)
 
 
+def test_the_whole_recovered_grid_is_told_beside_its_quarter(stored):
+    values = {
+        "range": [0, 1, 4],
+        "n": 5,
+        "n_S_percent": [1.0, 2.25, 30.0],
+        "n_S_percent_quarter": [9.0, 3.0, 29.04],
+    }
+    for name, d in {"whole": 0.5, "quarter": 0.1, "gain": 0.4}.items():
+        values |= {
+            name: [d, d + 1, d + 2],
+            f"{name}_low": [d - 0.05, d, d],
+            f"{name}_high": [d + 0.05, d + 3, d + 4],
+        }
+    told = page(stored | {"recovered_whole": pd.DataFrame(values)})
+    assert (
+        "change that by +0.40 (+0.35 to +0.45): on the 5 smallest proteins the whole grid was recovered as well (2 draws), "
+        "with a mean d of +0.50 (+0.45 to +0.55), a quarter of it there having +0.10 (+0.05 to +0.15)."
+    ) in told
+    rows = [line for line in told.splitlines() if line.endswith("| +2.40 (+0.40 to +4.40) |")]
+    assert rows == [
+        "| 4 | 30.0 | 29.0 | +2.50 (+0.50 to +4.50) | +2.10 (+0.10 to +4.10) | +2.40 (+0.40 to +4.40) |"
+    ]
+    assert "whole grid was recovered" not in page({k: v for k, v in stored.items() if k != "recovered_whole"})
+
+
 def test_mean_roughness_predicts_only_what_stays_after_correction(stored):
     one = stored["relation"].iloc[:1]
     many = pd.concat([one] * 20, ignore_index=True).assign(p=0.5, gain_low=-1.0)

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.stats import binom, spearmanr
+from scipy.stats import binom, spearmanr, t
 from test_summary import ROUGHS, run_of, study
 
 import study_proteins
@@ -367,6 +367,35 @@ def test_a_grid_is_recovered_alone(measured, tmp_path):
     assert own["winner"].iloc[1] == first and own["n_there"].iloc[1] == 4 == own["n_held"].iloc[1]
 
 
+def test_the_whole_recovered_grid_is_set_beside_its_quarter_on_the_same_proteins(measured):
+    counts = FEW._replace(samplers=())
+    result = measure(measured[0], "p", GRID, counts=counts, readings=("recovered",))[0]
+    empty = result.ranges["n_combinations"].to_numpy() == 0
+
+    def on(protein, d, n_s):
+        """The result with d held out d + k and n_S n_s + k in the k-th range that holds combinations."""
+        k = np.where(empty, np.nan, np.cumsum(~empty))
+        return replace(
+            result, protein=protein, ranges=result.ranges.assign(d_held_out=d + k, n_S_percent=n_s + k)
+        )
+
+    whole = [on("a", 1.0, 10), on("b", 2.0, 20), on("c", 6.0, 60), on("alone", 99.0, 90)]
+    quarter = [on("c", 2.0, 30), on("other", 50.0, 1), on("b", 1.0, 20), on("a", 0.5, 13)]
+    found = protein_tables.of_whole_grid(whole, quarter).set_index("range")
+    filled = (np.flatnonzero(~empty) + 1).tolist()
+    assert found.index.tolist() == [0, *filled] and found["n"].unique().tolist() == [3]
+    gains = np.array([0.5, 1.0, 4.0])
+    half = t.ppf(0.975, 2) * gains.std(ddof=1) / np.sqrt(3)
+    expected = [gains.mean(), gains.mean() - half, gains.mean() + half]
+    for _, row in found.iterrows():
+        assert row[["gain", "gain_low", "gain_high"]].to_list() == pytest.approx(expected)
+    second = found.loc[filled[1]]
+    assert second[["whole", "quarter", "n_S_percent", "n_S_percent_quarter"]].to_list() == pytest.approx(
+        [5.0, 2 + 3.5 / 3, 32.0, 23.0]
+    )
+    assert found.loc[0, "whole"] == pytest.approx(3 + (len(filled) + 1) / 2)
+
+
 def test_the_smallest_are_recovered_each_once(monkeypatch, tmp_path):
     sizes = {"c": 3, "a": 1, "b": 2}
     molecules = {name: SimpleNamespace(n_atoms=n, n_residues=10 * n) for name, n in sizes.items()}
@@ -393,6 +422,17 @@ def test_the_smallest_are_recovered_each_once(monkeypatch, tmp_path):
     assert np.array_equal(combinations, law.grid([0.1, 0.3], [0], [2, 4], [1]))
     assert np.array_equal(asked[0][2], law.grid([0.1, 0.2, 0.3], [0], [2, 4], [1]))
     assert asked[0][-1] == ("kept", "surface")
+    del saved[:], asked[:]
+    study_proteins.main("folder", tmp_path / "all", whole=1)
+    assert [place.relative_to(tmp_path / "all").as_posix() for place, _ in saved] == [
+        "a",
+        "b",
+        "c",
+        "recovered_whole/a",
+    ]
+    _, name, combinations, *_, counts, readings = asked[-1]
+    assert name == "a" and readings == ("recovered",) and counts == OF_RECOVERED
+    assert np.array_equal(combinations, law.grid([0.1, 0.2, 0.3], [0], [2, 4], [1]))
     del saved[:]
     study_proteins.main("folder", tmp_path / "small", most_dots=70)  # two atoms have about as many
     assert [place.name for place, _ in saved] == ["a", "b"]
@@ -445,7 +485,7 @@ def test_what_is_saved_comes_back_and_half_a_protein_is_refused(measured, tmp_pa
 
 
 def test_variants_and_recovered_grids_are_taken_from_their_folders(tmp_path, monkeypatch):
-    for name in ("variants/probe 1.2 Å", "recovered", "tables", "evidence"):
+    for name in ("variants/probe 1.2 Å", "recovered", "recovered_whole", "tables", "evidence"):
         (tmp_path / name).mkdir(parents=True)
     asked, one = [], pd.DataFrame({"value": [1.2345678]})
     monkeypatch.setattr(write_proteins, "load_all", lambda folder: folder.relative_to(tmp_path).as_posix())
@@ -453,7 +493,7 @@ def test_variants_and_recovered_grids_are_taken_from_their_folders(tmp_path, mon
         write_proteins, "tables_of", lambda *given: asked.append(given) or {"d": one, "summary": one}
     )
     write_proteins.write_tables(tmp_path, tmp_path / "tables", tmp_path / "evidence")
-    assert asked == [(".", {"probe 1.2 Å": "variants/probe 1.2 Å"}, "recovered")]
+    assert asked == [(".", {"probe 1.2 Å": "variants/probe 1.2 Å"}, "recovered", "recovered_whole")]
     for path in ("tables/proteins_d.csv", "evidence/summary.csv.gz"):
         assert pd.read_csv(tmp_path / path)["value"].tolist() == [1.2346]
     # the same bytes whenever they are written: a gzip file tells the time otherwise

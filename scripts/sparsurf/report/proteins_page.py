@@ -9,10 +9,11 @@ from sparsurf.report.proteins_answer import answer, counted, interval, rho, shar
 from sparsurf.report.recommendation import SIGNIFICANT, recommend
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.streams import stream
+from sparsurf.study.protein_scores import WHOLE
 
 STORED = (
     "d", "plateaus", "enough", "enough_means", "needed_means", "by_n_s", "correlations", "power", "coverage", "variants",
-    "recovered",
+    "recovered", WHOLE,
 )  # fmt: skip
 AS_IS = {TEXT: "as they are", RECOVERED: "recovered"}
 FAR = 2  # times the mean of Z
@@ -34,9 +35,9 @@ floors (3 draws, 200 test dots), and uniform, farthest-point, Poisson-disk dots 
 draws, 1 of surfaces above 38,000 dots; the same 200 test dots), as they are (`surface`) and recovered (always at 5.35
 dots per Å^2, less than these surfaces without hydrogens have). Recovering for every combination of the grid would
 make 15,552 surfaces of each protein: `--recovered N` does it for a quarter of the grid (every second α and β, 2
-draws, 48 test dots) on the N smallest. Not measured are the samplers that choose dots by the error of the recovered
-surface ([recover.md](recover.md) has them). The protein is the unit of every interval (95 %, Student's t), as it
-stands for the others that were not measured.
+draws, 48 test dots) on the N smallest, `--whole N` for all of it in as many draws. Not measured are the samplers
+that choose dots by the error of the recovered surface ([recover.md](recover.md) has them). The protein is the unit
+of every interval (95 %, Student's t), as it stands for the others that were not measured.
 
 `make run CONFIG=studies/proteins.yaml` is the same study with all its outputs on 38 structures of the PDB.
 """
@@ -45,7 +46,7 @@ stands for the others that were not measured.
 def page(stored):
     """The page as Markdown; `stored` are the tables of `STORED` and those of `recommendation.read_run`, by name."""
     parts = ["# Does any claim depend on the protein?\n", answer(stored), who(stored), HOW]
-    parts += ["## Is d above 0?\n", of_d(stored["d"], stored.get("recovered"))]
+    parts += ["## Is d above 0?\n", of_d(stored["d"], stored.get("recovered"), stored.get(WHOLE))]
     parts += ["## Does one combination do for all?\n", of_plateaus(stored["d"], stored["plateaus"])]
     parts += ["## Does mean roughness predict the best parameters?\n", of_roughness(stored)]
     parts += ["## How many dots are enough?\n", of_enough(stored["enough_means"], stored["correlations"])]
@@ -66,7 +67,7 @@ def who(stored):
     )
 
 
-def of_d(table, recovered=None):
+def of_d(table, recovered=None, whole=None):
     """d over the proteins, range by range; of the grids that were recovered where they were."""
     parts = ["![](proteins_d.png)\n"]
     readings = [*table.groupby("islands", sort=False)]
@@ -97,12 +98,30 @@ def of_d(table, recovered=None):
                 f"one protein, so that few of their own intervals leave 0. {of_worst(rows)}\n"
             )
         parts.append(markdown(short))
+    if whole is not None:
+        parts += of_whole(whole)
     parts.append(
         "own best: the combination with the highest d on this protein, measured on test dots and draws that did not choose it; "
         "above, below: by the protein's own 95 % interval. Choice of all others: the combination with the highest "
         "mean d on the other proteins; of the nearest: on the three nearest in mean roughness.\n"
     )
     return "\n".join(parts)
+
+
+def of_whole(table):
+    """What the other three quarters of the grid add where all of it was recovered."""
+    mean, rows = table.iloc[0], table.iloc[1:]
+    short = pd.DataFrame({"range": rows["range"]})
+    for grid, column in {"whole": "n_S_percent", "quarter": "n_S_percent_quarter"}.items():
+        short[f"n_S / %, {grid}"] = [f"{x:.1f}" for x in rows[column]]
+    for words, name in {"whole": "whole", "a quarter": "quarter", "whole less a quarter": "gain"}.items():
+        short[f"own best, d held out, {words}"] = [interval(row, name) for _, row in rows.iterrows()]
+    return [
+        f"Four times as many combinations to choose from change that by {interval(mean, 'gain')}: on the {mean['n']:.0f} "
+        f"smallest proteins the whole grid was recovered as well (2 draws), with a mean d of {interval(mean, 'whole')}, a "
+        f"quarter of it there having {interval(mean, 'quarter')}.\n",
+        markdown(short),
+    ]
 
 
 def of_worst(rows):

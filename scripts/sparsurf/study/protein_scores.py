@@ -1,7 +1,7 @@
 """One protein of the study over many: its grid, its floors, and Z of samplers by n_S, as it is and recovered.
 
 The protein is the unit of every interval, so that few test dots do for each: its own error is small beside how proteins
-differ. `recovered` is measured for a quarter of the grid: all of it would make 15,552 surfaces of each protein.
+differ. `recovered` is measured for a quarter of the grid, with all of it on a few: that makes 5,184 surfaces of each protein.
 """
 
 from dataclasses import dataclass, replace
@@ -29,6 +29,7 @@ MAX_N_S_PERCENT = 20  # of the best combination that is restricted, as in config
 PERCENTS = (1.0, 1.5, 2.5, 4.0, 6.0, 10.0, 15.0, 25.0, 40.0, 60.0)  # n_S of the samplers, % of the dots
 ONE_DRAW = 38_000  # dots; of a larger surface samplers get one draw by n_S: recovering takes most of its time
 SAMPLERS = ("uniform", "farthest", "poisson", "paper")  # the last: Table I, alpha set for each n_S
+WHOLE = "recovered_whole"  # folder of the proteins all of whose grid was recovered, and name of their table
 THINNED = ("alpha", "beta")  # every second value of these makes a quarter of the grid
 
 

@@ -8,7 +8,8 @@ from sparsurf.recovery.readings import RECOVERED
 from sparsurf.streams import stream
 from sparsurf.study import over_proteins, protein_variants
 from sparsurf.study.over_proteins import YARDSTICKS
-from sparsurf.study.protein_scores import SEED, Rules
+from sparsurf.study.protein_scores import SEED, WHOLE, Rules
+from sparsurf.study.relation import with_interval
 from sparsurf.study.summary import relation_table, summary_table, surfaces_table
 
 OF_RECOMMENDATION = ("summary", "relation", "surfaces")  # that a recommendation answers from
@@ -16,14 +17,14 @@ N_RANGES = 10
 LOWEST_TARGET = 10.0  # %, whose Z recovered dots reach below the fewest that were measured: but a bound
 
 
-def tables_of(measured, varied, recovered=()):
+def tables_of(measured, varied, recovered=(), whole=()):
     """Every table by name; those of `OF_RECOMMENDATION` are as `summarise_run.py` writes them.
 
     Parameters
     ----------
     measured : list of what `protein_files.load` returns
     varied : dict of variant to such a list; may be empty
-    recovered : such a list of the proteins whose grid was measured under `recovered`; may be empty
+    recovered, whole : such lists of the proteins a quarter or all of whose grid was measured under `recovered`; may be empty
     """
     results = [each[0] for each in measured]
     curves, floors = (
@@ -57,6 +58,8 @@ def tables_of(measured, varied, recovered=()):
     if recovered:
         found["recovered"], covered = of_recovered([each[0] for each in recovered])
         found["coverage"] = pd.concat([found["coverage"], covered], ignore_index=True)
+    if recovered and whole:
+        found[WHOLE] = of_whole_grid(*([each[0] for each in some] for some in (whole, recovered)))
     return found
 
 
@@ -75,6 +78,33 @@ def of_recovered(results):
     words = f"d held out, `{RECOVERED}`"
     covered = pd.DataFrame([{"quantity": words, "interval": "mean", "n": len(held), "coverage": share}])
     return over_proteins.d_by_range(summary).merge(chosen, on="range", how="left"), covered
+
+
+def of_whole_grid(whole, quarter):
+    """What the best of the whole recovered grid gains over the best of a quarter of it, on proteins that have both.
+
+    Returns
+    -------
+    DataFrame: range (0: mean of a protein's ranges), n (proteins), and means over them: n_S_percent and
+    n_S_percent_quarter, `whole` and `quarter`, d held out of each protein's own best, and `gain`, the first less the
+    second, with their intervals
+    """
+    keys, columns = ["protein", "range"], ["n_S_percent", "d_held_out"]
+    tables = (
+        summary_table(results).dropna(subset="d_held_out")[keys + columns] for results in (whole, quarter)
+    )
+    both = next(tables).merge(next(tables), on=keys, suffixes=("", "_quarter"))
+    both = both.rename(columns={"d_held_out": "whole", "d_held_out_quarter": "quarter"})
+    both["gain"] = both["whole"] - both["quarter"]
+    rows = []
+    for k, own in [(0, both.groupby("protein").mean()), *both.groupby("range")]:
+        row = {"range": k, "n": len(own)} | {
+            name: own[name].mean() for name in ("n_S_percent", "n_S_percent_quarter")
+        }
+        for name in ("whole", "quarter", "gain"):
+            row |= with_interval(name, own[name])
+        rows.append(row)
+    return pd.DataFrame(rows)
 
 
 def quantities_of(summary, enough, needed):
