@@ -20,6 +20,7 @@ from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import texts_of
+from sparsurf.streams import stream
 from sparsurf.study import (
     over_proteins,
     protein_files,
@@ -31,6 +32,7 @@ from sparsurf.study.protein_scores import (
     OF_RECOVERED,
     PERCENTS,
     SAMPLERS,
+    SEED,
     Counts,
     Rules,
     measure,
@@ -381,7 +383,15 @@ def test_the_whole_recovered_grid_is_set_beside_its_quarter_on_the_same_proteins
 
     whole = [on("a", 1.0, 10), on("b", 2.0, 20), on("c", 6.0, 60), on("alone", 99.0, 90)]
     quarter = [on("c", 2.0, 30), on("other", 50.0, 1), on("b", 1.0, 20), on("a", 0.5, 13)]
-    found = protein_tables.of_whole_grid(whole, quarter).set_index("range")
+    found, covered = protein_tables.of_whole_grid(whole, quarter)
+    found = found.set_index("range")
+    assert covered[["quantity", "interval", "n"]].iloc[0].to_list() == [
+        "d held out, `recovered`, whole less a quarter of the grid", "mean", 3,
+    ]  # fmt: skip
+    again = over_proteins.coverage_of_mean(
+        np.array([0.5, 1.0, 4.0]), stream(SEED, "coverage", "recovered_whole")
+    )
+    assert covered["coverage"].iloc[0] == again
     filled = (np.flatnonzero(~empty) + 1).tolist()
     assert found.index.tolist() == [0, *filled] and found["n"].unique().tolist() == [3]
     gains = np.array([0.5, 1.0, 4.0])

@@ -59,7 +59,8 @@ def tables_of(measured, varied, recovered=(), whole=()):
         found["recovered"], covered = of_recovered([each[0] for each in recovered])
         found["coverage"] = pd.concat([found["coverage"], covered], ignore_index=True)
     if recovered and whole:
-        found[WHOLE] = of_whole_grid(*([each[0] for each in some] for some in (whole, recovered)))
+        found[WHOLE], covered = of_whole_grid(*([each[0] for each in some] for some in (whole, recovered)))
+        found["coverage"] = pd.concat([found["coverage"], covered], ignore_index=True)
     return found
 
 
@@ -74,10 +75,14 @@ def of_recovered(results):
         worst.rename(columns={"protein": "lowest_protein", "d_from_all": "lowest"}), on="range"
     )
     held = summary.groupby("protein")["d_held_out"].mean()
-    share = over_proteins.coverage_of_mean(held.to_numpy(), stream(SEED, "coverage", RECOVERED))
-    words = f"d held out, `{RECOVERED}`"
-    covered = pd.DataFrame([{"quantity": words, "interval": "mean", "n": len(held), "coverage": share}])
+    covered = _covered(f"d held out, `{RECOVERED}`", held.to_numpy(), RECOVERED)
     return over_proteins.d_by_range(summary).merge(chosen, on="range", how="left"), covered
+
+
+def _covered(words, values, key):
+    """How often the interval of a mean over so many proteins holds, a row of `coverage`."""
+    share = over_proteins.coverage_of_mean(values, stream(SEED, "coverage", key))
+    return pd.DataFrame([{"quantity": words, "interval": "mean", "n": len(values), "coverage": share}])
 
 
 def of_whole_grid(whole, quarter):
@@ -87,7 +92,7 @@ def of_whole_grid(whole, quarter):
     -------
     DataFrame: range (0: mean of a protein's ranges), n (proteins), and means over them: n_S_percent and
     n_S_percent_quarter, `whole` and `quarter`, d held out of each protein's own best, and `gain`, the first less the
-    second, with their intervals
+    second, with their intervals; and how often such an interval of the gain holds, a row of `coverage`
     """
     keys, columns = ["protein", "range"], ["n_S_percent", "d_held_out"]
     tables = (
@@ -104,7 +109,10 @@ def of_whole_grid(whole, quarter):
         for name in ("whole", "quarter", "gain"):
             row |= with_interval(name, own[name])
         rows.append(row)
-    return pd.DataFrame(rows)
+    gain = both.groupby("protein")["gain"].mean().to_numpy()
+    return pd.DataFrame(rows), _covered(
+        f"d held out, `{RECOVERED}`, whole less a quarter of the grid", gain, WHOLE
+    )
 
 
 def quantities_of(summary, enough, needed):
