@@ -23,6 +23,7 @@ from sparsurf.workflow.yaml_file import read_config
 ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
 PART = {"--until", "-U", "--omit-from", "-O"}  # Snakemake's options that leave something out
+HELP = {"-h", "--help"}
 OF_CONFIG = {"--config", "-C", "--configfile", "--configfiles"}
 NOT_FINISHED = "not finished"
 TELL = 2**30  # bytes of memory from which on a grid's need is told
@@ -30,10 +31,13 @@ TELL = 2**30  # bytes of memory from which on a grid's need is told
 
 def main(path_to_config="config.yaml", *options):
     """Run Snakemake, then its report where anything is newer than it; returns the exit code."""
+    if path_to_config in HELP:
+        print(f"{__doc__.strip()}\n\nWithout a config, that is the default study, config.yaml, on all cores.")
+        return 0
     path, begin, options = Path(path_to_config).resolve(), time.time(), list(options)
     here = not {"--cluster", "--executor"} & set(options)
     options[:0] = limit() if here else []
-    dry = bool({"--dry-run", "-n"} & set(options))
+    dry = bool({"--dry-run", "-n", *HELP} & set(options))
     os.chdir(ROOT)
     try:
         if "--cluster" in options:

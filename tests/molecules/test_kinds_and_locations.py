@@ -228,6 +228,23 @@ def test_chains_and_residues_narrow_down_ligands_too(tmp_path, caplog):
     assert caplog.messages == [f"{path}: left out 1 LIG"]  # of the other chain nothing is said
 
 
+def test_a_ligand_that_is_named_outside_of_the_residues_is_refused(tmp_path):
+    ligands = "".join(
+        atom_line("C1", name, chain, number, (0, 0, z), record="HETATM")
+        for name, chain, number, z in (("LIG", "A", "8", 5), ("LIG", "B", "9", 25), ("CMO", "A", "12", 9))
+    )
+    path = write(
+        tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", origin=(0, 0, 20)) + ligands + "END\n"
+    )
+    message = r"^ligands: CMO of .*a\.pdb lies outside of the chains and residues asked for: add it to them, as A:12\.$"
+    for keys in ({"residues": "A:1-9"}, {"chains": ["B"]}):
+        with pytest.raises(InputError, match=message):
+            read_molecule(path, ligands=["LIG", "CMO"], **keys)
+        assert (read_molecule(path, ligands=["LIG"], **keys).residue_name == "LIG").sum() == 1
+        assert "CMO" not in read_molecule(path, ligands=True, selection="all", **keys).residue_name
+    assert "CMO" in read_molecule(path, ligands=["CMO"], residues="A:1-3,12").residue_name
+
+
 def test_a_ligand_has_two_atoms_or_more(tmp_path):
     text = "".join(
         atom_line(name, residue_name, "A", residue, (0, 0, z), record="HETATM", element=name[0])
@@ -255,3 +272,5 @@ def test_nucleic_acids_take_part_only_where_they_are_named(tmp_path):
     path = write(tmp_path / "a.pdb", peptide(chain="A") + dna + "END\n")
     assert set(read_molecule(path).chain) == {"A"}
     assert set(read_molecule(path, chains=["B"]).chain) == {"B"}
+    assert set(read_molecule(path, residues="1-9").chain) == {"A"}  # both have a residue 1
+    assert set(read_molecule(path, residues=["A:1", "B:1"]).chain) == {"A", "B"}

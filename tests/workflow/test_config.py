@@ -141,6 +141,11 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         ),
         ("minimal", {"n_S": 5, "Z": 1.0}, ["minimal needs exactly one of", "but has n_S, Z"]),
         ("sampling.alpha", 0.5, ["sampling.alpha is 0.5, but must be a list, as [1, 2]."]),
+        (
+            "evaluation.islands",
+            "kept",
+            ["evaluation.islands is 'kept', but must be a list, as [kept]"],
+        ),
         ("seed", "1e3", ["seed is '1e3'", "a whole number, as 3; write it without quotes and without e ("]),
         ("run", datetime.date(2026, 1, 2), ["run is 2026-01-02, but must be a text; put it in quotes ("]),
         ("draws", 3, ["unknown key 'draws' in the config; it stands below evaluation or ensemble."]),

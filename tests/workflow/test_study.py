@@ -142,6 +142,17 @@ def test_the_first_page_stays_where_every_protein_has_its_end(checkout, monkeypa
     assert study.unfinished({"proteins": {"p": {}}, "pairs": {}}, results, 0) == {"p": "not finished"}
 
 
+@pytest.mark.parametrize("word", ["-h", "--help"])
+def test_help_is_given_and_nothing_made(checkout, capsys, word):
+    assert study.main(word) == 0 and checkout.calls == []
+    said = capsys.readouterr().out
+    assert said.startswith("Run a study and write its report: `python scripts/study.py [config.yaml]")
+    assert "Without a config, that is the default study, config.yaml, on all cores.\n" in said
+    assert study.main(checkout.config(), word) == 0  # Snakemake's own
+    assert len(checkout.calls) == 1 and checkout.calls[0][-1] == word
+    assert capsys.readouterr().out == ""  # no results to look at
+
+
 def test_of_a_pair_without_its_partner_the_partner_is_named(tmp_path):
     for done in ("b", "pairs/made"):
         (tmp_path / done).mkdir(parents=True)

@@ -29,8 +29,8 @@ def chosen_atoms(
 ):
     """Atoms that the user's keys choose.
 
-    Without `selection`: the protein residues, or all polymer residues where chains or residues are named,
-    and the ligands named. With it: whatever the expression selects, and the ligands. Chains and residues
+    Without `selection`: the protein residues, or all polymer residues where chains are named (as 'A:10-52' does), and
+    the ligands named. With it: whatever the expression selects, and the ligands. Chains and residues
     narrow down either.
 
     Parameters
@@ -53,15 +53,18 @@ def chosen_atoms(
 
     Raises
     ------
-    InputError : malformed keys, or nothing selected
+    InputError : malformed keys, nothing selected, or a ligand that is named outside of the chains and residues
     """
     narrowed = _in_chains(molecule, path, chains) & _in_residues(molecule, path, residues)
     if selection is None:
-        named = chains is not None or residues is not None
+        named = chains is not None or _names_chains(residues)
         pool = np.isin(molecule.kind, POLYMERS if named else ["protein"])
     else:
         pool = atoms_of_expression(molecule, selection)
-    chosen = (pool | _ligands(molecule, path, ligands)) & narrowed
+    wanted = _ligands(molecule, path, ligands)
+    chosen = (pool | wanted) & narrowed
+    if ligands is not True:
+        _refuse_outside(molecule, path, wanted, narrowed)
     if report:
         _report_left_out(molecule, path, chosen, narrowed)
     if hydrogens == "remove":
@@ -85,6 +88,10 @@ def _in_chains(molecule, path, chains):
     if absent:
         raise InputError(f"{path} has no chain {', '.join(absent)}: its chains are {_chains(molecule)}.")
     return np.isin(molecule.chain, wanted)
+
+
+def _names_chains(residues):
+    return residues is not None and any(":" in each for each in _texts(residues, "residues", "A:10-52A,60"))
 
 
 def _in_residues(molecule, path, residues):
@@ -155,6 +162,17 @@ def _ligands(molecule, path, ligands):
         listed = ", ".join(sorted(others)) or "none"
         raise InputError(f"{path} has no ligand {', '.join(absent)}: beside the polymers it has {listed}.")
     return np.isin(molecule.residue_name, names)
+
+
+def _refuse_outside(molecule, path, wanted, narrowed):
+    """Raise InputError where all of a ligand that is named lies outside of the chains and residues."""
+    for name in dict.fromkeys(molecule.residue_name[wanted].tolist()):
+        own = np.flatnonzero(wanted & (molecule.residue_name == name))
+        if not narrowed[own].any():
+            place = f"{molecule.chain[own[0]]}:{molecule.residue[own[0]]}"
+            raise InputError(
+                f"ligands: {name} of {path} lies outside of the chains and residues asked for: add it to them, as {place}."
+            )
 
 
 def _report_left_out(molecule, path, chosen, narrowed):

@@ -145,8 +145,9 @@ def _partner(control, contacts, means):
         )
         lines.append(
             f"With the {row['descriptor']} descriptor the map against the partner of another complex correlates at "
-            f"{row['mean']:.2f} (95 %: {row['low']:.2f} to {row['high']:.2f}) with the map against the true partner, "
-            f"and finds the interface with an AUC of {other['mean']:.3f} (true partner: {own['mean']:.3f})."
+            f"{row['mean']:.2f} (95 %: {row['low']:.2f} to {row['high']:.2f}; {row['complexes']} complexes) with the map "
+            f"against the true partner, and over {other['complexes']:.0f} finds the interface with an AUC of "
+            f"{other['mean']:.3f} (true partner: {own['mean']:.3f})."
         )
     shown = contacts[contacts["group"] == "bound"]
     words = {"any pair": "its first patch and a random one", "exchanged": "the same patches paired at random"}

@@ -94,4 +94,6 @@ def _type(wished, given):
         return f"{TYPES[wished]}; put it in quotes"
     if wished in ("integer", "number") and isinstance(given, str) and NUMBER.fullmatch(given):
         return f"{TYPES[wished]}; write it without quotes and without e"
+    if wished == "array" and isinstance(given, str):
+        return f"a list, as [{given}]"
     return TYPES[wished]
