@@ -8,6 +8,8 @@ import subprocess
 import numpy as np
 import pytest
 
+import sparsurf
+from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, triangles, write_ply
 from sparsurf.surfaces.making import molecular_surface
@@ -247,6 +249,32 @@ def test_triangles_of_a_protein_close(a1):
     assert loose_edges(faces) == (0, 0)
     assert len(np.unique(faces)) > 0.995 * len(a1)
     assert area_and_volume(a1.points, faces)[0] == pytest.approx(a1.area.sum(), rel=0.01)
+
+
+@pytest.fixture(scope="module")
+def embedded():
+    return sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb")
+
+
+@pytest.mark.parametrize(
+    ("share", "percent", "words"),
+    [
+        (1.0, 1, "comes out 1 % small"),
+        (0.2, 3, "of a fifth of the dots 3 %"),
+        (0.1, 5, "of a tenth 5 %"),
+        (0.02, 12, "of a fiftieth 12 %"),
+    ],
+)
+def test_flat_triangles_lose_the_area_that_is_told(embedded, share, percent, words):
+    """Of farthest-point dots; surfaces differ by a percent at a fiftieth."""
+    dots = embedded
+    if share < 1:
+        kept = sparsurf.sample(embedded, share, sampler="farthest")
+        dots = Surface(embedded.points[kept], embedded.normals[kept])
+    lost = 100 - 100 * area_and_volume(dots.points, triangles(dots))[0] / embedded.area.sum()
+    assert lost == pytest.approx(percent, abs=0.7)
+    told = " ".join((ROOT / "results" / "README.md").read_text(encoding="utf-8").split())
+    assert words in told
 
 
 def test_pymol_opens_it(tmp_path, small):
