@@ -2,9 +2,10 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from sparsurf.report import comparison_answer, comparison_page, summary_page
-from sparsurf.report.pages import held_out
+from sparsurf.report.pages import bounded, held_out
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.published import OF_PAPER
 from sparsurf.study.comparison import NEAR
@@ -119,6 +120,30 @@ def test_a_bound_without_scatter_has_no_brackets():
     assert "needs 2.2 (2.2 .. 2.2) times fewer than uniform." in told(low=2.21, high=2.24, bound="")
 
 
+@pytest.mark.parametrize(
+    ("factor", "bound", "words"),
+    [
+        (0.97, "more than ", "0.9"),
+        (2.3, "more than ", "2.3"),
+        (0.3 / 0.1, "more than ", "3.0"),  # 2.9999999999999996
+        (2.29, "more than ", "2.2"),
+        (1.04, "less than ", "1.1"),
+        (1.1, "less than ", "1.1"),
+        (0.97, "", "1.0"),
+        (0.97, "about ", "1.0"),
+    ],
+)
+def test_a_bound_is_not_rounded_into_a_claim(factor, bound, words):
+    fewer = FEWER[:1].assign(factor=factor, bound=bound, low=np.nan, high=np.nan)
+    assert bounded(factor, bound) == words
+    if bound:
+        lines = comparison_answer.answer(comparison(), None, fewer)
+        assert (
+            lines[2]
+            == f"- For the Z they reach there, farthest needs {bound}{words} times fewer than uniform."
+        )
+
+
 def test_subsets_that_stand_alone_in_a_table():
     page = comparison_answer.alone_markdown(ALONE)
     assert "| dotted | 1.00 (0.90 .. 1.10) at 7.9 % | 0.50 (0.40 .. 0.60) at 32.0 % |" in page
@@ -132,6 +157,10 @@ def test_findings_of_a_comparison():
     assert "Lowest Z: farthest at 8, 32 %." in said
     # Z = 2 sqrt(8 / n): 3 is beyond what was measured of farthest; so farthest at 8 % or fewer
     assert "farthest needs more than 1.0 times fewer dots than uniform at 8 % for the same Z." in said
+    by_chance = comparison()
+    by_chance.loc[by_chance["sampler"] == "uniform", "n_S_percent"] *= 0.97
+    said_then = "\n".join(comparison_page._findings(by_chance))
+    assert "farthest needs more than 0.9 times fewer dots than uniform at 8 % for the same Z." in said_then
     assert "Worse than the null model: at 8 % paper." in said
     turned = {"farthest": (2.0, 3.0), "uniform": (3.0, 1.5), "paper": (4.0, 3.6)}
     other = "\n".join(comparison_page._findings(comparison(**{"Z surface": turned})))

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.readings import SCALE
-from sparsurf.report.pages import markdown
+from sparsurf.report.pages import bounded, markdown
 from sparsurf.sampling.samplers import called
 from sparsurf.study.dots_needed import REFERENCE, values_of
 from sparsurf.study.without_the_surface import DOTTED
@@ -96,7 +96,7 @@ def _times(fewer, at):
         (fewer["measure"] == "Z surface") & (fewer["percent"] == at) & (fewer["sampler"] == "farthest")
     ]
     cases = [
-        f"{row.bound}{row.factor:.1f}{_limits(row)} times fewer than {spoken(row.than)}"
+        f"{row.bound}{bounded(row.factor, row.bound)}{_limits(row)} times fewer than {spoken(row.than)}"
         for row in rows.itertuples()
     ]
     if cases:

@@ -4,7 +4,7 @@ import numpy as np
 
 from sparsurf.report import comparison_answer
 from sparsurf.report.comparison_answer import spoken
-from sparsurf.report.pages import markdown
+from sparsurf.report.pages import bounded, markdown
 from sparsurf.sampling.published import OF_PAPER
 from sparsurf.study.dots_needed import RANKING, REFERENCE, needed, ranking, times_fewer, values_of
 
@@ -212,7 +212,7 @@ def _ranking_sentence(holds):
 def _fewer_sentence(table, than, at):
     factor, bound = times_fewer(table, "farthest", than, at)
     which = {"paper": "paper (its own choice by d)"}.get(than, spoken(than))
-    return f"farthest needs {bound}{factor:.1f} times fewer dots than {which} at {at:g} % for the same Z."
+    return f"farthest needs {bound}{bounded(factor, bound)} times fewer dots than {which} at {at:g} % for the same Z."
 
 
 def _null_sentence(table):

@@ -4,7 +4,7 @@ import pandas as pd
 
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import READINGS, RECOVERED, readings_in
-from sparsurf.report.pages import held_out, markdown
+from sparsurf.report.pages import bounded, held_out, markdown
 from sparsurf.study.enough import NULL_MODEL
 
 FRESH = "fresh dots"
@@ -213,8 +213,9 @@ def _times(row):
     if f"{max(value, 1 / value):.1f}" == "1.0":
         return AS_MANY[sign]
     if value < 1:
-        return f"{OTHER_WAY.get(sign, sign)}{1 / value:.1f} times more dots"
-    return f"{sign}{value:.1f} times fewer dots"
+        other = OTHER_WAY.get(sign, sign)
+        return f"{other}{bounded(1 / value, other)} times more dots"
+    return f"{sign}{bounded(value, sign)} times fewer dots"
 
 
 def _table(surfaces):

@@ -22,6 +22,12 @@ def markdown(table, decimals=2):
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
+def bounded(factor, bound):
+    """A factor with one decimal; a bound, 'more than ' or 'less than ', is rounded to where it says less."""
+    cut = {"more than ": math.floor, "less than ": math.ceil}.get(bound)
+    return f"{cut(round(10 * factor, 6)) / 10 if cut else factor:.1f}"  # 0.3 / 0.1 is no 29.999999 tenths
+
+
 EXPLAINED = {
     PUBLISHED: "islands are removed among the kept dots (the authors' code; the published table)",
     TEXT: "the patch is cut once on the full surface and all its kept dots count (the paper's text)",
