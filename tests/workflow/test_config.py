@@ -167,6 +167,18 @@ def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
     assert "floor" not in check(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
 
 
+def test_a_combination_stands_without_another_sampler():
+    own = {"combination": [1.0, 0.0, 6.0, 0.0]}
+    for sampler in ({}, {"sampler": "paper"}):
+        assert check(DEFAULT | {"minimal": own | sampler})["minimal"]["combination"] == own["combination"]
+    for sampler in ("farthest", "paper_corrected"):
+        with pytest.raises(InputError) as error:
+            check(DEFAULT | {"minimal": own | {"sampler": sampler}})
+        assert str(error.value) == (
+            f"config: minimal.sampler is {sampler}, but minimal.combination is of the paper's; leave out one of the two."
+        )
+
+
 def test_a_floor_of_moved_atoms_needs_atoms(tmp_path):
     (tmp_path / "dots.dms").write_text("")
     config = {"proteins": {"a": {"surface": str(tmp_path / "dots.dms")}}}
