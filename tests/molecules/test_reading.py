@@ -92,6 +92,19 @@ def test_frames_at_some_times_are_read_without_the_others(example, monkeypatch):
     assert np.array_equal(few.xyz, whole.xyz[few.frame_number]) and equal_names(few, whole)
 
 
+def test_times_that_no_frame_has_are_told(example, tmp_path, caplog):
+    topology, trajectory = example
+    read_molecule(topology, trajectory, times=[7])
+    assert not caplog.messages
+    for times in ([10.3, 5000], []):
+        assert read_molecule(topology, trajectory, times=times).frame_number.tolist() == [0]
+    told = f"{trajectory} has no frame at any of the times that are asked for: its first frame alone is read"
+    assert caplog.messages == [told, told]
+    frame = mdtraj.load_frame(str(trajectory), 0, top=str(topology))
+    frame.save(str(tmp_path / "one.gro"))  # holds its own frame
+    assert read_molecule(tmp_path / "one.gro", times=[0]).n_frames == 1
+
+
 def test_one_frame_formats(example, tmp_path):
     topology, trajectory = example
     frame = mdtraj.load_frame(str(trajectory), 7, top=str(topology))
@@ -450,6 +463,11 @@ def test_real_insertion_codes_and_negative_numbers(shared):
         ({"chains": 5}, "chains is 5; it must be a text such as 'A,B', or a list"),
         ({"ligands": 5}, "ligands is 5; it must be a text such as 'HEM,ZN', or a list"),
         ({"ligands": "HEM, ZN"}, "has no ligand HEM, ZN: beside"),
+        ({"whole": "x"}, r"^whole is 'x'; it must be True or False\.$"),
+        (
+            {"times": [0]},
+            r"^times: there is no trajectory to take frames from; give one, or leave out the times\.$",
+        ),
         ({"selection": 5}, "selection is 5; it must be an mdtraj expression, or 'all'"),
     ],
 )

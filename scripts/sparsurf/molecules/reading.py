@@ -82,7 +82,8 @@ def read_molecule(
     model : int, read only the model of this number
     altloc : 'first', 'highest' (occupancy) or a letter, see `atom_table.choose_altlocs`
     stride : int, keep every stride-th frame
-    times : floats, ps; of a trajectory keep the first frame and those at these times only, whatever the stride
+    times : floats, ps; of a trajectory keep the first frame and those at these times only, whatever the stride; a
+        warning where no frame is at any
     whole : bool, put molecules together that the periodic box cuts
 
     Returns
@@ -102,6 +103,12 @@ def read_molecule(
     """
     if not (isinstance(stride, int) and stride > 0):
         raise InputError(f"stride: {stride} is not a whole number above 0: give 1 for every frame.")
+    if not isinstance(whole, bool | np.bool_):
+        raise InputError(f"whole is {whole!r}; it must be True or False.")
+    if times is not None and trajectory is None and suffix(path) not in SELF_CONTAINED:
+        raise InputError(
+            "times: there is no trajectory to take frames from; give one, or leave out the times."
+        )
     keys = {
         "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
     }  # fmt: skip

@@ -108,7 +108,11 @@ def read_frames(path, n_atoms, atoms, stride=1):
 def read_frames_at(path, n_atoms, atoms, times):
     """As `read_frames`, the first frame and those at some of `times`, ps; no other is held."""
     every = read_frames(path, n_atoms, atoms[:1])
-    far = np.abs(every.time_ps[:, None] - np.asarray(times)).min(axis=1)
+    far = np.abs(every.time_ps[:, None] - np.asarray(times)).min(axis=1, initial=np.inf)
+    if not (far < AT).any():  # nan, too: a file that tells no times
+        log.warning(
+            "%s has no frame at any of the times that are asked for: its first frame alone is read", path
+        )
     number = np.flatnonzero((far < AT) | (every.number == 0))
     xyz, _, box = frames(path, n_atoms, atoms, only=number)
     return _in_angstrom(xyz, every.time_ps[number], number, box)
