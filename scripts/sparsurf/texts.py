@@ -2,6 +2,7 @@
 
 import codecs
 import gzip
+import os
 import zlib
 from pathlib import Path
 
@@ -10,9 +11,18 @@ from sparsurf import InputError
 MOST_BYTES = 2**30  # unpacked; the largest structures of the PDB have half of it
 
 
+def as_path(given):
+    """A Path of a text or a path; raises InputError for anything else."""
+    if not isinstance(given, str | os.PathLike):
+        raise InputError(
+            f"a path is a text or a Path, not of the type {type(given).__name__}: name the file."
+        )
+    return Path(given)
+
+
 def read_bytes(path):
     """Bytes of a file, unpacked if its name ends in .gz."""
-    path = Path(path)
+    path = as_path(path)
     try:
         with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as stream:
             content = stream.read(MOST_BYTES + 1)

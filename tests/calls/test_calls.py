@@ -21,6 +21,7 @@ from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import law
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import stream
+from sparsurf.study.minimal import tell_of_another_number
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 
@@ -124,6 +125,51 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
             "sample: a combination leaves n to chance; leave out n or the combination.",
         ),
         (
+            lambda dots, ready: sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="uniform"),
+            "sample: paper and paper_corrected draw by a combination, not 'uniform'; leave out one of the two.",
+        ),
+        (
+            lambda dots, ready: sparsurf.descriptors(dots, [0], up="x", d_link=D_LINK),
+            "up is 'x'; it must be True or False.",
+        ),
+        *(
+            (
+                lambda dots, ready, call=call: call(ready),
+                "what prepare() gave serves sample and compare only: give the dots that it was made of.",
+            )
+            for call in (sparsurf.roughness, sparsurf.descriptors, sparsurf.recover)
+        ),
+        *(
+            (
+                lambda dots, ready, kind=kind: sparsurf.roughness((dots[0].astype(kind), dots[1])),
+                "surface: the arrays hold something else than numbers, or rows of unequal length.",
+            )
+            for kind in (complex, str, bytes)
+        ),
+        *(
+            (
+                lambda dots, ready, call=call: call(b"dots.csv"),
+                "a path is a text or a Path, not of the type bytes: name the file.",
+            )
+            for call in (sparsurf.read_surface, sparsurf.read_molecule)
+        ),
+        (
+            lambda dots, ready: sparsurf.read_surface(open(os.devnull)),  # noqa: SIM115
+            "a path is a text or a Path, not of the type TextIOWrapper: name the file.",
+        ),
+        (
+            lambda dots, ready: sparsurf.roughness((dots[0].T, dots[1].T)),
+            "surface: points has the shape (3, 3000), not (N, 3), a row for each dot.",
+        ),
+        (
+            lambda dots, ready: sparsurf.roughness((dots[0], dots[1].T)),
+            "surface: normals has the shape (3, 3000), not (3000, 3).",
+        ),
+        (
+            lambda dots, ready: sparsurf.roughness((dots[0], 2 * dots[1])),
+            "surface: normals are not of unit length; divide each by its length.",
+        ),
+        (
             lambda dots, ready: sparsurf.sample(ready, 9, sampler=["x"]),
             f"sampler: there is no sampler ['x']; the samplers are {', '.join(SAMPLERS)}.",
         ),
@@ -201,6 +247,40 @@ def test_a_sample_has_the_wished_number(ready):
     assert first == again and len(set(first) & set(other)) < 10
     kept = sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=7)
     assert np.array_equal(kept, law.sample(ready.cover, (1, 0, 6, 0), ready.stream("sample", "paper", 7)))
+    assert np.array_equal(kept, sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper", seed=7))
+    other = sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper_corrected", seed=7)
+    rng = ready.stream("sample", "paper_corrected", 7)
+    assert np.array_equal(other, law.sample(ready.corrected_cover, (1, 0, 6, 0), rng)) and len(other) != len(
+        kept
+    )
+    assert np.array_equal(sparsurf.sample(ready, 9), sparsurf.sample(ready, 9, sampler="farthest"))
+
+
+def test_a_number_of_dots_that_was_not_wished_is_told(ready, dots, tmp_path, caplog, capsys):
+    n = len(sparsurf.sample(ready, 1, sampler="paper"))
+    assert n > 1 and caplog.messages == [
+        f"paper keeps {n} dots instead of 1: its combinations leave the number to chance, within what they can give"
+    ]
+    for wished in (n, 1.07 * n, 0.95 * n):
+        tell_of_another_number("paper", wished, n)
+    assert len(caplog.messages) == 1
+    tell_of_another_number("paper", 0.9 * n, n)
+    tell_of_another_number("paper", 1.2 * n, n)
+    assert len(caplog.messages) == 3
+    ran("minimal", dots, "--dots", 1, "--sampler", "paper", "-o", tmp_path / "m.csv")
+    n = len(pd.read_csv(tmp_path / "m.csv"))
+    assert capsys.readouterr().err.startswith(f"sparsurf: warning: paper keeps {n} dots instead of 1: ")
+
+
+def test_places_without_a_patch_are_told(blob, caplog):
+    places = np.array([blob[0][5], [0, 0, 99], [0, 99, 0]])
+    z = sparsurf.descriptors(blob, places, d_link=D_LINK)
+    assert z[0].any() and not z[1:].any()
+    assert caplog.messages == [
+        "at: 2 of 3 places have no patch, as no dot lies within 6 Å; their descriptors are zeros"
+    ]
+    assert sparsurf.descriptors(blob, [], d_link=D_LINK).shape == (0, 121)
+    assert sparsurf.descriptors(blob, [5], d_link=D_LINK).any() and len(caplog.messages) == 1
 
 
 def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
@@ -300,8 +380,10 @@ def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
     for wrong in (list(blob), (blob[0],), 3):
         with pytest.raises(InputError, match="is no surface: give the path"):
             inputs.as_surface(wrong)
-    with pytest.raises(InputError, match="a int is no molecule"):
+    with pytest.raises(InputError, match=r"^an int is no molecule"):
         inputs.as_molecule(3)
+    with pytest.raises(InputError, match=r"^a list is no surface"):
+        inputs.as_surface([])
     names = {"a.pdb": True, "a.PDB.gz": True, "a.cif": True, "a.gro": True, "a.prmtop": True, "a.csv": False}
     names |= {"a.dms.gz": False, "a.npz": False, "a.xtc": False}
     assert {name: inputs.is_structure(tmp_path / name) for name in names} == names
@@ -327,8 +409,14 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
     assert capfdbinary.readouterr().out == b".csv in part.csv.ply in part.ply"
     with pytest.raises(InputError, match=r"cannot be written as '.ply'; name a file in .csv, .npz."):
         outputs.write(tmp_path / "a.ply", None, outputs.TABLES, written)
-    with pytest.raises(InputError, match=r"cannot be written as ''"):
+    with pytest.raises(
+        InputError, match=r"/a\.gz: the name has no suffix; name a file in \.csv, \.npz, \.ply, \.dms\.$"
+    ):
         outputs.write(tmp_path / "a.gz", None, outputs.DOTS, written)
+    with pytest.raises(
+        InputError, match=r"/a\.npz: this cannot be written as '\.ply'; give --format csv, npz\.$"
+    ):
+        outputs.write(tmp_path / "a.npz", "ply", outputs.TABLES, written)
 
     def broken(path):
         path.write_text("half")

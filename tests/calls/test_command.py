@@ -224,6 +224,20 @@ def test_normals_that_point_inward_are_told_of(folder, tmp_path, capfd):
     assert "the normals point inward: turn them around" in capfd.readouterr().err
 
 
+def test_places_off_the_surface_are_told(folder, tmp_path, capfd):
+    table = pd.read_csv(folder / "minimal.csv").head(3)
+    table[["x", "y", "z"]] /= 10  # nm
+    table.to_csv(tmp_path / "nm.csv", index=False)
+    assert (
+        ended("recover", folder / "minimal.csv", "--around", tmp_path / "nm.csv", "-o", tmp_path / "z.csv")
+        == 0
+    )
+    assert capfd.readouterr().err == (
+        "sparsurf: warning: --around: 3 of 3 places have no patch, as no dot lies within 6 Å; their descriptors are zeros\n"
+    )
+    assert not pd.read_csv(tmp_path / "z.csv").filter(like="z_").to_numpy().any()
+
+
 @pytest.mark.parametrize("size", [[], ["--dots", "1"]])
 def test_one_dot_is_its_own_subset(tmp_path, capfd, size):
     (tmp_path / "one.csv").write_text("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n")
@@ -288,12 +302,28 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (["roughness", "dots.csv", "--r-patch", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
         (["descriptors", "dots.csv", "--radius", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
         (["recover", "minimal.csv", "--density", "1e9", "-o", "x.csv"], 2, "more than 0 and at most 100"),
-        (["recover", "minimal.csv", "--reach", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["recover", "minimal.csv", "--reach", "10.1", "-o", "x.csv"], 2, "more than 0 and at most 10"),
         (["recover", "minimal.csv", "--steps", "1001", "-o", "x.csv"], 2, "more than 0 and at most 1000"),
         (
             ["recover", "minimal.csv", "--around", "minimal.csv", "--density", "2", "-o", "x.csv"],
             1,
             "recover: --density 2: D_link = 0.5 Å is below 1.3 times the median distance",
+        ),
+        (
+            ["recover", "minimal.csv", "--around", "minimal.csv", "--density", "2", "-o", "x.csv"],
+            1,
+            " Å), so every patch would fall apart; give a larger one.",
+        ),
+        (
+            ["recommend", "minimal.csv"],
+            1,
+            "minimal.csv: D_link = 0.5 Å is below 1.3 times the median distance",
+        ),
+        (
+            ["recommend", "minimal.csv"],
+            1,
+            "fall apart; use a denser surface (of a structure, leave out its density; of a subset, "
+            "`sparsurf recover` makes one).",
         ),
         (
             ["recover", "minimal.csv", "--around", "minimal.csv", "--mesh", "-o", "x.ply"],
@@ -315,6 +345,16 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             ["minimal", "protein.pdb", "--mesh", "-o", "x.csv"],
             1,
             "minimal: x.csv: this cannot be written as '.csv'; name a file in .ply.",
+        ),
+        (
+            ["minimal", "protein.pdb", "--mesh", "-o", "-"],
+            1,
+            "minimal: -: this cannot be written as '.csv'; give --format ply.",
+        ),
+        (
+            ["minimal", "protein.pdb", "-o", "x"],
+            1,
+            "minimal: x: the name has no suffix; name a file in .csv, .npz, .ply.",
         ),
         *(
             (

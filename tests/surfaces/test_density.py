@@ -109,6 +109,8 @@ def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():
         InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\), .* or a larger D_link\.$"
     ):
         refuse_sparse(points, 1.299, "a")
+    with pytest.raises(InputError, match=r"would fall apart; do this\.$"):
+        refuse_sparse(points, 1.299, "a", "do this")
 
 
 def test_the_nearest_dot_is_that_of_a_tree(blob):

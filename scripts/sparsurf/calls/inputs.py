@@ -29,13 +29,15 @@ def as_molecule(given):
     if hasattr(given, "topology") and hasattr(given, "xyz"):
         return from_mdtraj(given)
     raise InputError(
-        f"a {type(given).__name__} is no molecule: give the path of a structure, a molecule that read_molecule gave, "
+        f"{_kind(given)} is no molecule: give the path of a structure, a molecule that read_molecule gave, "
         "or an mdtraj.Trajectory."
     )
 
 
 def as_surface(given):
     """A Surface from itself, the path of a file of dots, or the pair (points, normals) of (N, 3) arrays.
+
+    Normals of a file are brought to unit length, those of arrays must have it.
 
     Raises
     ------
@@ -47,16 +49,28 @@ def as_surface(given):
         return read_surface(given)
     if isinstance(given, tuple) and len(given) == 2:
         return Surface(*arrays(given, "surface"))
+    if isinstance(getattr(given, "surface", None), Surface):
+        raise InputError(
+            "what prepare() gave serves sample and compare only: give the dots that it was made of."
+        )
     raise InputError(
-        f"a {type(given).__name__} is no surface: give the path of a file of dots, what surface() gave, or "
+        f"{_kind(given)} is no surface: give the path of a file of dots, what surface() gave, or "
         "the pair (points, normals)."
     )
+
+
+def _kind(given):
+    """What something is, with its article."""
+    name = type(given).__name__
+    return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
 
 
 def arrays(given, name):
     """Arrays of numbers of the parts of `given`; raises InputError where one, called `name`, is none."""
     try:
-        found = [np.asarray(each, dtype=float) for each in given]
+        found = [np.asarray(each) for each in given]
+        other = any(each.dtype.kind in "cSU" for each in found)  # numpy would make numbers of them
+        found = None if other else [np.asarray(each, dtype=float) for each in found]
     except (TypeError, ValueError):
         found = None
     if found is None or any(each.ndim == 0 for each in found):
@@ -65,7 +79,7 @@ def arrays(given, name):
 
 
 def as_array(given, n_dots, name):
-    """An array of what is given, the numbers of dots where it is a mask of all `n_dots`.
+    """An array of what is given: whole numbers where it is empty, those of dots where it is a mask of all `n_dots`.
 
     Raises
     ------
@@ -75,6 +89,8 @@ def as_array(given, n_dots, name):
         found = np.asarray(given)
     except ValueError:
         raise InputError(f"{name}: one array is asked for, not several of unequal length.") from None
+    if found.shape == (0,):  # an empty list has no kind of its own
+        return found.astype(np.int64)
     return np.flatnonzero(found) if found.dtype == bool and found.shape == (n_dots,) else found
 
 

@@ -44,9 +44,10 @@ def _place(output, format_given, formats):
     bare = name[:-3] if name.lower().endswith(".gz") else name
     suffix = f".{format_given}" if format_given else ".csv" if name == "-" else Path(bare).suffix.lower()
     if suffix not in formats:
-        raise InputError(
-            f"{name}: this cannot be written as {suffix!r}; name a file in {', '.join(formats)}."
-        )
+        why = f"this cannot be written as {suffix!r}" if suffix else "the name has no suffix"
+        what = "give --format" if format_given or name == "-" else "name a file in"
+        known = [each.lstrip(".") for each in formats] if what == "give --format" else formats
+        raise InputError(f"{name}: {why}; {what} {', '.join(known)}.")
     stream = name == "-" or (os.path.exists(name) and not os.path.isfile(name))  # a pipe or a device
     folder = None if stream else Path(os.path.realpath(name)).parent
     if folder is not None and not folder.is_dir():

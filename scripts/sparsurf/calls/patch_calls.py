@@ -1,5 +1,7 @@
 """What lies around each dot: its roughness and its descriptors."""
 
+import logging
+
 import numpy as np
 
 from sparsurf import InputError
@@ -11,6 +13,8 @@ from sparsurf.patches.roughness import roughness as roughness_of_dots
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import available_cores
 
+log = logging.getLogger("sparsurf")
+
 
 def roughness(surface, *, radius=R_PATCH, d_link=D_LINK):
     """Local roughness R_i of every dot: the mean cosine between the normals of its patch and their mean.
@@ -18,6 +22,7 @@ def roughness(surface, *, radius=R_PATCH, d_link=D_LINK):
     Parameters
     ----------
     surface : what `surface` or `read_surface` gave, the path of a file of dots, or the pair (points, normals)
+        Normals of a file are brought to unit length, those of the pair must have it.
     radius : float
         R_patch in Å.
     d_link : float
@@ -59,7 +64,7 @@ def descriptors(surface, at=None, *, radius=R_ZERNIKE, up=True, d_link=D_LINK):
 
     Returns
     -------
-    (T, 121) float64, |c_nm| by n, then m; zeros where there is no patch
+    (T, 121) float64, |c_nm| by n, then m; zeros where there is no patch, with a warning
 
     Examples
     --------
@@ -76,8 +81,19 @@ def descriptors(surface, at=None, *, radius=R_ZERNIKE, up=True, d_link=D_LINK):
     1.74
     """
     radius = LENGTH.check(radius, "radius")
+    if not isinstance(up, bool | np.bool_):
+        raise InputError(f"up is {up!r}; it must be True or False.")
     index = prepared(surface, d_link)
-    return describe(index, _places(index, at), radius, up, available_cores())[0]
+    return described(index, _places(index, at), radius, up, "at")
+
+
+def described(index, places, radius, up, name):
+    """Descriptors (T, 121) of the patches around places (T, 3), called `name`; a warning where there is none."""
+    z, sizes = describe(index, places, radius, up, available_cores())
+    if n_empty := np.count_nonzero(sizes == 0):
+        message = "%s: %d of %d places have no patch, as no dot lies within %g Å; their descriptors are zeros"
+        log.warning(message, name, n_empty, len(places), radius)
+    return z
 
 
 def prepared(surface, d_link=D_LINK):

@@ -13,7 +13,7 @@ from sparsurf.calls.limits import PERCENT, Limits
 from sparsurf.calls.patch_calls import roughness
 from sparsurf.report.recommendation import EVIDENCE, read_run, recommend
 from sparsurf.streams import stream
-from sparsurf.surfaces.spacing import spacing
+from sparsurf.surfaces.spacing import DENSER, refuse_sparse, spacing
 
 MANY = "docs/proteins.md"  # tells how the evidence that comes along was measured
 WITHOUT = " without its hydrogens, as the evidence is"
@@ -66,6 +66,7 @@ def run(wish):
         dots, _ = options.read_dots(wish)
         if len(dots) == 1:
             raise InputError(f"{wish.file} has a single dot, which has no roughness: give a surface.")
+        refuse_sparse(dots.points, rules["D_link"], wish.file, DENSER)
         mean_roughness = roughness(dots, radius=rules["R_patch"], d_link=rules["D_link"]).mean()
         note = spacing_note(spacing(dots.points), evidence["surfaces"]["spacing"])
         asked = f" ({round(wish.n_s / 100 * len(dots))} of the {len(dots)} dots of {wish.file}{WITHOUT if bare else ''})"

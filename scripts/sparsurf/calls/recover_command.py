@@ -7,7 +7,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.calls import limits, options, outputs
-from sparsurf.patches.descriptors import describe
+from sparsurf.calls.patch_calls import described
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.recovery.mesh import recovered_mesh
@@ -18,13 +18,14 @@ from sparsurf.surfaces.spacing import DENSITY, area_of, refuse_sparse
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
-FARTHEST, MOST_STEPS = 100, 1000  # --reach and --steps
+FARTHEST = 10  # --reach; at 20 dots come 15 Å and more off the surface of a peptide
+MOST_STEPS = 1000  # --steps
 EXAMPLES = """\
 FILE holds a few dots with normals, such as minimal.csv, minimal.ply or the dots of any program; nothing else is needed.
 The dots come first, then those that fill the gaps. With --around, descriptors (|c_nm|, as of `sparsurf descriptors`) of the
 patches of the dense surface around points come instead of dots; with --mesh, a closed surface of triangles, as fine as
 --density says; holes between the dots are closed, wide ones with a warning. Dots in clusters give the surface around the
-clusters back, and nothing between them: choose farthest-point or Poisson-disk dots, or give a larger --reach.
+clusters back, and nothing between them: choose farthest-point or Poisson-disk dots, or give a --reach of 2.
 
 examples:
   sparsurf minimal protein.pdb --percent 10 -o minimal.csv
@@ -50,7 +51,8 @@ def arguments(parser):
         "--reach",
         type=limits.Limits(0, FARTHEST).parse,
         default=REACH,
-        help=f"how far the surface goes on around a dot, in the spacing of the dots there (default {REACH:g})",
+        help=f"how far the surface goes on around a dot, in the spacing of the dots there (default {REACH:g}; 2 "
+        "closes holes between uneven dots, more makes dots where no surface is)",
     )
     parser.add_argument(
         "--steps",
@@ -58,7 +60,11 @@ def arguments(parser):
         default=STEPS,
         help=f"of Newton at most (default {STEPS})",
     )
-    parser.add_argument("--around", metavar="POINTS", help="CSV with x,y,z, or a file of dots")
+    parser.add_argument(
+        "--around",
+        metavar="POINTS",
+        help="CSV with x,y,z in Å, or a file of dots; zeros, and a warning, where no surface is",
+    )
 
 
 def run(wish):
@@ -93,8 +99,8 @@ def run(wish):
 
 def _describe(wish, points, normals, around):
     """Write the descriptors of the patches around places (T, 3), Å."""
-    refuse_sparse(points, D_LINK, f"--density {wish.density:g}")
-    z, _ = describe(build_index(points, normals, D_LINK), around, R_ZERNIKE, True, available_cores())
+    refuse_sparse(points, D_LINK, f"--density {wish.density:g}", "give a larger one")
+    z = described(build_index(points, normals, D_LINK), around, R_ZERNIKE, True, "--around")
     names = ["x", "y", "z", *(f"z_{n}_{m}" for n, m in indices())]
     table = pd.DataFrame(np.hstack([around, z]), columns=names)
     outputs.write_table(wish, table, {"points": around, "z": z})

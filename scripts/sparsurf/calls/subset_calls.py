@@ -14,9 +14,12 @@ from sparsurf.sampling import law
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import named
 from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.minimal import tell_of_another_number
 from sparsurf.study.statistics import mean_and_error, yardsticks
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import available_cores
+
+OF_COMBINATION = ("paper", "paper_corrected")  # samplers that draw by alpha, beta, gamma and delta
 
 
 def prepare(surface, *, r_patch=R_PATCH, r_zernike=R_ZERNIKE, d_link=D_LINK, seed=0):
@@ -53,7 +56,7 @@ def prepare(surface, *, r_patch=R_PATCH, r_zernike=R_ZERNIKE, d_link=D_LINK, see
     return Evaluator(dots, r_patch, r_zernike, d_link, seed=seed, threads=available_cores())
 
 
-def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
+def sample(surface, n=None, *, sampler=None, combination=None, seed=0):
     """Choose dots that stand for a surface.
 
     Parameters
@@ -63,7 +66,8 @@ def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
         Number of dots; a number below 1 is a share of them. The paper's samplers keep about so many.
     sampler : str
         farthest, voxel, poisson, stride, uniform, roughness, adaptive, paper, paper_corrected
-    combination : (alpha, beta, gamma, delta), instead of n and a sampler: one draw of the paper's sampling
+        Without: farthest.
+    combination : (alpha, beta, gamma, delta), instead of n: one draw of the paper's sampling, or of paper_corrected
     seed : int
         Another seed, another draw.
 
@@ -85,7 +89,14 @@ def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
     if combination is not None:
         if n is not None:
             raise InputError("sample: a combination leaves n to chance; leave out n or the combination.")
-        return law.sample(ready.cover, _combination(combination), ready.stream("sample", "paper", seed))
+        if sampler not in (None, *OF_COMBINATION):
+            raise InputError(
+                f"sample: {' and '.join(OF_COMBINATION)} draw by a combination, not {sampler!r}; leave out one of the two."
+            )
+        sampler = sampler or OF_COMBINATION[0]
+        cover = ready.cover if sampler == OF_COMBINATION[0] else ready.corrected_cover
+        return law.sample(cover, _combination(combination), ready.stream("sample", sampler, seed))
+    sampler = "farthest" if sampler is None else sampler
     n_dots = len(ready.points)
     wished = round(n * n_dots) if isinstance(n, Real) and 0 < n < 1 else n
     if isinstance(n, bool) or not (
@@ -95,7 +106,9 @@ def sample(surface, n=None, *, sampler="farthest", combination=None, seed=0):
             f"sample: {n} dots of {n_dots} are asked for; give 1 to {n_dots}, or a share below 1."
         )
     choose = named([sampler], "sampler")[sampler]
-    return choose(ready, int(wished), ready.stream("sample", sampler, seed))
+    kept = choose(ready, int(wished), ready.stream("sample", sampler, seed))
+    tell_of_another_number(sampler, wished, len(kept))
+    return kept
 
 
 def compare(surface, subsets, *, reading="surface", test_dots=400):

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from sparsurf.texts import as_path
+
 PDB = (".pdb", ".ent")
 MMCIF = (".cif", ".mmcif")
 STRUCTURES = PDB + MMCIF  # each also packed (.gz)
@@ -17,4 +19,4 @@ TIMED = (".xtc", ".trr", ".nc", ".ncdf", ".netcdf", ".h5", ".hdf5", ".gro")  # t
 
 def suffix(path):
     """Ending of a file's name, in lower case and without .gz."""
-    return Path(Path(path).name.lower().removesuffix(".gz")).suffix
+    return Path(as_path(path).name.lower().removesuffix(".gz")).suffix

@@ -12,6 +12,7 @@ from sparsurf.study.statistics import estimate
 
 log = logging.getLogger("sparsurf")
 
+OTHERWISE = 0.1  # share of the wished number of dots by which one differs that is told
 STEPS = 16  # sizes that are tried in each round of the search
 
 
@@ -57,6 +58,7 @@ def minimal_subset(
                 f"minimal.n_S is {n_s}, but {evaluator.name} has {n_dots} dots; give 1 to {n_dots}, or n_S_percent."
             )
         kept = draw(n_s)
+        tell_of_another_number(sampler, n_s, len(kept))
     else:
         if not z >= 0:
             raise InputError(f"minimal.Z is {z:g}, but a distance cannot be negative.")
@@ -65,6 +67,15 @@ def minimal_subset(
             draw = lambda n: longest[:n]  # noqa: E731
         kept = _smallest(evaluator, sampler, draw, z, n_tests)
     return kept, weights(evaluator.points, kept)
+
+
+def tell_of_another_number(sampler, wished, n):
+    """Warn where a sampler keeps clearly more or fewer dots than are wished."""
+    if abs(n - wished) > OTHERWISE * wished:
+        log.warning(
+            "%s keeps %d dots instead of %d: its combinations leave the number to chance, within what they can give",
+            sampler, n, wished,
+        )  # fmt: skip
 
 
 def _smallest(evaluator, sampler, draw, z, n_tests):

@@ -17,7 +17,7 @@ def read_surface(path):
 
     Returns
     -------
-    Surface, see `surface.surface_of_columns`
+    Surface, see `surface.surface_of_columns`; normals of another length are brought to unit length
 
     Raises
     ------

@@ -14,6 +14,9 @@ SPARSE = 1.3  # D_link must exceed this many times the median spacing, else patc
 NEIGHBOURS = 6  # for the area from dots alone: within 2 % on surfaces whose area is known
 SAMPLE = 16  # dots that tell what cubes suit the others
 MOST_CUBES = 1e6  # along an edge of the box
+DENSER = (
+    "use a denser surface (of a structure, leave out its density; of a subset, `sparsurf recover` makes one)"
+)
 
 
 def area_of(surface):
@@ -69,12 +72,11 @@ def _look(points, cells, found):
             found[i] = math.sqrt(best)
 
 
-def refuse_sparse(points, d_link, name):
-    """Raise InputError where `d_link` is too short for the dots of the surface called `name`."""
+def refuse_sparse(points, d_link, name, remedy=f"{DENSER} or a larger D_link"):
+    """Raise InputError, with what to do, where `d_link` is too short for the dots of the surface called `name`."""
     gap = spacing(points)
     if d_link < SPARSE * gap:
         raise InputError(
             f"{name}: D_link = {d_link:g} Å is below {SPARSE} times the median distance between neighbouring dots "
-            f"({gap:.3f} Å), so every patch would fall apart; use a denser surface (of a structure, leave out its density; "
-            "of a subset, `sparsurf recover` makes one) or a larger D_link."
+            f"({gap:.3f} Å), so every patch would fall apart; {remedy}."
         )

@@ -44,15 +44,16 @@ class Surface:
             if value is None:
                 value = np.full(n, np.nan if name == "area" else -1)
             object.__setattr__(self, name, np.array(value, dtype, order="C"))
-            shape = (n, 3) if name in ("points", "normals") else (n,)
-            if getattr(self, name).shape != shape:
-                raise InputError(f"surface: {name} has the shape {getattr(self, name).shape}, not {shape}.")
+            shape, found = ((n, 3) if name in ("points", "normals") else (n,)), getattr(self, name).shape
+            if found != shape:
+                wished = "(N, 3), a row for each dot" if name == "points" else shape
+                raise InputError(f"surface: {name} has the shape {found}, not {wished}.")
         if n == 0:
             raise InputError("surface: there are no dots.")
         if not (np.isfinite(self.points).all() and np.isfinite(self.normals).all()):
             raise InputError("surface: coordinates or normals are NaN or infinite.")
         if np.abs(np.linalg.norm(self.normals, axis=1) - 1).max() > ROUNDED:
-            raise InputError("surface: normals are not of unit length.")
+            raise InputError("surface: normals are not of unit length; divide each by its length.")
 
     def __len__(self):
         return len(self.points)
