@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.readings import TEXT
-from sparsurf.study.floors import CLOSE
 
 COLUMNS = {"uniform": "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
+CLOSE = 1.1  # a Z within a tenth of a floor counts as the floor: surfaces that are recovered level off there
 NULL_MODEL = "null_model"
 PREFIX = "enough_"  # of the columns of surfaces.csv
 

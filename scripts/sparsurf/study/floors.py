@@ -15,7 +15,6 @@ from sparsurf.study.statistics import estimate
 
 DRAWS = 10  # sets of fresh dots and turns: what is enough rests on them
 FEW_DRAWS = 3  # of moved atoms; and of all where many proteins are measured, which scatter more
-CLOSE = 1.1  # a Z within a tenth of a floor counts as the floor: surfaces that are recovered level off there
 MOVED = (0.1, 0.3)  # Å, rms displacement of the atoms: a good and a fair crystal structure
 APART = (1.0, 20.0, 100.0)  # ps between two frames
 FRESH = "fresh dots"

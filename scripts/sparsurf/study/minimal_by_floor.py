@@ -11,7 +11,7 @@ from sparsurf.recovery.readings import RECOVERED, recovered
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.published import OF_PAPER
 from sparsurf.sampling.samplers import named
-from sparsurf.study.floors import CLOSE
+from sparsurf.study.enough import CLOSE
 
 log = logging.getLogger("sparsurf")
 
@@ -23,7 +23,7 @@ HALVINGS = 3  # of the step between two percents, for the subset that is handed 
 def enough_dots(
     evaluator, sampler, floors, n_tests, choices=OF_PAPER, readings=(TEXT, RECOVERED), settled=False
 ):
-    """The smallest n_S of a sampler whose Z is at most `floors.CLOSE` times each floor.
+    """The smallest n_S of a sampler whose Z is at most `enough.CLOSE` times each floor.
 
     Parameters
     ----------

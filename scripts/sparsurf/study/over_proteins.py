@@ -8,7 +8,7 @@ from sparsurf.patches.readings import TEXT
 from sparsurf.sampling.combination import PARAMETERS, joined, split, texts_of
 from sparsurf.study.best_set import best_set
 from sparsurf.study.dots_needed import REFERENCE, dots_for
-from sparsurf.study.floors import CLOSE
+from sparsurf.study.enough import CLOSE
 from sparsurf.study.ranges import range_limits, range_of
 from sparsurf.study.relation import mean_interval, rho_interval, with_interval
 from sparsurf.study.summary import readings, stacked
