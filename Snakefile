@@ -16,7 +16,7 @@ report: "scripts/report/first.rst"
 HOME = Path(workflow.current_basedir)  # where this file lies, also where another workflow imports it
 sys.path.insert(0, str(HOME / "scripts"))  # before a sparsurf that is installed
 from sparsurf.workflow import code_digests
-from sparsurf.workflow.config import checked, names_a_study
+from sparsurf.workflow.config import checked, completed
 from sparsurf.workflow.files_of_a_run import FilesOfARun
 from sparsurf.workflow.files_of_pairs import FilesOfPairs
 from sparsurf.workflow.jobs import one_of, use_this_library
@@ -25,13 +25,8 @@ from sparsurf.workflow.outputs import figure, inside, shown
 
 use_this_library()
 
-if not names_a_study(config):  # a config of one's own replaces the default study as a whole
-
-    configfile: "config.yaml" if Path("config.yaml").is_file() else str(HOME / "config.yaml")
-
-
 HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # not on a cluster
-config = checked(config, workflow.configfiles, HOME, HERE)
+config = checked(completed(config, HOME), workflow.configfiles, HOME, HERE)
 made_by = partial(code_digests.made_by, config)
 
 # The figures of a conformation: scripts/sparsurf/report/figures/<name>.py, captioned in scripts/report/<name>.rst

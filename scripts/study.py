@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sparsurf import InputError
-from sparsurf.workflow.config import check, names_a_study
+from sparsurf.workflow.config import check, completed
 from sparsurf.workflow.jobs import conformations_of
 from sparsurf.workflow.needs import limit, memory_of_grid
 from sparsurf.workflow.yaml_file import read_config
@@ -71,10 +71,7 @@ def checked_config(path, given, here=True):
     """The config in a file, checked before anything starts; says what memory a large grid will need."""
     if not path.is_file():
         raise InputError(f"There is no config file {given!r}; give one with CONFIG=my_config.yaml.")
-    config = read_config(path)
-    if not names_a_study(config):  # the Snakefile takes the default study's then
-        config = read_config(ROOT / "config.yaml") | config
-    config = check(config, home=ROOT, here=here)
+    config = check(completed(read_config(path), ROOT), home=ROOT, here=here)
     needed = memory_of_grid(config)
     if needed > TELL:
         print(f"The grid of one surface will need about {needed / 2**30:.1f} GB of memory.")
@@ -168,7 +165,7 @@ def unfinished(config, results, begin):
     for name, pair in config["pairs"].items():
         lacking = [partner for partner in pair.get("proteins", []) if partner in failed]
         if lacking and failed.get(f"pairs/{name}") == NOT_FINISHED:
-            failed[f"pairs/{name}"] = f"{NOT_FINISHED}, as {' and '.join(lacking)} could not be made"
+            failed[f"pairs/{name}"] = f"{NOT_FINISHED}, as {' and '.join(lacking)} is not"
     return failed
 
 

@@ -268,6 +268,10 @@ def test_lengths_in_nm_are_refused_but_atoms_that_touch_are_not(tmp_path):
     with pytest.raises(InputError, match=r"0\.49 Å apart"):
         read_molecule(apart(0.49), selection="all")
     assert read_molecule(apart(0.51), selection="all").n_atoms == 250
+    halves = "".join(
+        atom_line("ZN", " ZN", residue=str(k), place=(0.1 * k, 0, 0), element="ZN") for k in range(9)
+    )
+    assert read_molecule(write(tmp_path / "b.pdb", halves), selection="all").n_atoms == 9
 
 
 def test_of_many_models_the_first_nine_are_named(tmp_path):

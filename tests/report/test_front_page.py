@@ -56,7 +56,7 @@ def reached(percent=5.0):
     return pd.DataFrame(rows, columns=["sampler", "floor", "Z_floor", "islands", "n_S", "n_S_percent", "Z"])
 
 
-def test_enough_is_the_smallest_n_s_surely_below_the_yardstick():
+def test_enough_is_the_smallest_n_s_surely_below_the_null_model():
     table = enough(GRID, 2.0, {"better": 0.4}).set_index(["sampler", "yardstick"])["n_S_percent"]
     assert table["uniform", "null_model"] == 20  # the interval of 1.5 reaches above 2
     assert table["paper", "null_model"] == 40  # so does that of 1.9
@@ -198,6 +198,9 @@ def test_samplers_where_they_were_compared():
         (0.96, "", "as many"),
         (0.99, "more than ", "no more"),
         (1.04, "less than ", "no fewer"),
+        (1.06, "more than ", "no more"),
+        (0.95, "less than ", "no fewer"),
+        (1.02, "about ", "about as many"),
     ):
         said = sampler_sentence(NEEDED.assign(factor=factor, bound=bound))
         assert f"needs {words} dots, the paper's sampling {words} dots." in said

@@ -44,6 +44,19 @@ def test_a_floor_is_reached_within_a_tenth_of_it_whatever_the_interval():
     )  # fmt: skip
 
 
+def test_no_row_of_uniform_dots_wins_by_luck():
+    """Of 200 rows with Z = 100 / n_S, one at 20 % and one at 81 % are as low as at 50 %."""
+    percent = np.linspace(1, 100, 200)
+    z = 100 / percent
+    z[[38, 160]] = 2.0
+    shuffled = np.random.default_rng(0).permutation(200)
+    grid = pd.DataFrame({"n_S_percent": percent, "Z_tR_surface": z, "Z_tS_surface": z}).iloc[shuffled]
+    grid = grid.assign(Z_tR_high_surface=grid["Z_tR_surface"], Z_tS_high_surface=grid["Z_tS_surface"])
+    found = enough(grid, 1.0, {"turned": 2.0 / 1.1}).set_index(["yardstick", "sampler"])["n_S_percent"]
+    assert found["turned", "uniform"] == pytest.approx(50, abs=0.5)
+    assert found["turned", "paper"] == pytest.approx(percent[38])  # of whichever combination does it
+
+
 def test_percents_are_columns_by_floor_and_reading():
     table = pd.DataFrame(
         {"floor": ["fresh dots", "turned"], "islands": ["surface", "recovered"], "n_S_percent": [80.0, 2.5]}

@@ -14,7 +14,7 @@ from sparsurf import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.workflow import listing, needs
-from sparsurf.workflow.config import SCHEMA, check
+from sparsurf.workflow.config import SCHEMA, check, completed
 from sparsurf.workflow.protein import Protein, proteins
 from sparsurf.workflow.yaml_file import read_config
 
@@ -40,6 +40,18 @@ def test_the_default_config_is_valid_and_states_every_default():
     checked = check(DEFAULT, [ROOT / "config.yaml"])
     bare = check({"proteins": DEFAULT["proteins"]})
     assert {k: v for k, v in checked.items() if k != "run"} == {k: v for k, v in bare.items() if k != "run"}
+
+
+def test_what_names_no_protein_changes_the_default_study_key_by_key(tmp_path, monkeypatch):
+    given = {"minimal": {"n_S": 100}, "evaluation": {"draws": 2}}
+    monkeypatch.chdir(tmp_path)  # whose folder has no config.yaml
+    whole = completed(given, ROOT)
+    assert whole == DEFAULT | given and check(whole, home=ROOT)["evaluation"]["test_dots"] == 200
+    assert completed({}, ROOT) == DEFAULT
+    (tmp_path / "config.yaml").write_text("run: own\nproteins: {a: {pdb: 1ubi}}\n")
+    assert completed({"seed": 5}, ROOT) == {"run": "own", "proteins": {"a": {"pdb": "1ubi"}}, "seed": 5}
+    for own in ({"proteins": {"b": {"pdb": "1fas"}}}, {"pairs": {}}):
+        assert completed(own, ROOT) == own
 
 
 def test_every_key_of_the_default_config_is_described():

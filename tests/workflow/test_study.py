@@ -169,9 +169,9 @@ def test_of_a_pair_without_its_partner_the_partner_is_named(tmp_path):
     assert found == {
         "a": "not finished",
         "c": "not finished",
-        "pairs/lost": "not finished, as a could not be made",
+        "pairs/lost": "not finished, as a is not",
         "pairs/own": "draw_pair: too far.",
-        "pairs/both": "not finished, as c and a could not be made",
+        "pairs/both": "not finished, as c and a is not",
         "pairs/files": "not finished",
         "pairs/here": "not finished",
     }

@@ -49,7 +49,10 @@ log = logging.getLogger("sparsurf")
 READERS = dict.fromkeys(PDB, read_pdb) | dict.fromkeys(MMCIF, read_mmcif)
 FARTHEST = 1e5  # Å; no molecule is there, a damaged number is
 CROWDED = 0.5  # Å; half of the shortest bond, and more than any bond in nm
-SAMPLE = 100  # atoms whose nearest neighbours tell the unit
+SAMPLE, FEWEST_ATOMS = (
+    100,
+    10,
+)  # atoms whose nearest neighbours tell the unit; fewer may be half-occupied ones
 # A protein whose residues hold less than this share of their heavy atoms is a model of its backbone: C-alpha
 # atoms alone are 13 %, backbone with C-beta 62 %; the sparsest crystal structure of the reference data has 97 %.
 LEAST_HEAVY_ATOMS = 0.7
@@ -175,7 +178,7 @@ def from_mdtraj(trajectory, *, selection=None, chains=None, residues=None, hydro
             ligands=ligands,
         )
     )
-    _check_coordinates(xyz[:, chosen], path)
+    _check_coordinates(xyz[:, chosen], path, "nm, as mdtraj has them")
     number, time_ps = np.arange(len(xyz)), np.asarray(trajectory.time, dtype=float)
     return replace(whole.take(chosen), xyz=xyz[:, chosen], time_ps=time_ps, frame_number=number)
 
@@ -280,22 +283,22 @@ def _chosen(molecule, path, keys):
     return chosen
 
 
-def _check_coordinates(xyz, path):
+def _check_coordinates(xyz, path, unit="Å (nm times 10)"):
     bad = ~(np.abs(xyz) < FARTHEST).all(axis=(1, 2))  # nan too
     if bad.any():
         raise InputError(
             f"{path} has coordinates that are no numbers or beyond {FARTHEST:.0e} Å in frame {bad.argmax()}: "
             "repair or copy it again."
         )
-    if xyz.shape[1] == 1:
-        return
-    if (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
+    if xyz.shape[1] > 1 and (np.ptp(xyz, axis=1) == 0).all(axis=1).any():
         raise InputError(f"{path} has all atoms in one place: give a file with coordinates.")
     some = xyz[0, :: -(-xyz.shape[1] // SAMPLE)]
-    gap = np.median([np.sort(np.linalg.norm(xyz[0] - each, axis=1))[1] for each in some])
+    if len(some) < FEWEST_ATOMS:
+        return
+    gap = np.median([np.partition(np.linalg.norm(xyz[0] - each, axis=1), 1)[1] for each in some])
     if 0 < gap < CROWDED:
         raise InputError(
-            f"{path} has atoms {gap:.2f} Å apart, where bonds are 1 Å and more: give lengths in Å (nm times 10)."
+            f"{path} has atoms {gap:.2f} Å apart, where bonds are 1 Å and more: give lengths in {unit}."
         )
 
 

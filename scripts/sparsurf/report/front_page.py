@@ -20,7 +20,13 @@ SAMPLERS = {
 AT = 10  # % of the dots, at which samplers are compared
 # What bounds a factor bounds its inverse the other way
 OTHER_WAY = {"more than ": "less than ", "less than ": "more than "}
-AS_MANY = {"": "as many dots", "more than ": "no more dots", "less than ": "no fewer dots"}  # a factor of 1.0
+# A factor of 1.0
+AS_MANY = {
+    "": "as many dots",
+    "more than ": "no more dots",
+    "less than ": "no fewer dots",
+    "about ": "about as many dots",
+}
 AGAINST = {"uniform": "a uniform draw", "paper": "the paper's sampling"}  # whom others are set against
 SHOWN = 20  # conformations in the table, pairs with links
 OF_PAIR = {
@@ -209,13 +215,12 @@ def sampler_sentence(fewer, compared=False):
 
 def _times(row):
     """A factor in words; below 1 it is more dots."""
-    value, sign = row["factor"], row["bound"]
-    if f"{max(value, 1 / value):.1f}" == "1.0":
-        return AS_MANY[sign]
+    value, sign, words = row["factor"], row["bound"], "fewer"
     if value < 1:
-        other = OTHER_WAY.get(sign, sign)
-        return f"{other}{bounded(1 / value, other)} times more dots"
-    return f"{sign}{bounded(value, sign)} times fewer dots"
+        value, sign, words = 1 / value, OTHER_WAY.get(sign, sign), "more"
+    if "1.0" in (f"{value:.1f}", bounded(value, sign)):
+        return AS_MANY[row["bound"]]
+    return f"{sign}{bounded(value, sign)} times {words} dots"
 
 
 def _table(surfaces):

@@ -24,9 +24,12 @@ WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes 
 SCHEMA = yaml.safe_load((Path(__file__).with_name("config.schema.yaml")).read_text())
 
 
-def names_a_study(config):
-    """Whether a config says what to study; one that does not changes the default study."""
-    return not {"proteins", "pairs"}.isdisjoint(config)
+def completed(config, home):
+    """A config that says what to study; of one that does not, each key takes the place of the default study's."""
+    if not {"proteins", "pairs"}.isdisjoint(config):
+        return config
+    own = Path("config.yaml")
+    return read_config(own if own.is_file() else Path(home) / own) | config
 
 
 def checked(config, files, home, here=True):
