@@ -236,9 +236,13 @@ def test_a_ligand_that_is_named_outside_of_the_residues_is_refused(tmp_path):
     path = write(
         tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", origin=(0, 0, 20)) + ligands + "END\n"
     )
-    message = r"^ligands: CMO of .*a\.pdb lies outside of the chains and residues asked for: add it to them, as A:12\.$"
-    for keys in ({"residues": "A:1-9"}, {"chains": ["B"]}):
-        with pytest.raises(InputError, match=message):
+    message = r"^ligands: CMO of .*a\.pdb lies outside of the chains and residues asked for: add "
+    for keys, add in (
+        ({"residues": "A:1-9"}, "A:12 to the residues"),
+        ({"chains": ["B"]}, "A to the chains"),
+        ({"chains": "B", "residues": "1-9"}, "A to the chains and A:12 to the residues"),
+    ):
+        with pytest.raises(InputError, match=rf"{message}{add}\.$"):
             read_molecule(path, ligands=["LIG", "CMO"], **keys)
         assert (read_molecule(path, ligands=["LIG"], **keys).residue_name == "LIG").sum() == 1
         assert "CMO" not in read_molecule(path, ligands=True, selection="all", **keys).residue_name
@@ -274,3 +278,22 @@ def test_nucleic_acids_take_part_only_where_they_are_named(tmp_path):
     assert set(read_molecule(path, chains=["B"]).chain) == {"B"}
     assert set(read_molecule(path, residues="1-9").chain) == {"A"}  # both have a residue 1
     assert set(read_molecule(path, residues=["A:1", "B:1"]).chain) == {"A", "B"}
+    assert set(read_molecule(path, residues=iter(["A:1", "B:1"])).chain) == {"A", "B"}
+
+
+def test_residues_of_nucleic_acids_alone_are_answered_with_their_chain(tmp_path):
+    dna = "".join(
+        atom_line(name, "DA", chain, number, np.add(place, (0, 9 * k, 9)))
+        for k, (chain, number) in enumerate((("C", "402"), ("C", "403"), ("D", "403"), ("D", "421")))
+        for name, place in NUCLEOTIDE.items()
+    )
+    path = write(tmp_path / "a.pdb", peptide(chain="A") + dna + "END\n")
+    for residues, place in (("402-410", "C:402-403"), (["421"], "D:421-421"), ("421,402-403", "C:402-403")):
+        with pytest.raises(
+            InputError, match=f" 4 nucleic residues: name the chain of nucleic acids, as {place}.$"
+        ):
+            read_molecule(path, residues=residues)
+        assert set(read_molecule(path, residues=place).chain) == {place[0]}
+    for keys in ({"selection": "name XX", "residues": "402"}, {"residues": "1", "selection": "name XX"}):
+        with pytest.raises(InputError, match=r" 4 nucleic residues\.$"):
+            read_molecule(path, **keys)

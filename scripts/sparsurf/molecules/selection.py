@@ -55,7 +55,9 @@ def chosen_atoms(
     ------
     InputError : malformed keys, nothing selected, or a ligand that is named outside of the chains and residues
     """
-    narrowed = _in_chains(molecule, path, chains) & _in_residues(molecule, path, residues)
+    residues = None if residues is None else _texts(residues, "residues", "A:10-52A,60")
+    within = _in_chains(molecule, path, chains), _in_residues(molecule, path, residues)
+    narrowed = within[0] & within[1]
     if selection is None:
         named = chains is not None or _names_chains(residues)
         pool = np.isin(molecule.kind, POLYMERS if named else ["protein"])
@@ -64,7 +66,7 @@ def chosen_atoms(
     wanted = _ligands(molecule, path, ligands)
     chosen = (pool | wanted) & narrowed
     if ligands is not True:
-        _refuse_outside(molecule, path, wanted, narrowed)
+        _refuse_outside(molecule, path, wanted, *within)
     if report:
         _report_left_out(molecule, path, chosen, narrowed)
     if hydrogens == "remove":
@@ -72,8 +74,20 @@ def chosen_atoms(
     elif hydrogens != "keep":
         raise InputError(f"hydrogens: '{hydrogens}' is neither keep nor remove: choose one of them.")
     if not chosen.any():
-        raise InputError(f"{path}: the selection holds no atoms; the file has {_inventory(molecule)}.")
+        nucleic = np.flatnonzero(narrowed & (molecule.kind == "nucleic") & (residues is not None))
+        remedy = f": {_name_chain(molecule, nucleic)}" if selection is None and len(nucleic) else ""
+        raise InputError(
+            f"{path}: the selection holds no atoms; the file has {_inventory(molecule)}{remedy}."
+        )
     return chosen
+
+
+def _name_chain(molecule, atoms):
+    """How residues of nucleic acids are asked for."""
+    first = atoms[0]
+    last = atoms[molecule.chain[atoms] == molecule.chain[first]][-1]
+    place = f"{molecule.chain[first]}:{molecule.residue[first]}-{molecule.residue[last]}"
+    return f"name the chain of nucleic acids, as {place}"
 
 
 def _in_chains(molecule, path, chains):
@@ -91,7 +105,7 @@ def _in_chains(molecule, path, chains):
 
 
 def _names_chains(residues):
-    return residues is not None and any(":" in each for each in _texts(residues, "residues", "A:10-52A,60"))
+    return residues is not None and any(":" in each for each in residues)
 
 
 def _in_residues(molecule, path, residues):
@@ -100,8 +114,7 @@ def _in_residues(molecule, path, residues):
     wanted, chain = np.zeros(len(molecule.chain), bool), None
     labels, inverse = np.unique(molecule.residue, return_inverse=True)
     place = np.array([_place(label) for label in labels])[inverse]
-    items = _texts(residues, "residues", "A:10-52A,60")
-    for item in (part.strip() for each in items for part in each.split(",")):
+    for item in (part.strip() for each in residues for part in each.split(",")):
         parsed = RANGE.fullmatch(item)
         if not parsed:
             raise InputError(
@@ -164,14 +177,16 @@ def _ligands(molecule, path, ligands):
     return np.isin(molecule.residue_name, names)
 
 
-def _refuse_outside(molecule, path, wanted, narrowed):
+def _refuse_outside(molecule, path, wanted, in_chains, in_residues):
     """Raise InputError where all of a ligand that is named lies outside of the chains and residues."""
     for name in dict.fromkeys(molecule.residue_name[wanted].tolist()):
         own = np.flatnonzero(wanted & (molecule.residue_name == name))
-        if not narrowed[own].any():
-            place = f"{molecule.chain[own[0]]}:{molecule.residue[own[0]]}"
+        if not (in_chains & in_residues)[own].any():
+            chain = molecule.chain[own[0]]
+            add = [] if in_chains[own[0]] else [f"{chain} to the chains"]
+            add += [] if in_residues[own[0]] else [f"{chain}:{molecule.residue[own[0]]} to the residues"]
             raise InputError(
-                f"ligands: {name} of {path} lies outside of the chains and residues asked for: add it to them, as {place}."
+                f"ligands: {name} of {path} lies outside of the chains and residues asked for: add {' and '.join(add)}."
             )
 
 
