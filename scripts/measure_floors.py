@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.reading import read_molecule
@@ -40,9 +41,10 @@ def _with_atoms(inputs, rules, d_link, reading, name):
     if "trajectory" in inputs:
         table = pd.read_csv(inputs["frames"]).set_index("conformation")
         time = table.loc[name.split("/")[-1], "time_ps"]
-        times = [time + sign * gap for gap in APART for sign in (-1, 1)]
-        near = read_molecule(inputs["structure"], inputs["trajectory"], times=times, **reading)
-        frames = frames_apart(near, atoms, time)
+        if np.isfinite(time):  # its own time, too: none of the others need be there
+            times = [time, *(time + sign * gap for gap in APART for sign in (-1, 1))]
+            near = read_molecule(inputs["structure"], inputs["trajectory"], times=times, **reading)
+            frames = frames_apart(near, atoms, time)
     return {"lay": lay, "atoms": atoms, "frames": frames}
 
 

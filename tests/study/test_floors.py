@@ -3,6 +3,7 @@
 import shutil
 from types import SimpleNamespace
 
+import mdtraj
 import numpy as np
 import pandas as pd
 import pytest
@@ -105,11 +106,26 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
     monkeypatch.setattr(measure_floors, "fitting_density", lambda *_, tell: told.append(tell) or 1.0)
     found = measure_floors._with_atoms(inputs, {"radii": "dms"}, 0.5, part, "tdp43/c1")
     assert told == [False]  # where the surface was made, it was
-    assert seen[1].frame_number.tolist() == [0, 30, 49, 51, 70, 150]
+    assert seen[1].frame_number.tolist() == [0, 30, 49, 50, 51, 70, 150]
     apart = frames_apart(whole, found["atoms"], 50.0)
     assert list(found["frames"]) == [1.0, 20.0, 100.0] and [*map(len, apart.values())] == [2, 2, 1]
     for gap, places in apart.items():
         assert np.array_equal(places, found["frames"][gap])
+
+
+def test_neighbours_that_a_trajectory_has_not_are_no_warning(tmp_path, monkeypatch, caplog):
+    path, part = ROOT / "data" / "tdp43", {"residues": "209-212"}
+    frames = mdtraj.load(str(path / "trajectory.xtc"), top=str(path / "topology.pdb"))[[3, 500]]
+    monkeypatch.setattr(measure_floors, "fitting_density", lambda *_, tell: 1.0)
+    read_molecule(path / "topology.pdb", **part).write_pdb(tmp_path / "own.pdb", 0)
+    inputs = {"structure": path / "topology.pdb", "own": tmp_path / "own.pdb"}
+    for ending, time, known in (("xtc", "500.0", {}), ("dcd", "", None)):  # a DCD tells no times
+        frames.save(str(tmp_path / f"two.{ending}"))
+        (tmp_path / "frames.csv").write_text(f"conformation,frame,time_ps\nc1,1,{time}\n")
+        inputs |= {"trajectory": tmp_path / f"two.{ending}", "frames": tmp_path / "frames.csv"}
+        found = measure_floors._with_atoms(inputs, {"radii": "dms"}, 0.5, part, "tdp43/c1")
+        assert found["frames"] == known
+    assert not [message for message in caplog.messages if "at any of the times" in message]
 
 
 def test_turnings_are_rotations():
