@@ -312,7 +312,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (
             ["recover", "minimal.csv", "--around", "minimal.csv", "--density", "2", "-o", "x.csv"],
             1,
-            " Å), so every patch would fall apart; give a larger one.",
+            " Å), so every patch would fall apart; give a larger --density.",
         ),
         (
             ["recommend", "minimal.csv"],

@@ -99,7 +99,7 @@ def run(wish):
 
 def _describe(wish, points, normals, around):
     """Write the descriptors of the patches around places (T, 3), Å."""
-    refuse_sparse(points, D_LINK, f"--density {wish.density:g}", "give a larger one")
+    refuse_sparse(points, D_LINK, f"--density {wish.density:g}", "give a larger --density")
     z = described(build_index(points, normals, D_LINK), around, R_ZERNIKE, True, "--around")
     names = ["x", "y", "z", *(f"z_{n}_{m}" for n, m in indices())]
     table = pd.DataFrame(np.hstack([around, z]), columns=names)
