@@ -5,7 +5,7 @@ from functools import partial
 import pandas as pd
 
 from sparsurf.molecules.reading import read_molecule
-from sparsurf.report import comparison_page
+from sparsurf.report import comparison_answer, comparison_page
 from sparsurf.report.figures import comparison_figure, layout
 from sparsurf.study import comparison, comparison_intervals, dots_needed
 from sparsurf.study.evaluator import Evaluator, number_of_tests
@@ -46,9 +46,10 @@ def main(inputs, outputs, settings, name, threads):
             probe=rules["probe_radius"],
             reentrant=rules["reentrant"],
         )
+    against = dict.fromkeys([*comparison_intervals.AGAINST, comparison_answer.best_of(table)[-1]])
     own = {key: drawers[key] for key in ("farthest", "uniform") if key in drawers}
     more = {
-        "pairs": comparison_intervals.paired(raw, percents),
+        "pairs": comparison_intervals.paired(raw, percents, against=against),
         "fewer": comparison_intervals.times_fewer_intervals(raw, table, evaluator.stream("times fewer")),
         "alone": stand_alone(evaluator, own, lay, percents, n_tests, draws),
     }

@@ -47,7 +47,7 @@ PAIRS = pd.DataFrame(
 )
 FEWER = pd.DataFrame(
     [
-        ("Z surface", "uniform", "farthest", 8.0, 2.25, 2.0, 2.5, "more than "),
+        ("Z surface", "uniform", "farthest", 8.0, 2.25, 2.0, 2.25, "more than "),
         ("Z surface", "uniform", "paper", 8.0, 0.5, 0.4, 0.6, ""),
         ("Z surface", "paper", "farthest", 32.0, 9.0, 9.0, 9.0, ""),
         ("Z centres", "paper", "farthest", 8.0, 9.0, 9.0, 9.0, ""),
@@ -74,7 +74,7 @@ def test_the_answer_of_a_comparison():
         "- The surface recovered from the kept dots alone: Z = 0.50 from those of paper, 1.25 from a uniform draw.",
         "- For certain better than a uniform draw, by (paired 95 % interval): farthest -1.00 (-1.25 .. -0.75).",
         "- For certain worse than a uniform draw, by (paired 95 % interval): paper +1.00 (+0.50 .. +1.50).",
-        "- For the Z they reach there, farthest needs more than 2.2 (2.0 .. 2.5) times fewer than uniform.",
+        "- For the Z they reach there, farthest needs more than 2.2 (2.0 or more) times fewer than uniform.",
     ]
     assert lines[5].startswith("\nZ, patches cut")  # five at most
     assert "| farthest | 2.00 | 1.00 |" in lines[6] and "| farthest | 0.75 | 0.50 |" in lines[8]
@@ -110,7 +110,7 @@ def test_who_cannot_be_told_from_the_best_is_named_with_it():
     assert comparison_answer.answer(alike)[0] == f"{begin}; uniform and paper have the same Z."
 
 
-def test_a_bound_without_scatter_has_no_brackets():
+def test_a_bound_has_the_limit_of_its_free_side_and_without_scatter_none():
     def told(**values):
         fewer = FEWER[:1].assign(**values)
         return next(line for line in comparison_answer.answer(comparison(), None, fewer) if "needs" in line)
@@ -118,6 +118,13 @@ def test_a_bound_without_scatter_has_no_brackets():
     assert "needs more than 2.2 times fewer than uniform." in told(low=np.nan, high=np.nan)
     assert "needs more than 2.2 times fewer than uniform." in told(low=2.25, high=2.249)
     assert "needs 2.2 (2.2 .. 2.2) times fewer than uniform." in told(low=2.21, high=2.24, bound="")
+    assert "needs more than 2.2 (1.8 or more) times fewer than uniform." in told(low=1.8)
+    less = {"low": 2.25, "high": 2.6, "bound": "less than "}
+    assert "needs less than 2.3 (2.6 or less) times fewer than uniform." in told(**less)
+    assert "needs 2.2 (1.8 .. 2.2) times fewer than uniform." in told(low=1.8, bound="")
+    # the spread of several proteins: their mean is at no bound
+    for bound, words in (("more than ", "more than 2.2"), ("less than ", "less than 2.3")):
+        assert f"needs {words} (1.8 .. 4.0) times fewer than uniform." in told(low=1.8, high=4.0, bound=bound)
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.sampling import law, samplers
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.published import OF_PAPER
-from sparsurf.study import comparison, floors, grid, tables
+from sparsurf.study import comparison, comparison_intervals, floors, grid, tables
 from sparsurf.study.comparison_over_proteins import by_protein, needed_over_proteins, over_proteins
 from sparsurf.study.dots_needed import all_needed, needed, ranking, times_fewer, values_of
 from sparsurf.study.evaluator import Evaluator
@@ -481,6 +481,8 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         outputs |= {"page": folder / "compare.md", "png": str(folder / "compare.png")}
         outputs |= {key: folder / f"compare_{key}.csv" for key in ("pairs", "fewer", "alone")}
         inputs |= {"structure": structure} if folder.name == "c1" else {}
+        if folder.name == "c2":
+            monkeypatch.setattr(comparison_intervals, "AGAINST", ("uniform",))
         compare_samplers.main(inputs, outputs, settings, f"blob/{folder.name}", 1)
     page = (folders[0] / "compare.md").read_text(encoding="utf-8")
     assert "estimated from the spacing of the dots" in page  # this surface has no areas
@@ -491,6 +493,18 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     assert rest == [[10, 40], 30, 2] and no_lay is None
     assert lay.keywords == {"probe": 1.2, "reentrant": "dms"}
     assert lay.args[1].tolist() == pytest.approx(4 * [1.55, 1.7, 1.7, 1.52, 1.7] + [1.39])
+    # who is set against whom: the best under `surface` at 10 % with the others, once
+    for folder in folders:
+        pairs, z = (pd.read_csv(folder / f"{name}.csv") for name in ("compare_pairs", "compare"))
+        z = z[(z["measure"] == "Z surface") & (z["percent"] == 10)].set_index("sampler")["value"]
+        assert set(pairs["than"]) == {"uniform", "farthest"} and z.idxmin() == "farthest"
+        assert not pairs.duplicated(["measure", "than", "sampler", "percent"]).any()
+        own = pairs[
+            (pairs["measure"] == "Z surface") & (pairs["than"] == "farthest") & (pairs["percent"] == 10)
+        ]
+        assert own.set_index("sampler")["difference"].to_dict() == pytest.approx(
+            (z.drop("farthest") - z["farthest"]).to_dict()
+        )
     compared = pd.read_csv(folders[0] / "compare.csv")
     assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest", comparison.HINDSIGHT]
     known = pd.read_csv(inputs["floors"]).set_index("floor")["Z"]

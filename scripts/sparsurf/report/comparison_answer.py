@@ -20,9 +20,7 @@ def spoken(sampler):
 
 def answer(table, pairs=None, fewer=None, alone=None):
     """Five lines at most, then Z of every sampler: of its dots as they are, and of the surface recovered from them."""
-    z = values_of(table, "Z surface")
-    at = float(z.columns[np.argmin(np.abs(z.columns - AT))])
-    best = z[at].idxmin()
+    z, at, best = best_of(table)
     lines = [
         f"At {at:g} % of the dots {spoken(best)} describes the surface best: Z = {z.loc[best, at]:.2f}"
         f"{_alike(z[at], pairs, at)}."
@@ -42,6 +40,13 @@ def answer(table, pairs=None, fewer=None, alone=None):
             _by_n_s(values_of(table, RECOVERED)),
         ]
     return parts
+
+
+def best_of(table):
+    """Z under `surface` of every sampler, the n_S in % that the sentences speak of, and the sampler that is best there."""
+    z = values_of(table, "Z surface")
+    at = float(z.columns[np.argmin(np.abs(z.columns - AT))])
+    return z, at, z[at].idxmin()
 
 
 def _by_n_s(z):
@@ -104,9 +109,15 @@ def _times(fewer, at):
 
 
 def _limits(row):
-    """Limits of a factor in brackets; none of a bound whose limits are alike or not there, as it has no scatter."""
+    """Limits of a factor in brackets; of a bound without that at the bound itself, and none where they are alike or not there."""
     low, high = f"{row.low:.1f}", f"{row.high:.1f}"
-    return "" if row.bound and low == high else f" ({low} .. {high})"
+    if row.bound and low == high:  # no scatter
+        return ""
+    if row.bound == "more than " and row.high <= row.factor:
+        return f" ({low} or more)"
+    if row.bound == "less than " and row.low >= row.factor:
+        return f" ({high} or less)"
+    return f" ({low} .. {high})"
 
 
 def _alone(alone, at):

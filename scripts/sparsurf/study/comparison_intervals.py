@@ -10,7 +10,7 @@ from sparsurf.study.comparison import USE
 from sparsurf.study.dots_needed import BOUND, OF_ERROR, REFERENCE, dots_for
 from sparsurf.study.statistics import LEVEL, estimate
 
-AGAINST = (REFERENCE, "farthest")  # samplers that the others are set against
+AGAINST = (REFERENCE, "farthest")  # samplers that the others are set against, beside the best
 OF_FEWER = ["use", "measure", "than", "sampler", "percent", "factor", "low", "high", "bound"]
 RESAMPLED = 400  # bootstrap samples of test dots and draws
 
