@@ -379,6 +379,13 @@ def test_minimal_has_the_wished_size_in_order_of_choice(evaluator):
         assert name.startswith("paper") or len(dots) == 300
     short, long = (minimal_subset(evaluator, "farthest", n)[0] for n in (100, 300))
     assert np.array_equal(short, long[:100])
+    published, corrected = (
+        evaluator.changed(cover=each) for each in (evaluator.cover, evaluator.corrected_cover)
+    )
+    for name, own in (("farthest", published), ("paper", published), ("paper_corrected", corrected)):
+        dots, weight = minimal_subset(evaluator, name, combination=(1.0, 0.0, 6.0, 0.0))
+        assert dots.tolist() == own.pair((1.0, 0.0, 6.0, 0.0), 0)[0].tolist() and weight.sum() == 3000
+    assert len(dots) != len(published.pair((1.0, 0.0, 6.0, 0.0), 0)[0])
     dots, weight = minimal_subset(evaluator, combination=(1.0, 0.0, 6.0, 0.0))
     assert np.array_equal(dots, evaluator.pair((1.0, 0.0, 6.0, 0.0), 0)[0]) and weight.sum() == 3000
 

@@ -181,9 +181,11 @@ def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
 
 def test_a_combination_stands_without_another_sampler():
     own = {"combination": [1.0, 0.0, 6.0, 0.0]}
-    for sampler in ({}, {"sampler": "paper"}):
-        assert check(DEFAULT | {"minimal": own | sampler})["minimal"]["combination"] == own["combination"]
-    for sampler in ("farthest", "paper_corrected"):
+    for sampler in ({}, {"sampler": "paper"}, {"sampler": "paper_corrected"}):
+        checked = check(DEFAULT | {"minimal": own | sampler})
+        assert checked["minimal"] == own | {"sampler": "farthest", "settle": False} | sampler
+        assert check(checked) == checked  # a default that is written out asks for nothing
+    for sampler in ("poisson", "uniform"):
         with pytest.raises(InputError) as error:
             check(DEFAULT | {"minimal": own | {"sampler": sampler}})
         assert str(error.value) == (

@@ -31,7 +31,7 @@ def minimal_subset(
     z : float, optional
         Wished Z under `surface`: the smallest n_S that reaches it is sought, on the test dots of the study.
     combination : sequence of 4 floats, optional
-        Instead of a sampler: one draw of the paper's sampling with this combination.
+        One draw of the paper's sampling with this combination, of paper_corrected where that is the sampler.
     choices : published.Choices
         What the paper's sampler takes its parameters from.
 
@@ -46,6 +46,8 @@ def minimal_subset(
     function = named([sampler], "minimal.sampler", choices)[sampler]
     n_dots = len(evaluator.points)
     if combination is not None:
+        if sampler == "paper_corrected":
+            evaluator = evaluator.changed(cover=evaluator.corrected_cover)
         kept = evaluator.pair(combination, 0)[0]
         return kept, weights(evaluator.points, kept)
 

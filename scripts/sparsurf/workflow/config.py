@@ -21,6 +21,8 @@ OWN_FOLDERS = ("logs", "pairs")
 OF_PAPER = ("kept", "surface")  # readings that its verdict needs
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes one of them
+# Samplers that may stand beside a combination: those that draw by one, and the default, which asks for nothing.
+WITH_COMBINATION = ("farthest", "paper", "paper_corrected")
 SCHEMA = yaml.safe_load((Path(__file__).with_name("config.schema.yaml")).read_text())
 
 
@@ -60,14 +62,14 @@ def check(config, files=(), home=".", here=True):
     """
     for path in files:
         read_config(path)
-    errors, given = list(_no_values(config)), config.get("minimal")  # the default sampler asks for nothing
+    errors = list(_no_values(config))
     if not errors:
         config = _whole(_with_defaults(_with_listed_proteins(config), SCHEMA), SCHEMA)
         if isinstance(config["minimal"], dict) and not set(WISHES) & set(config["minimal"]):
             config["minimal"]["floor"] = SCHEMA["properties"]["minimal"]["default"]["floor"]
         config = _with_files_at_home(_with_local_copies(config), Path(home))
         errors = [sentence(error) for error in Draft202012Validator(SCHEMA).iter_errors(config)]
-    errors = errors or list(_second_check(config, given)) + list(too_large(config) if here else ())
+    errors = errors or list(_second_check(config)) + list(too_large(config) if here else ())
     if errors:
         raise InputError("config: " + "\n        ".join(dict.fromkeys(errors)))
     return config
@@ -193,8 +195,8 @@ def _whole(value, rule):
     return value
 
 
-def _second_check(config, minimal):
-    """Sentences for what the schema cannot say; `minimal` is that of the config before it had defaults, or None."""
+def _second_check(config):
+    """Sentences for what the schema cannot say."""
     names = {}
     if not config["proteins"] and not config["pairs"]:
         yield "proteins is empty; name at least one protein."
@@ -230,8 +232,9 @@ def _second_check(config, minimal):
     wishes = [key for key in WISHES if key in config["minimal"]]
     if len(wishes) > 1:
         yield f"minimal needs exactly one of {', '.join(WISHES[:-1])} and {WISHES[-1]}, but has {', '.join(wishes)}."
-    if "combination" in wishes and minimal.get("sampler", "paper") != "paper":
-        yield f"minimal.sampler is {minimal['sampler']}, but minimal.combination is of the paper's; leave out one of the two."
+    sampler = config["minimal"]["sampler"]
+    if "combination" in wishes and sampler not in WITH_COMBINATION:
+        yield f"minimal.sampler is {sampler}, but minimal.combination is of the paper's; leave out one of the two."
     floor = config["minimal"].get("floor", "")
     ready = [name for name, protein in config["proteins"].items() if "surface" in protein]
     if floor.startswith("atoms") and ready:
