@@ -489,7 +489,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         outputs |= {key: folder / f"compare_{key}.csv" for key in ("pairs", "fewer", "alone")}
         inputs |= {"structure": structure} if folder.name == "c1" else {}
         if folder.name == "c2":
-            monkeypatch.setattr(comparison_intervals, "AGAINST", ("uniform",))
+            monkeypatch.setattr(comparison_intervals, "AGAINST", ("paper",))
         compare_samplers.main(inputs, outputs, settings, f"blob/{folder.name}", 1)
     page = (folders[0] / "compare.md").read_text(encoding="utf-8")
     assert "estimated from the spacing of the dots" in page  # this surface has no areas
@@ -504,7 +504,8 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     for folder in folders:
         pairs, z = (pd.read_csv(folder / f"{name}.csv") for name in ("compare_pairs", "compare"))
         z = z[(z["measure"] == "Z surface") & (z["percent"] == 10)].set_index("sampler")["value"]
-        assert set(pairs["than"]) == {"uniform", "farthest"} and z.idxmin() == "farthest"
+        other = {"c1": "uniform", "c2": "paper"}[folder.name]
+        assert set(pairs["than"]) == {other, "farthest"} and z.idxmin() == "farthest"
         assert not pairs.duplicated(["measure", "than", "sampler", "percent"]).any()
         own = pairs[
             (pairs["measure"] == "Z surface") & (pairs["than"] == "farthest") & (pairs["percent"] == 10)
