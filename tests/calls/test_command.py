@@ -248,9 +248,11 @@ def test_one_dot_is_its_own_subset(tmp_path, capfd, size):
 
 def test_a_locale_without_the_letter_shows_another(folder, tmp_path):
     command_line = [sys.executable, "-m", "sparsurf", "surface", "--help"]
-    process = subprocess.run(
-        command_line, env=os.environ | {"PYTHONIOENCODING": "ascii"}, capture_output=True, check=True
-    )
+    own = {
+        "PYTHONPATH": str(ROOT / "scripts"),
+        "PYTHONIOENCODING": "ascii",
+    }  # not a package that is installed
+    process = subprocess.run(command_line, env=os.environ | own, capture_output=True, check=True)
     assert b"dots per ?^2" in process.stdout
 
 
