@@ -45,9 +45,9 @@ def _place(output, format_given, formats):
     suffix = f".{format_given}" if format_given else ".csv" if name == "-" else Path(bare).suffix.lower()
     if suffix not in formats:
         why = f"this cannot be written as {suffix!r}" if suffix else "the name has no suffix"
-        what = "give --format" if format_given or name == "-" else "name a file in"
-        known = [each.lstrip(".") for each in formats] if what == "give --format" else formats
-        raise InputError(f"{name}: {why}; {what} {', '.join(known)}.")
+        if format_given or name == "-":
+            raise InputError(f"{name}: {why}; give --format {', '.join(each[1:] for each in formats)}.")
+        raise InputError(f"{name}: {why}; name a file in {', '.join(formats)}.")
     stream = name == "-" or (os.path.exists(name) and not os.path.isfile(name))  # a pipe or a device
     folder = None if stream else Path(os.path.realpath(name)).parent
     if folder is not None and not folder.is_dir():

@@ -49,10 +49,8 @@ log = logging.getLogger("sparsurf")
 READERS = dict.fromkeys(PDB, read_pdb) | dict.fromkeys(MMCIF, read_mmcif)
 FARTHEST = 1e5  # Å; no molecule is there, a damaged number is
 CROWDED = 0.5  # Å; half of the shortest bond, and more than any bond in nm
-SAMPLE, FEWEST_ATOMS = (
-    100,
-    10,
-)  # atoms whose nearest neighbours tell the unit; fewer may be half-occupied ones
+SAMPLE = 100  # atoms whose nearest neighbours tell the unit
+FEWEST_ATOMS = 10  # that do; fewer may be half-occupied ones
 # A protein whose residues hold less than this share of their heavy atoms is a model of its backbone: C-alpha
 # atoms alone are 13 %, backbone with C-beta 62 %; the sparsest crystal structure of the reference data has 97 %.
 LEAST_HEAVY_ATOMS = 0.7

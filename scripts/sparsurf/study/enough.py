@@ -6,7 +6,7 @@ import pandas as pd
 from sparsurf.patches.readings import TEXT
 
 COLUMNS = {"uniform": "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
-SHARE = 50
+SHARE = 50  # of the rows, one part of so many makes a running median
 CLOSE = 1.1  # a Z within a tenth of a floor counts as the floor: surfaces that are recovered level off there
 NULL_MODEL = "null_model"
 PREFIX = "enough_"  # of the columns of surfaces.csv
