@@ -407,7 +407,9 @@ def long_study(checkout):
     (checkout.root / "snakemake.py").write_text(LONG)
     command = [sys.executable, checkout.root / "scripts" / "study.py", checkout.config()]
     said = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    process = subprocess.Popen(command, **said, start_new_session=True)
+    # a job in the background of a shell passes on that Ctrl-C is ignored
+    heed = {"start_new_session": True, "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
+    process = subprocess.Popen(command, **said, **heed)
     pid, deadline = checkout.root / "pid", time.monotonic() + 60
     while not (pid.is_file() and pid.read_text()):
         assert process.poll() is None and time.monotonic() < deadline, process.communicate()
