@@ -209,7 +209,7 @@ def test_a_row_of_each_table():
     )
     assert recovery_page.answer(means).splitlines()[0] == (
         "- From 10 % of the dots the surface comes back 0.150 Å from the true one. Its Z is 0.50, 1.10 (0.10 to 0.30) times "
-        "what other dots of the same surface give; the kept dots as they are give 2.00."
+        "that of other dots of the same surface; the kept dots as they are have Z = 2.00."
     )
     matrix = recovery_page._matrix(means)
     assert "| Z, the dots as they are | 2.00 (0.10 to 0.30) |" in matrix

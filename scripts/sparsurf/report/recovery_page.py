@@ -86,8 +86,8 @@ def answer(means):
         )
         lines.append(
             f"- From {percent:g} % of the dots the surface comes back {gap['mean']:.3f} Å from the true one. Its Z is "
-            f"{z['mean']:.2f}, {over['mean']:.2f} ({over['low']:.2f} to {over['high']:.2f}) times what other dots of the "
-            f"same surface give; the kept dots as they are give {before['mean']:.2f}."
+            f"{z['mean']:.2f}, {over['mean']:.2f} ({over['low']:.2f} to {over['high']:.2f}) times that of other dots "
+            f"of the same surface; the kept dots as they are have Z = {before['mean']:.2f}."
         )
     return "\n".join(lines) + "\n"
 
