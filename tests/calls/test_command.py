@@ -476,9 +476,16 @@ def test_an_end_before_the_end_has_its_code_and_its_sentence(monkeypatch, capsys
         logging.getLogger("sparsurf").info("a note")
         raise error
 
+    log = logging.getLogger("sparsurf")
+    before = list(log.handlers), log.propagate, log.level
     monkeypatch.setattr(surface_command, "run", work)
     assert ended("surface", "a.pdb", "-o", "x.csv") == code
     assert capsys.readouterr().err == told
+    assert (
+        log.handlers,
+        log.propagate,
+        log.level,
+    ) == before  # who calls it from Python has a log of their own
 
 
 def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):

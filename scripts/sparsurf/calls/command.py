@@ -7,6 +7,7 @@ import argparse
 import logging
 import os
 import sys
+from contextlib import contextmanager
 from importlib import import_module
 
 from sparsurf import InputError, __version__
@@ -51,9 +52,9 @@ def main(arguments=None):
             stream.reconfigure(errors="replace")  # of a locale without Å
     parser, modules = build_parser(next((each for each in arguments if not each.startswith("-")), None))
     wish = parser.parse_args(arguments)
-    _warnings_to_stderr()
     try:
-        modules[wish.command].run(wish)
+        with _warnings_to_stderr():
+            modules[wish.command].run(wish)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader, `head` say, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -98,13 +99,20 @@ def build_parser(asked=None):
     return parser, modules
 
 
+@contextmanager
 def _warnings_to_stderr():
     """What the library warns of, one line each; its notes are for the logs of a study."""
     handler = logging.StreamHandler()  # the standard error of now: tests exchange it
     handler.setFormatter(logging.Formatter("sparsurf: warning: %(message)s"))
     log = logging.getLogger("sparsurf")
+    before, propagate, level = log.handlers, log.propagate, log.level
     log.handlers, log.propagate = [handler], False
     log.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        log.handlers, log.propagate = before, propagate
+        log.setLevel(level)
 
 
 def _sentence(error):
