@@ -227,6 +227,13 @@ def test_bad_csv_is_one_sentence(tmp_path, text, word):
         read_surface(written(tmp_path, text, "a.csv"))
 
 
+def test_normals_far_from_unit_length_are_scaled_and_told(tmp_path, caplog):
+    for long, told in ((1.04, []), (40.0, ["normals of length 1 to 40 are scaled to 1"])):
+        path = written(tmp_path, f"x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,{long},0\n", "a.csv")
+        assert read_surface(path).normals.tolist() == [[0, 0, 1], [0, 1, 0]]
+        assert caplog.messages == [f"{path}: {each}" for each in told]
+
+
 def test_a_csv_with_a_byte_order_mark(tmp_path):
     (tmp_path / "a.csv").write_bytes("\ufeffx,y,z,nx,ny,nz\r\n1,2,3,0,0,1\r\n".encode())
     assert read_surface(tmp_path / "a.csv").points.tolist() == [[1, 2, 3]]

@@ -11,6 +11,7 @@ log = logging.getLogger("sparsurf")
 
 CONTACT, SADDLE, CONCAVE = 0, 1, 2  # kinds of dots
 ROUNDED = 2e-3  # normals of three decimals are this near to unit length: sqrt(3) * 0.0005 and a reserve
+ODD = 0.05  # normals so far from unit length may be something else
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +88,8 @@ def surface_of_columns(columns, path):
     short = np.flatnonzero(length < 0.5)
     if len(short):
         raise InputError(f"{path}: dot {short[0] + 1} has a normal of length {length[short[0]]:.3f}, not 1.")
+    if np.abs(length - 1).max() > ODD:
+        log.warning("%s: normals of length %.3g to %.3g are scaled to 1", path, length.min(), length.max())
     far = np.abs(length - 1) > ROUNDED
     columns["normals"] = np.where(far[:, None], normals / length[:, None], normals)
     _, first = np.unique(np.hstack([points, normals]), axis=0, return_index=True)
