@@ -38,7 +38,13 @@ def write_tables(path_to_results, tables, evidence):
             path = evidence / f"{name}.csv.gz"
             table.to_csv(path, index=False, float_format="%.5g", compression=PACKED)
         else:
-            table.to_csv(tables / f"proteins_{name}.csv", index=False, float_format="%.5g")
+            path = tables / f"proteins_{name}.csv"
+            if (
+                name == "coverage" and path.is_file()
+            ):  # its rows on what was not measured this time stay as well
+                before = pd.read_csv(path)
+                table = pd.concat([table, before[~before["quantity"].isin(table["quantity"])]])
+            table.to_csv(path, index=False, float_format="%.5g")
 
 
 def read_stored(docs=DOCS, evidence=EVIDENCE):

@@ -77,7 +77,10 @@ def test_sentences_of_one_surface():
     found = enough_sentence(enough(GRID, 2.0, {}))
     assert "below 2.00," in found and "from 20 % of the dots on with a uniform draw and" in found
     near = enough_sentence(enough(GRID, 2.0, {"turned": 1.7}))
-    assert "; Z comes within a tenth of 1.70, what turning the molecule costs, from " in near
+    assert (
+        "; Z comes within a tenth of 1.70, what turning the molecule and laying its dots anew costs, from "
+        in near
+    )
     assert (
         "and from 40 % of the dots on with whichever combination of the paper's sampling needs the fewest."
         in found

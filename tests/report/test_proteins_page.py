@@ -44,15 +44,24 @@ def test_intervals_over_proteins_hold_what_they_should(stored):
 
 
 def test_another_number_changes_the_sentences(stored):
-    d = stored["d"].assign(own=stored["d"]["own"] + 1, n_above=stored["d"]["n"] - 1)
+    d = stored["d"].assign(n_above=stored["d"]["n"] - 1)
+    d[["own", "own_low", "own_high"]] += 1
     changed = of_sign(stored | {"d": d})
     n = len(stored["surfaces"])
     assert f"interval on {n - 1} or more of them" in changed and f"above 0 on {n - 1} at most" in changed
     own = d[(d["islands"] == "kept") & (d["range"] > 0) & (d["n_S_percent"] < 50)]["own"]
     assert f"held out, d = {own.min():+.2f} to {own.max():+.2f} under `kept`" in changed
     every = of_sign(stored | {"d": d.assign(n_above=d["n"])})
-    assert "interval on every one;" in every
+    assert "interval on every one;" in every  # as no range lies below 0 in this table
     assert "above 0 on none (" in of_sign(stored | {"d": d.assign(n_above=0)})
+    rows = d["range"].isin([0, 2, 8, 9]) & (d["islands"] == "kept")
+    low = d.assign(own_high=np.where(rows, -0.01, 0.01)).assign(own=np.where(d["range"] == 9, -0.4, -0.2))
+    low["n_S_percent"] = np.where(d["range"] == 9, 87.7, np.where(d["range"] == 8, 74.9, 20.0))
+    assert "of them (below 0, −0.40 to −0.20, at n_S = 20, 75 and 88 %); under" in of_sign(
+        stored | {"d": low}
+    )
+    one = low.assign(own_high=np.where(rows & (d["range"] == 9), -0.01, 0.01))
+    assert "of them (below 0, −0.40, at n_S = 88 %); under" in of_sign(stored | {"d": one})
 
 
 def test_the_recovered_grid_is_told_where_it_was_measured(stored):
@@ -103,14 +112,16 @@ def test_the_whole_recovered_grid_is_told_beside_its_quarter(stored):
 
 def test_mean_roughness_predicts_only_what_stays_after_correction(stored):
     one = stored["relation"].iloc[:1]
-    many = pd.concat([one] * 20, ignore_index=True).assign(p=0.5, gain_low=-1.0)
+    many = pd.concat([one] * 20, ignore_index=True).assign(p=0.5, gain_low=-1.0, over_all_low=-1.0)
     assert counted(many) == (20, 0, 0, 0)
     many.loc[:2, "p"] = [0.0024, 0.0026, 0.04]  # 0.05 / 20 = 0.0025
     assert counted(many) == (20, 3, 1, 0)
-    many.loc[:1, "gain_low"] = 0.1
+    for other in ("gain_low", "over_all_low"):  # neither alone is enough
+        assert counted(many.assign(**{other: 0.1})) == (20, 3, 1, 0)
+    many.loc[:1, ["gain_low", "over_all_low"]] = 0.1
     assert counted(many) == (20, 3, 1, 1)
     assert of_parameters(stored | {"relation": many}).startswith(
-        "**Mean roughness predicts the best parameters in 1 ranges of n_S.**"
+        "**Mean roughness predicts the best parameters in 1 of 20 ranges and readings.**"
     )
     assert counted(many.assign(p=float("nan")))[0] == 0
     many["gain_low"] = -1.0

@@ -259,14 +259,37 @@ def test_a_structure_is_held_to_its_own_floor():
     table = [("a", "farthest", 10.0, 0.525), ("b", "farthest", 10.0, 0.55), ("a", "farthest", 5.0, 9.0)]
     table += [("a", "adaptive", 10.0, 0.54), ("b", "adaptive", 10.0, 0.4)]
     settled = pd.DataFrame([("a", "settled dots", 10.0, 0.6)], columns=columns)
-    floors = [("a", "fresh dots", 0.5), ("b", "fresh dots", 0.5), ("b", "turned", 0.1)]
-    over = recovery_page.over_floor(
-        pd.DataFrame(table, columns=columns), pd.DataFrame(floors, columns=["protein", "floor", "Z"]), settled
-    )
-    assert over.loc["b"].round(3).tolist()[:2] == [1.1, 0.8] and over.loc["a", "settled dots"] == 1.2
-    assert recovery_page.everywhere(over).splitlines() == [
-        "- farthest: Z at 10 % is at most 1.08 times the fresh-dots floor on 1 of 2 structures; the most is 1.100 (b): not met.",
-        "- adaptive: Z at 10 % is at most 1.08 times the fresh-dots floor on 2 of 2 structures; the most is 1.080 (a): met.",
-        "- settled dots: Z at 10 % is at most 1.08 times the fresh-dots floor on 0 of 1 structures; the most is 1.200 (a): not "
-        "met.",
+    floors = [
+        ("a", "fresh dots", 0.5, 0.4, 0.6),
+        ("b", "fresh dots", 0.5, 0.44, 0.55),
+        ("b", "turned", 0.1, 0.1, 0.1),
     ]
+    floors = pd.DataFrame(floors, columns=["protein", "floor", "Z", "low", "high"]).assign(draws=3)
+    over = recovery_page.over_floor(pd.DataFrame(table, columns=columns), floors, settled)
+    assert over.loc["b"].round(3).tolist()[:2] == [1.1, 0.8] and over.loc["a", "settled dots"] == 1.2
+    said = "Z at 10 % is at most 1.08 times the fresh-dots floor on"
+    assert recovery_page.everywhere(over, floors).splitlines() == [
+        f"- farthest: {said} 1 of 2 structures; the most is 1.100 (b; 1.00 to 1.25 by the error of its floor, of 3 draws): not "
+        "met.",
+        f"- adaptive: {said} 2 of 2 structures; the most is 1.080 (a; 0.90 to 1.35 by the error of its floor, of 3 draws): met.",
+        f"- settled dots: {said} 0 of 1 structures; the most is 1.200 (a; 1.00 to 1.50 by the error of its floor, of 3 draws): "
+        "not met.",
+    ]
+
+
+def test_what_distances_and_angles_hold_beside_the_error_is_told():
+    table = pd.DataFrame(
+        [
+            ("farthest", 5.0, 40, 1000),
+            ("farthest", 5.0, 60, 1000),
+            ("farthest", 10.0, 90, 1000),
+            ("uniform", 5.0, 900, 1000),
+        ],
+        columns=["sampler", "percent", "n_S", "dots"],
+    )
+    opponents = pd.DataFrame(
+        [("atoms", 2.0), ("atoms", 3.0), ("settled dots", 9.0)], columns=["sampler", "angle"]
+    )
+    said = recovery_page.errors(table, opponents)
+    assert "surface: 5, 9 % at 5, 10 % of the dots;" in said
+    assert "gives 2.5° (2.0 to 3.0):" in said

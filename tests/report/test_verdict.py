@@ -346,5 +346,6 @@ def test_the_outlook_names_what_is_recovered():
     assert "has a Z of 0.48 where other dots of the same surface, all kept, have 0.45" in fresh
     assert "7 % of the dots suffice instead of 80 %" in fresh
     assert turned.startswith(
-        "To come within a tenth of 0.70, what turning the molecule costs, 2.5 % of the dots suffice instead of 20 %"
+        "To come within a tenth of 0.70, what turning the molecule and laying its dots anew costs, 2.5 % of the dots suffice "
+        "instead of 20 %"
     )

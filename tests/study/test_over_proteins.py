@@ -510,6 +510,20 @@ def test_variants_and_recovered_grids_are_taken_from_their_folders(tmp_path, mon
     assert (tmp_path / "evidence" / "summary.csv.gz").read_bytes()[4:8] == bytes(4)
 
 
+def test_rows_of_what_was_not_measured_again_stay(tmp_path, monkeypatch):
+    monkeypatch.setattr(write_proteins, "load_all", lambda folder: [])
+    for shares in ({"d": 0.9, "d, `recovered`": 0.8}, {"d": 0.95}):
+        table = pd.DataFrame({"quantity": list(shares), "coverage": list(shares.values())})
+        found = {"coverage": table, "d": table}
+        monkeypatch.setattr(write_proteins, "tables_of", lambda *_, found=found: found)
+        write_proteins.write_tables(tmp_path, tmp_path, tmp_path)
+    stored = pd.read_csv(tmp_path / "proteins_coverage.csv")
+    assert stored.to_numpy().tolist() == [["d", 0.95], ["d, `recovered`", 0.8]]
+    assert pd.read_csv(tmp_path / "proteins_d.csv").to_numpy().tolist() == [
+        ["d", 0.95]
+    ]  # whole tables are new
+
+
 def test_one_rule_changed_at_a_time():
     assert protein_variants.rules_of(protein_variants.DEFAULT) == Rules()
     for variant, changes in protein_variants.VARIANTS.items():

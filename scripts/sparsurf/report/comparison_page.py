@@ -73,8 +73,8 @@ def compare_markdown(table, name, facts, pairs=None, fewer=None, alone=None):
         f"it a subset tells less of a patch than the mean over all patches does), an empty patch {sticks['empty_patch']:.2f} "
         "(mean |z_tot|)."
         + (
-            f" Other dots of the same surface cost {sticks['fresh_dots']:.2f} and turning it {sticks['turned']:.2f}, "
-            "with all dots kept."
+            f" Other dots of the same surface cost {sticks['fresh_dots']:.2f} and those of the molecule turned "
+            f"{sticks['turned']:.2f}, with all dots kept."
             if "fresh_dots" in sticks
             else ""
         )

@@ -36,7 +36,8 @@ def descriptors_markdown(tables):
         "## Which orders carry signal\n",
         _orders(tables["orders"]),
         "## What changes in the paper's tables\n",
-        "The ten combinations of Table I, Z_tS and d = Z_tR - Z_tS, three draws each:\n",
+        "The ten combinations of Table I, Z_tS and d = Z_tR - Z_tS, means of three draws; ± one standard error over the test "
+        "dots:\n",
         markdown(_rows(tables["rows"])),
         "All 1296 combinations, one draw: how many have d > 0, the best, and the correlation of d with that by the published "
         "descriptor under the same reading.\n",

@@ -11,7 +11,7 @@ FRESH = "fresh dots"
 YARDSTICKS = {
     NULL_MODEL: "what the mean of all patches in place of every patch costs",
     FRESH: "what other dots of the same surface cost",
-    "turned": "what turning the molecule costs",
+    "turned": "what turning the molecule and laying its dots anew costs",
 }
 SAMPLERS = {
     "uniform": "with a uniform draw",

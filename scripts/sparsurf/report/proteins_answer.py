@@ -30,10 +30,21 @@ def of_sign(stored):
     return (
         f"**The sign of d rests on the reading, not on the protein.** Over {n} proteins, the best combinations have, "
         f"held out, d = {between(few, 'own')} under `kept` in the ranges below half of the dots, above 0 by the protein's "
-        f"own interval on {on}; under `surface` d = {between(not_all, 'own')} in all ranges but the last, which keeps every "
-        f"dot, above 0 on {above} (means over all ranges {interval(a, 'own')} and "
+        f"own interval on {on}{of_many(kept)}; under `surface` d = {between(not_all, 'own')} in all ranges but the last, "
+        f"which keeps every dot, above 0 on {above} (means over all ranges {interval(a, 'own')} and "
         f"{interval(b, 'own')}).{of_recovered(stored)}"
     )
+
+
+def of_many(rows):
+    """The ranges of n_S where uniform dots are the better ones, as a clause; nothing where there are none."""
+    worse = rows[(rows["range"] > 0) & (rows["own_high"] < 0)]
+    if worse.empty:
+        return ""
+    *some, last = (f"{percent:.0f}" for percent in worse["n_S_percent"])
+    at = f"{', '.join(some)} and {last}" if some else last
+    d = between(worse, "own") if some else signed(worse["own"].iloc[0])
+    return f" (below 0, {d}, at n_S = {at} %)"
 
 
 def of_recovered(stored):
@@ -78,7 +89,7 @@ def of_parameters(stored):
         f"choice by it pays), though a rank correlation of {power['rho'].min():.2f} is found in 80 % of studies of "
         f"{power['n'].max()} proteins. One combination per range, chosen on all other proteins, gives {signed(-some['lost'])} "
         f"({signed(-some['lost_high'])} to {signed(-some['lost_low'])}) more d under `kept` than a protein's own best, held "
-        f"out, and a choice on those nearest in roughness instead changes d by at most {interval(most, 'near')} in any range: "
+        f"out, and a choice on those nearest in roughness instead gains at most {interval(most, 'near')} of d in any range: "
         "neither the protein nor its roughness need be known."
     )
 
@@ -87,7 +98,7 @@ def predicts(relation):
     """What mean roughness says of the best parameters, as a clause; `MOST_BY_CHANCE` separates a trace from nothing."""
     known, found, _, supported = counted(relation)
     if supported:
-        return f"mean roughness predicts the best parameters in {supported} ranges of n_S"
+        return f"mean roughness predicts the best parameters in {supported} of {known} ranges and readings"
     if found > binom.ppf(MOST_BY_CHANCE, known, SIGNIFICANT):
         return "mean roughness tells too little of the best parameters to choose by it"
     return "mean roughness does not predict the best parameters"
@@ -95,14 +106,14 @@ def predicts(relation):
 
 def counted(relation):
     """How many ranges and readings have winners that vary, in how many of these p is small, in how many also after
-    Bonferroni's correction for them all, and in how many of those near surfaces choose better than far ones."""
+    Bonferroni's correction for them all, and in how many of those near surfaces choose better than far ones and than all."""
     known = relation[relation["p"].notna()]
     certain = known[known["p"] * len(known) < SIGNIFICANT]
     return (
         len(known),
         int((known["p"] < SIGNIFICANT).sum()),
         len(certain),
-        int((certain["gain_low"] > 0).sum()),
+        int(((certain["gain_low"] > 0) & (certain["over_all_low"] > 0)).sum()),
     )
 
 
@@ -119,8 +130,8 @@ def of_dots(stored):
         "**A few per cent of the dots suffice on every protein.** Recovered from farthest-point dots, the surface "
         "errs as little "
         f"as one whose atoms moved by 0.3 Å from {fair['median']:.1f} % of the dots on (median; {fair['lowest']:.1f} to "
-        f"{fair['highest']:.1f} % over the proteins), as the molecule turned from {turned['median']:.1f} % on "
-        f"({turned['lowest']:.1f} "
+        f"{fair['highest']:.1f} % over the proteins), as the molecule turned and its dots laid anew from "
+        f"{turned['median']:.1f} % on ({turned['lowest']:.1f} "
         f"to {turned['highest']:.1f} %) and as fresh dots of the same surface from {fresh['median']:.1f} % on "
         f"({of_middle(fresh)} "
         f"for the middle half of the proteins), each within a tenth; for the Z of {TARGET:g} % uniform dots as they "
@@ -155,7 +166,8 @@ def readme(stored):
         f"{TARGET:g} % uniform "
         f"dots as they are takes {factor} times fewer. Sampling by roughness beats a uniform draw under one reading "
         "of the paper "
-        f"(d = {interval(kept, 'own')}) and loses under the other ({interval(surface, 'own')}), whatever the protein. Its "
+        f"(d, mean over ten ranges of n_S: {interval(kept, 'own')}) and loses under the other "
+        f"({interval(surface, 'own')}), whatever the protein. Its "
         f"{predicts(stored['relation'])}: one combination per n_S does for all."
     )
 

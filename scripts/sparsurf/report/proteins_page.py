@@ -30,10 +30,10 @@ HOW = """`python scripts/study_proteins.py structures results/over_proteins` mea
 scripts/write_proteins.py results/over_proteins` writes the tables and this page. The structures are those of a
 docking benchmark, one partner of each complex, and single ones; no two share more than a quarter of their runs of
 five residues, so that conformations of one protein and near relatives count once. All without hydrogens, protein
-only, our own dots at the density that D_link asks for. Of each: the default grid (6 draws, 48 test dots), noise
-floors (3 draws, 200 test dots), and uniform, farthest-point, Poisson-disk dots and the paper's Table I at ten n_S (2
-draws, 1 of surfaces above 38,000 dots; the same 200 test dots), as they are (`surface`) and recovered (always at 5.35
-dots per Å^2, less than these surfaces without hydrogens have). Recovering for every combination of the grid would
+only, our own dots at the density that D_link asks for. Of each: the default grid (6 draws, 200 test dots), noise
+floors (3 draws, the same test dots), and uniform, farthest-point, Poisson-disk dots and the paper's Table I at ten
+n_S (2 draws, 1 of surfaces above 38,000 dots; the same test dots), as they are (`surface`) and recovered (always at
+5.35 dots per Å^2, less than these surfaces without hydrogens have). Recovering for every combination of the grid would
 make 15,552 surfaces of each protein: `--recovered N` does it for a quarter of the grid (every second α and β, 2
 draws, 48 test dots) on the N smallest, `--whole N` for all of it in as many draws. Not measured are the samplers
 that choose dots by the error of the recovered surface ([recover.md](recover.md) has them). The protein is the unit
@@ -190,8 +190,8 @@ def of_roughness(stored):
         [
             f"Of {known} ranges whose winners vary, {found} have p < {SIGNIFICANT:g}, where chance alone gives "
             f"{SIGNIFICANT * known:.0f}: {'; '.join(small) or 'none'}. Corrected for so many tests (Bonferroni) {certain} "
-            f"remain, and in {supported} of these a choice by roughness gains. The test takes the largest of four |rho|: over "
-            f"{power['n'].max()} proteins chance exceeds {power['critical'].min():.2f} in 5 % of studies, and the smallest "
+            f"remain, and in {supported} of these a choice by roughness gains over one combination for all. The test takes the "
+            f"largest of four |rho|: over {power['n'].max()} proteins chance exceeds {power['critical'].min():.2f} in 5 % of studies, and the smallest "
             f"true rank correlation of one parameter that is found in 80 % is {power['rho'].min():.2f}. A weaker one may be "
             "there; what it could gain is the last column.\n",
             "![](proteins_roughness.png)\n",
@@ -223,8 +223,8 @@ def of_enough(table, correlations):
         [
             "Smallest n_S in % whose Z lies within a tenth of a yardstick: median (lowest to highest) over the proteins, by "
             "interpolation between the n_S that were measured. The yardsticks are Z of all dots of the same surface "
-            "laid anew, of the "
-            "molecule turned, and of its atoms moved by 0.1 and 0.3 Å (rms).\n",
+            "laid anew, of those "
+            "of the molecule turned, and of those of its atoms moved by 0.1 and 0.3 Å (rms).\n",
             markdown(pd.DataFrame(cells)),
             "![](proteins_enough.png)\n",
             against(correlations),
@@ -308,7 +308,7 @@ def of_variants(table):
         [
             f"{' '.join(turned) or 'No rule turns a claim.'} {of_hydrogens(rows)}\n",
             f"One rule changed at a time, on {n} small proteins, a quarter of the grid (every second α and β), 3 "
-            "draws; means over the "
+            "draws, 48 test dots; means over the "
             "proteins with 95 % intervals. d is the mean of the ten ranges of the best combination, held out; the "
             "third column is the share "
             "of ranges in whose confidence set under `kept` the winner of the unvaried rules still lies; times fewer: "

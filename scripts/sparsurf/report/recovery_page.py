@@ -57,7 +57,13 @@ def page(table, floors, means, pairs, opponents, opponents_means, a1):
         `TABLES`, of `study.recovery` and `study.opponents`.
     """
     beside = ~pairs["first"].isin(table["sampler"])
-    parts = ["# A surface from a tenth of its dots\n", answer(means), "![](recover.png)\n", HOW]
+    parts = [
+        "# A surface from a tenth of its dots\n",
+        answer(means),
+        "![](recover.png)\n",
+        HOW,
+        errors(table, opponents),
+    ]
     parts += ["## The paper's A1, and the goals\n", goals(a1)]
     parts += [
         "## Beside other ways to keep as many bytes\n",
@@ -72,7 +78,7 @@ def page(table, floors, means, pairs, opponents, opponents_means, a1):
         paying(pairs[~beside]),
     ]
     over = over_floor(table, floors, opponents)
-    parts += ["## Each structure\n", everywhere(over), _each(table, floors, over)]
+    parts += ["## Each structure\n", everywhere(over, floors), _each(table, floors, over)]
     return "\n".join(parts)
 
 
@@ -90,6 +96,22 @@ def answer(means):
             f"of the same surface; the kept dots as they are have Z = {before['mean']:.2f}."
         )
     return "\n".join(lines) + "\n"
+
+
+def errors(table, opponents):
+    """What distances and angles hold beside the error of recovery."""
+    own = table[table["sampler"] == "farthest"].assign(kept=100 * table["n_S"] / table["dots"])
+    kept = own.groupby("percent")["kept"].mean()
+    exact = opponents[opponents["sampler"] == "atoms"]["angle"]
+    shares, at = (
+        ", ".join(f"{x:{form}}" for x in values) for values, form in ((kept, ".0f"), (kept.index, "g"))
+    )
+    return (
+        f"Distances are means over all dots that come back, the kept ones among them, which lie on the surface: {shares} % at "
+        f"{at} % of the dots; by as much the others lie farther off. Angles are to the normal of the nearest of 60 dots per "
+        f"Å^2, which for dots of the true surface gives {exact.mean():.1f}° ({exact.min():.1f} to {exact.max():.1f}): small "
+        "angles are told too large.\n"
+    )
 
 
 def _matrix(part):
@@ -206,17 +228,24 @@ def over_floor(table, floors, opponents, percent=10.0):
     return own[["farthest", "adaptive", "settled dots"]]
 
 
-def everywhere(over):
-    """On how many structures each column of `over_floor` stays within the goal."""
-    lines = []
+def everywhere(over, floors):
+    """On how many structures each column of `over_floor` stays within the goal; the most with the limits of its floor."""
+    fresh, lines = _fresh(floors), []
     for sampler, values in over.items():
         known = values.dropna()
-        within = int((known <= MOST_OVER).sum())
+        within, most = int((known <= MOST_OVER).sum()), known.idxmax()
+        low, high = (known.max() * fresh.loc[most, "Z"] / fresh.loc[most, end] for end in ("high", "low"))
         lines.append(
             f"- {sampler}: Z at 10 % is at most {MOST_OVER:g} times the fresh-dots floor on {within} of {len(known)} "
-            f"structures; the most is {known.max():.3f} ({known.idxmax()}): {_met(within == len(known))}."
+            f"structures; the most is {known.max():.3f} ({most}; {low:.2f} to {high:.2f} by the error of its floor, of "
+            f"{fresh.loc[most, 'draws']} draws): {_met(within == len(known))}."
         )
     return "\n".join(lines) + "\n"
+
+
+def _fresh(floors):
+    """The fresh-dots floors by structure."""
+    return floors[floors["floor"] == "fresh dots"].set_index("protein")
 
 
 def _each(table, floors, over):
@@ -225,6 +254,6 @@ def _each(table, floors, over):
     z = own.pivot(index="protein", columns="percent", values="Z").rename(columns=lambda p: f"Z at {p:g} %")
     size = own.groupby("protein", sort=False)["N"].first()
     over = over.round(3).rename(columns=lambda sampler: f"{sampler}, 10 %, over fresh")
-    floor = floors[floors["floor"] == "fresh dots"].set_index("protein")["Z"].rename("fresh dots")
+    floor = _fresh(floors)["Z"].rename("fresh dots")
     rows = pd.concat([size, floor, z, over], axis=1)
     return markdown(rows.reindex(size.index).reset_index(names="structure"))

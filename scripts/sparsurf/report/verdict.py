@@ -244,8 +244,8 @@ def _outlook(enough):
     return [
         f"The surface recovered from {fresh['sampler']} dots and their normals alone has a Z of {fresh['Z']:.2f} where other "
         f"dots of the same surface, all kept, have {fresh['Z_floor']:.2f}; to come within a tenth of that, {needed}.",
-        f"To come within a tenth of {by.loc[('turned', RECOVERED), 'Z_floor']:.2f}, what turning the molecule costs, "
-        f"{needed_turned}.",
+        f"To come within a tenth of {by.loc[('turned', RECOVERED), 'Z_floor']:.2f}, what turning the molecule and laying its "
+        f"dots anew costs, {needed_turned}.",
     ]
 
 

@@ -41,7 +41,8 @@ def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED, d
 
     Returns
     -------
-    DataFrame: floor, Z, se, low, high (95 %), draws, test_dots; a row for each floor that can be had.
+    DataFrame: floor, Z, se, low, high (95 %), draws, test_dots; a row for each floor that can be had. `turned` are the
+    fresh dots of the turned molecule, described as it lies; `fresh dots` the same turned back.
     """
     tests = evaluator.draw_tests(n_tests)
     place, around = evaluator.points[tests], evaluator.points.mean(axis=0)

@@ -1,7 +1,8 @@
 """One protein of the study over many: its grid, its floors, and Z of samplers by n_S, as it is and recovered.
 
-The protein is the unit of every interval, so that few test dots do for each: its own error is small beside how proteins
-differ. `recovered` is measured for a quarter of the grid, with all of it on a few: that makes 5,184 surfaces of each protein.
+The grid is that of the default study, with its draws and test dots. `recovered` is measured for a quarter of it, with all of
+it on a few (that makes 5,184 surfaces of each protein), and with fewer test dots: the protein is the unit of every interval,
+and its own error is small beside how proteins differ.
 """
 
 from dataclasses import dataclass, replace
@@ -37,14 +38,15 @@ class Counts(NamedTuple):
     """How often is measured: draws and test dots of the grid, test dots of the floors; draws, test dots and samplers by n_S."""
 
     draws: int = 6
-    tests: int = 48
+    tests: int = 200
     of_floors: int = 200
     draws_by_n_s: int = 2
-    tests_by_n_s: int = 200  # the same dots as of the floors
+    tests_by_n_s: int = 200  # the same dots each time
     samplers: tuple = SAMPLERS
 
 
-OF_RECOVERED = Counts(draws=2, samplers=())  # one draw would be chosen by its own luck
+FEW_TESTS = 48
+OF_RECOVERED = Counts(draws=2, tests=FEW_TESTS, samplers=())  # one draw would be chosen by its own luck
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,12 @@ from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import split, texts_of
 from sparsurf.study.floors import FRESH
 from sparsurf.study.over_proteins import needed, with_interval
-from sparsurf.study.protein_scores import Counts, Rules
+from sparsurf.study.protein_scores import FEW_TESTS, Counts, Rules
 
 DEFAULT = "as it is"
 HYDROGENS = "hydrogens kept"
 SHORT = "published, n <= 10"  # a descriptor of lower order, for this study only
-COUNTS = Counts(draws=3, draws_by_n_s=1, samplers=("uniform", "farthest"))
+COUNTS = Counts(draws=3, tests=FEW_TESTS, draws_by_n_s=1, samplers=("uniform", "farthest"))
 VARIANTS = {
     DEFAULT: {},
     "R_patch 3 Å": {"R_patch": 3.0},
