@@ -16,7 +16,7 @@ from pathlib import Path
 
 from sparsurf import InputError
 from sparsurf.workflow.config import check, completed
-from sparsurf.workflow.jobs import conformations_of
+from sparsurf.workflow.jobs import COMPLETE, conformations_of
 from sparsurf.workflow.needs import limit, memory_of_grid
 from sparsurf.workflow.yaml_file import read_config
 
@@ -26,6 +26,9 @@ PART = {"--until", "-U", "--omit-from", "-O"}  # Snakemake's options that leave 
 HELP = {"-h", "--help"}
 OF_CONFIG = {"--config", "-C", "--configfile", "--configfiles"}
 NOT_FINISHED = "not finished"
+LED_TO_RANGES = ("surface.npz", "roughness.csv", "grid.csv")
+SUMS = ("surfaces.csv", "summary.csv", "relation.csv", "summary.md", "summary.png", "summary.svg")
+FIRST_PAGE = ("index.html", "index.md", ".front_page.html")
 TELL = 2**30  # bytes of memory from which on a grid's need is told
 
 
@@ -122,20 +125,22 @@ def finish(files, config, results, code, begin):
     """Sum up what there is and write the report; returns the exit code."""
     report = results / "report.html"
     failed = unfinished(config, results, begin) if code else {}
-    places = list(places_of(config["proteins"], results))
+    places = list(places_of(config["proteins"], results, failed))
     options = [word for each in failed.items() for word in ("--without", *each)]
     pairs = [name for name in config["pairs"] if f"pairs/{name}" not in failed]
     if failed and pairs:  # what there is, without what failed
         by_hand("summarise_pairs.py", results, *pairs, *([] if config["proteins"] else options))
-    if failed and places:
+    if failed and config["proteins"]:
         patches = config["patches"]
         wish = ["--R-patch", patches["R_patch"], "--D-link", patches["D_link"], "--seed", config["seed"]]
         finished = any((results / place / "minimal.csv").is_file() for place in places)
-        if by_hand("summarise_run.py", results, *places, *wish) == 0 and finished:
-            by_hand("write_front_page.py", results, *options)
+        summed = bool(places) and by_hand("summarise_run.py", results, *places, *wish) == 0
+        shown = summed and finished and by_hand("write_front_page.py", results, *options) == 0
+        for file in (*([] if summed else SUMS), *([] if shown else FIRST_PAGE)):  # of an earlier run
+            (results / file).unlink(missing_ok=True)
     if code == 0 and is_older(report, results):  # Snakemake makes no report of an unfinished study
         code = snakemake(files, "--nolock", "--quiet", "all", "--report", str(report))
-    print_results(results, code, begin)
+    print_results(results, code, begin, failed)
     return code
 
 
@@ -144,20 +149,29 @@ def by_hand(script, *arguments):
     return called(sys.executable, ROOT / "scripts" / script, *arguments)
 
 
-def places_of(proteins, results):
-    """<protein>/<conformation> of the config's proteins, in their order, that have their best combinations."""
+def places_of(proteins, results, failed):
+    """<protein>/<conformation> of the config's proteins, in their order, that have their best combinations: of those that
+    `failed` only where nothing that led to these is missing or newer."""
     for name, protein in proteins.items():
         frames = results / name / "frames.csv"
         chosen = conformations_of(frames) if frames.is_file() else []
         for conformation in ["c1"] if "surface" in protein else chosen:
-            if (results / name / conformation / "ranges.csv").is_file():
+            folder = results / name / conformation
+            if (folder / "ranges.csv").is_file() and not (name in failed and is_stale(folder)):
                 yield f"{name}/{conformation}"
+
+
+def is_stale(folder):
+    """Whether the best combinations of a conformation are those of what lies beside them no more."""
+    before = [folder / name for name in LED_TO_RANGES]
+    made = (folder / "ranges.csv").stat().st_mtime
+    return not all(path.is_file() and path.stat().st_mtime <= made for path in before)
 
 
 def unfinished(config, results, begin):
     """Proteins and pairs (`pairs/<name>`) that have no end, or failed since `begin`, with what their logs say."""
     wanted = [*config["proteins"], *(f"pairs/{name}" for name in config["pairs"])]
-    failed = {name: NOT_FINISHED for name in wanted if not (results / name / ".complete").is_file()}
+    failed = {name: NOT_FINISHED for name in wanted if not (results / name / COMPLETE).is_file()}
     for job, said in errors(results, begin):
         for name in wanted:
             if Path(name) in job.parents:
@@ -240,11 +254,13 @@ def is_older(report, results):
     return any(path.stat().st_mtime > report.stat().st_mtime for path in files)
 
 
-def print_results(results, code, begin):
+def print_results(results, code, begin, failed):
     """Say where to look, and what failed since `begin` with its sentence."""
     where = results.relative_to(ROOT)
     if code:
         said = [f"- {job}: {sentence}" for job, sentence in errors(results, begin)]
+        if said:
+            said += [f"- {name}: {why}" for name, why in failed.items() if why.startswith(NOT_FINISHED)]
         wrong = "What went wrong:" if said else "What went wrong stands above."
         print(
             f"\nNot everything could be made. What was made is in {where}/. {wrong}",

@@ -84,6 +84,13 @@ def links_to(places, shown):
     return [(heading, pages) for heading, pages in links if pages]
 
 
+def are_there(folder, files):
+    """Whether a conformation has all files, none older than its surface where that was kept."""
+    surface = folder / "surface.npz"
+    since = surface.stat().st_mtime if surface.is_file() else 0
+    return all((folder / file).is_file() and (folder / file).stat().st_mtime >= since for file in files)
+
+
 def by_hand(arguments=None):
     """Write the page of the conformations of surfaces.csv whose results are complete."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -101,7 +108,7 @@ def by_hand(arguments=None):
         key: f"{key}.{'json' if key == 'best' else 'csv'}" for key in ("best", "minimal", "enough", "grid")
     }
     folders = [wish.run / protein / conformation for protein, conformation in names]
-    folders = [folder for folder in folders if all((folder / file).is_file() for file in files.values())]
+    folders = [folder for folder in folders if are_there(folder, files.values())]
     if not folders:
         sys.exit(f"{wish.run} holds no finished conformation: there is nothing to write a page of.")
     inputs = {key: [str(folder / file) for folder in folders] for key, file in files.items()}

@@ -320,3 +320,7 @@ def test_a_run_that_failed_in_part_has_a_first_page(tmp_path, capsys):
     os.utime(run / "compare_needed.csv", (0, 0))  # of grids that were made anew since
     write_front_page.by_hand([str(run)])
     assert "not compared in this run" in (run / "index.md").read_text()
+    (run / "7" / "c1" / "surface.npz").touch()
+    os.utime(run / "7" / "c1" / "surface.npz", (4e9, 4e9))  # made anew, as nothing that follows from it was
+    write_front_page.by_hand([str(run)])
+    assert "of 1 protein (012)" in (run / "index.md").read_text()

@@ -57,6 +57,21 @@ def test_a_script_gets_what_it_asks_for_and_its_outputs_their_names(snakemake, t
     assert log[0] == "said" and log[-1].endswith(" s for 2.50 MB") and log[-1].startswith("USED ")
 
 
+def test_what_a_job_begins_to_make_anew_is_not_complete(snakemake, tmp_path):
+    marks = [tmp_path / folder / jobs.COMPLETE for folder in ("out", ".", "other")]
+    for mark in marks:
+        mark.parent.mkdir(exist_ok=True)
+        mark.touch()
+
+    def killed(inputs):
+        assert [mark.is_file() for mark in marks] == [False, False, True]
+        raise SystemExit(137)
+
+    with pytest.raises(SystemExit):
+        jobs.run(killed, snakemake)
+    assert [mark.is_file() for mark in marks] == [False, False, True]
+
+
 def test_two_jobs_of_a_rule_at_once_leave_each_other_alone(snakemake, tmp_path):
     other = SimpleNamespace(**vars(snakemake))
     other.output, other.log = {"one": str(tmp_path / "out" / "other.csv")}, [str(tmp_path / "other.log")]

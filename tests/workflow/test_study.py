@@ -114,7 +114,7 @@ def made(results, *places, files=("ranges.csv", "minimal.csv")):
     """What some conformations have."""
     for place in places:
         (results / place).mkdir(parents=True, exist_ok=True)
-        for file in files:
+        for file in (*study.LED_TO_RANGES, *files):
             (results / place / file).write_text("")
 
 
@@ -127,6 +127,34 @@ def test_where_no_conformation_is_finished_there_is_no_first_page(checkout, monk
     assert study.main(checkout.config()) == 1 and summed == ["summarise_run.py"]
     made(checkout.root / "results" / "mine", "p/c2")
     assert study.main(checkout.config()) == 1 and summed[1:] == ["summarise_run.py", "write_front_page.py"]
+
+
+def test_of_a_protein_that_failed_only_what_fits_together_counts(tmp_path):
+    for name in ("good", "bad"):
+        made(tmp_path, *(f"{name}/c{k}" for k in range(1, 5)))
+        (tmp_path / name / "frames.csv").write_text("conformation\nc1\nc2\nc3\nc4\n")
+        for file, when in (("c1/grid.csv", 1e9), ("c2/grid.csv", 3e9), ("c3/surface.npz", 3e9)):
+            os.utime(tmp_path / name / file, (when, when))
+        (tmp_path / name / "c4" / "roughness.csv").unlink()  # what a job that failed wrote before
+    proteins = {"good": {}, "bad": {}}
+    all_of_them = [f"{name}/c{k}" for name in proteins for k in range(1, 5)]
+    assert [*study.places_of(proteins, tmp_path, {})] == all_of_them
+    assert [*study.places_of(proteins, tmp_path, {"bad": "x"})] == [*all_of_them[:4], "bad/c1"]
+
+
+def test_pages_of_an_earlier_run_do_not_stay_where_nothing_of_this_one_does(checkout, monkeypatch):
+    results, codes = checkout.root / "results" / "mine", {}
+    monkeypatch.setattr(study, "called", lambda *command: codes.get(Path(command[1]).stem, 0))
+    made(results, "p/c1")
+    (results / "p" / "frames.csv").write_text("conformation\nc1\n")
+    pages = (*study.SUMS, *study.FIRST_PAGE)
+    for code, stay in (({}, pages), ({"write_front_page": 1}, study.SUMS), ({"summarise_run": 1}, ())):
+        for file in pages:
+            (results / file).write_text("")
+        codes.update(code)
+        checkout.codes = [1]
+        assert study.main(checkout.config()) == 1
+        assert sorted(path.name for path in results.iterdir() if path.is_file()) == sorted(stay)
 
 
 def test_the_first_page_stays_where_every_protein_has_its_end(checkout, monkeypatch):
@@ -379,12 +407,13 @@ def test_what_an_earlier_run_said_is_not_said_again(checkout, capsys):
     for name, when in (("old.log", 1000), ("new.log", 3000)):
         (logs / name).write_text(f"INFO begins\nERROR {name} went wrong\n")
         os.utime(logs / name, (when, when))
-    study.print_results(logs.parent, 1, begin=2000)
+    study.print_results(logs.parent, 1, 2000, {"p": "not finished", "new": "new.log went wrong"})
     said = capsys.readouterr().err
+    assert said.count("new.log") == 1 and said.endswith("- new: new.log went wrong\n- p: not finished\n")
     assert "- new: new.log went wrong" in said and "old" not in said and "begins" not in said
     assert "read first" not in said
     (logs.parent / "index.html").write_text("")
-    study.print_results(logs.parent, 1, begin=2000)
+    study.print_results(logs.parent, 1, 2000, {})
     assert "Of the rest, read first: results/mine/index.html" in capsys.readouterr().err
 
 

@@ -190,10 +190,10 @@ def of_roughness(stored):
         [
             f"Of {known} ranges whose winners vary, {found} have p < {SIGNIFICANT:g}, where chance alone gives "
             f"{SIGNIFICANT * known:.0f}: {'; '.join(small) or 'none'}. Corrected for so many tests (Bonferroni) {certain} "
-            f"remain, and in {supported} of these a choice by roughness gains over one combination for all. The test takes the "
-            f"largest of four |rho|: over {power['n'].max()} proteins chance exceeds {power['critical'].min():.2f} in 5 % of studies, and the smallest "
-            f"true rank correlation of one parameter that is found in 80 % is {power['rho'].min():.2f}. A weaker one may be "
-            "there; what it could gain is the last column.\n",
+            f"remain, and in {supported} of these a choice by roughness gains over one combination for all. The test takes "
+            f"the largest of four |rho|: over {power['n'].max()} proteins chance exceeds {power['critical'].min():.2f} in "
+            "5 % of studies, and the smallest true rank correlation of one parameter that is found in 80 % is "
+            f"{power['rho'].min():.2f}. A weaker one may be there; what it could gain is the last column.\n",
             "![](proteins_roughness.png)\n",
             markdown(short),
             "rho: Spearman's, of the winner's parameter with mean roughness (95 %, Bonett and Wright); p: of so large "

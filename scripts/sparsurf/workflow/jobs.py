@@ -23,6 +23,7 @@ DISK = (
 )  # a full disk, a folder that may not be written
 # Wildcards that say what a job is about; a stage or a file is none
 NAMED = ("protein", "conformation", "pair")
+COMPLETE = ".complete"  # in the folder of a protein or pair of which everything is there
 
 
 def run(main, snakemake):
@@ -57,10 +58,13 @@ def job(snakemake):
     """The frame of a script's work.
 
     What it prints and logs goes to the rule's log. Its outputs are written under other names, given as a dict of
-    paths by name, and take their own names when all are complete: a killed job leaves no half a file. An error ends it
-    with one sentence; of one that is no user's mistake the log has the traceback.
+    paths by name, and take their own names when all are complete: a killed job leaves no half a file, and its protein or
+    pair counts as unfinished until everything is there again. An error ends it with one sentence; of one that is no user's
+    mistake the log has the traceback.
     """
     outputs = {name: _paths(value) for name, value in snakemake.output.items()}
+    for folder in {folder for paths in outputs.values() for path in paths for folder in path.parents}:
+        (folder / COMPLETE).unlink(missing_ok=True)
     own = f".part-{Path(snakemake.log[0]).stem}"  # not the rule's: several jobs of one may write into one folder
     parts = {name: [path.parent / own / path.name for path in paths] for name, paths in outputs.items()}
     for folder in {part.parent for paths in parts.values() for part in paths}:
