@@ -6,6 +6,7 @@ nothing to unlock and the next one continues where it was; it lasts as long as S
 
 import fcntl
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -26,6 +27,7 @@ PART = {"--until", "-U", "--omit-from", "-O"}  # Snakemake's options that leave 
 HELP = {"-h", "--help"}
 OF_CONFIG = {"--config", "-C", "--configfile", "--configfiles"}
 NOT_FINISHED = "not finished"
+ODD = re.compile(r"""[\s()'"&;$`\\|<>*?!#{}]""")  # means something to a shell
 LED_TO_RANGES = ("surface.npz", "roughness.csv", "grid.csv")
 SUMS = ("surfaces.csv", "summary.csv", "relation.csv", "summary.md", "summary.png", "summary.svg")
 FIRST_PAGE = ("index.html", "index.md", ".front_page.html")
@@ -49,6 +51,10 @@ def main(path_to_config="config.yaml", *options):
         if given := [option for option in options if option.partition("=")[0] in OF_CONFIG]:
             raise InputError(
                 f"{given[0]}: a study has one config file; write into {path_to_config} what is to change."
+            )
+        if odd := ODD.search(sys.executable):
+            raise InputError(
+                f"{sys.executable}: Snakemake starts no job by a path with {odd[0]!r}; move the checkout, or call it otherwise."
             )
         config = checked_config(path, path_to_config, here)
         results, files = ROOT / "results" / config["run"], [path]

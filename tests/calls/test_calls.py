@@ -231,6 +231,14 @@ def test_a_senseless_number_is_one_sentence(blob, ready, call, words):
     assert str(told.value) == words
 
 
+def test_masked_values_are_no_places(blob):
+    points, normals = np.ma.array(blob[0]), blob[1]
+    assert len(sparsurf.prepare((points, normals), d_link=0.8).points) == 3000  # of a mask that hides nothing
+    points[3] = np.ma.masked
+    with pytest.raises(InputError, match=r"^surface: the arrays have masked values; leave these dots out.$"):
+        sparsurf.prepare((points, normals), d_link=0.8)
+
+
 def test_the_help_names_every_sampler():
     named = sparsurf.sample.__doc__.split("sampler : str\n")[1].split("\n")[0]
     assert {name.strip() for name in named.split(",")} == set(SAMPLERS)

@@ -224,6 +224,15 @@ def test_normals_that_point_inward_are_told_of(folder, tmp_path, capfd):
     assert "the normals point inward: turn them around" in capfd.readouterr().err
 
 
+def test_residues_with_negative_numbers_are_no_option(folder, tmp_path, capfd):
+    for words in (["--residues", "-3-2"], ["--residues=-3-2"]):
+        assert ended("surface", folder / "protein.pdb", *words, "-o", tmp_path / "o.csv") == 1
+        assert "expected one argument" not in capfd.readouterr().err
+    assert ended("surface", folder / "protein.pdb", "--residues", "-3-212", "-o", tmp_path / "o.csv") == 0
+    own = read_molecule(folder / "protein.pdb", residues="209-212")
+    assert len(pd.read_csv(tmp_path / "o.csv")) == len(sparsurf.surface(own))
+
+
 def test_places_off_the_surface_are_told(folder, tmp_path, capfd):
     table = pd.read_csv(folder / "minimal.csv").head(3)
     table[["x", "y", "z"]] /= 10  # nm

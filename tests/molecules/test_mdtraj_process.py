@@ -86,6 +86,19 @@ def test_a_trajectory_of_other_atoms_tells_how_many_it_has(whole, tmp_path):
     assert xyz.shape == (1, whole.n_atoms, 3) and len(box) == 0
 
 
+@pytest.mark.parametrize("kind", ["xtc", "dcd", "trr", "nc", "h5"])
+def test_a_path_with_letters_beyond_ascii_is_read(whole, tmp_path, kind):
+    (tmp_path / "Körper å").mkdir()
+    path = tmp_path / "Körper å" / f"lauf.{kind}"
+    whole.save(str(tmp_path / path.name))
+    (tmp_path / path.name).rename(path)
+    xyz, _, _ = frames(path, whole.n_atoms, first=True)
+    np.testing.assert_allclose(xyz[0], whole.xyz[0], atol=6e-4)  # xtc rounds to 0.001 nm
+    with pytest.raises(InputError, match=f"Körper å/kurz.{kind} cannot be read"):
+        path.with_stem("kurz").write_bytes(b"nothing of the kind")
+        frames(path.with_stem("kurz"), whole.n_atoms)
+
+
 def test_what_cannot_be_read_is_a_sentence(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"no[.]xtc does not exist: check the path"):
         frames(tmp_path / "no.xtc", 3)

@@ -8,6 +8,7 @@ import pytest
 
 import evaluate_grid
 import naive
+from sparsurf import InputError
 from sparsurf.sampling import law, published
 from sparsurf.study import grid as grids
 from sparsurf.study.evaluator import Evaluator
@@ -114,6 +115,9 @@ def test_grid_survives_the_disk(grid, tmp_path):
     assert back.readings == grid.readings and back.n_dots == grid.n_dots
     assert np.array_equal(back.z_ts, grid.z_ts)
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+    (tmp_path / "a.npz").write_bytes((tmp_path / "b.npz").read_bytes()[:1000])  # of a disk that was full
+    with pytest.raises(InputError, match=r"a.npz is damaged \(.*\): delete it, it is made again.$"):
+        grids.load(tmp_path / "a.npz")
 
 
 def test_yardsticks_of_two_opposite_vectors():

@@ -129,6 +129,15 @@ def test_where_no_conformation_is_finished_there_is_no_first_page(checkout, monk
     assert study.main(checkout.config()) == 1 and summed[1:] == ["summarise_run.py", "write_front_page.py"]
 
 
+@pytest.mark.parametrize("odd", [" ", "(", "'", "$"])
+def test_a_path_that_no_job_starts_by_is_refused_at_once(checkout, monkeypatch, capsys, odd):
+    monkeypatch.setattr(study.sys, "executable", f"/home/my{odd}work [1] ü/.venv/bin/python")
+    assert study.main(checkout.config()) == 2 and checkout.calls == []
+    assert f"Snakemake starts no job by a path with {odd!r}; move" in capsys.readouterr().err
+    monkeypatch.setattr(study.sys, "executable", "/home/my-work.[1]_ü,@+=~/.venv/bin/python")
+    assert study.main(checkout.config()) == 0
+
+
 def test_of_a_protein_that_failed_only_what_fits_together_counts(tmp_path):
     for name in ("good", "bad"):
         made(tmp_path, *(f"{name}/c{k}" for k in range(1, 5)))

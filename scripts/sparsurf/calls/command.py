@@ -6,6 +6,7 @@ Each command is a module of its own, loaded only when it is asked for, so that a
 import argparse
 import logging
 import os
+import re
 import sys
 from contextlib import contextmanager
 from importlib import import_module
@@ -50,6 +51,9 @@ def main(arguments=None):
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # not so where a test catches it
             stream.reconfigure(errors="replace")  # of a locale without Å
+    for k in reversed(range(len(arguments) - 1)):  # -3-2 is a range of residues, no option
+        if arguments[k] == "--residues" and re.match(r"-\d", arguments[k + 1]):
+            arguments[k : k + 2] = [f"--residues={arguments[k + 1]}"]
     parser, modules = build_parser(next((each for each in arguments if not each.startswith("-")), None))
     wish = parser.parse_args(arguments)
     try:

@@ -66,8 +66,9 @@ def _kind(given):
 
 
 def arrays(given, name):
-    """Arrays of numbers of the parts of `given`; raises InputError where one, called `name`, is none."""
+    """Arrays of numbers of the parts of `given`; raises InputError where one, called `name`, is none or lacks values."""
     try:
+        given = [*given]
         found = [np.asarray(each) for each in given]
         other = any(each.dtype.kind in "cSU" for each in found)  # numpy would make numbers of them
         found = None if other else [np.asarray(each, dtype=float) for each in found]
@@ -75,6 +76,8 @@ def arrays(given, name):
         found = None
     if found is None or any(each.ndim == 0 for each in found):
         raise InputError(f"{name}: the arrays hold something else than numbers, or rows of unequal length.")
+    if any(np.ma.is_masked(each) for each in given):
+        raise InputError(f"{name}: the arrays have masked values; leave these dots out.")
     return found
 
 

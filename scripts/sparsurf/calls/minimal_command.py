@@ -63,7 +63,12 @@ def arguments(parser):
         action="store_true",
         help="move the dots off their places, so that the surface recovered from them comes nearer to the whole one",
     )
-    parser.add_argument("--seed", type=SEED.parse, default=0, help="of the random numbers (default 0)")
+    parser.add_argument(
+        "--seed",
+        type=SEED.parse,
+        default=0,
+        help="of the random numbers (default 0); `sample` of Python draws others with it",
+    )
     options.add_molecule(parser)
 
 

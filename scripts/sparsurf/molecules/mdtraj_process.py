@@ -13,6 +13,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import warnings
 from multiprocessing import Pipe, reduction
@@ -22,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.molecules.formats import ONE_FRAME
+from sparsurf.molecules.formats import ONE_FRAME, suffix
 
 OWN_TOPOLOGY = (".h5", ".hdf5")
 OTHER_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
@@ -75,9 +76,9 @@ def _run(path, task, *arguments):
     """Bytes that the other process answers."""
     if not Path(path).is_file():
         raise InputError(f"{path} does not exist: check the path.")
-    with _one_by_one:
+    with _one_by_one, _readable(Path(path).absolute()) as readable:
         try:
-            answer, code = _ask(_server(os.getpid())[0], task, str(Path(path).absolute()), *arguments)
+            answer, code = _ask(_server(os.getpid())[0], task, str(readable), *arguments)
         except (OSError, EOFError):  # it was killed; the next file has a new one
             _server.cache_clear()
             answer, code = b"", None
@@ -87,6 +88,18 @@ def _run(path, task, *arguments):
             f"{path} cannot be read ({reason}): it is damaged, cut short or not what its name says."
         )
     return answer
+
+
+@contextlib.contextmanager
+def _readable(path):
+    """A path of the same file that every reader takes: those of binary trajectories know letters of ASCII only."""
+    if str(path).isascii():
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        link = Path(folder, "file" + suffix(path))
+        link.symlink_to(path)
+        yield link
 
 
 @functools.cache

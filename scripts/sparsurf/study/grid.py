@@ -5,9 +5,11 @@ The same test dots serve all combinations unless asked otherwise, so that combin
 
 from dataclasses import dataclass, fields
 from threading import Lock
+from zipfile import BadZipFile
 
 import numpy as np
 
+from sparsurf import InputError
 from sparsurf.patches import descriptors
 from sparsurf.patches.readings import OF_GRID
 from sparsurf.sampling import law
@@ -170,7 +172,10 @@ def save(path, grid):
 
 
 def load(path):
-    """Read what `save` wrote."""
-    with np.load(path, allow_pickle=False) as data:
-        values = {f.name: data[f.name] for f in fields(Grid)}
+    """Read what `save` wrote; raises InputError where the file is damaged."""
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            values = {f.name: data[f.name] for f in fields(Grid)}
+    except (KeyError, ValueError, OSError, EOFError, BadZipFile) as error:
+        raise InputError(f"{path} is damaged ({error}): delete it, it is made again.") from None
     return Grid(**values | {"n_dots": int(values["n_dots"]), "readings": tuple(map(str, values["readings"]))})
