@@ -157,6 +157,7 @@ checkpoint choose_frames:
         **needs("choose_frames", files.megabytes(config["frames"]["stride"])),
     params:
         **made_by("choose_frames.py", "frames", "seed"),
+        contents=files.contents,
         reading=lambda wildcards: files.protein(wildcards).reading,
     message:
         "Choosing the conformations of {wildcards.protein}"
@@ -221,6 +222,7 @@ rule take_surface:
         **needs("take_surface", files.dots),
     params:
         **made_by("take_surface.py"),
+        contents=files.contents,
     message:
         "Reading the surface of {wildcards.protein}"
     script:

@@ -37,6 +37,7 @@ rule make_partners:
         "envs/study.yaml"
     params:
         **made_by("make_partners.py", "surface", "patches.D_link"),
+        contents=pairs.contents,
         pair=pairs.pair,
     message:
         "Surfaces of both partners of {wildcards.pair}"

@@ -23,6 +23,7 @@ rule prepare_system:  # hydrogens, a box of water, ions
         "envs/study.yaml"
     params:
         **made_by("prepare_system.py", "seed"),
+        contents=files.contents,
         chosen=lambda wildcards: files.protein(wildcards).chosen,
         simulate=lambda wildcards: files.protein(wildcards).simulate,
     message:

@@ -1,5 +1,6 @@
 """What counts as the code of a rule, and which conformations a table names."""
 
+import os
 import re
 
 import pytest
@@ -46,6 +47,26 @@ def test_a_change_of_what_a_script_imports_changes_its_digest(scripts, name, cou
     with (scripts / name).open("a") as stream:
         stream.write("# more\n")
     assert (code_digests.digest.__wrapped__("run.py") != before) == counts
+
+
+def test_another_file_of_the_same_name_is_noticed_whatever_its_date(tmp_path, monkeypatch):
+    content, path = code_digests.content.__wrapped__, tmp_path / "a.pdb"
+    assert content(path) == ""
+    found = []
+    for whole in (2**26, 100):  # of what is larger the ends count
+        monkeypatch.setattr(code_digests, "WHOLE", whole)
+        monkeypatch.setattr(code_digests, "ENDS", 50)
+        for change in ({}, {0: 1}, {120: 1}, {149: 1}, {75: 1}):
+            text = bytearray(150)
+            for place, value in change.items():
+                text[place] = value
+            path.write_bytes(text)
+            os.utime(path, (1e9, 1e9))
+            found.append(content(str(path)))
+        path.write_bytes(bytes(151))
+        found.append(content(path))
+    assert len(set(found[:6])) == 6  # read as a whole
+    assert len(set(found[6:])) == 5 and found[6] == found[10]  # but not the middle of a large one
 
 
 def test_conformations_are_the_first_column_without_its_header(tmp_path):

@@ -6,6 +6,7 @@ import pytest
 from snakemake.exceptions import IncompleteCheckpointException
 from snakemake.iocontainers import Wildcards
 
+from sparsurf.workflow import files_of_a_run
 from sparsurf.workflow.files_of_a_run import FilesOfARun
 
 CONFIG = {
@@ -67,6 +68,19 @@ def test_proteins_are_told_apart_by_their_kind(files):
 )
 def test_a_molecule_is_what_was_given_or_fetched(files, protein, found):
     assert files.given(of(protein)) == files.molecule(of(protein)) == found
+
+
+def test_the_files_that_the_config_names_are_known_by_what_they_hold(files, monkeypatch):
+    monkeypatch.setattr(files_of_a_run, "content", str.upper)
+    found = {name: files.contents(of(name)) for name in files.proteins}
+    ready = str(files.proteins["ready"].surface).upper()
+    assert found == {
+        "moving": ["A.PDB", "A.XTC"],
+        "still": ["B.PDB"],
+        "ready": [ready],
+        "water": ["D.PDB"],
+        "got": [],
+    }
 
 
 def test_a_simulated_molecule_is_what_the_simulation_gives(files):

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 from snakemake.iocontainers import Wildcards
 
+from sparsurf.workflow import files_of_pairs
 from sparsurf.workflow.files_of_pairs import FilesOfPairs
 
 FILES = SimpleNamespace(
@@ -26,11 +27,13 @@ def of(pair):
     return Wildcards(fromdict={"pair": pair})
 
 
-def test_structures_of_a_pair_are_two_files_or_one():
+def test_structures_of_a_pair_are_two_files_or_one(monkeypatch):
     found = pairs(**PAIRS)
     assert found.alone == ["files", "complex"]
     assert found.given(of("files")) == {"first": "a.pdb", "second": "b.pdb"}
     assert found.given(of("complex")) == {"complex": "ab.pdb"}
+    monkeypatch.setattr(files_of_pairs, "content", str.upper)
+    assert found.contents(of("files")) == ["A.PDB", "B.PDB"] and found.contents(of("complex")) == ["AB.PDB"]
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,14 @@
-"""Digests of the code behind a rule: the library modules that its script imports, and the data files these read."""
+"""Digests of the code behind a rule: the library modules that its script imports, and the data files these read; and of
+the files that a config names."""
 
 import ast
 import hashlib
+import os
 from functools import cache
 from pathlib import Path
 
 SCRIPTS = Path(__file__).parents[2]
+WHOLE, ENDS = 2**26, 2**20  # bytes
 
 
 def made_by(config, script, *sections, figures=()):
@@ -50,6 +53,24 @@ def digest(script, *more):
         str(path.relative_to(SCRIPTS)).encode() + path.read_bytes() for path in files(script, *more)
     )
     return hashlib.sha256(content).hexdigest()[:16]
+
+
+@cache
+def content(path):
+    """Digest of a file that a config names, empty where there is none; of a large one, of its size and ends.
+
+    Passed to the rules as a parameter: a file that another takes the place of need not be newer (`cp -p`, `mv`, `rsync -a`).
+    """
+    path = Path(path)
+    if not path.is_file():
+        return ""
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        parts = [stream.read(WHOLE if size <= WHOLE else ENDS)]
+        if size > WHOLE:
+            stream.seek(-ENDS, os.SEEK_END)
+            parts.append(stream.read())
+    return hashlib.sha256(b"".join([b"%d " % size, *parts])).hexdigest()[:16]
 
 
 def files(*scripts):

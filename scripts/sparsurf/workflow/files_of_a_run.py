@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from snakemake.exceptions import IncompleteCheckpointException
 
 from sparsurf.simulation.protocol import completed, length_ns, stage_before
+from sparsurf.workflow.code_digests import content
 from sparsurf.workflow.jobs import conformations_of
 from sparsurf.workflow.needs import held, is_small, memory_of_grid, thousand_dots
 from sparsurf.workflow.protein import proteins
@@ -92,6 +93,11 @@ class FilesOfARun:
             {"structure": f"{self.run}/{name}/download/{self.fetched[name]}"} if name in self.fetched else {}
         )
         return self.proteins[name].files | fetched
+
+    def contents(self, wildcards):
+        """Digests of the files that the config names for a protein."""
+        protein = self.protein(wildcards)
+        return [content(path) for path in [*protein.files.values(), protein.surface] if path]
 
     def molecule(self, wildcards):
         """The files of a structure or trajectory that enter the study, simulated or not."""

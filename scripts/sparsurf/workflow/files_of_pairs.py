@@ -5,6 +5,8 @@ The functions of `wildcards` are input functions of Snakemake.
 
 from types import SimpleNamespace
 
+from sparsurf.workflow.code_digests import content
+
 
 class FilesOfPairs:
     """Pairs of a run and their files.
@@ -42,6 +44,10 @@ class FilesOfPairs:
         if "complex" in pair:
             return {"complex": pair["complex"]}
         return dict(zip(("first", "second"), pair["files"], strict=True))
+
+    def contents(self, wildcards):
+        """Digests of these files."""
+        return [content(path) for path in self.given(wildcards).values()]
 
     def partners(self, *kinds):
         """Input function: of both partners the `kinds` 'surface' and, where there are atoms, 'structure'."""
