@@ -55,7 +55,9 @@ def test_another_number_changes_the_sentences(stored):
     assert "interval on every one;" in every  # as no range lies below 0 in this table
     assert "above 0 on none (" in of_sign(stored | {"d": d.assign(n_above=0)})
     rows = d["range"].isin([0, 2, 8, 9]) & (d["islands"] == "kept")
-    low = d.assign(own_high=np.where(rows, -0.01, 0.01)).assign(own=np.where(d["range"] == 9, -0.4, -0.2))
+    low = d.assign(own_high=np.where(rows, -0.01, 0.01)).assign(
+        own=np.where(d["range"] == 9, -0.4, np.where(d["range"] == 5, -0.9, -0.2))
+    )
     low["n_S_percent"] = np.where(d["range"] == 9, 87.7, np.where(d["range"] == 8, 74.9, 20.0))
     assert "of them (below 0, −0.40 to −0.20, at n_S = 20, 75 and 88 %); under" in of_sign(
         stored | {"d": low}
