@@ -124,6 +124,13 @@ def is_part(options, config, results, begin):
     if part:
         where = results.relative_to(ROOT)
         print(f"\nWhat was asked for is in {where}/; the rest of the study was not made, nor its report.")
+        proteins = config["proteins"].items()
+        molecules = [name for name, protein in proteins if "surface" not in protein]
+        if unknown := [name for name in molecules if not (results / name / "frames.csv").is_file()]:
+            print(
+                f"Of {', '.join(unknown)} the frames are not chosen yet: nothing that follows from them could be made. "
+                "Begin with --until choose_frames."
+            )
     return bool(part)
 
 

@@ -259,6 +259,22 @@ def test_a_part_of_a_study_ends_without_a_report(checkout, capsys):
             assert "Report:" not in said.out and not said.err
 
 
+def test_a_part_that_follows_from_frames_not_chosen_yet_is_told(checkout, capsys):
+    proteins = {
+        "p": STRUCTURE,
+        "q": STRUCTURE,
+        "ready": {"surface": str(ROOT / "data" / "tdp43" / "topology.pdb")},
+    }
+    config = checkout.config(proteins=proteins)
+    told = "Of p, q the frames are not chosen yet: nothing that follows from them could be made. Begin with --until choose_"
+    assert study.main(config, "--until", "make_surface") == 0 and told in capsys.readouterr().out
+    for name in "pq":
+        (checkout.root / "results" / "mine" / name).mkdir()
+        (checkout.root / "results" / "mine" / name / "frames.csv").touch()
+    assert study.main(config, "--until", "make_surface") == 0
+    assert "frames are not" not in capsys.readouterr().out
+
+
 def test_a_file_of_a_study_is_made_without_the_rest(checkout, capsys):
     assert study.main(checkout.config(), "results/mine/p/c1/surface.npz") == 0 and len(checkout.calls) == 1
     assert "the rest of the study was not made" in capsys.readouterr().out
