@@ -26,6 +26,7 @@ rule follow_frames:  # some of the frames; one job does them all unless ensemble
             "follow_frames.py", "surface", "patches", *defects, "evaluation.islands", "ensemble", "seed"
         ),
         reading=lambda wildcards: files.protein(wildcards).reading,
+        contents=files.contents,
         protein=lambda wildcards: wildcards.protein,
         part=lambda wildcards: (int(wildcards.k), JOBS),
         path_to_part=lambda wildcards, output: f"{output.rows}.part",  # outlives a killed job
@@ -49,6 +50,7 @@ rule follow_ensemble:
     params:
         **made_by("follow_ensemble.py"),
         reading=lambda wildcards: files.protein(wildcards).reading,
+        contents=files.contents,
     message:
         "All frames of {wildcards.protein} in one table"
     script:

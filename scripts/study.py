@@ -27,7 +27,7 @@ PART = {"--until", "-U", "--omit-from", "-O"}  # Snakemake's options that leave 
 HELP = {"-h", "--help"}
 OF_CONFIG = {"--config", "-C", "--configfile", "--configfiles"}
 NOT_FINISHED = "not finished"
-ODD = re.compile(r"""[\s()'"&;$`\\|<>*?!#{}]""")  # means something to a shell
+ODD = re.compile(r"""[\s()'"&;$`\\|<>*?{}]""")  # means something to a shell
 LED_TO_RANGES = ("surface.npz", "roughness.csv", "grid.csv")
 SUMS = ("surfaces.csv", "summary.csv", "relation.csv", "summary.md", "summary.png", "summary.svg")
 FIRST_PAGE = ("index.html", "index.md", ".front_page.html")
@@ -128,8 +128,8 @@ def is_part(options, config, results, begin):
         molecules = [name for name, protein in proteins if "surface" not in protein]
         if unknown := [name for name in molecules if not (results / name / "frames.csv").is_file()]:
             print(
-                f"Of {', '.join(unknown)} the frames are not chosen yet: nothing that follows from them could be made. "
-                "Begin with --until choose_frames."
+                f"Of {', '.join(unknown)} the frames are not chosen yet (--until choose_frames): nothing that follows from "
+                "them was made."
             )
     return bool(part)
 
@@ -190,10 +190,24 @@ def unfinished(config, results, begin):
             if Path(name) in job.parents:
                 failed[name] = f"{job.relative_to(name)}: {said}"
     for name, pair in config["pairs"].items():
-        lacking = [partner for partner in pair.get("proteins", []) if partner in failed]
-        if lacking and failed.get(f"pairs/{name}") == NOT_FINISHED:
+        mark = results / "pairs" / name / COMPLETE
+        since = mark.stat().st_mtime if mark.is_file() else 0
+        lacking = [
+            partner
+            for partner in pair.get("proteins", [])
+            if partner in failed and not (since and 0 < surface_made(results / partner) <= since)
+        ]
+        if lacking and failed.get(f"pairs/{name}", NOT_FINISHED) == NOT_FINISHED:
             failed[f"pairs/{name}"] = f"{NOT_FINISHED}, as {' and '.join(lacking)} is not"
     return failed
+
+
+def surface_made(folder):
+    """When the surface of a protein's first conformation, which its pairs take, was made; 0 where there is none."""
+    frames = folder / "frames.csv"
+    first = conformations_of(frames)[:1] if frames.is_file() else ["c1"]
+    surface = folder.joinpath(*first, "surface.npz")
+    return surface.stat().st_mtime if surface.is_file() else 0
 
 
 def errors(results, begin):

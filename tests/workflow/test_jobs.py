@@ -58,18 +58,19 @@ def test_a_script_gets_what_it_asks_for_and_its_outputs_their_names(snakemake, t
 
 
 def test_what_a_job_begins_to_make_anew_is_not_complete(snakemake, tmp_path):
-    marks = [tmp_path / folder / jobs.COMPLETE for folder in ("out", ".", "other")]
+    marks = [tmp_path / folder / jobs.COMPLETE for folder in ("p", "p/c1", ".", "other")]
     for mark in marks:
-        mark.parent.mkdir(exist_ok=True)
+        mark.parent.mkdir(exist_ok=True, parents=True)
         mark.touch()
+    snakemake.output = {"table": str(tmp_path / "p" / "c1" / "deep" / "a.csv")}
 
     def killed(inputs):
-        assert [mark.is_file() for mark in marks] == [False, False, True]
+        assert [mark.is_file() for mark in marks] == [False, True, True, True]
         raise SystemExit(137)
 
     with pytest.raises(SystemExit):
         jobs.run(killed, snakemake)
-    assert [mark.is_file() for mark in marks] == [False, False, True]
+    assert [mark.is_file() for mark in marks] == [False, True, True, True]
 
 
 def test_two_jobs_of_a_rule_at_once_leave_each_other_alone(snakemake, tmp_path):

@@ -194,6 +194,9 @@ def test_of_a_pair_without_its_partner_the_partner_is_named(tmp_path):
     for done in ("b", "pairs/made"):
         (tmp_path / done).mkdir(parents=True)
         (tmp_path / done / ".complete").write_text("")
+    (tmp_path / "a" / "c1").mkdir(parents=True)
+    (tmp_path / "a" / "c1" / "surface.npz").touch()
+    os.utime(tmp_path / "a" / "c1" / "surface.npz", (1e9, 1e9))  # from which the pair `made` was made
     (tmp_path / "logs" / "pairs" / "own").mkdir(parents=True)
     (tmp_path / "logs" / "pairs" / "own" / "draw_pair.log").write_text("ERROR too far.\n")
     pairs = {name: {"proteins": ["a", "b"]} for name in ("lost", "made", "own")}
@@ -212,6 +215,22 @@ def test_of_a_pair_without_its_partner_the_partner_is_named(tmp_path):
         "pairs/files": "not finished",
         "pairs/here": "not finished",
     }
+
+
+def test_a_pair_of_an_earlier_surface_of_a_partner_that_failed_is_not_finished(tmp_path):
+    pairs = {name: {"proteins": ["a", "b"]} for name in ("before", "after")}
+    for name, when in {"pairs/before": 1e9, "a/f3": 2e9, "pairs/after": 3e9, "b": 1e9}.items():
+        (tmp_path / name).mkdir(parents=True)
+        file = tmp_path / name / ("surface.npz" if name == "a/f3" else ".complete")
+        file.touch()
+        os.utime(file, (when, when))
+    (tmp_path / "a" / "frames.csv").write_text("conformation\nf3\nf9\n")
+    config = {"proteins": {"a": {}, "b": {}}, "pairs": pairs}
+    lost = {"a": "not finished", "pairs/before": "not finished, as a is not"}
+    assert study.unfinished(config, tmp_path, 4e9) == lost
+    (tmp_path / "a" / "f3" / "surface.npz").unlink()
+    lost["pairs/after"] = "not finished, as a is not"
+    assert study.unfinished(config, tmp_path, 4e9) == lost
 
 
 def test_a_pair_that_failed_is_named_on_the_first_page(checkout, monkeypatch):
@@ -266,7 +285,7 @@ def test_a_part_that_follows_from_frames_not_chosen_yet_is_told(checkout, capsys
         "ready": {"surface": str(ROOT / "data" / "tdp43" / "topology.pdb")},
     }
     config = checkout.config(proteins=proteins)
-    told = "Of p, q the frames are not chosen yet: nothing that follows from them could be made. Begin with --until choose_"
+    told = "Of p, q the frames are not chosen yet (--until choose_frames): nothing that follows from them was made.\n"
     assert study.main(config, "--until", "make_surface") == 0 and told in capsys.readouterr().out
     for name in "pq":
         (checkout.root / "results" / "mine" / name).mkdir()

@@ -96,7 +96,7 @@ def _readable(path):
     if str(path).isascii():
         yield path
         return
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(dir=None if tempfile.gettempdir().isascii() else "/tmp") as folder:
         link = Path(folder, "file" + suffix(path))
         link.symlink_to(path)
         yield link

@@ -23,6 +23,7 @@ DISK = (
 )  # a full disk, a folder that may not be written
 # Wildcards that say what a job is about; a stage or a file is none
 NAMED = ("protein", "conformation", "pair")
+WHOLE = ("protein", "pair")  # those of them that have a mark of their own
 COMPLETE = ".complete"  # in the folder of a protein or pair of which everything is there
 
 
@@ -63,8 +64,10 @@ def job(snakemake):
     mistake the log has the traceback.
     """
     outputs = {name: _paths(value) for name, value in snakemake.output.items()}
+    own = [value for key, value in snakemake.wildcards.items() if key in WHOLE]
     for folder in {folder for paths in outputs.values() for path in paths for folder in path.parents}:
-        (folder / COMPLETE).unlink(missing_ok=True)
+        if folder.name in own:
+            (folder / COMPLETE).unlink(missing_ok=True)
     own = f".part-{Path(snakemake.log[0]).stem}"  # not the rule's: several jobs of one may write into one folder
     parts = {name: [path.parent / own / path.name for path in paths] for name, paths in outputs.items()}
     for folder in {part.parent for paths in parts.values() for part in paths}:

@@ -32,9 +32,7 @@ def _read(content, path):
     except InputError:
         raise
     except (KeyError, ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(
-            f"{path} is not a surface written by this program, or damaged: {error}. Of a study, delete it: it is made again."
-        ) from None
+        raise InputError(f"{path} is not a surface written by this program, or damaged: {error}.") from None
     n = columns["points"].shape[:1]
     shapes = {"points": (*n, 3), "normals": (*n, 3)}
     sound = [
