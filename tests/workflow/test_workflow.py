@@ -250,7 +250,7 @@ class Job:
     """What a script sees of Snakemake, for `workflow.job`."""
 
     def __init__(self, folder):
-        self.rule, self.log, self.input = "rule", [str(folder / "log")], []
+        self.rule, self.log, self.input, self.wildcards = "rule", [str(folder / "log")], [], {}
         self.output = {
             "one": str(folder / "a" / "one.csv"),
             "two": [str(folder / "a" / "x.png"), str(folder / "a" / "x.svg")],
