@@ -5,6 +5,7 @@ nothing to unlock and the next one continues where it was; it lasts as long as S
 """
 
 import fcntl
+import math
 import os
 import re
 import signal
@@ -195,7 +196,7 @@ def unfinished(config, results, begin):
         lacking = [
             partner
             for partner in pair.get("proteins", [])
-            if partner in failed and not (since and 0 < surface_made(results / partner) <= since)
+            if partner in failed and surface_made(results / partner) > since
         ]
         if lacking and failed.get(f"pairs/{name}", NOT_FINISHED) == NOT_FINISHED:
             failed[f"pairs/{name}"] = f"{NOT_FINISHED}, as {' and '.join(lacking)} is not"
@@ -203,11 +204,11 @@ def unfinished(config, results, begin):
 
 
 def surface_made(folder):
-    """When the surface of a protein's first conformation, which its pairs take, was made; 0 where there is none."""
+    """When the surface of a protein's first conformation, which its pairs take, was made; inf where there is none."""
     frames = folder / "frames.csv"
     first = conformations_of(frames)[:1] if frames.is_file() else ["c1"]
     surface = folder.joinpath(*first, "surface.npz")
-    return surface.stat().st_mtime if surface.is_file() else 0
+    return surface.stat().st_mtime if surface.is_file() else math.inf
 
 
 def errors(results, begin):

@@ -39,9 +39,7 @@ def write_tables(path_to_results, tables, evidence):
             table.to_csv(path, index=False, float_format="%.5g", compression=PACKED)
         else:
             path = tables / f"proteins_{name}.csv"
-            if (
-                name == "coverage" and path.is_file()
-            ):  # its rows on what was not measured this time stay as well
+            if name == "coverage" and path.is_file():  # what was not measured this time stays, row by row
                 before = pd.read_csv(path)
                 table = pd.concat([table, before[~before["quantity"].isin(table["quantity"])]])
             table.to_csv(path, index=False, float_format="%.5g")

@@ -64,9 +64,9 @@ def job(snakemake):
     mistake the log has the traceback.
     """
     outputs = {name: _paths(value) for name, value in snakemake.output.items()}
-    own = [value for key, value in snakemake.wildcards.items() if key in WHOLE]
+    marked = [value for key, value in snakemake.wildcards.items() if key in WHOLE]
     for folder in {folder for paths in outputs.values() for path in paths for folder in path.parents}:
-        if folder.name in own:
+        if folder.name in marked:
             (folder / COMPLETE).unlink(missing_ok=True)
     own = f".part-{Path(snakemake.log[0]).stem}"  # not the rule's: several jobs of one may write into one folder
     parts = {name: [path.parent / own / path.name for path in paths] for name, paths in outputs.items()}
