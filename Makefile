@@ -3,6 +3,9 @@
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
 # make test    set up, run every check
 # make bench   measure speed and memory
+# make evidence  every number of docs/ that is missing or older than its code, hours; QUICK=1: every chain on small pieces,
+#              --dry-run: tell what is old; EVIDENCE_DATA=folder: structures from there instead of the network
+# make planted plant mistakes in a copy and count those that the tests notice (hours)
 # make setup   set up only; with CLUSTER=slurm what a cluster needs besides
 # make lock    renew envs/requirements.txt from envs/requirements.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
@@ -11,6 +14,7 @@
 PYTHON ?= python3
 CORES  ?= all
 CLUSTER ?=
+QUICK  ?=
 CONFIG ?= config.yaml
 VENV   := .venv
 BIN    := $(VENV)/bin
@@ -26,7 +30,7 @@ export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 export PYTHONDONTWRITEBYTECODE =  # bytecode is kept: a study starts dozens of processes
 
-.PHONY: setup run paper compare test bench lock
+.PHONY: planted setup run paper compare test bench lock
 
 setup: $(READY) $(EXTRA)
 
@@ -42,7 +46,7 @@ compare: $(READY) $(EXTRA)
 test: $(READY) $(EXTRA)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/snakefmt --check Snakefile *.smk
+	$(BIN)/snakefmt --check Snakefile rules/*.smk
 	@$(BIN)/snakemake --lint & jobs=$$!; for part in surfaces patches; do \
 	  $(BIN)/python -c "from scripts.compile_kernels import main; \
 	    main({'mark': '.cache/kernels_of_$$part'}, '$$part', 'published')" & jobs="$$jobs $$!"; done; \
@@ -50,7 +54,17 @@ test: $(READY) $(EXTRA)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder  # three on two cores
 
 bench: $(READY)
-	$(BIN)/python scripts/bench.py
+	$(BIN)/python evidence/bench.py
+
+planted: $(READY)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/planted/run.py $(PLANTED)
+
+# make passes --dry-run on: the plus runs this line then, too
+evidence: $(READY) $(EXTRA)
+	+@$(BIN)/snakemake --snakefile evidence/Snakefile $(if $(QUICK),--configfile evidence/quick.yaml) \
+	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) \
+	  $(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host)
+	$(if $(QUICK),,@$(BIN)/python evidence/pages.py README.md docs/*.md)
 
 $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)

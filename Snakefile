@@ -10,18 +10,22 @@ from snakemake.utils import min_version
 min_version("9.0")
 
 
-report: "scripts/report/first.rst"
+report: "src/sparsurf/report/captions/first.rst"
 
 
 HOME = Path(workflow.current_basedir)  # where this file lies, also where another workflow imports it
-sys.path.insert(0, str(HOME / "scripts"))  # before a sparsurf that is installed
+sys.path.insert(0, str(HOME / "src"))  # before a sparsurf that is installed
+if not Path(getattr(sys.modules.get("sparsurf"), "__file__", HOME)).is_relative_to(HOME):
+    for name in [name for name in sys.modules if name.partition(".")[0] == "sparsurf"]:
+        del sys.modules[name]  # which Snakemake's logger may have loaded already
 from sparsurf.workflow import code_digests
 from sparsurf.workflow.config import checked, completed
 from sparsurf.workflow.files_of_a_run import FilesOfARun
 from sparsurf.workflow.files_of_pairs import FilesOfPairs
 from sparsurf.workflow.jobs import one_of, use_this_library
 from sparsurf.workflow.needs import needs
-from sparsurf.workflow.outputs import figure, inside, shown
+from sparsurf.workflow.outputs import Outputs, figure, inside, shown
+from sparsurf.workflow.registries import names
 
 use_this_library()
 
@@ -29,17 +33,19 @@ HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # 
 config = checked(completed(config, HOME), workflow.configfiles, HOME, HERE)
 made_by = partial(code_digests.made_by, config)
 
-# The figures of a conformation: scripts/sparsurf/report/figures/<name>.py, captioned in scripts/report/<name>.rst
+# The figures of a conformation: src/sparsurf/report/figures/<name>.py, captioned in src/sparsurf/report/captions/<name>.rst
 FIGURES = {
+    "enough": "How many dots are enough",
     "roughness": "Fig. 1, roughness",
     "number_of_dots": "Fig. 2, number of dots",
+    "number_of_dots_panels": "Fig. 2, all panels",
     "d_over_grid": "Fig. 3, d over the grid",
     "rough_and_flat": "Fig. 4, rough and flat patches",
     "subsets": "Fig. 5, surfaces",
 }
-files = FilesOfARun(config, FIGURES, checkpoints)
+files = FilesOfARun(config, checkpoints)
 pairs = FilesOfPairs(config, files)
-CHOOSING = ("paper", "paper_corrected")  # samplers that take the combination which is best in its range
+outputs = Outputs(workflow, files, pairs)  # of the rules below
 defects = ("sampling.moved_centre", "sampling.every_patch")  # what a sampling goes by beside its combination
 KERNEL_PARTS = ("surfaces", "patches")
 THREADS = 8  # of a job that takes minutes; Snakemake scales them down to --cores
@@ -52,18 +58,18 @@ PROTEIN_LOGS = f"{LOGS}/{{protein}}"
 CONFORMATION_LOGS = f"{PROTEIN_LOGS}/{{conformation}}"
 # What several rules read
 KERNELS = inside(RUN, **{f"kernels_of_{part}": f".kernels_of_{part}" for part in KERNEL_PARTS})
-FRAMES = {key: f"{PROTEIN}/{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
+FRAMES = inside(PROTEIN, frames="frames.csv", silhouette="silhouette.csv")
+FRAMES |= inside(PROTEIN, projection="projection.csv", explained="explained.csv")
 SURFACE = inside(CONFORMATION, surface="surface.npz")
 ROUGH_SURFACE = SURFACE | inside(CONFORMATION, roughness="roughness.csv") | KERNELS
-GRID = inside(CONFORMATION, grid="grid.csv")
+GRID, FLOORS, RANGES, MINIMAL = (
+    inside(CONFORMATION, **{name: f"{name}.csv"}) for name in ("grid", "floors", "ranges", "minimal")
+)
 DISTANCES = inside(CONFORMATION, distances="distances.npz")
-FLOORS = inside(CONFORMATION, floors="floors.csv")
-RANGES = inside(CONFORMATION, ranges="ranges.csv")
 BEST = inside(CONFORMATION, best="best.json")
-BINS = inside(CONFORMATION, bins="rough_and_flat.csv")
-ENOUGH = inside(CONFORMATION, enough="enough.csv")
-MINIMAL = inside(CONFORMATION, minimal="minimal.csv")
-FIRST_PAGE = inside(RUN, md="index.md", html="index.html", part=".front_page.html")  # part: opens the report
+ENOUGH = inside(CONFORMATION, enough="enough.csv", curves="curves.csv")
+WARNINGS = f"{RUN}/warnings.csv"
+FIRST_PAGE = inside(RUN, html="index.html", part=".front_page.html")  # part: opens the report
 
 
 wildcard_constraints:
@@ -76,17 +82,17 @@ rule all:
     default_target: True
     input:
         KERNELS.values(),  # at once: they are compiled while the frames are chosen
-        files.of_proteins(),
-        *files.of_each(),
-        pairs.of_pairs(),
+        [f"{RUN}/{name}/.complete" for name in files.proteins],
+        [f"{RUN}/pairs/{name}/.complete" for name in pairs.names],
+        outputs.of_run,
+        *outputs.each(),
     message:
         f"All of {RUN} is there"
 
 
 rule complete_protein:  # each by itself, so that one that fails does not keep the others from being finished
     input:
-        files.of_protein,
-        files.of_conformations,
+        outputs.of_protein,
     output:
         touch(f"{PROTEIN}/.complete"),
     message:
@@ -101,7 +107,7 @@ rule compile_kernels:
         f"{LOGS}/compile_kernels_of_{{part}}.log",
     wildcard_constraints:
         part=one_of(KERNEL_PARTS),
-    priority: 2  # both before the frames are chosen, which takes less time than the difference between the two
+    priority: 4  # both before the frames are chosen, which takes less time than the difference between the two
     localrule: True  # as all that takes seconds: not worth a job of a cluster
     conda:
         "envs/study.yaml"
@@ -137,7 +143,9 @@ rule fetch_structure:
         "scripts/fetch_structure.py"
 
 
-include: "simulate.smk"
+if files.simulated:
+
+    include: "rules/simulate.smk"
 
 
 checkpoint choose_frames:
@@ -150,6 +158,7 @@ checkpoint choose_frames:
         f"{PROTEIN_LOGS}/choose_frames.log",
     wildcard_constraints:
         protein=one_of(files.molecules),
+    priority: 3  # a mistake in a structure is told early
     localrule: files.few_frames
     conda:
         "envs/study.yaml"
@@ -158,7 +167,7 @@ checkpoint choose_frames:
     params:
         **made_by("choose_frames.py", "frames", "seed"),
         contents=files.contents,
-        reading=lambda wildcards: files.protein(wildcards).reading,
+        molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
     message:
         "Choosing the conformations of {wildcards.protein}"
     script:
@@ -172,6 +181,8 @@ rule draw_frames:
         **figure(f"{PROTEIN}/figures/frames", "Frames and conformations", "frames"),
     log:
         f"{PROTEIN_LOGS}/draw_frames.log",
+    wildcard_constraints:
+        protein=one_of(files.molecules),
     localrule: True
     conda:
         "envs/study.yaml"
@@ -262,7 +273,7 @@ rule measure_floors:
         **needs("measure_floors", files.dots),
     params:
         **made_by("measure_floors.py", "surface", "patches", *defects, "evaluation.test_dots", "seed"),
-        reading=lambda wildcards: files.protein(wildcards).reading,
+        molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
     message:
         "Noise floors of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -294,7 +305,7 @@ rule tabulate_best:
     input:
         **(GRID | DISTANCES | FLOORS),
     output:
-        **inside(CONFORMATION, ranges_md="ranges.md", best="best.json", best_md="best.md"),
+        **inside(CONFORMATION, best="best.json", markdown="ranges.md", page="ranges.html"),
         ranges=shown(f"{CONFORMATION}/ranges.csv", "Best combination per range of n_S", "ranges"),
     log:
         f"{CONFORMATION_LOGS}/tabulate_best.log",
@@ -310,35 +321,13 @@ rule tabulate_best:
         "scripts/tabulate_best.py"
 
 
-rule draw_figures:
-    input:
-        **(ROUGH_SURFACE | GRID | BEST),
-    output:
-        **{name: shown(f"{CONFORMATION}/figures/{name}.png", FIGURES[name], name) for name in FIGURES},
-        **BINS,
-        svgs=[f"{CONFORMATION}/figures/{name}.svg" for name in FIGURES],
-    log:
-        f"{CONFORMATION_LOGS}/draw_figures.log",
-    priority: 1  # the longest of what is left: shorter ones fill the end
-    conda:
-        "envs/study.yaml"
-    resources:
-        **needs("draw_figures", files.dots),
-    params:
-        **made_by("draw_figures.py", "patches", *defects, "evaluation.test_dots", "seed", figures=FIGURES),
-    message:
-        "Figures of {wildcards.protein}/{wildcards.conformation}"
-    script:
-        "scripts/draw_figures.py"
-
-
 rule take_minimal:
     input:
         **(ROUGH_SURFACE | FLOORS),
-        **(RANGES if config["minimal"]["sampler"] in CHOOSING else {}),
+        **(RANGES if config["minimal"]["sampler"] in names("samplers", "choosing") else {}),
+        structure=files.structure,
     output:
-        **ENOUGH,
-        **inside(CONFORMATION, table="minimal.csv", ply="minimal.ply"),
+        **(ENOUGH | inside(CONFORMATION, table="minimal.csv", ply="minimal.ply", recovered="recovered.csv")),
     log:
         f"{CONFORMATION_LOGS}/take_minimal.log",
     conda:
@@ -351,6 +340,28 @@ rule take_minimal:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/take_minimal.py"
+
+
+rule draw_figures:
+    input:
+        **(ROUGH_SURFACE | GRID | BEST | FLOORS | ENOUGH | MINIMAL),
+    output:
+        **{name: shown(f"{CONFORMATION}/figures/{name}.png", FIGURES[name], name) for name in FIGURES},
+        **inside(CONFORMATION, bins="rough_and_flat.csv"),
+        svgs=[f"{CONFORMATION}/figures/{name}.svg" for name in FIGURES],
+    log:
+        f"{CONFORMATION_LOGS}/draw_figures.log",
+    conda:
+        "envs/study.yaml"
+    resources:
+        **needs("draw_figures", files.dots),
+    params:
+        **made_by("draw_figures.py", "patches", *defects, "evaluation.test_dots", "seed", figures=FIGURES),
+        floor=config["minimal"].get("floor", "fresh dots"),
+    message:
+        "Figures of {wildcards.protein}/{wildcards.conformation}"
+    script:
+        "scripts/draw_figures.py"
 
 
 rule draw_view:
@@ -379,9 +390,12 @@ rule tabulate_residues:
         structure=f"{CONFORMATION}/structure.pdb",
     output:
         **inside(CONFORMATION, pdb="structure_roughness.pdb", cif="structure_roughness.cif"),
+        **inside(CONFORMATION, pml="open.pml", cxc="open.cxc", bild="minimal.bild"),
         table=shown(f"{CONFORMATION}/residues.csv", "Residue by residue", "residues"),
     log:
         f"{CONFORMATION_LOGS}/tabulate_residues.log",
+    wildcard_constraints:
+        protein=one_of(files.molecules),
     conda:
         "envs/study.yaml"
     resources:
@@ -394,73 +408,75 @@ rule tabulate_residues:
         "scripts/tabulate_residues.py"
 
 
-include: "compare.smk"
-include: "ensemble.smk"
+if config["compare"]["run"]:
+
+    include: "rules/compare.smk"
 
 
-rule summarise_run:
+if config["ensemble"]["run"]:
+
+    include: "rules/ensemble.smk"
+
+
+if files.proteins:
+
+    rule summarise_run:
+        input:
+            results=files.every("best.json", "ranges.csv", "grid.csv", "roughness.csv", "curves.csv"),
+            read_too=files.every("surface.npz", "enough.csv", "floors.csv"),
+        output:
+            **inside(RUN, surfaces="surfaces.csv", relation="relation.csv", page="summary.html"),
+            **figure(f"{RUN}/summary", "Best parameters against mean roughness", "summary"),
+            enough=shown(f"{RUN}/enough.png", "How many dots are enough", "enough"),
+            enough_svg=f"{RUN}/enough.svg",
+            summary=shown(f"{RUN}/summary.csv", "Best combination per surface and range of n_S", "summary"),
+        log:
+            f"{LOGS}/summarise_run.log",
+        localrule: True
+        conda:
+            "envs/study.yaml"
+        params:
+            **made_by("summarise_run.py", "patches", "minimal", "seed"),
+        message:
+            "Best parameters against mean roughness, over all surfaces"
+        script:
+            "scripts/summarise_run.py"
+
+
+if pairs.names:
+
+    include: "rules/pairs.smk"
+
+
+if files.goes_on_with(config.get("paper"), "c1"):
+
+    include: "rules/paper.smk"
+
+
+rule collect_warnings:  # of all jobs, so that the first page can show them
     input:
-        results=files.every(
-            "best.json", "ranges.csv", "grid.csv", "roughness.csv", "surface.npz", "enough.csv"
-        ),
+        outputs.all_but(WARNINGS, *FIRST_PAGE.values()),
     output:
-        **inside(RUN, surfaces="surfaces.csv", relation="relation.csv", markdown="summary.md"),
-        **figure(f"{RUN}/summary", "Best parameters against mean roughness", "summary"),
-        summary=shown(f"{RUN}/summary.csv", "Best combination per surface and range of n_S", "summary"),
+        table=WARNINGS,
     log:
-        f"{LOGS}/summarise_run.log",
+        f"{LOGS}/collect_warnings.log",
     localrule: True
     conda:
         "envs/study.yaml"
     params:
-        **made_by("summarise_run.py", "patches", "seed"),
+        **made_by("collect_warnings.py"),
+        logs=LOGS,
+        places=[*files.proteins, *(f"pairs/{name}" for name in pairs.names)],
     message:
-        "Best parameters against mean roughness, over all surfaces"
+        "Warnings of the run"
     script:
-        "scripts/summarise_run.py"
-
-
-include: "pairs.smk"
-
-
-# The paper beside it
-if "paper" in config:  # the name of the protein that is the paper's A1
-    A1 = {"protein": config["paper"], "conformation": "c1"}
-    OF_A1 = ROUGH_SURFACE | GRID | RANGES | BEST | BINS | FLOORS | ENOUGH
-
-    rule reproduce_paper:
-        input:
-            **{key: path.format(**A1) for key, path in OF_A1.items()},
-        output:
-            **inside(RUN, verdict="verdict.md", runs="paper_as_published.csv", places="paper_places.csv"),
-            **inside(RUN, links="paper_links.csv", defects="paper_defects.csv", family="paper_family.csv"),
-            html=shown(f"{RUN}/verdict.html", "Claim by claim", "verdict", "The paper"),
-            rows=shown(f"{RUN}/paper_rows.csv", "Table I, row by row", "verdict", "The paper"),
-        log:
-            f"{LOGS}/reproduce_paper.log",
-        conda:
-            "envs/study.yaml"
-        threads: THREADS
-        params:
-            **made_by("reproduce_paper.py", "surface", "patches", "sampling", "evaluation", "seed"),
-            path_to_surface=files.proteins[config["paper"]].surface,
-            name="/".join(A1.values()),
-        message:
-            "Comparing with the paper"
-        script:
-            "scripts/reproduce_paper.py"
+        "scripts/collect_warnings.py"
 
 
 rule write_front_page:
     input:
-        surfaces=f"{RUN}/surfaces.csv",
-        grids=files.every("grid.csv"),
-        best=files.every("best.json"),
-        minimal=files.every("minimal.csv"),
-        enough=files.every("enough.csv"),
-        needed=[f"{RUN}/compare_needed.csv"] if config["compare"]["run"] else [],
-        pages=lambda wildcards: files.led_to(wildcards) + pairs.pictures,
-        beside=lambda wildcards: files.led_to_beside(wildcards) + pairs.texts + pairs.summary,
+        pages=outputs.all_but(*FIRST_PAGE.values(), shown=True),
+        beside=outputs.all_but(*FIRST_PAGE.values(), shown=False),
     output:
         **FIRST_PAGE,
     log:
@@ -470,6 +486,8 @@ rule write_front_page:
         "envs/study.yaml"
     params:
         **made_by("write_front_page.py"),
+        folder=lambda wildcards, output: str(Path(output.html).parent),
+        without=config["without"],
     message:
         "First page of the run"
     script:

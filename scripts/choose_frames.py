@@ -5,23 +5,27 @@ from pathlib import Path
 import pandas as pd
 
 from sparsurf.molecules.conformations import choose_frames
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.streams import stream
 from sparsurf.workflow.jobs import run
 
 
-def main(inputs, outputs, reading, settings, name):
+def main(inputs, outputs, molecule_options, settings, name):
     """Write frames.csv, what it was chosen from, and one PDB file per conformation."""
-    wish = settings["frames"]
-    molecule = read_molecule(inputs["structure"], inputs.get("trajectory"), stride=wish["stride"], **reading)
-    clusters, frames = wish["clusters"], None if wish["use"] == "clusters" else wish["use"]
-    if _is_single(inputs, molecule, wish["stride"], reading):  # `frames` is about the trajectories beside it
+    asked = settings["frames"]
+    molecule = read_molecule(
+        inputs["structure"], inputs.get("trajectory"), stride=asked["stride"], **molecule_options
+    )
+    clusters, frames = asked["clusters"], None if asked["use"] == "clusters" else asked["use"]
+    if _is_single(
+        inputs, molecule, asked["stride"], molecule_options
+    ):  # `frames` is about the trajectories beside it
         clusters, frames = "auto", frames and "all"
     choice = choose_frames(
         molecule,
         clusters=clusters,
         frames=frames,
-        atoms=None if wish["pca_atoms"] == "auto" else wish["pca_atoms"],
+        atoms=None if asked["pca_atoms"] == "auto" else asked["pca_atoms"],
         rng=stream(settings["seed"], name, "clusters"),
     )
     choice.table.to_csv(outputs["frames"], index=False)
@@ -37,11 +41,11 @@ def main(inputs, outputs, reading, settings, name):
         molecule.write_pdb(folder / f"{conformation}.pdb", position)
 
 
-def _is_single(inputs, molecule, stride, reading):
+def _is_single(inputs, molecule, stride, molecule_options):
     """Whether a molecule is a structure of one model, or of one that was chosen: not one that a stride has left."""
     if "trajectory" in inputs or molecule.n_frames > 1:
         return False
-    return stride == 1 or read_molecule(inputs["structure"], **reading).n_frames == 1
+    return stride == 1 or read_molecule(inputs["structure"], **molecule_options).n_frames == 1
 
 
 if __name__ == "__main__":

@@ -4,13 +4,17 @@ from functools import partial
 
 import pandas as pd
 
-from sparsurf.molecules.reading import read_molecule
-from sparsurf.report import comparison_answer, comparison_page
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.report import comparison_page
 from sparsurf.report.figures import comparison_figure, layout
-from sparsurf.study import comparison, comparison_intervals, dots_needed
+from sparsurf.report.page import write
+from sparsurf.sampling.combination import OF_PAPER, choices_of
+from sparsurf.study.centres import centres_table
+from sparsurf.study.comparison import contestants, fewer, measuring
+from sparsurf.study.comparison.contestants import dotted
+from sparsurf.study.comparison.measuring import stand_alone
 from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.tables import as_yardsticks
-from sparsurf.study.without_the_surface import dotted, stand_alone
+from sparsurf.study.tables import as_references
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
@@ -25,15 +29,15 @@ def main(inputs, outputs, settings, name, threads):
     percents, names = settings["compare"]["percents"], settings["compare"].get("samplers")
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
     draws = settings["evaluation"]["draws"]
-    drawers, raw = comparison.contestants(evaluator, names, ranges, grid, percents), {}
-    table = comparison.compare(
+    drawers, raw = contestants.contestants(evaluator, names, ranges, grid, percents), {}
+    table = measuring.compare(
         evaluator,
         drawers,
         percents,
         n_tests,
         draws,
         reporter(f"{name}: comparison", "samplers"),
-        as_yardsticks(pd.read_csv(inputs["floors"])),
+        as_references(pd.read_csv(inputs["floors"])),
         raw,
     )
     lay = None
@@ -46,22 +50,23 @@ def main(inputs, outputs, settings, name, threads):
             probe=rules["probe_radius"],
             reentrant=rules["reentrant"],
         )
-    against = dict.fromkeys([*comparison_intervals.AGAINST, comparison_answer.best_of(table)[-1]])
+    against = dict.fromkeys([*fewer.AGAINST, comparison_page.best_of(table)[-1]])
     own = {key: drawers[key] for key in ("farthest", "uniform") if key in drawers}
     more = {
-        "pairs": comparison_intervals.paired(raw, percents, against=against),
-        "fewer": comparison_intervals.times_fewer_intervals(raw, table, evaluator.stream("times fewer")),
+        "pairs": fewer.paired(raw, percents, against=against),
+        "fewer": fewer.times_fewer_intervals(raw, table, evaluator.stream("times fewer")),
         "alone": stand_alone(evaluator, own, lay, percents, n_tests, draws),
     }
-    for key, each in more.items():
+    centres = centres_table(evaluator, grid, ranges, n_tests, draws)
+    for key, each in (more | {"centres": centres}).items():
         each.to_csv(outputs[key], index=False)
     table.to_csv(outputs["table"], index=False)
-    dots_needed.all_needed(table).to_csv(outputs["needed"], index=False)
-    facts = comparison_page.facts(
-        len(surface), *area_of(surface), n_tests, draws, comparison.choices_of(ranges)
-    )
-    with open(outputs["page"], "w", encoding="utf-8") as stream:
-        stream.write(comparison_page.compare_markdown(table, name, facts, **more))
+    fewer.all_needed(table).to_csv(outputs["needed"], index=False)
+    area, estimated = area_of(surface)
+    facts = {"n_dots": len(surface), "area": area, "estimated": estimated, "n_tests": n_tests, "draws": draws}
+    facts["of_paper"] = choices_of(ranges) is OF_PAPER
+    page = comparison_page.comparison_page(name, table, more["fewer"], more["pairs"], more["alone"], **facts)
+    write(outputs["page"], comparison_page.TEMPLATE, **page)
     figure = comparison_figure.comparison_figure(table, name)
     layout.save(figure, outputs["png"].removesuffix(".png"))
 

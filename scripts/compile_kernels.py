@@ -34,7 +34,7 @@ def main(outputs, part, descriptor):
 
 def _surfaces_and_pictures():
     from sparsurf.report.figures import render
-    from sparsurf.surfaces.making import molecular_surface
+    from sparsurf.surfaces.molecular_surface import molecular_surface
 
     dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
     camera = render.aim(dots.points, np.eye(3), (20, 20))
@@ -56,10 +56,10 @@ def _recovery():
 
 
 def _choices_and_pairs():
+    from sparsurf.pairs import matching
+    from sparsurf.pairs.partners import partner_of
     from sparsurf.sampling import samplers
-    from sparsurf.study import matching
     from sparsurf.study.evaluator import Evaluator
-    from sparsurf.study.partners import partner_of
 
     evaluator = Evaluator(_ball())
     for choose in samplers.SAMPLERS.values():

@@ -8,61 +8,73 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.islands import patch
-from sparsurf.recovery.readings import READINGS, readings_in
+from sparsurf.recovery.errors import off
+from sparsurf.recovery.readings import READINGS, fair_density, readings_in
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.results import Results
 from sparsurf.sampling.combination import Combination
+from sparsurf.sampling.samplers import called
 from sparsurf.study import rough_and_flat
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.off_recovered import off
 from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import run
 
-SPARSE = Combination(1.0, 1.0, 10.0, 0.0)  # Fig. 5 D of the paper: few dots, where the surface is rough
+TABLES = ("grid", "curves", "floors", "enough")
 MOST_TESTS = 8_000  # test dots by roughness: the rarest roughness decides how many each bin may show
 PER_TEST = 40  # test dots by roughness for each of the grid: a study of fewer is a quick one
 DRAWS = 6  # of the combination, for the numbers by roughness
 
 
-def main(inputs, outputs, settings, name, threads):
+def main(inputs, outputs, settings, floor, name, threads):
     """Draw and save every figure that `outputs` names."""
     surface = read_npz(inputs["surface"])
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
-    grid = pd.read_csv(inputs["grid"])
+    tables = {key: pd.read_csv(inputs[key]) for key in TABLES}
     best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8"))
     readings = readings_in(best)
     combination = Combination.of(best[readings[0]]["unrestricted"])
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
-    sampled, random = evaluator.pair(combination, 0)
-    sparse, random_sparse = evaluator.pair(SPARSE, 0)
+    minimal = pd.read_csv(inputs["minimal"])
+    handed_out = Surface(minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy())
     subsets = [
-        ("all dots", np.arange(len(surface))),
-        (f"sampled, {combination}", sampled),
-        ("random, as many", random),
-        (f"sampled, {SPARSE}", sparse),
-        ("random, as many", random_sparse),
+        (f"the paper's best, {combination}", layout.SAMPLED),
+        ("uniform subset of the same size", layout.RANDOM),
     ]
-    wished = settings["evaluation"]["test_dots"]
-    n_tests = MOST_TESTS if wished == "published" else min(MOST_TESTS, PER_TEST * wished)
-    fourth = _rough_and_flat(evaluator, combination, readings, n_tests, best["yardsticks"], outputs["bins"])
-    recovered = [
-        _recovered(surface, f"recovered from {letter}", kept)
-        for letter, (_, kept) in zip("DE", subsets[3:], strict=True)
-    ]
-    results = Results(surface, rough, grid, best, subsets, fourth, recovered)
+    pair = [Surface(surface.points[dots], surface.normals[dots]) for dots in evaluator.pair(combination, 0)]
+    subsets = [(words, own, colour) for (words, colour), own in zip(subsets, pair, strict=True)]
+    requested = settings["evaluation"]["test_dots"]
+    n_tests = MOST_TESTS if requested == "published" else min(MOST_TESTS, PER_TEST * requested)
+    results = Results(
+        name=name,
+        surface=surface,
+        roughness=rough,
+        best=best,
+        floor=floor,
+        subsets=[
+            *subsets,
+            (f"minimal.csv, {called(tables['curves']['sampler'].iloc[0]).words}", handed_out, layout.DARK),
+        ],
+        recovered=_recovered(evaluator, handed_out, threads),
+        rough_and_flat=_rough_and_flat(
+            evaluator, combination, readings, n_tests, best["references"], outputs["bins"]
+        ),
+        **tables,
+    )
     for figure in outputs.keys() - {"svgs", "bins"}:
         draw = import_module(f"sparsurf.report.figures.{figure}").draw
         layout.save(draw(results), outputs[figure].removesuffix(".png"))
 
 
-def _recovered(surface, title, kept):
-    """Title, points and normals of the surface that kept dots give back, and its distance from the whole one."""
-    points, normals = recover(surface.points[kept], surface.normals[kept])
-    return title, points, normals, off(points, surface.points, surface.normals)
+def _recovered(evaluator, kept, threads):
+    """Title and surface of what kept dots give back, and its distance from the whole one."""
+    density = fair_density(evaluator.density, evaluator.d_link)
+    back = Surface(*recover(kept.points, kept.normals, density, threads=threads))
+    return "recovered from minimal.csv", back, off(back.points, evaluator.points, evaluator.normals, threads)
 
 
-def _rough_and_flat(evaluator, combination, readings, n_tests, yardsticks, path_to_bins):
+def _rough_and_flat(evaluator, combination, readings, n_tests, references, path_to_bins):
     """What Figure 4 shows, its numbers being written to a table: patches around kept dots, beside those around any dots."""
     found = {
         around: rough_and_flat.by_roughness(evaluator, combination, readings, n_tests, DRAWS, kept)
@@ -89,7 +101,7 @@ def _rough_and_flat(evaluator, combination, readings, n_tests, yardsticks, path_
         "panels": panels,
         "patches": patches,
         "rng": evaluator.stream("figure 4"),
-        "yardsticks": yardsticks,
+        "references": references,
     }
 
 

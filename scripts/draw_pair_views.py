@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from sparsurf.molecules.reading import residue_names
+from sparsurf.molecules.read_molecule import residue_names
 from sparsurf.report.viewer.page import MOST_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.evaluator import Evaluator

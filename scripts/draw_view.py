@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from sparsurf.molecules.reading import residue_names
+from sparsurf.molecules.read_molecule import residue_names
+from sparsurf.recovery.errors import off_recovered
 from sparsurf.report.viewer.page import MOST_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.off_recovered import off_recovered
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import run
 
@@ -20,7 +20,9 @@ def main(inputs, outputs, settings, name, threads):
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     evaluator = Evaluator.from_settings(surface, settings, rough, name, 1)
     # the stream of minimal.csv: the same dots, where that is farthest-point sampling
-    order = farthest(evaluator, min(len(surface), MOST_DOTS), evaluator.stream("minimal", "farthest"))
+    order = farthest(
+        evaluator, min(len(surface), MOST_DOTS), evaluator.nameless.stream("minimal", "farthest")
+    )
     minimal = pd.read_csv(inputs["minimal"])
     kept, normals = minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy()
     off = off_recovered(surface.points, kept, normals, threads)

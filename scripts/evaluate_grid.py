@@ -20,7 +20,7 @@ def main(inputs, outputs, settings, name, threads):
         law.grid(lists["alpha"], lists["beta"], lists["gamma"], lists["delta"]),
         number_of_tests(test["test_dots"], len(surface)),
         test["draws"],
-        tuple(test["islands"]),
+        tuple(test["readings"]),
         test["shared_test_dots"],
         reporter(name),
     )

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.ensemble import apart, gathered
 from sparsurf.study.residues import over_frames
 from sparsurf.workflow.jobs import run
@@ -10,10 +10,10 @@ from sparsurf.workflow.jobs import run
 FIRST_ONLY = 10**9  # a stride that leaves one frame: the residues are the same in all
 
 
-def main(inputs, outputs, reading):
+def main(inputs, outputs, molecule_options):
     """Write ensemble.csv, and R_i of the residues in every frame and over all."""
     residues = read_molecule(
-        inputs["structure"], inputs.get("trajectory"), stride=FIRST_ONLY, **reading
+        inputs["structure"], inputs.get("trajectory"), stride=FIRST_ONLY, **molecule_options
     ).residues
     table, over_time = apart(
         gathered(Path(path).read_text(encoding="utf-8") for path in inputs["rows"]), residues

@@ -2,7 +2,7 @@
 
 import logging
 
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.simulation import simulation_figure
 from sparsurf.simulation import quality

@@ -1,9 +1,9 @@
 """The surfaces of both partners of a pair that is given by structures."""
 
 from sparsurf import InputError
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.making import fitting_surface
+from sparsurf.surfaces.molecular_surface import fitting_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import run
 from sparsurf.workflow.partner_files import SIDES

@@ -3,10 +3,10 @@
 import shutil
 from pathlib import Path
 
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.making import fitting_surface
+from sparsurf.surfaces.molecular_surface import fitting_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import run
 

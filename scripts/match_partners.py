@@ -2,18 +2,19 @@
 
 import pandas as pd
 
-from sparsurf.report.pair_page import pair_markdown
-from sparsurf.study import matching
+from sparsurf.pairs import matching
+from sparsurf.report.page import write
+from sparsurf.report.pair_page import TEMPLATE, pair_page
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.workflow.jobs import run
-from sparsurf.workflow.partner_files import SIDES, names_of, partners, recipe_of, wished_centres
+from sparsurf.workflow.partner_files import SIDES, names_of, partners, recipe_of, requested_centres
 
 
 def main(inputs, outputs, settings, pair, name, threads):
     """Write propensity.csv, best_pairs.csv, agreement.csv, contacts.csv, a page and two coloured surfaces."""
     rules, recipe = settings["complementarity"], recipe_of(settings)
     both = partners(inputs, settings, name, threads)
-    centres = [wished_centres(each, settings) for each in both]
+    centres = [requested_centres(each, settings) for each in both]
     found = matching.match(*both, centres, rules["nearest"], recipe, threads)
     dots, agreed = [], []
     for place, side in enumerate(SIDES):
@@ -43,9 +44,9 @@ def main(inputs, outputs, settings, pair, name, threads):
     best.to_csv(outputs["best"], index=False)
     agreement.to_csv(outputs["agreement"], index=False)
     contacts.to_csv(outputs["contacts"], index=False)
-    with open(outputs["page"], "w", encoding="utf-8") as stream:
-        bare = [side for side, each in zip(SIDES, both, strict=True) if each.residues is None]
-        stream.write(pair_markdown(name, agreement, contacts, best, settings, names_of(pair), bare))
+    bare = [side for side, each in zip(SIDES, both, strict=True) if each.residues is None]
+    page = pair_page(name, agreement, contacts, best, settings, names_of(pair), bare)
+    write(outputs["page"], TEMPLATE, **page)
 
 
 if __name__ == "__main__":

@@ -1,26 +1,24 @@
 """How far two descriptions of one surface differ: the floors that every Z of a subset is judged by."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.floors import APART, floors, frames_apart
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.making import fitting_density, surface_of
+from sparsurf.surfaces.molecular_surface import layer
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import run
 
 
-def main(inputs, outputs, settings, reading, name, threads):
+def main(inputs, outputs, settings, molecule_options, name, threads):
     """Write floors.csv; for a ready surface with those floors that need no atoms."""
     surface = read_npz(inputs["surface"])
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
-    evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
+    evaluator = Evaluator.from_settings(surface, settings, rough, name, threads).nameless
     atoms = (
-        _with_atoms(inputs, settings["surface"], settings["patches"]["D_link"], reading, name)
+        _with_atoms(inputs, settings["surface"], settings["patches"]["D_link"], molecule_options, name)
         if "own" in inputs
         else {}
     )
@@ -28,24 +26,19 @@ def main(inputs, outputs, settings, reading, name, threads):
     floors(evaluator, n_tests, **atoms).to_csv(outputs["floors"], index=False)
 
 
-def _with_atoms(inputs, rules, d_link, reading, name):
+def _with_atoms(inputs, rules, d_link, molecule_options, name):
     """What `floors` needs of the atoms: their places, how dots are laid on them, and frames before and after."""
     molecule = read_molecule(inputs["own"], selection="all", whole=False)
-    atom_radii, atoms = radii(molecule, rules["radii"]), molecule.xyz[0]
-    rules = rules | {"density": fitting_density(molecule, 0, atom_radii, rules, d_link, name, tell=False)}
-
-    def lay(xyz):
-        return surface_of(replace(molecule, xyz=xyz[None]), 0, atom_radii, rules)
-
+    own = layer(molecule, 0, radii(molecule, rules["radii"]), rules, d_link, name)
     frames = None
     if "trajectory" in inputs:
         table = pd.read_csv(inputs["frames"]).set_index("conformation")
         time = table.loc[name.split("/")[-1], "time_ps"]
         if np.isfinite(time):  # its own time, too: none of the others need be there
             times = [time, *(time + sign * gap for gap in APART for sign in (-1, 1))]
-            near = read_molecule(inputs["structure"], inputs["trajectory"], times=times, **reading)
-            frames = frames_apart(near, atoms, time)
-    return {"lay": lay, "atoms": atoms, "frames": frames}
+            near = read_molecule(inputs["structure"], inputs["trajectory"], times=times, **molecule_options)
+            frames = frames_apart(near, own["atoms"], time)
+    return own | {"frames": frames}
 
 
 if __name__ == "__main__":

@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sparsurf.report.html import as_html
-from sparsurf.report.verdict import surface_sentence, verdict
+from sparsurf.paper import published_runs, replication
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.table1 import table1_figure
+from sparsurf.report.page import embedded, write
+from sparsurf.report.paper_page import TEMPLATE, paper_page, surface_of
 from sparsurf.sampling import law
-from sparsurf.study import published_runs, replication, tables, tuned
+from sparsurf.study import tables
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import reporter, run
@@ -30,17 +33,19 @@ def main(inputs, outputs, settings, name, threads, path_to_surface):
     runs = published_runs.as_published(
         evaluator, combinations, progress=reporter(f"{name} as published", "runs of the grid")
     )
+    places = published_runs.place_of_published(runs)
     results = {
         "runs": runs,
-        "places": published_runs.place_of_published(runs),
+        "places": places,
+        "tests": published_runs.tests_of_table_1(places, published_runs.centres_in_any_order(evaluator)),
         "rows": replication.published_rows(evaluator, n_tests, draws),
         "links": replication.sweep_links(evaluator, replication.LINKS, n_tests, draws),
         "defects": replication.compare_defects(evaluator, n_tests, draws),
-        "family": tuned.tuned_family(evaluator, combinations[:, 1:], n_tests=n_tests, draws=draws),
+        "family": replication.tuned_family(evaluator, combinations[:, 1:], n_tests=n_tests, draws=draws),
     }
     for key, table in results.items():
-        tables.with_yardsticks(table, best["yardsticks"]).to_csv(outputs[key], index=False)
-    page = verdict(
+        tables.with_references(table, best["references"]).to_csv(outputs[key], index=False)
+    page = paper_page(
         results
         | {
             "grid": grid,
@@ -50,14 +55,14 @@ def main(inputs, outputs, settings, name, threads, path_to_surface):
             "signs": replication.sign_changes(results["links"]),
             "bins": pd.read_csv(inputs["bins"]),
             "enough": pd.read_csv(inputs["enough"]),
-            "family": tuned.best_of_family(results["family"]),
+            "family": replication.best_of_family(results["family"]),
             "uniform": {"median": float(np.median(np.bincount(evaluator.cover.dot)))},
-            "surface": surface_sentence(evaluator, settings["surface"], path_to_surface),
-        },
-        {key: Path(path).name for key, path in (inputs | outputs).items()},
+            "surface": surface_of(evaluator, settings["surface"], path_to_surface),
+        }
     )
-    Path(outputs["verdict"]).write_text(page, encoding="utf-8")
-    Path(outputs["html"]).write_text(as_html(page), encoding="utf-8")
+    figure = table1_figure(results["places"], results["rows"])
+    layout.save(figure, outputs["png"].removesuffix(".png"))
+    write(outputs["html"], TEMPLATE, **page, first=name, figure=embedded(outputs["png"]))
 
 
 if __name__ == "__main__":

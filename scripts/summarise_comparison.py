@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from sparsurf.report.comparison_over_proteins_page import summary_markdown
+from sparsurf.report.comparison_page import TEMPLATE, comparison_page
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.comparison_figure import comparison_figure
-from sparsurf.study.comparison_over_proteins import by_protein, needed_over_proteins, over_proteins
-from sparsurf.study.dots_needed import ranking
+from sparsurf.report.page import write
+from sparsurf.study.comparison.fewer import by_protein, needed_over_proteins, over_proteins
 from sparsurf.workflow.jobs import run
 
 
@@ -25,9 +25,8 @@ def main(inputs, outputs):
     fewer = needed_over_proteins(units)
     table.to_csv(outputs["table"], index=False)
     fewer.to_csv(outputs["needed"], index=False)
-    rankings = {name: ranking(own) for name, own in units.items()}
-    with open(outputs["page"], "w", encoding="utf-8") as stream:
-        stream.write(summary_markdown(table, fewer, rankings, of, len(tables)))
+    run_name = Path(inputs["tables"][0]).parts[-4]
+    write(outputs["page"], TEMPLATE, **comparison_page(run_name, table, fewer, of=of, n=len(units)))
     drawn = table.rename(columns={"lowest": "low", "highest": "high"})
     subject = f"mean of {len(units)} {of}" if len(units) > 1 else next(iter(units))
     figure = comparison_figure(drawn, subject, f"lowest to highest of {len(units)} {of}")

@@ -1,31 +1,29 @@
 """The best combination per range of n_S, and the best of all."""
 
 import json
+from pathlib import Path
 
 import pandas as pd
 
-from sparsurf.report import pages
+from sparsurf.report.page import write
+from sparsurf.report.ranges_page import TEMPLATE, TWIN, ranges_page
 from sparsurf.study import tables
 from sparsurf.study.grid import load
-from sparsurf.study.tables import as_yardsticks
+from sparsurf.study.tables import as_references
 from sparsurf.workflow.jobs import run
 
 
-def main(inputs, outputs, settings):
-    """Write ranges.csv and best.json, and their twins for people."""
+def main(inputs, outputs, settings, name):
+    """Write ranges.csv and best.json, and their page."""
     table, grid = pd.read_csv(inputs["grid"]), load(inputs["distances"])
-    floors = as_yardsticks(pd.read_csv(inputs["floors"]))
+    floors = as_references(pd.read_csv(inputs["floors"]))
     ranges = tables.ranges_table(table, grid, settings["tables"]["ranges"], floors)
     best = tables.best(table, grid, settings["tables"]["max_n_S_percent"], floors)
     ranges.to_csv(outputs["ranges"], index=False)
-    texts = {
-        outputs["ranges_md"]: pages.ranges_markdown(ranges, best["yardsticks"], best["draws"]),
-        outputs["best_md"]: pages.best_markdown(best),
-        outputs["best"]: json.dumps(best, indent=2) + "\n",
-    }
-    for path, text in texts.items():
-        with open(path, "w", encoding="utf-8") as stream:
-            stream.write(text)
+    Path(outputs["best"]).write_text(json.dumps(best, indent=2) + "\n", encoding="utf-8")
+    known = ranges_page(name, ranges, best, best["references"])
+    write(outputs["page"], TEMPLATE, **known)
+    write(outputs["markdown"], TWIN, **known)
 
 
 if __name__ == "__main__":

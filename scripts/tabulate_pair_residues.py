@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from sparsurf.study.matching import by_residue, on_atoms
+from sparsurf.pairs.matching import by_residue, on_atoms
 from sparsurf.workflow.jobs import run
 from sparsurf.workflow.partner_files import SIDES, structure_of
 

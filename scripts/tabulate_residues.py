@@ -1,19 +1,24 @@
 """The surface residue by residue, and the structure with the mean R_i of its residues for other programs to colour."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.mmcif import write_mmcif
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.report import viewer
 from sparsurf.study.residues import residue_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import run
 
+VIEWER = Path(viewer.__file__).parent
+OPENERS = {"pml": VIEWER / "open.pml", "cxc": VIEWER / "open.cxc"}
 BURIED = -1.0  # in the B-factor column, of residues without dots
 
 
 def main(inputs, outputs, name):
-    """Write residues.csv, structure_roughness.pdb and structure_roughness.cif."""
+    """Write residues.csv, the structure with roughness as PDB and mmCIF, and what opens it in PyMOL and ChimeraX."""
     surface = read_npz(inputs["surface"])
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     molecule = read_molecule(inputs["structure"], selection="all", whole=False)
@@ -23,6 +28,10 @@ def main(inputs, outputs, name):
     shown = np.nan_to_num(table["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]
     molecule.write_pdb(outputs["pdb"], b_factor=shown)
     write_mmcif(outputs["cif"], name, molecule.xyz[0], molecule, shown)
+    for key, path in OPENERS.items():
+        Path(outputs[key]).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
+    spheres = [".sphere {:.3f} {:.3f} {:.3f} 0.3".format(*dot) for dot in minimal[["x", "y", "z"]].to_numpy()]
+    Path(outputs["bild"]).write_text("\n".join([".color 0.84 0.37 0", *spheres, ""]), encoding="ascii")
 
 
 if __name__ == "__main__":

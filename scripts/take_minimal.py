@@ -2,61 +2,46 @@
 
 import pandas as pd
 
-from sparsurf.recovery.recovering import REACH, spacing_of
-from sparsurf.recovery.settling import settle
-from sparsurf.sampling.samplers import weights
-from sparsurf.study.comparison import choices_of
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.patches.readings import TEXT
+from sparsurf.recovery.errors import DENSE, curvature, off_recovered, tails
+from sparsurf.sampling.combination import choices_of
+from sparsurf.study.enough import UNIFORM, Trials, curves_table, enough_dots
 from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.minimal import minimal_subset
-from sparsurf.study.minimal_by_floor import enough_dots, smallest
+from sparsurf.study.handing_out import hand_out
+from sparsurf.surfaces.formats.csv import DIGITS
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import run
 
 
-def main(inputs, outputs, settings, name):
-    """Write minimal.csv, minimal.ply and enough.csv; the paper's sampler takes its parameters from ranges.csv where given."""
+def main(inputs, outputs, settings, name, threads=1):
+    """Write the subset, what is enough, Z over n_S, and the errors of the surface that the subset gives back.
+
+    The paper's sampler takes its parameters from ranges.csv.
+    """
     surface = read_npz(inputs["surface"])
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
-    wish = settings["minimal"]
-    evaluator = Evaluator.from_settings(surface, settings, rough, name, 1)
+    asked = settings["minimal"]
+    evaluator = Evaluator.from_settings(surface, settings, rough, name, 1).nameless
     choices = choices_of(pd.read_csv(inputs["ranges"]) if "ranges" in inputs else None)
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
     floors = pd.read_csv(inputs["floors"])
-    enough = enough_dots(evaluator, wish["sampler"], floors, n_tests, choices, settled=wish["settle"])
-    enough.to_csv(outputs["enough"], index=False)
-    if "floor" in wish:
-        dots = smallest(
-            evaluator, wish["sampler"], floors, wish["floor"], enough, n_tests, choices, wish["settle"]
-        )
-        weight = weights(surface.points, dots)
-    else:
-        size, z = number_of_dots(wish, len(surface)), wish.get("Z")
-        dots, weight = minimal_subset(
-            evaluator, wish["sampler"], size, z, wish.get("combination"), n_tests, choices
-        )
-    subset = Surface(surface.points[dots], surface.normals[dots])
-    if wish["settle"]:
-        subset = Surface(*settle(subset.points, subset.normals, surface.points, surface.normals))
-    table = pd.DataFrame({"dot": dots})
-    table[["x", "y", "z"]] = subset.points
-    table[["nx", "ny", "nz"]] = subset.normals
-    table["weight"], table["spacing"], table["reach"] = (
-        weight,
-        spacing_of(subset.points, subset.normals),
-        REACH,
-    )
-    table.to_csv(outputs["table"], index=False)
+    trials = Trials(evaluator, asked["sampler"], n_tests, choices, asked["settle"])
+    own = inputs.get("structure")
+    molecule = read_molecule(own, selection="all", whole=False) if own else None
+    subset = hand_out(trials, asked, floors, molecule)
+    enough_dots(trials, floors).to_csv(outputs["enough"], index=False)
+    curves = [curves_table(trials)]
+    if asked["sampler"] != UNIFORM:
+        curves.append(curves_table(Trials(evaluator, UNIFORM, n_tests), (TEXT,)))
+    pd.concat(curves).to_csv(outputs["curves"], index=False)
+    off = off_recovered(surface.points, subset.surface.points, subset.surface.normals, threads, DENSE)
+    tails(off, curvature(evaluator.index, threads=threads)).to_csv(outputs["recovered"], index=False)
+    table = subset.table
+    table.to_csv(outputs["table"], index=False, float_format=DIGITS)
     columns = {key: table[key].to_numpy(float) for key in ("spacing", "reach")}
-    write_ply(outputs["ply"], subset, weight.astype(float), "weight", columns)
-
-
-def number_of_dots(wish, n_dots):
-    """n_S from the config's n_S or n_S_percent; None where neither is given."""
-    if "n_S_percent" in wish:
-        return max(1, round(wish["n_S_percent"] / 100 * n_dots))
-    return wish.get("n_S")
+    write_ply(outputs["ply"], subset.surface, subset.weight.astype(float), "weight", columns)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """A ready surface enters the study."""
 
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.reading import read_surface
+from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.workflow.jobs import run
 
 

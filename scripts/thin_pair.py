@@ -1,8 +1,8 @@
 """What the maps of a pair are worth from fewer and fewer centres."""
 
+from sparsurf.pairs.thinning import thinning
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.thinning_figure import thinning_figure
-from sparsurf.study.thinning import thinning
 from sparsurf.workflow.jobs import run
 from sparsurf.workflow.partner_files import partners, recipe_of
 
@@ -10,13 +10,13 @@ from sparsurf.workflow.partner_files import partners, recipe_of
 def main(inputs, outputs, settings, name):
     """Write thinning.csv and its figure; in one thread, so that seconds can be compared."""
     rules = settings["complementarity"]
-    wish = rules["thinning"]
+    asked = rules["thinning"]
     table = thinning(
         *partners(inputs, settings, name),
-        wish["percents"],
-        wish["samplers"],
-        wish["draws"],
-        wish["recovered"],
+        asked["percents"],
+        asked["samplers"],
+        asked["draws"],
+        asked["recovered"],
         recipe_of(settings),
         smoothing=rules["smoothing"],
         within=rules["interface"],

@@ -39,11 +39,11 @@ class Browser:
         self.driver = subprocess.Popen([driver, f"--port={port}"], stdout=self.log, stderr=self.log)
         options = {"args": [*FLAGS, f"--user-data-dir={folder}/profile", f"--window-size={width},{height}"]}
         options["binary"] = browser
-        wish = {"goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}
+        asked = {"goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}
         self.session = ""
         for _ in range(100):
             try:
-                self.session = self.ask("POST", "", capabilities={"alwaysMatch": wish})["sessionId"]
+                self.session = self.ask("POST", "", capabilities={"alwaysMatch": asked})["sessionId"]
                 break
             except urllib.error.URLError:
                 time.sleep(0.1)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-RULES = [ROOT / "Snakefile", *sorted(ROOT.glob("*.smk"))]  # the workflow's files
+RULES = [ROOT / "Snakefile", *sorted(ROOT.glob("rules/*.smk"))]  # the workflow's files
 WORKFLOW = "\n".join(path.read_text(encoding="utf-8") for path in RULES)
 
 
@@ -23,7 +23,7 @@ def shared():
 @pytest.fixture(scope="session")
 def a1(shared):
     """The DMS surface of A1, the paper's example: 20045 dots."""
-    from sparsurf.surfaces.reading import read_surface
+    from sparsurf.surfaces.read_surface import read_surface
 
     return read_surface(shared / "data" / "tdp43" / "A1.dms.gz")
 
@@ -54,6 +54,7 @@ def pytest_collection_modifyitems(items):
     """Whole studies first, and before them the one that mostly waits: the other tests fill the time that they take."""
     first = [
         "test_slurm.py",
+        "test_rules.py",
         "test_workflow.py",
         "test_own_proteins.py",
         "test_pairs.py",

@@ -14,7 +14,7 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
-CPUS = 32  # told to Slurm, whatever the machine has: a study asks for more than a small one
+CPUS = os.cpu_count()
 CONFIGURED = Path(
     "/etc/slurm/slurm.conf"
 )  # the steps of a job look there: Snakemake hides SLURM_CONF from them

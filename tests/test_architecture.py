@@ -11,45 +11,33 @@ import yaml
 
 from conftest import ROOT, RULES, WORKFLOW
 
-LIBRARY = ROOT / "scripts" / "sparsurf"
+LIBRARY = ROOT / "src" / "sparsurf"
 # A package may import only itself and the packages above it.
 PACKAGES = [
     "top",  # what everyone needs and nobody owns: the modules beside the packages
     "molecules",  # atoms in Å from any file; knows no surface
     "simulation",  # a structure becomes a trajectory, by GROMACS; knows no surface
     "surfaces",  # dots with normals: made, read, written; knows no patch
+    "dot_fields",  # numbers at dots, from the molecule; knows no patch
     "patches",  # what lies around one dot, and its numbers; arrays in, arrays out
     "recovery",  # a dense surface from few dots with normals; knows no descriptor
     "sampling",  # which dots are kept
-    "complementarity",  # two surfaces: what the patches of one say of the other; arrays in, arrays out
+    "sites",  # places with numbers, found again on other surfaces
     "study",  # numbers about subsets: arrays and tables, no sentence, no figure
+    "pairs",  # two surfaces: what the patches of one say of the other
+    "paper",  # the paper beside ours: its runs made again, its claims
     "report",  # tables become sentences and pictures; computes nothing
-    "calls",  # what a person calls: functions on arrays, and the command line
+    "cli",  # what a person calls: functions on arrays, and the command line
     "workflow",  # what the Snakefile asks; imported by nobody else
 ]
 MODULES = sorted(path.relative_to(LIBRARY) for path in LIBRARY.rglob("*.py"))
 SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
-RUN_BY_HAND = {
-    "measure_needs.py",
-    "measure_coverage.py",
-    "measure_recovery.py",
-    "study_proteins.py",
-    "write_proteins.py",
-    "store_tables.py",
-    "draw_rules.py",
-    "measure_descriptors.py",
-    "write_complexes.py",
-    "thin_complexes.py",
-    "study_complexes.py",
-    "study.py",
-    "bench.py",
-}
 
 
 def package(path):
     """Package of a module, by its path inside the library."""
     if path.name == "__main__.py":  # the door of the command line
-        return "calls"
+        return "cli"
     return path.parts[0] if len(path.parts) > 1 else "top"
 
 
@@ -69,6 +57,72 @@ def imported(path):
 def test_imports_point_one_way(module):
     above = PACKAGES[: PACKAGES.index(package(module)) + 1]
     assert {package(other) for other in imported(LIBRARY / module)} <= set(above)
+
+
+SIZES = {"library, modules": 182, "lines of Snakemake": 910, "files of a package": 25}  # at most
+
+
+def outer_imports(path):
+    """First names of the modules that a Python file imports."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield (node.module or "").split(".")[0]
+
+
+def test_the_library_needs_neither_scripts_nor_evidence():
+    outside = {path.stem for folder in ("scripts", "evidence") for path in (ROOT / folder).rglob("*.py")}
+    outside |= {"scripts", "evidence"} | {
+        path.name for path in (ROOT / "evidence").iterdir() if path.is_dir()
+    }
+    for module in MODULES:
+        assert not outside & set(outer_imports(LIBRARY / module)) - set(sys.stdlib_module_names), module
+
+
+def test_a_script_has_the_name_of_its_rule():
+    rules = re.split(r"^ *(?:rule|checkpoint) (\w+):", WORKFLOW, flags=re.M)
+    for name, body in zip(rules[1::2], rules[2::2], strict=True):
+        for script in re.findall(r"scripts/(\w+)\.py", body.split("\nrule ")[0]):
+            assert script == name, f"rule {name} runs {script}.py"
+
+
+def sentences(path):
+    """Strings of a Python file that read as a sentence with more than one clause; docstrings aside."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    told = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    errors = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Raise) for part in ast.walk(node)}
+    for node in ast.walk(tree):
+        if (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and not {id(node)} & (told | errors)
+        ):
+            words = re.findall(r"[A-Za-z]{2,}", node.value)
+            if len(words) >= 12 and re.search(r"[,;:] [a-z]", node.value) and "<" not in node.value:
+                yield node.lineno, node.value
+
+
+# Modules of pages whose prose is not in a template yet; it only gets shorter.
+WITH_SENTENCES = {
+    "report/figures/comparison_figure.py",
+    "report/recommendation.py",  # the command line has no templates; whole sentences by name
+}
+
+
+def test_sentences_of_pages_stand_in_templates():
+    pages = [module for module in MODULES if module.parts[0] == "report"]
+    found = {str(module): list(sentences(LIBRARY / module)) for module in pages}
+    assert {name for name, said in found.items() if said} <= WITH_SENTENCES
+
+
+def test_the_house_has_the_size_that_one_can_see_through():
+    files = {}
+    for module in MODULES:
+        files.setdefault(module.parent, []).append(module)
+    assert len([module for module in MODULES if module.name != "__init__.py"]) <= SIZES["library, modules"]
+    assert max(map(len, files.values())) <= SIZES["files of a package"]
+    assert len(WORKFLOW.splitlines()) <= SIZES["lines of Snakemake"]
 
 
 def test_every_name_that_is_imported_from_the_library_is_there():
@@ -121,7 +175,7 @@ def test_every_file_and_public_function_says_what_it_is(path):
 
 
 @pytest.mark.parametrize(
-    "path", [path for path in SCRIPTS if path.name not in RUN_BY_HAND], ids=lambda path: path.name
+    "path", [path for path in SCRIPTS if path.name != "study.py"], ids=lambda path: path.name
 )
 def test_a_script_is_one_verb(path):
     tree = ast.parse(path.read_text())
@@ -137,7 +191,9 @@ def test_a_script_is_one_verb(path):
 def test_every_rule_names_the_code_it_depends_on():
     rules = re.split(r"^ *(?:rule|checkpoint) \w+:", WORKFLOW, flags=re.M)
     scripts = {
-        script: rule for rule in rules for script in re.findall(r'script:\s+"scripts/(\w+\.py)"', rule)
+        script: rule
+        for rule in rules
+        for script in re.findall(r'script:\s+"(?:\.\./)?scripts/(\w+\.py)"', rule)
     }
     assert len(scripts) > 30
     for script, rule in scripts.items():
@@ -146,10 +202,9 @@ def test_every_rule_names_the_code_it_depends_on():
 
 def test_the_snakefile_is_short_and_includes_every_other_file_once():
     text = RULES[0].read_text(encoding="utf-8")
-    assert len(text.splitlines()) < 480, "what only some studies ask for goes to a file of its own"
+    assert len(text.splitlines()) < 495, "what only some studies ask for goes to a file of its own"
     included = re.findall(r"^ *include: *(.*)", WORKFLOW, re.M)
-    # beside it, since to Snakemake a script by another path is other code, whose results it makes again
-    assert sorted(included) == [f'"{path.name}"' for path in RULES[1:]]
+    assert sorted(included) == [f'"rules/{path.name}"' for path in RULES[1:]]
     for path in RULES:
         assert path.read_text(encoding="utf-8").startswith("# "), f"{path.name} does not say what it is"
 
@@ -181,7 +236,8 @@ def test_every_parameter_of_the_config_reaches_the_readme_of_outputs_or_config()
 
 def test_reading_a_config_imports_nothing_heavy():
     """Every start of snakemake pays for what these import; numpy and pandas take longer than all the rest."""
-    code = "import sys, sparsurf.workflow.config, sparsurf.workflow.jobs, sparsurf.workflow.download; "
+    named = ", ".join(re.findall(r"^from (sparsurf\.workflow(?:\.\w+)?) import", WORKFLOW, re.M))
+    code = f"import sys, {named}, sparsurf.workflow.code_digests, sparsurf.workflow.download; "
     code += "print(*{'numpy', 'pandas', 'scipy', 'matplotlib', 'numba'} & set(sys.modules))"
     run = subprocess.run(
         [sys.executable, "-c", code], cwd=LIBRARY.parent, capture_output=True, text=True, check=True

@@ -8,7 +8,7 @@ import pytest
 import sparsurf
 from conftest import ROOT
 
-MODULES = sorted({f"sparsurf.{module}" for module in sparsurf.CALLS.values()})
+MODULES = sorted({f"sparsurf.{name.rpartition('.')[0]}" for name in sparsurf.CALLS.values()})
 
 
 @pytest.mark.parametrize("module", MODULES)

@@ -6,9 +6,9 @@ import types
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 
 from conftest import ROOT
+from small_study import output, snakemake
 from sparsurf.patches import descriptors, roughness
 from sparsurf.patches.index import build_index
 from sparsurf.patches.islands import patch
@@ -16,12 +16,13 @@ from sparsurf.report.figures.results import Results
 from sparsurf.sampling import samplers
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.minimal import minimal_subset
-from sparsurf.surfaces import reading
+from sparsurf.surfaces import read_surface as surface_files
+from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
+from sparsurf.workflow import registries
 
 TEXT = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 RECIPES = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", TEXT, re.M | re.S))
-SCHEMA = yaml.safe_load((ROOT / "scripts/sparsurf/workflow/config.schema.yaml").read_text(encoding="utf-8"))
 
 
 @pytest.fixture
@@ -48,10 +49,32 @@ def test_a_recipe_is_short_and_names_files_that_are_there(recipe):
         assert (ROOT / path).is_file() != bool(new), path
 
 
+@pytest.mark.parametrize(
+    ("recipe", "registry", "where", "name"),
+    [
+        ("A sampler", "samplers", r"\Z", "highest"),
+        ("A roughness", "roughnesses", r"\Z", "steepest"),
+        ("A descriptor", "descriptors", r"(?<=DESCRIPTORS = \{)", "extent"),
+    ],
+)
+def test_the_config_knows_what_a_recipe_adds(recipe, registry, where, name, tmp_path, monkeypatch):
+    path = tmp_path / registries.REGISTRIES[registry][0]
+    path.parent.mkdir()
+    code = re.search(r"```python\n(.*?)```", RECIPES[recipe], re.S)[1]
+    if recipe == "A descriptor":
+        code = re.search(r'`("extent": [^`]*)`', RECIPES[recipe])[1] + ","
+    text = (registries.LIBRARY / registries.REGISTRIES[registry][0]).read_text(encoding="utf-8")
+    path.write_text(re.sub(where, lambda _: code, text, count=1), encoding="utf-8")
+    before = registries.names(registry)
+    monkeypatch.setattr(registries, "LIBRARY", tmp_path)
+    assert {*registries.names.__wrapped__(registry)} == {*before, name} - {
+        "adaptive"
+    }  # it has a module of its own
+
+
 def test_a_sampler(surface, monkeypatch):
     monkeypatch.setattr(samplers, "SAMPLERS", dict(samplers.SAMPLERS))
     carried_out("A sampler", sampler=samplers.sampler, np=np)
-    assert SCHEMA["$defs"]["sampler"]["enum"]
     assert samplers.called("highest")[1:] == ("highest dots", "highest", True, False)
     evaluator = Evaluator(surface)
     dots, weight = minimal_subset(evaluator, "highest", 10)
@@ -62,9 +85,6 @@ def test_a_sampler(surface, monkeypatch):
 def test_a_roughness(surface, monkeypatch):
     monkeypatch.setattr(roughness, "ROUGHNESS", dict(roughness.ROUGHNESS))
     carried_out("A roughness", registered=roughness.registered, np=np, patch=patch)
-    assert (
-        SCHEMA["properties"]["patches"]["properties"]["roughness"]["enum"] == list(roughness.ROUGHNESS)[:-1]
-    )
     index = build_index(surface.points, surface.normals, 0.9)
     values = roughness.roughness(index, 4.0, kind="steepest")
     own = surface.normals[patch(index, 7, 4.0)] @ surface.normals[7]
@@ -76,16 +96,18 @@ def test_a_roughness(surface, monkeypatch):
 def test_a_figure(surface):
     draw = carried_out("A figure").draw
     grid = pd.DataFrame({"n_S_percent": np.linspace(1, 100, 50)})
-    figure = draw(Results(surface, None, grid, {}, [], {}))
+    figure = draw(Results("p/c1", surface, grid=grid))
     assert sum(bar.get_height() for bar in figure.axes[0].patches) == 50
     assert re.search(r"^FIGURES = \{", (ROOT / "Snakefile").read_text(), re.M)
 
 
 def test_a_surface_format(surface, tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "FORMATS", (*reading.FORMATS, carried_out("A surface format").FORMAT))
+    monkeypatch.setattr(
+        surface_files, "FORMATS", (*surface_files.FORMATS, carried_out("A surface format").FORMAT)
+    )
     path = tmp_path / "dots.xyzn"
     np.savetxt(path, np.hstack([surface.points, surface.normals]), fmt="%.9f")
-    back = reading.read_surface(path)
+    back = surface_files.read_surface(path)
     np.testing.assert_allclose(back.points, surface.points, atol=1e-8)
     np.testing.assert_allclose(back.normals, surface.normals, atol=1e-8)
 
@@ -95,10 +117,34 @@ def test_a_descriptor(surface, monkeypatch):
     line = re.search(r'"extent": (Descriptor\(.*\))`', RECIPES["A descriptor"]).group(1)
     entry = eval(line, {"Descriptor": descriptors.Descriptor, "extent": extent, "np": np})
     monkeypatch.setitem(descriptors.DESCRIPTORS, "extent", entry)
-    enum = SCHEMA["properties"]["patches"]["properties"]["descriptor"]["enum"]
-    assert enum == [name for name in descriptors.DESCRIPTORS if name != "extent"]
     evaluator = Evaluator(surface, d_link=0.9, descriptor="extent")
     z, _ = evaluator.describe(np.array([3, 400]))
     ids = patch(evaluator.index, 3, 6.0)
     far = np.linalg.norm(surface.points[ids] - surface.points[3], axis=1).mean()
     np.testing.assert_allclose(z[0], [len(ids), far], rtol=1e-12)
+
+
+def test_an_output(surface, tmp_path):
+    """The rule asks for it and the script writes it; the run has it, without another line."""
+    rule, lines = re.findall(r"```python\n(.*?)```", RECIPES["An output"], re.S)
+    checkout = tmp_path / "checkout"
+    for name in ("src", "rules", "profiles", "envs", "scripts"):
+        (checkout / name).parent.mkdir(exist_ok=True)
+        (checkout / name).symlink_to(ROOT / name)
+    text = (ROOT / "Snakefile").read_text(encoding="utf-8")
+    place = '        **inside(CONFORMATION, roughness="roughness.csv", ply="surface.ply"),\n'
+    assert text.count(place) == 1
+    (checkout / "Snakefile").write_text(text.replace(place, f"{place}        {rule}"), encoding="utf-8")
+    (checkout / "config.yaml").symlink_to(ROOT / "config.yaml")
+    write_npz(tmp_path / "dots.npz", surface)
+    config = {"run": "r", "proteins": {"ready": {"surface": str(tmp_path / "dots.npz")}}}
+    planned = snakemake(tmp_path / "w", config, "--dry-run", "--summary", root=checkout)
+    assert "results/r/ready/c1/histogram.csv" in planned.stdout, output(planned)
+    found = {
+        "np": np,
+        "pd": pd,
+        "values": np.array([0.05, 0.15, 0.15]),
+        "outputs": {"histogram": tmp_path / "h.csv"},
+    }
+    exec(lines, found)
+    assert pd.read_csv(tmp_path / "h.csv")["dots"].to_list() == [1, 2, *[0] * 8]

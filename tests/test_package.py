@@ -69,7 +69,7 @@ def test_what_users_call_is_listed():
 
 def test_the_wheel_holds_the_library_and_its_data(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
-    library = ROOT / "scripts" / "sparsurf"
+    library = ROOT / "src" / "sparsurf"
     files = {path for path in library.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
     assert {str(path.relative_to(library.parent)) for path in files} <= names
     assert not [name for name in names if name.startswith(("tests", "scripts", "data"))]
@@ -104,4 +104,4 @@ def test_make_can_install_the_checkout_itself(tmp_path):
     run([sys.executable, "-c", f"import hatchling.build as b; b.build_editable({str(tmp_path)!r})"], cwd=ROOT)
     with zipfile.ZipFile(next(tmp_path.glob("*.whl"))) as archive:
         paths = [archive.read(name).decode() for name in archive.namelist() if name.endswith(".pth")]
-    assert paths == [str(ROOT / "scripts")] and build
+    assert paths == [str(ROOT / "src")] and build

@@ -25,7 +25,7 @@ from sparsurf.molecules.conformations import (
     silhouettes,
     superpose,
 )
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 
 
 @pytest.fixture(scope="session")
@@ -280,14 +280,14 @@ def test_few_frames(moving):
             choose_frames(few, clusters=most + 1, rng=np.random.default_rng(1))
 
 
-def chosen(folder, text, stride=1, reading=None, trajectory=None, **wish):
-    """Names of the conformations that the study makes of a PDB file, for a wish of `frames`."""
+def chosen(folder, text, stride=1, reading=None, trajectory=None, **asked):
+    """Names of the conformations that the study makes of a PDB file, for a asked of `frames`."""
     outputs = {key: folder / f"{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
     outputs |= {"structures": folder / "structures"}
     shutil.rmtree(outputs["structures"], ignore_errors=True)
-    wish = {"use": "clusters", "clusters": "auto", "pca_atoms": "auto", "stride": stride} | wish
+    asked = {"use": "clusters", "clusters": "auto", "pca_atoms": "auto", "stride": stride} | asked
     inputs = {"structure": write(folder / "p.pdb", text)} | (trajectory or {})
-    script.main(inputs, outputs, reading or {}, {"frames": wish, "seed": 1}, "p")
+    script.main(inputs, outputs, reading or {}, {"frames": asked, "seed": 1}, "p")
     names = pd.read_csv(outputs["frames"])["conformation"].tolist()
     assert sorted(path.stem for path in outputs["structures"].iterdir()) == names
     return names

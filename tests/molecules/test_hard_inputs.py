@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from peptides import atom_line, peptide, write
 from sparsurf import InputError
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 
 GOOD = peptide() + "END\n"
 SEQUENCE = "SEQRES   1 A    9  ALA ALA ALA ALA ALA ALA ALA ALA ALA\n"
@@ -112,7 +112,7 @@ def test_what_is_missing_is_said(shared, caplog):
         read_molecule(trajectories / "adk.psf", trajectories / "adk_dims.dcd", stride=10)
     for words in (
         "left out 39 HOH", "55 residues lack heavy atoms, the first is ARG A 17",
-        "17 residues of the sequence have no coordinates: 1 in chain B, 14 in chain D, 2 in chain E",
+        "no coordinates for 17 residues of the sequence: 1 in chain B, 14 in chain D, 2 in chain E",
         "80 residues of the sequence", "its header announces 500 frames, 10 were read",
     ):  # fmt: skip
         assert words in caplog.text
@@ -192,7 +192,7 @@ REFUSED = {
     ),
     "notes.txt": (GOOD, "no structure by its extension: give one of .pdb, .ent, .cif"),
     "is-not.pdb.gz": (GOOD, "is named .gz but is not gzip"),
-    "broken.gro": ("title\n 2\n    1ALA     CA    1   0.1\n", "cannot be read"),
+    "broken.gro": ("title\n 2\n    1ALA     CA    1   0.1\n", "line 3 has no three coordinates"),
     "empty.psf": ("", "cannot be read"),
 }  # fmt: skip
 

@@ -9,11 +9,10 @@ import pytest
 from peptides import ALANINE, STEP, atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.atom_table import choose_altlocs, missing_residues, number_residues
-from sparsurf.molecules.elements import element_of
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.pdb import _decoded, _encoded, read_pdb
-from sparsurf.molecules.reading import read_molecule
-from sparsurf.molecules.residues import heavy_atoms_found, residue_kinds
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.residues import element_of, heavy_atoms_found, residue_kinds
 
 NUCLEOTIDE = {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}
 
@@ -236,7 +235,7 @@ def test_a_ligand_that_is_named_outside_of_the_residues_is_refused(tmp_path):
     path = write(
         tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", origin=(0, 0, 20)) + ligands + "END\n"
     )
-    message = r"^ligands: CMO of .*a\.pdb lies outside of the chains and residues asked for: add "
+    message = r"^ligands: CMO of .*a\.pdb lies outside of the requested chains and residues: add "
     for keys, add in (
         ({"residues": "A:1-9"}, "A:12 to the residues"),
         ({"chains": ["B"]}, "A to the chains"),

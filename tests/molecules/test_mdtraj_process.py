@@ -142,7 +142,7 @@ from sparsurf.molecules.mdtraj_process import names
 names(sys.argv[1])
 """
     command = [sys.executable, "-c", code, path]
-    done = subprocess.run(command, cwd=ROOT / "scripts", capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, cwd=ROOT / "src", capture_output=True, text=True, timeout=60)
     assert done.returncode == 0 and done.stderr == ""
     with pytest.raises(ProcessLookupError):
         for _ in range(50):

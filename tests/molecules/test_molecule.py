@@ -8,11 +8,8 @@ import pytest
 from sparsurf.molecules import formats
 from sparsurf.molecules.mmcif import read_mmcif, write_mmcif
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.patches.index import D_LINK
-from sparsurf.recovery import readings
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.reading import read_surface
-from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.read_surface import read_surface
 
 
 @pytest.fixture
@@ -29,6 +26,7 @@ def molecule():
         residue=np.array(["1", "1", "2B", "2B", "1"]),
         residue_index=np.array([0, 0, 1, 1, 2]),
         kind=np.array(["protein"] * 4 + ["other"]),
+        b_factor=np.array([1.0, 2, 3, 4, 5]),
     )
 
 
@@ -69,7 +67,7 @@ def test_one_frame_is_written(molecule, tmp_path):
 def test_written_atoms_count_from_one_and_chains_end(molecule, tmp_path):
     molecule.write_pdb(tmp_path / "x.pdb")
     first, *others = (tmp_path / "x.pdb").read_text().splitlines()
-    assert first == "ATOM      1  N   ALA A   1       0.000   1.000   2.000  1.00  0.00           N"
+    assert first == "ATOM      1  N   ALA A   1       0.000   1.000   2.000  1.00  1.00           N"
     assert [line[:11].split() for line in others] == [
         ["ATOM", "2"], ["ATOM", "3"], ["ATOM", "4"], ["TER"], ["HETATM", "5"], ["TER"], ["END"],
     ]  # fmt: skip
@@ -106,20 +104,6 @@ def test_every_format_stands_in_one_list_alone():
     assert {".dcd", ".mdcrd", ".rst7"}.isdisjoint(formats.TIMED)  # tell no times that could be trusted
     assert {".prm7", ".parm7", ".psf"} <= set(formats.TOPOLOGIES)
     assert {".rst7", ".restrt", ".crd", ".inpcrd", ".ncrst"} <= set(formats.TRAJECTORIES)
-
-
-@pytest.mark.parametrize(("d_link", "times"), [(D_LINK, 1), (2 * D_LINK, 1), (D_LINK / 2, 4)])
-def test_a_recovered_surface_is_as_dense_as_its_links_need(monkeypatch, d_link, times):
-    asked = []
-    points = np.array([[0.0, 0, 0], [0.1, 0, 0]])
-
-    def recover(places, normals, density):
-        asked.append((places, density))
-        return points, np.tile([0.0, 0, 1], (2, 1))
-
-    monkeypatch.setattr(readings, "recover", recover)
-    index = readings.recovered("places", "normals", d_link, 9.0)
-    assert asked == [("places", DENSITY * times)] and len(index.dot) == 2
 
 
 def test_the_content_tells_the_format_not_the_name(tmp_path):

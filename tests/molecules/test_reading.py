@@ -13,7 +13,7 @@ from sparsurf import InputError
 from sparsurf.molecules import trajectory as trajectories
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
-from sparsurf.molecules.reading import from_mdtraj, read_molecule, residue_names
+from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, residue_names
 from sparsurf.molecules.unwrapping import make_whole
 from sparsurf.surfaces.radii import RADII, radii
 
@@ -154,7 +154,7 @@ def test_pdb_written_is_pdb_read(tmp_path_factory, rows):
     molecule = Molecule(
         xyz[None], np.zeros(1), np.zeros(1, int), *map(np.array, (names, residue_names, chains)),
         np.array([name[:1] for name in names]), np.array(residues), np.arange(len(rows)),
-        np.array(["protein"] * len(rows)),
+        np.array(["protein"] * len(rows)), np.full(len(rows), 12.5),
     )  # fmt: skip
     path = tmp_path_factory.mktemp("pdb") / "a.pdb"
     write_pdb(path, xyz, molecule)
@@ -162,6 +162,8 @@ def test_pdb_written_is_pdb_read(tmp_path_factory, rows):
     assert atoms.name.tolist() == list(names) and atoms.residue_name.tolist() == list(residue_names)
     assert atoms.chain.tolist() == list(chains) and atoms.residue.tolist() == residues
     assert np.array_equal(atoms[["x", "y", "z"]].to_numpy(), xyz)
+    molecule.write_pdb(path)  # with the molecule's own B factors
+    assert (read_pdb(path.read_text(), path).atoms.b_factor == 12.5).all()
 
 
 def test_written_structures_read_back_equal(shared, tmp_path):
@@ -181,7 +183,7 @@ def test_long_and_many_chain_ids_are_renamed_in_pdb(tmp_path):
     many = Molecule(
         np.tile(one.xyz, (1, 70, 1)), one.time_ps, one.frame_number, np.tile(one.name, 70),
         np.tile(one.residue_name, 70), chains, np.tile(one.element, 70), np.tile(one.residue, 70),
-        np.repeat(np.arange(280), 5), np.tile(one.kind, 70),
+        np.repeat(np.arange(280), 5), np.tile(one.kind, 70), np.tile(one.b_factor, 70),
     )  # fmt: skip
     many.write_pdb(tmp_path / "many.pdb")
     back = read_molecule(tmp_path / "many.pdb")
@@ -260,9 +262,7 @@ def test_lengths_in_nm_are_refused_but_atoms_that_touch_are_not(tmp_path):
         ]
         return write(tmp_path / "a.pdb", "".join(lines))
 
-    message = (
-        r"a\.pdb has atoms 0\.15 Å apart, where bonds are 1 Å and more: give lengths in Å \(nm times 10\)\.$"
-    )
+    message = r"a\.pdb has atoms 0\.15 Å apart, where bonds are 1 Å and more: give lengths in Å\.$"
     with pytest.raises(InputError, match=message):
         read_molecule(apart(0.15), selection="all")
     with pytest.raises(InputError, match=r"0\.49 Å apart"):
@@ -311,7 +311,7 @@ def test_of_many_chains_that_lack_residues_the_first_five_are_named(tmp_path, ca
     atoms = "".join(peptide(chain=chain, origin=(0, 30 * k, 0)) + "TER\n" for k, chain in enumerate(chains))
     read_molecule(write(tmp_path / "a.pdb", sequences + atoms + "END\n"))
     assert (
-        "28 residues of the sequence have no coordinates: 1 in chain A, 2 in chain B, 3 in chain C, 4 in chain D, "
+        "no coordinates for 28 residues of the sequence: 1 in chain A, 2 in chain B, 3 in chain C, 4 in chain D, "
         "5 in chain E and 2 more chains"
     ) in caplog.text
 
@@ -329,7 +329,7 @@ def test_the_sequence_of_a_chain_that_is_not_chosen_is_not_told(tmp_path, caplog
     read_molecule(path, chains="A")
     assert "of the sequence" not in caplog.text
     read_molecule(path)
-    assert "2 residues of the sequence have no coordinates: 2 in chain B" in caplog.text
+    assert "no coordinates for 2 residues of the sequence: 2 in chain B" in caplog.text
 
 
 def test_four_letter_names_and_two_letter_chains(tmp_path):
@@ -463,9 +463,9 @@ def test_real_insertion_codes_and_negative_numbers(shared):
         ({"altloc": "lowest"}, "neither first, highest nor one letter"),
         ({"stride": 0}, "stride: 0"),
         ({"altloc": 1}, "altloc: '1' is neither first, highest nor one letter: choose one of them"),
-        ({"residues": 5}, "residues is 5; it must be a text such as 'A:10-52A,60', or a list"),
-        ({"chains": 5}, "chains is 5; it must be a text such as 'A,B', or a list"),
-        ({"ligands": 5}, "ligands is 5; it must be a text such as 'HEM,ZN', or a list"),
+        ({"residues": 5}, "residues is 5; it must be a string such as 'A:10-52A,60', or a list"),
+        ({"chains": 5}, "chains is 5; it must be a string such as 'A,B', or a list"),
+        ({"ligands": 5}, "ligands is 5; it must be a string such as 'HEM,ZN', or a list"),
         ({"ligands": "HEM, ZN"}, "has no ligand HEM, ZN: beside"),
         ({"whole": "x"}, r"^whole is 'x'; it must be True or False\.$"),
         (

@@ -11,23 +11,21 @@ from sparsurf.study.evaluator import Evaluator
 
 
 def test_readings_of_the_grid():
-    assert list(all_readings.READINGS) == ["kept", "surface", "scaled", "recovered"]
-    assert readings.OF_GRID == ("kept", "surface")
-    assert readings.READINGS["kept"].among_kept and not readings.READINGS["surface"].among_kept
+    assert list(all_readings.READINGS) == ["as_coded", "as_written", "scaled", "recovered"]
+    assert readings.OF_GRID == ("as_coded", "as_written")
+    assert readings.READINGS["as_coded"].among_kept and not readings.READINGS["as_written"].among_kept
 
 
 def test_a_reading_is_one_entry(blob, monkeypatch):
-    # the toy reading links kept dots within 0.8 Å, as `kept` does on this surface: the same numbers
-    toy = readings.Reading(
-        "toy", alone=lambda points, normals, d_link, area: build_index(points, normals, 0.8)
-    )
+    # the toy reading links kept dots within 0.8 Å, as `as_coded` does on this surface: the same numbers
+    toy = readings.Reading("toy", alone=lambda points, normals, *_: build_index(points, normals, 0.8))
     monkeypatch.setitem(all_readings.READINGS, "toy", toy)
     evaluator = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob")
     tests = evaluator.draw_tests(12)
     z_tot, _ = evaluator.describe(tests)
     subsets = evaluator.pair((0.8, 0.0, 2.0, 0.0), 0)
     z, sizes = evaluator.distances(subsets, tests, z_tot, "toy")
-    wanted, size = evaluator.distances(subsets, tests, z_tot, "kept")
+    wanted, size = evaluator.distances(subsets, tests, z_tot, "as_coded")
     assert np.allclose(z, wanted, atol=1e-9) and np.array_equal(sizes, size)
 
 

@@ -107,7 +107,7 @@ def test_subsets_and_weights_equal_the_plain_method(blob, index, share):
     subset, tests = np.flatnonzero(rng.random(len(points)) < share), np.arange(5, 3000, 1000)
     weights = rng.uniform(0.2, 5, len(points))
     z, sizes = descriptors.evaluate(
-        index, points[tests], descriptors.pack(index, [subset]), 1, "surface", weights=weights[index.dot][None],
+        index, points[tests], descriptors.pack(index, [subset]), 1, "as_written", weights=weights[index.dot][None],
         descriptor="steady",
     )  # fmt: skip
     for k, i in enumerate(tests):
@@ -138,12 +138,12 @@ def test_distances_are_those_of_the_descriptors(blob, index):
     rng = np.random.default_rng(11)
     words = descriptors.pack(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(3)])
     z_tot, z, _ = descriptors.compare(
-        index, points[::300], words, 3, ("kept", "surface"), descriptor="steady"
+        index, points[::300], words, 3, ("as_coded", "as_written"), descriptor="steady"
     )
-    raw, _ = descriptors.evaluate(index, points[::300], words, 3, "surface", descriptor="steady")
+    raw, _ = descriptors.evaluate(index, points[::300], words, 3, "as_written", descriptor="steady")
     expected = np.linalg.norm(raw - z_tot[:, None, steady.order()], axis=2)
     assert np.allclose(z[:, 3:], expected, rtol=1e-12)
-    alone, _ = descriptors.evaluate(index, points[::300], words, 3, "surface", z_tot, descriptor="steady")
+    alone, _ = descriptors.evaluate(index, points[::300], words, 3, "as_written", z_tot, descriptor="steady")
     assert np.allclose(alone, expected, rtol=1e-12)
 
 
@@ -151,7 +151,7 @@ def test_no_dot_is_the_zero_vector_and_one_dot_a_plane_through_it():
     up = np.array([[0.0, 0, 1]])
     index = build_index(np.array([[0.0, 0, 0], [0.3, 0, 0]]), np.repeat(up, 2, axis=0), 0.5)
     words = descriptors.pack(index, [[], [0], [1]])
-    z, sizes = descriptors.evaluate(index, np.zeros((1, 3)), words, 3, "kept", descriptor="steady")
+    z, sizes = descriptors.evaluate(index, np.zeros((1, 3)), words, 3, "as_coded", descriptor="steady")
     assert sizes.tolist() == [[0, 1, 1]]
     assert not z[0, 0].any()
     assert np.allclose(z[0, 1], describe(*PLANE)[steady.order()], atol=1e-9)
@@ -215,7 +215,39 @@ def test_a_field_that_is_a_polynomial_has_its_one_coefficient(n, m):
     steady._split(field, tables.row, tables.column, parts[:, 0])
     out = np.empty((1, 121))
     products = [a @ b for a, b in zip(parts, (*tables.even, *tables.odd), strict=True)]
-    steady._moduli(*products, np.zeros(11), np.array([0, 1]), out)
+    steady._moduli(*products, np.zeros(11), np.array([0, 1]), 1, out)
     expected = np.zeros(121)
     expected[indices().index((n, m))] = 1 if m == 0 else np.hypot(0.5, 0.25)
     assert np.abs(out[0] - expected[tables.order]).max() < (1e-9 if n <= 2 else 5e-3)
+
+
+def test_a_field_in_place_of_the_height():
+    """A constant field is its value at n = 0; a linear one along the patch has |c_11| of the plane; turns change nothing."""
+    n = 4000
+    rng = np.random.default_rng(3)
+    r, t = 9 * np.sqrt(rng.random(n)), 2 * np.pi * rng.random(n)
+    points = np.column_stack([r * np.cos(t), r * np.sin(t), np.zeros(n)])
+    normals = np.tile([0, 0, 1.0], (n, 1))
+    fields = np.array([np.full(n, 2.5), points[:, 0] / 6.0, np.sin(points[:, 1])])
+    z = descriptors.describe_fields(build_index(points, normals, 0.6), np.zeros((1, 3)), fields)[0]
+    assert z[0, 0] == pytest.approx(2.5) and np.abs(z[0, 1:]).max() < 1e-9
+    # x = r cos t on the unit disc: c_11 = (n + 1)/pi int r cos t R_11 e^{-it} = 1/2; the bumps flatten it by some percent
+    assert z[1, 1] == pytest.approx(0.5, rel=0.1) and z[1, 0] == pytest.approx(0, abs=0.05)
+    turn = TURNS[0]
+    turned = descriptors.describe_fields(
+        build_index(points @ turn.T, normals @ turn.T, 0.6), np.zeros((1, 3)), fields
+    )[0]
+    np.testing.assert_allclose(turned, z, atol=0.05)  # the grid lies otherwise on the dots
+
+
+def test_fields_of_several_patches_are_those_of_each_alone():
+    rng = np.random.default_rng(4)
+    points = np.column_stack([rng.uniform(-9, 9, (4000, 2)), np.zeros(4000)])
+    index = build_index(points, np.tile([0, 0, 1.0], (4000, 1)), 0.6)
+    fields, tests = rng.normal(size=(2, 4000)), points[:5]
+    together = descriptors.describe_fields(index, np.vstack([tests, [[99.0, 0, 0]]]), fields)
+    for k in range(5):
+        np.testing.assert_allclose(
+            together[k], descriptors.describe_fields(index, tests[k : k + 1], fields)[0], atol=1e-12
+        )
+    assert (together[5] == 0).all()  # no dots there

@@ -11,7 +11,7 @@ from sparsurf.recovery import settling
 from sparsurf.recovery.interpolants import SUPPORT, fit, value
 from sparsurf.recovery.neighbours import local_spacing, nearest
 from sparsurf.recovery.recovering import STEPS, _lay, _project, _tangents, recover, spacing_of
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface
 
 
 def sphere(n, radius=3.0):

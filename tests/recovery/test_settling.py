@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from measures import recovery
 from sparsurf.recovery.interpolants import fit, value
 from sparsurf.recovery.recovering import FLAT, recover
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study import recovery
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface
 
 ATOMS = np.array(
     [[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [5, 5, 1], [7, 5.5, 2.5]]

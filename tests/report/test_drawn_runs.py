@@ -13,18 +13,18 @@ from sparsurf.sampling.combination import PARAMETERS
 
 BLUE, ORANGE, GREEN, BLACK, WHITE = "#0072B2", "#E69F00", "#009E73", "#000000", "#FFFFFF"
 LIMITS = [0.0, 20.0, 60.0, 100.0]  # % of the dots
-WORDS = [READINGS[reading].words for reading in ("kept", "surface")]
+WORDS = [READINGS[reading].words for reading in ("as_coded", "as_written")]
 
 
 def winners(proteins, ranges=3):
     """summary.csv of invented winners: everything differs by protein, range and reading."""
     rows = []
-    for j, reading in enumerate(("kept", "surface")):
+    for j, reading in enumerate(("as_coded", "as_written")):
         for s, (name, rough) in enumerate(proteins.items()):
             for k in range(ranges):
                 d = 2 - j + 0.1 * s + 0.3 * k
                 rows.append(
-                    {"protein": name, "conformation": "c1", "mean_roughness": rough, "islands": reading}
+                    {"protein": name, "conformation": "c1", "mean_roughness": rough, "reading": reading}
                     | {"range": k + 1, "alpha": 0.2 * (1 + s), "beta": 0.4 * k, "gamma": 2.0 * (s + k + j)}
                     | {"delta": 10 - s, "n_S_percent": LIMITS[k] + 5 + s, "d": d + 5}
                     | {"d_held_out": d, "d_held_out_low": d - 0.2, "d_held_out_high": d + 0.2}
@@ -34,10 +34,10 @@ def winners(proteins, ranges=3):
 
 def relations(gains=(0.1, -0.2, 0.3), p=(0.01, 0.2, 0.04)):
     rows = [
-        {"islands": reading, "range": k + 1, "n_S_low_percent": LIMITS[k], "n_S_high_percent": LIMITS[k + 1]}
+        {"reading": reading, "range": k + 1, "n_S_low_percent": LIMITS[k], "n_S_high_percent": LIMITS[k + 1]}
         | {"gain": (1 + j) * gains[k], "gain_low": (1 + j) * gains[k] - 0.05, "p": p[k]}
         | {"gain_high": (1 + j) * gains[k] + 0.05}
-        for j, reading in enumerate(("kept", "surface"))
+        for j, reading in enumerate(("as_coded", "as_written"))
         for k in range(3)
     ]
     return pd.DataFrame(rows)
@@ -48,9 +48,9 @@ def test_winners_are_drawn_against_mean_roughness_in_the_colour_of_their_range()
     figure = summary_figures.summary_figure(table, relations())
     of_one = len(PARAMETERS) + 2  # d and the gain
     assert [w for w in words_of(figure) if w in WORDS] == WORDS
-    for j, reading in enumerate(("kept", "surface")):
+    for j, reading in enumerate(("as_coded", "as_written")):
         panels = figure.axes[of_one * j : of_one * (j + 1)]
-        rows = table[table["islands"] == reading]
+        rows = table[table["reading"] == reading]
         for ax, name, greek in zip(panels, PARAMETERS, "αβγδ", strict=False):
             dots = ax.collections[0]
             x, y = dots.get_offsets().T
@@ -68,7 +68,7 @@ def test_winners_are_drawn_against_mean_roughness_in_the_colour_of_their_range()
         shown = [colour_of(each[0]) for each in panels[4].containers]
         assert shown == [to_hex(c).upper() for c in panels[0].collections[0].get_facecolors()]
         assert len(set(shown[:3])) == 3 and shown[:3] == shown[3:6]
-        own = relations()[relations()["islands"] == reading]
+        own = relations()[relations()["reading"] == reading]
         middle = [10.0, 40.0, 80.0]
         gains = bars_of(panels[5].containers[0])
         np.testing.assert_allclose(gains[:, 0], middle)
@@ -99,14 +99,14 @@ def test_few_surfaces_are_drawn_against_n_s():
     names = list(dict.fromkeys(table["protein"]))
     assert names[0] == first
     assert [w for w in words_of(figure) if w in WORDS] == WORDS
-    for j, reading in enumerate(("kept", "surface")):
+    for j, reading in enumerate(("as_coded", "as_written")):
         panels = figure.axes[5 * j : 5 * j + 5]
         for ax, column, label in zip(
             panels, [*PARAMETERS, "d_held_out"], [*"αβγδ", "$d$, held out"], strict=True
         ):
             lines = [line for line in ax.lines if line.get_marker() in "os^"]
             for s, (line, name) in enumerate(zip(lines, names, strict=True)):
-                own = table[(table["islands"] == reading) & (table["protein"] == name)].sort_values(
+                own = table[(table["reading"] == reading) & (table["protein"] == name)].sort_values(
                     "n_S_percent"
                 )
                 np.testing.assert_array_equal(line.get_xydata(), own[["n_S_percent", column]])
@@ -122,7 +122,7 @@ def trajectory(n=100, step=200.0):
     k = np.arange(n)
     table = pd.DataFrame({"frame": 3 * k, "time_ps": step * k, "n_S_percent": 40 + np.sin(k)})
     table["mean_roughness"] = 0.6 + 0.01 * np.cos(k)
-    for j, reading in enumerate(("kept", "surface")):
+    for j, reading in enumerate(("as_coded", "as_written")):
         table[f"d_{reading}"], table[f"d_se_{reading}"] = (
             1 - 2 * j + 0.2 * np.sin(k / (9 + j)),
             0.1 + k % 3 / 50,
@@ -137,9 +137,9 @@ def test_the_spread_over_frames_is_that_of_all_frames():
 
 
 def test_one_combination_is_followed_over_time():
-    table = trajectory().assign(d_recovered=lambda t: 0.1 * t["d_kept"], d_se_recovered=0.02)
+    table = trajectory().assign(d_recovered=lambda t: 0.1 * t["d_as_coded"], d_se_recovered=0.02)
     figure = summary_figures.ensemble_figure(table, (1, 0, 6, 4))
-    columns = ["n_S_percent", "mean_roughness", "d_kept", "d_surface", "d_recovered"]
+    columns = ["n_S_percent", "mean_roughness", "d_as_coded", "d_as_written", "d_recovered"]
     assert READINGS["recovered"].words in words_of(figure)
     for k, column in enumerate(columns):
         ax, beside = figure.axes[2 * k : 2 * k + 2]

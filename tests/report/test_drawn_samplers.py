@@ -5,19 +5,19 @@ import pandas as pd
 import pytest
 from matplotlib.colors import to_hex
 
-import write_proteins
 from conftest import ROOT
 from drawn import bars_of, colour_of, legend_of, words_of
+from measures import protein_figures
 from sparsurf.recovery.readings import READINGS
-from sparsurf.report.descriptors_page import TABLES
-from sparsurf.report.figures import comparison_figure, descriptors_figures, layout, protein_figures
+from sparsurf.report.figures import comparison_figure, layout
 from sparsurf.report.figures.thinning_figure import thinning_figure
 
+TABLES = ROOT / "evidence" / "tables"
 BLUE, BLACK, VERMILLION, INDIGO = "#0072B2", "#000000", "#D55E00", "#332288"
 FACTORS = {"farthest": 1.0, "uniform": 1.25, "paper": 1.6, "mine": 2.0}
 COLOURS = {"farthest": BLUE, "uniform": BLACK, "paper": VERMILLION, "mine": INDIGO}
 PERCENTS = (5.0, 10.0, 20.0, 40.0)
-MEASURES = ["Z surface", "Z scaled", "Z kept", "Z recovered", "Z centres", "position", "normal"]
+MEASURES = ["Z as_written", "Z scaled", "Z as_coded", "Z recovered", "Z centres", "position", "normal"]
 
 
 def comparison(factors=FACTORS):
@@ -52,7 +52,7 @@ def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
             at = band[np.isclose(band[:, 0], first["n_S_percent"])][:, 1]
             assert (at.min(), at.max()) == pytest.approx((first["low"], first["high"]))
         level = [line.get_ydata()[0] for line in ax.lines[len(FACTORS) :]]
-        wanted = {"Z kept": [3.5, 0.4, 9.0]}.get(measure, [3.5, 0.4] if measure.startswith("Z ") else [])
+        wanted = {"Z as_coded": [3.5, 0.4, 9.0]}.get(measure, [3.5, 0.4] if measure.startswith("Z ") else [])
         assert level == wanted
         assert ax.get_ylim()[0] == 0 and ax.get_ylim()[1] >= own["high"].max()
         assert ax.get_xscale() == "log"
@@ -113,44 +113,22 @@ def test_an_arrow_tells_how_many_times_fewer_dots():
     assert not [t for t in texts if t.get_text().startswith("same Z")]
 
 
-@pytest.mark.parametrize(
-    "values, room",
-    [
-        ([1.0, 1.1, 5.0], [1.0, 1.0, 1.0]),
-        ([0.0, 0.1, 9.9], [1.0, 3.0, 1.0]),
-        ([4.0, 4.0, 4.0], [2.0, 2.0, 2.0]),
-    ],
-)
-def test_labels_move_apart_as_little_as_they_must(values, room):
-    values, room = np.array(values), np.array(room)
-    places = comparison_figure._apart(values, room, 10.0)
-    gaps = np.diff(places) - (room[1:] + room[:-1]) / 2
-    assert gaps.min() > -1e-6
-    assert places[0] >= room[0] / 2 - 1e-9 and places[-1] <= 10 - room[-1] / 2 + 1e-9
-    free = np.diff(values) > (room[1:] + room[:-1]) / 2
-    if free[-1] and values[-1] < 9:
-        assert places[-1] == values[-1]
-    if (values == 4.0).all():
-        assert (
-            np.diff(places) == pytest.approx([2, 2]) and abs(places[1] - 4) < 0.5
-        )  # around where they wished
-
-
 @pytest.fixture(scope="module")
 def stored():
-    return write_proteins.read_stored()
+    paths = [*TABLES.glob("proteins_*.csv"), *(ROOT / "src/sparsurf/report/evidence").glob("*.csv.gz")]
+    return {path.name.split(".")[0].removeprefix("proteins_"): pd.read_csv(path) for path in paths}
 
 
 def of_reading(table, reading):
-    return table[table["islands"] == reading]
+    return table[table["reading"] == reading]
 
 
 def test_d_over_proteins_is_that_of_the_table(stored):
     figure = protein_figures.d(stored)
-    words = [READINGS["kept"].words, READINGS["surface"].words, "recovered, a quarter of the grid"]
+    words = [READINGS["as_coded"].words, READINGS["as_written"].words, "recovered, a quarter of the grid"]
     assert [w for w in words_of(figure) if len(w) > 1] == words
     assert [ax.get_ylabel() for ax in figure.axes] == ["d held out", "", ""]
-    colours = dict(kept=VERMILLION, surface=BLUE, recovered=layout.PALETTE[2])
+    colours = dict(as_coded=VERMILLION, as_written=BLUE, recovered=layout.PALETTE[2])
     for ax, (reading, colour) in zip(figure.axes, colours.items(), strict=True):
         rows = stored["recovered"] if reading == "recovered" else of_reading(stored["d"], reading)
         rows = rows[rows["range"] > 0]
@@ -171,7 +149,7 @@ def test_d_over_proteins_is_that_of_the_table(stored):
 def test_correlations_and_gains_are_those_of_the_table(stored):
     figure = protein_figures.roughness(stored)
     critical = stored["power"]["critical"].min()
-    for k, (reading, colour) in enumerate((("kept", VERMILLION), ("surface", BLUE))):
+    for k, (reading, colour) in enumerate((("as_coded", VERMILLION), ("as_written", BLUE))):
         above, below = figure.axes[2 * k : 2 * k + 2]
         rows = of_reading(stored["relation"], reading)
         for place, name in enumerate(("alpha", "beta", "gamma", "delta")):
@@ -188,17 +166,20 @@ def test_correlations_and_gains_are_those_of_the_table(stored):
         known = np.isfinite(gains).all(axis=1)
         np.testing.assert_allclose(bars_of(below.containers[0])[known], gains[known])
         assert colour_of(below.containers[0][0]) == colour
-    assert [w for w in words_of(figure) if len(w) > 1] == [READINGS["kept"].words, READINGS["surface"].words]
+    assert [w for w in words_of(figure) if len(w) > 1] == [
+        READINGS["as_coded"].words,
+        READINGS["as_written"].words,
+    ]
 
 
 def test_dots_that_are_enough_are_those_of_the_table(stored):
     figure = protein_figures.enough(stored)
     table, ax = stored["enough"], figure.axes[0]
-    sticks = list(table["yardstick"].unique())
+    sticks = list(table["reference"].unique())
     assert [t.get_text() for t in ax.get_xticklabels()] == sticks
     groups = [
-        ("uniform", "surface"),
-        ("farthest", "surface"),
+        ("uniform", "as_written"),
+        ("farthest", "as_written"),
         ("uniform", "recovered"),
         ("farthest", "recovered"),
     ]
@@ -206,7 +187,7 @@ def test_dots_that_are_enough_are_those_of_the_table(stored):
     for g, (sampler, islands) in enumerate(groups):
         for s, stick in enumerate(sticks):
             own = table[
-                (table["sampler"] == sampler) & (table["islands"] == islands) & (table["yardstick"] == stick)
+                (table["sampler"] == sampler) & (table["reading"] == islands) & (table["reference"] == stick)
             ]["n_S_percent"].clip(1, 60)
             dots, median = next(lines), next(lines)
             np.testing.assert_array_equal(dots.get_ydata(), own)
@@ -216,14 +197,14 @@ def test_dots_that_are_enough_are_those_of_the_table(stored):
     names = ["uniform draw, as they are", "farthest point, as they are", "uniform draw, recovered"]
     assert legend_of(ax) == list(zip([*names, "farthest point, recovered"], layout.PALETTE, strict=False))
     known = stored["surfaces"].set_index("protein")
-    best = table[(table["sampler"] == "farthest") & (table["islands"] == "recovered")]
+    best = table[(table["sampler"] == "farthest") & (table["reading"] == "recovered")]
     for ax, x, word in (
         (figure.axes[1], known["N"] / 1000, "thousand"),
         (figure.axes[2], known["mean_roughness"], "roughness"),
     ):
         assert word in ax.get_xlabel()
         for line, stick in zip(ax.lines, sticks, strict=True):
-            own = best[best["yardstick"] == stick]
+            own = best[best["reference"] == stick]
             np.testing.assert_array_equal(line.get_xdata(), x[own["protein"]])
             np.testing.assert_array_equal(line.get_ydata(), own["n_S_percent"].clip(1, 60))
     assert figure.axes[1].get_xlim()[1] > known["N"].max() / 1000
@@ -233,7 +214,7 @@ def test_z_over_proteins_is_that_of_the_table(stored):
     figure, table = protein_figures.needed(stored), stored["by_n_s"]
     floors = {"fresh dots": "fresh_dots", "turned": "turned", "atoms moved 0.3 Å": "atoms_moved_0.3_Å"}
     floors = {words: stored["surfaces"][column].mean() for words, column in floors.items()}
-    for ax, islands in zip(figure.axes, ("surface", "recovered"), strict=True):
+    for ax, islands in zip(figure.axes, ("as_written", "recovered"), strict=True):
         own = of_reading(table, islands)
         names = list(own["sampler"].unique())
         for line, band, name in zip(ax.lines, ax.collections, names, strict=False):
@@ -246,51 +227,6 @@ def test_z_over_proteins_is_that_of_the_table(stored):
         assert [line.get_ydata()[0] for line in ax.lines[len(names) :]] == list(floors.values())
     assert {t.get_text(): t.xy[1] for t in figure.axes[0].texts} == floors
     assert words_of(figure) == ["A", "the dots as they are", "B", "the surface recovered from the dots"]
-
-
-DESCRIPTORS = {key: pd.read_csv(ROOT / "docs" / "tables" / f"descriptors_{key}.csv") for key in TABLES}
-
-
-def test_steadiness_is_that_of_the_lowest_density():
-    left, right = descriptors_figures.steadiness(DESCRIPTORS).axes
-    changes, orders = (DESCRIPTORS[key][DESCRIPTORS[key]["density"] == 5.35] for key in ("changes", "orders"))
-    surfaces, kinds = list(changes["surface"].unique()), list(changes["change"].unique())
-    pairs = [(d, s) for d in ("published", "steady") for s in surfaces]
-    assert len(left.containers) == len(right.lines) == len(pairs) > 1
-    for k, (descriptor, surface) in enumerate(pairs):
-        own = changes[(changes["descriptor"] == descriptor) & (changes["surface"] == surface)]
-        bars = left.containers[k].patches
-        assert [bar.get_height() for bar in bars] == list(own["ratio"])
-        middles = [bar.get_x() + bar.get_width() / 2 for bar in bars]
-        assert np.round(middles).tolist() == list(range(len(kinds)))
-        own = orders[(orders["descriptor"] == descriptor) & (orders["surface"] == surface)]
-        np.testing.assert_array_equal(right.lines[k].get_xydata(), own[["n", "ratio"]])
-        colour = {"published": "#E69F00", "steady": BLUE}[descriptor]
-        assert colour_of(right.lines[k]) == to_hex(bars[0].get_facecolor()).upper() == colour
-    assert [t.get_text().replace("\n", " ") for t in left.get_xticklabels()] == kinds
-    assert right.get_yscale() == "log"
-    figure = descriptors_figures.steadiness(DESCRIPTORS)
-    assert [text for text, _ in legend_of(figure)] == [f"{d}, {s}" for d, s in pairs]
-
-
-def test_samplers_are_drawn_in_units_of_the_floor_of_the_first_surface():
-    figure = descriptors_figures.samplers(DESCRIPTORS)
-    table, changes = DESCRIPTORS["samplers"], DESCRIPTORS["changes"]
-    surface = table["surface"].iloc[0]
-    for ax, descriptor in zip(figure.axes, ("published", "steady"), strict=True):
-        same = changes[(changes["surface"] == surface) & (changes["descriptor"] == descriptor)]
-        same = same[(same["change"] == "turned, fresh dots") & (same["density"] == 5.35)]
-        floor = same["Z"].item()
-        assert ax.get_title() == f"{descriptor}: floor {floor:.2f}"
-        for k, name in enumerate(("farthest", "poisson", "uniform", "paper")):
-            own = table[(table["descriptor"] == descriptor) & (table["sampler"] == name)]
-            own = own[own["surface"] == surface]
-            np.testing.assert_array_equal(ax.lines[k].get_xdata(), own["n_S_percent"])
-            np.testing.assert_allclose(ax.lines[k].get_ydata(), own["Z"] / floor)
-            assert colour_of(ax.lines[k]) == layout.PALETTE[k]
-        assert ax.lines[4].get_ydata()[0] == 1 and (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
-    names = ["farthest point", "Poisson disk", "uniform draw", "paper's sampling"]
-    assert legend_of(figure) == list(zip(names, layout.PALETTE, strict=False))
 
 
 def test_thinning_shows_means_over_sides_and_draws():

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib import colormaps
+from matplotlib.cbook import boxplot_stats
 from matplotlib.colors import to_hex
-from test_figures import FINE, distances, grid, patch, sphere
+from test_figures import distances, grid, patch, sphere
 
 import draw_figures
 import draw_frames
@@ -22,12 +23,11 @@ from sparsurf.report.figures import (
     frames,
     layout,
     number_of_dots,
-    recovered,
+    number_of_dots_panels,
     render,
     results,
     rough_and_flat,
     roughness,
-    rules,
     subsets,
 )
 from sparsurf.sampling.combination import Combination
@@ -129,69 +129,101 @@ def test_a_single_conformation_has_no_axes():
 # ---- the grid
 
 
+def test_tiles_place_data_as_axes_of_their_own_would():
+    figure = layout.sheet(100, 80)
+    tiles = layout.Tiles(figure, 10, 5, (2, 3), (20, 15), (4, 6), (-1, 3), (0, 50))
+    for row, column in ((0, 0), (1, 2)):
+        own = layout.axes(figure, 10 + 24 * column, 5 + 21 * row, 20, 15)
+        own.set(xlim=(-1, 3), ylim=(0, 50))
+        points = np.array([[-1.0, 0], [3, 50], [0.5, 20]])
+        there = tiles.ax.transData.transform(tiles.places(row, column, *points.T))
+        np.testing.assert_allclose(there, own.transData.transform(points), atol=1e-6)
+        left, right, bottom, top = tiles.extent(row, column)
+        box = tiles.ax.transData.transform([(left, bottom), (right, top)])
+        np.testing.assert_allclose(box, own.get_window_extent().get_points(), atol=1e-6)
+    tiles.ticks(np.array([0, 1, 2]), np.array([0, 50]))
+    shown = {text.get_text(): tiles.ax.transData.transform(text.get_position()) for text in tiles.ax.texts}
+    middle = tiles.ax.transData.transform(tiles.places(1, 2, [2.0], [0.0]))[0]
+    assert shown["2"][0] == pytest.approx(middle[0]) and shown["2"][1] < middle[1]
+    assert len(tiles.ax.texts) == 3 * 3 + 2 * 2
+
+
 def test_the_n_s_that_is_expected_of_a_single_delta_is_a_dash():
     figure = number_of_dots.figure(grid(delta=[2]))
-    expected, simulated = figure.axes[0].lines[:2]
-    assert (expected.get_marker(), simulated.get_marker()) == ("_", "o")
+    expected, drawn = figure.axes[0].lines[:2]
+    assert (expected.get_marker(), drawn.get_marker()) == ("_", "o")
 
 
-def test_every_panel_shows_the_n_s_of_its_alpha_and_beta():
-    table = grid().sample(frac=1, random_state=0)
+def test_every_panel_shows_the_n_s_of_its_alpha_and_beta(monkeypatch):
+    table, placed = grid().sample(frac=1, random_state=0), []
+    places = layout.Tiles.places
+
+    def note(self, row, column, x, y):
+        placed.append((row, column, np.column_stack([x, y])))
+        return places(self, row, column, x, y)
+
+    monkeypatch.setattr(layout.Tiles, "places", note)
     figure = number_of_dots.figure(table)
-    panels = [ax for ax in figure.axes if ax.lines]
-    alphas, betas, gammas = ([0.2, 1], [0, 0.4, 1], [0, 2, 10])
+    ax = figure.axes[0]
+    cells = [(a, b, g) for g in (0, 2, 10) for a in (0.2, 1) for b in (0, 0.4, 1)]
+    for k, (alpha, beta, gamma) in enumerate(cells):
+        own = table[(table.alpha == alpha) & (table.beta == beta) & (table.gamma == gamma)]
+        own = own.sort_values("delta")
+        expected, drawn = placed[2 * k : 2 * k + 2]
+        assert expected[:2] == drawn[:2] == ([0.2, 1].index(alpha), [0, 0.4, 1].index(beta))
+        np.testing.assert_allclose(expected[2], own[["delta", "n_S_expected"]] / [1, 10])
+        np.testing.assert_allclose(drawn[2], own[["delta", "n_S_percent"]])
     shades = [to_hex(c).upper() for c in colormaps["viridis"](np.linspace(0, 0.92, 3))]
-    for k, ax in enumerate(panels):
-        alpha, beta = alphas[k // 3], betas[k % 3]
-        for g, gamma in enumerate(gammas):
-            own = table[(table.alpha == alpha) & (table.beta == beta) & (table.gamma == gamma)]
-            own = own.sort_values("delta")
-            line, points = ax.lines[2 * g : 2 * g + 2]
-            np.testing.assert_allclose(line.get_xydata(), own[["delta", "n_S_expected"]] / [1, 10])
-            np.testing.assert_allclose(points.get_xydata(), own[["delta", "n_S_percent"]])
-            assert colour_of(line) == colour_of(points) == shades[g]
-        assert ax.get_title() == (f"β = {beta:g}" if k < 3 else "")
-        assert [t.get_text() for t in ax.texts] == ([f"α = {alpha:g}"] if k % 3 == 2 else [])
-        assert ax.get_ylim() == (0, 102)
-    rows = [ax.get_position().y0 for ax in panels]
-    assert rows[0] > rows[3]
-    assert [text for text, _ in legend_of(figure)] == [
-        "γ = 0", "γ = 2", "γ = 10", "expected (closed form)", "simulated",
-    ]  # fmt: skip
-    assert [colour for _, colour in legend_of(figure)][:3] == shades
+    assert [colour_of(line) for line in ax.lines] == np.repeat(shades, 2).tolist()
+    assert (
+        len(ax.lines[0].get_xydata()) == 6 * 4 and len(ax.lines[1].get_xydata()) == 6 * 3
+    )  # a break after each
+    assert legend_of(figure)[:3] == [(f"γ = {g}", shade) for g, shade in zip((0, 2, 10), shades, strict=True)]
+
+
+def test_one_panel_shows_the_largest_alpha_and_counts_all_combinations():
+    table = grid()
+    own = results.Results("p/c1", Surface(*sphere(1000)), grid=table.assign(n_S=table.n_S_expected * 1.02))
+    figure = number_of_dots.draw(own)
+    off = 0.02 * table.n_S_expected.max() / 10
+    assert any(f"{len(table)} comb" in words and f"{off:.2g} %" in words for words in words_of(figure))
+    assert "α = 1, β = 0" in [text.get_text() for text in figure.axes[0].texts]
+    assert len(figure.axes[0].lines) == 2 * 3
 
 
 def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
     table = grid(beta=[0, 1], gamma=[0, 2, 10], delta=[0, 5, 10])
     figure = d_over_grid.figure(table)
     part = table[table.alpha == 1]
-    maps = [ax for ax in figure.axes if ax.images]
-    for k, (reading, beta) in enumerate([(r, b) for r in ("kept", "surface") for b in (0, 1)]):
-        ax = maps[k]
-        assert ax.get_title() == f"β = {beta:g}" and ax.get_xlabel() == "δ"
-        image = np.asarray(ax.images[0].get_array())
-        assert ax.images[0].get_extent() == [0, 10, 0, 10] and ax.images[0].origin == "lower"
-        for row in part[part.beta == beta].itertuples():
-            value = image[round(row.gamma * 10), round(row.delta * 10)]
-            assert value == pytest.approx(getattr(row, f"d_{reading}"))
+    rows = [ax for ax in figure.axes if ax.images]
+    for ax, reading in zip(rows, ("as_coded", "as_written"), strict=True):
         stars = [line for line in ax.lines if line.get_marker() in "o*"]
-        own = part[part.beta == beta]
-        top = own.loc[own[f"d_{reading}"].idxmax()]
-        assert stars[0].get_xydata().tolist() == [[top.delta, top.gamma]]
         whole = part.loc[part[f"d_{reading}"].idxmax()]
-        assert stars[0].get_marker() == ("*" if whole.beta == beta else "o")
-    # signs mix under `kept`: white at 0; under `surface` they do not
-    assert maps[0].images[0].cmap.name == "RdBu_r" and maps[2].images[0].cmap.name == "viridis"
-    norm, values = maps[0].images[0].norm, part["d_kept"]
-    assert norm.vmin == -norm.vmax and norm.vmax == pytest.approx(values.abs().max())
-    assert maps[2].images[0].norm.vmin == part["d_surface"].min()
+        for image, star, beta in zip(ax.images, stars, (0, 1), strict=True):
+            values, (left, right, bottom, top) = np.asarray(image.get_array()), image.get_extent()
+            own = part[part.beta == beta]
+            for row in own.itertuples():
+                assert values[round(row.gamma * 10), round(row.delta * 10)] == pytest.approx(
+                    getattr(row, f"d_{reading}")
+                )
+            best = own.loc[own[f"d_{reading}"].idxmax()]
+            place = left + (right - left) * best.delta / 10, bottom + (top - bottom) * best.gamma / 10
+            np.testing.assert_allclose(star.get_xydata(), [place])
+            assert star.get_marker() == ("*" if whole.beta == beta else "o") and image.origin == "lower"
+        assert [t.get_text() for t in ax.texts if t.get_text().startswith("β")] == ["β = 0", "β = 1"]
+        assert ax.images[0].get_extent()[1] < ax.images[1].get_extent()[0]
+    # signs mix under `as_coded`: white at 0; under `as_written` they do not
+    mixed, one = rows[0].images[0], rows[1].images[0]
+    assert (mixed.cmap.name, one.cmap.name) == ("RdBu_r", "viridis")
+    assert mixed.norm.vmin == -mixed.norm.vmax and mixed.norm.vmax == pytest.approx(
+        part["d_as_coded"].abs().max()
+    )
+    assert one.norm.vmin == part["d_as_written"].min()
     said = [words for words in words_of(figure) if len(words) > 1]
-    for words, reading in zip(said, ("kept", "surface"), strict=True):
+    for words, reading in zip(said, ("as_coded", "as_written"), strict=True):
         top = part.loc[part[f"d_{reading}"].idxmax()]
         assert words.startswith(READINGS[reading].words) and f"γ = {top.gamma:g}, δ = {top.delta:g}" in words
-        assert f"{top[f'd_{reading}']:.2f}".replace("-", "−") in words
-    less = d_over_grid.figure(grid(alpha=[0.2, 0.4], gamma=FINE))
-    assert any("α = 0.4 (the largest of the grid)" in words for words in words_of(less))
+        assert f"{top[f'd_{reading}']:.2f} ± {top[f'd_se_{reading}']:.2f}".replace("-", "−") in words
 
 
 # ---- rough and flat
@@ -199,30 +231,36 @@ def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
 
 def test_boxes_show_the_bins_of_roughness():
     r, z = distances(500)
-    yardsticks = {"empty_patch": 80.6, "null_model": 6.5, "floors": {"fresh dots": 0.5}}
+    references = {"empty_patch": 80.6, "null_model": 6.5, "floors": {"fresh dots": 0.5}}
     figure = rough_and_flat.figure(
-        [("any dots", r, z[0], z[1])], [patch()], np.random.default_rng(0), yardsticks, bins=5
+        [("any dots", r, z[0], z[1])], [patch()], np.random.default_rng(0), references, bins=5
     )
     ax = figure.axes[-1]
     edges = np.linspace(r.min(), r.max(), 6)
     _, chosen = rough_and_flat._equal_bins(r, np.random.default_rng(0), 5)
     n = min(len(dots) for dots in chosen.values())
     assert f"any dots; n = {n}" in words_of(figure)
-    boxes = [p for p in ax.patches]
-    assert len(boxes) == 10
     for side, values, colour in ((0, z[0], VERMILLION), (1, z[1], BLUE)):
-        for k in range(5):
-            corners = boxes[5 * side + k].get_path().vertices
-            low, high = np.quantile(values[chosen[k]], [0.25, 0.75])
-            assert (corners[:, 1].min(), corners[:, 1].max()) == pytest.approx((low, high))
-            middle = (corners[:, 0].min() + corners[:, 0].max()) / 2
-            assert edges[k] < middle < edges[k + 1]
-            assert (middle < edges[k : k + 2].mean()) == (side == 0)
-            assert to_hex(boxes[5 * side + k].get_facecolor()).upper() == colour
-    medians = [
-        line.get_ydata()[0] for line in ax.lines if line.get_linewidth() == 1 and len(line.get_ydata()) == 2
-    ]
-    assert {round(np.median(z[0][dots]), 9) for dots in chosen.values()} <= {round(m, 9) for m in medians}
+        bars, (middles, stems, _) = ax.containers[side].patches, ax.collections[3 * side : 3 * side + 3]
+        wanted = [np.quantile(values[chosen[k]], [0.25, 0.5, 0.75]) for k in range(5)]
+        np.testing.assert_allclose(
+            [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in bars], np.array(wanted)[:, [0, 2]]
+        )
+        np.testing.assert_allclose([line[0, 1] for line in middles.get_segments()], np.array(wanted)[:, 1])
+        for k, bar in enumerate(bars):
+            middle = bar.get_x() + bar.get_width() / 2
+            assert edges[k] < middle < edges[k + 1] and (middle < edges[k : k + 2].mean()) == (side == 0)
+            assert to_hex(bar.get_facecolor()).upper() == colour
+        beyond = ax.lines[side].get_ydata()
+        of_matplotlib = boxplot_stats(
+            [values[chosen[k]] for k in range(5)]
+        )  # an oracle for whiskers and outliers
+        np.testing.assert_allclose(
+            np.sort(beyond), np.sort(np.concatenate([b["fliers"] for b in of_matplotlib]))
+        )
+        lows, highs = (segments[:, :, 1] for segments in np.split(np.array(stems.get_segments()), 2))
+        np.testing.assert_allclose(lows, [(b["whislo"], b["q1"]) for b in of_matplotlib])
+        np.testing.assert_allclose(highs, [(b["q3"], b["whishi"]) for b in of_matplotlib])
     np.testing.assert_allclose(ax.get_xticks(), edges)
     said = [words for words, _ in legend_of(figure)]
     assert said == ["$Z_{tS}(j)$, sampled", "$Z_{tR}(j)$, random", "null model, 6.50", "fresh dots, 0.50"]
@@ -257,7 +295,7 @@ def test_a_patch_is_shown_whole_sampled_and_random():
 def test_the_surface_has_the_colours_of_the_histogram():
     order = np.random.default_rng(0).permutation(2000)
     points, normals = (each[order] for each in sphere(2000))
-    rough = np.where(points[:, 0] < 2, 0.2, 0.8) + np.linspace(0, 0.01, 2000)
+    rough = np.where(points[:, 0] < 2, 0.2, 0.88) + np.linspace(0, 0.01, 2000)
     figure = roughness.figure(points, normals, rough)
     _, bar, histogram = figure.axes
     counts, edges = np.histogram(rough, 50)
@@ -265,9 +303,8 @@ def test_the_surface_has_the_colours_of_the_histogram():
     np.testing.assert_allclose([p.get_x() for p in histogram.patches], edges[:-1])
     assert histogram.lines[0].get_xdata()[0] == pytest.approx(rough.mean())
     assert histogram.texts[0].get_text() == f"mean {rough.mean():.2f}"
-    low, middle, high = np.quantile(rough, [0.01, 0.5, 0.99])
-    low = min(low, middle - 0.1)  # at least 0.2 wide
-    assert bar.get_ylim() == pytest.approx((low, high))
+    low, high = layout.ROUGH
+    assert bar.get_ylim() == pytest.approx((low, high))  # whatever the surface
     middles = (edges[[0, 25, 49]] + edges[[1, 26, 50]]) / 2
     wanted = colormaps["viridis"](np.clip((middles - low) / (high - low), 0, 1))
     shown = [histogram.patches[k].get_facecolor() for k in (0, 25, 49)]
@@ -282,50 +319,31 @@ def test_the_surface_has_the_colours_of_the_histogram():
 
 
 def test_every_subset_stands_in_its_cell_with_its_number_and_colour():
-    points, normals = sphere(600)
-    kept = [
-        np.arange(600),
-        np.arange(0, 600, 2),
-        np.arange(0, 600, 6),
-        np.arange(0, 600, 3),
-        np.arange(0, 600, 12),
-    ]
-    names = ["whole", "best", "random", "below half", "random too"]
-    back = [(f"back {k}", points, normals, np.full(600, 0.02 + 0.03 * k)) for k in range(2)]
-    figure = subsets.figure(points, normals, list(zip(names, kept, strict=True)), back)
-    said = {text.get_text(): text for text in figure.texts}
-    for name, dots, colour in zip(names, kept, (GREY, VERMILLION, BLUE, VERMILLION, BLUE), strict=True):
-        text = said[f"{name}\n{len(dots)} dots"]
-        assert to_hex(text.get_color()).upper() == colour
-    place = {
-        name: said[f"{name}\n{len(dots)} dots"].get_position() for name, dots in zip(names, kept, strict=True)
-    }
-    assert place["best"][0] == place["below half"][0] < place["random"][0] == place["random too"][0]
-    assert (
-        place["whole"][0] < place["best"][0]
-        and place["best"][1] == place["random"][1] > place["below half"][1]
-    )
-    _, best, random, below, too = pictures(figure)[:5]
-    assert share_of(best, VERMILLION) > 1.5 * share_of(below, VERMILLION) > 0 == share_of(best, BLUE)
-    assert share_of(random, BLUE) > 1.5 * share_of(too, BLUE) > 0 == share_of(random, VERMILLION)
-    letters = [w for w in words_of(figure) if len(w) == 1]
-    assert letters == list("ABCDEFG")
-    assert "back 0\nmean distance from A 0.020 Å" in said and "back 1\nmean distance from A 0.050 Å" in said
-    assert figure.axes[-1].get_xlim() == (0, 0.1)
-
-
-def test_the_recovered_surface_has_the_colours_of_its_distance():
-    whole = sphere(900)
-    kept = tuple(each[::10] for each in whole)
-    near, far = (recovered.figure(whole, kept, whole, np.full(900, d), list("abc")) for d in (0.0, 0.4))
-    # grey; dots upon a pale surface; the colours of the distance
-    for figure, name in ((near, "#440154"), (far, "#FDE725")):
-        grey, dots, back = pictures(figure)
-        assert np.ptp(grey, axis=2).max() < 5
-        assert 0.004 < share_of(dots, VERMILLION) < 0.015 and share_of(back, VERMILLION) == 0
-        assert share_of(back, name) > 0.2
-        assert words_of(figure) == ["A", "a", "B", "b", "C", "c"]
-    assert near.axes[-1].get_ylim() == (0, 0.3)
+    points, normals = sphere(900)
+    whole = Surface(points, normals)
+    kept = [slice(0, None, 2), slice(1, None, 6), slice(0, None, 12)]
+    colours, names = (VERMILLION, BLUE, "#009E73"), ("best", "uniform", "minimal")
+    cells = [(n, Surface(points[k], normals[k]), c) for n, k, c in zip(names, kept, colours, strict=True)]
+    distance = np.where(points[:, 0] < 0, 0.001, 0.3) + np.arange(900) / 1e5
+    figure = subsets.figure(whole, cells, ("back", whole, distance), "p/c1")
+    said = {text.get_text().split("\n")[0]: text for text in figure.texts}
+    for name, subset, colour in cells:
+        assert said[name].get_text() == f"{name}\n{len(subset)} dots, {len(subset) / 9:.3g} %"
+        assert to_hex(said[name].get_color()).upper() == colour
+    places = {name: said[name].get_position() for name in ("the surface", *names, "back")}
+    assert places["the surface"][0] == places["minimal"][0] < places["best"][0] == places["back"][0]
+    assert places["best"][1] == places["uniform"][1] > places["minimal"][1] == places["back"][1]
+    _, *drawn, back = pictures(figure)
+    for picture, colour in zip(drawn, colours, strict=True):
+        others = set(colours) - {colour}
+        assert share_of(picture, colour) > 0 == max(share_of(picture, other) for other in others)
+    assert share_of(drawn[0], VERMILLION) > 1.5 * share_of(drawn[1], BLUE)
+    assert share_of(back, "#440154") > 0.02 and share_of(back, "#FDE725") > 0.02
+    *_, histogram = figure.axes
+    counts = [bar.get_height() for bar in histogram.patches]
+    assert sum(counts) == 900 and counts[-1] == (distance >= subsets.FARTHEST * 39.5 / 40).sum()
+    assert histogram.lines[0].get_xdata()[0] == pytest.approx(distance.clip(max=subsets.FARTHEST).mean())
+    assert [w for w in words_of(figure) if len(w) == 1] == list("ABCDEF") and words_of(figure)[0] == "p/c1"
 
 
 # ---- the book of two partners
@@ -468,25 +486,16 @@ def test_ticks_leave_out_what_has_no_room():
 def test_a_figure_draws_its_part_of_the_results():
     points, normals = sphere(300)
     rough = np.linspace(0.3, 0.9, 300)
-    table = grid().drop(columns="d_kept").assign(d_recovered=-0.001)
-    own = results.Results(
-        Surface(points, normals),
-        rough,
-        table,
-        {"surface": {}},
-        [("whole", np.arange(300))],
-        {"panels": [], "patches": []},
-    )
-    assert [p.get_height() for p in roughness.draw(own).axes[2].patches] == np.histogram(rough, 50)[
-        0
-    ].tolist()
-    assert len([ax for ax in number_of_dots.draw(own).axes if ax.lines]) == 6
+    table = grid().drop(columns="d_as_coded").assign(d_recovered=-0.001)
+    own = results.Results("p/c1", Surface(points, normals), rough, table)
+    counts = np.histogram(rough, 50)[0].tolist()
+    assert [bar.get_height() for bar in roughness.draw(own).axes[2].patches] == counts
     words = words_of(d_over_grid.draw(own))
     drawn = [name for name in READINGS for w in words if w.startswith(READINGS[name].words)]
-    assert drawn == ["surface", "recovered"]
+    assert drawn == ["as_written", "recovered"]
     assert any("highest $d$ = 0.00 at" in w for w in words)
-    assert own.recovered == ()
-    assert "whole\n300 dots" in words_of(subsets.draw(own))
+    for module in (roughness, d_over_grid, number_of_dots, number_of_dots_panels):
+        assert words_of(module.draw(own))[0] == "p/c1"
 
 
 def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_is_rough(
@@ -498,40 +507,47 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     evaluator = Evaluator.from_settings(surface, settings, None, "p/c1", 1)
     unrestricted = {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0}
     other = unrestricted | {"gamma": 0}  # of another reading: not what is drawn
-    best = {"recovered": {"unrestricted": other}, "kept": {"unrestricted": unrestricted}, "yardsticks": {}}
-    inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "grid", "best")}
+    best = {
+        "recovered": {"unrestricted": other},
+        "as_coded": {"unrestricted": unrestricted},
+        "references": {},
+    }
+    tables = ("grid", "curves", "floors", "enough")
+    inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "best", "minimal", *tables)}
     write_npz(inputs["surface"], surface)
     pd.DataFrame({"roughness": evaluator.roughness}).to_csv(inputs["roughness"], index=False)
-    pd.DataFrame({"d": [0.0]}).to_csv(inputs["grid"], index=False)
+    for k, name in enumerate(tables):
+        pd.DataFrame({name: [float(k)], "sampler": "farthest"}).to_csv(inputs[name], index=False)
+    handed_out = pd.DataFrame(surface.points[::5] + 0.125, columns=list("xyz"))
+    handed_out[["nx", "ny", "nz"]] = surface.normals[::5]
+    handed_out.to_csv(inputs["minimal"], index=False)
     Path(inputs["best"]).write_text(json.dumps(best))
     shown = []
     monkeypatch.setattr(draw_figures, "DRAWS", 2)
-    monkeypatch.setattr(draw_figures, "_recovered", lambda surface, title, kept: (title, kept.tolist()))
+    monkeypatch.setattr(draw_figures, "recover", lambda points, normals, density, threads: (points, normals))
     monkeypatch.setattr(draw_figures, "import_module", lambda _: SimpleNamespace(draw=shown.append))
     monkeypatch.setattr(draw_figures.layout, "save", lambda *_: None)
-    draw_figures.main(inputs, {"bins": tmp_path / "bins.csv", "subsets": "x.png"}, settings, "p/c1", 1)
-    titles = [title for title, _ in shown[0].subsets]
-    assert titles == [
-        "all dots",
-        "sampled, (1, 0, 6, 0)",
-        "random, as many",
-        "sampled, (1, 1, 10, 0)",
-        "random, as many",
-    ]
-    for k, combination in ((1, (1, 0, 6, 0)), (3, (1, 1, 10, 0))):
-        for offset, dots in enumerate(evaluator.pair(combination, 0)):
-            assert np.array_equal(shown[0].subsets[k + offset][1], dots)
+    draw_figures.main(
+        inputs, {"bins": tmp_path / "bins.csv", "subsets": "x.png"}, settings, "turned", "p/c1", 1
+    )
+    for k, name in enumerate(tables):
+        assert getattr(shown[0], name)[name].tolist() == [k]
+    assert (shown[0].name, shown[0].floor) == ("p/c1", "turned")
+    *pair, (_, minimal, _) = shown[0].subsets
+    for (_, subset, _), dots in zip(pair, evaluator.pair((1, 0, 6, 0), 0), strict=True):
+        assert np.array_equal(subset.points, surface.points[dots])
+    assert np.allclose(minimal.points, surface.points[::5] + 0.125)
+    _, back, distance = shown[0].recovered  # of minimal.csv
+    assert np.array_equal(back.points, minimal.points)
+    assert np.array_equal(distance, draw_figures.off(back.points, surface.points, surface.normals))
     (rough, *_), (flat, *_) = shown[0].rough_and_flat["patches"]
     assert rough.startswith("rough patch, R = ") and flat.startswith("flat patch, R = ")
     assert float(rough.split(" = ")[1]) < float(flat.split(" = ")[1])
-    # few dots are made a surface again, the sampled ones and as many uniform ones
-    few = [dots.tolist() for dots in evaluator.pair((1, 1, 10, 0), 0)]
-    assert shown[0].recovered == [("recovered from D", few[0]), ("recovered from E", few[1])]
     # 40 test dots by roughness for each of the grid; drawn is the first draw, a row for each reading, around kept dots first
     bins = pd.read_csv(tmp_path / "bins.csv")
     assert bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum().tolist() == [80, 80]
     best_one = Combination(1.0, 0.0, 6.0, 0.0)
-    places = [(reading, kept) for reading in ("kept", "recovered") for kept in (True, False)]
+    places = [(reading, kept) for reading in ("as_coded", "recovered") for kept in (True, False)]
     for (title, *drawn), (reading, kept) in zip(shown[0].rough_and_flat["panels"], places, strict=True):
         assert title == f"{'kept' if kept else 'any'} dots, {READINGS[reading].words}"
         found = by_roughness(evaluator, best_one, [reading], 80, 2, kept)
@@ -541,18 +557,3 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
         for places, dots in zip(within, evaluator.pair(best_one, 0), strict=True):
             of_patch = (points[:, None] == surface.points[dots]).all(axis=2).any(axis=1)
             assert places.tolist() == np.flatnonzero(of_patch).tolist()
-
-
-def test_arrows_between_rules_meet_the_sides_that_face_each_other():
-    # boxes of 31 x 22 mm, 37.5 and 31 mm apart, from 1 mm on
-    assert rules._ends((0, 0), (1, 0)) == ((32, 12), (38.5, 12))
-    assert rules._ends((0, 0), (0, 1)) == ((16.5, 23), (16.5, 32))
-    assert rules._ends((0, 1), (0, 0)) == ((16.5, 32), (16.5, 23))
-    (x, y), (u, v) = rules._ends((0, 1), (1, 0))
-    assert (x, u) == (32, 38.5) and y == pytest.approx(43 - 6.6) and v == pytest.approx(12 + 6.6)
-    figure = rules.draw()
-    said = [t.get_text() for t in figure.axes[0].texts]
-    assert said[::2] == list(rules.STAGES) and said[1::2] == [
-        "\n".join(own) for *_, own in rules.STAGES.values()
-    ]
-    assert len(figure.axes[0].patches) == len(rules.STAGES) + len(rules.ARROWS)

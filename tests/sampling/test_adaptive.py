@@ -6,7 +6,7 @@ import pytest
 from sparsurf.sampling.adaptive import _worst, adaptive, errors
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import naive
 from conftest import make_blob
 from sparsurf.patches.index import build_index
 from sparsurf.sampling import law
-from sparsurf.sampling.published import OF_PAPER, PUBLISHED_ROWS, TABLE_1, Choices
+from sparsurf.sampling.combination import OF_PAPER, PUBLISHED_ROWS, TABLE_1, Choices
 from sparsurf.sampling.samplers import _longest, paper, paper_corrected, stride, tune_alpha
 from sparsurf.study.evaluator import Evaluator
 

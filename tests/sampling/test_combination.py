@@ -4,8 +4,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sparsurf.sampling.combination import PARAMETERS, Combination, joined, split, texts_of
-from sparsurf.sampling.published import OF_PAPER, PUBLISHED_ROWS
+from sparsurf.sampling.combination import (
+    OF_PAPER,
+    PARAMETERS,
+    PUBLISHED_ROWS,
+    Combination,
+    joined,
+    split,
+    texts_of,
+)
 
 
 def test_text_and_back():

@@ -136,10 +136,10 @@ def test_grid_runs_over_all_combinations():
 @given(st.integers(1, 200), st.integers(0, 2**32))
 def test_uniform_subset_has_exactly_n_distinct_dots(n, seed):
     rng = np.random.default_rng(seed)
-    wished = int(rng.integers(0, n + 1))
-    subset = law.uniform(n, wished, rng)
-    assert len(subset) == wished and len(np.unique(subset)) == wished
-    assert wished == 0 or (subset.min() >= 0 and subset.max() < n)
+    requested = int(rng.integers(0, n + 1))
+    subset = law.uniform(n, requested, rng)
+    assert len(subset) == requested and len(np.unique(subset)) == requested
+    assert requested == 0 or (subset.min() >= 0 and subset.max() < n)
 
 
 def test_a1_has_the_authors_centres(a1_cover):

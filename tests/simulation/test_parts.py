@@ -10,7 +10,7 @@ import pytest
 
 from peptides import peptide, write
 from sparsurf import InputError
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.simulation import gromacs, protocol, quality, stages, system
 
 SYSTEM_GRO = """\

@@ -17,7 +17,7 @@ import judge_simulation
 from conftest import ROOT
 from peptides import STEP, peptide, write
 from sparsurf import InputError
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.simulation import gromacs, protocol, quality, stages, system
 from sparsurf.workflow import config
 
@@ -286,8 +286,10 @@ def test_a_structure_alone_becomes_a_study(tmp_path):
     }
     path = write(tmp_path / "config.yaml", yaml.safe_dump(study))
     where = ["--snakefile", ROOT / "Snakefile", "--directory", tmp_path, "--configfile", path, "--cores", "1"]
-    wished = [f"results/simulated/fragment/{name}" for name in ("f10/ranges.csv", "figures/simulation.png")]
-    command = [sys.executable, "-m", "snakemake", *wished, *map(str, where)]
+    requested = [
+        f"results/simulated/fragment/{name}" for name in ("f10/ranges.csv", "figures/simulation.png")
+    ]
+    command = [sys.executable, "-m", "snakemake", *requested, *map(str, where)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "results" / "simulated" / "fragment"

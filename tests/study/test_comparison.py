@@ -15,25 +15,32 @@ from conftest import ROOT
 from drawn import check_texts
 from peptides import atom_line, peptide, write
 from sparsurf import InputError
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import SCALE
 from sparsurf.recovery.settling import settle
-from sparsurf.report.comparison_over_proteins_page import summary_markdown
-from sparsurf.report.comparison_page import compare_markdown
+from sparsurf.report.comparison_page import comparison_page
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.sampling import law, samplers
-from sparsurf.sampling.combination import PARAMETERS
-from sparsurf.sampling.published import OF_PAPER
-from sparsurf.study import comparison, comparison_intervals, floors, grid, tables
-from sparsurf.study.comparison_over_proteins import by_protein, needed_over_proteins, over_proteins
-from sparsurf.study.dots_needed import all_needed, needed, ranking, times_fewer, values_of
+from sparsurf.sampling.combination import OF_PAPER, PARAMETERS, choices_of
+from sparsurf.study import floors, grid, tables
+from sparsurf.study.comparison import contestants, fewer, measuring
+from sparsurf.study.comparison.fewer import (
+    all_needed,
+    by_protein,
+    needed,
+    needed_over_proteins,
+    over_proteins,
+    ranking,
+    times_fewer,
+    values_of,
+)
+from sparsurf.study.comparison.measuring import stand_alone
+from sparsurf.study.enough import Trials, enough_dots
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.minimal import minimal_subset
-from sparsurf.study.minimal_by_floor import enough_dots
-from sparsurf.study.without_the_surface import stand_alone
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.surfaces.surface import Surface
@@ -62,14 +69,14 @@ def study(evaluator):
 
 @pytest.fixture(scope="module")
 def table(evaluator, study):
-    drawers = comparison.contestants(evaluator, None, study[1], study[0], (5, 20, 60))
-    return comparison.compare(evaluator, drawers, (5, 20, 60), n_tests=60, draws=2)
+    drawers = contestants.contestants(evaluator, None, study[1], study[0], (5, 20, 60))
+    return measuring.compare(evaluator, drawers, (5, 20, 60), n_tests=60, draws=2)
 
 
 def test_a_row_for_every_sampler_size_and_measure(table):
-    names = [*samplers.SAMPLERS, comparison.HINDSIGHT]
+    names = [*samplers.SAMPLERS, contestants.HINDSIGHT]
     assert list(table["sampler"].unique()) == names
-    assert len(table) == len(names) * 3 * len(comparison.USE)
+    assert len(table) == len(names) * 3 * len(measuring.USE)
     exact = table[~table["sampler"].str.startswith("paper")]
     assert (exact["n_S"] == 3000 * exact["percent"] / 100).all()
     of_z = table["measure"].str.startswith("Z ")
@@ -82,7 +89,7 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
     kept = np.sort(samplers.voxel(evaluator, 150, np.random.default_rng(1)))
     tests = evaluator.draw_tests(6)
     z_tot, _ = evaluator.describe(tests)
-    found = comparison._measure(evaluator, [kept], tests, z_tot, (1, 1, -1))
+    found = measuring._measure(evaluator, [kept], tests, z_tot, (1, 1, -1))
     points, normals = surface.points, surface.normals
     gaps = np.linalg.norm(points[:, None] - points[kept][None], axis=2)
     weight = np.bincount(gaps.argmin(axis=1), minlength=len(kept))
@@ -99,10 +106,10 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
         on_surface = np.intersect1d(ball, whole)
         share = weight[np.searchsorted(kept, on_surface)]
         cases = {
-            "Z surface": (on_surface, None),
-            "Z surface weighted": (on_surface, share),
+            "Z as_written": (on_surface, None),
+            "Z as_written weighted": (on_surface, share),
             "Z scaled": (naive.island(points, ball, link), None),
-            "Z kept": (naive.island(points, ball, D_LINK), None),
+            "Z as_coded": (naive.island(points, ball, D_LINK), None),
             "Z centres": (at_centre, None),
         }
         true = naive.descriptor(points[whole], normals[whole])
@@ -111,109 +118,109 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
             assert found[measure][0, 0, t] == pytest.approx(z, rel=1e-6, abs=1e-9), measure
             sizes.setdefault(measure, []).append(len(ids))
     median = {measure: np.median(counts) for measure, counts in sizes.items()}
-    for rule in ("scaled", "kept"):
-        assert found[f"fragment {rule}"] == 100 * median[f"Z {rule}"] / median["Z surface"]
-    assert median["Z scaled"] > median["Z kept"]
+    for rule in ("scaled", "as_coded"):
+        assert found[f"fragment {rule}"] == 100 * median[f"Z {rule}"] / median["Z as_written"]
+    assert median["Z scaled"] > median["Z as_coded"]
 
 
 def test_all_dots_have_no_error(evaluator):
-    whole = comparison.compare(
-        evaluator, comparison.contestants(evaluator, ["uniform"]), (100,), n_tests=20, draws=1
+    whole = measuring.compare(
+        evaluator, contestants.contestants(evaluator, ["uniform"]), (100,), n_tests=20, draws=1
     ).set_index("measure")["value"]
-    # 'kept' and 'scaled' link the same dots, within D_link and within at least D_link
-    assert whole[["Z surface", "Z kept", "Z centres", "position"]].abs().max() < 1e-9
-    assert whole[["fragment kept"]].eq(100).all() and whole["Z scaled"] < 0.2
+    # 'as_coded' and 'scaled' link the same dots, within D_link and within at least D_link
+    assert whole[["Z as_written", "Z as_coded", "Z centres", "position"]].abs().max() < 1e-9
+    assert whole[["fragment as_coded"]].eq(100).all() and whole["Z scaled"] < 0.2
 
 
 def test_the_time_of_a_sampler_is_the_median_of_its_draws(evaluator, monkeypatch):
     ends = iter([0, 1, 0, 9, 0, 2])  # one, nine and two seconds
-    monkeypatch.setattr(comparison, "time", SimpleNamespace(perf_counter=ends.__next__))
-    drawers = comparison.contestants(evaluator, ["uniform"])
-    table = comparison.compare(evaluator, drawers, (10,), n_tests=5, draws=3).set_index("measure")
+    monkeypatch.setattr(measuring, "time", SimpleNamespace(perf_counter=ends.__next__))
+    drawers = contestants.contestants(evaluator, ["uniform"])
+    table = measuring.compare(evaluator, drawers, (10,), n_tests=5, draws=3).set_index("measure")
     assert table.loc["seconds", "value"] == 2
-    of_z = table.loc["Z surface", ["low", "value", "high"]].tolist()
+    of_z = table.loc["Z as_written", ["low", "value", "high"]].tolist()
     assert of_z == sorted(of_z) and len(set(of_z)) == 3
 
 
 def test_cores_change_nothing_but_the_time(evaluator, surface):
     drawers = [
-        comparison.contestants(e, ["paper", "farthest"]) for e in (evaluator, evaluator.changed(threads=2))
+        contestants.contestants(e, ["paper", "farthest"]) for e in (evaluator, evaluator.changed(threads=2))
     ]
-    one, two = (comparison.compare(evaluator, d, (10,), n_tests=30, draws=2) for d in drawers)
+    one, two = (measuring.compare(evaluator, d, (10,), n_tests=30, draws=2) for d in drawers)
     same = one["measure"] != "seconds"
     pd.testing.assert_frame_equal(one[same], two[same])
 
 
 def test_one_warning_per_surface(evaluator, caplog):
-    drawers = comparison.contestants(evaluator, ["uniform", "voxel", "farthest"])
+    drawers = contestants.contestants(evaluator, ["uniform", "voxel", "farthest"])
     with caplog.at_level(logging.WARNING, "sparsurf"):
-        table = comparison.compare(evaluator, drawers, (10, 90), n_tests=30, draws=1)
+        table = measuring.compare(evaluator, drawers, (10, 90), n_tests=30, draws=1)
     (record,) = [r.getMessage() for r in caplog.records]
-    left = values_of(table, "fragment kept")
+    left = values_of(table, "fragment as_coded")
     assert (left[10.0 if 10.0 in left else 10] < 30).all() and (left[90] > 30).all()
     assert record.startswith("blob/c1: the median evaluated fragment holds less than 30 %")
-    assert record.endswith("under islands 'kept' at 10 %: uniform, voxel, farthest")
+    assert record.endswith("under islands 'as_coded' at 10 %: uniform, voxel, farthest")
 
 
 def test_a_warning_tells_where_patches_break_up(caplog):
     rows = [(rule, name, p, value) for rule, name, values in (
-        ("kept", "uniform", (10, 20)), ("kept", "voxel", (10, 30)), ("kept", "poisson", (5, 40)),
+        ("as_coded", "uniform", (10, 20)), ("as_coded", "voxel", (10, 30)), ("as_coded", "poisson", (5, 40)),
         ("scaled", "voxel", (29, 31)), ("scaled", "uniform", (30, 30)),
     ) for p, value in zip((5, 2.5), values, strict=True)]  # fmt: skip
     table = pd.DataFrame(rows, columns=["rule", "sampler", "percent", "value"])
     with caplog.at_level(logging.WARNING, "sparsurf"):
-        comparison._warn_of_fragments(table.assign(measure="fragment " + table["rule"]), "p/c1")
+        measuring._warn_of_fragments(table.assign(measure="fragment " + table["rule"]), "p/c1")
     (record,) = [each.getMessage() for each in caplog.records]
     assert record.endswith(
-        "under islands 'kept' at every n_S: uniform; 'kept' at 5 %: voxel, poisson; 'scaled' at 5 %: voxel"
+        "under islands 'as_coded' at every n_S: uniform; 'as_coded' at 5 %: voxel, poisson; 'scaled' at 5 %: voxel"
     )
 
 
 def test_the_papers_sampler_takes_the_winners_of_this_run(evaluator, study):
     ranges = study[1]
-    lowest, rows = comparison.choices_of(ranges)
-    kept = ranges[(ranges["islands"] == "kept") & ranges["alpha"].notna()]
+    lowest, rows = choices_of(ranges)
+    kept = ranges[(ranges["reading"] == "as_coded") & ranges["alpha"].notna()]
     assert np.array_equal(rows, kept[PARAMETERS]) and np.isfinite(rows).all()
     assert np.array_equal(lowest, kept["n_S_low_percent"])
-    own = samplers.named(["paper"], "compare.samplers", comparison.choices_of(ranges))["paper"]
+    own = samplers.named(["paper"], "compare.samplers", choices_of(ranges))["paper"]
     n = round(0.01 * (lowest[1] + 1) * 3000)
     wanted = law.sample(
         evaluator.cover, samplers.tune_alpha(evaluator.cover, rows[1], n), np.random.default_rng(4)
     )
     assert np.array_equal(own(evaluator, n, np.random.default_rng(4)), wanted)
-    assert comparison.choices_of(ranges[ranges["islands"] == "surface"]) is OF_PAPER
+    assert choices_of(ranges[ranges["reading"] == "as_written"]) is OF_PAPER
 
 
 def test_best_in_hindsight_has_the_lowest_z_near_each_size(evaluator, study):
     grid, _ = study
     percents = grid["n_S_percent"].sort_values().iloc[[3, 12]].to_numpy()
-    lowest, rows = comparison.best_in_hindsight(evaluator, grid, percents)
+    lowest, rows = contestants.best_in_hindsight(evaluator, grid, percents)
     assert (lowest < percents).all()
     for percent, row in zip(percents, rows, strict=True):
         reach = law.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy())
-        near = (np.abs(np.log(grid["n_S_percent"] / percent)) <= np.log(comparison.NEAR)) & (
+        near = (np.abs(np.log(grid["n_S_percent"] / percent)) <= np.log(contestants.NEAR)) & (
             reach >= 30 * percent
         )
-        best = grid[near].sort_values("Z_tS_surface").iloc[0]
+        best = grid[near].sort_values("Z_tS_as_written").iloc[0]
         assert np.array_equal(row, best[PARAMETERS])
     # one that cannot keep so many dots takes no part, however low its Z
     reach = law.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy()) / 30
     short = int(np.argsort(reach)[len(reach) // 2])
     percent = 1.02 * reach[short]
     tempting = grid.assign(
-        n_S_percent=percent, Z_tS_surface=np.where(np.arange(len(grid)) == short, 0.0, 1.0)
+        n_S_percent=percent, Z_tS_as_written=np.where(np.arange(len(grid)) == short, 0.0, 1.0)
     )
-    chosen = comparison.best_in_hindsight(evaluator, tempting, [percent])[1][0]
+    chosen = contestants.best_in_hindsight(evaluator, tempting, [percent])[1][0]
     assert reach[(grid[PARAMETERS] == chosen).all(axis=1)] >= percent
     # of those within a factor of 1.1 the one of the lowest Z, however much lower that of another is
     three = grid.iloc[np.argsort(reach)[-3:]].assign(
-        n_S_percent=[10, 10.9, 11.1], Z_tS_surface=[3.0, 2.0, 1.0]
+        n_S_percent=[10, 10.9, 11.1], Z_tS_as_written=[3.0, 2.0, 1.0]
     )
-    chosen = comparison.best_in_hindsight(evaluator, three, [10])[1][0]
+    chosen = contestants.best_in_hindsight(evaluator, three, [10])[1][0]
     assert np.array_equal(chosen, three[PARAMETERS].iloc[1])
-    assert comparison.HINDSIGHT not in comparison.contestants(evaluator, ["uniform"], None, grid)
-    lacking = grid.drop(columns="Z_tS_surface")
-    assert list(comparison.contestants(evaluator, ["paper"], None, lacking)) == ["paper"]
+    assert contestants.HINDSIGHT not in contestants.contestants(evaluator, ["uniform"], None, grid)
+    lacking = grid.drop(columns="Z_tS_as_written")
+    assert list(contestants.contestants(evaluator, ["paper"], None, lacking)) == ["paper"]
 
 
 def test_area_with_and_without_areas(a1):
@@ -221,12 +228,13 @@ def test_area_with_and_without_areas(a1):
     # dots alone: measured 1.6 % off on A1, 1 % on other surfaces
     estimated = area_of(Surface(a1.points, a1.normals))
     assert estimated == (pytest.approx(3742.5, rel=0.03), True)
-    assert area_of(Surface(a1.points, a1.normals, np.append(a1.area[:-1], np.nan))) == estimated
+    with pytest.raises(InputError, match="dot 20045 has an area that is NaN"):
+        Surface(a1.points, a1.normals, np.append(a1.area[:-1], np.nan))
     # three dots at the corners of a triangle of side sqrt(2): discs of that radius, half to each of both others
     assert area_of(Surface(np.eye(3), np.eye(3))) == (pytest.approx(3 * np.pi), True)
 
 
-def curves(measure="Z surface", percents=(2.5, 10, 40), **factors):
+def curves(measure="Z as_written", percents=(2.5, 10, 40), **factors):
     """A comparison in which Z = factor / sqrt(n_S)."""
     rows = [
         {"sampler": name, "percent": p, "n_S": 10 * p, "n_S_percent": p, "use": "surface", "measure": m}
@@ -254,7 +262,7 @@ def test_dots_needed_on_exact_curves():
     assert times_fewer(table, "farthest", "uniform", 10) == (pytest.approx(16 / 9), "")
     assert times_fewer(table, "farthest", "paper", 2.5) == (1.0, "more than ")
     assert times_fewer(table, "uniform", "farthest", 40) == (1.0, "less than ")
-    assert list(all_needed(table)["measure"].unique()) == ["Z surface", "Z centres"]
+    assert list(all_needed(table)["measure"].unique()) == ["Z as_written", "Z centres"]
 
 
 def test_a_curve_that_rises_again_needs_the_first_crossing():
@@ -280,7 +288,7 @@ def test_summary_means_and_spread_between_proteins():
     assert list(units) == ["p", "q"]
     row = (
         over_proteins(units)
-        .query("sampler == 'farthest' and percent == 10 and measure == 'Z surface'")
+        .query("sampler == 'farthest' and percent == 10 and measure == 'Z as_written'")
         .iloc[0]
     )
     z = np.array([3.0, 1.0]) / np.sqrt(10)  # the mean of the conformations, then protein by protein
@@ -288,22 +296,12 @@ def test_summary_means_and_spread_between_proteins():
     assert (row["lowest"], row["highest"]) == pytest.approx((z[1], z[0])) and row["n"] == 2
     assert (row["ratio_lowest"], row["ratio_highest"]) == pytest.approx((0.25, 0.75))
     fewer = needed_over_proteins(units).query(
-        "than == 'uniform' and sampler == 'farthest' and measure == 'Z surface'"
+        "than == 'uniform' and sampler == 'farthest' and measure == 'Z as_written'"
     )
     fewer = fewer.set_index("percent").loc[40]
     assert (fewer["lowest"], fewer["highest"]) == pytest.approx((16 / 9, 16))
     assert fewer["factor"] == pytest.approx(16 / 3)
     assert list(by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
-    means, of_all = (
-        x.query("measure == 'Z surface'") for x in (over_proteins(units), needed_over_proteins(units))
-    )
-    told = means, of_all, dict.fromkeys(units, pd.Series(dtype=bool)), "proteins"
-    page = summary_markdown(*told, 3)
-    assert (
-        "mean over 2 proteins (3 conformations), in" in page
-        and "(1.8 .. 4.0) times fewer than uniform" in page
-    )
-    assert "mean over 2 proteins, in" in summary_markdown(*told, 2)
 
 
 def test_a_factor_beyond_what_was_measured_is_a_bound():
@@ -311,7 +309,7 @@ def test_a_factor_beyond_what_was_measured_is_a_bound():
     units = {name: curves(uniform=4.0, farthest=f) for name, f in (("worse", 16.0), ("better", 0.5))}
     fewer = {
         names: needed_over_proteins({name: units[name] for name in names})
-        .query("than == 'uniform' and sampler == 'farthest' and measure == 'Z surface' and percent == 40")
+        .query("than == 'uniform' and sampler == 'farthest' and measure == 'Z as_written' and percent == 40")
         .iloc[0]
         for names in (("worse",), ("better",), ("worse", "better"))
     }
@@ -329,18 +327,19 @@ def test_a_bound_counts_the_dots_that_were_kept_not_those_wished():
 
 
 def test_page_says_what_the_numbers_say(table):
-    page = compare_markdown(table, "blob/c1", "3000 dots.\n")
-    z = values_of(table, "Z surface")[5]
-    factor, bound = times_fewer(table, "farthest", "uniform", 5)
-    assert f"farthest needs {bound}{factor:.1f} times fewer dots than uniform at 5 %" in page
-    assert f"uniform {z['uniform']:.2f}" in page and "null model" in page
-    back = values_of(table, "Z recovered")[5]
-    assert f"recovered from the kept dots alone: Z = {back.min():.2f} from those of" in page.split("\n\n")[1]
-    assert f", {back['uniform']:.2f} from a uniform draw" in page.split("\n\n")[1]
-    for word in ("nan", " inf", "None"):
-        assert word not in page
-    # a row in each of: the answer twice, Z five times, fragment, centres, position, normal, dots needed twice, time
-    assert page.count("\n| uniform |") == 14
+    fewer = pd.DataFrame(
+        columns=["use", "measure", "sampler", "than", "percent", "factor", "low", "high", "bound"]
+    )
+    page = comparison_page("blob/c1", table, fewer)
+    z, back = (values_of(table, measure) for measure in ("Z as_written", "Z recovered"))
+    at = float(page["at"])
+    assert at == z.columns[np.abs(z.columns - 10).argmin()]
+    assert page["best_Z"] == f"{z[at].min():.2f}" and page["recovered"]["Z"] == f"{back[at].min():.2f}"
+    for measure, rows in page["tables"].items():
+        value = values_of(table, measure)
+        assert sorted(rows) == sorted(
+            [samplers.called(name).text, *(f"{x:.2f}" for x in row)] for name, row in value.iterrows()
+        )
 
 
 CASES = {
@@ -366,10 +365,10 @@ def test_ranking_on_analytic_surfaces(path, request):
     molecule = read_molecule(folder / path)
     surface = molecular_surface(molecule.xyz[0], radii(molecule))
     evaluator = Evaluator(surface, seed=1, name=path)
-    drawers = comparison.contestants(evaluator, ["paper", "uniform", "farthest"])
-    table = comparison.compare(evaluator, drawers, (5, 10, 20, 40), 300, 2)
+    drawers = contestants.contestants(evaluator, ["paper", "uniform", "farthest"])
+    table = measuring.compare(evaluator, drawers, (5, 10, 20, 40), 300, 2)
     assert ranking(table).all()
-    assert (values_of(table, "Z surface").diff(axis=1).iloc[:, 1:] < 0).all(axis=None)
+    assert (values_of(table, "Z as_written").diff(axis=1).iloc[:, 1:] < 0).all(axis=None)
 
 
 def test_minimal_has_the_wished_size_in_order_of_choice(evaluator):
@@ -396,7 +395,7 @@ def test_minimal_for_a_wished_z(evaluator, name):
     z_tot, _ = evaluator.describe(tests)
 
     def z_of(subset):
-        return evaluator.distances([subset], tests, z_tot, "surface")[0].mean()
+        return evaluator.distances([subset], tests, z_tot, "as_written")[0].mean()
 
     dots, _ = minimal_subset(evaluator, name, z=1.0, n_tests=100)
     assert z_of(dots) <= 1.0
@@ -415,7 +414,7 @@ def test_minimal_without_any_error(evaluator):
 
 
 @pytest.mark.parametrize(
-    ("wish", "sentence"),
+    ("asked", "sentence"),
     [
         ({"n_s": 3001}, "minimal.n_S is 3001, but blob/c1 has 3000 dots"),
         ({"n_s": 0}, "minimal.n_S is 0, but"),
@@ -425,9 +424,9 @@ def test_minimal_without_any_error(evaluator):
         ({"sampler": "paper_corrected", "z": 1e-4}, "minimal.Z is 0.0001, but paper_corrected comes down to"),
     ],
 )
-def test_minimal_refuses_in_one_sentence(evaluator, wish, sentence):
+def test_minimal_refuses_in_one_sentence(evaluator, asked, sentence):
     with pytest.raises(InputError, match=sentence.replace(".", r"\.")):
-        minimal_subset(evaluator, **wish)
+        minimal_subset(evaluator, **asked)
 
 
 def test_negative_z_is_refused_before_any_work():
@@ -444,15 +443,14 @@ def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path
         path.parent.mkdir(parents=True)
         curves(uniform=4.0, farthest=3.0).to_csv(path, index=False)
     said = []
-    monkeypatch.setattr(
-        summarise_comparison, "summary_markdown", lambda table, fewer, *rest: said.append(rest) or ""
-    )
+    monkeypatch.setattr(summarise_comparison, "comparison_page", lambda *_, of, n: said.append((of, n)) or {})
     monkeypatch.setattr(summarise_comparison, "comparison_figure", lambda table, *words: said.append(words))
     monkeypatch.setattr(summarise_comparison.layout, "save", lambda *_: None)
+    monkeypatch.setattr(summarise_comparison, "write", lambda *_, **__: None)
     outputs = {key: str(tmp_path / key) for key in ("table", "needed", "page", "png")}
     summarise_comparison.main({"tables": [str(path) for path in paths]}, outputs)
-    (rankings, of, n), words = said
-    assert (list(rankings), of, n) == (["p", "q"], "proteins", 3)
+    told, words = said
+    assert told == ("proteins", 2)
     assert words == ("mean of 2 proteins", "lowest to highest of 2 proteins")
 
 
@@ -485,15 +483,16 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         inputs |= {key: folder / f"{key}.csv" for key in ("roughness", "grid", "ranges", "floors")}
         floors.floors(evaluator, 30).to_csv(inputs["floors"], index=False)
         outputs = {"table": folder / "compare.csv", "needed": folder / "needed.csv"}
-        outputs |= {"page": folder / "compare.md", "png": str(folder / "compare.png")}
+        outputs |= {"page": folder / "compare.html", "png": str(folder / "compare.png")}
         outputs |= {key: folder / f"compare_{key}.csv" for key in ("pairs", "fewer", "alone")}
+        outputs["centres"] = folder / "centres.csv"
         inputs |= {"structure": structure} if folder.name == "c1" else {}
         if folder.name == "c2":
-            monkeypatch.setattr(comparison_intervals, "AGAINST", ("paper",))
+            monkeypatch.setattr(fewer, "AGAINST", ("paper",))
         compare_samplers.main(inputs, outputs, settings, f"blob/{folder.name}", 1)
-    page = (folders[0] / "compare.md").read_text(encoding="utf-8")
-    assert "estimated from the spacing of the dots" in page  # this surface has no areas
-    assert "own ranges.csv" in page and "; 30 test dots, 2 draws of each subset" in page
+    page = (folders[0] / "compare.html").read_text(encoding="utf-8")
+    assert "estimated from their spacing" in page  # this surface has no areas
+    assert "own best combinations" in page and " 30 test dots, 2 draws of each subset" in page
     assert set(pd.read_csv(outputs["alone"])["sampler"]) == {"farthest", "uniform"}
     # every atom of the structure takes part in the opponent that needs no full surface, and the rules of the study do
     (lay, *rest), (no_lay, *_) = asked
@@ -503,18 +502,18 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     # who is set against whom: the best under `surface` at 10 % with the others, once
     for folder in folders:
         pairs, z = (pd.read_csv(folder / f"{name}.csv") for name in ("compare_pairs", "compare"))
-        z = z[(z["measure"] == "Z surface") & (z["percent"] == 10)].set_index("sampler")["value"]
+        z = z[(z["measure"] == "Z as_written") & (z["percent"] == 10)].set_index("sampler")["value"]
         other = {"c1": "uniform", "c2": "paper"}[folder.name]
         assert set(pairs["than"]) == {other, "farthest"} and z.idxmin() == "farthest"
         assert not pairs.duplicated(["measure", "than", "sampler", "percent"]).any()
         own = pairs[
-            (pairs["measure"] == "Z surface") & (pairs["than"] == "farthest") & (pairs["percent"] == 10)
+            (pairs["measure"] == "Z as_written") & (pairs["than"] == "farthest") & (pairs["percent"] == 10)
         ]
         assert own.set_index("sampler")["difference"].to_dict() == pytest.approx(
             (z.drop("farthest") - z["farthest"]).to_dict()
         )
     compared = pd.read_csv(folders[0] / "compare.csv")
-    assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest", comparison.HINDSIGHT]
+    assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest", contestants.HINDSIGHT]
     known = pd.read_csv(inputs["floors"]).set_index("floor")["Z"]
     of_z = compared[compared["measure"].str.startswith("Z ")]
     for column, floor in (("fresh_dots", "fresh dots"), ("turned", "turned")):
@@ -526,45 +525,54 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         lambda table, *words: drawn.append(table) or comparison_figure(table, *words),
     )
     of_run = {"table": tmp_path / "compare.csv", "needed": tmp_path / "compare_needed.csv"}
-    of_run |= {"page": tmp_path / "compare.md", "png": str(tmp_path / "compare.png")}
+    of_run |= {"page": tmp_path / "compare.html", "png": str(tmp_path / "compare.png")}
     summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
-    page = of_run["page"].read_text(encoding="utf-8")
-    assert (
-        "over 2 conformations" in page
-        and "\nIn brackets: lowest .. highest of the 2 conformations.\n" in page
-    )
+    assert "means over 2 conformations" in of_run["page"].read_text(encoding="utf-8")
     means = pd.read_csv(of_run["table"])
     for drawn_as, name in (("low", "lowest"), ("high", "highest")):
         assert np.allclose(drawn[0][drawn_as], means[name], equal_nan=True)
     for path in (*outputs.values(), *of_run.values(), tmp_path / "compare.svg", folder / "compare.svg"):
         assert (tmp_path / path).stat().st_size > 0
     table, ply = tmp_path / "minimal.csv", tmp_path / "minimal.ply"
-    enough = tmp_path / "enough.csv"
-    take_minimal.main(inputs, {"table": table, "ply": ply, "enough": enough}, settings, "blob/c1")
-    assert set(pd.read_csv(enough)["islands"]) == {"surface", "recovered"}
+    enough, curves_path = tmp_path / "enough.csv", tmp_path / "curves.csv"
+    results = {
+        "table": table,
+        "ply": ply,
+        "enough": enough,
+        "curves": curves_path,
+        "recovered": tmp_path / "recovered.csv",
+    }
+    take_minimal.main(inputs, results, settings, "blob/c1")
+    assert set(pd.read_csv(enough)["reading"]) == {"as_written", "recovered"}
+    drawn_curves = pd.read_csv(curves_path).groupby(["sampler", "reading"])["Z"]
+    assert [*drawn_curves.groups] == [
+        ("paper", "as_written"),
+        ("paper", "recovered"),
+        ("uniform", "as_written"),
+    ]
+    assert (drawn_curves.first() > 1.5 * drawn_curves.last()).all() and (drawn_curves.size() == 22).all()
     minimal = pd.read_csv(table)
     assert minimal["weight"].sum() == 3000
-    assert np.allclose(minimal[["x", "y", "z"]], surface.points[minimal["dot"]])
-    wish = settings | {"minimal": {"sampler": "farthest", "floor": "fresh dots", "settle": True}}
-    take_minimal.main(inputs, {"table": table, "ply": ply, "enough": enough}, wish, "blob/c1")
+    assert np.allclose(minimal[["x", "y", "z"]], surface.points[minimal["dot"]], atol=1e-4)
+    asked = settings | {"minimal": {"sampler": "farthest", "floor": "fresh dots", "settle": True}}
+    take_minimal.main(inputs, results, asked, "blob/c1")
     dots = (minimal := pd.read_csv(table))["dot"].to_numpy()
     better = settle(surface.points[dots], surface.normals[dots], surface.points, surface.normals)
-    assert np.allclose(minimal[["x", "y", "z", "nx", "ny", "nz"]], np.hstack(better))
-    needed = pd.read_csv(enough).set_index(["floor", "islands"])["n_S"]
+    assert np.allclose(minimal[["x", "y", "z", "nx", "ny", "nz"]], np.hstack(better), atol=1e-4)
+    needed = pd.read_csv(enough).query("floor == 'turned'").set_index(["floor", "reading"])["n_S"]
     own, one = (
         pd.read_csv(inputs["floors"]),
-        Evaluator.from_settings(surface, wish, evaluator.roughness, "blob/c1", 1),
+        Evaluator.from_settings(surface, asked, evaluator.roughness, "blob/c1", 1),
     )
-    alone = enough_dots(one, "farthest", own, 30, readings=("recovered",), settled=True)
-    assert needed.xs("recovered", level="islands").to_dict() == alone.set_index("floor")["n_S"].to_dict()
+    alone = enough_dots(Trials(one, "farthest", 30, settled=True), own, ("recovered",))
+    assert (
+        needed.xs("recovered", level="reading").to_dict()
+        == alone.set_index("floor")["n_S"].loc[["turned"]].to_dict()
+    )
     for folder in folders:
         pd.read_csv(folder / "compare.csv").query("sampler != 'farthest'").to_csv(folder / "compare.csv")
     summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
-    page = of_run["page"].read_text(encoding="utf-8")
-    assert "\nIn brackets" not in page and page.count("The same, relative to uniform") == 2
     table = pd.read_csv(folders[0] / "compare.csv").query("sampler == 'paper'")
     table.to_csv(folders[0] / "compare.csv")
     summarise_comparison.main({"tables": [str(folders[0] / "compare.csv")]}, of_run)
-    page = of_run["page"].read_text(encoding="utf-8")
-    assert "# Samplers compared over 1 conformation\n" in page
-    assert "relative to uniform" not in page and "nan" not in page
+    assert "nan" not in of_run["page"].read_text(encoding="utf-8")

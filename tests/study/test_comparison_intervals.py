@@ -7,15 +7,14 @@ import pandas as pd
 import pytest
 
 from conftest import ROOT
-from sparsurf.molecules.reading import read_molecule
-from sparsurf.report.comparison_answer import alone_markdown, answer
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.sampling import samplers
-from sparsurf.study.comparison_intervals import paired, times_fewer_intervals
-from sparsurf.study.dots_needed import OF_ERROR
+from sparsurf.study.comparison.contestants import dotted
+from sparsurf.study.comparison.fewer import OF_ERROR, paired, times_fewer_intervals
+from sparsurf.study.comparison.measuring import stand_alone
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.statistics import estimate
-from sparsurf.study.without_the_surface import dotted, stand_alone
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
 PERCENTS = (5.0, 10.0, 20.0, 40.0)
@@ -33,7 +32,7 @@ def raw():
     shared = 0.3 * rng.normal(size=(1, 1, 80))
     names = {"uniform": 4.0, "farthest": 3.0, "paper": 8.0}
     return {
-        (name, m): curves(rng, f) + shared for m in ("Z surface", "Z centres") for name, f in names.items()
+        (name, m): curves(rng, f) + shared for m in ("Z as_written", "Z centres") for name, f in names.items()
     }
 
 
@@ -47,12 +46,12 @@ def table_of(raw):
 
 
 def test_a_difference_is_paired_by_test_dot(raw):
-    found = paired(raw, PERCENTS, ("Z surface",)).set_index(["than", "sampler", "percent"])
+    found = paired(raw, PERCENTS, ("Z as_written",)).set_index(["than", "sampler", "percent"])
     row = found.loc["uniform", "farthest", 10.0]
-    wanted = estimate(raw["farthest", "Z surface"][1] - raw["uniform", "Z surface"][1])
+    wanted = estimate(raw["farthest", "Z as_written"][1] - raw["uniform", "Z as_written"][1])
     assert row["difference"] == pytest.approx(wanted.mean) and row["high"] == pytest.approx(wanted.high)
     assert row["high"] - row["low"] < 0.05  # what test dots share, 0.3 / sqrt(80) each, has gone
-    alone = estimate(raw["uniform", "Z surface"][1])
+    alone = estimate(raw["uniform", "Z as_written"][1])
     assert alone.high - alone.low > 0.1
 
 
@@ -60,7 +59,7 @@ def test_times_fewer_of_exact_curves(raw):
     # Z = f / sqrt(n): (4 / 3)^2 = 1.78 times fewer than uniform; the interval holds it
     found = times_fewer_intervals(raw, table_of(raw), np.random.default_rng(1), resampled=200)
     row = found[
-        (found["measure"] == "Z surface") & (found["than"] == "uniform") & (found["sampler"] == "farthest")
+        (found["measure"] == "Z as_written") & (found["than"] == "uniform") & (found["sampler"] == "farthest")
     ]
     row = row.set_index("percent").loc[20.0]
     assert row["factor"] == pytest.approx(16 / 9, rel=0.05) and row["low"] < row["factor"] < row["high"]
@@ -78,7 +77,7 @@ def test_a_measure_that_was_not_taken_has_no_times_fewer(raw):
     alone = {keys: values for keys, values in raw.items() if keys[1] == "Z centres"}
     found = times_fewer_intervals(alone, table_of(alone), np.random.default_rng(1), resampled=20)
     assert found["measure"].unique().tolist() == ["Z centres"]
-    # two others than each of the two yardsticks, at every n_S
+    # two others than each of the two references, at every n_S
     assert len(found) == 2 * 2 * len(PERCENTS)
     nothing = times_fewer_intervals({}, table_of(raw), np.random.default_rng(1))
     assert nothing.empty and list(nothing.columns) == list(found.columns)
@@ -97,7 +96,7 @@ def test_the_interval_of_times_fewer_holds_95_percent():
     rows = [(measure, name, p, p) for name, measure in raw for p in percents]
     table = pd.DataFrame(rows, columns=["measure", "sampler", "percent", "n_S_percent"])
     found = times_fewer_intervals(raw, table, np.random.default_rng(2), ("uniform",), 3000)
-    row = found[found["measure"] == "Z surface"].set_index(["sampler", "percent"]).loc["farthest", 10.0]
+    row = found[found["measure"] == "Z as_written"].set_index(["sampler", "percent"]).loc["farthest", 10.0]
     assert (row["factor"], row["low"], row["high"]) == pytest.approx((16 / 9, 16 / 25, 4.0))
 
 
@@ -131,14 +130,3 @@ def test_subsets_that_stand_alone():
     wanted = evaluator.distances(kept, tests, evaluator.describe(tests)[0], "scaled")[0]
     one = stand_alone(evaluator, drawers, None, (40.0,), 30, 1, (1.2, 1.6))
     assert one.set_index("scale").loc[1.6, "Z"] == pytest.approx(wanted.mean())
-    assert "dotted" in alone_markdown(table) and "1.2" in alone_markdown(table)
-
-
-def test_the_answer_has_five_lines_at_most_and_one_table(raw):
-    table = table_of(raw)
-    fewer = times_fewer_intervals(raw, table, np.random.default_rng(1), resampled=20)
-    lines = answer(table, paired(raw, PERCENTS), fewer)
-    bullets = [line for line in lines if line.startswith("- ")]
-    assert 3 <= len(bullets) <= 5 and sum("| --- |" in line for line in lines) == 1
-    assert "At 10 % of the dots farthest describes the surface best" in bullets[0]
-    assert any("worse than a uniform draw" in line and "paper" in line for line in bullets)

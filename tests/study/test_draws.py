@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import take_minimal
 from sparsurf import InputError
 from sparsurf.streams import stream
-from sparsurf.study import comparison, grid
+from sparsurf.study import grid, handing_out
+from sparsurf.study.comparison import measuring
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.minimal import minimal_subset
 
@@ -68,18 +68,18 @@ def test_weights_belong_to_their_subset_also_beyond_64_subsets(evaluator):
     weights = rng.uniform(0.2, 5, (66, 3000))
     tests = np.array([5, 700, 2100])
     z_tot, _ = evaluator.describe(tests)
-    together, _ = evaluator.distances(subsets, tests, z_tot, "surface", weights)
+    together, _ = evaluator.distances(subsets, tests, z_tot, "as_written", weights)
     for k in (0, 1, 63, 64, 65):
-        alone, _ = evaluator.distances(subsets[k : k + 1], tests, z_tot, "surface", weights[k : k + 1])
+        alone, _ = evaluator.distances(subsets[k : k + 1], tests, z_tot, "as_written", weights[k : k + 1])
         assert np.allclose(together[k], alone[0], rtol=0, atol=1e-9), k
 
 
 @pytest.mark.parametrize(
-    ("wished", "n_dots", "number"),
+    ("requested", "n_dots", "number"),
     [("published", 20045, 100), ("published", 300, 2), (50, 1000, 50), (50, 20, 20), (1, 100, 2)],
 )
-def test_number_of_test_dots(wished, n_dots, number):
-    assert number_of_tests(wished, n_dots) == number
+def test_number_of_test_dots(requested, n_dots, number):
+    assert number_of_tests(requested, n_dots) == number
 
 
 def test_all_dots_are_tests_where_more_are_wished(evaluator):
@@ -91,7 +91,7 @@ def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(evaluator):
     def draw(n, rng):
         return rng.permutation(3000)[:n]
 
-    subsets, seconds = comparison._draw(evaluator, "any", draw, (1.0, 2.0), 3)
+    subsets, seconds = measuring._draw(evaluator, "any", draw, (1.0, 2.0), 3)
     assert [len(subset) for subset in subsets] == [30] * 3 + [60] * 3
     assert seconds.shape == (2, 3)
     for a in range(6):
@@ -107,8 +107,8 @@ def test_all_dots_may_be_handed_out_but_not_more(evaluator):
 
 
 def test_a_share_of_the_dots_is_one_dot_at_least():
-    assert [take_minimal.number_of_dots({"n_S_percent": p}, 300) for p in (0.01, 1)] == [1, 3]
-    assert take_minimal.number_of_dots({"n_S": 7}, 300) == 7 and take_minimal.number_of_dots({}, 300) is None
+    assert [handing_out._size({"n_S_percent": p}, 300) for p in (0.01, 1)] == [1, 3]
+    assert handing_out._size({"n_S": 7}, 300) == 7 and handing_out._size({}, 300) is None
 
 
 def test_a_wished_z_is_told_with_its_interval(evaluator, caplog):
@@ -119,18 +119,18 @@ def test_a_wished_z_is_told_with_its_interval(evaluator, caplog):
 
 
 def test_fragments_are_medians_over_draws_and_test_dots(evaluator):
-    found = grid.run(evaluator, [COMBINATION], 15, draws=3, readings=("kept",))
+    found = grid.run(evaluator, [COMBINATION], 15, draws=3, readings=("as_coded",))
     z_tot, _ = evaluator.describe(found.tests)
     for half in (0, 1):
         subsets = [evaluator.pair(COMBINATION, draw)[half] for draw in range(3)]
-        _, sizes = evaluator.distances(subsets, found.tests, z_tot, "kept")
+        _, sizes = evaluator.distances(subsets, found.tests, z_tot, "as_coded")
         assert found.fragment[0, half, 0] == np.median(sizes) != np.mean(sizes)
 
 
 @pytest.mark.parametrize(("shared", "told"), [(True, [30, 36]), (False, range(3, 37, 3))])
 def test_a_grid_tells_how_many_samplings_are_done(evaluator, shared, told):
     combinations, done = [(alpha, 0, 0, 0) for alpha in np.linspace(0.1, 1, 12)], []
-    grid.run(evaluator, combinations, 2, 3, ("kept",), shared, lambda *counts: done.append(counts))
+    grid.run(evaluator, combinations, 2, 3, ("as_coded",), shared, lambda *counts: done.append(counts))
     assert done == [(count, 36) for count in told]  # 64 subsets go into a pass
 
 
@@ -138,11 +138,11 @@ def test_all_readings_of_many_subsets_are_those_of_each_alone(evaluator):
     rng = np.random.default_rng(0)
     subsets = [np.sort(rng.choice(3000, n, replace=False)) for n in rng.integers(300, 3000, 70)]
     tests = evaluator.draw_tests(4)
-    z_tot, found = evaluator.under(["surface", "scaled", "kept"], subsets, tests)
+    z_tot, found = evaluator.under(["as_written", "scaled", "as_coded"], subsets, tests)
     assert np.allclose(z_tot, evaluator.describe(tests)[0], atol=1e-12)
-    assert set(found) == {"surface", "scaled", "kept"}
+    assert set(found) == {"as_written", "scaled", "as_coded"}
     for reading, z in found.items():
         for i in (0, 63, 64, 69):  # more than one pass
             alone = evaluator.distances(subsets[i : i + 1], tests, z_tot, reading)[0][0]
             assert np.allclose(z[i], alone, atol=1e-9), (reading, i)
-    assert np.abs(found["kept"] - found["surface"]).max() > 0.1
+    assert np.abs(found["as_coded"] - found["as_written"]).max() > 0.1

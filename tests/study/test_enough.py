@@ -5,43 +5,60 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from sparsurf.study import minimal_by_floor
-from sparsurf.study.enough import enough, percents
+from sparsurf.study.enough import (
+    PERCENTS,
+    Trials,
+    curves_table,
+    enough,
+    enough_dots,
+    percents,
+    smallest_n_s,
+)
+from sparsurf.study.minimal import smallest_recovered
 
 GRID = pd.DataFrame(
     {
         "n_S_percent": [5.0, 10.0, 20.0],
-        "Z_tR_surface": [3.0, 2.0, 1.0],
-        "Z_tR_high_surface": [3.2, 2.2, 1.2],
-        "Z_tS_surface": [2.0, 1.0, 0.5],
-        "Z_tS_high_surface": [2.5, np.nan, 0.6],
+        "Z_tR_as_written": [3.0, 2.0, 1.0],
+        "Z_tR_high_as_written": [3.2, 2.2, 1.2],
+        "Z_tS_as_written": [2.0, 1.0, 0.5],
+        "Z_tS_high_as_written": [2.5, np.nan, 0.6],
     }
 )
 
 
+def between(z, n, values):
+    """Where a straight line of ln Z over ln n_S through two points comes down to z."""
+    return n[0] * (n[1] / n[0]) ** (np.log(z / values[0]) / np.log(values[1] / values[0]))
+
+
 def test_the_null_model_is_undercut_by_the_interval():
-    """An upper end that touches it is not below it; of one without an interval, Z itself counts."""
-    for null_model, uniform, paper in ((2.2, 20.0, 10.0), (0.55, np.nan, np.nan), (9.0, 5.0, 5.0)):
+    """Upper ends 3.2, 2.2, 1.2 and 2.5, 1 (without an interval: Z itself), .6."""
+    cases = (
+        (2.0, between(2, (10, 20), (2.2, 1.2)), between(2, (5, 10), (2.5, 1))),
+        (0.55, np.nan, np.nan),
+        (9.0, 5, 5),
+    )
+    for null_model, uniform, paper in cases:
         found = enough(GRID, null_model, {}).set_index("sampler")
         assert found["n_S_percent"].tolist() == pytest.approx([uniform, paper], nan_ok=True)
         assert found["smallest"].tolist() == [uniform == 5.0, paper == 5.0]
-        assert (found["islands"] == "surface").all() and found["Z"].tolist() == [null_model] * 2
+        assert (found["reading"] == "as_written").all() and found["Z"].tolist() == [null_model] * 2
 
 
 def test_a_floor_is_reached_within_a_tenth_of_it_whatever_the_interval():
-    found = enough(GRID, 9.0, {"turned": 1.0 / 1.1, "more": 0.909, "fresh dots": 0.4}).set_index(
-        ["yardstick", "sampler"]
+    floors = {"turned": 1.5, "fresh dots": 0.4, "far": 9.0}  # times 1.1: 1.65, .44, 9.9
+    found = enough(GRID.iloc[[2, 0, 1]], 9.0, floors).set_index(["reference", "sampler"])["n_S_percent"]
+    wanted = {
+        ("turned", "uniform"): between(1.65, (10, 20), (2, 1)), ("turned", "paper"): between(1.65, (5, 10), (2, 1)),
+        ("fresh dots", "uniform"): np.nan, ("fresh dots", "paper"): np.nan, ("far", "uniform"): 5, ("far", "paper"): 5,
+    }  # fmt: skip
+    assert found[found.index.get_level_values(0) != "null_model"].to_dict() == pytest.approx(
+        wanted, nan_ok=True
     )
-    # Z 2, 1, 0.5 and, of uniform dots, 3, 2, 1: 1.1 times 0.909 is just below 1
-    assert found["n_S_percent"].to_dict() == pytest.approx(
-        {
-            ("null_model", "uniform"): 5.0, ("turned", "uniform"): 20.0, ("more", "uniform"): np.nan,
-            ("fresh dots", "uniform"): np.nan, ("null_model", "paper"): 5.0, ("turned", "paper"): 10.0,
-            ("more", "paper"): 20.0, ("fresh dots", "paper"): np.nan,
-        },
-        nan_ok=True,
-    )  # fmt: skip
 
 
 def test_no_row_of_uniform_dots_wins_by_luck():
@@ -50,57 +67,64 @@ def test_no_row_of_uniform_dots_wins_by_luck():
     z = 100 / percent
     z[[38, 160]] = 2.0
     shuffled = np.random.default_rng(0).permutation(200)
-    grid = pd.DataFrame({"n_S_percent": percent, "Z_tR_surface": z, "Z_tS_surface": z}).iloc[shuffled]
-    grid = grid.assign(Z_tR_high_surface=grid["Z_tR_surface"], Z_tS_high_surface=grid["Z_tS_surface"])
-    found = enough(grid, 1.0, {"turned": 2.0 / 1.1}).set_index(["yardstick", "sampler"])["n_S_percent"]
+    grid = pd.DataFrame({"n_S_percent": percent, "Z_tR_as_written": z, "Z_tS_as_written": z}).iloc[shuffled]
+    grid = grid.assign(
+        Z_tR_high_as_written=grid["Z_tR_as_written"], Z_tS_high_as_written=grid["Z_tS_as_written"]
+    )
+    found = enough(grid, 1.0, {"turned": 2.0 / 1.1}).set_index(["reference", "sampler"])["n_S_percent"]
     assert found["turned", "uniform"] == pytest.approx(50, abs=0.5)
-    assert found["turned", "paper"] == pytest.approx(percent[38])  # of whichever combination does it
+    assert (
+        percent[37] < found["turned", "paper"] <= percent[38] * (1 + 1e-9)
+    )  # of whichever combination does it
 
 
 def test_percents_are_columns_by_floor_and_reading():
     table = pd.DataFrame(
-        {"floor": ["fresh dots", "turned"], "islands": ["surface", "recovered"], "n_S_percent": [80.0, 2.5]}
+        {
+            "floor": ["fresh dots", "turned"],
+            "reading": ["as_written", "recovered"],
+            "n_S_percent": [80.0, 2.5],
+        }
     )
-    assert percents(table) == {"enough_fresh_dots_surface": 80.0, "enough_turned_recovered": 2.5}
+    assert percents(table) == {"enough_fresh_dots_as_written": 80.0, "enough_turned_recovered": 2.5}
 
 
-@pytest.fixture
-def made_up(monkeypatch):
+class MadeUp(Trials):
     """A surface of 1000 dots whose Z is 100 / n_S, twice that unless recovered."""
 
-    def tools(evaluator, *_):
-        def z_of(dots, reading):
-            return 100 / len(dots) * (1 if reading == "recovered" else 2)
+    def __init__(self):
+        self.evaluator, self.sampler, self.n_dots = (
+            SimpleNamespace(name="made up", threads=1),
+            "farthest",
+            1000,
+        )
+        self._known = {}
 
-        return np.arange, z_of
+    def draw(self, n):
+        return np.arange(n)
 
-    monkeypatch.setattr(minimal_by_floor, "_tools", tools)
-    return SimpleNamespace(points=np.zeros((1000, 3)), name="made up")
+    def distances(self, subsets, reading):
+        return np.array([[100 / len(dots) * (1 if reading == "recovered" else 2)] for dots in subsets])
 
 
 def one_floor(value):
     return pd.DataFrame({"floor": ["turned"], "Z": [value], "se": [0.4]})
 
 
-def test_a_floor_is_reached_within_a_tenth_however_well_it_is_known(made_up):
-    # 100 / n <= 1.98 from n = 51 on
-    found = minimal_by_floor.enough_dots(made_up, "farthest", one_floor(1.8), 60).set_index("islands")
-    assert found["n_S"].to_dict() == {"surface": 120, "recovered": 60}  # of 50, 60, .. 100, 120: the first
-    assert found["n_S_percent"].to_dict() == {"surface": 12.0, "recovered": 6.0}
-    assert found["Z"].to_dict() == pytest.approx({"surface": 200 / 120, "recovered": 100 / 60})
-    never = minimal_by_floor.enough_dots(made_up, "farthest", one_floor(-9.0), 60)
-    assert never["n_S"].tolist() == [1000, 1000] and never["Z"].tolist() == [0, 0]
-    most = minimal_by_floor.enough_dots(made_up, "farthest", one_floor(0.21), 60)  # 0.231: 866 and 433 dots
-    assert most["n_S"].tolist() == [900, 500]
-    assert minimal_by_floor.enough_dots(made_up, "farthest", one_floor(0.27), 60)["n_S"].tolist() == [
-        700,
-        400,
-    ]
+def test_a_floor_is_reached_within_a_tenth_however_well_it_is_known():
+    # ln Z is a straight line over ln n_S here, so that between two steps the answer is exact: 100 / n = 1.98 at 50.5
+    found = enough_dots(MadeUp(), one_floor(1.8)).set_index("reading")
+    assert found["n_S"].to_dict() == {"as_written": 102, "recovered": 51}
+    assert found["n_S_percent"].to_dict() == {"as_written": 10.2, "recovered": 5.1}
+    assert found["Z"].tolist() == pytest.approx([1.98, 1.98]) and found["bound"].tolist() == ["", ""]
 
 
-def test_no_subset_is_smaller_than_the_fewest(made_up):
-    found = minimal_by_floor.enough_dots(made_up, "farthest", one_floor(99.0), 60)
-    assert found["n_S"].tolist() == [12, 12]
+@pytest.mark.parametrize(
+    ("value", "n", "z", "bound"), [(99, 12, 100 / 12, "at most"), (0.1, 1000, 0, "more")]
+)
+def test_beyond_what_was_measured_there_is_a_bound(value, n, z, bound):
+    found = enough_dots(MadeUp(), one_floor(value), ("recovered",)).iloc[0]
+    assert (found["n_S"], found["bound"]) == (n, bound) and found["Z"] == pytest.approx(z)
 
 
 @pytest.mark.parametrize(
@@ -108,10 +132,51 @@ def test_no_subset_is_smaller_than_the_fewest(made_up):
     [
         (1.8, 51),  # up to 1.98, between 50 and 60: 55, 52 (1.92) and 51 (1.96) do, which are three halvings
         (1.66, 55),  # up to 1.83: 55 (1.82) does, 52 (1.92) and 53 (1.89) do not
+        (99, 12),  # fewer hold no surface
+        (0.1, 912),  # up to .11, no step does: of those between 900 and 1000, 950, 925 and 912 (.1096)
     ],
 )
-def test_the_step_before_is_halved_three_times(made_up, value, n):
-    floors = one_floor(value)
-    enough = minimal_by_floor.enough_dots(made_up, "farthest", floors, 60)
-    found = minimal_by_floor.smallest(made_up, "farthest", floors, "turned", enough, 60)
-    assert len(found) == n
+def test_the_step_before_is_halved_three_times(value, n):
+    assert len(smallest_recovered(MadeUp(), one_floor(value), "turned")) == n
+
+
+def test_what_the_search_measured_joins_the_curve():
+    trials, floors = MadeUp(), one_floor(1.8)
+    trials.distances = lambda subsets, reading: np.array(
+        [[2.0 if len(dots) < 55 else 1.0] for dots in subsets]
+    )
+    # Z drops at 55: between the steps of 50 and 60 a straight line alone would say 50 (1.98 / 2)^(ln 1.2 / ln .5)
+    assert enough_dots(trials, floors, ("recovered",))["n_S"].tolist() == [51]
+    assert len(smallest_recovered(trials, floors, "turned")) == 55
+    assert enough_dots(trials, floors, ("recovered",))["n_S"].tolist() == [54]
+    assert curves_table(trials, ("recovered",))["n_S"].tolist() == [
+        12,
+        *(10 * p for p in PERCENTS if p >= 1.5),
+    ]
+
+
+@given(
+    st.lists(st.floats(0.01, 9), min_size=2, max_size=12),
+    st.floats(0.005, 10),
+)
+def test_the_smallest_n_s_on_any_curve(values, z):
+    n = np.geomspace(1, 90, len(values))
+    found = smallest_n_s(z, n, np.array(values))
+    reached = [k for k, value in enumerate(values) if value <= z]
+    if not reached:
+        assert found == np.inf
+    elif reached[0] == 0:
+        assert found == (n[0] if z == values[0] else 0)
+    else:
+        before, there = n[reached[0] - 1], n[reached[0]]
+        assert before <= found <= there * (1 + 1e-12)
+        lowest = min(values[: reached[0]])
+        line = np.exp(np.interp(np.log(found), np.log([before, there]), np.log([lowest, values[reached[0]]])))
+        assert line == pytest.approx(z, rel=1e-9)
+
+
+def test_a_curve_that_rises_at_its_end_still_needs_its_first_crossing():
+    # from 2 to 1 between 10 and 20 %: ln 2 - ln 1.2 of ln 2 on the way
+    share = np.log(2 / 1.2) / np.log(2)
+    found = smallest_n_s(1.2, np.array([10.0, 20, 40]), np.array([2.0, 1, 1.5]))
+    assert found == pytest.approx(10 * 2**share)

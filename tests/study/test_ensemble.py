@@ -10,12 +10,12 @@ import follow_ensemble
 from drawn import check_texts, drawn_texts
 from peptides import peptide, write
 from sparsurf import InputError
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import residues_over_time, summary_figures
 from sparsurf.study import ensemble
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.residues import over_frames, residue_table
-from sparsurf.surfaces.making import fitting_density, molecular_surface
+from sparsurf.surfaces.molecular_surface import fitting_density, molecular_surface
 from sparsurf.surfaces.radii import radii
 
 SETTINGS = {
@@ -24,7 +24,7 @@ SETTINGS = {
     },
     "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.6},
     "sampling": {"moved_centre": True, "every_patch": True},
-    "evaluation": {"islands": ["kept", "surface"]},
+    "evaluation": {"readings": ["as_coded", "as_written"]},
     "ensemble": {"combination": [1.0, 0.0, 6.0, 0.0], "test_dots": 20, "draws": 2, "stride": 1},
     "seed": 3,
 }  # fmt: skip
@@ -55,7 +55,7 @@ def test_one_row_per_frame_in_order(table):
     assert table["time_ps"].isna().all()
     first = ["frame", "time_ps", "N", "area", "mean_roughness", "n_S", "n_S_percent", "n_S_expected"]
     assert table.columns[:8].tolist() == first
-    for reading in ("kept", "surface"):
+    for reading in ("as_coded", "as_written"):
         for name in ("Z_tS", "Z_tR", "d"):
             assert np.isfinite(table[f"{name}_{reading}"]).all()
             assert (table[f"{name}_se_{reading}"] > 0).all()
@@ -171,7 +171,7 @@ def test_rows_of_other_settings_are_not_taken_up(molecule, tmp_path):
     assert len(marks) == 5 and mark == f"# {ensemble.fingerprint(one, SETTINGS, 'p', '')} 1 of 1\n"
     anew = followed(one, other, "p", 1, part)
     before = followed(one, SETTINGS, "p", 1, tmp_path / "another")
-    assert len(anew) == 1 and anew["d_kept"][0] != before["d_kept"][0]
+    assert len(anew) == 1 and anew["d_as_coded"][0] != before["d_as_coded"][0]
 
 
 def test_a_surface_that_is_too_sparse_is_refused(molecule, tmp_path):
@@ -186,7 +186,7 @@ def test_the_frame_of_an_error_is_named(molecule, tmp_path):
         followed(molecule, without, "p", 1, tmp_path / "part")
 
 
-def invented(n, time=True, readings=("kept", "surface")):
+def invented(n, time=True, readings=("as_coded", "as_written")):
     """A table like ensemble.csv of invented numbers."""
     rng, k = np.random.default_rng(n), np.arange(n)
     out = pd.DataFrame({"frame": k, "time_ps": 50.0 * k if time else np.full(n, np.nan)})
@@ -200,7 +200,13 @@ def invented(n, time=True, readings=("kept", "surface")):
 
 @pytest.mark.parametrize(
     "table",
-    [invented(400), invented(12), invented(1), invented(70, time=False), invented(40, readings=["surface"])],
+    [
+        invented(400),
+        invented(12),
+        invented(1),
+        invented(70, time=False),
+        invented(40, readings=["as_written"]),
+    ],
     ids=["long", "short", "one frame", "no times", "one reading"],
 )
 @pytest.mark.filterwarnings("error")

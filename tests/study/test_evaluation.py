@@ -1,4 +1,4 @@
-"""Distances, errors and yardsticks: plain references, exact cases, independence of cores and order."""
+"""Distances, errors and references: plain references, exact cases, independence of cores and order."""
 
 from types import SimpleNamespace
 
@@ -9,10 +9,10 @@ import pytest
 import evaluate_grid
 import naive
 from sparsurf import InputError
-from sparsurf.sampling import law, published
+from sparsurf.sampling import combination, law
 from sparsurf.study import grid as grids
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.statistics import mean_and_error, yardsticks
+from sparsurf.study.statistics import mean_and_error, references
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 
@@ -83,7 +83,7 @@ def test_fresh_test_dots_differ_between_combinations(blob):
     grid = grids.run(evaluator(blob), GRID, 20, shared=False)
     assert grid.tests.shape == (len(GRID), 20)
     assert not np.array_equal(grid.tests[0], grid.tests[1])
-    # the yardsticks, which need descriptors of one set of dots, are the same either way
+    # the references, which need descriptors of one set of dots, are the same either way
     assert np.allclose(grid.z_tot, grids.run(evaluator(blob), GRID[:1], 20).z_tot)
 
 
@@ -96,7 +96,7 @@ def test_the_config_says_whether_combinations_share_their_test_dots(blob, tmp_pa
     settings = {
         "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.8},
         "sampling": {"alpha": [0.5, 1.0], "beta": [0], "gamma": [2], "delta": [4]},
-        "evaluation": {"test_dots": 5, "draws": 1, "islands": ["kept"], "shared_test_dots": shared},
+        "evaluation": {"test_dots": 5, "draws": 1, "readings": ["as_coded"], "shared_test_dots": shared},
         "seed": 1,
     }
     settings["sampling"] |= {"moved_centre": True, "every_patch": True}
@@ -120,17 +120,17 @@ def test_grid_survives_the_disk(grid, tmp_path):
         grids.load(tmp_path / "a.npz")
 
 
-def test_yardsticks_of_two_opposite_vectors():
+def test_references_of_two_opposite_vectors():
     z = np.zeros((2, 121))
     z[:, 0] = [1.0, 3.0]
-    assert yardsticks(z) == {"empty_patch": 2.0, "null_model": 1.0, "two_patches": 2.0}
+    assert references(z) == {"empty_patch": 2.0, "null_model": 1.0, "two_patches": 2.0}
 
 
-def test_yardsticks_of_a1(a1):
+def test_references_of_a1(a1):
     # over 2000 test dots the s.e. of |z_tot| is 0.05 and of the null model 0.02
     surface = Evaluator(a1, seed=5, name="a1", threads=2)
     z_tot, _ = surface.describe(surface.draw_tests(2000))
-    sticks = yardsticks(z_tot)
+    sticks = references(z_tot)
     assert sticks["empty_patch"] == pytest.approx(9.61, abs=0.15)
     assert sticks["null_model"] == pytest.approx(1.54, abs=0.1)
     assert sticks["two_patches"] == pytest.approx(2.17, abs=0.15)
@@ -139,7 +139,7 @@ def test_yardsticks_of_a1(a1):
 def test_published_rows_of_a1(a1, shared):
     # reference: 40 replicates of 100 test dots. With 1500 shared test dots and 4 draws our error is about that of
     # the reference's mean; 5 % of the value or 3 joint standard errors
-    rows = published.PUBLISHED_ROWS
+    rows = combination.PUBLISHED_ROWS
     grid = grids.run(Evaluator(a1, seed=1, name="a1", threads=2), rows, 1500, 4)
     n_s = 100 * grid.n_s.mean(axis=1) / 20045
     assert np.allclose(n_s, [12.4, 21.3, 26.0, 37.3, 45.7, 53.4, 61.4, 74.0, 83.4, 97.1], atol=0.6)

@@ -11,18 +11,20 @@ from scipy.spatial import cKDTree
 
 import measure_floors
 from conftest import ROOT
+from measures import recovery
 from sparsurf import InputError
-from sparsurf.calls import command
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.cli import command
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study import minimal_by_floor, recovery
+from sparsurf.study.enough import FEWEST, Trials, enough_dots
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.floors import floors, frames_apart, turning
-from sparsurf.surfaces.making import molecular_surface
-from sparsurf.surfaces.reading import read_surface
+from sparsurf.study.minimal import smallest_recovered
+from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.read_surface import read_surface
 
 ATOMS = np.array(
     [[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [5, 5, 1], [7, 5.5, 2.5]]
@@ -103,7 +105,9 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
         return seen[-1]
 
     monkeypatch.setattr(measure_floors, "read_molecule", noted)
-    monkeypatch.setattr(measure_floors, "fitting_density", lambda *_, tell: told.append(tell) or 1.0)
+    monkeypatch.setattr(
+        "sparsurf.surfaces.molecular_surface.fitting_density", lambda *_, tell: told.append(tell) or 1.0
+    )
     found = measure_floors._with_atoms(inputs, {"radii": "dms"}, 0.5, part, "tdp43/c1")
     assert told == [False]  # where the surface was made, it was
     assert seen[1].frame_number.tolist() == [0, 30, 49, 50, 51, 70, 150]
@@ -116,7 +120,7 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
 def test_neighbours_that_a_trajectory_has_not_are_no_warning(tmp_path, monkeypatch, caplog):
     path, part = ROOT / "data" / "tdp43", {"residues": "209-212"}
     frames = mdtraj.load(str(path / "trajectory.xtc"), top=str(path / "topology.pdb"))[[3, 500]]
-    monkeypatch.setattr(measure_floors, "fitting_density", lambda *_, tell: 1.0)
+    monkeypatch.setattr("sparsurf.surfaces.molecular_surface.fitting_density", lambda *_, tell: 1.0)
     read_molecule(path / "topology.pdb", **part).write_pdb(tmp_path / "own.pdb", 0)
     inputs = {"structure": path / "topology.pdb", "own": tmp_path / "own.pdb"}
     for ending, time, known in (("xtc", "500.0", {}), ("dcd", "", None)):  # a DCD tells no times
@@ -136,19 +140,20 @@ def test_turnings_are_rotations():
 
 def test_enough_is_where_the_curve_meets_the_floor(evaluator, table):
     wanted = table.reset_index()
-    enough = minimal_by_floor.enough_dots(evaluator, "farthest", wanted, 60)
-    by = enough.set_index(["floor", "islands"])
-    assert by.loc[("fresh dots", "recovered"), "n_S"] < by.loc[("fresh dots", "surface"), "n_S"]
+    trials = Trials(evaluator, "farthest", 60)
+    enough = enough_dots(trials, wanted)
+    by = enough.set_index(["floor", "reading"])
+    assert by.loc[("fresh dots", "recovered"), "n_S"] < by.loc[("fresh dots", "as_written"), "n_S"]
     one = by.loc[("turned", "recovered")]
-    dots = minimal_by_floor.smallest(evaluator, "farthest", wanted, "turned", enough, 60)
-    assert minimal_by_floor.FEWEST <= len(dots) <= one["n_S"]
+    dots = smallest_recovered(trials, wanted, "turned")
+    assert FEWEST <= len(dots) <= 1.2 * one["n_S"]
     tests = evaluator.draw_tests(60)
     z, _ = evaluator.distances([dots], tests, evaluator.describe(tests)[0], "recovered")
     assert z.mean() <= table.loc["turned", "Z"] + 1.96 * np.hypot(
         z.std(ddof=1) / 60**0.5, table.loc["turned", "se"]
     )
     with pytest.raises(InputError, match="seven atoms has fresh dots"):
-        minimal_by_floor.smallest(evaluator, "farthest", wanted, "no such floor", enough, 60)
+        smallest_recovered(trials, wanted, "no such floor")
 
 
 def test_the_handed_out_dots_need_nothing_else(evaluator, tmp_path, monkeypatch):
@@ -175,7 +180,7 @@ def test_the_handed_out_dots_need_nothing_else(evaluator, tmp_path, monkeypatch)
     assert distance < 0.05 and angle < 8
     z = pd.read_csv("z.csv").filter(like="z_").to_numpy()
     true = evaluator.describe(chosen)[0]
-    as_they_are, _ = evaluator.distances([chosen], chosen, true, "surface")
+    as_they_are, _ = evaluator.distances([chosen], chosen, true, "as_written")
     assert np.linalg.norm(z - true, axis=1).mean() < 0.75 * as_they_are.mean()
     assert z == pytest.approx(describe(build_index(*recover(*kept)), kept[0])[0], rel=1e-5)
     assert cKDTree(points).query(evaluator.points)[0].max() < 0.5
@@ -191,14 +196,8 @@ def test_intervals_over_proteins():
     alone = {"protein": 9, "sampler": "b", "percent": 5.0, "Z": 0.7}  # has no other to be compared with
     change = recovery.paired(pd.DataFrame([*rows, alone]), "a", "b", ("Z",)).iloc[0]
     assert change["n"] == 9
-    assert change["mean"] == pytest.approx(-20) and change["high"] - change["low"] == pytest.approx(
-        0, abs=1e-9
-    )
-    mean = recovery.means(pd.DataFrame(rows), ("Z",)).iloc[1]
-    values = np.array([row["Z"] for row in rows if row["sampler"] == "b"])
-    assert mean["high"] - mean["mean"] == pytest.approx(
-        2.306 * values.std(ddof=1) / 3, rel=1e-3
-    )  # t of 8 degrees
+    assert change["change"] == pytest.approx(-20)
+    assert change["change_high"] - change["change_low"] == pytest.approx(0, abs=1e-9)
 
 
 def test_errors_of_dots_beside_a_ball_by_hand():

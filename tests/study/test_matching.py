@@ -9,16 +9,16 @@ from scipy.spatial.distance import cdist
 
 from conftest import make_blob
 from peptides import peptide, write
-from sparsurf.complementarity.ranking import auc
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.pairs import matching
+from sparsurf.pairs import thinning as thinning_module
+from sparsurf.pairs.partners import baseline_scores, partner_of
+from sparsurf.pairs.ranking import auc
+from sparsurf.pairs.thinning import thinning
 from sparsurf.patches.descriptors import describe
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study import matching
-from sparsurf.study import thinning as thinning_module
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.partners import baseline_scores, partner_of
-from sparsurf.study.thinning import thinning
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 
@@ -197,7 +197,7 @@ def test_residues_without_a_chain_are_residues():
     assert table[["dots", "propensity_smoothed", "interface"]].to_numpy().tolist() == [[2, 2, 0.5]]
 
 
-def test_yardsticks_belong_to_the_dots_that_are_asked_for():
+def test_references_belong_to_the_dots_that_are_asked_for():
     # five atoms of three residues 20 Å apart, one of them a hydrogen; two dots above each residue
     dots = np.array([[x + dx, 0.0, 2.0] for x in (0.0, 20.0, 40.0) for dx in (0.0, 1.0)])
     surface = Surface(dots, np.tile([0.0, 0, 1], (6, 1)), atom=np.array([0, 1, 2, 2, 4, 4]))
@@ -220,7 +220,7 @@ def test_yardsticks_belong_to_the_dots_that_are_asked_for():
     assert shown.tolist() == [-1, -1, 7, 7, 9]  # the first residue has no row
 
 
-def test_without_atoms_there_are_fewer_yardsticks_and_no_residues(blobs):
+def test_without_atoms_there_are_fewer_references_and_no_residues(blobs):
     found = matching.match(*blobs)
     table = matching.maps(found, 0)
     assert matching.by_residue(matching.by_dot(found, 0, table)) is None

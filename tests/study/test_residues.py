@@ -1,5 +1,7 @@
 """The surface residue by residue, and the structures coloured by it."""
 
+import re
+
 import gemmi
 import numpy as np
 import pandas as pd
@@ -8,10 +10,11 @@ import pytest
 import tabulate_residues
 from peptides import peptide, write
 from sparsurf.molecules.mmcif import write_mmcif
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.report.figures import layout
 from sparsurf.study.residues import over_frames, residue_table
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.making import molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
 
@@ -54,7 +57,9 @@ def test_table_says_what_a_loop_finds(molecule, surface):
 
 def test_a_residue_without_dots_is_buried(molecule, surface):
     far = surface.atom >= np.flatnonzero(molecule.chain == "B")[0]
-    only = type(surface)(*(getattr(surface, name)[far] for name in surface.__dataclass_fields__))
+    only = type(surface)(
+        *(getattr(surface, name)[far] for name in surface.__dataclass_fields__ if name != "fields")
+    )
     table = residue_table(only, np.full(far.sum(), 0.5), molecule)
     assert table["area"][:3].tolist() == [0, 0, 0]
     assert table["mean_roughness"].isna().tolist() == [True, True, True, False, False]
@@ -63,15 +68,26 @@ def test_a_residue_without_dots_is_buried(molecule, surface):
 
 def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_path):
     far = surface.atom >= np.flatnonzero(molecule.chain == "B")[0]
-    only = type(surface)(*(getattr(surface, name)[far] for name in surface.__dataclass_fields__))
+    only = type(surface)(
+        *(getattr(surface, name)[far] for name in surface.__dataclass_fields__ if name != "fields")
+    )
     inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "structure.pdb", "minimal")}
     inputs["structure"] = inputs.pop("structure.pdb")
     write_npz(inputs["surface"], only)
     molecule.write_pdb(inputs["structure"])
     pd.DataFrame({"roughness": np.full(far.sum(), 0.25)}).to_csv(inputs["roughness"], index=False)
-    pd.DataFrame({"dot": [0, 1], "weight": [1, 1]}).to_csv(inputs["minimal"], index=False)
-    outputs = {"table": tmp_path / "x.csv", "pdb": tmp_path / "x.pdb", "cif": tmp_path / "x.cif"}
+    kept = pd.DataFrame({"dot": [0, 1], "x": [1.5, -2], "y": [0.25, 3], "z": [7.0, 8], "weight": [1, 1]})
+    kept.to_csv(inputs["minimal"], index=False)
+    kinds = ("csv", "pdb", "cif", "pml", "cxc", "bild")
+    outputs = {"table" if kind == "csv" else kind: tmp_path / f"x.{kind}" for kind in kinds}
     tabulate_residues.main(inputs, outputs, "two/c1")
+    spheres = [line.split()[1:] for line in outputs["bild"].read_text().splitlines() if ".sphere" in line]
+    assert np.array(spheres, float).tolist() == [[1.5, 0.25, 7, 0.3], [-2, 3, 8, 0.3]]
+    named = re.findall(r"[\w]+\.(?:pdb|csv|bild)", outputs["pml"].read_text() + outputs["cxc"].read_text())
+    assert set(named) == {"structure_roughness.pdb", "minimal.csv", "minimal.bild"}  # which stand beside them
+    low, high = layout.ROUGH
+    assert f"structure, {low}, {high}" in outputs["pml"].read_text()
+    assert f"range {low},{high}" in outputs["cxc"].read_text()
     for kind in ("pdb", "cif"):
         structure = gemmi.read_structure(str(outputs[kind]))
         shown = [each.atom.b_iso for each in structure[0].all()]

@@ -1,7 +1,6 @@
 """The summary of a run and the recommendation, from made-up surfaces whose best parameters are known."""
 
 import json
-import shutil
 from itertools import permutations
 
 import numpy as np
@@ -13,17 +12,15 @@ import summarise_run
 from conftest import ROOT, make_blob
 from drawn import drawn_texts
 from sparsurf import InputError
-from sparsurf.calls import command
-from sparsurf.calls.surface_calls import surface as surface_of_molecule
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.cli import command
+from sparsurf.cli.making import surface as surface_of_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report import recommendation
-from sparsurf.report.figures import few_surfaces, summary_figures
-from sparsurf.report.front_page import best_sentence
-from sparsurf.report.pages import held_out
-from sparsurf.report.summary_page import summary_markdown
+from sparsurf.report.figures import few_surfaces, layout, summary_figures
+from sparsurf.report.summary_page import summary_page
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study import summary, tables
@@ -37,7 +34,7 @@ PATCHES = {"R_patch": 4.0, "D_link": 0.5}
 
 
 def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
-    """A conformation on which `kept` likes one gamma best and `surface` is always below a uniform draw."""
+    """A conformation on which `as_coded` likes one gamma best and `surface` is always below a uniform draw."""
     rng, k = np.random.default_rng(seed), len(combinations)
     percent = 15 * combinations[:, 0] + np.where(combinations[:, 0] == 1, 3, 0) + 0.1 * combinations[:, 2]
     d = np.stack([1 - 0.3 * (combinations[:, 2] - gamma) ** 2, np.full(k, -0.3)])
@@ -46,7 +43,16 @@ def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
     n_s = np.tile(np.round(10 * percent).astype(int)[:, None], 2)
     z_tot, sizes = rng.normal(size=(60, 121)), np.full((2, 2, k), 7.0)
     grid = Grid(
-        combinations, 1000, n_s, n_s[:, 0] * 1.0, np.arange(60), z_tot, z_ts, z_tr, sizes, ("kept", "surface")
+        combinations,
+        1000,
+        n_s,
+        n_s[:, 0] * 1.0,
+        np.arange(60),
+        z_tot,
+        z_ts,
+        z_tr,
+        sizes,
+        ("as_coded", "as_written"),
     )
     table = tables.grid_table(grid)
     protein, conformation = name.split("/")
@@ -96,13 +102,13 @@ def test_tables_have_a_row_per_surface_and_per_range(related):
     assert len(surfaces) == 12 and len(table) == 12 * 2 * 3
     assert surfaces["N"].tolist() == [1000] * 12 and surfaces["area"].tolist() == [250.0] * 12
     assert (surfaces[["n_S_min_percent", "n_S_max_percent"]] == [7.5, 18.5]).all(axis=None)
-    assert surfaces["best_kept"][0] == "(1, 0, 0, 0)" and surfaces["best_kept"][11] == "(1, 0, 5, 0)"
+    assert surfaces["best_as_coded"][0] == "(1, 0, 0, 0)" and surfaces["best_as_coded"][11] == "(1, 0, 5, 0)"
     assert table["range"].tolist() == [1, 2, 3] * 24
     assert (table[table["range"] == 2]["n_combinations"] == 0).all()  # nothing keeps 12 %
-    own = table[(table["range"] == 3) & (table["islands"] == "kept")]
+    own = table[(table["range"] == 3) & (table["reading"] == "as_coded")]
     assert own["gamma"].tolist() == sorted(own["gamma"])
-    means = table.groupby(["islands", "range"])["d_from_all"].mean()
-    pooled = related["relation"].set_index(["islands", "range"])["d_from_all"]
+    means = table.groupby(["reading", "range"])["d_from_all"].mean()
+    pooled = related["relation"].set_index(["reading", "range"])["d_from_all"]
     pd.testing.assert_series_equal(pooled, means)
 
 
@@ -119,15 +125,15 @@ def test_winners_and_limits_are_those_of_the_ranges():
 def test_choices_of_others_equal_the_plain_way():
     names = [f"{'ab' if s < 4 else 'cd'}{s % 2}/c{s}" for s in range(8)]
     results = study(lambda r, s: (s * 3) % 5, ROUGHS[:8], names)
-    guesses, local = summary.chosen_nearby(results, "kept")
+    guesses, local = summary.chosen_nearby(results, "as_coded")
     for s, one in enumerate(results):
         others = [o for o in results if o.protein != one.protein]
         others.sort(key=lambda o: abs(o.mean_roughness - one.mean_roughness))
         inside = one.grid[one.grid["alpha"] == 1].index  # the last range
         for g, group in enumerate((others[:3], others[-3:], others)):
-            score = sum(o.grid["d_kept"] for o in group)[inside]
-            assert guesses[s, 2, g] == one.grid["d_kept"][score.idxmax()]
-        score = (one.grid["d_kept"] + others[0].grid["d_kept"] + others[1].grid["d_kept"])[inside]
+            score = sum(o.grid["d_as_coded"] for o in group)[inside]
+            assert guesses[s, 2, g] == one.grid["d_as_coded"][score.idxmax()]
+        score = (one.grid["d_as_coded"] + others[0].grid["d_as_coded"] + others[1].grid["d_as_coded"])[inside]
         assert local[s, 2] == str(Combination.of(one.grid.loc[score.idxmax()]))
 
 
@@ -201,7 +207,7 @@ def test_conformations_of_one_protein_count_once():
     names = [f"{p}/c{c}" for p in "abc" for c in (1, 2, 3)]
     roughs = [0.5, 0.501, 0.502, 0.55, 0.551, 0.552, 0.6, 0.601, 0.602]
     table = run_of(study(lambda r, s: (r - 0.5) * 50, roughs, names))["summary"]
-    rows = table[(table["islands"] == "kept") & (table["range"] == 3)]
+    rows = table[(table["reading"] == "as_coded") & (table["range"] == 3)]
     found = relation(rows, np.random.default_rng(0))
     assert found["n_surfaces"] == 9 and found["n_proteins"] == 3
     assert found["p"] == pytest.approx(2 / 6)  # two of the six orders of three proteins
@@ -234,58 +240,51 @@ def test_frames_of_one_protein_do_not_make_a_small_p():
 
 def test_changes_between_equally_rough_surfaces_are_counted():
     table = run_of(study(lambda r, s: [0, 0, 5, 2][s], [0.5, 0.502, 0.504, 0.6]))["summary"]
-    rows = table[(table["islands"] == "kept") & (table["range"] == 3)]
+    rows = table[(table["reading"] == "as_coded") & (table["range"] == 3)]
     found = relation(rows, np.random.default_rng(0))
     assert (found["n_pairs"], found["n_changes"], found["n_told_apart"]) == (3, 2, 2)
 
 
+def reasons_of(run, roughness=0.55):
+    rows = recommendation.rows_for(run["summary"], "as_coded", 18)
+    return list(recommendation.reasons(rows, relation(rows, np.random.default_rng(0)), roughness))
+
+
 def test_a_relation_is_found_and_used(related):
     kept, surface = said(related, 0.561)
-    assert "Take (1, 0, 2, 0)" in kept and "not support" not in kept
-    assert "rank correlation gamma +0.9" in kept and "near surfaces choose better" in kept
-    assert "Not the paper's sampling" in surface and "worse than a uniform subset" in surface
-    assert "sampler: farthest, n_S_percent: 18" in surface
+    assert "Take (1, 0, 2, 0)" in kept and reasons_of(related) == []
+    assert "sampler: farthest, n_S_percent: 18" in surface and "Take (" not in surface
     # the best of the three surfaces at either end: gamma 0, 0.5, 0.9 and 5, 4.5, 4.1
     assert "Take (1, 0, 0, 0)" in said(related, 0.50)[0] and "Take (1, 0, 5, 0)" in said(related, 0.64)[0]
 
 
 def test_without_a_relation_no_choice_is_supported(unrelated):
     kept, _ = said(unrelated)
-    assert "The evidence does not support a choice by mean roughness" in kept
-    assert "one combination, (1, 0, 2, 0), may be the best on each of the 12 surfaces" in kept
+    assert reasons_of(unrelated) == ["shared", "unrelated", "far", "all"]
     assert (
-        "no more correlated in rank with mean roughness than by chance (they are the same on all 12" in kept
+        "(1, 0, 2, 0) is best on average" in kept and "on 12 of 12 surfaces" in kept and "Take (" not in kept
     )
-    assert "gives no higher d" in kept
-    assert "Regardless of mean roughness, (1, 0, 2, 0) is the paper's best" in kept
 
 
 def test_scattered_winners_support_no_choice():
     run = run_of(study(lambda r, s: [4, 0, 5, 1, 3, 0, 4, 2, 5, 0, 3, 1][s], ROUGHS))
-    kept = said(run)[0]
-    assert "than by chance (gamma" in kept and "p = 0." in kept
+    assert "unrelated" in reasons_of(run) and "p = 0." in said(run)[0]
 
 
 @pytest.mark.parametrize(
-    ("roughs", "asked", "words"),
-    [
-        (
-            [0.6],
-            0.6,
-            "only 1 protein has an answer in this range of n_S, and a relation needs at least 10 proteins",
-        ),
-        ([0.6, 0.62], 0.61, "only 2 proteins have"),
-        (ROUGHS, 0.7, "0.700 lies outside of what was seen, 0.500 .. 0.650"),
-    ],
+    ("roughs", "asked", "reason"),
+    [([0.6], 0.6, "few"), ([0.6, 0.62], 0.61, "few"), (ROUGHS, 0.7, "outside")],
 )
-def test_reasons_are_given(roughs, asked, words):
-    assert words in said(run_of(study(lambda r, s: (r - 0.5) / 0.1496 * 5, roughs)), asked)[0]
+def test_reasons_are_given(roughs, asked, reason):
+    run = run_of(study(lambda r, s: (r - 0.5) / 0.1496 * 5, roughs))
+    assert reasons_of(run, asked) == [reason]
+    assert ("0.700" in said(run, asked)[0]) == (reason == "outside")
 
 
 @pytest.mark.parametrize("percent", [1, 12, 99])
 def test_an_n_s_that_nothing_keeps_has_no_answer(related, percent):
     for answer in said(related, 0.55, percent):
-        assert "No answer: no combination" in answer and f"about {percent} %" in answer
+        assert f"about {percent} %" in answer and "(1, 0," not in answer
 
 
 def write_run(folder, results):
@@ -304,64 +303,72 @@ def write_run(folder, results):
         (own / "best.json").write_text(json.dumps(one.best))
 
 
+def sum_up(folder, **patches):
+    """surfaces.csv and the rest of a run of these finished conformations."""
+    results = sorted(folder.glob("*/*/best.json"))
+    outputs = {key: folder / f"{key}.csv" for key in ("surfaces", "summary", "relation")}
+    outputs |= {"page": folder / "summary.html", "png": str(folder / "summary.png")}
+    outputs |= {"enough": str(folder / "enough.png")}
+    with pytest.MonkeyPatch.context() as patch:  # these runs have no curves
+        patch.setattr(summarise_run.enough, "read", lambda own: own.parent.name)
+        patch.setattr(summarise_run.enough, "figure", lambda *_: layout.sheet(20, 20))
+        settings = {"patches": PATCHES | patches, "minimal": {}, "seed": 0}
+        summarise_run.main({"results": results}, outputs, settings)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A summed-up run on the disk."""
     path = tmp_path_factory.mktemp("here") / "results" / "mine"
     write_run(path, study(lambda r, s: (r - 0.5) / 0.1496 * 5, ROUGHS))
-    (path / "p01" / "c99").mkdir()  # a conformation that failed
-    summarise_run.by_hand([str(path), "--R-patch", "4", "--D-link", "0.5"])
+    sum_up(path)
     return path
 
 
-def test_a_run_is_summed_up_by_hand_and_repeats(folder, related):
-    names = ["summary.csv", "surfaces.csv", "relation.csv", "summary.md", "summary.png"]
+def test_a_run_is_summed_up_and_repeats(folder, related):
+    names = ["summary.csv", "surfaces.csv", "relation.csv", "summary.html", "summary.png"]
     before = [(folder / name).read_bytes() for name in names]
-    summarise_run.by_hand([str(folder), "--R-patch", "5.5", "--D-link", "0.9"])
+    sum_up(folder, R_patch=5.5, D_link=0.9)
     surfaces = pd.read_csv(folder / "surfaces.csv")
     assert (surfaces["R_patch"] == 5.5).all() and (surfaces["D_link"] == 0.9).all()
-    summarise_run.by_hand([str(folder), "--R-patch", "4", "--D-link", "0.5"])
+    sum_up(folder)
     assert [(folder / name).read_bytes() for name in names] == before
     back = recommendation.read_run(folder)
     assert back["surfaces"]["spacing"].between(0.2, 0.6).all()
     pd.testing.assert_frame_equal(back["summary"], related["summary"], check_dtype=False)
-    assert "| p12 | c1 | 1000 | 250 Å^2 | 0.650 | (1, 0, 5, 0) |" in before[3].decode()
-    assert f"d held out: {held_out(2)}.\n" in before[3].decode()
+    assert "<td>p12/c1</td><td>1,000</td><td>0.650</td><td>(1, 0, 5, 0)</td>" in before[3].decode()
     assert said(back) == said(related)
 
 
-def test_chosen_conformations_are_summed_up_in_their_order(folder, tmp_path):
-    run = shutil.copytree(folder, tmp_path / "mine")
-    (run / "summary.svg").touch()
-    summarise_run.by_hand([str(run), "p12/c1", "p01/c99", "p03/c1", "--R-patch", "4", "--D-link", "0.5"])
-    assert pd.read_csv(run / "surfaces.csv")["protein"].tolist() == ["p12", "p03"]  # p01/c99 is not complete
-    assert not (run / "summary.svg").exists()  # which the next run of the study finds lacking
-
-
 def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monkeypatch):
-    drawn, files = [], ("surfaces", "summary", "relation", "markdown", "png")
+    drawn, files = [], ("surfaces", "summary", "relation", "page", "png", "enough")
+    curves = []
+    monkeypatch.setattr(summarise_run.enough, "read", lambda own: own.parent.name)
+    monkeypatch.setattr(summarise_run.enough, "figure", lambda *given: curves.append(given))
     monkeypatch.setattr(few_surfaces, "draw", lambda _: drawn.append("n_S"))
     monkeypatch.setattr(summary_figures, "summary_figure", lambda *_: drawn.append("roughness"))
     monkeypatch.setattr(summarise_run.layout, "save", lambda *_: None)
     for n in (2, 3):
         inputs = {"results": [folder / f"p{k + 1:02d}" / "c1" / "best.json" for k in range(n)]}
         outputs = {key: str(tmp_path / key) for key in files}
-        summarise_run.main(inputs, outputs, {"patches": PATCHES, "seed": 0})
+        settings = {"patches": PATCHES, "minimal": {"floor": "turned"}, "seed": 0}
+        summarise_run.main(inputs, outputs, settings)
     assert drawn == ["n_S", "roughness"]
+    assert curves == [(["p01", "p02"], "turned"), (["p01", "p02", "p03"], "turned")]
 
 
 def test_recommendation_on_the_command_line(folder, monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(folder.parents[1])
     command.main(["recommend", "--roughness", "0.561", "--n-s", "18", "--results", "results/mine"])
     out = capsys.readouterr().out
-    assert "12 surfaces of 12 proteins, mean roughness 0.500 .. 0.650" in out and "Take (1, 0, 2, 0)" in out
+    assert "12 surfaces of 12 proteins, mean roughness 0.500 to 0.650" in out and "Take (1, 0, 2, 0)" in out
     points, normals = make_blob(6000)
     dots = pd.DataFrame(np.hstack([points * 0.6, normals]), columns=["x", "y", "z", "nx", "ny", "nz"])
     dots.to_csv(tmp_path / "mine.csv", index=False)
     command.main(["recommend", str(tmp_path / "mine.csv"), "--n-s", "18", "--results", str(folder)])
     out = capsys.readouterr().out
     own = roughness(build_index(points * 0.6, normals, 0.5)).mean()
-    assert "under `kept` d depends strongly on that" in out
+    assert "do not hold for it" in out
     assert f"Asked: mean roughness {own:.3f}, n_S 18 % of the dots (1080 of the 6000 dots" in out
 
 
@@ -416,8 +423,8 @@ def test_many_proteins_answer_at_once_wherever_one_is(tmp_path, monkeypatch, cap
     out = capsys.readouterr().out
     n = recommendation.read_run(recommendation.EVIDENCE)["surfaces"]["protein"].nunique()
     assert n >= recommendation.FEWEST and f"docs/proteins.md: {n} surfaces of {n} proteins" in out
-    assert "n_S 10 % of the dots" in out and "is the paper's best in this range" in out
-    assert "at least 10 proteins" not in out
+    assert "n_S 10 % of the dots" in out and "is best on average" in out
+    assert "a relation needs" not in out
 
 
 def test_a_structure_is_asked_about_without_its_hydrogens(tmp_path, capsys):
@@ -437,42 +444,37 @@ def test_a_structure_is_asked_about_without_its_hydrogens(tmp_path, capsys):
 def test_few_proteins_say_how_many_are_needed(folder, capsys):
     few = folder.parent / "few"
     write_run(few, study(lambda r, s: 2, ROUGHS[:4]))
-    summarise_run.by_hand([str(few), "--R-patch", "4", "--D-link", "0.5"])
+    sum_up(few)
     assert not ended(["recommend", "--roughness", "0.51", "--n-s", "18", "--results", str(few)])
-    assert (
-        "only 4 proteins have an answer in this range of n_S, and a relation needs at least 10 proteins"
-        in (capsys.readouterr().out)
-    )
-
-
-def test_nothing_summed_up_is_a_sentence(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit) as end:
-        summarise_run.by_hand(["results/x", "--R-patch", "4", "--D-link", "0.5"])
-    assert end.value.code == 2 and capsys.readouterr().err.strip().endswith(".")
+    assert "4 proteins have an answer here" in capsys.readouterr().out
 
 
 def test_how_many_dots_are_enough_for_each_floor(tmp_path):
     found = study(lambda r, s: 2, [0.5, 0.6, 0.7])
     write_run(tmp_path, found)
     for one, percent in zip(found[:2], (4.0, 10.0), strict=True):
-        rows = [("turned", "surface", 0.998), ("turned", "recovered", percent)]
-        table = pd.DataFrame(rows, columns=["floor", "islands", "n_S_percent"])
+        rows = [("turned", "as_written", 0.998), ("turned", "recovered", percent)]
+        table = pd.DataFrame(rows, columns=["floor", "reading", "n_S_percent"])
         table.to_csv(tmp_path / one.protein / one.conformation / "enough.csv", index=False)
     back = [summary.read_result(tmp_path / one.protein / one.conformation) for one in found]
     surfaces = summary.surfaces_table(back, PATCHES)
     assert surfaces["enough_turned_recovered"].tolist()[:2] == [4, 10]
     assert surfaces.filter(like="enough").iloc[2].isna().all()
-    page = summary_markdown(
-        surfaces, summary.relation_table(back, summary.summary_table(back), np.random.default_rng(0))
-    )
-    assert "| turned | 1 (1 to 1) | 7 (4 to 10) |" in page
+    relation = summary.relation_table(back, summary.summary_table(back), np.random.default_rng(0))
+    page = summary_page("mine", surfaces, relation)
+    assert ["turned", "1 (1 to 1)", "7 (4 to 10)"] in page["floors"]
 
 
-def test_page_begins_with_the_answer(related):
-    page = summary_markdown(related["surfaces"], related["relation"])
-    answer = best_sentence(related["surfaces"])
-    assert page.startswith(f"# The surfaces of this run\n\n{answer}\n")
+def test_the_page_counts_what_the_relation_says(related):
+    relation = related["relation"]
+    page = summary_page("mine", related["surfaces"], relation)
+    assert page["rows_tested"] == relation["p"].notna().sum()
+    assert page["related"] == (relation["p"] < 0.05).sum()
+    for reading, rows in page["relations"].items():
+        own = relation[relation["reading"] == reading]
+        assert [row[3] for row in rows] == [
+            f"{a} of {b}" for a, b in own[["n_winners", "n_surfaces"]].to_numpy()
+        ]
 
 
 def test_figure_without_a_comparison_has_no_panels_for_it(related):
@@ -494,27 +496,27 @@ def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
     row = summary.surfaces_table([one], PATCHES).iloc[0]
     assert row[["N", "area", "mean_roughness"]].tolist() == pytest.approx([1000, 250, 0.4])
     for name in ("empty_patch", "null_model"):
-        assert row[name] == one.best["yardsticks"][name]
+        assert row[name] == one.best["references"][name]
     assert row["empty_patch"] != row["null_model"]
 
 
 def test_d_of_the_best_on_average_is_a_mean_over_surfaces():
     results = study(lambda r, s: 2 + s, ROUGHS[:2])
     table = summary.relation_table(results, summary.summary_table(results), np.random.default_rng(0))
-    for row in table[table["islands"] == "kept"].dropna(subset="d").itertuples():
+    for row in table[table["reading"] == "as_coded"].dropna(subset="d").itertuples():
         of_best = results[0].grid[PARAMETERS].eq([getattr(row, name) for name in PARAMETERS]).all(axis=1)
-        d = [one.grid.loc[of_best, "d_kept"].item() for one in results]
+        d = [one.grid.loc[of_best, "d_as_coded"].item() for one in results]
         assert row.d == pytest.approx(np.mean(d)) and row.d_sd == pytest.approx(np.std(d, ddof=1))
 
 
 def test_a_surface_without_combinations_in_a_range_tells_nothing_of_it():
     results = study(lambda r, s: s % 3, ROUGHS[:5])
     table = summary.summary_table(results)
-    first = (table["islands"] == "kept") & (table["range"] == 1)
+    first = (table["reading"] == "as_coded") & (table["range"] == 1)
     empty = first & (table["protein"] == "p01")
     table.loc[empty, "n_combinations"] = 0
     found = summary.relation_table(results, table, np.random.default_rng(0))
-    known = found[found["islands"] == "kept"].set_index("range")["n_surfaces"]
+    known = found[found["reading"] == "as_coded"].set_index("range")["n_surfaces"]
     assert known[1] == 4 and known[3] == 5
 
 
@@ -540,18 +542,20 @@ def test_figure_draws_with_texts_apart_and_inside(case, related, unrelated, monk
     table, relations = run["summary"], run["relation"]
     if str(case).startswith("three"):
         table, relations = (
-            pd.concat([t, t[t["islands"] == "surface"].assign(islands="recovered")], ignore_index=True)
+            pd.concat([t, t[t["reading"] == "as_written"].assign(reading="recovered")], ignore_index=True)
             for t in (table, relations)
         )
     if case == "one reading":
-        table, relations = (t[t["islands"] == "surface"].reset_index(drop=True) for t in (table, relations))
+        table, relations = (
+            t[t["reading"] == "as_written"].reset_index(drop=True) for t in (table, relations)
+        )
     few = case in (1, 2, "three readings of few")
     figure = few_surfaces.draw(table) if few else summary_figures.summary_figure(table, relations)
     for ax in figure.axes:
         assert ax.has_data(), "an empty panel"
     texts = drawn_texts(figure, monkeypatch)
     said = [words.replace("\n", " ") for words, _ in texts]
-    assert [name for name, each in READINGS.items() if each.words in said] == list(table["islands"].unique())
+    assert [name for name, each in READINGS.items() if each.words in said] == list(table["reading"].unique())
     width, height = figure.canvas.get_width_height()
     for k, (words, box) in enumerate(texts):
         assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, f"{words!r} is cut off"
@@ -564,6 +568,6 @@ def test_the_scatter_over_surfaces_is_that_of_a_sample():
     results = study(lambda r, s: s, [0.5, 0.52, 0.54])
     row = summary.relation_table(results, summary.summary_table(results), np.random.default_rng(0)).iloc[2]
     k = int(np.flatnonzero((results[0].grid[PARAMETERS] == row[PARAMETERS].to_numpy(float)).all(axis=1))[0])
-    d = [one.grid[f"d_{row['islands']}"][k] for one in results]
+    d = [one.grid[f"d_{row['reading']}"][k] for one in results]
     assert row["d"] == pytest.approx(np.mean(d))
     assert row["d_sd"] == pytest.approx(np.std(d) * np.sqrt(3 / 2))

@@ -8,14 +8,14 @@ import pandas as pd
 import pytest
 
 import tabulate_best
-from sparsurf.report import pages
+from sparsurf.report.ranges_page import ranges_page
 from sparsurf.sampling.combination import Combination
 from sparsurf.study import tables
 from sparsurf.study.grid import Grid, save
 
 
 def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
-    """Grid of one reading whose d is as wished; Z_tS = 1."""
+    """Grid of one reading whose d is as requested; Z_tS = 1."""
     rng = np.random.default_rng(0)
     k = len(d)
     combinations = (
@@ -35,7 +35,7 @@ def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
         z_ts,
         z_tr,
         np.full((1, 2, k), 7.0),
-        ("kept",),
+        ("as_coded",),
     )
 
 
@@ -52,10 +52,10 @@ def test_grid_table_has_the_contract_columns():
         "n_S_expected",
     ]
     assert table["n_S_percent"].tolist() == [10, 20]
-    assert np.allclose(table["d_kept"], [0.5, 1.5])
-    assert np.allclose(table["d_se_kept"], 0)
-    assert table["fragment_kept"].tolist() == [7, 8]
-    assert table["fragment_uniform_kept"].tolist() == [9, 10]
+    assert np.allclose(table["d_as_coded"], [0.5, 1.5])
+    assert np.allclose(table["d_se_as_coded"], 0)
+    assert table["fragment_as_coded"].tolist() == [7, 8]
+    assert table["fragment_uniform_as_coded"].tolist() == [9, 10]
 
 
 def test_ranges_are_equal_and_hold_every_combination():
@@ -91,52 +91,37 @@ def test_best_is_sought_at_alpha_one_and_under_the_maximum():
     combos = [[0.5, 0, 0, 0], [1, 0, 2, 0], [1, 0, 4, 0]]
     grid = made_up([3.0, 1.0, 2.0], [5, 30, 40], combinations=combos)
     best = tables.best(tables.grid_table(grid), grid, 35)
-    assert str(Combination.of(best["kept"]["unrestricted"])) == "(1, 0, 4, 0)"
-    assert str(Combination.of(best["kept"]["under_max_n_S"])) == "(0.5, 0, 0, 0)"
-    assert "d held out = 3.00" in pages.best_markdown(best)
-    assert [best["kept"][key]["n_combinations"] for key in ("unrestricted", "under_max_n_S")] == [2, 2]
+    assert str(Combination.of(best["as_coded"]["unrestricted"])) == "(1, 0, 4, 0)"
+    assert str(Combination.of(best["as_coded"]["under_max_n_S"])) == "(0.5, 0, 0, 0)"
+    assert [best["as_coded"][key]["n_combinations"] for key in ("unrestricted", "under_max_n_S")] == [2, 2]
 
 
 def test_an_answer_is_given_when_nothing_is_that_small():
     grid = made_up([1.0], [30])
     best = tables.best(tables.grid_table(grid), grid, 2)
-    answer = best["kept"]["under_max_n_S"]["answer"]
+    answer = best["as_coded"]["under_max_n_S"]["answer"]
     assert "No combination of the grid keeps 2 % of the dots or fewer; the smallest n_S is 30.00 %" in answer
-    assert answer in pages.best_markdown(best)
 
 
-def test_markdown_twins_hold_every_range():
+def test_the_page_holds_every_range():
     grid = made_up(np.arange(7.0), [2.0, 5, 5.1, 22, 30, 71, 100])
-    ranges = tables.ranges_table(tables.grid_table(grid), grid, 10)
-    text = pages.ranges_markdown(ranges, {"empty_patch": 9.6, "null_model": 1.5, "two_patches": 2.2})
-    assert text.count("\n| ") == 12  # header, rule and ten ranges
-    assert "2.00 - 11.80" in text and "9.60" in text
+    table = tables.grid_table(grid)
+    ranges, best = tables.ranges_table(table, grid, 10), tables.best(table, grid, 20)
+    page = ranges_page("p/c1", ranges, best, best["references"])
+    (rows,) = page["tables"].values()
+    assert [row[0] for row in rows] == [
+        f"{low:.1f} – {high:.1f}" for low, high in ranges[["n_S_low_percent", "n_S_high_percent"]].to_numpy()
+    ]
+    assert [row[1] == "" for row in rows] == (ranges["n_combinations"] == 0).tolist()
 
 
-def test_pages_explain_the_readings_that_they_have():
-    grid = replace(made_up([1.0, 2.0], [10.0, 50.0]), readings=("recovered",))
+def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
+    grid = made_up([-1.0, 0.0, 2.0], [10.0, 50.0, 90.0], tests=100, noise=0.5)
     table = tables.grid_table(grid)
     best = tables.best(table, grid, 20)
-    for page in (
-        pages.best_markdown(best),
-        pages.ranges_markdown(tables.ranges_table(table, grid, 1), best["yardsticks"]),
-    ):
-        assert "## islands: recovered" in page and "`recovered`: the kept dots are made a dense" in page
-        assert "`kept`" not in page and "`surface`" not in page
-
-
-def test_the_page_of_ranges_begins_with_its_answer():
-    grid = made_up([-1.0, 0.0, 2.0], [10.0, 50.0, 90.0], tests=100, noise=0.5)
-    ranges = tables.ranges_table(tables.grid_table(grid), grid, 3)
-    text = pages.ranges_markdown(ranges, {"empty_patch": 9.6, "null_model": 1.5, "two_patches": 2.2})
-    assert text.splitlines()[2].startswith(
-        "- `kept`: of 3 ranges the best combination beats a uniform draw of as many dots for certain in 1 and loses to it "
-        "for certain in 1; d is largest, "
-    )
-    assert "at 90.0 % of the dots." in text.splitlines()[2]
-    one = tables.ranges_table(tables.grid_table(grid), grid, 1)
-    one = pages.ranges_markdown(one, {"empty_patch": 9.6, "null_model": 1.5, "two_patches": 2.2})
-    assert one.splitlines()[2].startswith("- `kept`: of 1 range the best")
+    page = ranges_page("p/c1", tables.ranges_table(table, grid, 3), best, best["references"])
+    assert page["counts"]["as_coded"] == {"n": 3, "above": 1, "below": 1}
+    assert page["best"]["as_coded"]["place"] == "above"
 
 
 def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(tmp_path):
@@ -146,18 +131,17 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     floors = pd.DataFrame({"floor": ["turned", "fresh dots"], "Z": [0.75, 0.5]})
     floors.to_csv(tmp_path / "floors.csv", index=False)
     inputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
-    outputs = {name: tmp_path / name for name in ("ranges", "ranges_md", "best", "best_md")}
-    wished = {"tables": {"ranges": 4, "max_n_S_percent": 20}}
-    tabulate_best.main(inputs | {"floors": tmp_path / "floors.csv"}, outputs, wished)
+    outputs = {name: tmp_path / name for name in ("ranges", "best", "markdown", "page")}
+    requested = {"tables": {"ranges": 4, "max_n_S_percent": 20}}
+    tabulate_best.main(inputs | {"floors": tmp_path / "floors.csv"}, outputs, requested, "p/c1")
     ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
     assert len(ranges) == 4 and (ranges["fresh_dots"] == 0.5).all()
-    assert best["yardsticks"]["floors"] == {"turned": 0.75, "fresh dots": 0.5}
-    assert best["kept"]["under_max_n_S"]["n_S_percent"] == 5
-    assert best["kept"]["unrestricted"]["n_S_percent"] == 30
-    assert outputs["best_md"].read_text() == pages.best_markdown(best)
+    assert best["references"]["floors"] == {"turned": 0.75, "fresh dots": 0.5}
+    assert best["as_coded"]["under_max_n_S"]["n_S_percent"] == 5
+    assert best["as_coded"]["unrestricted"]["n_S_percent"] == 30
     assert best["draws"] == 1
-    assert f"d held out: {pages.held_out(1)};" in outputs["ranges_md"].read_text()
-    assert "0.50" in outputs["ranges_md"].read_text()
+    for key in ("markdown", "page"):
+        assert "With a single draw" in outputs[key].read_text() and "0.50" in outputs[key].read_text()
 
 
 def test_tables_are_the_same_after_the_disk(tmp_path):

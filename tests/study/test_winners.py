@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from sparsurf.study import dots_needed, tables
+from sparsurf.study import tables
 from sparsurf.study.best_set import best_set
-from sparsurf.study.ranges import range_limits, range_of
 from sparsurf.study.statistics import estimate
+from sparsurf.study.tables import range_limits, range_of
 
 TESTS = 400
 
@@ -28,10 +28,10 @@ def test_the_table_of_the_grid_has_students_intervals_of_every_mean():
     table = tables.grid_table(grid).iloc[0]
     for name, values in (("d", grid.z_tr[0] - grid.z_ts[0]), ("Z_tR", grid.z_tr[0])):
         found = estimate(values)
-        half = student.ppf(0.975, found.df[0]) * table[f"{name}_se_kept"]
-        assert table[f"{name}_kept"] == pytest.approx(values.mean())
-        assert table[f"{name}_low_kept"] == pytest.approx(values.mean() - half)
-        assert table[f"{name}_high_kept"] == pytest.approx(values.mean() + half)
+        half = student.ppf(0.975, found.df[0]) * table[f"{name}_se_as_coded"]
+        assert table[f"{name}_as_coded"] == pytest.approx(values.mean())
+        assert table[f"{name}_low_as_coded"] == pytest.approx(values.mean() - half)
+        assert table[f"{name}_high_as_coded"] == pytest.approx(values.mean() + half)
 
 
 def against_the_best(gap):
@@ -68,13 +68,13 @@ def grid_of(d, percent, alpha):
 
 
 def test_a_combination_that_keeps_just_the_maximum_may_win():
-    best = tables.best(*grid_of([1.0, 2.0, 3.0], [10, 20, 20.1], [1, 1, 1]), 20)["kept"]
+    best = tables.best(*grid_of([1.0, 2.0, 3.0], [10, 20, 20.1], [1, 1, 1]), 20)["as_coded"]
     assert best["under_max_n_S"]["gamma"] == 1
     assert best["unrestricted"]["gamma"] == 2
 
 
 def test_the_largest_alpha_of_the_grid_need_not_be_one():
-    best = tables.best(*grid_of([9.0, 1.0, 2.0], [10, 20, 30], [0.4, 0.8, 0.8]), 100)["kept"]
+    best = tables.best(*grid_of([9.0, 1.0, 2.0], [10, 20, 30], [0.4, 0.8, 0.8]), 100)["as_coded"]
     assert best["unrestricted"]["gamma"] == 2
     assert best["under_max_n_S"]["gamma"] == 0
 
@@ -100,10 +100,3 @@ def test_the_variance_of_a_mean_is_at_least_that_of_the_rest():
 def test_an_error_has_a_degree_of_freedom_at_least():
     # all three mean squares are 1, each of one degree: Satterthwaite gives a third
     assert estimate(np.array([[1.5, -0.5], [-0.5, -0.5]])).df == 1
-
-
-def test_a_curve_that_rises_at_its_end_still_needs_its_first_crossing():
-    # from 2 to 1 between 10 and 20 %: ln 2 - ln 1.2 of ln 2 on the way
-    share = np.log(2 / 1.2) / np.log(2)
-    found = dots_needed.dots_for(1.2, np.array([10.0, 20, 40]), np.array([2.0, 1, 1.5]))
-    assert found == pytest.approx(10 * 2**share)

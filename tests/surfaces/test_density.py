@@ -10,12 +10,12 @@ from scipy.spatial import cKDTree
 import make_surface
 from peptides import atom_line, peptide, write
 from sparsurf import InputError
-from sparsurf.molecules.reading import read_molecule
-from sparsurf.surfaces import making
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.surfaces import molecular_surface
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.making import fitting_density, fitting_surface, surface_of
+from sparsurf.surfaces.molecular_surface import fitting_density, fitting_surface, surface_of
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.reading import read_surface
+from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.spacing import DENSITY, SPARSE, nearest, refuse_sparse, spacing
 
 SETTINGS = {
@@ -25,6 +25,11 @@ SETTINGS = {
     "radii": "dms",
     "reentrant": "exact",
 }
+
+
+@pytest.fixture(autouse=True)
+def nothing_told_before(monkeypatch):
+    monkeypatch.setattr(molecular_surface, "_told", set())
 
 
 def without_hydrogens(folder, n_residues):
@@ -41,7 +46,10 @@ def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_res
     refuse_sparse(surface.points, 0.5, "a")
     told = len(caplog.records)
     assert fitting_density(molecule, 0, atom_radii, SETTINGS, 0.5, "a", tell=False) == density
-    assert len(caplog.records) == told == 1
+    fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
+    assert len(caplog.records) == told == 1, "told once for all calls"
+    fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.5, "b")
+    assert len(caplog.records) == 2
     assert 0.45 < SPARSE * spacing(surface.points) <= 0.5, "much denser than needed"
     assert f"{density:.2f} dots per Å^2 instead of {DENSITY:.2f}" in caplog.text
 
@@ -68,11 +76,11 @@ def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_pat
     molecule, atom_radii = without_hydrogens(tmp_path, 10)
     least = SPARSE * spacing(surface_of(molecule, 0, atom_radii, SETTINGS | {"density": DENSITY}).points)
     density = DENSITY * (1.02 * least / 0.5) ** 2
-    wish = molecule, 0, atom_radii, SETTINGS, 0.5, "a"
-    assert fitting_density(*wish) == pytest.approx(density)
-    monkeypatch.setattr(making, "MOST_DENSITY", 0.99 * density)
+    asked = molecule, 0, atom_radii, SETTINGS, 0.5, "a"
+    assert fitting_density(*asked) == pytest.approx(density)
+    monkeypatch.setattr(molecular_surface, "MOST_DENSITY", 0.99 * density)
     with pytest.raises(InputError, match="so short"):
-        fitting_density(*wish)
+        fitting_density(*asked)
 
 
 def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path):

@@ -8,16 +8,16 @@ from scipy.spatial import cKDTree
 
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.calls import command
-from sparsurf.molecules.reading import read_molecule
+from sparsurf.cli import command
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.mesh import _filled, _height, recovered_mesh
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces import mesh as meshes
-from sparsurf.surfaces.making import molecular_surface
 from sparsurf.surfaces.marching import march
 from sparsurf.surfaces.mesh import molecular_mesh, step_of
+from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
 ATOMS = np.array([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [5, 5, 1]])

@@ -10,14 +10,13 @@ import pytest
 
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.surfaces.dms_program import surface_by_dms_program
-from sparsurf.surfaces.formats.dms import write_dms
+from sparsurf.surfaces.formats.compact import write_compact
+from sparsurf.surfaces.formats.dms import surface_by_dms_program, write_dms
 from sparsurf.surfaces.formats.format import Format
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.surfaces.formats.registry import FORMATS, READABLE
-from sparsurf.surfaces.making import DENSITY, molecular_surface
-from sparsurf.surfaces.reading import read_places, read_surface
+from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
+from sparsurf.surfaces.read_surface import FORMATS, READABLE, read_places, read_surface
 from sparsurf.surfaces.surface import Surface, surface_of_columns
 
 FIELDS = ("points", "normals", "area", "kind", "atom")
@@ -213,11 +212,11 @@ def test_read_csv(tmp_path, header):
         ("x,y,z\n1,2,3\n", "column nx"),
         ("x,y,z,nx,ny,nz,NZ\n1,2,3,0,0,1,1\n", "one column nz"),
         ("x,y,z,nx,ny,nz\n", "no dots"),
-        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "dot 2 has a normal of length 0.000"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "line 3 has a normal of length 0.000"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,0\n", "length"),
         ("x,y,z,nx,ny,nz\n1,2,,0,0,1\n", "NaN"),
         ("x,y,z,nx,ny,nz\n1,2,rubbish,0,0,1\n", "NaN"),
-        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "table.* saw 8\\.$"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "line 3 has 8 values, not 6; repair it"),
         ("x,y,z,nx,ny,nz\n9,1,2,3,0,0,1\n", "more values than its header has names"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1,\n", "end no row with a comma"),
     ],
@@ -283,9 +282,9 @@ def test_places_need_no_normals_and_keep_their_order(tmp_path):
         ("x,y\n1,2\n", "needs one column z; its header must name x, y, z."),
         ("x,y,z\n", "holds no places."),
         ("x,y,z\n9,1,2,3\n", "its rows have more values than its header has names"),
-        ("x,y,z\n1,2,3\n1,,3\n", "x, y and z of row 2 below the header are not three numbers: mend it."),
-        ("x,y,z\n1,2,here\n", "x, y and z of row 1 below the header are not three numbers: mend it."),
-        ("x,y,z\n1,2,inf\n", "x, y and z of row 1 below the header are not three numbers: mend it."),
+        ("x,y,z\n1,2,3\n1,,3\n", "line 3 has no three numbers x, y and z: repair it"),
+        ("x,y,z\n1,2,here\n", "line 2 has no three numbers x, y and z: repair it"),
+        ("x,y,z\n1,2,inf\n", "line 2 has no three numbers x, y and z: repair it"),
     ],
 )
 def test_what_holds_no_places_is_one_sentence(tmp_path, text, words):
@@ -424,16 +423,15 @@ def test_program_that_fails_or_is_absent(tmp_path, monkeypatch):
 
 def test_every_format_has_its_file_and_its_own_suffixes():
     modules = {
-        module.name.removesuffix(".py")
-        for module in (ROOT / "scripts/sparsurf/surfaces/formats").glob("*.py")
+        module.name.removesuffix(".py") for module in (ROOT / "src/sparsurf/surfaces/formats").glob("*.py")
     }
-    assert {each.name.lower() for each in FORMATS} == modules - {"__init__", "format", "registry"}
+    assert {each.name.lower() for each in FORMATS} == modules - {"__init__", "format"}
     suffixes = [suffix for each in FORMATS for suffix in each.suffixes]
     assert len(set(suffixes)) == len(suffixes)
-    assert set(READABLE) == {".npz", ".csv", ".dms", ".ply"}
+    assert set(READABLE) == {".minimal", ".npz", ".csv", ".dms", ".ply"}
 
 
-@pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.dms", "a.ply"])
+@pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.dms", "a.ply", "a.minimal"])
 def test_formats_are_told_apart_by_content_packed_or_not(tmp_path, small, name):
     """Whatever a file is called, one format takes it, and gives the dots back."""
     as_csv = "\n".join(
@@ -443,10 +441,13 @@ def test_formats_are_told_apart_by_content_packed_or_not(tmp_path, small, name):
     write_dms(tmp_path / "a.dms", small, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], np.zeros((3, 3)))
     written(tmp_path, as_csv, "a.csv")
     write_ply(tmp_path / "a.ply", small, mesh=False)
+    write_compact(tmp_path / "a.minimal", small)
     content = (tmp_path / name).read_bytes()
     assert [each.suffixes[0] for each in FORMATS if each.sniff(content[:1000])] == [name[1:]]
     for path in (written(tmp_path, content, "wrong.xyz"), written(tmp_path, gzip.compress(content), "a.gz")):
-        np.testing.assert_allclose(read_surface(path).points, small.points, rtol=0, atol=0.00051)
+        np.testing.assert_allclose(
+            read_surface(path).points, small.points, rtol=0, atol=0.00251 if name == "a.minimal" else 0.00051
+        )
 
 
 def test_a_new_format_is_one_file_and_one_line(tmp_path, small, monkeypatch):
@@ -457,7 +458,7 @@ def test_a_new_format_is_one_file_and_one_line(tmp_path, small, monkeypatch):
         return surface_of_columns({"points": rows[:, :3], "normals": rows[:, 3:]}, path)
 
     toy = Format("toy", (".toy",), lambda head: head.startswith(b"#toy"), read)
-    monkeypatch.setattr("sparsurf.surfaces.reading.FORMATS", (*FORMATS, toy))
+    monkeypatch.setattr("sparsurf.surfaces.read_surface.FORMATS", (*FORMATS, toy))
     surface = read_surface(written(tmp_path, "#toy\n1 2 3 0 0 1\n4 5 6 0 1 0", "a.toy"))
     np.testing.assert_array_equal(surface.points, [[1, 2, 3], [4, 5, 6]])
 
@@ -493,7 +494,14 @@ def test_numbers_of_a_dms_file_do_not_touch_the_names(tmp_path, small):
 def test_every_format_tells_what_it_can_do():
     known = {each.name: each for each in FORMATS}
     assert {name: each.suffixes for name, each in known.items()} == {
-        "npz": (".npz",), "CSV": (".csv",), "DMS": (".dms",), "PLY": (".ply",),
+        "npz": (".npz",), "CSV": (".csv",), "DMS": (".dms",), "PLY": (".ply",), "compact": (".minimal",), "VTP": (".vtp",),
     }  # fmt: skip
     can = {name: (each.read is not None, each.write is not None) for name, each in known.items()}
-    assert can == {"npz": (True, True), "CSV": (True, False), "DMS": (True, True), "PLY": (True, True)}
+    assert can == {
+        "npz": (True, True),
+        "CSV": (True, False),
+        "DMS": (True, True),
+        "PLY": (True, True),
+        "compact": (True, True),
+        "VTP": (False, True),
+    }

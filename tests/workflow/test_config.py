@@ -1,10 +1,8 @@
 """The config: defaults, and one sentence for every kind of mistake."""
 
-import ast
 import copy
 import datetime
 import re
-from dataclasses import fields
 
 import pytest
 import yaml
@@ -12,13 +10,17 @@ import yaml
 from conftest import ROOT, WORKFLOW
 from sparsurf import InputError
 from sparsurf.patches.descriptors import DESCRIPTORS
+from sparsurf.patches.roughness import ROUGHNESS
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.workflow import listing, needs
-from sparsurf.workflow.config import SCHEMA, check, completed
+from sparsurf.surfaces.read_surface import READABLE
+from sparsurf.workflow import listing, needs, registries
+from sparsurf.workflow.config import check, completed
 from sparsurf.workflow.protein import Protein, proteins
+from sparsurf.workflow.schema import SCHEMA
 from sparsurf.workflow.yaml_file import read_config
 
 DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())
+OF_PATCHES = SCHEMA["properties"]["patches"]["properties"]
 
 
 @pytest.fixture(autouse=True)
@@ -65,10 +67,6 @@ def test_every_key_of_the_default_config_is_described():
     walk(SCHEMA, {k: v for k, v in DEFAULT.items() if k != "proteins"}, "")
 
 
-def test_the_descriptors_of_the_config_are_those_there_are():
-    assert SCHEMA["properties"]["patches"]["properties"]["descriptor"]["enum"] == list(DESCRIPTORS)
-
-
 def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
     line = re.search(r"^  sampler: (\w+) # or (.*)$", (ROOT / "config.yaml").read_text(), re.M)
     assert {line[1], *line[2].split(", ")} == set(SCHEMA["$defs"]["sampler"]["enum"])
@@ -103,11 +101,15 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         ("run", "../elsewhere", ["'../elsewhere'", "cannot name a folder"]),
         ("patches.D_link", 5.0, ["patches.D_link is 5 Å", "smaller than R_patch"]),
         (
-            "evaluation.islands",
+            "evaluation.readings",
             ["recovered"],
-            ["evaluation.islands is ['recovered'], but needs kept or surface"],
+            ["evaluation.readings is ['recovered'], but needs as_coded or as_written"],
         ),
-        ("evaluation.islands", ["kept", "both"], ["evaluation.islands.1 is 'both'", "kept, surface"]),
+        (
+            "evaluation.readings",
+            ["as_coded", "both"],
+            ["evaluation.readings.1 is 'both'", "as_coded, as_written"],
+        ),
         ("evaluation.test_dots", "many", ["evaluation.test_dots is 'many'"]),
         ("frames.clusters", 0, ["frames.clusters is 0, but must be 1 or more ("]),
         ("frames.use", [0, "a"], ["frames.use.1 is 'a', but must be a whole number, as 3 ("]),
@@ -117,7 +119,7 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         (
             "proteins",
             {"a": {"structure": "data/tdp43/topology.pdb", "ligands": ["XK2", False]}},
-            ["proteins.a.ligands.1 is False, but must be a text; put it in quotes ("],
+            ["proteins.a.ligands.1 is False, but must be a string; put it in quotes ("],
         ),
         ("tables.max_n_S_percent", 120, ["tables.max_n_S_percent is 120", "100 or less"]),
         ("surface.method", "msms", ["surface.method is 'msms'", "analytic, dms"]),
@@ -142,24 +144,24 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         (
             "proteins",
             {1: {"structure": "data/tdp43/topology.pdb"}},
-            ["the key 1 in proteins is not read as a text"],
+            ["the key 1 in proteins is not read as a string"],
         ),
         ("proteins", {"a": {"pdb": "1ubi\n"}}, ["proteins.a.pdb is '1ubi\\n'"]),
         ("proteins", {"a": {"pdb": 453}}, ["proteins.a.pdb is '453', but must be of the form 1ubi ("]),
         (
             "proteins",
             {"a": {"pdb": 1e10}},
-            ["proteins.a.pdb is 10000000000.0, but", "a text; put it in quotes ("],
+            ["proteins.a.pdb is 10000000000.0, but", "a string; put it in quotes ("],
         ),
         ("minimal", {"n_S": 5, "Z": 1.0}, ["minimal needs exactly one of", "but has n_S, Z"]),
         ("sampling.alpha", 0.5, ["sampling.alpha is 0.5, but must be a list, as [1, 2]."]),
         (
-            "evaluation.islands",
-            "kept",
-            ["evaluation.islands is 'kept', but must be a list, as [kept]"],
+            "evaluation.readings",
+            "as_coded",
+            ["evaluation.readings is 'as_coded', but must be a list, as [as_coded]"],
         ),
         ("seed", "1e3", ["seed is '1e3'", "a whole number, as 3; write it without quotes and without e ("]),
-        ("run", datetime.date(2026, 1, 2), ["run is 2026-01-02, but must be a text; put it in quotes ("]),
+        ("run", datetime.date(2026, 1, 2), ["run is 2026-01-02, but must be a string; put it in quotes ("]),
         ("draws", 3, ["unknown key 'draws' in the config; it stands below evaluation or ensemble."]),
         ("pairs", {"q": {"complex": "x.pdb"}}, ["pairs.q needs exactly one of 'proteins', 'files' and"]),
         ("paper", "none", ["paper is 'none'", "none of the proteins tdp43"]),
@@ -210,8 +212,8 @@ def test_a_config_without_proteins_is_refused():
 def test_paper_asks_for_both_readings():
     config = {"proteins": DEFAULT["proteins"], "paper": "tdp43"}
     assert check(config)["paper"] == "tdp43"
-    with pytest.raises(InputError, match=r"evaluation.islands is \['kept'\], but `paper` needs both"):
-        check(config | {"evaluation": {"islands": ["kept"]}})
+    with pytest.raises(InputError, match=r"evaluation.readings is \['as_coded'\], but `paper` needs both"):
+        check(config | {"evaluation": {"readings": ["as_coded"]}})
 
 
 def test_paper_asks_for_clusters(tmp_path):
@@ -287,7 +289,7 @@ def test_more_memory_than_the_machine_has_is_told_before_anything_runs(monkeypat
 
 
 @pytest.mark.parametrize(
-    "name", ["summary.csv", "Verdict.MD", "logs", "compare.png", "report.html", "x.json"]
+    "name", ["summary.csv", "Verdict.HTML", "logs", "compare.png", "report.html", "x.json"]
 )
 def test_a_protein_is_not_called_like_a_file_of_the_run(name):
     with pytest.raises(InputError, match="is what the study calls a file or folder of its own"):
@@ -300,7 +302,14 @@ def test_no_file_of_a_run_can_be_the_name_of_a_protein():
     files |= {f"{name}.{kind}" for name in pictures for kind in ("png", "svg")}
     for named in re.findall(r"inside\(\s*RUN,(.*?)\)", WORKFLOW, re.S):
         files |= set(re.findall(r'"(.*?)"', named))
-    told = {"summary.csv", "verdict.md", "compare_needed.csv", "paper_links.csv", "index.html", "compare.svg"}
+    told = {
+        "summary.csv",
+        "verdict.html",
+        "compare_needed.csv",
+        "paper_links.csv",
+        "index.html",
+        "compare.svg",
+    }
     assert told <= files
     for name in files:
         if name and not name.startswith("."):
@@ -318,33 +327,53 @@ def test_a_template_that_snakemake_would_run_is_refused():
         check(DEFAULT | {"__use_yte__": True})
 
 
-def test_the_schema_knows_every_sampler_and_no_other():
-    assert SCHEMA["$defs"]["sampler"]["enum"] == list(SAMPLERS)
-    told = re.search(r"^CHOOSING = (\(.*?\))", (ROOT / "Snakefile").read_text(encoding="utf-8"), re.M)[1]
-    assert ast.literal_eval(told) == tuple(name for name in SAMPLERS if SAMPLERS[name].choosing)
+def test_registries_are_read_from_their_source_as_they_are():
+    found = {name: registries.names(name) for name in registries.REGISTRIES}
+    assert found == {
+        "samplers": (*SAMPLERS,),
+        "roughnesses": (*ROUGHNESS,),
+        "descriptors": (*DESCRIPTORS,),
+    }
+    choosing = registries.names("samplers", "choosing")
+    assert choosing == tuple(name for name in SAMPLERS if SAMPLERS[name].choosing)
+    assert sorted(registries.surface_suffixes()) == sorted(READABLE)
+    assert SCHEMA["$defs"]["sampler"]["enum"] == [*SAMPLERS]
+    assert OF_PATCHES["descriptor"]["enum"] == [*DESCRIPTORS]
+    assert OF_PATCHES["roughness"]["enum"] == [*ROUGHNESS]
 
 
-def test_the_schema_and_the_type_of_a_protein_have_the_same_keys():
-    assert list(SCHEMA["$defs"]["protein"]["properties"]) != []
-    assert set(SCHEMA["$defs"]["protein"]["properties"]) == {field.name for field in fields(Protein)}
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"islands": ["as_coded"]}, "evaluation.islands is now called evaluation.readings."),
+        ({"readings": ["kept"]}, "evaluation.readings.0 is 'kept', but must be as_coded, its new name"),
+        (
+            {"readings": ["surface"]},
+            "evaluation.readings.0 is 'surface', but must be as_written, its new name",
+        ),
+    ],
+)
+def test_a_name_of_an_earlier_release_is_answered_with_the_new_one(keys, said):
+    with pytest.raises(InputError, match=re.escape(said)):
+        check(DEFAULT | {"evaluation": keys})
 
 
 def test_a_protein_tells_where_it_is_from_how_it_is_read():
     config = {"proteins": {"a": {"pdb": "1ubi", "chains": ["A"], "ligands": True}, "b": {"surface": "x.dms"}}}
     a, b = proteins(config).values()
     assert a.source.endswith("/1UBI.cif.gz") and a.download == "1UBI.cif.gz" and a.files == {}
-    assert a.reading == {"chains": ["A"], "ligands": True}
-    assert b.source is None and b.download is None and b.reading == {} and b.surface == "x.dms"
+    assert a.molecule_options == {"chains": ["A"], "ligands": True}
+    assert b.source is None and b.download is None and b.molecule_options == {} and b.surface == "x.dms"
     assert Protein(structure="x.gro", trajectory="x.xtc").files == {
         "structure": "x.gro",
         "trajectory": "x.xtc",
     }
-    wish = {"selection": "all", "chains": ["A"], "residues": "1-9", "model": 2, "altloc": "B"}
-    wish |= {"hydrogens": "remove", "ligands": True}
-    assert Protein(structure="x.pdb", **wish).chosen == wish
+    asked = {"selection": "all", "chains": ["A"], "residues": "1-9", "model": 2, "altloc": "B"}
+    asked |= {"hydrogens": "remove", "ligands": True}
+    assert Protein(structure="x.pdb", **asked).chosen == asked
     assert Protein(surface="x.dms", model=1, trajectory="t.xtc").without_meaning == ["model", "trajectory"]
     simulated = Protein(structure="x.pdb", residues="1-9", hydrogens="keep", simulate={})
-    assert simulated.chosen == {"residues": "1-9", "hydrogens": "keep"} and simulated.reading == {
+    assert simulated.chosen == {"residues": "1-9", "hydrogens": "keep"} and simulated.molecule_options == {
         "hydrogens": "keep"
     }
 
@@ -370,20 +399,20 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
         ),
         (
             "proteins:\n  123: {structure: a.pdb}\n",
-            "the key 123 in line 2 is not read as a text; put it in quotes",
+            "the key 123 in line 2 is not read as a string; put it in quotes",
         ),
-        ("proteins:\n  yes: {structure: a.pdb}\n", "the key yes in line 2 is not read as a text"),
+        ("proteins:\n  yes: {structure: a.pdb}\n", "the key yes in line 2 is not read as a string"),
         ("a:\n  1.5: 2\n", "the key 1.5 in line 2"),
         ("? [1, 2]\n: 3\n", "the key of several parts in line 1"),
         ("a: &x {b: 1}\nc:\n  <<: *x\n  <<: *x\n", "the key '<<' stands twice, the second time in line 4"),
         ("a: *nowhere\n", "is not valid YAML in line 1: found undefined alias"),
-        ("run: a\nname: Grüße\n".encode("latin-1"), "is no UTF-8 text, see line 2"),
+        ("run: a\nname: Grüße\n".encode("latin-1"), "is not UTF-8, see line 2"),
         (b"run: a\n\x00\x01\n", "is not valid YAML in line 2"),
-        (b"\x89PNG\r\n\x1a\n\xff\xfe", "is no UTF-8 text, see line 1"),
+        (b"\x89PNG\r\n\x1a\n\xff\xfe", "is not UTF-8, see line 1"),
         ("a: " + "[" * 5000, "mine.yaml is not valid YAML"),
         ("seed: 2024-99-99\n", "is not valid YAML: month must be in 1..12"),
         ("seed: " + "9" * 5000, "is not valid YAML"),
-        ("proteins: &x {a: *x}\n", "is not valid YAML: Circular reference detected."),
+        ("proteins: &x {a: *x}\n", "its aliases stand for more than 200000 values"),
     ],
 )
 def test_a_file_that_is_no_config_is_one_sentence(tmp_path, content, words):
@@ -423,7 +452,7 @@ def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeyp
     assert found["c"] == {"pdb": "3enl"}
     assert found["d"] == {"structure": str(tmp_path / "4530.pdb")} and found["e"] == {"pdb": "4531"}
     for wrong in (45.3, ["1abc"], None):
-        with pytest.raises(InputError, match=r"proteins.a.pdb is .*, but must be a text"):
+        with pytest.raises(InputError, match=r"proteins.a.pdb is .*, but must be a string"):
             check({"proteins": {"a": {"pdb": wrong}}})
     monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path / "none"))
     with pytest.raises(InputError, match=r"SPARSURF_STRUCTURES is '.*none', but there is no such folder"):

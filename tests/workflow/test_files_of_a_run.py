@@ -18,11 +18,10 @@ CONFIG = {
         "water": {"structure": "d.pdb", "simulate": {"npt_ns": 0.3}},
         "got": {"pdb": "1ubi"},
     },
-    "compare": {"run": False},
-    "ensemble": {"run": False},
+    "without": {},
     "frames": {"stride": 1},
     "sampling": {"alpha": [1.0], "beta": [0.0], "gamma": [0.0], "delta": [0.0, 6.0]},
-    "evaluation": {"test_dots": "published", "draws": 500, "islands": ["kept", "surface"]},
+    "evaluation": {"test_dots": "published", "draws": 500, "readings": ["as_coded", "as_written"]},
 }
 FRAMES = {"moving": ["f0", "f7"], "still": ["c1"], "water": ["f3"], "got": ["c1"]}
 MOLECULES = ["moving", "still", "water", "got"]
@@ -44,7 +43,7 @@ def checkpoints(tmp_path):
 
 @pytest.fixture
 def files(checkpoints):
-    return FilesOfARun(CONFIG, ["fig"], checkpoints)
+    return FilesOfARun(CONFIG, checkpoints)
 
 
 def of(protein, **more):
@@ -117,74 +116,19 @@ def test_every_conformation_is_named_once_its_frames_are_chosen(files):
         "results/r/moving/f7/a.csv",
         "results/r/moving/f7/residues.csv",
     ]
-    assert files.every("a.csv", "residues.csv")(of("ready")) == ["results/r/ready/c1/a.csv"]
     places = ["moving/f0", "moving/f7", "still/c1", "ready/c1", "water/f3", "got/c1"]
     assert files.every("a.csv")(Wildcards()) == [f"results/r/{place}/a.csv" for place in places]
 
 
-def test_a_conformation_ends_with_its_tables_and_figures(files):
-    found = {path.removeprefix("results/r/still/c1/") for path in files.of_conformations(of("still"))}
-    assert found == {
-        *("surface.ply", "ranges.csv", "ranges.md", "best.json", "best.md", "minimal.csv", "minimal.ply"),
-        *("enough.csv", "floors.csv", "view.html", "residues.csv", "figures/fig.png", "figures/fig.svg"),
-    }
-    bare = {path.removeprefix("results/r/ready/c1/") for path in files.of_conformations(of("ready"))}
-    assert bare == found - {"residues.csv"}
-
-
-def test_a_protein_ends_with_the_pictures_of_its_kind(files):
-    frames = ["{}/figures/frames.png", "{}/figures/frames.svg"]
-    simulated = [frames[0], "{}/figures/simulation.png", frames[1]]
-    for name, pictures in (("still", frames), ("ready", []), ("water", simulated)):
-        assert files.of_protein(of(name)) == [f"results/r/{path.format(name)}" for path in pictures]
-
-
-def test_a_run_ends_with_its_first_page(files):
-    ends = [f"results/r/{name}/.complete" for name in CONFIG["proteins"]]
-    pages = ["results/r/index.html", "results/r/.front_page.html"]
-    kinds = ("frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures")
-    frames = [f"results/r/{name}/{kind}" for name in MOLECULES for kind in kinds]
-    summary = ["results/r/summary.csv", "results/r/summary.svg"]
-    assert files.of_proteins() == [*ends, *pages, *frames, *summary]
-    found = files.led_to(Wildcards())
-    assert "results/r/ready/c1/view.html" in found and "results/r/ready/c1/residues.csv" not in found
-    assert [path.removeprefix("results/r/") for path in found[-7:]] == [
-        *(f"{name}/figures/frames.png" for name in ("moving", "still", "water")),
-        "water/figures/simulation.png",
-        *("got/figures/frames.png", "summary.csv", "summary.png"),
-    ]
-    beside = files.led_to_beside(Wildcards())
-    own = ("minimal.csv", "enough.csv", "floors.csv", "best.md", "ranges.md")
-    assert beside[:5] == [f"results/r/moving/f0/{name}" for name in own] and len(beside) == 6 * 5 + 2
-    assert beside[-2:] == ["results/r/water/simulation/quality.csv", "results/r/summary.md"]
-    assert not set(found) & set(beside)
-
-
-def test_a_run_asks_for_every_file_protein_by_protein(files):
-    names = list(CONFIG["proteins"])
-    found = [ask(Wildcards()) for ask in files.of_each()]
-    assert found == [files.of_protein(of(name)) + files.of_conformations(of(name)) for name in names]
-    assert [paths[-1].split("/")[2] for paths in found] == names
-
-
-def test_what_the_config_asks_for_besides_is_there_in_the_end(checkpoints):
-    wishes = {"compare": {"run": True}, "ensemble": {"run": True}, "paper": "still"}
-    files = FilesOfARun(CONFIG | wishes, ["fig"], checkpoints)
-    assert "results/r/still/c1/compare.csv" in files.of_conformations(of("still"))
-    assert files.of_protein(of("still")) == [
-        f"results/r/still/figures/{name}"
-        for name in ("frames.png", "ensemble.png", "residues.png", "frames.svg")
-    ]
-    assert files.of_protein(of("ready")) == []
-    assert files.of_proteins()[-3:] == [
-        f"results/r/{name}" for name in ("summary.svg", "verdict.md", "compare.md")
-    ]
-    led = files.led_to(Wildcards())
-    assert led[-2:] == ["results/r/compare.png", "results/r/verdict.html"]
-    assert {f"results/r/still/{path}" for path in ("figures/residues.png", "c1/figures/compare.png")} <= {
-        *led
-    }
-    assert {"results/r/compare.md", "results/r/ready/c1/compare.md"} <= {*files.led_to_beside(Wildcards())}
+def test_what_the_config_goes_without_is_in_no_list(checkpoints):
+    without = {"got": "cut short", "moving/f0": "no atoms", "still/draw_frames": "?"}
+    files = FilesOfARun(CONFIG | {"without": without}, checkpoints)
+    assert list(files.proteins) == ["moving", "still", "ready", "water"] and files.fetched == {}
+    assert files.every("a.csv")(of("moving")) == ["results/r/moving/f7/a.csv"]
+    assert files.first("moving") == "f0"  # the pairs' one stays the same
+    assert files.goes_on_with("moving", "f7") and not files.goes_on_with("moving", "f0")
+    assert not files.goes_on_with("got", "c1") and not files.goes_on_with(None, "c1")
+    assert files.goes_without("still", "draw_frames") and not files.goes_without("still", "c1")
 
 
 def test_frames_are_few_where_all_molecules_are_small(checkpoints, tmp_path):
@@ -195,18 +139,18 @@ def test_frames_are_few_where_all_molecules_are_small(checkpoints, tmp_path):
     still = {"structure": str(small)}
 
     def few(**proteins):
-        return FilesOfARun(CONFIG | {"proteins": proteins}, [], checkpoints).few_frames
+        return FilesOfARun(CONFIG | {"proteins": proteins}, checkpoints).few_frames
 
     assert few(a=still) and few(a={"surface": str(large)})
     moving = {"a": still, "b": still | {"trajectory": str(large)}}
     assert not few(**moving)
-    assert FilesOfARun(CONFIG | {"proteins": moving, "frames": {"stride": 100}}, [], checkpoints).few_frames
+    assert FilesOfARun(CONFIG | {"proteins": moving, "frames": {"stride": 100}}, checkpoints).few_frames
     assert not few(a=still | {"simulate": {}})
 
 
 def test_what_jobs_need_grows_with_the_files(checkpoints, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    files = FilesOfARun(CONFIG, [], checkpoints)
+    files = FilesOfARun(CONFIG, checkpoints)
     (tmp_path / "c.dms").write_bytes(bytes(60_000))
     (tmp_path / "a.xtc").write_bytes(bytes(3_000_000))
     (tmp_path / "results/r/still/structures").mkdir(parents=True)
@@ -237,14 +181,14 @@ def test_what_jobs_need_grows_with_the_files(checkpoints, tmp_path, monkeypatch)
 )
 def test_grids_run_side_by_side_where_that_leaves_no_core_idle(checkpoints, proteins, cores, threads):
     some = {name: CONFIG["proteins"][name] for name in proteins}
-    asked = FilesOfARun(CONFIG | {"proteins": some}, ["fig"], checkpoints).side_by_side(8, cores)
+    asked = FilesOfARun(CONFIG | {"proteins": some}, checkpoints).side_by_side(8, cores)
     assert asked(of("moving" if "moving" in proteins else "still")) == threads
 
 
 @pytest.mark.parametrize(("surfaces", "threads"), [(7, 2), (9, 1)])
 def test_many_grids_run_side_by_side_even_if_the_last_is_alone(checkpoints, surfaces, threads):
     some = {f"s{k}": CONFIG["proteins"]["ready"] for k in range(surfaces)}
-    asked = FilesOfARun(CONFIG | {"proteins": some}, ["fig"], checkpoints).side_by_side(8, 2)
+    asked = FilesOfARun(CONFIG | {"proteins": some}, checkpoints).side_by_side(8, 2)
     assert asked(of("s0")) == threads
 
 

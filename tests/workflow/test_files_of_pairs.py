@@ -8,9 +8,7 @@ from snakemake.iocontainers import Wildcards
 from sparsurf.workflow import files_of_pairs
 from sparsurf.workflow.files_of_pairs import FilesOfPairs
 
-FILES = SimpleNamespace(
-    run="results/r", surfaces=["ready"], conformations={"one": ["f3", "f9"], "ready": ["c1"]}.get
-)
+FILES = SimpleNamespace(run="results/r", surfaces=["ready"], first={"one": "f3", "ready": "c1"}.get)
 PAIRS = {
     "both": {"proteins": ["one", "one"]},
     "half": {"proteins": ["one", "ready"]},
@@ -19,8 +17,8 @@ PAIRS = {
 }
 
 
-def pairs(thinning=False, **listed):
-    return FilesOfPairs({"pairs": listed, "complementarity": {"thinning": {"run": thinning}}}, FILES)
+def pairs(without=(), **listed):
+    return FilesOfPairs({"pairs": listed, "without": dict.fromkeys(without, "why")}, FILES)
 
 
 def of(pair):
@@ -62,23 +60,7 @@ def test_partners_are_first_conformations_or_made_for_the_pair(pair, found):
     assert own.partners("structure")(of(pair)) == {key: found[key] for key in found.keys() - surfaces.keys()}
 
 
-def test_a_pair_ends_with_its_pages_and_with_residues_where_it_has_atoms():
-    own = pairs(thinning=True, **PAIRS)
-    names = ["pair.md", "book.png", "view_1.html", "view_2.html", "thinning.png"]
-    assert own.of_pair(of("half")) == [f"results/r/pairs/half/{name}" for name in names]
-    assert own.of_pair(of("both")) == [f"results/r/pairs/both/{name}" for name in [*names, "residues.csv"]]
-    assert own.of_pair(of("files"))[-1] == "results/r/pairs/files/residues.csv"
-    assert "thinning.png" not in " ".join(pairs(**PAIRS).of_pair(of("both")))
-
-
-def test_pairs_end_with_a_summary_and_none_with_nothing():
-    own = pairs(one=PAIRS["files"], two=PAIRS["complex"])
-    folder = "results/r/pairs"
-    marks = [f"{folder}/one/.complete", f"{folder}/two/.complete"]
-    files = own.of_pair(of("one")) + own.of_pair(of("two"))
-    assert len(files) == 10 and own.of_pairs() == [*marks, *files, f"{folder}/pairs.md"]
-    pages = ("book.png", "view_1.html", "view_2.html")
-    assert own.pictures == [f"{folder}/{name}/{page}" for name in ("one", "two") for page in pages]
-    assert own.texts == [f"{folder}/{name}/pair.md" for name in ("one", "two")]
-    assert own.summary == [f"{folder}/pairs.md"]
-    assert pairs().of_pairs() == pairs().pictures == pairs().texts == pairs().summary == []
+def test_pairs_are_told_apart_by_their_atoms_and_some_left_out():
+    own = pairs(**PAIRS)
+    assert own.names == [*PAIRS] and own.with_atoms == ["both", "files", "complex"]
+    assert pairs(without=["pairs/half", "both"], **PAIRS).names == ["both", "files", "complex"]

@@ -2,7 +2,9 @@
 
 import errno
 import io
+import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,8 +12,9 @@ from types import SimpleNamespace
 import pytest
 from snakemake.iocontainers import Wildcards
 
+from measures import timing
 from sparsurf import InputError
-from sparsurf.workflow import jobs, timing
+from sparsurf.workflow import job_logs, jobs, results
 
 
 @pytest.fixture
@@ -24,116 +27,178 @@ def snakemake(tmp_path):
         def items(self):
             return {"table": str(given)}.items()
 
-    one, two, three = (str(tmp_path / "out" / name) for name in ("one.csv", "two.csv", "three.csv"))
+    class Outputs(list):
+        def items(self):
+            return {"one": self[0], "both": self[1:]}.items()
+
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "out").mkdir()
     return SimpleNamespace(
         rule="work",
         input=Named([str(given), str(tmp_path / "not there")]),
-        output={"one": one, "both": [two, three]},
+        output=Outputs(str(tmp_path / "out" / name) for name in ("one.csv", "two.csv", "three.csv")),
         params={"settings": {"seed": 3}},
         wildcards=Wildcards(fromdict={"protein": "p", "conformation": "c1", "file": "p.pdb"}),
         threads=2,
-        log=[str(tmp_path / "work.log")],
+        log=[str(tmp_path / "logs" / "work.log")],
     )
 
 
-def test_a_script_gets_what_it_asks_for_and_its_outputs_their_names(snakemake, tmp_path):
+def write(outputs):
+    for path in (outputs["one"], *outputs["both"]):
+        Path(path).write_text(Path(path).name)
+
+
+def test_a_script_gets_what_it_asks_for_and_its_log_tells_what_it_made(snakemake, tmp_path):
     seen = {}
 
     def main(inputs, outputs, settings, name, threads, unknown_to_the_rule=()):
         seen.update(locals())
-        for path in (outputs["one"], *outputs["both"]):
-            assert ".part-work" in path
-            with open(path, "w") as stream:
-                stream.write(path.rpartition("/")[2])
-        assert not (tmp_path / "out" / "one.csv").exists()
+        write(outputs)
         print("said")
 
     jobs.run(main, snakemake)
     assert (seen["settings"], seen["name"], seen["threads"]) == ({"seed": 3}, "p/c1", 2)
     assert seen["inputs"] == {"table": str(tmp_path / "in.csv")} and seen["unknown_to_the_rule"] == ()
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["one.csv", "three.csv", "two.csv"]
-    assert (tmp_path / "out" / "two.csv").read_text() == "two.csv"
-    log = (tmp_path / "work.log").read_text().splitlines()
-    assert log[0] == "said" and log[-1].endswith(" s for 2.50 MB") and log[-1].startswith("USED ")
-
-
-def test_what_a_job_begins_to_make_anew_is_not_complete(snakemake, tmp_path):
-    marks = [tmp_path / folder / jobs.COMPLETE for folder in ("p", "p/c1", ".", "other")]
-    for mark in marks:
-        mark.parent.mkdir(exist_ok=True, parents=True)
-        mark.touch()
-    snakemake.output = {"table": str(tmp_path / "p" / "c1" / "deep" / "a.csv")}
-
-    def killed(inputs):
-        assert [mark.is_file() for mark in marks] == [False, True, True, True]
-        raise SystemExit(137)
-
-    with pytest.raises(SystemExit):
-        jobs.run(killed, snakemake)
-    assert [mark.is_file() for mark in marks] == [False, True, True, True]
-
-
-def test_two_jobs_of_a_rule_at_once_leave_each_other_alone(snakemake, tmp_path):
-    other = SimpleNamespace(**vars(snakemake))
-    other.output, other.log = {"one": str(tmp_path / "out" / "other.csv")}, [str(tmp_path / "other.log")]
-
-    def write(outputs):
-        for path in (outputs["one"], *outputs.get("both", [])):
-            with open(path, "w") as stream:
-                stream.write("whole")
-
-    def write_while_another_begins_and_ends(outputs):
-        write(outputs)
-        jobs.run(write, other)
-
-    jobs.run(write_while_another_begins_and_ends, snakemake)
-    written = {path.name: path.read_text() for path in (tmp_path / "out").iterdir()}
-    assert written == dict.fromkeys(["one.csv", "two.csv", "three.csv", "other.csv"], "whole")
+    log = Path(snakemake.log[0]).read_text().splitlines()
+    assert log[0] == "said" and re.fullmatch(r"USED \d+ MB [\d.]+ s for 2\.50 MB", log[-1])
+    assert [line.split(" ")[-1] for line in log if line.startswith("MADE ")] == snakemake.output
+    assert job_logs.failure(snakemake.log[0]) is None
 
 
 @pytest.mark.parametrize(
     ("error", "words", "traced"),
     [
         (InputError("the file is wrong."), "the file is wrong.", False),
-        (OSError(errno.ENOSPC, "No space left", "x.csv"), "x.csv: No space left; mend that", False),
-        (OSError(errno.EIO, "bad disk"), "a defect of this program (OSError", True),
-        (KeyError("k"), "a defect of this program (KeyError: 'k')", True),
+        (
+            OSError(errno.ENOSPC, "No space left", "x.csv"),
+            "x.csv: No space left. Free or repair the disk",
+            False,
+        ),
+        (OSError(errno.EIO, "bad disk"), "A defect of this program (OSError", True),
+        (KeyError("k"), "A defect of this program (KeyError: 'k')", True),
     ],
 )
-def test_an_error_is_a_sentence_and_leaves_no_outputs(snakemake, tmp_path, monkeypatch, error, words, traced):
+def test_an_error_is_a_sentence(snakemake, monkeypatch, error, words, traced):
     terminal = io.StringIO()
     monkeypatch.setattr(sys, "__stderr__", terminal)
 
-    def main(outputs):
-        with open(outputs["one"], "w") as stream:
-            stream.write("half")
+    def main():
         raise error
 
     with pytest.raises(SystemExit) as end:
         jobs.run(main, snakemake)
-    log = (tmp_path / "work.log").read_text()
+    log = Path(snakemake.log[0]).read_text()
     assert end.value.code == 1 and f"ERROR {words}" in log and words in terminal.getvalue()
     assert ("Traceback" in log) == traced and "Traceback" not in terminal.getvalue()
-    assert list((tmp_path / "out").iterdir()) == []
+    assert job_logs.failure(snakemake.log[0]).startswith(words)
 
 
-def test_progress_is_told_every_few_seconds_and_at_the_end(monkeypatch, capsys):
-    terminal, now = io.StringIO(), [100.0]
-    monkeypatch.setattr(sys, "__stderr__", terminal)
+def test_a_damaged_input_is_no_defect_of_the_program(snakemake, tmp_path):
+    jobs.run(write, snakemake)
+    made = snakemake.output[0]
+    Path(made).write_text("7")
+    later = SimpleNamespace(**vars(snakemake))
+    later.log, later.input = [str(tmp_path / "logs" / "later.log")], [made]
+    later.input = type("Named", (list,), {"items": lambda self: [("table", self[0])]})([made])
+
+    def main(inputs):
+        {}[Path(inputs["table"]).read_text()]
+
+    with pytest.raises(SystemExit):
+        jobs.run(main, later)
+    assert (
+        job_logs.failure(later.log[0]) == f"{made} is not what the study wrote. Run again: it is regenerated."
+    )
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_full_disk_under_the_log_is_a_sentence_without_a_traceback(snakemake, tmp_path):
+    (tmp_path / "logs" / "full.log").symlink_to("/dev/full")
+    code = (
+        "import sys; from types import SimpleNamespace as S; from sparsurf.workflow import jobs\n"
+        "named = type('N', (list,), {'items': lambda self: []})()\n"
+        "s = S(rule='r', log=[sys.argv[1]], input=named, output=named, params={}, wildcards={}, threads=1)\n"
+        "jobs.run(lambda: print('x' * 10**6), s)\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "logs" / "full.log")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "No space left on device. Free or repair" in done.stderr
+    assert "Traceback" not in done.stderr and len(done.stderr.split("\n")) < 6
+
+
+def test_progress_goes_to_the_log_every_few_seconds_and_at_the_end(monkeypatch, capsys, tmp_path):
+    now = [100.0]
     monkeypatch.setattr(jobs.time, "monotonic", lambda: now[0])
-    report = jobs.reporter("grid", "frames")
-    for seconds, done in ((4.0, 1), (10.0, 5), (12.0, 6), (20.0, 20)):
+    report = jobs.reporter("p/c1, part 1 of 2", "frames")
+    for seconds, done in ((1.0, 1), (10.0, 5), (11.0, 6), (20.0, 20)):
         now[0] = 100 + seconds
         report(done, 20)
-    said = ["grid: 5 of 20 frames, 10 s, 30 s to go", "grid: 20 of 20 frames, 20 s, 0 s to go"]
-    assert terminal.getvalue().splitlines() == capsys.readouterr().err.splitlines() == said
+    said = capsys.readouterr().err
+    assert said.splitlines() == [
+        "PROGRESS p/c1, part 1 of 2: 5 of 20 frames, 10 s, 30 s to go",
+        "PROGRESS p/c1, part 1 of 2: 20 of 20 frames, 20 s, 0 s to go",
+    ]
+    log = tmp_path / "x.log"
+    for text, found in (
+        ("", (0, 0, 0)),
+        (said.split("\n")[0] + "\n", (5, 20, 30)),
+        ("x\n" * 3000 + said, (20, 20, 0)),
+    ):
+        log.write_text(text)
+        assert job_logs.progress(log) == found
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (lambda path: None, False),
+        (lambda path: path.write_text("one.csv"), False),  # the same again
+        (lambda path: path.write_text("One.csv"), True),
+        (lambda path: path.write_text("longer"), True),
+        (lambda path: path.unlink(), False),  # missing, which Snakemake sees
+    ],
+)
+def test_a_result_that_is_not_what_a_job_wrote_is_found(snakemake, tmp_path, change, found):
+    jobs.run(write, snakemake)
+    path = Path(snakemake.output[0])
+    change(path)
+    if path.exists():
+        os.utime(path, (1e9, 1e9))
+    expected = [str(path)] if found else []
+    assert (
+        results.damaged(tmp_path / "logs")
+        == results.damaged(tmp_path / "logs" / "p" / "other.log")
+        == expected
+    )
+    assert results.damaged(tmp_path / "logs", [path.parent]) == expected
+    assert results.damaged(tmp_path / "logs", snakemake.output[1:]) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "found"),
+    [
+        ("p/c1/draw_view.log", ("p", "c1", "draw_view")),
+        ("p/choose_frames.log", ("p", "", "choose_frames")),
+        ("summarise_run.log", ("", "", "summarise_run")),
+        ("pairs/one/draw_pair.log", ("pairs/one", "", "draw_pair")),
+    ],
+)
+def test_a_log_lies_where_its_job_belongs(path, found):
+    assert job_logs.place(f"results/r/logs/{path}", "results/r/logs") == found
+
+
+def test_a_job_that_said_nothing_was_killed(tmp_path):
+    (tmp_path / "x.log").write_text("WARNING a hole\nINFO x\nWARNING a hole\n")
+    assert job_logs.failure(tmp_path / "x.log") == job_logs.failure(tmp_path / "no.log") == job_logs.NO_WORD
+    assert job_logs.warnings_in(tmp_path / "x.log") == ["a hole"]
 
 
 def test_processes_of_jobs_import_this_library_first(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", "elsewhere")
     jobs.use_this_library()
     first, second = jobs.os.environ["PYTHONPATH"].split(jobs.os.pathsep)
-    assert first.endswith("scripts") and second == "elsewhere"
+    assert first.endswith("src") and second == "elsewhere"
 
 
 def test_what_a_job_has_used_counts_the_processes_that_it_started(monkeypatch, tmp_path):
@@ -190,3 +255,13 @@ def test_a_time_is_told_in_its_unit(monkeypatch):
         (0.5, 0.75, "s", None),
         (500, 750, "ms", 400),
     ]
+
+
+def test_conformations_are_the_first_column_without_its_header(tmp_path):
+    (tmp_path / "frames.csv").write_text("conformation,frame\nc1,5\nc2,9\n")
+    assert jobs.conformations_of(tmp_path / "frames.csv") == ["c1", "c2"]
+
+
+def test_a_wildcard_is_one_of_the_names_and_nothing_else():
+    assert re.fullmatch(jobs.one_of(["a.b", "c"]), "a.b") and not re.fullmatch(jobs.one_of(["a.b"]), "axb")
+    assert not re.match(jobs.one_of([]), "")

@@ -35,7 +35,7 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
     [
         ("", "needs a header with the column name"),
         ("structure\na.pdb\n", "needs a header with the column name"),
-        ("name;structure\nx;a.pdb\n", "needs a header with the column name, parted by commas"),
+        ("name;structure\nx;a.pdb\n", "needs a header with the column name, separated by commas"),
         ("name,structure, structure\nx,a.pdb,b.pdb\n", "has the column 'structure' twice"),
         ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* has a name given before"),
         ("name,structure\n,a.pdb\n", "line 2 of .* has no name"),
@@ -211,7 +211,9 @@ def test_a_missing_file_is_a_sentence(server, tmp_path):
 )
 def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
     """Refused before anything is fetched: by the config, and by the job itself."""
-    with pytest.raises(InputError, match="only https:// is fetched, or http:// if a sha256 is given"):
+    with pytest.raises(
+        InputError, match="only complete https:// URLs are fetched, or http:// if a sha256 is given"
+    ):
         fetch(url, sha256, tmp_path / "a", tmp_path / "b", "A1")
     with pytest.raises(InputError, match=r"proteins\.A1\.url"):
         check({"proteins": {"A1": {"url": url} | ({"sha256": sha256} if sha256 else {})}})
@@ -224,7 +226,8 @@ def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
 @pytest.mark.parametrize("path", ["to/file:///etc/passwd", "to/ftp://127.0.0.1/a.pdb"])
 def test_a_redirect_leads_nowhere_else(server, tmp_path, path):
     with pytest.raises(
-        InputError, match=r"cannot be fetched from .*(it leads to ftp:.*only https|url 'file:.*not allowed)"
+        InputError,
+        match=r"cannot be fetched from .*(it leads to ftp:.*only complete https|url 'file:.*not allowed)",
     ):
         fetch(f"{server}/{path}", "0" * 64, tmp_path / "a", tmp_path / "b", "A1")
 

@@ -53,14 +53,14 @@ def test_what_does_not_follow_from_the_size_is_asked_for_besides(table):
 def grid(**evaluation):
     """A config of twelve combinations."""
     sampling = {"alpha": [0.5, 1.0], "beta": [0.0], "gamma": [0, 3, 6], "delta": [0, 6]}
-    wishes = {"test_dots": 400, "draws": 3, "islands": ["kept", "surface"]}
-    return {"sampling": sampling, "evaluation": wishes | evaluation}
+    requests = {"test_dots": 400, "draws": 3, "readings": ["as_coded", "as_written"]}
+    return {"sampling": sampling, "evaluation": requests | evaluation}
 
 
 def test_the_distances_of_a_grid_grow_with_all_that_it_takes():
     one = 12 * 3 * 400 * 2 * 4  # combinations, draws, test dots, two distances of 4 bytes
     assert needs.memory_of_grid(grid()) == 6 * one  # two readings, and one four times in its mean
-    assert needs.memory_of_grid(grid(islands=["kept"])) == 5 * one
+    assert needs.memory_of_grid(grid(readings=["as_coded"])) == 5 * one
     assert needs.memory_of_grid(grid(draws=300)) == 600 * one
     assert needs.memory_of_grid(grid(test_dots="published")) == 6 * one / 4  # N / 200 of 20,000 dots
     assert needs.memory_of_grid(grid(test_dots="published"), thousand_dots=160) == 12 * one
@@ -81,7 +81,7 @@ def test_memory_is_that_of_the_table_of_a_grid():
         z_ts=distances[0],
         z_tr=distances[1],
         fragment=np.ones((2, 2, 12)),
-        readings=("kept", "surface"),
+        readings=("as_coded", "as_written"),
     )
     tables.grid_table(own)  # whatever is loaded by the first call
     tracemalloc.start()
@@ -207,7 +207,10 @@ def test_every_rule_that_asks_is_measured_and_grouped():
 def test_a_job_of_a_cluster_has_its_needs_or_is_named_as_one_without():
     page = (ROOT / "docs" / "cluster.md").read_text()
     named = set(
-        re.findall(r"`(\w+)`", page[page.index("Rules without a line") : page.index("`default-resources`")])
+        re.findall(
+            r"`(\w+)`",
+            page[page.index("Rules without a line") : page.index("ask for the `default-resources`")],
+        )
     )
     rules = dict(re.findall(r"^ *rule (\w+):(.*?)(?=^ *rule |\Z)", WORKFLOW, re.M | re.S))
     sent = {name for name, rule in rules.items() if "script:" in rule and "localrule: True" not in rule}
@@ -217,9 +220,9 @@ def test_a_job_of_a_cluster_has_its_needs_or_is_named_as_one_without():
 def test_the_page_on_clusters_tells_what_the_profile_does():
     page = (ROOT / "docs" / "cluster.md").read_text()
     profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text())
-    assert f"less than\n  {needs.FEW_SECONDS} seconds" in page
+    assert f"less than {needs.FEW_SECONDS} seconds" in page
     assert f"on up to {profile['local-cores']} cores" in page
-    assert f"noticed {profile['slurm-init-seconds-before-status-checks']} seconds later" in page
+    assert f"after {profile['slurm-init-seconds-before-status-checks']} seconds" in page
     lock = (ROOT / "envs" / "requirements-slurm.txt").read_text()
     plugin = re.search(r"^snakemake-executor-plugin-slurm==(\S+)", lock, re.M)[1]
     assert f"the Slurm plugin of the lock ({plugin})" in page

@@ -1,10 +1,12 @@
 """Outputs of rules and how the report shows them."""
 
 import re
-from pathlib import Path
+from types import SimpleNamespace
+
+from snakemake.io import IOFile, temp, touch
 
 from conftest import ROOT, WORKFLOW
-from sparsurf.workflow.outputs import figure, inside, shown
+from sparsurf.workflow.outputs import CAPTIONS, Outputs, figure, inside, shown
 
 
 def test_files_of_a_folder_have_names():
@@ -23,11 +25,11 @@ def test_the_report_shows_a_file_among_those_of_its_protein():
 
 
 def test_a_caption_may_be_missing_only_where_there_is_none():
-    assert shown("x.png", "F", "frames").flags["report"].caption == "scripts/report/frames.rst"
+    assert shown("x.png", "F", "frames").flags["report"].caption == str(CAPTIONS / "frames.rst")
     assert shown("x.png", "F", "no such").flags["report"].caption is None
     named = re.findall(r'(?:shown|figure)\((?:f?".*?"), "[^"]*", "(\w+)"', WORKFLOW)
     assert len(named) > 15
-    assert all((ROOT / "scripts" / "report" / f"{name}.rst").is_file() for name in named)
+    assert all((ROOT / "src/sparsurf/report/captions" / f"{name}.rst").is_file() for name in named)
 
 
 def test_a_figure_is_two_files():
@@ -36,18 +38,69 @@ def test_a_figure_is_two_files():
     assert found["png"].flags["report"].labels == {"result": "A"}
 
 
-def test_what_every_output_is_can_be_read():
-    """results/README.md names the files and folders of all rules; pictures also by their beginning."""
+def test_the_guide_to_the_results_names_no_file_that_no_rule_makes():
     said = (ROOT / "results" / "README.md").read_text(encoding="utf-8")
-    named = re.findall(r"^ *output:\n.*?^ *log:|^[A-Z_]+ = [^\n]*$", WORKFLOW, re.S | re.M)
-    paths = [path.replace("{side}", "1") for path in re.findall(r'f?"([^" ]+)"', "\n".join(named))]
-    files = {Path(path) for path in paths if re.fullmatch(r"\w[^{}]*\.\w+", path.rpartition("/")[2])}
-    pictures = {path.stem for path in files if path.suffix in (".png", ".svg")}
-    pictures |= {path.rpartition("/")[2] for path in re.findall(r'figure\(f?"([^"]*)"', WORKFLOW)}
-    tables = {path.name for path in files if path.stem not in pictures and not path.stem.startswith("paper_")}
-    papers = {f"`{path.stem}`" for path in files if path.stem.startswith("paper_")}
-    folders = {f"{path.split('/')[1]}/" for path in re.findall(r"{PROTEIN}/\w+/?", "\n".join(named))}
-    folders -= {"figures/", "ensemble/"}  # full of pictures, of temporary tables
-    assert len(tables) > 50 and len(papers) > 5 and folders >= {"structures/", "download/"}
-    assert [name for name in sorted(tables | papers | folders) if name not in said] == []
-    assert [name for name in sorted(pictures) if not re.search(rf"\b{name}(\.|`)", said)] == []
+    ends = "csv|json|md|html|ply|npz|pdb|cif|dms|png|svg"
+    named = set(re.findall(rf"`(?:[^`]*/)?(\w+\.(?:{ends}))`", said)) - {"report.html"}  # made from them all
+    made = set(re.findall(rf"(\w+\.(?:{ends}))\b", WORKFLOW))
+    made |= {
+        f"{name}.{end}"
+        for name in re.findall(r'figure\(\s*f"[^"]*?(\w+)"', WORKFLOW)
+        for end in ("png", "svg")
+    }
+    made |= {
+        name.replace("{side}", side) for name in re.findall(r"\w+_{side}\.\w+", WORKFLOW) for side in "12"
+    }
+    made |= {f"{name}.csv" for name in re.findall(r'"(\w+)"', WORKFLOW)}  # of a loop over names
+    named -= {name for name in named if name.endswith(".md")}  # twins of pages
+    assert len(named) > 30 and named <= made, sorted(named - made)
+
+
+def outputs(without=(), **rules):
+    """Outputs of a run of the proteins p (a molecule of two frames) and q (a surface), and of a pair."""
+    found = []
+    for name, files in rules.items():
+        rule = SimpleNamespace(name=name, pathvars=SimpleNamespace(apply=str))
+        rule.output = [IOFile(file, rule=rule) for file in files]
+        found.append(rule)
+    files = SimpleNamespace(
+        proteins={"p": 1, "q": 1},
+        conformations={"p": ["f0", "f7"], "q": ["c1"]}.get,
+        goes_without=lambda *place: "/".join(place) in without,
+    )
+    return Outputs(SimpleNamespace(rules=found), files, SimpleNamespace(names=["one"]))
+
+
+RULES = {
+    "frames": ["r/{protein,p}/frames.csv", shown("r/{protein,p}/frames.png", "F", "frames")],
+    "grid": ["r/{protein}/{conformation}/grid.csv", temp("r/{protein}/{conformation}/part.csv")],
+    "fetch": ["r/{protein}/download/{file}"],
+    "pair": ["r/pairs/{pair}/dots.csv"],
+    "all_of_it": ["r/summary.csv"],
+    "page": ["r/index.html"],
+    "mark": [touch("r/{protein}/.complete")],
+}
+
+
+def test_what_a_run_has_follows_from_its_rules():
+    own, p, q = outputs(**RULES), SimpleNamespace(protein="p"), SimpleNamespace(protein="q")
+    assert own.of_protein(p) == ["r/p/frames.csv", "r/p/frames.png", "r/p/f0/grid.csv", "r/p/f7/grid.csv"]
+    assert own.of_protein(q) == ["r/q/c1/grid.csv"]
+    assert own.of_pair(SimpleNamespace(pair="one")) == ["r/pairs/one/dots.csv"]
+    assert own.of_run() == ["r/summary.csv", "r/index.html"]
+    p_alone = ["r/p/frames.csv", "r/p/frames.png"]  # before the conformations are chosen
+    each = [p_alone, own.of_protein(p), [], own.of_protein(q), ["r/pairs/one/dots.csv"]]
+    assert [ask(None) for ask in own.each()] == each
+    everything = {*own.of_protein(p), *own.of_protein(q), "r/pairs/one/dots.csv", "r/summary.csv"}
+    assert {*own.all_but("r/index.html")(None)} == everything
+    assert own.all_but("r/index.html", shown=True)(None) == ["r/p/frames.png"]
+    assert {*own.all_but("r/index.html", shown=False)(None)} == everything - {"r/p/frames.png"}
+
+
+def test_a_run_goes_without_a_job():
+    own = outputs(without=["p/frames", "page"], **RULES)
+    assert own.of_protein(SimpleNamespace(protein="p")) == ["r/p/f0/grid.csv", "r/p/f7/grid.csv"]
+    assert own.of_run() == ["r/summary.csv"]
+    own = outputs(without=["p/*"], **RULES)
+    assert own.of_protein(SimpleNamespace(protein="p")) == ["r/p/f0/grid.csv", "r/p/f7/grid.csv"]
+    assert all(type(path) is str for path in own.all_but()(None))  # without the flags of the report

@@ -1,6 +1,6 @@
 """Pairs: what the config may say of them, tables and folders of them, and every script of a pair on two small peptides."""
 
-import os
+import re
 import sys
 from pathlib import Path
 
@@ -14,15 +14,15 @@ from conftest import ROOT
 from peptides import peptide, write
 from small_study import SMALL, output, snakemake
 from sparsurf import InputError
-from sparsurf.molecules.reading import read_molecule
-from sparsurf.study import matching
-from sparsurf.study.thinning import thinning
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.pairs import matching
+from sparsurf.pairs.thinning import thinning
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.making import fitting_surface
+from sparsurf.surfaces.molecular_surface import fitting_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow import pair_listing
 from sparsurf.workflow.config import check
-from sparsurf.workflow.partner_files import partners, wished_centres
+from sparsurf.workflow.partner_files import partners, requested_centres
 
 sys.path.append(str(ROOT / "scripts"))
 import draw_pair
@@ -140,7 +140,7 @@ def made(folder, settings, pair, name, **inputs):
              for what, end in (("surface", "npz"), ("structure", "pdb")) for side in (1, 2)}  # fmt: skip
     make_partners.main(inputs, sides, pair, settings, name)
     names = {"dots": "propensity.csv", "best": "best_pairs.csv", "agreement": "agreement.csv"}
-    names |= {"contacts": "contacts.csv", "page": "pair.md", "ply_1": "1.ply", "ply_2": "2.ply"}
+    names |= {"contacts": "contacts.csv", "page": "pair.html", "ply_1": "1.ply", "ply_2": "2.ply"}
     files = {key: str(out / file) for key, file in names.items()}
     match_partners.main(sides, files, settings, pair, name, 1)
     return out, sides, files
@@ -166,18 +166,26 @@ def touching(folder, settings):
     return made(folder, settings, pair, "touching", complex=str(folder / "both.pdb"))
 
 
+def told(page):
+    """The values of AUC in the sentences of a page, without those of its tables."""
+    words = re.sub("<[^>]+>", "", Path(page).read_text(encoding="utf-8"))
+    return re.findall(r"AUC (?:of )?(\d\.\d+)", words)
+
+
 def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
     out, sides, files = touching
     dots = pd.read_csv(files["dots"])
     centres = dots["propensity"].notna().groupby(dots["partner"]).mean()
     assert np.allclose(centres, 0.2, atol=0.01)
     assert set(dots["chain"]) == {"A", "B"}
-    page = Path(files["page"]).read_text(encoding="utf-8")
-    assert "Partner 1: the smoothed propensity finds the interface with AUC" in page
-    assert set(pd.read_csv(files["agreement"])["partner"]) == {1, 2}
+    agreement = pd.read_csv(files["agreement"])
+    own = agreement[agreement["score"] == "propensity_smoothed"]
+    assert own["partner"].tolist() == [1, 2]
+    assert told(files["page"]) == [f"{auc:.2f}" for auc in own["auc"]]
+    assert 'href="residues.csv"' in Path(files["page"]).read_text(encoding="utf-8")
 
     both = partners(sides, settings, "touching")
-    found = matching.match(*both, [wished_centres(each, settings) for each in both], 3)
+    found = matching.match(*both, [requested_centres(each, settings) for each in both], 3)
     for side in (0, 1):
         own = dots[dots["partner"] == side + 1].reset_index(drop=True)
         maps = matching.maps(found, side, 5.0)
@@ -222,7 +230,8 @@ def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, to
     pair = {"files": ["both_r.pdb", "far.pdb"]}
     first, second = str(folder / "both_r.pdb"), str(folder / "far.pdb")
     out, sides, files = made(folder, settings, pair, "apart", first=first, second=second)
-    assert "The partners do not touch" in Path(files["page"]).read_text(encoding="utf-8")
+    assert told(files["page"]) == []
+    assert 'href="residues.csv"' in Path(files["page"]).read_text(encoding="utf-8")
     assert len(pd.read_csv(files["agreement"])) == 0
     assert pd.read_csv(files["dots"])["propensity_smoothed"].notna().all()
     draw_pair.main(sides | {"dots": files["dots"]}, {"png": str(out / "book.png")}, "apart")
@@ -231,40 +240,15 @@ def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, to
     bare = {key: path for key, path in sides.items() if key.startswith("surface")}
     match_partners.main(bare, files, settings, pair, "apart", 1)
     assert "residue" not in pd.read_csv(files["dots"]).columns
-    assert "Both are ready surfaces without atoms" in Path(files["page"]).read_text(encoding="utf-8")
+    assert 'href="residues.csv"' not in Path(files["page"]).read_text(encoding="utf-8")
 
     summary = {key: str(out / f"{key}.csv") for key in ("table", "means", "page")}
     summarise_pairs.main({"tables": [touching[2]["agreement"], files["agreement"]]}, summary)
-    assert "Over 1 of 2 pairs" in Path(summary["page"]).read_text(encoding="utf-8")
+    means = pd.read_csv(summary["means"]).set_index("score")["mean"]
+    assert means["propensity_smoothed"] > 0 and len(told(summary["page"])) == 1
+    assert "1 of 2 pairs" in Path(summary["page"]).read_text(encoding="utf-8")
     summarise_pairs.main({"tables": [files["agreement"]]}, summary)
-    assert "The only pair does not have an interface" in Path(summary["page"]).read_text(encoding="utf-8")
-
-
-def test_pairs_of_a_run_in_which_others_failed_are_summed_up(tmp_path):
-    for name, auc in (("a", 0.6), ("b", 0.8), ("old", 0.1)):
-        rows = [(partner, score, auc) for partner in (1, 2) for score in ("propensity_smoothed", "flatness")]
-        (tmp_path / "pairs" / name).mkdir(parents=True)
-        table = pd.DataFrame(rows, columns=["partner", "score", "auc"])
-        table.to_csv(tmp_path / "pairs" / name / "agreement.csv", index=False)
-        (tmp_path / "pairs" / name / "pair.md").write_text("")
-    late = (tmp_path / "pairs" / "a" / "agreement.csv").stat().st_mtime + 100
-    os.utime(tmp_path / "pairs" / "b" / "agreement.csv", (late, late))
-    summarise_pairs.by_hand([str(tmp_path), "b", "a"])
-    pairs = tmp_path / "pairs"
-    assert pd.read_csv(pairs / "means.csv").set_index("score")["mean"].to_dict() == pytest.approx(
-        {"propensity_smoothed": 0.7, "flatness": 0.7}
-    )
-    assert (pairs / "pairs.md").stat().st_mtime < (pairs / "a" / "agreement.csv").stat().st_mtime
-    assert not (tmp_path / "index.md").exists()
-    summarise_pairs.by_hand([str(tmp_path), "b", "--without", "pairs/c", "no chain X."])
-    page = (tmp_path / "index.md").read_text(encoding="utf-8")
-    assert (
-        "**1 pair could not be finished; what follows is of what was made.**\n\n- pairs/c: no chain X."
-        in page
-    )
-    assert "Over 1 of 1 pair the smoothed" in page and "(pairs/b/pair.md)" in page and "pairs/a/" not in page
-    with pytest.raises(SystemExit):
-        summarise_pairs.by_hand([str(tmp_path), "c"])
+    assert told(summary["page"]) == [] and len(pd.read_csv(summary["means"])) == 0
 
 
 def test_chains_that_are_not_there_are_named(folder, settings):
@@ -279,7 +263,7 @@ def test_chains_that_are_not_there_are_named(folder, settings):
 
 
 OF_PAIR = [
-    "pair.md",
+    "pair.html",
     "book.png",
     "book.svg",
     "view_1.html",
@@ -313,17 +297,14 @@ def test_the_study_of_complexes_on_a_folder_of_ones_own(folder, tmp_path):
     run = tmp_path / "x" / "results" / "complexes"
     assert {path.name for path in (run / "pairs" / "both").iterdir()} >= set(OF_PAIR)
     first = (run / "index.html").read_text(encoding="utf-8")
-    assert "<h1>Results of the run complexes</h1>\n<p>Over 1 of 1 pair the smoothed propensity finds" in first
+    means = pd.read_csv(run / "pairs" / "means.csv").set_index("score")["mean"]
+    assert f"AUC {means['propensity_smoothed']:.2f}<" in first
+    part = (run / ".front_page.html").read_text(encoding="utf-8")
+    assert 'src="pairs/both/book.png"' in first
     for page in ("book.png", "view_1.html", "view_2.html", "thinning.png"):
         assert f'href="pairs/both/{page}"' in first
-        assert (
-            f"showResultInfo('results/complexes/pairs/both/{page}')" in (run / ".front_page.html").read_text()
-        )
-    assert (
-        'href="pairs/both/pair.md"' in first
-        and 'href="pairs/both/pair.md"' in (run / ".front_page.html").read_text()
-    )
-    assert (run / "index.md").is_file()
+        assert f"showResultInfo('results/complexes/pairs/both/{page}')" in part
+    assert 'href="pairs/both/pair.html"' in first and 'href="pairs/both/pair.html"' in part
 
 
 def test_pairs_of_proteins_and_of_a_ready_surface(folder, touching, tmp_path):
@@ -343,10 +324,10 @@ def test_pairs_of_proteins_and_of_a_ready_surface(folder, touching, tmp_path):
     proteins["ready"] = {"surface": str(tmp_path / "ready.csv")}
     pairs = {"both": {"proteins": ["one", "two"]}, "half": {"proteins": ["one", "ready"]}}
     rules = {"centres": FEW, "interface": 3.5}  # Å, as of `touching`
-    wishes = {"proteins": proteins, "pairs": pairs, "frames": {}, "complementarity": rules}
-    targets = ["both/pair.md", "both/residues.csv", "half/.complete", "pairs.md"]
+    requests = {"proteins": proteins, "pairs": pairs, "frames": {}, "complementarity": rules}
+    targets = ["both/pair.html", "both/residues.csv", "half/.complete", "pairs.html"]
     targets = [f"results/small/pairs/{target}" for target in targets]
-    process = snakemake(tmp_path / "x", SMALL | wishes, *targets)
+    process = snakemake(tmp_path / "x", SMALL | requests, *targets)
     assert process.returncode == 0, output(process)
     run = tmp_path / "x" / "results" / "small" / "pairs"
     for pair in pairs:
@@ -356,8 +337,8 @@ def test_pairs_of_proteins_and_of_a_ready_surface(folder, touching, tmp_path):
         assert np.array_equal(found["interface"], dots["interface"])
     residues = pd.read_csv(run / "both" / "residues.csv")
     assert residues["residue_name"].tolist() == 2 * list(SEQUENCE)
-    assert "Partner 1: one. Partner 2: two.\n" in (run / "both" / "pair.md").read_text(encoding="utf-8")
-    page = (run / "half" / "pair.md").read_text(encoding="utf-8")
-    assert "Partner 2: ready. Partner 2 is a ready surface without atoms" in page
+    assert "Partner 1 is one, partner 2 is two." in (run / "both" / "pair.html").read_text(encoding="utf-8")
+    page = (run / "half" / "pair.html").read_text(encoding="utf-8")
+    assert "Partner 2 is a ready surface without atoms" in page
     assert not (run / "half" / "residues.csv").exists()
-    assert "Over 2 of 2 pairs" in (run / "pairs.md").read_text(encoding="utf-8")
+    assert "over 2 of 2 pairs" in (run / "pairs.html").read_text(encoding="utf-8")

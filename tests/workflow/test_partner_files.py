@@ -50,14 +50,16 @@ def test_centres_are_as_many_as_wished(monkeypatch):
     )
     partner = SimpleNamespace(surface=np.zeros(900))
 
-    def wished(wish):
-        return len(partner_files.wished_centres(partner, {"complementarity": {"centres": wish}, "seed": 5}))
+    def requested(asked):
+        return len(
+            partner_files.requested_centres(partner, {"complementarity": {"centres": asked}, "seed": 5})
+        )
 
-    assert wished("all") == 900 and asked == []
-    assert wished({"n_S_percent": 20, "sampler": "voxel"}) == 180 and asked == [(180, "voxel", 5)]
-    assert wished({"n_S": 50, "sampler": "farthest"}) == 50
-    assert wished({"n_S": 5000, "sampler": "farthest"}) == 900
-    assert wished({"n_S_percent": 0.01, "sampler": "farthest"}) == 1
+    assert requested("all") == 900 and asked == []
+    assert requested({"n_S_percent": 20, "sampler": "voxel"}) == 180 and asked == [(180, "voxel", 5)]
+    assert requested({"n_S": 50, "sampler": "farthest"}) == 50
+    assert requested({"n_S": 5000, "sampler": "farthest"}) == 900
+    assert requested({"n_S_percent": 0.01, "sampler": "farthest"}) == 1
 
 
 def test_pairs_in_a_folder_are_named_by_what_they_share(tmp_path):

@@ -1,0 +1,418 @@
+"""Measure speed and memory: `python evidence/bench.py [--quick] [--reference module:function] [--out FILE]`.
+
+Figures are medians over several runs of CPU seconds on one core, BLAS at one thread, with the wall time beside them,
+of A1 of the paper (20045 dots; the embedded structure stands in where its surface is not there) and of A1 repeated on
+a lattice. Peak memory, start-up, a ribosome and the default study are measured in processes of their own. `at most`
+is what the project promises on a machine of 2 cores.
+"""
+
+import argparse
+import importlib
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import yaml
+from threadpoolctl import threadpool_limits
+
+from measures.timing import Table, machine, peak_memory, timed
+from sparsurf import InputError
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.pairs.nearest import nearest
+from sparsurf.patches import descriptors
+from sparsurf.patches.index import R_ZERNIKE, build_index
+from sparsurf.patches.islands import patch
+from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.roughness import roughness
+from sparsurf.patches.zernike import published
+from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
+from sparsurf.sampling import law
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.study import grid
+from sparsurf.study.ensemble import frame_row
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.molecular_surface import fitting_density, molecular_surface
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.surfaces.surface import Surface
+from sparsurf.threads import available_cores
+from sparsurf.workflow.config import checked
+
+ROOT = Path(__file__).resolve().parents[1]
+SHARED = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared"))
+A1_DOTS = SHARED / "data" / "tdp43" / "A1.dms.gz"
+RIBOSOME = SHARED / "data" / "structures" / "6zu5_ribosome.cif.gz"
+EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"
+TRAJECTORY = EMBEDDED.with_name("trajectory.xtc")
+MOST_OF_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
+KEPT = 0.05  # of the dots, by farthest point
+COPIES = (1, 10, 50)  # of A1: 20 thousand, 200 thousand and a million dots
+SHARES = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
+STEADY = 60  # µs that a steady descriptor may take
+FEW = ([0.4, 0.8, 1.0], [0.0, 0.4], [0, 4, 8], [0, 6])  # a grid of 36 combinations
+FULL = ([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0], range(0, 11, 2), range(0, 11, 2))
+BEST = np.array([[1.0, 0.0, 6.0, 0.0]])  # the paper's best combination
+GRIDS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that it may take
+PIECE = "209-214"  # residues of the quick surface
+GAP = 10.0  # Å between the copies on the lattice, so that no patch holds dots of two
+REFERENCE_PATCHES = 5
+PAIRS = {720: None, 14_400: 8, 50_000: 120}  # dots of each partner: CPU seconds that comparing them may take
+
+
+def embedded(residues=None):
+    """Centres and radii of the atoms of the embedded structure, Å."""
+    molecule = read_molecule(EMBEDDED, residues=residues)
+    return molecule.xyz[0], radii(molecule)
+
+
+def a1(quick):
+    """Dots of A1, of our own surface of the embedded structure without them; of a piece of that where quick."""
+    if quick:
+        return molecular_surface(*embedded(PIECE))
+    return read_surface(A1_DOTS) if A1_DOTS.is_file() else molecular_surface(*embedded())
+
+
+def lattice(xyz, copies):
+    """`xyz` (n, 3) repeated on a cubic lattice, (copies * n, 3)."""
+    side = np.arange(int(np.ceil(copies ** (1 / 3))))
+    cells = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 1, 3)[:copies]
+    return (cells * (np.ptp(xyz, axis=0) + GAP) + xyz).reshape(-1, 3)
+
+
+def repeated(surface, copies):
+    """A surface repeated on a lattice."""
+    return Surface(lattice(surface.points, copies), np.tile(surface.normals, (copies, 1)))
+
+
+def measure_dots(table, surface, promised, repeats, n_tests, combinations):
+    """Everything that scales with the dots: index, roughness, cover, sampling, descriptors of 64 subsets."""
+    n = len(surface)
+    index = build_index(surface.points, surface.normals)
+    table.time("index", n, lambda: build_index(surface.points, surface.normals), repeats)
+    rough = roughness(index)
+    most = 0.15 if promised else None
+    seconds = table.time("roughness of all dots", n, lambda: roughness(index), repeats, most=most)
+    table.add("roughness per dot", n, 1e6 * seconds / n, "µs")
+    table.time("cover", n, lambda: law.build_cover(index, rough), repeats)
+    evaluator = Evaluator(surface, roughness_values=rough, name="bench")
+    rng = np.random.default_rng(0)
+
+    def sample():
+        for combination in combinations:
+            law.sample(evaluator.cover, combination, rng)
+
+    def pair():
+        for combination in combinations:
+            evaluator.pair(combination, 0)
+
+    per, most = 1e3 / len(combinations), 0.3 if promised else None
+    milliseconds = table.time("one sampling", n, sample, repeats, "ms", per, most)
+    table.add("one sampling per dot", n, 1e6 * milliseconds / n, "ns")
+    table.time("one sampling and a uniform subset", n, pair, repeats, "ms", per)
+    measure_descriptors(table, evaluator, rng, repeats, n_tests)
+
+
+def measure_descriptors(table, evaluator, rng, repeats, n_tests):
+    """64 subsets at shared test dots, as the grid evaluates them."""
+    index, n = evaluator.index, len(evaluator.points)
+    tests = rng.choice(n, min(n, n_tests), replace=False)
+    some = tests[: max(1, n_tests // 8)]
+    z_tot, steady = evaluator.describe(tests)[0], evaluator.changed(descriptor="steady").describe(some)[0]
+    for share, most in SHARES.items():
+        words = np.zeros(n, np.uint64)
+        for bit in range(descriptors.BITS):
+            descriptors.add(words, index, law.uniform(n, round(share * n), rng), bit)
+        for reading in OF_GRID:
+            run = partial(
+                descriptors.evaluate, index, evaluator.points[tests], words, descriptors.BITS, reading, z_tot
+            )
+            what, per = f"a descriptor, {share:.0%} kept, `{reading}`", 1e6 / len(tests) / descriptors.BITS
+            table.time(what, n, run, repeats, "µs", per, most)
+            run = partial(
+                descriptors.evaluate, index, evaluator.points[some], words, descriptors.BITS, reading, steady,
+                descriptor="steady",
+            )  # fmt: skip
+            what, per = (
+                what.replace("a descriptor", "a steady descriptor"),
+                1e6 / len(some) / descriptors.BITS,
+            )
+            table.time(what, n, run, repeats, "µs", per, STEADY)
+
+
+def measure_pairs(table, sizes, repeats):
+    """The nearest patch of every dot of two surfaces, both ways: time goes with descriptors, not with what they are."""
+    rng = np.random.default_rng(0)
+    for n, most in sizes.items():
+        both = rng.random((2, n, 121))
+        times = repeats if n < 20_000 else 1
+        table.time("nearest patches of two surfaces, both ways", n, partial(nearest, *both), times, most=most)
+
+
+def measure_grids(table, surface, combinations, limits, repeats):
+    """Whole grids with one draw, reading `as_coded`, and one combination at every dot."""
+    evaluator, n = Evaluator(surface, name="bench"), len(surface)
+    for n_tests, most in limits.items():
+        what = f"grid of {len(combinations)}, {n_tests} test dots"
+        run = partial(grid.run, evaluator, combinations, n_tests, 1, ("as_coded",))
+        table.time(what, n, run, repeats, most=most)
+    for readings, names in ((("as_coded",), "`as_coded`"), (OF_GRID, "both readings")):
+        run = partial(grid.run, evaluator, BEST, n, 1, readings)
+        table.time(f"a combination at every dot, {names}", n, run, repeats, most=1)
+
+
+def measure_surface(table, copies, repeats, residues=None):
+    """Our own dots of the embedded structure, repeated."""
+    xyz, r = embedded(residues)
+    for c in copies:
+        run = partial(molecular_surface, lattice(xyz, c), np.tile(r, c))
+        what, per = f"surface per atom, {c * len(r)} atoms", 1e6 / (c * len(r))
+        table.time(what, len(run()), run, repeats, "µs", per)
+
+
+def measure_frames(table, quick):
+    """One combination on frames of the embedded trajectory, as an ensemble evaluates each."""
+    settings = checked(yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8")), [], ROOT)
+    residues = PIECE if quick else None
+    molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
+    own = radii(molecule)
+    density = fitting_density(molecule, 0, own, settings["surface"], settings["patches"]["D_link"], "bench")
+    settings["surface"] = settings["surface"] | {"density": density}
+
+    def frames():
+        for k in range(molecule.n_frames):
+            frame_row(molecule, k, own, settings, "bench")
+
+    what, most = f"a frame of an ensemble, {molecule.n_atoms} atoms", None if quick else MOST_OF_FRAME
+    table.time(what, None, frames, 1, "s", 1 / molecule.n_frames, most)
+
+
+def measure_peers(table, surface, repeats):
+    """Other programs on the same work, each where it is installed; ours beside it."""
+    n, keep = len(surface), round(KEPT * len(surface))
+    if shutil.which("EDTSurf"):
+        with tempfile.TemporaryDirectory() as folder:
+            command = ["EDTSurf", "-i", EMBEDDED, "-o", Path(folder, "out")]
+            _, wall = timed(partial(subprocess.run, command, check=True, capture_output=True), repeats)
+            table.add("peer: surface of the embedded structure by EDTSurf, a process", None, None, "s", wall)
+        table.time("the same surface here", None, partial(molecular_surface, *embedded()), repeats)
+    if fpsample := installed("fpsample"):
+        farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
+        table.time(f"peer: {KEPT:.0%} farthest dots by fpsample", n, farthest, repeats)
+        evaluator, rng = Evaluator(surface, name="bench"), np.random.default_rng(0)
+        table.time("the same here", n, partial(SAMPLERS["farthest"], evaluator, keep, rng), repeats)
+    if mahotas := installed("mahotas.features"):
+        image = np.random.default_rng(0).random((PIXELS, PIXELS))
+        moments = partial(mahotas.zernike_moments, image, DISC, N_MAX)
+        table.time("peer: moments of one image by mahotas", None, moments, repeats, "µs", 1e6)
+        images = np.random.default_rng(0).random((512, published.N_EVEN + published.N_ODD))
+        table.time(
+            "the same here, 512 images", None, partial(published.moments, images), repeats, "µs", 1e6 / 512
+        )
+
+
+def installed(name):
+    """A module where it can be imported, else None."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        return None
+
+
+def measure_reference(table, surface, name):
+    """Another program's descriptor function on the same patches, (n, 6) arrays of dots and normals."""
+    module, _, function = name.partition(":")
+    sys.path.append(os.getcwd())
+    try:
+        other = getattr(importlib.import_module(module), function)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(f"--reference {name}: {error}; give module:function.") from None
+    index, n = build_index(surface.points, surface.normals), len(surface)
+    tests = np.random.default_rng(0).choice(n, REFERENCE_PATCHES, replace=False)
+    ids = [patch(index, t, R_ZERNIKE) for t in tests]
+    patches = [np.hstack([surface.points[i], surface.normals[i]]) for i in ids]
+    theirs, _ = timed(lambda: [other(p) for p in patches], 3)
+    theirs = table.add(f"a patch by {name}", n, 1e6 * theirs / len(tests), "µs")
+    many = np.tile(surface.points[tests], (200, 1))
+    ours = table.time(
+        "the same patches here", n, lambda: descriptors.describe(index, many), 3, "µs", 1e6 / len(many)
+    )
+    table.add("ratio", n, theirs / ours, "times")
+    in_one_pass = [
+        row["value"] for row in table.rows if row["what"] == "a descriptor, 100% kept, `as_written`"
+    ]
+    table.add("ratio, 64 subsets in one pass", n, theirs / in_one_pass[0], "times")
+
+
+def warm_up():
+    """Load every kernel, so that what follows measures the dots."""
+    dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
+    grid.run(Evaluator(dots), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+
+
+def print_memory(copies, quick):
+    """In a process of its own: bytes above the imports, for all that a surface goes through."""
+    warm_up()
+    one = a1(quick)
+    before = peak_memory()
+    surface = repeated(one, copies)
+    grid.run(Evaluator(surface, threads=available_cores()), law.grid(*FEW), 100)
+    print(json.dumps({"dots": len(surface), "bytes": peak_memory() - before}))
+
+
+def print_ribosome():
+    """In a process of its own: seconds of every step on a large assembly, and the peak of memory."""
+    warm_up()
+    before, seconds, cores = peak_memory(), {}, available_cores()
+
+    def step(name, run):
+        wall, cpu = time.perf_counter(), time.process_time()
+        result = run()
+        seconds[name] = (time.process_time() - cpu, time.perf_counter() - wall)
+        return result
+
+    molecule = step("reading", lambda: read_molecule(RIBOSOME, selection="all", whole=False))
+    surface = step("surface", lambda: molecular_surface(molecule.xyz[0], radii(molecule)))
+    index = step("index", lambda: build_index(surface.points, surface.normals))
+    rough = step("roughness", lambda: roughness(index, threads=cores))
+    evaluator = step("cover", lambda: Evaluator(surface, roughness_values=rough, threads=cores))
+    step("grid of 36, 400 test dots", lambda: grid.run(evaluator, law.grid(*FEW), 400))
+    found = {
+        "atoms": molecule.n_atoms,
+        "dots": len(surface),
+        "bytes": peak_memory() - before,
+        "seconds": seconds,
+    }
+    print(json.dumps(found))
+
+
+def measure_ribosome(table):
+    """A large assembly from its file to the end, all cores."""
+    found = in_child("print_ribosome()")
+    for what, (cpu, wall) in found["seconds"].items():
+        table.add(f"ribosome of {found['atoms']} atoms: {what}", found["dots"], cpu, "s", wall)
+    table.add("ribosome: peak memory", found["dots"], found["bytes"] / found["dots"], "bytes per dot")
+
+
+def in_child(call):
+    """Result of a `print_...` of this file in a fresh process."""
+    command = [sys.executable, "-c", f"import bench; bench.{call}"]
+    return json.loads(subprocess.run(command, cwd=ROOT / "evidence", capture_output=True, check=True).stdout)
+
+
+def measure_start(table, quick):
+    """Import and compilation with an empty cache of kernels and with a full one; wall seconds of a process."""
+    with tempfile.TemporaryDirectory() as cache:
+        for what in ("warm",) if quick else ("cold", "warm"):
+            place = {} if quick else {"NUMBA_CACHE_DIR": cache}
+            wall, before = time.perf_counter(), os.times()
+            command = [sys.executable, "-c", "import bench; bench.warm_up()"]
+            subprocess.run(command, cwd=ROOT / "evidence", check=True, env=os.environ | place)
+            after = os.times()
+            cpu = after.children_user + after.children_system - before.children_user - before.children_system
+            table.add(f"{what} start: imports and kernels", None, cpu, "s", time.perf_counter() - wall)
+
+
+def measure_study(table):
+    """The default study from nothing, split by rule, and again with nothing to do; wall seconds."""
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "data").symlink_to(ROOT / "data")
+        files = [
+            "--snakefile",
+            ROOT / "Snakefile",
+            "--configfile",
+            ROOT / "config.yaml",
+            "--directory",
+            folder,
+        ]
+        command = [sys.executable, "-m", "snakemake", *map(str, files), "--cores", "all", "--quiet", "all"]
+        for what, most in (("default study", None), ("default study, nothing to do", 5)):
+            begin = time.perf_counter()
+            subprocess.run(command, check=True, capture_output=True)
+            wall = time.perf_counter() - begin
+            table.add(what, None, None, "s", wall, most)
+            if most is None:
+                measure_rules(table, Path(folder, ".snakemake", "metadata"), wall)
+
+
+def measure_rules(table, metadata, wall):
+    """Wall seconds of the jobs of every rule, of loading their libraries, and the share of them all in the study."""
+    jobs = {}
+    for path in metadata.rglob("*"):
+        if path.is_file():
+            record = json.loads(path.read_text())
+            log = (record["rule"], *record["log"])  # one job has as many records as outputs
+            begin, end = jobs.get(log, (math.inf, 0.0))
+            jobs[log] = (min(begin, record["starttime"]), max(end, record["endtime"]))
+    for rule in dict.fromkeys(rule for rule, *_ in sorted(jobs, key=jobs.get)):
+        spent = [end - begin for (name, *_), (begin, end) in jobs.items() if name == rule]
+        table.add(
+            f"rule {rule}, {len(spent)} {'job' if len(spent) == 1 else 'jobs'}", None, None, "s", sum(spent)
+        )
+        if Path(ROOT, "scripts", f"{rule}.py").is_file():
+            load = [sys.executable, "-c", f"import runpy; runpy.run_path('../scripts/{rule}.py')"]
+            _, loading = timed(partial(subprocess.run, load, cwd=ROOT / "src", check=True), 1)
+            table.add(f"rule {rule}, its libraries", None, None, "s", loading * len(spent))
+    busy = until = 0.0
+    for begin, end in sorted(jobs.values()):
+        busy, until = busy + max(0.0, end - max(begin, until)), max(until, end)
+    table.add("share of the study in which jobs run", None, None, "%", 100 * busy / wall)
+
+
+def main(path_to_output, quick=False, reference=None):
+    """Measure, print and write the JSON file, and the table beside it as Markdown."""
+    table, surface = Table(), a1(quick)
+    copies, repeats, n_tests = ((1,), 1, 16) if quick else (COPIES, 3, 512)
+    with threadpool_limits(1, "blas"):
+        for c in copies:
+            promised = c == 1 and not quick
+            combinations = law.grid(*(FULL if promised else FEW))
+            measure_dots(table, repeated(surface, c), promised, repeats, n_tests, combinations)
+        combinations = law.grid(*FEW)[:2] if quick else law.grid(*FULL)
+        measure_grids(table, surface, combinations, {n_tests: None} if quick else GRIDS, repeats)
+        measure_pairs(table, {500: None} if quick else PAIRS, repeats)
+        measure_surface(table, copies, repeats, PIECE if quick else None)
+        measure_frames(table, quick)
+        measure_peers(table, surface, repeats)
+        if reference:
+            measure_reference(table, surface, reference)
+    measure_start(table, quick)
+    for c in copies:
+        found = in_child(f"print_memory({c}, {quick})")
+        most = 400 if c == COPIES[-1] else None
+        per_dot = found["bytes"] / found["dots"]
+        table.add("peak memory above the imports", found["dots"], per_dot, "bytes per dot", most=most)
+    if not quick and RIBOSOME.is_file():
+        measure_ribosome(table)
+    if not quick:
+        measure_study(table)
+    print("\nAbove what is promised: " + ("; ".join(table.missed()) or "nothing"))
+    path = Path(path_to_output)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    content = {"machine": machine(), "quick": quick, "figures": table.rows}
+    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    path.with_suffix(".md").write_text(table.markdown(), encoding="utf-8")
+
+
+def command(arguments=None):
+    """Measure what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
+    parser.add_argument("--quick", action="store_true", help="a small surface, once: to see that all runs")
+    parser.add_argument("--reference", help="module:function of another program, timed on the same patches")
+    parser.add_argument("--out", default=ROOT / "results" / "bench" / "bench.json", help="JSON file to write")
+    asked = parser.parse_args(arguments)
+    try:
+        main(asked.out, asked.quick, asked.reference)
+    except InputError as error:
+        parser.error(str(error))
+
+
+if __name__ == "__main__":
+    command()

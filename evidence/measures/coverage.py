@@ -1,0 +1,104 @@
+"""How often intervals hold the truth, and confidence sets of the best the best: replicates drawn from a large pool.
+
+The pool, many draws of the combinations that may be the best at many test dots, stands for the population: its means are
+the truth. A replicate draws test dots, shared by all combinations, and draws of each combination from it, with
+replacement, and goes through the very functions of the study.
+"""
+
+import numpy as np
+import pandas as pd
+from scipy.stats import norm
+
+from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.study import grid
+from sparsurf.study.best_set import best_set
+from sparsurf.study.statistics import estimate, held_out, winners_outside
+from sparsurf.study.tables import difference, range_limits, range_of
+
+CONTENDERS = 20  # combinations of the highest d of each range and reading that enter the pool
+N_RANGES = 10
+
+
+def pool(evaluator, table, readings, draws=24, n_tests=1000):
+    """The pool of one surface.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+    table : DataFrame
+        grid.csv of the surface, which says who the contenders are.
+    readings : sequence of str
+    draws, n_tests : int
+        Of the pool.
+
+    Returns
+    -------
+    d : (readings, K, draws, test dots) float32, and member : (K,) int, the range of each combination
+    """
+    percent = table["n_S_percent"].to_numpy()
+    member, chosen = range_of(percent, range_limits(percent, N_RANGES)), set()
+    for reading in readings:
+        d = table[f"d_{reading}"].to_numpy()
+        for k in range(N_RANGES):
+            inside = np.flatnonzero(member == k)
+            chosen |= set(inside[np.argsort(-d[inside])[:CONTENDERS]].tolist())
+    chosen = np.array(sorted(chosen))
+    result = grid.run(evaluator, table.loc[chosen, PARAMETERS].to_numpy(), n_tests, draws, tuple(readings))
+    d = np.stack([difference(result, r) for r in range(len(readings))])
+    return d.astype(np.float32), member[chosen]
+
+
+def replicates(d, member, draws, tests, n, rng, sets=True):
+    """Coverage over replicates of one design under one reading.
+
+    Parameters
+    ----------
+    d : (K, draws, test dots) float, the pool under one reading
+    member : (K,) int
+    draws, tests : int
+        Of a replicate.
+    n : int
+        Number of replicates.
+    rng : numpy.random.Generator
+    sets : bool
+        Whether confidence sets are made too, which takes most of the time.
+
+    Returns
+    -------
+    DataFrame, one row per range: range, n_combinations; over the replicates the mean of fixed_t and fixed_normal
+    (intervals of all combinations that hold their means), winner (interval of the winner as selected), selected_bias (its
+    d above its mean), held_out (intervals that hold the mean d of the combinations they measured), held_out_winner (that
+    hold the mean d of the winner shown), held_out_bias, half_width (of the held-out interval), best_in_set, set_size
+    """
+    rows = []
+    for k in np.unique(member):
+        own = np.flatnonzero(member == k)
+        if len(own) < 2:
+            continue
+        truth, seen = d[own].mean(axis=(1, 2), dtype=np.float64), []
+        for _ in range(n):
+            at, of = rng.integers(0, d.shape[2], tests), rng.integers(0, d.shape[1], (len(own), draws))
+            x = d[own[:, None, None], of[:, :, None], at].astype(np.float64)
+            seen.append(one_replicate(x, truth, sets))
+        rows.append({"range": k + 1, "n_combinations": len(own), **pd.DataFrame(seen).mean().to_dict()})
+    return pd.DataFrame(rows)
+
+
+def one_replicate(x, truth, sets=True):
+    """What one replicate (K, D, T) shows of true means (K,), a dict of numbers and truths."""
+    found, honest = estimate(x), held_out(x)
+    winner, target = int(np.argmax(found.mean)), truth[winners_outside(x)].mean()
+    out = {
+        "fixed_t": np.mean((found.low <= truth) & (truth <= found.high)),
+        "fixed_normal": np.mean(np.abs(found.mean - truth) <= norm.ppf(0.975) * found.error),
+        "winner": bool(found.low[winner] <= truth[winner] <= found.high[winner]),
+        "selected_bias": found.mean[winner] - truth[winner],
+        "held_out": bool(honest.low <= target <= honest.high),
+        "held_out_winner": bool(honest.low <= truth[winner] <= honest.high),
+        "held_out_bias": honest.mean - target,
+        "half_width": honest.half,
+    }
+    if sets:
+        among = best_set(x)
+        out |= {"best_in_set": bool(among[np.argmax(truth)]), "set_size": int(among.sum())}
+    return out

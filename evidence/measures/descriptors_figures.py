@@ -1,0 +1,50 @@
+"""What samplers are worth under each descriptor, a figure of docs/descriptors.md."""
+
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter, NullLocator
+
+from sparsurf.report.figures.layout import PAGE, PALETTE, axes, legend, letter, sheet, styled
+from sparsurf.sampling.samplers import called
+
+COLOURS = {"published": PALETTE[1], "steady": PALETTE[0]}
+MARKS = ("o", "s", "^", "D")
+SHOWN = ("farthest", "poisson", "uniform", "paper")  # samplers
+
+
+@styled
+def samplers(tables):
+    """Z of the samplers against n_S in units of the descriptor's own floor, a panel per descriptor; first surface."""
+    surface = tables["samplers"]["surface"].iloc[0]
+    rows = tables["samplers"][tables["samplers"]["surface"] == surface]
+    figure = sheet(PAGE, 68)
+    for d, name in enumerate(COLOURS):
+        panel = axes(figure, 16 + 88 * d, 8, 74, 42)
+        floor = floor_of(tables["changes"], surface, name)
+        for sampler, colour, mark in zip(SHOWN, PALETTE, MARKS, strict=False):
+            own = rows[(rows["descriptor"] == name) & (rows["sampler"] == sampler)]
+            size = 7 if sampler == SHOWN[0] else 4  # the next one lies upon it
+            panel.plot(own["n_S_percent"], own["Z"] / floor, color=colour, marker=mark, markersize=size)
+        panel.axhline(1, color="0.5", linewidth=0.5, linestyle=":")
+        panel.set(
+            xscale="log", yscale="log", xlabel="n_S / % of the dots", ylabel="Z / floor", ylim=(0.7, 15)
+        )
+        panel.set_title(f"{name}: floor {floor:.2f}")
+        panel.set_xticks([2.5, 5, 10, 20, 40], ["2.5", "5", "10", "20", "40"])
+        panel.set_yticks([1, 2, 5, 10], ["1", "2", "5", "10"])
+        for axis in (panel.xaxis, panel.yaxis):
+            axis.set_minor_locator(NullLocator())
+            axis.set_minor_formatter(NullFormatter())
+        letter(figure, 2 + 90 * d, 2, "ab"[d])
+    handles = [
+        Line2D([], [], color=colour, marker=mark, label=called(sampler).words)
+        for sampler, colour, mark in zip(SHOWN, PALETTE, MARKS, strict=False)
+    ]
+    legend(figure, 16, 63, handles, ncols=4)
+    return figure
+
+
+def floor_of(changes, surface, descriptor, change="turned, fresh dots"):
+    """Z between two descriptions of the same surface at the lowest density."""
+    rows = changes[(changes["surface"] == surface) & (changes["descriptor"] == descriptor)]
+    rows = rows[(rows["density"] == rows["density"].min()) & (rows["change"] == change)]
+    return float(rows["Z"].iloc[0])

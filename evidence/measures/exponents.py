@@ -1,0 +1,78 @@
+"""Subsets whose density goes with (1 - R)^k: denser where the surface is rough for k > 0, where it is flat for k < 0."""
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.recovery.readings import RECOVERED
+from sparsurf.study.relation import with_interval
+
+LEAST = 0.02  # of 1 - R, so that no dot's chance is 0 or without bounds
+READINGS = ("as_written", RECOVERED)
+
+
+def density(roughness, k):
+    """Density of each dot, (N,), without a unit."""
+    return np.maximum(1 - roughness, LEAST) ** k
+
+
+def random_dots(evaluator, n, k, rng):
+    """Without replacement, each draw with a chance proportional to the density (Efraimidis & Spirakis 2006)."""
+    keys = rng.standard_exponential(len(evaluator.points)) / density(evaluator.roughness, k)
+    return np.argsort(keys, kind="stable")[:n]
+
+
+def spaced_dots(evaluator, n, k, rng):
+    """Farthest-point dots, with distances in units of the spacing that the density asks for at each dot."""
+    points, scale = evaluator.points, density(evaluator.roughness, k)
+    chosen, gap = np.empty(n, np.int64), np.full(len(points), np.inf)
+    chosen[0] = rng.integers(len(points))
+    for j in range(1, n):
+        gap = np.minimum(gap, ((points - points[chosen[j - 1]]) ** 2).sum(axis=1) * scale)
+        chosen[j] = np.argmax(gap)
+    return chosen
+
+
+SAMPLERS = {"random": random_dots, "blue noise": spaced_dots}
+
+
+def measure(evaluator, exponents, percents, n_tests, draws):
+    """Z of both samplers for every exponent and n_S: sampler, percent, k, reading, Z (mean of the draws)."""
+    tests, rows = evaluator.draw_tests(n_tests), []
+    z_tot, _ = evaluator.describe(tests)
+    for name, choose in SAMPLERS.items():
+        for percent in percents:
+            n = max(4, round(percent / 100 * len(evaluator.points)))
+            for k in exponents:
+                subsets = [
+                    choose(evaluator, n, k, evaluator.stream("exponent", name, n, d)) for d in range(draws)
+                ]
+                for reading in READINGS:
+                    z = evaluator.distances(list(map(np.sort, subsets)), tests, z_tot, reading)[0].mean()
+                    rows.append((name, percent, k, reading, z))
+    return pd.DataFrame(rows, columns=["sampler", "percent", "k", "reading", "Z"])
+
+
+def ratios(table):
+    """Z over that at k = 0, protein by protein; means with 95 % intervals: sampler, percent, reading, k, n, ratio."""
+    keys = ["protein", "sampler", "percent", "reading"]
+    flat = table[table["k"] == 0].set_index(keys)["Z"].rename("flat")
+    table = table.join(flat, on=keys)
+    rows = [
+        dict(zip((*keys[1:], "k"), group, strict=True)) | {"n": len(part)}
+        | with_interval("ratio", part["Z"] / part["flat"]) | with_interval("Z", part["Z"])
+        for group, part in table.groupby([*keys[1:], "k"], sort=False)
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def best(table):
+    """What the best exponent gains, chosen on all other proteins: sampler, percent, reading, k (most often), n, gain in %."""
+    rows = []
+    for group, part in table.groupby(["sampler", "percent", "reading"], sort=False):
+        z = part.pivot(index="protein", columns="k", values="Z")
+        relative = z.div(z[0], axis=0)
+        others = [relative.drop(index=protein).mean().idxmin() for protein in z.index]
+        gain = [100 * (1 - relative.loc[p, k]) for p, k in zip(z.index, others, strict=True)]
+        row = dict(zip(("sampler", "percent", "reading"), group, strict=True))
+        rows.append(row | {"k": pd.Series(others).mode()[0], "n": len(z)} | with_interval("gain", gain))
+    return pd.DataFrame(rows)

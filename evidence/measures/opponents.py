@@ -1,0 +1,206 @@
+"""Other ways to keep a surface in few numbers, at equal bytes, each in its best form.
+
+A dot with its normal takes 24 bytes (six float32); rounded, 8: three places of 16 bits, .005 Å apart, and a normal of 16
+bits. A mesh takes 12 for a corner and 6 for a triangle (three indices of two bytes, for up to 65,536 corners): with two
+triangles for every corner 24 again, so equal numbers are equal bytes. An atom takes 16, a place and a radius; rounded, 6:
+three places of 15 bits and the number of its radius.
+"""
+
+from functools import partial
+
+import numpy as np
+import pandas as pd
+
+from measures.recovery import ERRORS, errors, truth
+from sparsurf.patches.index import apart, build_grid, build_index
+from sparsurf.recovery.recovering import APART, recover
+from sparsurf.recovery.settling import settle
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.study.comparison.contestants import dotted
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.mesh import molecular_mesh
+from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.spacing import DENSITY
+
+DOT, ROUNDED_DOT, VERTEX, TRIANGLE, ATOM, ROUNDED_ATOM = 24, 8, 12, 6, 16, 6  # bytes
+STEP, ANGLES, BOX = 0.005, 2**8 - 1, 2**15 - 1  # Å; steps of a normal's two numbers; of a place in the box
+CANDIDATES = 8  # places on a mesh per dot that is laid on it
+TRIES, CLOSE = 8, 0.01  # turns of the molecule that is dotted sparsely, until the number of dots is so near
+KEPT, SETTLED, SPARSE, MESH, CORNERS, QUANTISED, ROUNDED, ATOMS, ROUNDED_ATOMS = (
+    "farthest dots",
+    "settled dots",
+    "sparsely laid dots",
+    "decimated mesh",
+    "its corners on the surface",
+    "three times as many, rounded",
+    "farthest dots, rounded",
+    "atoms",
+    "atoms, rounded",
+)
+MEASURES = ("bytes", "Z", *ERRORS)
+
+
+def measure(name, xyz, radii, simplify, n_tests, percents, seed=20261120, threads=1):
+    """Z and errors of each opponent, all on one set of test dots.
+
+    Parameters
+    ----------
+    name : str
+    xyz, radii : (A, 3) and (A,), Å
+    simplify : callable or None
+        (vertices, triangles, number of triangles) -> fewer of them; without it no mesh takes part.
+    n_tests : int
+    percents : sequence of float
+    seed, threads : int
+
+    Returns
+    -------
+    DataFrame: protein, sampler (the opponent), percent, n_S, bytes, Z and `recovery.ERRORS`
+    """
+    surface = molecular_surface(xyz, radii)
+    flat = np.zeros(len(surface))
+    evaluator = Evaluator(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
+    tests, true, rows = evaluator.draw_tests(n_tests), truth(xyz, radii, evaluator.area), []
+    z_tot, _ = evaluator.describe(tests)
+    mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
+
+    def add(opponent, percent, n, size, dots):
+        z = evaluator.distances_of(build_index(*dots, evaluator.d_link), tests, z_tot)[0].mean()
+        row = {"protein": name, "sampler": opponent, "percent": percent, "n_S": n, "bytes": size, "Z": z}
+        rows.append(row | errors(*dots, true))
+
+    for percent in percents:
+        n = max(4, round(percent / 100 * len(surface)))
+        for opponent, number, size, dots in _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
+            add(opponent, percent, number, size, dots)
+    for opponent, size, places in ((ATOMS, ATOM, xyz), (ROUNDED_ATOMS, ROUNDED_ATOM, rounded_places(xyz))):
+        turned = dotted(places, radii, len(surface), evaluator.stream("recovery", "atoms"))
+        add(opponent, 100 * len(xyz) / len(surface), len(xyz), size * len(xyz), turned)
+    return pd.DataFrame(rows)
+
+
+def _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
+    """Opponent, number of its dots or corners, bytes, and the dense dots that it stands for, of those of n dots' bytes."""
+    points, normals = evaluator.points, evaluator.normals
+    farthest = partial(SAMPLERS["farthest"], evaluator)
+    chosen = farthest(n, evaluator.stream("recovery", "farthest"))
+    kept = points[chosen], normals[chosen]
+    yield KEPT, n, DOT * n, recover(*kept)
+    settled = settle(*kept, points, normals, threads=evaluator.threads)
+    yield SETTLED, n, DOT * n, recover(*settled)
+    yield ROUNDED, n, ROUNDED_DOT * n, recover(*rounded(*kept))
+    many = farthest(min(3 * n, len(points)), evaluator.stream("recovery", "farthest"))
+    yield QUANTISED, len(many), ROUNDED_DOT * len(many), recover(*rounded(points[many], normals[many]))
+    few = sparse(xyz, radii, n, evaluator.stream("recovery", "sparse"))
+    yield SPARSE, len(few[0]), DOT * len(few[0]), recover(*few)
+    if mesh is None:
+        return
+    corners, triangles = simplify(mesh.vertices.points, mesh.triangles, 2 * n)
+    size = VERTEX * len(corners) + TRIANGLE * len(triangles)
+    yield MESH, len(corners), size, dots_on(corners, triangles, evaluator.stream("recovery", "mesh"))
+    _, near = true.tree.query(corners)
+    yield CORNERS, len(corners), DOT * len(corners), recover(true.points[near], true.normals[near])
+
+
+def sparse(xyz, radii, n, rng):
+    """A surface laid with about n dots from the first: the turn of the molecule that comes nearest."""
+    best = None
+    for _ in range(TRIES):
+        found = dotted(xyz, radii, n, rng)
+        if best is None or abs(len(found[0]) - n) < abs(len(best[0]) - n):
+            best = found
+        if abs(len(best[0]) - n) <= CLOSE * n:
+            break
+    return best
+
+
+def rounded(points, normals):
+    """Dots of 8 bytes: places on a grid of `STEP`, normals on an octahedron unfolded into a square of `ANGLES` steps.
+
+    Source: Meyer et al., Computer Graphics Forum 29:1405, 2010.
+    """
+    flat = normals[:, :2] / np.abs(normals).sum(axis=1, keepdims=True)
+    below = normals[:, 2] < 0
+    flat[below] = _folded(flat[below])
+    flat = 2 * np.round((flat + 1) / 2 * ANGLES) / ANGLES - 1
+    height = 1 - np.abs(flat).sum(axis=1)
+    back = np.column_stack([flat, height])
+    back[height < 0, :2] = _folded(flat[height < 0])
+    return STEP * np.round(points / STEP), back / np.linalg.norm(back, axis=1, keepdims=True)
+
+
+def _folded(flat):
+    """The other side of the octahedron, in the plane: (n, 2)."""
+    return (1 - np.abs(flat[:, ::-1])) * np.where(flat < 0, -1.0, 1.0)
+
+
+def rounded_places(xyz):
+    """Places of atoms in steps of their box, of which 15 bits count along the longest side."""
+    step = np.ptp(xyz, axis=0).max() / BOX
+    return xyz.min(axis=0) + step * np.round((xyz - xyz.min(axis=0)) / step)
+
+
+def in_common(table):
+    """The opponents of given numbers of dots, on the structures that have all of them."""
+    found = table[~table["sampler"].isin((ATOMS, ROUNDED_ATOMS))]
+    full = set(found.loc[found["sampler"] == MESH, "protein"]) or set(found["protein"])
+    return found[found["protein"].isin(full)]
+
+
+def simplifier():
+    """Decimation by quadric error of the package fast-simplification; None where it is not installed."""
+    try:
+        from fast_simplification import simplify
+    except ImportError:
+        print("fast-simplification is not installed: no mesh takes part")
+        return None
+
+    def fewer(vertices, triangles, n):
+        found = simplify(vertices.astype("float32"), triangles.astype("int32"), target_count=n)
+        return found[0].astype(float), found[1].astype(int)
+
+    return fewer
+
+
+def corner_normals(corners, triangles):
+    """Unit normals at the corners of a mesh, (V, 3): the mean of those of the triangles around, by angle.
+
+    Source: Thürmer & Wüthrich, J. Graphics Tools 3:43, 1998.
+    """
+    sides = corners[triangles]
+    normals = np.zeros((len(corners), 3))
+    flat = np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0])
+    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
+    for k in range(3):
+        a, b = sides[:, (k + 1) % 3] - sides[:, k], sides[:, (k + 2) % 3] - sides[:, k]
+        length = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
+        angle = np.arccos(np.clip(np.sum(a * b, axis=1) / np.maximum(length, 1e-12), -1, 1))
+        np.add.at(normals, triangles[:, k], angle[:, None] * flat)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
+def dots_on(corners, triangles, rng, density=DENSITY):
+    """Dots on a mesh, as far apart as recovered ones, with normals interpolated between those of the corners.
+
+    Parameters
+    ----------
+    corners, triangles : (V, 3) float, Å, and (F, 3) int
+    rng : numpy.random.Generator
+    density : dots per Å^2
+
+    Returns
+    -------
+    points, normals : (M, 3) float64
+    """
+    a, b, c = (corners[triangles[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    n = int(CANDIDATES * density * area.sum())
+    of = rng.choice(len(triangles), n, p=area / area.sum())
+    u, v = rng.random((2, n))
+    share = np.stack([1 - np.sqrt(u), np.sqrt(u) * (1 - v), np.sqrt(u) * v], axis=1)
+    points = np.einsum("nk,nkc->nc", share, corners[triangles[of]])
+    normals = np.einsum("nk,nkc->nc", share, corner_normals(corners, triangles)[triangles[of]])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    index = build_grid(points, side=1.0)
+    chosen = apart(index, np.arange(len(points)), APART / np.sqrt(density), len(points), 0)
+    return points[chosen], normals[chosen]

@@ -1,0 +1,264 @@
+"""What holds over many proteins: each counts once, and every interval is Student's t over them."""
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binom, rankdata
+
+from sparsurf.patches.readings import TEXT
+from sparsurf.sampling.combination import PARAMETERS, joined, split, texts_of
+from sparsurf.study.best_set import best_set
+from sparsurf.study.comparison.fewer import REFERENCE
+from sparsurf.study.enough import CLOSE, smallest_n_s
+from sparsurf.study.relation import mean_interval, rho_interval, with_interval
+from sparsurf.study.summary import readings, stacked
+from sparsurf.study.tables import range_limits, range_of
+
+TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are, whose Z the others are to reach
+REFERENCES = ("fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å")
+COLUMNS = {"own": "d_held_out", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
+RESAMPLED = 4000
+SETS_RESAMPLED = 200  # a confidence set takes longer than a mean
+
+
+def d_by_range(summary):
+    """d over the proteins, per reading and range of n_S.
+
+    Parameters
+    ----------
+    summary : DataFrame
+        See `summary.summary_table`.
+
+    Returns
+    -------
+    DataFrame: islands, range (0: mean of a protein's ranges), n (proteins), n_S_percent, `own`, d held out of each
+    protein's own best; `from_all`, d of the combination with the highest mean d on all others; `lost`, the first less the
+    second; `near`, d of the choice of the others nearest in mean roughness less `from_all`; with their intervals;
+    n_above and n_below, proteins whose own interval of d held out lies above and below 0.
+    """
+    rows = []
+    found = summary[summary["n_combinations"] > 0].assign(
+        lost=lambda t: t["d_held_out"] - t["d_from_all"], near=lambda t: t["d_from_near"] - t["d_from_all"]
+    )
+    for reading, part in found.groupby("reading", sort=False):
+        whole = part.groupby("protein", sort=False).mean(numeric_only=True)
+        for k, own in [(0, whole), *part.groupby("range")]:
+            row = {"reading": reading, "range": k, "n": len(own), "n_S_percent": own["n_S_percent"].mean()}
+            for name, column in COLUMNS.items():
+                row |= with_interval(name, own[column])
+            if k:
+                row["n_above"] = int((own["d_held_out_low"] > 0).sum())
+                row["n_below"] = int((own["d_held_out_high"] < 0).sum())
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def plateaus(results, summary):
+    """The combinations that may be the best of all on average over proteins, and whether they are on each.
+
+    Returns
+    -------
+    DataFrame: islands, range and its limits (of the mean n_S), n_combinations, `winner` (highest mean d), n_best_set and
+    best_set, its 95 % confidence set with the proteins as units; n_there, proteins on which the winner falls into this
+    range, and n_held, those of them whose own confidence set of the best it lies in.
+    """
+    percents = stacked(results, "n_S_percent")
+    mean, rows = percents.mean(axis=0), []
+    grid = results[0].grid
+    for reading in readings(results[0]):
+        d, own = stacked(results, f"d_{reading}"), summary[summary["reading"] == reading]
+        n_ranges = int(own["range"].max())
+        limits = range_limits(mean, n_ranges)
+        member = range_of(mean, limits)
+        places = [range_of(percent, range_limits(percent, n_ranges)) for percent in percents]
+        sets = own.set_index(["protein", "range"])["best_set"].map(split)
+        for k in np.unique(member):
+            inside = np.flatnonzero(member == k)
+            values = d[:, inside].T[:, None, :]
+            best = inside[np.argmax(values.mean(axis=(1, 2)))]
+            winner = texts_of(grid.loc[[best]])[0]
+            there = [one.protein for one, place in zip(results, places, strict=True) if place[best] == k]
+            among = grid.loc[inside[best_set(values)]]
+            row = {
+                "reading": reading,
+                "range": k + 1,
+                "n_S_low_percent": limits[k],
+                "n_S_high_percent": limits[k + 1],
+            }
+            row |= {"n_combinations": len(inside), "winner": winner, "n_best_set": len(among)}
+            row |= {"best_set": joined(texts_of(among)), "n_there": len(there)}
+            rows.append(row | {"n_held": sum(winner in sets[name, k + 1] for name in there)})
+    return pd.DataFrame(rows)
+
+
+def enough(curves, floors):
+    """The fewest dots that come within `CLOSE` of each reference, of each protein.
+
+    Parameters
+    ----------
+    curves : DataFrame
+        Tables of `protein_scores.by_n_s` with `protein`.
+    floors : DataFrame
+        Tables of `floors.floors` with `protein`.
+
+    Returns
+    -------
+    DataFrame: protein, sampler, islands, reference, Z of the reference, n_S_percent, by interpolation of ln Z over ln n_S;
+    0 for fewer than were measured, inf for more
+    """
+    limits, rows = floors.set_index(["protein", "floor"])["Z"], []
+    for (protein, sampler, islands), part in curves.groupby(["protein", "sampler", "reading"], sort=False):
+        for name in REFERENCES:
+            z = limits[protein, name]
+            n = smallest_n_s(CLOSE * z, part["n_S_percent"].to_numpy(), part["Z"].to_numpy())
+            rows.append((protein, sampler, islands, name, z, n))
+    return pd.DataFrame(rows, columns=["protein", "sampler", "reading", "reference", "Z", "n_S_percent"])
+
+
+def enough_means(table):
+    """Distribution of `enough` over proteins: quartiles, the largest, and how many lie beyond what was measured."""
+    rows = []
+    for keys, part in table.groupby(["sampler", "reading", "reference"], sort=False):
+        n = part["n_S_percent"].to_numpy()
+        row = dict(zip(("sampler", "reading", "reference"), keys, strict=True))
+        shares = zip(
+            ("lowest", "quarter", "median", "three_quarters", "highest"), np.linspace(0, 1, 5), strict=True
+        )
+        row |= {name: np.quantile(n, share, method="inverted_cdf") for name, share in shares}
+        row["median_low"], row["median_high"] = median_interval(n)
+        rows.append(row | {"n": len(n), "n_less": int((n == 0).sum()), "n_more": int(np.isinf(n).sum())})
+    return pd.DataFrame(rows)
+
+
+def median_interval(values):
+    """95 % interval of a median by the binomial law of ranks, at least that wide whatever the distribution; NaN below 6."""
+    if len(values) < 6:
+        return np.nan, np.nan
+    rank, ordered = int(binom.ppf(0.025, len(values), 0.5)), np.sort(values)
+    return ordered[rank - 1], ordered[len(values) - rank]
+
+
+def needed(curves):
+    """Dots that each sampler needs, as it is and recovered, for the Z of uniform dots as they are; of each protein.
+
+    Returns
+    -------
+    DataFrame: protein, target (% of uniform dots), Z, sampler, islands, n_S_percent, factor (target over n_S_percent) and
+    bound: whether n_S lies beyond those measured and counts as the nearest measured one
+    """
+    rows = []
+    for protein, part in curves.groupby("protein", sort=False):
+        lines = {keys: own for keys, own in part.groupby(["sampler", "reading"], sort=False)}
+        reference = lines[REFERENCE, TEXT].set_index("percent")
+        for target in TARGETS:
+            z, own = reference.loc[target, ["Z", "n_S_percent"]]
+            for (sampler, islands), line in lines.items():
+                sizes = line["n_S_percent"].to_numpy()
+                n = smallest_n_s(z, sizes, line["Z"].to_numpy())
+                inside = np.clip(n, sizes[0], sizes[-1])
+                rows.append((protein, target, z, sampler, islands, inside, own / inside, bool(n != inside)))
+    columns = ["protein", "target", "Z", "sampler", "reading", "n_S_percent", "factor", "bound"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def needed_means(table):
+    """Geometric means of `needed` over proteins with 95 % intervals, and how many of them are bounds."""
+    rows = []
+    for keys, part in table.groupby(["target", "sampler", "reading"], sort=False):
+        row = dict(zip(("target", "sampler", "reading"), keys, strict=True))
+        for name in ("n_S_percent", "factor"):
+            row |= {key: np.exp(value) for key, value in with_interval(name, np.log(part[name])).items()}
+        rows.append(row | {"n": len(part), "n_bound": int(part["bound"].sum())})
+    return pd.DataFrame(rows)
+
+
+def recovered_means(curves, floors):
+    """Z of each sampler by n_S over proteins, as it is and recovered, and over that of fresh dots.
+
+    Returns
+    -------
+    DataFrame: sampler, percent, islands, n, Z and over_floor with their intervals, the highest Z and whose it is
+    """
+    table, rows = over_floor(curves, floors), []
+    for keys, part in table.groupby(["sampler", "percent", "reading"], sort=False):
+        row = dict(zip(("sampler", "percent", "reading"), keys, strict=True)) | {"n": len(part)}
+        row |= with_interval("Z", part["Z"]) | with_interval("over_floor", part["over_floor"])
+        worst = part.iloc[part["Z"].argmax()]
+        rows.append(row | {"highest": worst["Z"], "highest_protein": worst["protein"]})
+    return pd.DataFrame(rows)
+
+
+def over_floor(curves, floors):
+    """`curves` with `over_floor`, Z over that of fresh dots of the same protein."""
+    fresh = floors[floors["floor"] == REFERENCES[0]].set_index("protein")["Z"]
+    return curves.assign(over_floor=curves["Z"] / curves["protein"].map(fresh))
+
+
+def rank_correlations(quantities, surfaces):
+    """Spearman's rho of numbers of the proteins with their size and mean roughness, with 95 % intervals.
+
+    Parameters
+    ----------
+    quantities : dict of words to Series by protein
+    surfaces : DataFrame
+        protein, N, mean_roughness
+
+    Returns
+    -------
+    DataFrame: quantity, against, n, rho, rho_low, rho_high
+    """
+    rows, known = [], surfaces.set_index("protein")
+    for words, values in quantities.items():
+        for against in ("N", "mean_roughness"):
+            pair = pd.concat([values, known[against]], axis=1, join="inner").to_numpy(float)
+            rho = float(np.corrcoef(rankdata(pair, axis=0).T)[0, 1]) if len(pair) > 2 else np.nan
+            low, high = rho_interval(np.array([rho]), len(pair))
+            rows.append((words, against, len(pair), rho, low[0], high[0]))
+    return pd.DataFrame(rows, columns=["quantity", "against", "n", "rho", "rho_low", "rho_high"])
+
+
+def power(n, rng, requested=0.8, runs=4000):
+    """The smallest correlation of one parameter with roughness that the test of `relation` finds often enough.
+
+    Roughness and the parameter are drawn from a normal law with a correlation, the three other parameters without one;
+    the largest of the four |Spearman's rho| is held against its 95 % quantile where none is correlated.
+
+    Returns
+    -------
+    dict: n, requested, critical (the largest |rho| of four that chance gives in 5 % of runs), rho (smallest Spearman's found)
+    """
+
+    def largest(correlation):
+        x = rng.standard_normal((runs, n))
+        y = rng.standard_normal((runs, len(PARAMETERS), n))
+        y[:, 0] = correlation * x + np.sqrt(1 - correlation**2) * y[:, 0]
+        x, y = (rankdata(each, axis=-1) - (n + 1) / 2 for each in (x, y))
+        rho = np.einsum("rn,rpn->rp", x, y) / (n * (n * n - 1) / 12)
+        return np.abs(rho).max(axis=1), rho[:, 0].mean()
+
+    critical = float(np.quantile(largest(0.0)[0], 0.95))
+    for correlation in np.arange(0.05, 1.0, 0.01):
+        found, rho = largest(correlation)
+        if (found > critical).mean() >= requested:
+            return {"n": n, "requested": requested, "critical": critical, "rho": float(rho)}
+    return {"n": n, "requested": requested, "critical": critical, "rho": np.nan}
+
+
+def coverage_of_mean(values, rng):
+    """Share of samples of as many proteins, drawn again from these, whose Student's t interval holds the mean of all."""
+    values = np.asarray(values, float)
+    values = values[np.isfinite(values)]
+    held = 0
+    for _ in range(RESAMPLED):
+        _, low, high = mean_interval(values[rng.integers(0, len(values), len(values))])
+        held += low <= values.mean() <= high
+    return held / RESAMPLED
+
+
+def coverage_of_set(results, reading, range_number, n_ranges, rng, resampled=SETS_RESAMPLED):
+    """Share of samples of as many proteins whose confidence set holds the combination that is the best on all of these."""
+    mean = stacked(results, "n_S_percent").mean(axis=0)
+    inside = np.flatnonzero(range_of(mean, range_limits(mean, n_ranges)) == range_number - 1)
+    d = stacked(results, f"d_{reading}")[:, inside].T
+    best, n = int(np.argmax(d.mean(axis=1))), d.shape[1]
+    held = [best_set(d[:, rng.integers(0, n, n)][:, None, :])[best] for _ in range(resampled)]
+    return float(np.mean(held))

@@ -1,0 +1,39 @@
+"""Complexes: which structures are partners, and partners made ready for their maps."""
+
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.pairs.complexes import carried_labels, laid_on
+from sparsurf.pairs.interface import interface
+from sparsurf.pairs.partners import partner_of
+from sparsurf.surfaces.molecular_surface import fitting_surface
+from sparsurf.surfaces.radii import radii
+
+SETTINGS = {"method": "analytic", "density": "auto", "probe_radius": 1.4, "reentrant": "exact"}
+D_LINK = 0.5  # Å
+
+
+def ready(molecule, name):
+    """A molecule's surface, ready for its maps."""
+    surface, _ = fitting_surface(molecule, 0, radii(molecule, "dms"), SETTINGS, D_LINK, name)
+    return partner_of(surface, molecule, name)
+
+
+def pair_of(paths, name):
+    """Both partners of a bound complex."""
+    return [ready(read_molecule(path), f"{name} {side}") for side, path in enumerate(paths, 1)]
+
+
+def unbound_pair(paths, bound, name):
+    """Both partners of an unbound form, laid on the bound one, and the interface that they take from it.
+
+    Returns
+    -------
+    two Partner, two (N,) bool
+    """
+    references = [read_molecule(path) for path in bound]
+    dots = [each.surface.points for each in pair_of(bound, name)]
+    known = [(a, interface(a, b)) for a, b in (dots, dots[::-1])]
+    molecules = [laid_on(read_molecule(p), one) for p, one in zip(paths, references, strict=True)]
+    pair = [ready(molecule, f"{name} unbound {side}") for side, molecule in enumerate(molecules, 1)]
+    return pair, [
+        carried_labels(one.surface.points, *theirs) for one, theirs in zip(pair, known, strict=True)
+    ]

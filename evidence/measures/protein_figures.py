@@ -1,0 +1,192 @@
+"""Figures of the study over many proteins: d, mean roughness, dots that are enough, Z by n_S."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.ticker import NullLocator
+
+from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
+from sparsurf.recovery.readings import READINGS, RECOVERED
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.layout import LINES, PALETTE, styled
+from sparsurf.report.figures.summary_figures import GREEK
+from sparsurf.sampling.samplers import called
+
+FAIR = "atoms moved 0.3 Å"
+COLOURS = {TEXT: PALETTE[0], PUBLISHED: PALETTE[5], RECOVERED: PALETTE[2]}
+WORDS = {reading: READINGS[reading].words for reading in OF_GRID} | {
+    RECOVERED: "recovered, a quarter of the grid"
+}
+ENDS = (1.0, 60.0)  # %, the n_S that were measured
+READINGS_SHOWN = [name for name in OF_GRID if name in COLOURS]
+AXIS = "$n_S$ (% of the dots)"
+
+
+@styled
+def d(stored):
+    """d by range of n_S: each protein's own best, and what all others choose for it; of the recovered grid, the means."""
+    figure = layout.sheet(layout.PAGE, 80)
+    summary = stored["summary"]
+    table = pd.concat([stored["d"], stored.get("recovered")])
+    shown = [*READINGS_SHOWN, RECOVERED] if "recovered" in stored else READINGS_SHOWN
+    apart = (layout.PAGE - 3) / len(shown)
+    for k, reading in enumerate(shown):
+        left = 13 + apart * k
+        ax = layout.axes(figure, left, 9, apart - 14, 44)
+        rows = table[(table["reading"] == reading) & (table["range"] > 0)]
+        own = summary[(summary["reading"] == reading) & summary["d_held_out"].notna()]
+        if len(own):
+            ax.plot(
+                own["n_S_percent"], own["d_held_out"], ".", color="#BBBBBB", markersize=2, label="one protein"
+            )
+        error = rows[["own", "own_low", "own_high"]].to_numpy().T
+        ax.errorbar(
+            rows["n_S_percent"], error[0], [error[0] - error[1], error[2] - error[0]],
+            color=COLOURS[reading], marker="o", capsize=2, label="own best, mean (95 %)",
+        )  # fmt: skip
+        ax.plot(rows["n_S_percent"], rows["from_all"], "k_", markersize=9, label="choice of all others, mean")
+        ax.axhline(0, color="black", linewidth=0.5)
+        ax.set(xlabel=AXIS, ylabel="d held out" if k == 0 else "")
+        layout.letter(figure, left - 11, 2, "ABC"[k])
+        layout.text(figure, left - 6, 2.3, WORDS[reading])
+        layout.legend(figure, left, 66, ax.get_legend_handles_labels()[0])
+    return figure
+
+
+@styled
+def roughness(stored):
+    """Rank correlation of the best parameters with mean roughness, and what a choice by it gains."""
+    figure = layout.sheet(layout.PAGE, 112)
+    relation, critical = stored["relation"], stored["power"]["critical"].min()
+    for k, reading in enumerate(READINGS_SHOWN):
+        rows, left = relation[relation["reading"] == reading], 16 + 88 * k
+        ax = layout.axes(figure, left, 9, 72, 42)
+        ax.axhspan(-critical, critical, color="#EEEEEE", label="largest of four by chance, 95 %")
+        for place, (name, greek) in enumerate(GREEK.items()):
+            values = rows[[f"rho_{name}{end}" for end in ("", "_low", "_high")]].to_numpy().T
+            error = [values[0] - values[1], values[2] - values[0]]
+            x = rows["range"] + 0.16 * (place - 1.5)
+            ax.errorbar(x, values[0], error, color=PALETTE[place], fmt="o", capsize=1, label=greek)
+        ax.set(
+            ylim=(-1, 1),
+            xticks=rows["range"],
+            ylabel="rank correlation with\nmean roughness" if k == 0 else "",
+        )
+        if k == 0:
+            ax.legend(
+                loc="lower left", ncols=5, bbox_to_anchor=(0, -0.34), columnspacing=1, handletextpad=0.3
+            )
+        layout.letter(figure, left - 14, 2, "AB"[k])
+        layout.text(figure, left - 9, 2.3, READINGS[reading].words)
+        ax = layout.axes(figure, left, 70, 72, 30)
+        values = rows[["gain", "gain_low", "gain_high"]].to_numpy().T
+        error = [values[0] - values[1], values[2] - values[0]]
+        ax.errorbar(rows["range"], values[0], error, color=COLOURS[reading], fmt="o", capsize=2)
+        ax.axhline(0, color="black", linewidth=0.5)
+        ax.set(xticks=rows["range"], xlabel="range of $n_S$", ylabel="d, near less far" if k == 0 else "")
+        layout.letter(figure, left - 14, 64, "CD"[k])
+    return figure
+
+
+@styled
+def enough(stored):
+    """n_S that is enough, over the proteins and against their size and mean roughness."""
+    figure = layout.sheet(layout.PAGE, 126)
+    table = stored["enough"].assign(n=stored["enough"]["n_S_percent"].clip(*ENDS))
+    sticks = list(table["reference"].unique())
+    groups = [("uniform", TEXT), ("farthest", TEXT), ("uniform", RECOVERED), ("farthest", RECOVERED)]
+    ax = layout.axes(figure, 16, 9, 160, 46)
+    rng = np.random.default_rng(0)  # of the places side by side only
+    for g, (sampler, islands) in enumerate(groups):
+        for s, stick in enumerate(sticks):
+            n = table[
+                (table["sampler"] == sampler) & (table["reading"] == islands) & (table["reference"] == stick)
+            ]["n"]
+            x = s + 0.2 * (g - 1.5)
+            ax.plot(x + rng.uniform(-0.06, 0.06, len(n)), n, ".", color=PALETTE[g], markersize=2)
+            words = (
+                f"{called(sampler).words}, {'recovered' if islands == RECOVERED else 'as they are'}"
+                if s == 0
+                else None
+            )
+            ax.plot([x - 0.08, x + 0.08], [n.median()] * 2, color=PALETTE[g], linewidth=2, label=words)
+    ax.set(yscale="log", xticks=range(len(sticks)), ylabel=AXIS, ylim=(0.9, 70))
+    ax.set_xticklabels(sticks)
+    _percents(ax.yaxis)
+    ax.legend(ncols=4, loc="lower left", bbox_to_anchor=(0, 1.0), columnspacing=1, handlelength=1)
+    layout.letter(figure, 2, 2, "A")
+    known = stored["surfaces"].set_index("protein")
+    own = table[(table["sampler"] == "farthest") & (table["reading"] == RECOVERED)]
+    for k, (column, words) in enumerate(
+        (("N", "dots of the surface, N (thousand)"), ("mean_roughness", "mean roughness (1 is flat)"))
+    ):
+        ax = layout.axes(figure, 16 + 88 * k, 72, 72, 44)
+        for place, stick in enumerate(sticks):
+            rows = own[own["reference"] == stick]
+            x = known[column].reindex(rows["protein"]) / (1000 if k == 0 else 1)
+            ax.plot(x, rows["n"], "o", color=PALETTE[place], markersize=2, label=stick)
+        ax.set(
+            xscale="log" if k == 0 else "linear",
+            yscale="log",
+            xlabel=words,
+            ylabel=AXIS if k == 0 else "",
+            ylim=(0.9, 70),
+        )
+        _percents(ax.yaxis)
+        if k == 0:
+            _ticks(ax.xaxis, [10, 20, 40, 80, 160, 320])
+            ax.set_xlim(9, 1.1 * known[column].max() / 1000)
+            ax.legend(ncols=4, loc="lower left", bbox_to_anchor=(0, 1.0), handletextpad=0.1, columnspacing=1)
+        layout.letter(figure, 2 + 88 * k, 67 if k == 0 else 72, "BC"[k])
+    return figure
+
+
+@styled
+def needed(stored):
+    """Z by n_S over the proteins, as it is and recovered, beside the floors."""
+    figure = layout.sheet(layout.PAGE, 82)
+    table, surfaces = stored["by_n_s"], stored["surfaces"]
+    floors = {"fresh dots": surfaces["fresh_dots"].mean(), "turned": surfaces["turned"].mean()}
+    floors[FAIR] = surfaces["atoms_moved_0.3_Å"].mean()
+    for k, islands in enumerate((TEXT, RECOVERED)):
+        ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
+        for sampler, rows in table[table["reading"] == islands].groupby("sampler", sort=False):
+            colour, width, marker = LINES[sampler]
+            ax.fill_between(
+                rows["percent"], rows["Z_low"], rows["Z_high"], color=colour, alpha=0.2, linewidth=0
+            )
+            style = {"color": colour, "linewidth": width, "marker": marker, "label": called(sampler).words}
+            ax.plot(rows["percent"], rows["Z"], **style)
+        for words, z in floors.items():
+            ax.axhline(z, color="#4D4D4D", linewidth=0.5, linestyle=":")
+            if k == 0:
+                below = words != "turned"
+                place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+                ax.annotate(words, (0, z), (3, -1 if below else 1), va="top" if below else "bottom", **place)
+        ax.set(
+            xscale="log",
+            xlabel=AXIS,
+            ylabel="Z (mean and 95 % over proteins)" if k == 0 else "",
+            ylim=(0, 2.6),
+        )
+        _percents(ax.xaxis)
+        layout.letter(figure, 2 + 88 * k, 2, "AB"[k])
+        layout.text(
+            figure, 7 + 88 * k, 2.3, "the surface recovered from the dots" if k else "the dots as they are"
+        )
+        if k == 0:
+            layout.legend(figure, 16, 75, ax.get_legend_handles_labels()[0], ncols=4)
+    return figure
+
+
+def _percents(axis):
+    """Ticks at round percents of a logarithmic axis."""
+    _ticks(axis, [1, 2, 5, 10, 20, 40, 60])
+
+
+def _ticks(axis, values):
+    """Ticks at these values of a logarithmic axis and nowhere else."""
+    axis.set_ticks(values, [f"{x:g}" for x in values])
+    axis.set_minor_locator(NullLocator())
+
+
+FIGURES = {"d": d, "roughness": roughness, "enough": enough, "needed": needed}  # docs/proteins_<name>.png

@@ -1,0 +1,144 @@
+"""All tables of the study over many proteins, from what its runs have measured on each."""
+
+import numpy as np
+import pandas as pd
+
+from measures import over_proteins
+from measures.over_proteins import REFERENCES
+from sparsurf.patches.readings import PUBLISHED, TEXT
+from sparsurf.recovery.readings import RECOVERED
+from sparsurf.streams import stream
+from sparsurf.study.relation import with_interval
+from sparsurf.study.summary import summary_table
+
+SEED = 20261120
+N_RANGES = 10
+LOWEST_TARGET = 10.0  # %, whose Z recovered dots reach below the fewest that were measured: but a bound
+WHOLE = "recovered_whole"  # the run that recovers for all of the grid, and its table
+
+
+def tables_of(measured, summary, relation, surfaces, recovered=(), whole=()):
+    """Every table by name.
+
+    Parameters
+    ----------
+    measured : list of studies.Measured
+    summary, relation, surfaces : DataFrames of the same run
+    recovered, whole : such lists of the proteins a quarter or all of whose grid was measured under `recovered`
+    """
+    results = [each.result for each in measured]
+    curves, floors = (
+        pd.concat([table.assign(protein=each.result.protein) for each, table in tables], ignore_index=True)
+        for tables in ([(each, each.by_n_s) for each in measured], [(each, each.floors) for each in measured])
+    )
+    enough, needed = over_proteins.enough(curves, floors), over_proteins.needed(curves)
+    quantities = quantities_of(summary, enough, needed)
+    found = {
+        "d": over_proteins.d_by_range(summary),
+        "plateaus": over_proteins.plateaus(results, summary),
+        "enough": enough,
+        "enough_means": over_proteins.enough_means(enough),
+        "needed_means": over_proteins.needed_means(needed),
+        "by_n_s": over_proteins.recovered_means(curves, floors),
+        "correlations": over_proteins.rank_correlations(quantities, surfaces),
+        "power": pd.DataFrame(
+            [
+                over_proteins.power(int(n), stream(SEED, "power", int(n)))
+                for n in sorted(relation["n_proteins"].unique())
+            ]
+        ),
+    }
+    covered = [coverage(results, quantities, curves, floors)]
+    if recovered:
+        found["recovered"], more = of_recovered([each.result for each in recovered])
+        covered.append(more)
+    if recovered and whole:
+        found[WHOLE], more = of_whole_grid(*([each.result for each in some] for some in (whole, recovered)))
+        covered.append(more)
+    return found | {"coverage": pd.concat(covered, ignore_index=True)}
+
+
+def of_recovered(results):
+    """Of the proteins whose grid was recovered: d per range of n_S with the combination that is best on average and the
+    protein on which the choice of all others does worst; and how often such an interval holds, a row of `coverage`."""
+    summary = summary_table(results)
+    best = over_proteins.plateaus(results, summary)
+    chosen = best[["range", "n_combinations", "winner", "n_there", "n_held"]]
+    worst = summary.sort_values("d_from_all").drop_duplicates("range")[["range", "protein", "d_from_all"]]
+    chosen = chosen.merge(
+        worst.rename(columns={"protein": "lowest_protein", "d_from_all": "lowest"}), on="range"
+    )
+    held = summary.groupby("protein")["d_held_out"].mean()
+    covered = _covered(f"d held out, `{RECOVERED}`", held.to_numpy(), RECOVERED)
+    return over_proteins.d_by_range(summary).merge(chosen, on="range", how="left"), covered
+
+
+def _covered(words, values, key):
+    """How often the interval of a mean over so many proteins holds, a row of `coverage`."""
+    share = over_proteins.coverage_of_mean(values, stream(SEED, "coverage", key))
+    return pd.DataFrame([{"quantity": words, "interval": "mean", "n": len(values), "coverage": share}])
+
+
+def of_whole_grid(whole, quarter):
+    """What the best of the whole recovered grid gains over the best of a quarter of it, on proteins that have both.
+
+    Returns
+    -------
+    DataFrame: range (0: mean of a protein's ranges), n (proteins), and means over them: n_S_percent and
+    n_S_percent_quarter, `whole` and `quarter`, d held out of each protein's own best, and `gain`, the first less the
+    second, with their intervals; and how often such an interval of the gain holds, a row of `coverage`
+    """
+    keys, columns = ["protein", "range"], ["n_S_percent", "d_held_out"]
+    tables = (
+        summary_table(results).dropna(subset="d_held_out")[keys + columns] for results in (whole, quarter)
+    )
+    both = next(tables).merge(next(tables), on=keys, suffixes=("", "_quarter"))
+    both = both.rename(columns={"d_held_out": "whole", "d_held_out_quarter": "quarter"})
+    both["gain"] = both["whole"] - both["quarter"]
+    rows = []
+    for k, own in [(0, both.groupby("protein").mean()), *both.groupby("range")]:
+        row = {"range": k, "n": len(own)} | {
+            name: own[name].mean() for name in ("n_S_percent", "n_S_percent_quarter")
+        }
+        for name in ("whole", "quarter", "gain"):
+            row |= with_interval(name, own[name])
+        rows.append(row)
+    gain = both.groupby("protein")["gain"].mean().to_numpy()
+    return pd.DataFrame(rows), _covered(
+        f"d held out, `{RECOVERED}`, whole less a quarter of the grid", gain, WHOLE
+    )
+
+
+def quantities_of(summary, enough, needed):
+    """Numbers of each protein that are set against its size and mean roughness: words -> Series by protein."""
+    own = summary[summary["n_combinations"] > 0].groupby(["reading", "protein"])["d_held_out"].mean()
+    out = {f"d held out, `{reading}`": own[reading] for reading in (PUBLISHED, TEXT)}
+    rows = enough[(enough["sampler"] == "farthest") & (enough["reading"] == RECOVERED)]
+    for name in REFERENCES:
+        out[f"n_S enough, {name}"] = rows[rows["reference"] == name].set_index("protein")["n_S_percent"]
+    for target, part in needed[needed["target"] > LOWEST_TARGET].groupby("target"):
+        own = part[(part["sampler"] == "farthest") & (part["reading"] == RECOVERED)].set_index("protein")
+        out[f"times fewer than {target:g} % uniform"] = own["factor"]
+    return out
+
+
+def coverage(results, quantities, curves, floors):
+    """How often intervals over as many proteins hold what they should, the measured proteins being all there are."""
+    rng = stream(SEED, "coverage over proteins")
+    means = {words: values for words, values in quantities.items() if words.startswith("d ")}
+    means |= {f"ln of {words}": np.log(x) for words, x in quantities.items() if words.startswith("times")}
+    for percent in (2.5, 10.0):
+        own = over_proteins.over_floor(curves, floors)
+        own = own[
+            (own["sampler"] == "farthest") & (own["reading"] == RECOVERED) & (own["percent"] == percent)
+        ]
+        means[f"Z recovered from {percent:g} %, over fresh dots"] = own["over_floor"]
+    rows = [
+        (words, "mean", len(values), over_proteins.coverage_of_mean(values.to_numpy(), rng))
+        for words, values in means.items()
+    ]
+    for reading in (PUBLISHED, TEXT):
+        for k in (2, 5):
+            held = over_proteins.coverage_of_set(results, reading, k, N_RANGES, rng)
+            rows.append((f"the best of range {k}, `{reading}`", "confidence set", len(results), held))
+    return pd.DataFrame(rows, columns=["quantity", "interval", "n", "coverage"])

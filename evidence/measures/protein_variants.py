@@ -1,0 +1,73 @@
+import numpy as np
+import pandas as pd
+
+from measures.over_proteins import needed, with_interval
+from sparsurf.recovery.readings import RECOVERED
+from sparsurf.sampling.combination import split, texts_of
+from sparsurf.study.floors import FRESH
+
+DEFAULT = "as it is"
+
+
+def claims(measured):
+    """The numbers that the claims of the study rest on, of one protein under one variant.
+
+    Parameters
+    ----------
+    measured : studies.Measured
+
+    Returns
+    -------
+    dict: d_as_coded, d_as_written, d held out of the best (mean of the ranges); over_floor, Z of the surface recovered from
+    10 % farthest-point dots over that of fresh dots; factor, times fewer farthest-point dots, recovered, than uniform ones
+    as they are at 25 %
+    """
+    result, floors, by_n_s = measured
+    out = {
+        f"d_{reading}": part["d_held_out"].mean()
+        for reading, part in result.ranges.groupby("reading", sort=False)
+    }
+    line = by_n_s[(by_n_s["sampler"] == "farthest") & (by_n_s["reading"] == RECOVERED)].set_index("percent")
+    out["over_floor"] = line.loc[10.0, "Z"] / floors.set_index("floor").loc[FRESH, "Z"]
+    rows = needed(by_n_s.assign(protein=result.protein)).set_index(["target", "sampler", "reading"])
+    return out | {"factor": rows.loc[(25.0, "farthest", RECOVERED), "factor"]}
+
+
+def table(measured):
+    """Claims by variant over the proteins, with what changed against the unvaried rules, protein by protein.
+
+    Parameters
+    ----------
+    measured : dict of variant to list of studies.Measured
+
+    Returns
+    -------
+    DataFrame: variant, claim, n, value and change (`value` less that of `DEFAULT` on the same proteins) with their 95 %
+    intervals over proteins; claim `held`: share of the ranges of n_S under `as_coded` in whose confidence set of the best the
+    unvaried rules' winner lies
+    """
+    known = {each.result.protein: each for each in measured[DEFAULT]}
+    rows = []
+    for variant, some in measured.items():
+        pairs = [(each, known[each.result.protein]) for each in some if each.result.protein in known]
+        found = [claims(each) | {"held": held(each, old)} for each, old in pairs]
+        before = [claims(old) | {"held": held(old, old)} for _, old in pairs]
+        for claim in found[0] if found else ():
+            values, old = (np.array([one[claim] for one in each]) for each in (found, before))
+            row = {"variant": variant, "claim": claim, "n": len(values)}
+            row |= with_interval("value", values) | with_interval("change", values - old)
+            if claim == "held":  # a share
+                row |= {key: min(max(row[key], 0.0), 1.0) for key in ("value_low", "value_high")}
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def held(measured, reference, reading="as_coded"):
+    """Share of the ranges of n_S whose confidence set of the best holds the winner that the reference has there."""
+    mine, theirs = (
+        each.result.ranges[each.result.ranges["reading"] == reading].reset_index(drop=True)
+        for each in (measured, reference)
+    )
+    both = (mine["n_combinations"] > 0) & (theirs["n_combinations"] > 0)
+    winners, sets = texts_of(theirs[both]), mine["best_set"][both]
+    return np.mean([text in split(field) for text, field in zip(winners, sets, strict=True)])

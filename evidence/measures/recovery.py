@@ -1,0 +1,168 @@
+"""What surfaces recovered from subsets are worth, over many proteins: errors, Z beside the floors, means with intervals."""
+
+import math
+import time
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from measures.timing import peak_memory
+from sparsurf.recovery.recovering import recover
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.floors import FEW_DRAWS, FRESH, floors
+from sparsurf.study.relation import with_interval
+from sparsurf.surfaces.molecular_surface import molecular_surface
+
+PERCENTS = (2.5, 5.0, 10.0, 20.0)
+NAMES = ("farthest", "adaptive", "uniform", "roughness")
+DENSE = 60.0  # dots per Å^2 of the true surface that errors are measured from
+MOST_DENSE = 20_000_000  # such dots at most: a ribosome gets fewer per Å^2
+ERRORS = (
+    "distance",
+    "distance_95",
+    "distance_99",
+    "distance_most",
+    "angle",
+)  # mean, quantiles, largest; mean
+TRUE_SAMPLE = 20_000  # recovered dots whose error is measured
+
+
+class Truth(NamedTuple):
+    """Very dense dots of a surface, from which errors are measured.
+
+    tree : scipy.spatial.cKDTree of the dots
+    points, normals : (D, 3) float64, Å and unit vectors
+    spacing : float, 1 / sqrt(dots per Å^2), Å
+    """
+
+    tree: cKDTree
+    points: np.ndarray
+    normals: np.ndarray
+    spacing: float
+
+
+def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=20261120, threads=1):
+    """Floors and subsets of one protein, all on one set of test dots.
+
+    Parameters
+    ----------
+    name : str
+    xyz, radii : (A, 3) and (A,), Å
+    n_tests : int
+    percents : sequence of float
+    names : sequence of str, samplers
+    seed, threads : int
+
+    Returns
+    -------
+    two DataFrames: that of `floors.floors` with protein, N, area and atoms; and a row per sampler and n_S: Z_kept (as
+    the dots are, islands removed on the full surface), Z (recovered), Z_over_floor, distance (Å, mean and 95 %
+    quantile) and angle (degrees) of recovered dots to the true surface, dots (recovered), microseconds (CPU time of
+    recovery per recovered dot, the least of three).
+    """
+    surface = molecular_surface(xyz, radii)
+    evaluator = Evaluator(surface, roughness_values=None, seed=seed, name=name, threads=threads)
+    table = floors(evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz, draws=FEW_DRAWS)
+    own = {"protein": name, "N": len(surface), "area": evaluator.area, "atoms": len(xyz)}
+    floor = table.set_index("floor").loc[FRESH, "Z"]
+    true = truth(xyz, radii, evaluator.area)
+    tests, rows = evaluator.draw_tests(n_tests), []
+    z_tot, _ = evaluator.describe(tests)
+    for sampler in names:
+        for percent in percents:
+            n = max(4, round(percent / 100 * len(surface)))
+            kept = SAMPLERS[sampler](evaluator, n, evaluator.stream("recovery", sampler))
+            row = own | {"sampler": sampler, "percent": percent, "n_S": n}
+            for key, reading in (("Z_kept", "as_written"), ("Z", "recovered")):
+                row[key] = evaluator.distances([kept], tests, z_tot, reading)[0].mean()
+            row["Z_over_floor"] = row["Z"] / floor
+            rows.append(row | _quality(surface.points[kept], surface.normals[kept], true))
+    return table.assign(**own), pd.DataFrame(rows)
+
+
+def truth(xyz, radii, area=0.0):
+    """Truth of a molecule's surface, of about `area` (Å^2)."""
+    density = min(DENSE, MOST_DENSE / max(area, 1.0))
+    dense = molecular_surface(xyz, radii, density=density)
+    return Truth(cKDTree(dense.points), dense.points, dense.normals, 1 / np.sqrt(density))
+
+
+def _quality(points, normals, true):
+    """Size, errors and cost of the surface recovered from dots."""
+    seconds = []
+    for _ in range(3):
+        begin = time.process_time()
+        dots = recover(points, normals)
+        seconds.append(time.process_time() - begin)
+    return errors(*dots, true) | {"dots": len(dots[0]), "microseconds": 1e6 * min(seconds) / len(dots[0])}
+
+
+def distances(points, true):
+    """Distance (Å) of every dot to the surface that `truth` made, (M,); along the normal of the nearest dense dot, unless
+    that one lies farther than dense dots do."""
+    return _nearest(points, true)[0]
+
+
+def _nearest(points, true):
+    """What `distances` gives, and the normals of the nearest dense dots, (M, 3)."""
+    gap, near = true.tree.query(points)
+    along = np.abs(np.sum((points - true.points[near]) * true.normals[near], axis=1))
+    return np.where(gap > 2 * true.spacing, gap, along), true.normals[near]
+
+
+def errors(points, normals, true):
+    """`ERRORS` of dots against the surface that `truth` made: Å, and degrees for the angle."""
+    some = slice(None, None, max(1, len(points) // TRUE_SAMPLE))
+    distance, directions = _nearest(points[some], true)
+    angle = np.degrees(np.arccos(np.clip(np.sum(normals[some] * directions, axis=1), -1, 1)))
+    values = distance.mean(), *np.quantile(distance, (0.95, 0.99)), distance.max(), angle.mean()
+    return dict(zip(ERRORS, values, strict=True))
+
+
+def means(table, measures=("Z_kept", "Z", "Z_over_floor", *ERRORS, "microseconds")):
+    """Means over proteins with 95 % intervals: sampler, percent, n, and of each measure itself, `_low` and `_high`."""
+    rows = []
+    for (sampler, percent), part in table.groupby(["sampler", "percent"], sort=False):
+        row = {"sampler": sampler, "percent": percent, "n": len(part)}
+        for measure in measures:
+            row |= with_interval(measure, part[measure])
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def paired(table, first, second, measures=("Z", "distance", "angle")):
+    """First sampler minus second, in %, over the proteins that have both: percent, measure, change, n."""
+    rows = []
+    for percent, part in table.groupby("percent", sort=False):
+        by = part.set_index(["protein", "sampler"]).unstack("sampler")
+        for measure in measures:
+            change = 100 * (by[measure][first] / by[measure][second] - 1)
+            rows.append(
+                {"first": first, "second": second, "percent": percent, "measure": measure}
+                | with_interval("change", change.dropna())
+                | {"n": int(change.notna().sum())}
+            )
+    return pd.DataFrame(rows)
+
+
+def copies_of_a_tenth(xyz, radii, dots):
+    """Points and normals of farthest-point dots, a tenth, of copies of a molecule side by side that have `dots` in all."""
+    surface = molecular_surface(xyz, radii)
+    evaluator = Evaluator(surface, roughness_values=np.zeros(len(surface)))
+    kept = SAMPLERS["farthest"](evaluator, len(surface) // 10, evaluator.stream("cost"))
+    points, copies = surface.points[kept], math.ceil(dots / len(surface))
+    apart = [np.ptp(points[:, 0]) + 10.0, 0.0, 0.0]
+    places = [points + np.multiply(k, apart) for k in range(copies)]
+    return np.concatenate(places), np.tile(surface.normals[kept], (copies, 1))
+
+
+def cost(points, normals):
+    """CPU seconds for a million recovered dots, and the peak of memory for each, of a process that did nothing before."""
+    recover(points[:1000], normals[:1000])
+    before, begin = peak_memory(), time.process_time()
+    n = len(recover(points, normals)[0])
+    seconds = time.process_time() - begin
+    return {"a_million_s": 1e6 * seconds / n, "bytes_per_dot": (peak_memory() - before) / n}

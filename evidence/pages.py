@@ -1,0 +1,119 @@
+"""Numbers and tables of Markdown pages, each with the cell it comes from: `python evidence/pages.py README.md docs/*.md`.
+
+A number in prose is followed by a comment with its file in evidence/tables, the row and the column:
+
+    comes back 0.02<!-- recover_means.csv sampler=farthest percent=10 distance --> Å off
+
+A table follows a comment with its file, the rows (alternatives with |) and one line for each column, which is a format
+string over the cells of a row. It ends at the first blank line:
+
+    <!-- table recover_means.csv sampler=farthest percent=5|10
+    dots / %: {percent:g}
+    Z (95 %): {Z:.2f} ({Z_low:.2f} to {Z_high:.2f})
+    -->
+
+This program fills the tables. Of numbers it only names those that differ: the sentence around one may need another word.
+"""
+
+import re
+import shlex
+import string
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+from sparsurf import InputError
+
+TABLES = Path(__file__).with_name("tables")
+NUMBER = re.compile(r"(?P<number>[−+-]?\d[\d,]*(?:\.\d+)?)(?: ?[%Å°])?<!-- (?P<cell>\S+\.csv [^>]*?) -->")
+TABLE = re.compile(
+    r"(?P<mark><!-- table (?P<rows>\S+\.csv[^\n]*)\n(?P<columns>.*?)-->\n)(?P<body>(?:[^\n]+\n)*)", re.S
+)
+
+
+def rows_of(file, conditions, folder=TABLES):
+    """Rows of a table that fulfil every `column=value|value`, in the order of the file."""
+    path = Path(folder) / file
+    if not path.is_file():
+        raise InputError(f"{file} is not in {folder}.")
+    table = pd.read_csv(path)
+    for condition in conditions:
+        column, _, values = condition.partition("=")
+        if column not in table:
+            raise InputError(f"{file} has no column {column!r}.")
+        own = table[column]
+        wanted = [
+            float(value) if pd.api.types.is_numeric_dtype(own) else value for value in values.split("|")
+        ]
+        table = table[own.isin(wanted)]
+    return table
+
+
+def cell(text, folder=TABLES):
+    """The value that 'file.csv key=value ... column' names.
+
+    Raises
+    ------
+    InputError : no such file, row or column, or several such rows
+    """
+    file, *conditions, column = shlex.split(text)
+    found = rows_of(file, conditions, folder)
+    if len(found) != 1 or column not in found:
+        raise InputError(
+            f"{text}: {len(found)} rows, {'with' if column in found else 'without'} such a column."
+        )
+    return found[column].iloc[0]
+
+
+def differing(text, folder=TABLES):
+    """Sentences on the numbers of a page that are not those of their cells, rounded to as many decimals."""
+    out = []
+    for found in NUMBER.finditer(text):
+        shown = found["number"].replace("−", "-").replace(",", "")
+        value = float(cell(found["cell"], folder))
+        decimals = len(shown.partition(".")[2])
+        if f"{value:.{decimals}f}".removeprefix("-") != shown.lstrip("+-") or (value < 0) != shown.startswith(
+            "-"
+        ):
+            out.append(f"{found['number']} is {value:.{decimals + 1}f} in {found['cell']}")
+    return out
+
+
+def filled(text, folder=TABLES):
+    """A page with its tables made from their files."""
+
+    def one(found):
+        file, *conditions = shlex.split(found["rows"])
+        columns = [line.split(": ", 1) for line in found["columns"].strip().splitlines()]
+        rows = rows_of(file, conditions, folder).to_dict("records")
+        lines = [[header.strip() for header, _ in columns], ["---"] * len(columns)]
+        lines += [[_shown(form.strip(), row) for _, form in columns] for row in rows]
+        return found["mark"] + "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+    return TABLE.sub(one, text)
+
+
+def _shown(form, row):
+    """One cell; empty where one of its values is missing."""
+    names = [name for _, name, _, _ in string.Formatter().parse(form) if name]
+    if any(pd.isna(row[name]) for name in names):
+        return ""
+    return re.sub(r"(?<![\w.])-(?=[\d.])", "−", form.format_map(row))
+
+
+def main(paths):
+    """Fill the tables of pages; the sentences of all numbers that differ."""
+    wrong = []
+    for path in map(Path, paths):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(filled(text), encoding="utf-8")
+        wrong += [f"{path}: {sentence}" for sentence in differing(text)]
+    return wrong
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit("\n".join(main(sys.argv[1:])) or 0)
+    except InputError as error:
+        sys.exit(str(error))

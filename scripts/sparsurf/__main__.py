@@ -1,8 +1,0 @@
-"""`python -m sparsurf`."""
-
-import sys
-
-from sparsurf.calls.command import main
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,1 +1,0 @@
-"""Files of surfaces: a module for each format, all of them named in the registry."""

@@ -1,0 +1,82 @@
+"""`fields` and `residues`: numbers at the dots of a surface, and over its residues."""
+
+from sparsurf import InputError
+from sparsurf.cli.inputs import as_molecule, as_surface, check_frame
+from sparsurf.cli.roughness import roughness
+from sparsurf.dot_fields.registry import values
+from sparsurf.study.residues import residue_table
+
+
+def fields(molecule, dots, names=("hydropathy", "potential"), *, frame=0, charges="table", table=None):
+    """Numbers at the dots of a surface that follow from the molecule around them.
+
+    Parameters
+    ----------
+    molecule : path of a structure, what `read_molecule` gave, or mdtraj.Trajectory
+    dots : what `surface` or `read_surface` gave, the path of a file of dots, or the pair (points, normals)
+    names : sequence of str
+        hydropathy (Kyte-Doolittle, averaged over 2.5 Å), potential (screened Coulomb, kT/e), bfactor (Å^2, averaged
+        over 2.5 Å), or columns of `table`.
+    frame : int
+        Position of the frame, from 0.
+    charges : str
+        Of the potential: 'table' (PARSE; hydrogens that a structure lacks are built), 'pdb2pqr', which must be
+        installed, or the path of a PQR file.
+    table : path, optional
+        CSV with a value for each residue or atom in columns residue, chain, atom and those of `names`.
+
+    Returns
+    -------
+    DataFrame, (N, F), one column per name
+
+    Raises
+    ------
+    InputError : one sentence on what is wrong
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> fields = sparsurf.fields("data/tdp43/topology.pdb", dots)
+    >>> fields.shape, list(fields)
+    ((24600, 2), ['hydropathy', 'potential'])
+    """
+    molecule, surface = as_molecule(molecule), as_surface(dots)
+    check_frame(molecule, frame, "the molecule")
+    if isinstance(names, str):
+        names = (names,)
+    if not names:
+        raise InputError("names: there are no fields; give one at least, such as 'potential'.")
+    return values(names, molecule.frame(frame), surface.points, charges, table)
+
+
+def residues(dots, molecule, *, roughness_values=None, kept=(), weight=None):
+    """How much of the surface each residue makes, how rough it is there, and how many of its dots are kept.
+
+    Parameters
+    ----------
+    dots : what `surface` gave for the molecule
+    molecule : path of a structure, what `read_molecule` gave, or mdtraj.Trajectory
+    roughness_values : (N,) float, optional
+        R_i where they are known.
+    kept, weight : (n,) int, optional
+        Dots of a subset, and how many dots each stands for.
+
+    Returns
+    -------
+    DataFrame, one row per residue; see `study.residues.residue_table`. Of each dot: `dots.to_frame(molecule)`.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> molecule = sparsurf.read_molecule("data/tdp43/topology.pdb")
+    >>> table = sparsurf.residues(sparsurf.surface(molecule), molecule)
+    >>> len(table), list(table)[:4]
+    (61, ['chain', 'residue', 'residue_name', 'area'])
+    """
+    dots, molecule = as_surface(dots), as_molecule(molecule)
+    if not 0 <= dots.atom.min() <= dots.atom.max() < molecule.n_atoms:
+        raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
+    values = roughness(dots) if roughness_values is None else roughness_values
+    weight = [1] * len(kept) if weight is None else weight
+    return residue_table(dots, values, molecule, kept, weight)

@@ -1,0 +1,282 @@
+"""`describe_sites` and `find`: the same site on other surfaces, as functions and as `sparsurf find`."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+
+from sparsurf import InputError
+from sparsurf.cli import options, outputs
+from sparsurf.cli.inputs import MOLECULES, PERCENT, Limits, as_molecule, is_structure
+from sparsurf.cli.making import surface as surface_of
+from sparsurf.dot_fields.registry import values
+from sparsurf.molecules.formats import suffix
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.patches.index import build_grid
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sites.describing import FIELDS, LABELS, Sites, load_sites, sites_of
+from sparsurf.sites.finding import find_places, find_site
+from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.surfaces.surface import Surface
+from sparsurf.threads import available_cores
+
+HITS = Limits(1, 10_000, whole=True, open_low=False)
+EXAMPLES = """\
+QUERY and TARGET are structures, dots with fields, or Sites (.sites). A TARGET can be a folder of them. Without --residues, the
+Sites of QUERY are written to OUT (.sites), so that they need not be described again. With --residues, OUT is a table of hits:
+target, the residue in the middle of the hit, x,y,z, score, and how many places agree. A higher score is a better hit.
+
+examples:
+  sparsurf find bound.pdb --residues A:10-25 unbound.pdb -o hits.csv
+  sparsurf find bound.pdb --residues A:57,102,195 structures/ -o hits.csv --superpose laid
+  sparsurf find protein.pdb -o protein.sites
+"""
+
+
+def describe_sites(surface, *, percent=10, fields=FIELDS, at=None, name=None):
+    """Places on a surface, each with the numbers by which `find` compares it.
+
+    Parameters
+    ----------
+    surface : path of a structure, what `read_molecule` gave, or dots with fields: a Surface or the path of a file of dots
+    percent : float
+        Share of the dots that are kept and described, farthest-point; of dots that are few already, such as those of
+        `sparsurf minimal`, give 100.
+    fields : sequence of str
+        What is compared besides the shape: hydropathy, volume, aromaticity, charge, potential.
+    at : (T, 3) float, optional
+        Places in Å instead of the kept dots.
+    name : str, optional
+        What the hits call it; the name of the file without.
+
+    Returns
+    -------
+    Sites
+        With `points` (P, 3), `labels`, `numbers`; `save(path)` writes them, and `find` takes the file.
+
+    Raises
+    ------
+    InputError : one sentence on what is wrong
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> peptide = sparsurf.read_molecule("data/tdp43/topology.pdb", residues="209-216")
+    >>> sites = sparsurf.describe_sites(peptide, name="peptide")
+    >>> len(sites), sites.fields[0]
+    (393, 'hydropathy')
+    """
+    percent, fields = (
+        PERCENT.check(percent, "percent"),
+        tuple([fields] if isinstance(fields, str) else fields),
+    )
+    dots, molecule = _dots_of(surface)
+    kept = _kept(dots, percent)
+    if molecule is not None:
+        table = values(fields, molecule, kept.points) if fields else {}
+        kept = replace(kept, fields={key: np.asarray(table[key]) for key in table})
+    lacking = [key for key in fields if key not in kept.fields]
+    if lacking:
+        raise InputError(
+            f"describe_sites: the dots have no {', '.join(lacking)}; give a structure, or fewer fields."
+        )
+    kept = replace(kept, fields={key: kept.fields[key] for key in fields})
+    labels = molecule.labels(kept.atom) if molecule is not None else _no_labels(len(kept))
+    if at is not None:
+        at = np.asarray(at, float).reshape(-1, 3)
+    name = name or (Path(surface).name.split(".")[0] if isinstance(surface, str | Path) else "surface")
+    return sites_of(kept, labels, name, percent, at, threads=available_cores())
+
+
+def find(query, targets, *, at=None, residues=None, n=10, percent=10, fields=FIELDS):
+    """Where places of one surface are found again on others.
+
+    Parameters
+    ----------
+    query : Sites, the path of a file of them, or what `describe_sites` takes
+    targets : one of these, or a list; described as the query is
+    at : (Q,) int places of the query, or (Q, 3) float places in Å; every place is sought by itself
+    residues : str, instead: ranges such as 'A:10-25,40', sought as a whole in one arrangement
+    n : int
+        Hits of each place, or of the site.
+    percent, fields : as for `describe_sites`, of what is not described yet
+
+    Returns
+    -------
+    DataFrame
+        query (index into `at`), rank from 1, target, chain, residue, residue_name, x, y, z (Å), score; of a site also
+        `places`, how many agree. A higher score is a better hit; it is no probability.
+
+    Raises
+    ------
+    InputError : one sentence on what is wrong
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> peptide = sparsurf.read_molecule("data/tdp43/topology.pdb", residues="209-216")
+    >>> sites = sparsurf.describe_sites(peptide, name="peptide")
+    >>> table = sparsurf.find(sites, sites, at=[3, 50], n=2)
+    >>> table.loc[table["rank"] == 1, ["query", "target", "residue_name"]].values.tolist()
+    [[0, 'peptide', 'PHE'], [1, 'peptide', 'TYR']]
+    """
+    return found(query, targets, at, residues, HITS.check(n, "n"), percent, fields)[0]
+
+
+def found(query, targets, at=None, residues=None, n=10, percent=10, fields=FIELDS):
+    """The table of `find`, and the poses of its rows where a site is sought as a whole."""
+    if (at is None) == (residues is None):
+        raise InputError("find: give either `at`, places, or `residues`, a site.")
+    whole = as_sites(query, percent, fields)
+    many = targets if isinstance(targets, list | tuple) else [targets]
+    percent, fields = whole.settings["percent"], whole.fields
+    others = [as_sites(each, percent, fields) for each in many]
+    if residues is not None:
+        hits = find_site(whole.take(places_of_residues(whole, residues)), others, n)
+        return hits.table, hits.poses
+    return find_places(_at(query, whole, at), others, n, available_cores()), None
+
+
+def as_sites(given, percent=10, fields=FIELDS):
+    """Sites from themselves, the path of a file of them, or what `describe_sites` takes."""
+    if isinstance(given, Sites):
+        return given
+    if isinstance(given, str | Path) and Path(given).suffix == ".sites":
+        return load_sites(given)
+    return describe_sites(given, percent=percent, fields=fields)
+
+
+def places_of_residues(sites, residues):
+    """Places (n,) int of Sites that belong to residues such as 'A:10-25,40'.
+
+    Raises
+    ------
+    InputError : residues that are not there or have no places, or dots without residues
+    """
+    labels = sites.labels
+    if not (labels["residue"] != "").any():
+        raise InputError(f"{sites.name}: its dots have no residues; describe the sites of a structure.")
+    first = labels.drop_duplicates(list(LABELS)).reset_index(drop=True)
+    n = len(first)
+    columns = {"name": np.full(n, "CA"), "element": np.full(n, "C"), "kind": np.full(n, "protein")}
+    columns |= {key: first[key].to_numpy(str) for key in LABELS}
+    shown = Molecule(
+        np.zeros((1, n, 3)),
+        np.zeros(1),
+        np.zeros(1, int),
+        residue_index=np.arange(n),
+        b_factor=np.zeros(n),
+        **columns,
+    )
+    chosen = shown.select(sites.name, selection="all", residues=residues).residues
+    wanted = set(chosen.itertuples(index=False, name=None))
+    return np.flatnonzero([row in wanted for row in labels[list(LABELS)].itertuples(index=False, name=None)])
+
+
+def _dots_of(given):
+    """Dots of a structure with its molecule; of anything else without."""
+    if isinstance(given, Surface):
+        return given, None
+    if isinstance(given, str | Path) and not is_structure(given):
+        return read_surface(given), None
+    molecule = as_molecule(given).frame(0)
+    return surface_of(molecule), molecule
+
+
+def _kept(dots, percent):
+    """The dots that stand for a surface: the given share of them, each the farthest from those before."""
+    if percent == 100:
+        return dots
+    ready = SimpleNamespace(
+        points=dots.points, index=build_grid(dots.points)
+    )  # all that the sampler asks for
+    n = max(1, round(percent / 100 * len(dots)))
+    return dots.take(SAMPLERS["farthest"](ready, n, np.random.default_rng(0)))
+
+
+def _no_labels(n):
+    return pd.DataFrame({key: np.full(n, "") for key in LABELS})
+
+
+def _at(query, whole, at):
+    """The places of a query that are sought."""
+    at = np.asarray(at)
+    if at.ndim == 1 and at.dtype.kind in "iu":
+        if len(at) == 0 or at.min() < 0 or at.max() >= len(whole):
+            raise InputError(f"at: the query has the places 0 to {len(whole) - 1}.")
+        return whole.take(at)
+    if at.ndim != 2 or at.shape[1] != 3 or not np.isfinite(at.astype(float)).all():
+        raise InputError(f"at: give (Q,) numbers of places or (Q, 3) places in Å, not shape {at.shape}.")
+    if isinstance(query, Sites) or (isinstance(query, str | Path) and Path(query).suffix == ".sites"):
+        from scipy.spatial import cKDTree
+
+        return whole.take(cKDTree(whole.points).query(at)[1])
+    return describe_sites(query, percent=whole.settings["percent"], fields=whole.fields, at=at)
+
+
+def arguments(parser):
+    """Options of the command."""
+    parser.add_argument("file", metavar="QUERY", help="structure, dots with fields, or Sites")
+    parser.add_argument("targets", metavar="TARGET", nargs="*", help="where to look: the same, or folders")
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help="hits (.csv), or Sites (.sites)")
+    parser.add_argument("--residues", help="the site, such as A:10-25,40")
+    parser.add_argument("--hits", type=HITS.parse, default=10, help="most hits (default 10)")
+    parser.add_argument("--percent", type=PERCENT.parse, default=10, help="of the dots to keep (default 10)")
+    parser.add_argument(
+        "--fields",
+        default=",".join(FIELDS),
+        help=f"what is compared besides the shape (default {','.join(FIELDS)})",
+    )
+    parser.add_argument("--superpose", metavar="FOLDER", help="write QUERY laid on each hit there (PDB)")
+    parser.set_defaults(format=None)
+
+
+def run(asked):
+    """Write the hits, or the Sites of QUERY."""
+    fields = tuple(name.strip() for name in asked.fields.split(",") if name.strip())
+    if not asked.targets:
+        if asked.residues or suffix(asked.output) != ".sites":
+            raise InputError(
+                "find: name at least one TARGET, or write the Sites of QUERY to a file named .sites."
+            )
+        sites = as_sites(asked.file, asked.percent, fields)
+        sites.save(asked.output)
+        outputs.wrote(asked, asked.output, f"{len(sites):,} places")
+        return
+    outputs.check(asked, outputs.TABLES)
+    if not asked.residues:
+        raise InputError("find: --residues says which site is sought; give it, such as A:10-25.")
+    if asked.superpose and not is_structure(asked.file):
+        raise InputError(f"--superpose: {asked.file} is no structure; give one as QUERY.")
+    files = [file for target in asked.targets for file in _files(target)]
+    options.say(f"looking on {len(files)} targets")
+    table, poses = found(asked.file, files, None, asked.residues, asked.hits, asked.percent, fields)
+    outputs.write_table(asked.output, asked.format, table)
+    outputs.wrote(asked, asked.output, f"{len(table):,} hits")
+    if asked.superpose:
+        _superpose(asked, table, poses)
+
+
+def _files(target):
+    """A target, or the structures and Sites of a folder."""
+    path = Path(target)
+    if not path.is_dir():
+        return [path]
+    known = (*MOLECULES, ".sites")
+    files = sorted(file for file in path.iterdir() if suffix(file) in known)
+    if not files:
+        raise InputError(f"{target} holds no structure and no Sites; name another folder.")
+    return files
+
+
+def _superpose(asked, table, poses):
+    folder = Path(asked.superpose)
+    folder.mkdir(parents=True, exist_ok=True)
+    molecule = read_molecule(asked.file)
+    for row, pose in zip(table.itertuples(), poses, strict=True):
+        laid = molecule.frame(0)
+        laid.xyz[0] = molecule.xyz[0] @ pose.turn + pose.shift
+        laid.write_pdb(folder / f"{row.rank:02d}_{row.target}.pdb")

@@ -1,0 +1,179 @@
+"""What the functions and commands take for a molecule, a surface and a number; numbers as in the config's schema."""
+
+import argparse
+import math
+from numbers import Integral, Real
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, suffix
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule
+from sparsurf.patches.index import build_index
+from sparsurf.surfaces.molecular_surface import MOST_DENSITY
+from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.surfaces.spacing import refuse_sparse
+from sparsurf.surfaces.surface import Surface
+
+MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
+
+
+def as_molecule(given):
+    """A Molecule from itself, the path of a structure file, or an mdtraj.Trajectory.
+
+    Raises
+    ------
+    InputError : nothing of the kind
+    """
+    if isinstance(given, Molecule):
+        return given
+    if isinstance(given, str | Path):
+        return read_molecule(given)
+    if hasattr(given, "topology") and hasattr(given, "xyz"):
+        return from_mdtraj(given)
+    raise InputError(
+        f"{_kind(given)} is no molecule: give the path of a structure, a molecule that read_molecule gave, "
+        "or an mdtraj.Trajectory."
+    )
+
+
+def as_surface(given):
+    """A Surface from itself, the path of a file of dots, or the pair (points, normals) of (N, 3) arrays.
+
+    Normals of a file are brought to unit length, those of arrays must have it.
+
+    Raises
+    ------
+    InputError : nothing of the kind
+    """
+    if isinstance(given, Surface):
+        return given
+    if isinstance(given, str | Path):
+        return read_surface(given)
+    if isinstance(given, tuple) and len(given) == 2:
+        return Surface(*arrays(given, "surface"))
+    if isinstance(getattr(given, "surface", None), Surface):
+        raise InputError(
+            "what prepare() gave serves sample and compare only: give the dots that it was made of."
+        )
+    raise InputError(
+        f"{_kind(given)} is no surface: give the path of a file of dots, what surface() gave, or "
+        "the pair (points, normals)."
+    )
+
+
+def _kind(given):
+    """What something is, with its article."""
+    name = type(given).__name__
+    return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
+
+
+def arrays(given, name):
+    """Arrays of numbers of the parts of `given`; raises InputError where one, called `name`, is none or lacks values."""
+    try:
+        given = [*given]
+        found = [np.asarray(each) for each in given]
+        other = any(each.dtype.kind in "cSU" for each in found)  # numpy would make numbers of them
+        found = None if other else [np.asarray(each, dtype=float) for each in found]
+    except (TypeError, ValueError):
+        found = None
+    if found is None or any(each.ndim == 0 for each in found):
+        raise InputError(f"{name}: the arrays hold something else than numbers, or rows of unequal length.")
+    if any(np.ma.is_masked(each) for each in given):
+        raise InputError(f"{name}: the arrays have masked values; leave these dots out.")
+    return found
+
+
+def as_array(given, n_dots, name):
+    """An array of what is given: whole numbers where it is empty, those of dots where it is a mask of all `n_dots`.
+
+    Raises
+    ------
+    InputError : rows, called `name`, of unequal lengths
+    """
+    try:
+        found = np.asarray(given)
+    except ValueError:
+        raise InputError(f"{name}: one array is asked for, not several of unequal length.") from None
+    if found.shape == (0,):  # an empty list has no kind of its own
+        return found.astype(np.int64)
+    return np.flatnonzero(found) if found.dtype == bool and found.shape == (n_dots,) else found
+
+
+def check_frame(molecule, frame, name):
+    """Raise InputError where a Molecule, called `name`, has no frame of that position."""
+    if not isinstance(frame, Integral) or frame not in range(molecule.n_frames):
+        there = f"the frames 0 to {molecule.n_frames - 1}" if molecule.n_frames > 1 else "one frame, 0"
+        raise InputError(f"{name} has {there}: there is no frame {frame}.")
+
+
+def is_structure(path):
+    """Whether a file holds atoms rather than dots, by its suffix."""
+    return suffix(path) in MOLECULES
+
+
+def as_index(surface, d_link):
+    """Index of all that `as_surface` takes; its dots must lie close enough for `d_link`."""
+    d_link, dots = LENGTH.check(d_link, "d_link"), as_surface(surface)
+    refuse_sparse(dots.points, d_link, "surface")
+    return build_index(dots.points, dots.normals, d_link)
+
+
+class Limits(NamedTuple):
+    """Finite numbers above `low` (or from it on), at most `high`."""
+
+    low: float
+    high: float = math.inf
+    whole: bool = False
+    open_low: bool = True
+
+    def hold(self, value):
+        """Whether they allow a number; NaN and infinity never."""
+        above = self.low < value or (value == self.low and not self.open_low)
+        return above and value <= self.high and value < math.inf and (not self.whole or value % 1 == 0)
+
+    @property
+    def words(self):
+        """What they allow."""
+        number = f"a {'whole ' * self.whole}number"
+        if self.high < math.inf:
+            least = f"more than {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
+            return f"{number}, {least} {self.high if self.whole else f'{self.high:g}'}"
+        return f"{number}, more than {self.low:g}" if self.open_low else f"{number}, {self.low:g} or more"
+
+    def check(self, value, name, word=None):
+        """The number that is given as `name`, a float or, of whole ones, an int; `word` is allowed as well.
+
+        Raises
+        ------
+        InputError : no number, or one beyond the limits
+        """
+        if word is not None and isinstance(value, str) and value == word:
+            return value
+        if isinstance(value, bool) or not isinstance(value, Real) or not self.hold(value):
+            either = "" if word is None else f"{word!r} or "
+            raise InputError(f"{name} is {value!r}; it must be {either}{self.words}.")
+        return int(value) if self.whole else float(value)
+
+    def parse(self, text):
+        """The number that an option of a command is given as text; argparse tells what it should be."""
+        try:
+            value = int(text) if self.whole else float(text)
+        except ValueError:
+            value = math.nan
+        if not self.hold(value):
+            raise argparse.ArgumentTypeError(f"{text!r} must be {self.words}")
+        return value
+
+
+LENGTH = Limits(0, 100)  # Å: R_patch, R_zernike, D_link
+PROBE = Limits(0, 10)  # Å
+DENSITY = Limits(0, MOST_DENSITY)  # dots per Å^2
+PERCENT = Limits(0, 100)
+ALPHA = Limits(0, 1)
+EXPONENT = Limits(0, 1000, open_low=False)  # beta, gamma, delta
+SEED = Limits(0, 2**64 - 1, whole=True, open_low=False)
+TEST_DOTS = Limits(2, 1_000_000, whole=True, open_low=False)

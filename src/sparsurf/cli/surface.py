@@ -1,0 +1,56 @@
+"""`sparsurf surface`: the dots of a molecule."""
+
+import pandas as pd
+
+from sparsurf import InputError
+from sparsurf.cli import options, outputs
+from sparsurf.cli.inputs import STRUCTURES, is_structure
+from sparsurf.cli.making import mesh
+from sparsurf.surfaces.spacing import DENSITY as PUBLISHED
+
+EXAMPLES = """\
+The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), chain, residue, residue_name,
+atom_name and atom (its index among the atoms taken, from 0). A PLY has triangles between the dots. --mesh writes a finer
+closed surface instead of dots. Its corners lie on the surface, and every edge belongs to two triangles.
+
+examples:
+  sparsurf surface protein.pdb -o dots.ply
+  sparsurf surface protein.pdb --mesh -o mesh.ply
+  sparsurf surface protein.pdb --fields hydropathy,potential -o dots.csv
+  sparsurf surface protein.pdb --residues 209-214 --density 10 -o dense.csv
+  sparsurf surface protein.pdb --trajectory run.xtc --frame 20 -o dots.dms
+  sparsurf surface models.pdb --model all -o dots_{frame}.ply
+  sparsurf surface protein.pdb -o - --format npz > dots.npz
+"""
+
+
+def arguments(parser):
+    """Options of the command."""
+    parser.add_argument("file", metavar="FILE", help="structure")
+    options.add_output(parser, outputs.DOTS)
+    options.add_mesh(parser, mesh=True)
+    options.add_fields(parser)
+    options.add_molecule(parser)
+
+
+def run(asked):
+    """Write the dots or triangles."""
+    if not is_structure(asked.file):
+        raise InputError(f"{asked.file} is no structure by its suffix: give one of {', '.join(STRUCTURES)}.")
+    outputs.check(asked, outputs.MESHES if asked.mesh else outputs.DOTS)
+    outputs.write_each(asked, _meshes(asked) if asked.mesh else _dots(asked))
+
+
+def _dots(asked):
+    for frame, dots, molecule in options.surfaces(asked):
+        dots = options.with_fields(asked, dots, molecule, frame)
+        table = pd.DataFrame({"area": dots.area, "kind": dots.kind}).join(molecule.labels(dots.atom))
+        words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2"
+        yield frame, outputs.Dots(dots, table, None, molecule, frame, words=words)
+
+
+def _meshes(asked):
+    molecule = options.read_atoms(asked)
+    how = {"probe": asked.probe, "density": asked.density or PUBLISHED, "radii": asked.radii}
+    for frame in options.frames_of(asked, molecule):
+        yield frame, outputs.mesh_dots(mesh(molecule, frame=frame, **how))

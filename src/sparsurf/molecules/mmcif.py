@@ -1,0 +1,171 @@
+"""Reading and writing of mmCIF files: gemmi parses the syntax, the atom table keeps the order of the file.
+
+Names are those of the authors (auth_...), as in the PDB file of the same entry.
+"""
+
+import re
+from collections import defaultdict
+
+import numpy as np
+import pandas as pd
+from gemmi import cif
+
+from sparsurf import InputError
+from sparsurf.molecules.atom_table import AtomFile, box_vectors, log
+from sparsurf.molecules.residues import HEAVY_ATOMS, standard_name
+
+# Column of the table: items of _atom_site, the first that the file has.
+ITEMS = {
+    "hetero": ["group_PDB"],
+    "name": ["auth_atom_id", "label_atom_id"],
+    "altloc": ["label_alt_id"],
+    "residue_name": ["auth_comp_id", "label_comp_id"],
+    "chain": ["auth_asym_id", "label_asym_id"],
+    "number": ["auth_seq_id", "label_seq_id"],
+    "insertion": ["pdbx_PDB_ins_code"],
+    "x": ["Cartn_x"],
+    "y": ["Cartn_y"],
+    "z": ["Cartn_z"],
+    "occupancy": ["occupancy"],
+    "b_factor": ["B_iso_or_equiv"],
+    "element": ["type_symbol"],
+    "model": ["pdbx_PDB_model_num"],
+}
+WRITTEN = (
+    "group_PDB", "id", "type_symbol", "auth_atom_id", "auth_comp_id", "auth_asym_id", "auth_seq_id", "pdbx_PDB_ins_code",
+    "Cartn_x", "Cartn_y", "Cartn_z", "B_iso_or_equiv", "label_atom_id", "label_comp_id", "label_asym_id", "label_seq_id",
+    "occupancy", "label_entity_id", "label_alt_id", "pdbx_PDB_model_num",
+)  # fmt: skip
+NEEDED = ("name", "residue_name", "x", "y", "z")
+RESIDUE = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
+NUMBERS = ("x", "y", "z", "occupancy", "b_factor", "model")
+
+
+def read_mmcif(text, path):
+    """Atoms of an mmCIF file.
+
+    Parameters
+    ----------
+    text : str
+    path : named in messages
+
+    Returns
+    -------
+    atoms.AtomFile
+
+    Raises
+    ------
+    InputError : not mmCIF, cut short or damaged, or without atoms
+    """
+    try:
+        document = cif.read_string(text)
+    except (ValueError, RuntimeError) as error:
+        reason = str(error).splitlines()[0].removeprefix("string:")
+        raise InputError(
+            f"{path} is no readable mmCIF file ({reason}): copy it again or rename it."
+        ) from None
+    blocks = [block for block in document if len(block.find_values("_atom_site.Cartn_x"))]
+    if not blocks:
+        raise InputError(f"{path} holds no atoms: give a file with an _atom_site loop.")
+    if len(blocks) > 1:
+        log.warning("%s has %d data blocks with atoms: the first is read", path, len(blocks))
+    block = blocks[0]
+    return AtomFile(_atoms(block, path), _box(block), _sequences(block), _linked(block))
+
+
+def _atoms(block, path):
+    columns = {name: _strings(block, items) for name, items in ITEMS.items()}
+    absent = sorted(name for name in NEEDED if columns[name] is None)
+    if absent:
+        raise InputError(f"{path} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
+    present = set(block.find_values("_atom_site.label_asym_id"))
+    lost = sorted(set(block.find_values("_struct_asym.id")) - present) if present else []
+    if lost:
+        raise InputError(
+            f"{path} is cut short: it has no atoms for {', '.join(lost)} of its _struct_asym list."
+        )
+    length = len(columns["name"])
+    columns = {name: values or [""] * length for name, values in columns.items()}
+    numbers = {name: np.array([cif.as_number(value) for value in columns[name]]) for name in NUMBERS}
+    residues = [a + b for a, b in zip(columns["number"], columns["insertion"], strict=True)]
+    strange = next((label for label in residues if not RESIDUE.fullmatch(label)), None)
+    if strange is not None:
+        raise InputError(f"{path} has a residue numbered '{strange}': repair its _atom_site loop.")
+    return pd.DataFrame(
+        {name: columns[name] for name in ("name", "altloc", "residue_name", "chain")}
+        | {axis: numbers[axis] for axis in "xyz"}
+        | {
+            "model": np.where(np.abs(numbers["model"]) < 1e9, numbers["model"], 1).astype(int),
+            "hetero": np.array(columns["hetero"]) == "HETATM",
+            "residue": residues,
+            "occupancy": np.nan_to_num(numbers["occupancy"], nan=1.0),
+            "b_factor": numbers["b_factor"],
+            "element": [element.upper() for element in columns["element"]],
+            "terminated": False,
+        }
+    )
+
+
+def _strings(block, items):
+    """Values of the first of the items that has any, null values as ''; None if none has."""
+    for item in items:
+        values = [cif.as_string(value) for value in block.find_values(f"_atom_site.{item}")]
+        if any(values):
+            return values
+    return None
+
+
+def _box(block):
+    sides = [f"_cell.{name}" for name in ("length_a", "length_b", "length_c")]
+    angles = [f"_cell.angle_{name}" for name in ("alpha", "beta", "gamma")]
+    values = [cif.as_number(block.find_value(item) or "?") for item in (*sides, *angles)]
+    return box_vectors(*values) if np.isfinite(values).all() else None
+
+
+def _sequences(block):
+    """Residue names of the full sequence of each chain."""
+    sequences = defaultdict(dict)  # (molecule, position): alternatives at one position count once
+    items = ["asym_id", "seq_id", "pdb_strand_id", "mon_id"]
+    for asym, position, chain, name in block.find("_pdbx_poly_seq_scheme.", items):
+        sequences[chain][asym, position] = name
+    return {chain: list(names.values()) for chain, names in sequences.items()}
+
+
+def _linked(block):
+    """Chain and label of the residues that a covalent bond beside the backbone joins, both of a polymer."""
+    ends = [
+        [f"{kind}_asym_id", f"{kind}_seq_id", f"?{code}_PDB_ins_code", f"{kind}_comp_id"]
+        for kind, code in (("ptnr1_auth", "pdbx_ptnr1"), ("ptnr2_auth", "pdbx_ptnr2"))
+    ]
+    found = set()
+    for row in block.find("_struct_conn.", ["conn_type_id", *ends[0], *ends[1]]):
+        parts = [[cif.as_string(row[k]) if row.has(k) else "" for k in range(a, a + 4)] for a in (1, 5)]
+        if row[0] == "covale" and all(standard_name(part[3]) in HEAVY_ATOMS for part in parts):
+            found |= {(chain, number + code) for chain, number, code, _ in parts}
+    return frozenset(found)
+
+
+def write_mmcif(path, name, xyz, atoms, b_factor):
+    """Write one model with a number per atom as its B factor.
+
+    Parameters
+    ----------
+    path : file to write
+    name : str, of the data block
+    xyz : (A, 3) float, Å
+    atoms : molecule.Molecule, or anything with its arrays of names
+    b_factor : (A,) float
+    """
+    block = cif.Block(re.sub(r"\W+", "_", name))
+    loop = block.init_loop("_atom_site.", [*WRITTEN])
+    for i, place in enumerate(xyz):
+        number, code = re.fullmatch(r"(-?\d*)(.?)", atoms.residue[i]).groups()
+        hetero = "ATOM" if atoms.kind[i] in ("protein", "nucleic") else "HETATM"
+        words = [atoms.element[i], atoms.name[i], atoms.residue_name[i], atoms.chain[i], number, code]
+        quoted = [cif.quote(str(word)) if word else "?" for word in words]
+        row = [hetero, str(i + 1), *quoted, *(f"{x:.3f}" for x in place), f"{b_factor[i]:.4f}"]
+        # label_ items, which readers need, say the same as auth_ ones
+        loop.add_row([*row, *quoted[1:4], number or ".", "1.0", "1", ".", "1"])
+    document = cif.Document()
+    document.add_copied_block(block)
+    document.write_file(str(path))

@@ -1,0 +1,1 @@
+"""The paper beside ours: its published runs made again, and what its claims come to."""

@@ -1,0 +1,200 @@
+"""The published combinations of Table I evaluated here, and what their d rests on.
+
+Everything here works on one surface made ready by `evaluator.Evaluator`.
+"""
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.patches.index import build_index
+from sparsurf.patches.readings import PUBLISHED, TEXT
+from sparsurf.sampling import law
+from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1
+from sparsurf.sampling.samplers import tune_alpha
+from sparsurf.study import grid, tables
+from sparsurf.study.statistics import estimate
+
+PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S at which the family is tuned, % of the dots
+SHATTERED = 0.3  # share of a patch's kept dots below which Z measures how the subset breaks up
+LINKS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
+
+
+def published_rows(evaluator, n_tests, draws):
+    """The published combinations here, under both readings, with shared test dots.
+
+    Returns
+    -------
+    DataFrame, ten rows: n_S_low_percent, n_S_high_percent, d_published, Z_tS_published, then `tables.grid_table`
+    """
+    published = pd.DataFrame(TABLE_1)[["n_S_low_percent", "n_S_high_percent", "d", "Z_tS"]]
+    found = tables.grid_table(grid.run(evaluator, PUBLISHED_ROWS, n_tests, draws))
+    return pd.concat(
+        [published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"}), found], axis=1
+    )
+
+
+def sweep_links(evaluator, links, n_tests, draws):
+    """d of the published combinations under `as_coded` for other linking distances.
+
+    The sampling itself stays that of D_link = 0.5 Å: only the evaluation's islands change.
+
+    Returns
+    -------
+    DataFrame: D_link, row (1..10), n_S_percent, d with d_low and d_high, Z_tS, fragment
+    """
+    tests = evaluator.draw_tests(n_tests)
+    pairs = [evaluator.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
+    out = []
+    for link in links:
+        linked = evaluator.changed(index=build_index(evaluator.points, evaluator.normals, link))
+        z_tot, _ = linked.describe(tests)
+        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, PUBLISHED)
+        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, PUBLISHED)
+        shape = (len(PUBLISHED_ROWS), draws, len(tests))
+        d = estimate((z_tr - z_ts).reshape(shape))
+        for row in range(len(PUBLISHED_ROWS)):
+            out.append(
+                {
+                    "D_link": link,
+                    "row": row + 1,
+                    "n_S_percent": 100 * len(pairs[row * draws][0]) / len(evaluator.points),
+                    "d": d.mean[row],
+                    "d_low": d.low[row],
+                    "d_high": d.high[row],
+                    "Z_tS": z_ts.reshape(shape)[row].mean(),
+                    "fragment": np.median(size.reshape(shape)[row]),
+                }
+            )
+    return pd.DataFrame(out)
+
+
+def sign_changes(links):
+    """Where d of each published row peaks and where its sign is certain.
+
+    Parameters
+    ----------
+    links : DataFrame
+        See `sweep_links`.
+
+    Returns
+    -------
+    DataFrame, one row per published row: row, n_S_percent, d_first (at the first D_link), D_link_best and d_best,
+    positive_to, the last D_link up to which d lies above 0 with its whole interval at every D_link, and negative_from,
+    the first from which on it lies below 0 (NaN where there is none)
+    """
+    out = []
+    for row, own in links.groupby("row"):
+        own = own.sort_values("D_link").reset_index(drop=True)
+        above, below = (own["d_low"] > 0).to_numpy(), (own["d_high"] < 0).to_numpy()
+        best = own.loc[own["d"].idxmax()]
+        n_above = int(np.argmin(np.append(above, False)))
+        n_below = int(np.argmin(np.append(below[::-1], False)))
+        out.append(
+            {"row": row, "n_S_percent": own["n_S_percent"].iloc[0], "d_first": own["d"].iloc[0]}
+            | {"D_link_best": best["D_link"], "d_best": best["d"]}
+            | {"positive_to": own["D_link"].iloc[n_above - 1] if n_above else np.nan}
+            | {"negative_from": own["D_link"].iloc[len(own) - n_below] if n_below else np.nan}
+        )
+    return pd.DataFrame(out)
+
+
+DEFECTS = {
+    "as published": (True, True),
+    "distances from the dot itself": (False, True),
+    "one draw per dot": (True, False),
+    "both corrected": (False, False),
+}
+
+
+def compare_defects(evaluator, n_tests, draws):
+    """n_S, d and Z_tS of the published combinations with each defect of the published sampling corrected.
+
+    Returns
+    -------
+    DataFrame: sampling, row, n_S_percent (closed form), then d and Z_tS under both readings
+    """
+    out = []
+    for name, (moved_centre, every_patch) in DEFECTS.items():
+        cover = law.build_cover(
+            evaluator.index, evaluator.roughness, evaluator.r_patch, moved_centre, every_patch
+        )
+        result = grid.run(evaluator.changed(cover=cover), PUBLISHED_ROWS, n_tests, draws)
+        table = tables.grid_table(result)
+        part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
+        part["n_S_percent"] = 100 * result.n_s_expected / result.n_dots
+        for reading in result.readings:
+            for column in ("d", "d_se", "Z_tS", "fragment"):
+                part[f"{column}_{reading}"] = table[f"{column}_{reading}"]
+        out.append(part)
+    return pd.concat(out, ignore_index=True)
+
+
+def tuned_family(evaluator, exponents, percents=PERCENTS, n_tests=400, draws=3):
+    """Every member of the family that can keep a requested n_S, against a uniform draw of as many dots.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+    exponents : (K, 3) float64
+        beta, gamma, delta.
+    percents : sequence of float
+    n_tests, draws : int
+
+    Returns
+    -------
+    DataFrame, one row per requested n_S (`percent`) and member that reaches it with an alpha of at most 1: alpha ..
+    delta, n_S_percent, Z_tS, Z_tR, d with d_low and d_high, under `as_written`
+    """
+    n_dots, requested, rows = len(evaluator.points), [], []
+    exponents = np.unique(np.asarray(exponents, float), axis=0)
+    reach = law.expected_n_s(evaluator.cover, np.insert(exponents, 0, 1.0, axis=1))
+    for percent in percents:
+        n = percent / 100 * n_dots
+        for row in exponents[reach >= n]:
+            requested.append(percent)
+            rows.append(tune_alpha(evaluator.cover, (1.0, *row), n))
+    result = grid.run(evaluator, rows, n_tests, draws, (TEXT,))
+    d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
+    table = pd.DataFrame(result.combinations, columns=PARAMETERS)
+    table.insert(0, "percent", requested)
+    table["n_S_percent"] = 100 * result.n_s.mean(axis=1) / n_dots
+    table["Z_tS"], table["Z_tR"] = (
+        z[0].mean(axis=(1, 2), dtype=np.float64) for z in (result.z_ts, result.z_tr)
+    )
+    return table.assign(d=d.mean, d_low=d.low, d_high=d.high)
+
+
+def best_of_family(table):
+    """Per requested n_S: members, those above a uniform draw for certain, and the one with the lowest Z_tS."""
+    rows = []
+    for percent, own in table.groupby("percent"):
+        best = own.loc[own["Z_tS"].idxmin()]
+        rows.append(
+            {"percent": percent, "members": len(own), "n_better": int((own["d_low"] > 0).sum())}
+            | {"n_worse": int((own["d_high"] < 0).sum()), "largest_d": own["d"].max(), "Z_best": best["Z_tS"]}
+            | {"Z_uniform": own["Z_tR"].mean(), **best[PARAMETERS].to_dict()}
+        )
+    return pd.DataFrame(rows)
+
+
+def correlation(table):
+    """Correlation over the grid of d under both readings."""
+    return float(np.corrcoef(table[f"d_{PUBLISHED}"], table[f"d_{TEXT}"])[0, 1])
+
+
+def correlation_by_tenths(table, tenths=10):
+    """The same within tenths of the combinations by n_S: (tenths,) float64; n_S is no cause of it there."""
+    order = np.argsort(table["n_S_percent"].to_numpy(), kind="stable")
+    parts = np.array_split(order, min(tenths, max(len(table) // 3, 1)))
+    return np.array([correlation(table.iloc[part]) for part in parts])
+
+
+def follows_fragments(table):
+    """Correlation of d under the published reading with the logarithm of how much larger the patches stay."""
+    larger = np.log(table[f"fragment_{PUBLISHED}"] / table[f"fragment_uniform_{PUBLISHED}"])
+    return float(np.corrcoef(table[f"d_{PUBLISHED}"], larger)[0, 1])
+
+
+def shattered(table):
+    """Share of the combinations whose median patch holds little of its kept dots under the published reading."""
+    return float((table[f"fragment_{PUBLISHED}"] < SHATTERED * table[f"fragment_{TEXT}"]).mean())

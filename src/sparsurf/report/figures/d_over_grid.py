@@ -1,0 +1,139 @@
+"""Figure 3 of the paper: d over beta, gamma and delta at the largest alpha."""
+
+from string import ascii_uppercase
+
+import numpy as np
+from matplotlib import colormaps, colors
+from matplotlib.cm import ScalarMappable
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from scipy.interpolate import PchipInterpolator
+
+from sparsurf.recovery.readings import READINGS, RECOVERED, readings_in
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.layout import PAGE, styled
+
+BEST = {"marker": "o", "markersize": 4, "markerfacecolor": "white", "markeredgewidth": 0.6, "color": "black"}
+BEST_OF_ALL = BEST | {"marker": "*", "markersize": 8, "markerfacecolor": "#F0E442"}
+FINE = 101  # values along each side of an interpolated map
+
+
+def draw(results):
+    """The figure of one grid."""
+    return figure(results.grid, results.name)
+
+
+@styled
+def figure(grid, name=""):
+    """d over (gamma, delta) at the largest alpha, interpolated; a map per beta, a row per reading.
+
+    Parameters
+    ----------
+    grid : pandas.DataFrame
+        Columns alpha, beta, gamma, delta and, for each reading, d_<reading> and d_se_<reading>.
+    name : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    readings = readings_in(grid, "d_")
+    alpha = grid.alpha.max()
+    largest = "" if alpha == 1 else " (the largest of the grid)"
+    grid = grid[grid.alpha == alpha].reset_index(drop=True)
+    gap = layout.label_width(np.unique(grid.delta))
+    side = min(40.0, (PAGE - 27) / grid.beta.nunique() - gap)
+    pitch = side + 20
+    title = 128 + 37 * bool(largest) + 17 * (RECOVERED in readings)  # mm, of the longest
+    used = max(32 + (side + gap) * grid.beta.nunique(), title)
+    figure = layout.sheet(min(PAGE, used), 5 + pitch * len(readings), name)
+    for row, reading in enumerate(readings):
+        y = 1 + pitch * row
+        layout.letter(figure, 1, y, ascii_uppercase[row])
+        best = _maps(figure, grid, f"d_{reading}", y + 9, side, gap)
+        layout.text(figure, 6, y + 0.3, f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best}")
+    marks = {"highest $d$ at this β": BEST, "highest $d$ of all": BEST_OF_ALL}
+    handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
+    layout.legend(figure, 12, 1 + pitch * len(readings), handles, ncols=2, handletextpad=0.2)
+    return figure
+
+
+def _maps(figure, grid, column, y, side, gap):
+    """One row of maps; returns what its highest d is."""
+    betas, gammas, deltas = (np.unique(grid[name]) for name in ("beta", "gamma", "delta"))
+    scale, limits, levels = _scale(grid[column])
+    best = grid.loc[grid[column].idxmax()] if grid[column].notna().any() else None
+    tables = [
+        grid[grid.beta == beta].pivot_table(column, "gamma", "delta").reindex(index=gammas, columns=deltas)
+        for beta in betas
+    ]
+    fine_x, fine_y, _ = _interpolated(deltas, gammas, tables[0].to_numpy())
+    ends = [(axis[0], axis[-1]) for axis in (fine_x, fine_y)]
+    tiles = layout.Tiles(figure, 12, y, (1, len(betas)), (side, side), (gap, 0), *ends)
+    for k, (beta, table) in enumerate(zip(betas, tables, strict=True)):
+        fine = _interpolated(deltas, gammas, table.to_numpy())[2]
+        _map(tiles, k, (deltas, gammas), table.to_numpy(), fine, (scale, levels))
+        own = grid[(grid.beta == beta) & grid[column].notna()]
+        if len(own):
+            top = own.loc[own[column].idxmax()]
+            mark = BEST_OF_ALL if top.name == best.name else BEST
+            tiles.ax.plot(*tiles.places(0, k, [top.delta], [top.gamma]).T, **mark, clip_on=False, zorder=3)
+        x, _ = tiles.corner(0, k)
+        tiles.ax.text(x + side / 2, -1, f"β = {beta:g}", ha="center", va="bottom")
+        tiles.ax.text(x + side / 2, side + 5, "δ", ha="center", va="top")
+    tiles.ax.text(-7, side / 2, "γ", rotation=90, va="center", ha="right")
+    tiles.frame(box=True)
+    tiles.ticks(deltas, gammas)
+    bar = figure.colorbar(scale, cax=layout.axes(figure, 12 + (side + gap) * len(betas), y, 2.5, side))
+    bar.set_label("$d = Z_{tR} - Z_{tS}$")
+    if best is None:
+        return "no value"
+    bar.ax.set_ylim(limits)
+    bar.ax.hlines(levels, 0, 1, colors="black", linewidths=0.3)
+    error = best.get(column.replace("d_", "d_se_"), np.nan)
+    error = f" ± {error:.2f}" if np.isfinite(error) else ""
+    value = f"{best[column]:z.2f}".replace("-", "−")
+    return f"highest $d$ = {value}{error} at β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}"
+
+
+def _map(tiles, k, knots, table, fine, colours):
+    """Interpolated colours with contours; the computed values are where the tiny dots are."""
+    extent, (scale, levels) = tiles.extent(0, k), colours
+    tiles.ax.imshow(fine, extent=extent, origin="lower", aspect="auto", norm=scale.norm, cmap=scale.cmap)
+    if np.isfinite(fine).any() and np.nanmin(fine) < np.nanmax(fine):
+        x, y = np.linspace(*extent[:2], FINE), np.linspace(*extent[2:], FINE)
+        tiles.ax.contour(x, y, fine, levels, colors="black", linewidths=0.3, linestyles="solid")
+    row, column = np.nonzero(np.isfinite(table))
+    x, y = knots
+    tiles.ax.plot(*tiles.places(0, k, x[column], y[row]).T, "k.", markersize=0.8, clip_on=False)
+    tiles.ax.set(xlim=tiles.width, ylim=tiles.height)  # which images change
+
+
+def _scale(values):
+    """Colours, around 0 where signs mix; lowest and highest value; contour levels between them."""
+    finite = values[np.isfinite(values)]
+    low, high = (finite.min(), finite.max()) if len(finite) else (0.0, 0.0)
+    if low == high:
+        low, high = low - 0.5, high + 0.5
+    levels = MaxNLocator(10).tick_values(low, high)
+    norm, name = colors.Normalize(low, high), "viridis"
+    if low < 0 < high:
+        norm, name = colors.CenteredNorm(0, max(-low, high)), "RdBu_r"
+    return ScalarMappable(norm, colormaps[name]), (low, high), levels[(levels > low) & (levels < high)]
+
+
+def _interpolated(x, y, table):
+    """Fine axes and values of `table` (y, x) between: monotone cubic, so that no new maximum arises.
+
+    An axis of a single value becomes a strip. Where a value is missing, nothing is interpolated.
+    """
+    fine = []
+    for axis, knots in ((1, x), (0, y)):
+        pad = 0.0 if len(knots) > 1 else 0.5
+        fine.append(np.linspace(knots[0] - pad, knots[-1] + pad, FINE))
+        if len(knots) > 1 and np.isfinite(table).all():
+            table = PchipInterpolator(knots, table, axis=axis)(fine[-1])
+        else:
+            nearest = np.abs(fine[-1][:, None] - knots).argmin(axis=1)
+            table = np.take(table, nearest, axis=axis)
+    return *fine, table

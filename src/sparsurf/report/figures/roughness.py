@@ -1,0 +1,39 @@
+"""Figure 1 of the paper: the surface coloured by roughness, and how roughness is distributed."""
+
+from sparsurf.report.figures import layout, render
+from sparsurf.report.figures.layout import styled
+
+
+def draw(results):
+    """The figure of one surface."""
+    return figure(results.surface.points, results.surface.normals, results.roughness, results.name)
+
+
+@styled
+def figure(points, normals, roughness, name=""):
+    """The surface coloured by roughness, on the scale of all surfaces, and the distribution of the roughness.
+
+    Parameters
+    ----------
+    points, normals : (N, 3) float64
+        Å; unit vectors.
+    roughness : (N,) float64
+        R_i.
+    name : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = layout.sheet(layout.COLUMN, 105, name)
+    scale = layout.scale(*layout.ROUGH)
+    camera = render.aim(points, render.along_smallest_axis(points), layout.pixels(68, 55))
+    scene = render.draw_surface(points, normals, layout.colours(scale, roughness), camera)
+    layout.show(layout.axes(figure, 4, 3, 68, 55), render.picture(scene), camera)
+    bar = figure.colorbar(scale, cax=layout.axes(figure, 73.5, 8, 2.5, 45), extend="both")
+    bar.set_label("roughness $R_i$ (low: rough, high: flat)")
+    ax = layout.axes(figure, 13, 70, 73, 26)
+    layout.histogram(ax, roughness, scale, "roughness $R_i$", f"mean {roughness.mean():.2f}")
+    layout.letter(figure, 1, 1, "A")
+    layout.letter(figure, 1, 65, "B")
+    return figure

@@ -1,0 +1,279 @@
+"""The first page of a run: what was studied, the answers as cards, the figure, the ranges, where to look."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from sparsurf.recovery.readings import RECOVERED, readings_in
+from sparsurf.report.numbers import against_zero, combination, interval, number, share, span
+
+TEMPLATE = "first.html.j2"
+NAMES = ["protein", "conformation"]
+FRESH = "fresh dots"
+AT = 10  # % of the dots, at which samplers are compared
+SHOWN = 20  # surfaces, or pairs, that get pictures
+OF_EACH = 3  # surfaces that get a table of ranges of their own
+PAGES = ("ranges", "compare", "ensemble")  # of a surface or a protein, that its heading leads to
+TAKEN = {  # files of a surface to take along, what each is
+    "minimal.csv": "the minimal subset: places, normals, weights",
+    "minimal.ply": "the same for 3D programs",
+    "surface.ply": "the whole surface with its roughness",
+    "residues.csv": "area and roughness of each residue",
+    "structure_roughness.pdb": "the structure, roughness as B factors",
+    "open.pml": "opens all of this in PyMOL",
+    "open.cxc": "opens all of this in ChimeraX",
+    "ranges.csv": "the best combination per range of n_S",
+    "grid.csv": "Z and d of every combination",
+    "floors.csv": "the noise floors",
+    "enough.csv": "how many dots reach each floor",
+}
+
+
+def first_page(folder, held, beside, without=()):
+    """What the template asks for.
+
+    Parameters
+    ----------
+    folder : Path, results/<run>
+    held, beside : sequence of str
+        Files that the page may read and lead to, paths from `folder`: those that the report holds, and others.
+    without : sequence of (protein or pairs/<name>, reason)
+        What could not be finished.
+    """
+    folder, files = Path(folder), dict.fromkeys([*held, *beside])
+    places = [
+        tuple(path.split("/")[:2]) for path in files if path.count("/") == 2 and path.endswith("/enough.csv")
+    ]
+    first = "/".join(places[0]) if places else ""
+    return {
+        "run": folder.name,
+        "without": list(without),
+        "warnings": warned(folder / "warnings.csv"),
+        "surfaces": of_surfaces(folder, places) if places else None,
+        "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
+        "compared": compared(read(folder, "compare_needed.csv")) if "compare_needed.csv" in files else None,
+        "pairs": of_pairs(read(folder, "pairs/means.csv"), read(folder, "pairs/pairs.csv"))
+        if "pairs/means.csv" in files
+        else None,
+        "ensembles": [
+            (path.split("/")[0], of_ensemble(read(folder, path)))
+            for path in files
+            if path.endswith("/ensemble.csv")
+        ],
+        "main_figure": main_figure(folder, files, first),
+        "galleries": galleries(places, files) + pair_galleries(files),
+        "taken_from": first,
+        "taken": [(f"{first}/{name}", words) for name, words in TAKEN.items() if f"{first}/{name}" in files],
+    }
+
+
+def read(folder, path):
+    """A table of the run; names stay text, "012" too."""
+    table = pd.read_csv(folder / path, dtype=dict.fromkeys([*NAMES, "complex", "bound"], str))
+    return table.fillna({"bound": ""})
+
+
+def of_surfaces(folder, places):
+    """What the page says of the surfaces at `places`, see `numbers`."""
+    tables = {name: read(folder, f"{name}.csv") for name in ("surfaces", "summary", "relation")}
+    for name in ("surfaces", "summary"):
+        tables[name] = tables[name].set_index(NAMES).loc[places].reset_index()
+    enough = pd.concat([read(folder, f"{'/'.join(place)}/enough.csv") for place in places])
+    return numbers(**tables, enough=enough)
+
+
+def main_figure(folder, files, first):
+    """The large figure: that over all surfaces, else that of the first, else what there is."""
+    for path in (
+        "enough.png",
+        f"{first}/figures/enough.png",
+        f"{first}/figures/d_over_grid.png",
+        "pairs/pairs.png",
+    ):
+        if path in files:
+            return {"path": path, "name": Path(path).stem}
+    return None
+
+
+def numbers(surfaces, summary, relation, enough):
+    """What the page says of the surfaces.
+
+    Parameters
+    ----------
+    surfaces, summary, relation : DataFrame
+        surfaces.csv, summary.csv and relation.csv of the run.
+    enough : DataFrame
+        enough.csv of all surfaces.
+
+    Returns
+    -------
+    dict, by the names that the template asks for
+    """
+    readings = readings_in(surfaces, "best_")
+    places = surfaces[NAMES].drop_duplicates().to_numpy().tolist()
+    return {
+        "proteins": surfaces["protein"].drop_duplicates().tolist(),
+        "dots": span(surfaces["N"], "{:,.0f}".format),
+        "roughness": span(surfaces["mean_roughness"]),
+        "n_surfaces": len(surfaces),
+        "enough": enough_card(enough),
+        "d": [d_card(summary, reading, readings[0]) for reading in readings],
+        "readings": readings,
+        "ranges": [
+            ("/".join(place), ranges_rows(summary[(summary[NAMES] == place).all(axis=1)], readings))
+            for place in places[:OF_EACH]
+        ],
+        "over_all": over_all(summary, relation, readings) if len(places) > 1 else [],
+    }
+
+
+def enough_card(enough):
+    """From which share of the dots the surface comes back as well as fresh dots of it; None where that was not asked."""
+    own = enough[(enough["floor"] == FRESH) & (enough["reading"] == RECOVERED)]
+    if own.empty:
+        return None
+    percents, bounds = own["n_S_percent"], set(own.get("bound", ()))
+    return {
+        "bound": bounds.pop() if len(bounds) == 1 else "",
+        "percent": share(percents.median()),
+        "span": span(percents, share),
+        "sampler": own["sampler"].iloc[0],
+        "every_dot": bool((percents >= 100).all()),
+    }
+
+
+def d_card(summary, reading, first):
+    """d of the best combination in the range of n_S where that of the reading `first` is largest, over the surfaces."""
+    best = summary[(summary["reading"] == first) & summary["d_held_out"].notna()]
+    best = best.loc[best.groupby(NAMES)["d_held_out"].idxmax(), [*NAMES, "range"]]
+    own = summary[summary["reading"] == reading].merge(best, on=[*NAMES, "range"])
+    own = own.dropna(subset=["d_held_out"])
+    if own.empty:
+        return {"reading": reading, "d": None}
+    places = [against_zero(*ends) for ends in own[["d_held_out_low", "d_held_out_high"]].to_numpy()]
+    return {
+        "reading": reading,
+        "d": number(own["d_held_out"].median(), 1),
+        "n_S": share(own["n_S_percent"].median()),
+        "n": len(own),
+        "places": {name: places.count(name) for name in ("above", "below", "around", "unknown")},
+    }
+
+
+def ranges_rows(own, readings):
+    """Rows of the table of ranges of one surface: n_S, then combination and d with its interval by reading."""
+    rows = []
+    for _, of_range in own.groupby("range"):
+        by = of_range.set_index("reading")
+        row = [f"{number(by['n_S_low_percent'].iloc[0], 0)} – {number(by['n_S_high_percent'].iloc[0], 0)}"]
+        for reading in readings:
+            one = by.loc[reading]
+            row += [combination(one), interval(*one[["d_held_out", "d_held_out_low", "d_held_out_high"]])]
+        rows.append(row)
+    return rows
+
+
+def over_all(summary, relation, readings):
+    """The same over several surfaces: the combination that is best on average, median d (lowest to highest)."""
+    rows = []
+    for k, of_range in relation.groupby("range"):
+        by = of_range.set_index("reading")
+        row = [f"{number(by['n_S_low_percent'].iloc[0], 0)} – {number(by['n_S_high_percent'].iloc[0], 0)}"]
+        for reading in readings:
+            d = summary[(summary["reading"] == reading) & (summary["range"] == k)]["d_held_out"].dropna()
+            d_text = interval(d.median(), d.min(), d.max()) if len(d) else ""
+            row += [combination(by.loc[reading]), d_text]
+        rows.append(row)
+    return rows
+
+
+def compared(needed):
+    """How many times fewer dots the farthest-point sampler needs than a uniform subset; None where that was not measured."""
+    own = needed[(needed["measure"] == "Z as_written") & (needed["sampler"] == "farthest")]
+    own = own[(own["than"] == "uniform") & (own["use"] == "surface")]
+    if own.empty:
+        return None
+    row = own.loc[(own["percent"] - AT).abs().idxmin()]
+    return {
+        "factor": number(row["factor"], 1),
+        "bound": row["bound"].strip(),
+        "percent": share(row["percent"]),
+    }
+
+
+def of_paper(places):
+    """In how many ranges the published d lies among those of the runs made as published."""
+    own = places[places["binning"] == "half-open"].dropna(subset=["d_lowest"])
+    inside = (own["d_published"] >= own["d_lowest"]) & (own["d_published"] <= own["d_highest"])
+    return {"inside": int(inside.sum()), "rows": len(own), "runs": int(own["n_runs"].max())}
+
+
+def of_pairs(means, table):
+    """How well the maps of all pairs find the interface."""
+    found = {"n": table["complex"].nunique(), "auc": None}
+    own = means[means["score"] == "propensity_smoothed"]
+    if len(own):
+        row = own.iloc[0]
+        found |= {"auc": number(row["mean"]), "place": against_zero(row["low"] - 0.5, row["high"] - 0.5)}
+    return found
+
+
+def of_ensemble(table):
+    """d of one combination over the frames of a trajectory, under the first reading of the table."""
+    d = table[f"d_{readings_in(table, 'd_')[0]}"].dropna()
+    return {"frames": len(table), "d": number(d.mean(), 1), "sd": number(d.std(ddof=1), 1)}
+
+
+def galleries(surfaces, files):
+    """Pictures: heading, pages in words and list of (page, picture, name), of each protein and each surface (the first
+    ones of many).
+
+    Parameters
+    ----------
+    surfaces : list of (protein, conformation)
+    files : iterable of str
+        Paths from the folder of the run that the page may lead to.
+    """
+    found = []
+    for protein in list(dict.fromkeys(protein for protein, _ in surfaces))[:SHOWN]:
+        places = [f"{p}/{c}/" for p, c in surfaces[:SHOWN] if p == protein]
+        for start in [f"{protein}/", *places]:
+            view = f"{start}view.html"
+            items = [(view, "", "view")] * (view in files)
+            items += [(path, path, name) for path, name in pictures(start, files)]
+            led = [(f"{start}{name}.html", name) for name in PAGES if f"{start}{name}.html" in files]
+            found.append((start[:-1], led, items))
+    return [each for each in found if each[2]]
+
+
+def pictures(start, pages):
+    """Figures directly below the folder `start`, with their names."""
+    begin = f"{start}figures/"
+    for path in pages:
+        name = path.removeprefix(begin).removesuffix(".png")
+        if path == f"{begin}{name}.png" and "/" not in name:
+            yield path, name
+
+
+def pair_galleries(files):
+    """The same of pairs."""
+    names = dict.fromkeys(
+        path.split("/")[1] for path in files if path.startswith("pairs/") and path.count("/") > 1
+    )
+    found = []
+    for name in list(names)[:SHOWN]:
+        start = f"pairs/{name}/"
+        shown = [(f"{start}book.png",) * 2 + ("book",), (f"{start}view_1.html", "", "view_1")]
+        shown += [(f"{start}view_2.html", "", "view_2"), (f"{start}thinning.png",) * 2 + ("thinning",)]
+        led = [(f"{start}pair.html", "pair")] * (f"{start}pair.html" in files)
+        found.append((name, led, [each for each in shown if each[0] in files]))
+    return [each for each in found if each[2]]
+
+
+def warned(path):
+    """(place, sentence) of the warnings.csv of a run; none where there is no such file."""
+    if not path.is_file():
+        return []
+    table = pd.read_csv(path, dtype=str).fillna("")
+    places = ["/".join(filter(None, place)) for place in table[NAMES].to_numpy().tolist()]
+    return list(dict.fromkeys(zip(places, table["sentence"], strict=True)))

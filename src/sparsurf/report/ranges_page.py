@@ -1,0 +1,77 @@
+"""The page on one surface's best combinations: of all, and per range of n_S; also as Markdown for the terminal."""
+
+from sparsurf.recovery.readings import READINGS
+from sparsurf.report.numbers import against_zero, combination, interval, number, share
+
+TEMPLATE, TWIN = "ranges.html.j2", "ranges.md.j2"
+REFERENCES = {
+    "empty_patch": "an empty patch",
+    "two_patches": "two different patches",
+    "null_model": "null model: the mean patch in place of every patch",
+}
+
+
+def ranges_page(name, ranges, best, references):
+    """What the templates ask for.
+
+    Parameters
+    ----------
+    name : str, protein/conformation
+    ranges : DataFrame
+        See `tables.ranges_table`.
+    best, references : dict
+        See `tables.best`.
+    """
+    readings = [key for key in READINGS if key in best]
+    given = {key: references[key] for key in REFERENCES} | references.get("floors", {})
+    return {
+        "name": name,
+        "best": {reading: best_of(best[reading]["unrestricted"]) for reading in readings},
+        "under_max": {reading: best_of(best[reading]["under_max_n_S"]) for reading in readings},
+        "max_n_S": f"{best['max_n_S_percent']:g}",
+        "tables": {reading: rows_of(ranges[ranges["reading"] == reading]) for reading in readings},
+        "counts": {reading: counts(ranges[ranges["reading"] == reading]) for reading in readings},
+        "draws": best["draws"],
+        "references": [(REFERENCES.get(key, key), number(z)) for key, z in given.items()],
+    }
+
+
+def best_of(row):
+    """A best combination as text; where there is none, the reason as `answer`."""
+    if "answer" in row:
+        return {"answer": row["answer"]}
+    ends = row["d_held_out_low"], row["d_held_out_high"]
+    return {
+        "combination": combination(row),
+        "n_S": share(row["n_S_percent"]),
+        "d": interval(row["d_held_out"], *ends),
+        "place": against_zero(*ends),
+        "set": int(row["n_best_set"]),
+        "every_dot": row["n_S_percent"] > 99.995,
+    }
+
+
+def counts(rows):
+    """In how many ranges the best combination beats a uniform subset, and loses to it, significantly."""
+    rows = rows.dropna(subset="d_held_out_low")
+    return {
+        "n": len(rows),
+        "above": int((rows["d_held_out_low"] > 0).sum()),
+        "below": int((rows["d_held_out_high"] < 0).sum()),
+    }
+
+
+def rows_of(rows):
+    """One row a range: n_S, combination, its n_S, d with interval, Z_tS, dots of the median patch, confidence set."""
+    return [
+        [
+            f"{number(row['n_S_low_percent'], 1)} – {number(row['n_S_high_percent'], 1)}",
+            combination(row),
+            number(row["n_S_percent"], 1),
+            interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"]),
+            number(row["Z_tS"]),
+            number(row["fragment"], 0),
+            number(row["n_best_set"], 0),
+        ]
+        for _, row in rows.iterrows()
+    ]

@@ -1,0 +1,88 @@
+"""The page on all surfaces of a run, and whether the best parameters follow their mean roughness."""
+
+import math
+
+from sparsurf.patches.readings import TEXT
+from sparsurf.recovery.readings import RECOVERED, readings_in
+from sparsurf.report.numbers import combination, interval, number, share
+from sparsurf.study.enough import PREFIX
+
+TEMPLATE = "summary.html.j2"
+FEWEST = 10  # proteins that a relation takes: with 5 a real one is found in 1 to 3 % of runs
+SIGNIFICANT = 0.05
+
+
+def summary_page(run, surfaces, relation, draws=None):
+    """What the template asks for.
+
+    Parameters
+    ----------
+    run : str
+    surfaces, relation : DataFrame
+        See `summary.surfaces_table` and `summary.relation_table`.
+    draws : int, optional
+        Of each combination.
+    """
+    readings = readings_in(surfaces, "best_")
+    known = relation[relation["p"].notna()]
+    return {
+        "run": run,
+        "readings": readings,
+        "n_surfaces": len(surfaces),
+        "n_proteins": int(surfaces["protein"].nunique()),
+        "fewest": FEWEST,
+        "related": int((known["p"] < SIGNIFICANT).sum()),
+        "rows_tested": len(known),
+        "surfaces": [surface_row(row, readings) for _, row in surfaces.iterrows()],
+        "floors": floor_rows(surfaces),
+        "relations": {
+            reading: relation_rows(relation[relation["reading"] == reading]) for reading in readings
+        },
+        "draws": draws,
+    }
+
+
+def surface_row(row, readings):
+    """One surface: its name, dots, mean roughness, then best combination and d with interval by reading."""
+    cells = [f"{row['protein']}/{row['conformation']}", f"{row['N']:,}", number(row["mean_roughness"], 3)]
+    for reading in readings:
+        ends = (row[f"d_held_out_{end}{reading}"] for end in ("", "low_", "high_"))
+        cells += [row[f"best_{reading}"], interval(*ends)]
+    return cells
+
+
+def floor_rows(surfaces):
+    """One noise floor a row: the share of dots that reaches it, as they are and recovered, median (lowest to highest)."""
+    names = [
+        name.removesuffix(f"_{TEXT}") for name in surfaces if name.startswith(PREFIX) and name.endswith(TEXT)
+    ]
+    return [
+        [
+            name.removeprefix(PREFIX).replace("_", " "),
+            *(_spread(surfaces, f"{name}_{r}") for r in (TEXT, RECOVERED)),
+        ]
+        for name in names
+    ]
+
+
+def _spread(surfaces, column):
+    values = surfaces[column].dropna() if column in surfaces else ()
+    if len(values) < 2:
+        return share(values.iloc[0]) if len(values) else ""
+    return f"{share(values.median())} ({share(values.min())} to {share(values.max())})"
+
+
+def relation_rows(rows):
+    """One range of n_S a row: see the heading in the template."""
+    return [
+        [
+            f"{number(row['n_S_low_percent'], 0)} – {number(row['n_S_high_percent'], 0)}",
+            combination(row),
+            number(row["d"]) + (f" ± {number(row['d_sd'])}" if not math.isnan(row["d_sd"]) else ""),
+            f"{row['n_winners']} of {row['n_surfaces']}",
+            f"{row['n_shared']} of {row['n_surfaces']}",
+            "" if math.isnan(row["p"]) else f"{row['p']:.2g}",
+            interval(row["gain"], row["gain_low"], row["gain_high"]),
+        ]
+        for _, row in rows.iterrows()
+    ]

@@ -1,0 +1,152 @@
+"""Where the places of a site are found again on other surfaces, place by place or as a whole."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from sparsurf import InputError
+from sparsurf.sites.arrangement import best_pose
+from sparsurf.sites.describing import LABELS
+from sparsurf.sites.searching import nearest_places
+from sparsurf.sites.weighing import weighed
+
+SAME = 3.0  # Å; of hits that lie nearer to each other only the best counts
+SAMPLE = 20_000  # places of the targets that tell how far apart unrelated places are
+MOST = 40  # places of a site that are laid on a target; more make it slower, not surer
+LIKELY = 1.0  # score of a match from which on it speaks for a pose
+COLUMNS = ("query", "rank", "target", *LABELS, "x", "y", "z", "score")
+
+
+class Found(NamedTuple):
+    """Hits of a whole site.
+
+    table : DataFrame with COLUMNS and `places`, the number of places of the site that agree
+    poses : list of arrangement.Pose, one for each row
+    """
+
+    table: pd.DataFrame
+    poses: list
+
+
+def find_places(query, targets, n=10, threads=1, learned=None):
+    """The best hits of each place of a query by itself.
+
+    Parameters
+    ----------
+    query : Sites, of the places that are sought
+    targets : list of Sites with the same settings
+    n : int, hits of each place
+    threads : int
+    learned : dict, see `weighing.weighed`
+
+    Returns
+    -------
+    DataFrame with COLUMNS, by query and rank. `score`: standard deviations by which the logarithm of the distance lies below
+    that of unrelated places.
+    """
+    q, every = _weighed(query, targets, learned)
+    middle, spread = _background(q, every)
+    sizes = [len(target) for target in targets]
+    owner = np.repeat(np.arange(len(targets)), sizes)
+    begin = np.concatenate([[0], np.cumsum(sizes)])
+    distance, place = nearest_places(q, every, min(8 * n, len(every)), threads)
+    score = (middle[:, None] - np.log(np.maximum(distance, 1e-6))) / spread[:, None]
+    rows = []
+    for i in range(len(q)):
+        taken = []
+        for k, s in zip(place[i], score[i], strict=True):
+            target = targets[owner[k]]
+            at = target.points[k - begin[owner[k]]]
+            if len(taken) < n and not any(o == owner[k] and np.linalg.norm(at - x) < SAME for o, x in taken):
+                taken.append((owner[k], at))
+                rows.append(_row(i, len(taken), target, k - begin[owner[k]], s))
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def find_site(query, targets, n=10, learned=None):
+    """The best hits of a query as a whole: its places in one arrangement, at most one hit on each target.
+
+    Parameters
+    ----------
+    query, targets, n, learned : as for `find_places`; a query of at least three places
+
+    Returns
+    -------
+    Found; `score`: sum of the scores of places that agree over the number of all places
+
+    Raises
+    ------
+    InputError : fewer than three places
+    """
+    if len(query) < 3:
+        raise InputError(f"the site has {len(query)} places, and an arrangement needs 3; name more residues.")
+    if len(query) > MOST:
+        query = query.take(_spread(query.points, MOST))
+    q, every = _weighed(query, targets, learned)
+    middle, spread = _background(q, every)
+    begin, hits = 0, []
+    for target in targets:
+        own = every[begin : begin + len(target)]
+        begin += len(target)
+        square = (own**2).sum(axis=1) - 2 * q @ own.T + (q**2).sum(axis=1)[:, None]
+        score = (middle[:, None] - 0.5 * np.log(np.maximum(square, 1e-12))) / spread[:, None]
+        arrays = (each.astype(float) for each in (query.points, query.normals, target.points, target.normals))
+        hits.append(best_pose(*arrays, np.maximum(score - LIKELY, 0)))
+    order = sorted(range(len(targets)), key=lambda k: -hits[k].score)[:n]
+    rows = []
+    for rank, k in enumerate(order, 1):
+        pose, target = hits[k], targets[k]
+        centre = query.points.mean(axis=0) @ pose.turn + pose.shift
+        nearest = int(np.argmin(np.linalg.norm(target.points - centre, axis=1)))
+        row = _row(0, rank, target, nearest, pose.score / len(query))
+        rows.append((*row[:6], *centre, *row[9:], int((pose.match >= 0).sum())))
+    return Found(pd.DataFrame(rows, columns=(*COLUMNS, "places")), [hits[k] for k in order])
+
+
+def check_alike(query, targets):
+    """Raise InputError where Sites were not described alike."""
+    for target in targets:
+        lacking = [name for name in query.fields if name not in target.fields]
+        if lacking:
+            raise InputError(
+                f"{target.name} has no {', '.join(lacking)}, which the query has; describe it with it."
+            )
+        for key in ("fields", "percent", "radius", "order"):
+            if target.settings[key] != query.settings[key]:
+                raise InputError(
+                    f"{target.name} was described with {key} {target.settings[key]}, and the query with "
+                    f"{query.settings[key]}; describe both alike."
+                )
+
+
+def _weighed(query, targets, learned):
+    check_alike(query, targets)
+    if not targets:
+        raise InputError("targets: there are none; give one at least.")
+    return (
+        weighed(query.numbers, query.fields, learned),
+        np.concatenate([weighed(target.numbers, target.fields, learned) for target in targets]),
+    )
+
+
+def _background(q, every):
+    """Mean and standard deviation of the logarithm of the distance from each query to unrelated places, (Q,) each."""
+    some = every[:: max(1, len(every) // SAMPLE)]
+    square = (some**2).sum(axis=1) - 2 * q @ some.T + (q**2).sum(axis=1)[:, None]
+    logarithm = 0.5 * np.log(np.maximum(square, 1e-6))
+    return np.median(logarithm, axis=1), np.maximum(logarithm.std(axis=1), 1e-6)
+
+
+def _row(query, rank, target, place, score):
+    labels = target.labels.iloc[place]
+    return (query, rank, target.name, *labels[list(LABELS)], *target.points[place].tolist(), float(score))
+
+
+def _spread(points, n):
+    """Indices of n points that lie far from each other (farthest-point sampling, from the first)."""
+    chosen, gap = [0], np.linalg.norm(points - points[0], axis=1)
+    while len(chosen) < n:
+        chosen.append(int(np.argmax(gap)))
+        gap = np.minimum(gap, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return np.array(chosen)

@@ -1,0 +1,155 @@
+"""Tables of a study: the grid, the best combination per range of n_S, the best of all."""
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.sampling.combination import PARAMETERS, joined, texts_of
+from sparsurf.study.best_set import best_set
+from sparsurf.study.statistics import estimate, held_out, references
+
+
+def grid_table(grid):
+    """One row per combination.
+
+    Parameters
+    ----------
+    grid : grid.Grid
+
+    Returns
+    -------
+    DataFrame: alpha, beta, gamma, delta; n_S (mean of the draws), n_S_percent, n_S_expected (closed form);
+    then for each reading Z_tS, Z_tR and d with standard errors and 95 % intervals, and the median number of dots in
+    the evaluated patches of the sampling and of the uniform subset.
+    """
+    table = pd.DataFrame(grid.combinations, columns=PARAMETERS)
+    table["n_S"] = grid.n_s.mean(axis=1)
+    table["n_S_percent"] = 100 * table["n_S"] / grid.n_dots
+    table["n_S_expected"] = grid.n_s_expected
+    for r, reading in enumerate(grid.readings):
+        values = {"Z_tS": grid.z_ts[r], "Z_tR": grid.z_tr[r], "d": difference(grid, r)}
+        for name, x in values.items():
+            found = estimate(x)
+            table[f"{name}_{reading}"], table[f"{name}_se_{reading}"] = found.mean, found.error
+            table[f"{name}_low_{reading}"], table[f"{name}_high_{reading}"] = found.low, found.high
+        table[f"fragment_{reading}"], table[f"fragment_uniform_{reading}"] = grid.fragment[r]
+    return table
+
+
+def difference(grid, r):
+    """d of every combination, draw and test dot, under reading number r: (K, D, T) float64."""
+    return grid.z_tr[r].astype(np.float64) - grid.z_ts[r]
+
+
+def ranges_table(table, grid, n_ranges=10, floors=None):
+    """The combination with the highest d in each range of n_S, under each reading (paper, Table I).
+
+    Parameters
+    ----------
+    table : DataFrame
+        See `grid_table`.
+    grid : grid.Grid
+        The raw distances of the same combinations.
+    n_ranges : int
+
+    Returns
+    -------
+    DataFrame, one row per reading and range: limits, number of combinations, the winner with its n_S, `d_held_out` with
+    its 95 % interval (`statistics.held_out`: what the selection is worth on test dots and draws that took no part in
+    it), d and its interval (too high, as the winner was chosen by it), Z_tS, Z_tR, fragment, and `best_set`, the
+    combinations among which the truly best one lies with 95 % confidence. The rows share their test dots.
+    A range that no combination falls into has NaN. Every row ends with the references.
+    """
+    percent = table["n_S_percent"].to_numpy()
+    limits = range_limits(percent, n_ranges)
+    member = range_of(percent, limits)
+    rows = []
+    for r, reading in enumerate(grid.readings):
+        d = difference(grid, r)
+        for k in range(n_ranges):
+            inside = np.flatnonzero(member == k)
+            row = {"reading": reading, "n_S_low_percent": limits[k], "n_S_high_percent": limits[k + 1]}
+            rows.append(row | (_winner(table, d, reading, inside) if len(inside) else {"n_combinations": 0}))
+    return with_references(pd.DataFrame(rows), all_references(grid, floors))
+
+
+def all_references(grid, floors=None):
+    """`statistics.references`, and the noise floors (floor -> Z) where they were measured."""
+    return references(grid.z_tot) | ({"floors": floors} if floors else {})
+
+
+def as_references(floors):
+    """floor -> Z of a table of `floors.floors`."""
+    return dict(zip(floors["floor"], floors["Z"].astype(float), strict=True))
+
+
+def with_references(table, sticks):
+    """A table of Z with its references in every row: empty_patch, null_model, and fresh_dots where measured."""
+    table = table.assign(empty_patch=sticks["empty_patch"], null_model=sticks["null_model"])
+    return table.assign(fresh_dots=sticks["floors"]["fresh dots"]) if "floors" in sticks else table
+
+
+def _winner(table, d, reading, inside):
+    """The row of the highest d among the combinations `inside`."""
+    sub = table.iloc[inside]
+    best = int(np.argmax(sub[f"d_{reading}"].to_numpy()))
+    honest = held_out(d[inside])
+    row = {
+        "n_combinations": len(inside),
+        **{p: sub.iloc[best][p] for p in PARAMETERS},
+        "n_S": sub.iloc[best]["n_S"],
+        "n_S_percent": sub.iloc[best]["n_S_percent"],
+        "d_held_out": float(honest.mean),
+        "d_held_out_low": float(honest.low),
+        "d_held_out_high": float(honest.high),
+    }
+    row |= {
+        key: sub.iloc[best][f"{key}_{reading}"]
+        for key in ("d", "d_low", "d_high", "Z_tS", "Z_tR", "fragment")
+    }
+    among = sub[best_set(d[inside])]
+    row["n_best_set"] = len(among)
+    row["best_set"] = joined(texts_of(among))
+    return row
+
+
+def best(table, grid, max_n_s_percent, floors=None):
+    """The best combinations of a surface and the references beside them.
+
+    Returns
+    -------
+    dict: N, draws (of each combination), max_n_S_percent, `references` (see `statistics.references`) and per reading
+    `unrestricted` (highest d at the largest alpha; the paper fixes alpha = 1) and `under_max_n_S` (highest d with n_S
+    at most `max_n_s_percent` % of the dots; `answer` says so where none is that small).
+    """
+    alpha = table["alpha"].max()
+    few = table["n_S_percent"].to_numpy() <= max_n_s_percent
+    out = {"N": grid.n_dots, "draws": grid.n_s.shape[1], "max_n_S_percent": max_n_s_percent}
+    out["references"] = all_references(grid, floors)
+    for r, reading in enumerate(grid.readings):
+        d = difference(grid, r)
+        free = _winner(table, d, reading, np.flatnonzero(table["alpha"] == alpha))
+        if few.any():
+            bounded = _winner(table, d, reading, np.flatnonzero(few))
+        else:
+            least = table["n_S_percent"].min()
+            bounded = {
+                "answer": f"No combination of the grid keeps {max_n_s_percent:g} % of the dots or fewer; "
+                f"the smallest n_S is {least:.2f} %. Add smaller values of alpha or raise tables.max_n_S_percent."
+            }
+        out[reading] = {"unrestricted": free, "under_max_n_S": bounded}
+    return out
+
+
+def range_limits(values, n_ranges):
+    """Limits of equal ranges between the smallest and the largest value: (n_ranges + 1,) float64."""
+    return np.linspace(np.min(values), np.max(values), n_ranges + 1)
+
+
+def range_of(values, limits, closed=True):
+    """Number of the range, from 0, that each value falls into.
+
+    A range holds its lower limit and not its upper one. The largest value belongs to the last range where that is
+    `closed`; else to none, and gets the number of ranges.
+    """
+    place = np.searchsorted(limits, values, side="right") - 1
+    return np.clip(place, 0, len(limits) - 2 if closed else len(limits) - 1)

@@ -1,0 +1,93 @@
+"""Tables of dots, as the authors of the method keep them: a CSV with x, y, z, nx, ny, nz in its header."""
+
+import codecs
+import io
+import re
+
+import numpy as np
+import pandas as pd
+
+from sparsurf import InputError
+from sparsurf.surfaces.formats.format import Format
+from sparsurf.surfaces.surface import is_field, surface_of_columns
+from sparsurf.texts import text_of
+
+DIGITS = "%.4f"  # of the floats of dots that are written: places to 0.00005 Å
+LAST = 10  # lines whose decimals tell how numbers are written
+# Lines before the header that are empty or begin with #, but for a header whose first column does (#,x,y,z or #id,x,y,z).
+REMARKS = re.compile(r"(?:[ \t]*\n|#(?!.*,[ \t]*[zZ][ \t]*[,\n]).*\n)*")
+
+
+def _sniff(head):
+    """Whether the first line, but for remarks, has a comma, or names x, y and z without one."""
+    text = head.removeprefix(codecs.BOM_UTF8).decode("latin-1").replace("\r", "\n")
+    line = text[REMARKS.match(text).end() :].split("\n", 1)[0]
+    return "," in line or {"x", "y", "z"} <= set(re.split(r'[;\s"]+', line.lower()))
+
+
+def read_csv(content, path):
+    """Surface of a table with x, y, z, nx, ny, nz in its header, in any case."""
+    values, fields, lines = _columns(content, path, ["x", "y", "z", "nx", "ny", "nz"])
+    return surface_of_columns({"points": values[:, :3], "normals": values[:, 3:]} | fields, path, lines)
+
+
+def read_places(content, path):
+    """(T, 3) places of a table with x, y, z in its header, in any case; in its order, also those that occur twice."""
+    places, _, lines = _columns(content, path, ["x", "y", "z"])
+    wrong = np.flatnonzero(~np.isfinite(places).all(axis=1))
+    if len(wrong):
+        raise InputError(f"{path}: line {lines[wrong[0]]} has no three numbers x, y and z: repair it.")
+    if len(places) == 0:
+        raise InputError(f"{path} holds no places.")
+    return np.ascontiguousarray(places)
+
+
+def _columns(content, path, names):
+    """(N, names) float64 of a table, NaN where there is no number; its fields, (N,) by name; the line of each row."""
+    text = text_of(content, path)
+    before = text[: REMARKS.match(text).end()].count("\n")
+    text = text[REMARKS.match(text).end() :]
+    lines = [number for number, line in enumerate(text.split("\n"), before + 1) if line.strip(" ")][1:]
+    if "," not in text.split("\n", 1)[0]:
+        raise InputError(
+            f"{path} has no commas in its header: put commas between columns, and points into numbers."
+        )
+    try:
+        table = pd.read_csv(io.StringIO(text), skipinitialspace=True)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
+        reason = (
+            f"line {before + int(found[2])} has {found[3]} values, not {found[1]}"
+            if found
+            else "it is damaged"
+        )
+        raise InputError(f"{path} is not a table of dots: {reason}; repair it.") from None
+    if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first values for names of the rows
+        raise InputError(
+            f"{path}: its rows have more values than its header has names; name every column, and end no row with a comma."
+        )
+    # numpy's savetxt names the first column "# x"
+    given = [str(name).removeprefix("# ").strip() for name in table.columns]
+    table.columns = [name.lower() for name in given]
+    wrong = [name for name in names if list(table.columns).count(name) != 1]
+    if wrong:
+        raise InputError(f"{path} needs one column {wrong[0]}; its header must name {', '.join(names)}.")
+    numbers = [k for k in range(len(given)) if pd.api.types.is_numeric_dtype(table.dtypes.iloc[k])]
+    fields = {given[k]: table.iloc[:, k].to_numpy(float) for k in numbers if is_field(table.columns[k])}
+    values = table[names].apply(pd.to_numeric, errors="coerce").to_numpy(float)
+    lines = (
+        lines if len(lines) == len(values) else range(1, len(values) + 1)
+    )  # a quoted cell of several lines
+    if not text.endswith("\n") and _ends_within_a_number(text):
+        raise InputError(f"{path} is cut short: line {lines[-1]} ends within a number; copy it again.")
+    return values, fields, lines
+
+
+def _ends_within_a_number(text):
+    """Whether the last number has fewer decimals than that of all of the lines before it, which have as many."""
+    ends = [line.rpartition(",")[2].strip() for line in text.rstrip().split("\n")[-LAST:]]
+    decimals = [len(end.partition(".")[2]) for end in ends]
+    return len(ends) == LAST and len(set(decimals[:-1])) == 1 and decimals[-1] < decimals[0]
+
+
+FORMAT = Format("CSV", (".csv",), _sniff, read_csv)

@@ -1,0 +1,137 @@
+"""DMS files: what UCSF's program DMS writes with its option -n; and that program, where it is installed."""
+
+import re
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.surfaces.formats.format import Format
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, DENSITY, SADDLE, surface_of_columns
+from sparsurf.texts import read_bytes, short, text_of
+
+KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
+DOT_TYPE = re.compile(r"\s(SC|SS|SR)\d*(?=\s)")
+TYPES = np.array(["SC0", "SS0", "SR0"])
+
+
+def _sniff(head):
+    """Whether a line holds an atom or a dot."""
+    text = head.decode("latin-1")
+    return bool(DOT_TYPE.search(text) or re.search(r"\d A\s*$", text, re.M))
+
+
+def read_dms(content, path):
+    """Surface of a DMS file, read from the type of the dot both ways, since the columns before it shift.
+
+    `atom` counts the atoms of the file.
+    """
+    rows, kinds, atoms, lines, atom = [], [], [], [], -1
+    text = text_of(content, path)
+    for number, line in enumerate(text.split("\n"), 1):
+        found = list(DOT_TYPE.finditer(line))
+        if not found:
+            atom += line.rstrip().endswith(" A")
+            continue
+        head, rest = line[: found[-1].start()], line[found[-1].end() :].split()
+        if len(rest) == 1:
+            raise InputError(f"{path} has no normals: run dms again with the option -n.")
+        row = _floats(head.split()[-3:] + rest)
+        if row is None:  # long numbers touch each other: by columns then
+            x = head[-27:-18] if head[-27:-26] == "-" else head[-26:-18]
+            row = _floats([x, head[-18:-9], head[-9:], *rest])
+        if row is None or len(row) != 7:
+            line = short(repr(line.strip()))
+            raise InputError(f"{path}: line {number} is no dot with its area and normal: {line}; repair it.")
+        rows.append(row)
+        kinds.append(KINDS[found[-1].group(1)])
+        atoms.append(atom)
+        lines.append(number)
+    if line.strip() and not found and not line.rstrip().endswith(" A"):  # behind the last end of a line
+        raise InputError(f"{path} is cut short: line {number} is no whole dot or atom; copy it again.")
+    table = np.array(rows, dtype=float).reshape(-1, 7)
+    points, area, normals = table[:, :3], table[:, 3], table[:, 4:]
+    columns = {"points": points, "normals": normals, "area": area, "kind": kinds, "atom": atoms}
+    return surface_of_columns(columns, path, lines)
+
+
+def _floats(words):
+    """The numbers, or None where one is none."""
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        return None
+
+
+def write_dms(path, surface, residue_names, residue_labels, atom_names, xyz):
+    """Write a DMS file with normals, each atom followed by its dots.
+
+    Parameters
+    ----------
+    path : file to write
+    surface : Surface of known atoms and kinds
+    residue_names, residue_labels, atom_names : (A,) str; a label is a number, with a chain letter or not
+    xyz : (A, 3), Å
+
+    Raises
+    ------
+    InputError : dots without atom or kind
+    """
+    if surface.atom.min() < 0 or surface.kind.min() < 0 or surface.atom.max() >= len(xyz):
+        raise InputError("surface: a DMS file needs the atom and the kind of every dot.")
+    # Labels with a letter shift the columns by one, as in DMS's own files; so do long numbers, not to touch.
+    shifted = any(str(label)[-1:].isalpha() for label in residue_labels) or np.abs(xyz).max() >= 99.9
+    width = 9 if shifted else 8
+    by_atom = np.argsort(surface.atom, kind="stable")
+    first = np.searchsorted(surface.atom[by_atom], np.arange(len(xyz) + 1))
+    lines = []
+    for i, labels in enumerate(zip(residue_names, residue_labels, atom_names, strict=True)):
+        residue, label, atom = labels
+        head = f"{residue:<3s}{label:>5s}{atom:>5s}"
+        x, y, z = xyz[i]
+        lines.append(f"{head}{x:{width}.3f}{y:9.3f}{z:9.3f} A\n")
+        for n in by_atom[first[i] : first[i + 1]]:
+            (x, y, z), (u, v, w), area = surface.points[n], surface.normals[n], np.nan_to_num(surface.area[n])
+            place = f"{x:{width}.3f}{y:9.3f}{z:9.3f}"
+            lines.append(f"{head}{place} {TYPES[surface.kind[n]]} {area:6.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n")
+    with open(path, "wb") as stream:
+        stream.write("".join(lines).encode("ascii", "replace"))
+
+
+def surface_by_dms_program(path_to_pdb, probe=1.4, density=DENSITY, program="dms"):
+    """Surface by UCSF's program DMS, if there is one.
+
+    Parameters
+    ----------
+    path_to_pdb : PDB file of one model, all of whose atoms are used
+    probe : Å
+    density : dots per Å^2, as for `molecular_surface`
+    program : name looked up on the PATH
+
+    Returns
+    -------
+    Surface; `atom` counts the atoms of the PDB file
+
+    Raises
+    ------
+    InputError : no such program, or it fails
+    """
+    executable = shutil.which(program)
+    if executable is None:
+        raise InputError(f"surface.method dms needs the program {program} on the PATH; else use analytic.")
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(path_to_pdb, Path(folder, "in.pdb"))
+        command = [executable, "in.pdb", "-a", "-n", "-d", f"{density / DENSITY:.6g}"]
+        command += ["-w", f"{probe:.6g}", "-o", "out.dms"]
+        run = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
+        output = Path(folder, "out.dms")
+        if run.returncode != 0 or not output.is_file():
+            reason = (run.stderr.strip().splitlines() or [f"exit status {run.returncode}"])[-1]
+            raise InputError(f"{program} made no surface of {path_to_pdb}: {reason}")
+        return read_dms(read_bytes(output), path_to_pdb)
+
+
+FORMAT = Format("DMS", (".dms",), _sniff, read_dms, write_dms)

@@ -1,0 +1,225 @@
+"""PLY files: a mesh whose vertices are the dots, with values and colours for viewers; of any program's the vertices are read."""
+
+import codecs
+import logging
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.surfaces.formats.format import Format
+from sparsurf.surfaces.surface import is_field, surface_of_columns
+
+log = logging.getLogger("sparsurf")
+
+KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
+AXES, CHANNELS = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
+GREY = np.array([160, 160, 160], np.uint8)
+FLAT = 1e-9  # Å, Å^2 or Å^3, below which there is no extent
+DOUBTFUL = 2.0  # of 4: how far the four normals may agree on the side of a tetrahedron that is in doubt
+ROUNDS = 50  # of changes of sides; 5 to 7 are enough for proteins
+MANY_DOTS = 500_000  # beyond which the triangles would take minutes
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}  # of the bytes of a number
+TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
+TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint") for size in (1, 2, 4)}
+TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
+
+
+def write_ply(
+    path, surface, values=None, name="roughness", columns=None, mesh=True, faces=None, binary=False
+):
+    """Write a PLY mesh whose vertices are the dots, in their order, as text or binary.
+
+    Parameters
+    ----------
+    path : file to write
+    surface : Surface
+    values : (N,), shown as colours (viridis from the smallest to the largest, grey for NaN) and as a
+        property; without them the colours tell contact (blue), saddle (orange) and concave (green) dots
+    name : of that property
+    columns : further properties, name -> (N,); like `values` written as int where they hold integers, else as float
+    mesh : whether triangles between the dots are written, which takes seconds on 20 thousand dots
+    faces : (F, 3) triangles between the dots where they are known
+    binary : whether numbers are written as bytes, which is faster to read and half as long
+
+    Raises
+    ------
+    InputError : values of another length
+    """
+    properties = dict(columns or {}) if values is None else {name: values, **(columns or {})}
+    whole = [key for key, column in properties.items() if np.asarray(column).dtype.kind in "iu"]
+    properties = {key: np.asarray(column, float) for key, column in properties.items()}
+    for key, column in properties.items():
+        if len(column) != len(surface):
+            raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
+    if faces is None:
+        few = len(surface) <= MANY_DOTS
+        if mesh and not few:
+            log.warning("%d dots are too many for triangles between them: the PLY has none", len(surface))
+        faces = triangles(surface) if mesh and few else np.empty((0, 3), int)
+    colours = KIND_COLOURS[surface.kind] if values is None else viridis(values)
+    table = {
+        axis: column
+        for axis, column in zip(AXES, np.hstack([surface.points, surface.normals]).T, strict=True)
+    }
+    table |= dict(zip(CHANNELS, colours.T, strict=True)) | properties
+    header = [
+        "ply",
+        f"format {'binary_little_endian' if binary else 'ascii'} 1.0",
+        f"element vertex {len(surface)}",
+    ]
+    types = dict.fromkeys(CHANNELS, "uchar") | dict.fromkeys(whole, "int")
+    header += [f"property {types.get(key, 'float')} {key}" for key in table]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    if binary:
+        _write_bytes(path, header, table, types, faces)
+        return
+    last = ["%d" if key in whole else "%.6g" for key in properties]
+    row = " ".join(["%.4f"] * len(AXES) + ["%d"] * len(CHANNELS) + last)
+    with open(path, "w", encoding="ascii", newline="\n") as stream:
+        stream.write("\n".join(header) + "\n")
+        stream.writelines(
+            f"{row % each}\n" for each in zip(*map(np.ndarray.tolist, table.values()), strict=True)
+        )
+        stream.writelines(f"3 {a} {b} {c}\n" for a, b, c in faces.tolist())
+
+
+def _write_bytes(path, header, table, types, faces):
+    """Write the columns of the vertices and the triangles behind the lines of a header."""
+    kinds = {"uchar": "u1", "int": "<i4"}
+    rows = np.empty(
+        len(next(iter(table.values()))), [(key, kinds.get(types.get(key), "<f4")) for key in table]
+    )
+    for key, column in table.items():
+        rows[key] = column
+    corners = np.empty(len(faces), [("n", "u1"), ("corners", "<i4", 3)])
+    corners["n"], corners["corners"] = 3, faces
+    with open(path, "wb") as stream:
+        stream.write(("\n".join(header) + "\n").encode() + rows.tobytes() + corners.tobytes())
+
+
+def viridis(values):
+    """(N, 3) uint8 colours; evenly bright and safe for the colour-blind."""
+    # here: dots without values need no colours, and a third of a second less
+    from matplotlib import colormaps
+
+    values = np.asarray(values, dtype=float)
+    known = np.isfinite(values)
+    low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
+    scaled = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
+    colours = colormaps["viridis"](np.where(known, scaled, 0), bytes=True)[:, :3]
+    return np.where(known[:, None], colours, GREY)
+
+
+def triangles(surface):
+    """Triangles between dots, (M, 3), counterclockwise seen from outside: the boundary of what lies inside.
+
+    The dots' Delaunay tetrahedra lie inside or outside the molecule; the normals tell which. Their common boundary is
+    closed whatever they tell. A triangle may be missing its dot where dots crowd (DMS's own inside other probes).
+    """
+    from scipy.spatial import Delaunay, QhullError
+
+    try:
+        cells = Delaunay(surface.points)
+    except (QhullError, ValueError):  # fewer than five dots, or all in one plane
+        return np.empty((0, 3), int)
+    inside, neighbours = _inside(surface, cells), cells.neighbors
+    faces = []
+    for corner in range(4):
+        outward = inside & ~np.append(inside, False)[neighbours[:, corner]]  # -1, no neighbour, is outside
+        face, apex = np.delete(cells.simplices[outward], corner, axis=1), cells.simplices[outward, corner]
+        a, b, c = (surface.points[face[:, k]] for k in range(3))
+        clockwise = (np.cross(b - a, c - a) * (surface.points[apex] - a)).sum(axis=1) > 0
+        faces.append(np.where(clockwise[:, None], face[:, ::-1], face))
+    return np.concatenate(faces)
+
+
+def _inside(surface, cells):
+    """(T,) bool: tetrahedra inside the molecule.
+
+    The centre of the ball through the four dots lies behind them, against their normals, if the tetrahedron is inside,
+    which is plain for all but the flat ones between dots side by side. Those change sides while that makes the
+    boundary smaller.
+    """
+    corners = cells.simplices
+    start, normals = surface.points[corners[:, 0]], surface.normals
+    edges = surface.points[corners[:, 1:]] - start[:, None]
+    solid = np.abs(np.linalg.det(edges)) > FLAT
+    centre = start.copy()
+    centre[solid] += np.linalg.solve(edges[solid], (edges[solid] ** 2).sum(axis=2)[..., None] / 2)[..., 0]
+    towards = np.zeros(len(corners))
+    for corner in range(4):
+        ray = centre - surface.points[corners[:, corner]]
+        ray /= np.maximum(np.linalg.norm(ray, axis=1), FLAT)[:, None]
+        towards += (ray * normals[corners[:, corner]]).sum(axis=1)
+    towards[~solid] = 0.0
+    inside, doubtful = towards < 0, np.abs(towards) < DOUBTFUL
+    area = np.stack([_areas(surface.points[np.delete(corners, each, axis=1)]) for each in range(4)], axis=1)
+    for _ in range(ROUNDS):
+        differs = np.append(inside, False)[cells.neighbors] != inside[:, None]
+        gain = np.where(doubtful, np.where(differs, area, -area).sum(axis=1), 0.0)
+        best = gain >= np.append(gain, 0.0)[cells.neighbors].max(axis=1)  # no two neighbours at once
+        change = best & (gain > FLAT)
+        if not change.any():
+            break
+        inside ^= change
+    return inside
+
+
+def _areas(corners):
+    """Areas of triangles (T, 3, 3)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def read_ply(content, path):
+    """Surface of the vertices of a PLY file, text or binary, with their normals; triangles are passed over.
+
+    Source of the format: G. Turk, The PLY polygon file format (1994).
+    """
+    head, _, rest = content.partition(b"end_header")
+    order, n, properties = _header(head.decode("latin-1"), path)
+    names = [name for _, name in properties]
+    wrong = [axis for axis in AXES if names.count(axis) != 1]
+    if wrong:
+        raise InputError(
+            f"{path} needs one {wrong[0]} of every vertex; its vertices must have x, y, z, nx, ny, nz."
+        )
+    try:
+        if order:
+            types = np.dtype([(str(k), order + kind) for k, (kind, _) in enumerate(properties)])
+            table = np.frombuffer(rest[rest.index(b"\n") + 1 :], types, n)
+            columns = [table[key].astype(float) for key in types.names]
+        else:
+            words = rest.split(None, n * len(names))[: n * len(names)]
+            columns = np.array(words, float).reshape(n, len(names)).T
+    except ValueError:
+        raise InputError(f"{path} is cut short or damaged: its {n} vertices cannot be read.") from None
+    x, y, z, u, v, w = (columns[names.index(axis)] for axis in AXES)
+    fields = {name: column for name, column in zip(names, columns, strict=True) if is_field(name)}
+    return surface_of_columns(
+        fields | {"points": np.column_stack([x, y, z]), "normals": np.column_stack([u, v, w])}, path
+    )
+
+
+def _header(text, path):
+    """Order of the bytes (none: text), number of vertices, and the type and name of each of their properties."""
+    order, elements = None, []
+    for words in (line.split() for line in text.splitlines()):
+        if words[:1] == ["format"] and words[1:2] and words[1] in ORDERS:
+            order = ORDERS[words[1]]
+        elif words[:1] == ["element"] and len(words) == 3 and words[2].isdecimal() and len(words[2]) < 13:
+            elements.append((words[1], int(words[2]), []))
+        elif words[:1] == ["property"] and len(words) > 2 and elements:
+            elements[-1][2].append((TYPES.get(words[1]), words[-1]))
+    if order is None or not elements or elements[0][0] != "vertex" or None in dict(elements[0][2]):
+        raise InputError(
+            f"{path} is no PLY file that can be read: its vertices must come first, without lists."
+        )
+    return order, *elements[0][1:]
+
+
+def _sniff(head):
+    return head.removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"ply")
+
+
+FORMAT = Format("PLY", (".ply",), _sniff, read_ply, write_ply)

@@ -1,0 +1,286 @@
+"""Where a probe sphere that rolls over the atoms can stand (Connolly, J. Appl. Cryst. 16:548, 1983).
+
+The centre of a probe that touches atom k lies on the sphere of radius `reach[k]` = r_k + r_p around it,
+and is *accessible* when it lies inside no other such sphere. The accessible centres form patches of those
+spheres (probe touches one atom), arcs (two atoms) and single points, the fixed probes (three atoms); each
+gives one kind of dots, placed by `placing_dots`. Lengths in Å, angles in rad.
+
+Frame of an arc between atoms i < j: unit axis u from i to j, e1 = u x y, e2 = e1 x u; a centre is
+t + r (cos phi e1 + sin phi e2). On the probe, theta is measured in the plane of probe and axis from the
+direction towards the axis, positive towards j.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from sparsurf.surfaces.vectors import (
+    Cells,
+    along,
+    apart2,
+    cells_of,
+    column,
+    cross,
+    dot,
+    grown,
+    minus,
+    part,
+    point,
+)
+
+# Columns of a row of `arcs`.
+T, E1, E2, U, RADIUS, PHI_0, PHI_1, THETA_I, THETA_J = 0, 3, 6, 9, 12, 13, 14, 15, 16
+ARC_WIDTH = 17
+
+
+class Atoms(NamedTuple):
+    """Spheres of probe centres and, nearest first, which of them overlap."""
+
+    centre: np.ndarray  # (A, 3) float64
+    reach: np.ndarray  # (A,) float64, atom + probe radius
+    start: np.ndarray  # (A + 1,) int64, the neighbours of i are near[start[i]:start[i + 1]]
+    near: np.ndarray  # (M,) int32
+
+
+class Rolling(NamedTuple):
+    """All places where the probe touches at least two atoms."""
+
+    atoms: Atoms
+    cells: Cells  # of the atoms
+    arcs: np.ndarray  # (B, 17) float64, columns above
+    pair: np.ndarray  # (B, 2) int64, i < j, ascending i
+    first_arc: np.ndarray  # (A + 1,) int64, arcs whose lower atom is i: first_arc[i]:first_arc[i + 1]
+    probes: np.ndarray  # (P, 3) float64, centres of the fixed probes
+    triple: np.ndarray  # (P, 3) int64, i < j < k
+
+
+def roll(centre, reach):
+    """Find the arcs and the fixed probes.
+
+    Parameters
+    ----------
+    centre : (A, 3) float64, centres of distinct atoms in general position, Å
+    reach : (A,) float64, atom + probe radius, Å
+
+    Returns
+    -------
+    Rolling; fixed probes are ordered by i, then by the distances i-j and i-k, then by side.
+    """
+    cells = cells_of(centre, 2 * reach.max())
+    atoms = Atoms(centre, reach, *_overlaps(centre, reach, cells))
+    arcs, pair, probes, found = _arcs(atoms)
+    by_place = np.lexsort(found[:, 3::-1].T)
+    first_arc = np.searchsorted(pair[:, 0], np.arange(len(centre) + 1))
+    triple = np.column_stack([found[:, 0], found[:, 4:]])[by_place]
+    return Rolling(atoms, cells, arcs, pair, first_arc, probes[by_place], triple)
+
+
+@njit(cache=True, nogil=True)
+def _overlaps(centre, reach, cells):
+    """Neighbour lists of `Atoms`."""
+    n = len(centre)
+    start = np.zeros(n + 1, np.int64)
+    near, total = np.empty((64 * n, 1), np.int32), 0
+    distance = np.empty((256, 1))
+    for i in range(n):
+        m = 0
+        for c in range(9):
+            slot, last = column(cells, point(centre, i), c)
+            while slot < n and cells.key[slot] <= last:
+                k = cells.order[slot]
+                slot += 1
+                d2 = apart2(point(centre, k), point(centre, i))
+                if k == i or d2 >= (reach[i] + reach[k]) ** 2:
+                    continue
+                if total + m == len(near):
+                    near = grown(near)
+                if m == len(distance):
+                    distance = grown(distance)
+                p = m
+                while p > 0 and distance[p - 1, 0] > d2:
+                    distance[p, 0], near[total + p, 0] = distance[p - 1, 0], near[total + p - 1, 0]
+                    p -= 1
+                distance[p, 0], near[total + p, 0] = d2, k
+                m += 1
+        total += m
+        start[i + 1] = total
+    return start, near[:total, 0].copy()
+
+
+@njit(cache=True, nogil=True)
+def blocker(place, i, atoms, guess):
+    """A neighbour of i whose sphere holds the place, tried from `guess`; -1 when there is none."""
+    if guess >= 0 and apart2(point(atoms.centre, guess), place) < atoms.reach[guess] ** 2:
+        return guess
+    for slot in range(atoms.start[i], atoms.start[i + 1]):
+        k = atoms.near[slot]
+        if apart2(point(atoms.centre, k), place) < atoms.reach[k] ** 2:
+            return k
+    return -1
+
+
+@njit(cache=True, nogil=True)
+def _circle(centre, reach, i, j, row):
+    """Write the circle of centres that touch i and j into a row of `arcs`; False when there is none."""
+    u = minus(point(centre, j), point(centre, i))
+    d = math.sqrt(dot(u, u))
+    height = (d * d + reach[i] ** 2 - reach[j] ** 2) / (2 * d)
+    r2 = reach[i] ** 2 - height * height
+    if d <= abs(reach[i] - reach[j]) or r2 <= 0.0:
+        return False
+    u = (u[0] / d, u[1] / d, u[2] / d)
+    flat = math.hypot(u[0], u[2])
+    e1 = (-u[2] / flat, 0.0, u[0] / flat) if flat > 0 else (1.0, 0.0, 0.0)
+    t, e2 = along(point(centre, i), height, u), cross(e1, u)
+    for a in range(3):
+        row[T + a], row[E1 + a], row[E2 + a], row[U + a] = t[a], e1[a], e2[a], u[a]
+    row[RADIUS] = math.sqrt(r2)
+    row[THETA_I], row[THETA_J] = math.atan2(-height, row[RADIUS]), math.atan2(d - height, row[RADIUS])
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _cutters(row, i, j, atoms, cutter):
+    """Neighbours of i that cut a circle, by place in the list; -1 when one of them holds all of it.
+
+    Most circles lie inside one sphere: this is seen here without angles.
+    """
+    n, t, u, radius = 0, part(row, T), part(row, U), row[RADIUS]
+    for slot in range(atoms.start[i], atoms.start[i + 1]):
+        k = atoms.near[slot]
+        if k == j:
+            continue
+        w = minus(point(atoms.centre, k), t)
+        w2 = dot(w, w)
+        depth = radius * radius + w2 - atoms.reach[k] ** 2
+        if depth * depth < 4 * radius * radius * (w2 - dot(w, u) ** 2):
+            cutter[n] = slot
+            n += 1
+        elif depth < 0:
+            return -1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _widest(start):
+    """Length of the longest neighbour list."""
+    widest = 1
+    for i in range(len(start) - 1):
+        widest = max(widest, start[i + 1] - start[i])
+    return widest
+
+
+@njit(cache=True, nogil=True)
+def cutting(atoms):
+    """Atoms without those neighbours whose circle lies inside a third sphere.
+
+    DMS tests contact dots against these alone, so that on some buried atoms (6 of 953 in A1) dots survive
+    that no probe can touch.
+    """
+    start, near, total = np.zeros(len(atoms.start), np.int64), np.empty(len(atoms.near), np.int32), 0
+    cutter, row = np.empty(_widest(atoms.start), np.int64), np.empty(ARC_WIDTH)
+    for i in range(len(atoms.centre)):
+        for slot in range(atoms.start[i], atoms.start[i + 1]):
+            j = atoms.near[slot]
+            if not _circle(atoms.centre, atoms.reach, i, j, row) or _cutters(row, i, j, atoms, cutter) >= 0:
+                near[total] = j
+                total += 1
+        start[i + 1] = total
+    return Atoms(atoms.centre, atoms.reach, start, near[:total].copy())
+
+
+@njit(cache=True, nogil=True)
+def _free_parts(row, atoms, cutter, n, parts, other):
+    """Cut what n spheres cover out of a circle.
+
+    `parts` and `other` are scratch of at least n + 1 rows. Returns the rows that are left: low and high phi,
+    and the cutters (places in the neighbour list) that end there.
+    """
+    m = 0
+    for c in range(n):
+        k = atoms.near[cutter[c]]
+        w = minus(point(atoms.centre, k), part(row, T))
+        p1, p2 = dot(w, part(row, E1)), dot(w, part(row, E2))
+        depth = row[RADIUS] ** 2 + dot(w, w) - atoms.reach[k] ** 2
+        half = math.acos(max(-1.0, min(1.0, depth / (2 * row[RADIUS] * math.hypot(p1, p2)))))
+        begin = math.atan2(p2, p1) - half
+        if c == 0:
+            parts[0, 0], parts[0, 1] = begin + 2 * half, begin + 2 * math.pi
+            parts[0, 2], parts[0, 3], m = cutter[0], cutter[0], 1
+            continue
+        left = 0
+        for p in range(m):
+            low, high = parts[p, 0], parts[p, 1]
+            # The covered interval that begins next after low; the one before it may reach into the part.
+            begin += 2 * math.pi * math.ceil((low - begin) / (2 * math.pi))
+            end = begin + 2 * half
+            new_low, new_high = max(low, end - 2 * math.pi), min(high, begin)
+            if new_high > new_low:
+                other[left, 0], other[left, 1] = new_low, new_high
+                other[left, 2] = parts[p, 2] if new_low == low else cutter[c]
+                other[left, 3] = parts[p, 3] if new_high == high else cutter[c]
+                left += 1
+            if end < high:
+                other[left, 0], other[left, 1] = end, high
+                other[left, 2], other[left, 3] = cutter[c], parts[p, 3]
+                left += 1
+        parts, other, m = other, parts, left
+        if m == 0:
+            break
+    return parts[:m]
+
+
+@njit(cache=True, nogil=True)
+def _arcs(atoms):
+    """Free parts of all circles, and the fixed probes at their ends.
+
+    Returns arcs, pair, probes and, for each probe, i, the places of j and k among the neighbours of i, the
+    side of the plane i j k, j, k.
+    """
+    start, near = atoms.start, atoms.near
+    arcs, pair, n_arcs = np.empty((64, ARC_WIDTH)), np.empty((64, 2), np.int64), 0
+    probes, found, n_probes = np.empty((64, 3)), np.empty((64, 6), np.int64), 0
+    widest = _widest(start)
+    cutter, scratch = np.empty(widest, np.int64), np.empty((2, widest + 1, 4))
+    whole, row = np.array([[0.0, 2 * math.pi, -1.0, -1.0]]), np.empty(ARC_WIDTH)
+    for i in range(len(start) - 1):
+        for slot_j in range(start[i], start[i + 1]):
+            j = near[slot_j]
+            if j < i or not _circle(atoms.centre, atoms.reach, i, j, row):
+                continue
+            n = _cutters(row, i, j, atoms, cutter)
+            if n < 0:
+                continue
+            parts = _free_parts(row, atoms, cutter, n, scratch[0], scratch[1]) if n > 0 else whole
+            # In the order of their beginnings from phi = 0.
+            first = 0
+            for p in range(len(parts)):
+                shift = 2 * math.pi * math.floor(parts[p, 0] / (2 * math.pi))
+                parts[p, 0], parts[p, 1] = parts[p, 0] - shift, parts[p, 1] - shift
+                first = p if parts[p, 0] < parts[first, 0] else first
+            for turn in range(len(parts)):
+                p = (first + turn) % len(parts)
+                if n_arcs == len(arcs):
+                    arcs, pair = grown(arcs), grown(pair)
+                for c in range(ARC_WIDTH):  # one by one: numba takes seconds to compile a row set from a row
+                    arcs[n_arcs, c] = row[c]
+                arcs[n_arcs, PHI_0], arcs[n_arcs, PHI_1] = parts[p, 0], parts[p, 1]
+                pair[n_arcs, 0], pair[n_arcs, 1] = i, j
+                n_arcs += 1
+                for end in range(2):
+                    phi, slot_k = parts[p, end], int(parts[p, 2 + end])
+                    if slot_k < 0 or near[slot_k] < j:
+                        continue
+                    if n_probes == len(probes):
+                        probes, found = grown(probes), grown(found)
+                    c = along(part(row, T), row[RADIUS] * math.cos(phi), part(row, E1))
+                    c = along(c, row[RADIUS] * math.sin(phi), part(row, E2))
+                    to_k = minus(point(atoms.centre, near[slot_k]), part(row, T))
+                    side = int(dot(cross(part(row, U), to_k), minus(c, part(row, T))) > 0)
+                    probes[n_probes, 0], probes[n_probes, 1], probes[n_probes, 2] = c
+                    found[n_probes, 0], found[n_probes, 1], found[n_probes, 2] = i, slot_j, slot_k
+                    found[n_probes, 3], found[n_probes, 4], found[n_probes, 5] = side, j, near[slot_k]
+                    n_probes += 1
+    return arcs[:n_arcs], pair[:n_arcs], probes[:n_probes], found[:n_probes]

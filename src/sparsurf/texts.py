@@ -1,0 +1,69 @@
+"""Files that a user gives, packed or not, in memory: within a limit, so that no file fills it."""
+
+import codecs
+import gzip
+import os
+import zlib
+from pathlib import Path
+
+from sparsurf import InputError
+
+MOST_BYTES = 2**30  # unpacked; the largest structures of the PDB have half of it
+LONGEST = 200  # characters of a text that a message quotes whole
+
+
+def short(text):
+    """A text as a message quotes it: cut in the middle where it is longer than LONGEST characters."""
+    text = str(text)
+    return text if len(text) <= LONGEST else f"{text[:100]}...{text[-60:]} ({len(text)} characters)"
+
+
+def counted(number, noun):
+    """'1 residue', '2 residues'."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def as_path(given):
+    """A Path of a string or a path; raises InputError for anything else."""
+    if not isinstance(given, str | os.PathLike):
+        raise InputError(f"a path is a string or a Path, not {type(given).__name__}: name the file.")
+    return Path(given)
+
+
+def read_bytes(path):
+    """Bytes of a file, unpacked if its name ends in .gz."""
+    path = as_path(path)
+    name = short(path)
+    try:
+        with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        raise InputError(f"{name} does not exist: check the path.") from None
+    except gzip.BadGzipFile as error:
+        if "Not a gzipped file" in str(error) and not _begins_as_gzip(path):
+            raise InputError(f"{name} is named .gz but is not gzip: rename or compress it.") from None
+        raise InputError(f"{name} is damaged inside its gzip: copy it again.") from None
+    except (EOFError, zlib.error):
+        raise InputError(f"{name} is cut short or damaged inside its gzip: copy it again.") from None
+    except (OSError, ValueError) as error:  # a name with a byte of zero is a ValueError
+        raise InputError(f"{name} cannot be read: {getattr(error, 'strerror', None) or error}.") from None
+    if len(content) > MOST_BYTES:
+        raise InputError(f"{name} holds more than {MOST_BYTES // 2**20} MB (unpacked): give a smaller file.")
+    return content
+
+
+def _begins_as_gzip(path):
+    with path.open("rb") as stream:
+        return stream.read(2) == b"\x1f\x8b"
+
+
+def text_of(content, path):
+    """Text of the bytes of a file: Latin-1 without a byte-order mark, lines end in '\\n'; `path` is named in messages."""
+    if b"\0" in content:
+        raise InputError(f"{path} is damaged or no text file: it contains bytes of zero; copy it again.")
+    return content.removeprefix(codecs.BOM_UTF8).decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_text(path):
+    """Text of a file, see `read_bytes` and `text_of`."""
+    return text_of(read_bytes(path), path)

@@ -1,0 +1,96 @@
+"""Structures from the network: fetched once, verified, with their checksum on record."""
+
+import hashlib
+import json
+import urllib.error
+import urllib.request
+from http.client import HTTPException
+from urllib.parse import urlparse
+
+from sparsurf import InputError
+from sparsurf.texts import short
+
+PDB_URL = "https://files.rcsb.org/download/{}.cif.gz"
+MOST = 200 * 2**20  # bytes; the largest entries of the PDB have 100 MB
+TIMEOUT = 30  # s
+LONGEST_NAME = 120  # characters of a file's name; file systems take 255 bytes, and jobs add to it
+ONLY = "only complete https:// URLs are fetched, or http:// if a sha256 is given"
+
+
+def allowed(url, sha256):
+    """Whether a URL may be fetched: what travels unprotected only if its checksum is known."""
+    scheme = _parsed(url).scheme
+    return scheme == "https" or (scheme == "http" and bool(sha256))
+
+
+def _parsed(url):
+    """The parts of a URL; of what is none, those of an empty one."""
+    try:
+        return urlparse(url)
+    except ValueError:
+        return urlparse("")
+
+
+class _Redirects(urllib.request.HTTPRedirectHandler):
+    """Follows a redirect only to where one may fetch."""
+
+    def __init__(self, sha256):
+        self.sha256 = sha256
+
+    def redirect_request(self, request, stream, code, message, headers, url):
+        if not allowed(url, self.sha256):
+            raise InputError(f"it leads to {short(url)}, but {ONLY}")
+        return super().redirect_request(request, stream, code, message, headers, url)
+
+
+def file_name(url):
+    """Last part of the path of a URL, at most LONGEST_NAME characters, other than letters and digits as underscores."""
+    name = _parsed(url).path.rsplit("/", 1)[-1]
+    name = "".join(c if (c.isascii() and c.isalnum()) or c in "._-" else "_" for c in name).lstrip(".")
+    return name[-LONGEST_NAME:].lstrip(".") or "structure.pdb"  # the end says what it is
+
+
+def fetch(url, sha256, path, path_to_record, name):
+    """Fetch `url` to `path`; record where it came from, its size and its checksum.
+
+    Parameters
+    ----------
+    url : str, https; or http with a checksum
+    sha256 : str or None, what the file must have
+    path, path_to_record : str
+    name : str, of the protein, for the sentence
+
+    Raises
+    ------
+    InputError : no network, no such file, cut short, too large, or another checksum
+    """
+    if not allowed(url, sha256):
+        raise InputError(f"proteins.{name}.url is {short(repr(url))}, but {ONLY}.")
+    try:
+        with urllib.request.build_opener(_Redirects(sha256)).open(url, timeout=TIMEOUT) as answer:
+            content, promised = answer.read(MOST + 1), int(answer.headers.get("Content-Length", 0))
+        if len(content) < min(promised, MOST):
+            raise OSError(f"{len(content)} of {promised} bytes came")
+    except (urllib.error.URLError, HTTPException, OSError, ValueError) as error:
+        reason = getattr(error, "reason", error)
+        raise InputError(
+            f"{name} cannot be fetched from {short(url)} ({reason}); get the file by hand and give its path as "
+            f"proteins.{name}.structure or in the environment variable {variable(name)}."
+        ) from None
+    if len(content) > MOST:
+        raise InputError(f"{name}: the file at {short(url)} is larger than {MOST // 2**20} MB.")
+    found = hashlib.sha256(content).hexdigest()
+    if sha256 and found != sha256.lower():
+        raise InputError(
+            f"{name}: the file at {short(url)} has the sha256 {found}, not {sha256}; it is not what the study is about."
+        )
+    with open(path, "wb") as stream:
+        stream.write(content)
+    with open(path_to_record, "w", encoding="utf-8") as stream:
+        json.dump({"url": url, "bytes": len(content), "sha256": found}, stream, indent=2)
+        stream.write("\n")
+
+
+def variable(name):
+    """Environment variable that gives a local file instead: SPARSURF_<NAME>."""
+    return "SPARSURF_" + "".join(c if c.isalnum() else "_" for c in name).upper()

@@ -1,0 +1,112 @@
+"""The end of a run: whether its results are complete, and the lines that say what came out."""
+
+import os
+import shutil
+import statistics
+import sys
+import tempfile
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+from sparsurf import InputError
+from sparsurf.workflow.job_logs import failure
+from sparsurf.workflow.results import LOGS
+
+FAILED = "SPARSURF_FAILED"  # environment variable: file to which the logs of failed jobs are added
+PAGE, REPORT, WARNINGS = "index.html", "report.html", "warnings.csv"
+FULL = 10**6  # bytes of a disk on which nothing more can be made
+
+
+def make_writable(folder):
+    """Create a folder, or say why nothing can be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise InputError(f"{folder}/ cannot be written ({error.strerror}). Repair that first.") from None
+
+
+@contextmanager
+def failed_jobs():
+    """List that in the end holds the logs of the jobs that failed."""
+    failed = []
+    with tempfile.NamedTemporaryFile("r", encoding="utf-8") as file:
+        os.environ[FAILED] = file.name
+        yield failed
+        tried = dict.fromkeys(file.read().splitlines())
+        failed += [
+            log for log in tried if failure(log) is not None
+        ]  # not what a second attempt brought to its end
+
+
+def is_complete(folder):
+    """Whether the first page, which every result leads to, is the newest of all."""
+    return (folder / PAGE).is_file() and not is_older(folder / PAGE, folder)
+
+
+def is_older(page, folder):
+    """Whether a page is not there, or older than a result."""
+    if not page.is_file():
+        return True
+    since, skipped = page.stat().st_mtime, {folder / LOGS, folder / REPORT}
+    found = (path for path in folder.rglob("*") if not path.name.startswith(".") and path.is_file())
+    return any(path.stat().st_mtime > since for path in found if not skipped & {path, *path.parents})
+
+
+def incomplete(folder, code, failed):
+    """Say what a run did not make; returns its exit code."""
+    if code:
+        return _unsuccessful(folder, code, failed)
+    print(f"\nWhat was asked for is in {folder}/. The rest of the study was not made, nor its report.")
+    return code
+
+
+def _unsuccessful(folder, code, failed):
+    """Say why not everything could be made."""
+    if shutil.disk_usage(folder).free < FULL:
+        print(
+            f"The disk of {folder}/ is full. Free some space and run again: what was made stays.",
+            file=sys.stderr,
+        )
+    reasons = [f"- {Path(log).relative_to(folder / LOGS).with_suffix('')}: {failure(log)}" for log in failed]
+    more = "" if reasons else f" See {folder / LOGS}/snakemake.err and the newest file of .snakemake/log/."
+    print(
+        f"\nNot everything could be made. What was made is in {folder}/.{more}",
+        *reasons,
+        sep="\n",
+        file=sys.stderr,
+    )
+    return code
+
+
+def summary(config, folder, code, failed, begin):
+    """Say how long a run took, what came out, what it warned of and where to look; returns the exit code."""
+    code = _unsuccessful(folder, code or 1, failed) if failed or code else 0
+    seconds = round(time.time() - begin)
+    print(f"\nTime      {seconds // 60} min {seconds % 60} s")
+    if parts := [*_minimal_parts(folder)]:
+        print(
+            f"Answer    {100 * statistics.median(parts):.1f} % of the dots are enough (median of {len(parts)} surfaces)."
+        )
+    print(f"Warnings  {_rows(folder / WARNINGS)} in {folder / WARNINGS}")
+    print(f"Look at   {folder / PAGE}")
+    print(
+        f"All       {folder / REPORT if (folder / REPORT).is_file() else 'no report could be written'}, {folder}/"
+    )
+    return code
+
+
+def _minimal_parts(folder):
+    """Share of the dots that is in minimal.csv, of each surface."""
+    for path in folder.glob("*/*/minimal.csv"):
+        if dots := _rows(path.with_name("roughness.csv")):
+            yield _rows(path) / dots
+
+
+def _rows(path):
+    """Rows of a table without its header; 0 where there is none."""
+    if not path.is_file():
+        return 0
+    with path.open("rb") as stream:
+        return max(0, sum(1 for _ in stream) - 1)

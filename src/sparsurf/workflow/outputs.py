@@ -1,0 +1,114 @@
+"""Outputs of rules: how a rule names them, and what a run has in the end, which follows from the rules."""
+
+from functools import cached_property
+from pathlib import Path
+
+from snakemake.io import report
+
+ALL_FRAMES = "*"  # in `without`: what a protein has over all of its frames
+CAPTIONS = Path(__file__).parents[1] / "report" / "captions"
+
+
+def inside(folder, **files):
+    """Paths of files of one folder, by their names in a rule."""
+    return {name: f"{folder}/{file}" for name, file in files.items()}
+
+
+def shown(path, label, caption, category=None):
+    """`path`, shown in the report under `label` among the results of its protein, with report/captions/<caption>.rst."""
+    category = category or ("{protein}" if "{protein}" in path else "All surfaces")
+    within = {"subcategory": "{conformation}"} if "{conformation}" in path else {}
+    text = CAPTIONS / f"{caption}.rst"
+    return report(
+        path,
+        caption=str(text) if text.is_file() else None,
+        category=category,
+        labels={"result": label},
+        **within,
+    )
+
+
+def figure(path, label, caption, category=None):
+    """Outputs `png`, shown in the report, and `svg` of a figure; `path` comes without its ending."""
+    return {"png": shown(f"{path}.png", label, caption, category), "svg": f"{path}.svg"}
+
+
+class Outputs:
+    """What a run has in the end: the outputs of every rule, for every protein, conformation and pair that it is for.
+
+    A rule is for those that its wildcard constraints let through. Temporary files, marks, and files with other wildcards, which
+    only lead to those, are not asked for. The functions of `wildcards` are input functions of Snakemake.
+
+    Parameters
+    ----------
+    workflow : Snakemake's; all of its rules are there once an input function is called
+    files : `FilesOfARun`
+    pairs : `FilesOfPairs`
+    """
+
+    def __init__(self, workflow, files, pairs):
+        self._workflow, self._files, self._pairs = workflow, files, pairs
+
+    @cached_property
+    def _by_wildcards(self):
+        """Outputs of all rules by the names of their wildcards."""
+        found = {}
+        for rule in self._workflow.rules:
+            for file in rule.output:
+                if not {"touch", "temp"} & file.flags.keys():
+                    found.setdefault(frozenset(file.get_wildcard_names()), []).append(file)
+        return found
+
+    def _made(self, **values):
+        """Outputs for these values of wildcards, without those that a run goes `without`; {path: whether the report shows it}."""
+        found = {}
+        for file in self._by_wildcards.get(frozenset(values), ()):
+            path = str(file.apply_wildcards(values))
+            if file.match(path) and not self._files.goes_without(*values.values(), file.rule.name):
+                found[path] = "report" in file.flags
+        return found
+
+    def _of_frames(self, name):
+        """Outputs for a protein over all of its frames, which wait for no choice of conformations."""
+        return {} if self._files.goes_without(name, ALL_FRAMES) else self._made(protein=name)
+
+    def _of_protein(self, name):
+        found = self._of_frames(name)
+        for each in self._files.conformations(name):
+            found |= self._made(protein=name, conformation=each)
+        return found
+
+    def of_protein(self, wildcards):
+        """Outputs for a protein and for each of its conformations."""
+        return list(self._of_protein(wildcards.protein))
+
+    def of_pair(self, wildcards):
+        """Outputs for a pair."""
+        return list(self._made(pair=wildcards.pair))
+
+    def of_run(self, wildcards=None):
+        """Outputs over all proteins and pairs."""
+        return list(self._made())
+
+    def each(self):
+        """Input functions of each protein and pair; a mark stays where one of their files is deleted."""
+        parts = (self._of_frames, self._of_protein)
+        proteins = [
+            lambda _, of=of, name=name: list(of(name)) for name in self._files.proteins for of in parts
+        ]
+        return proteins + [lambda _, name=name: list(self._made(pair=name)) for name in self._pairs.names]
+
+    def all_but(self, *after, shown=None):
+        """Input function: all outputs but for files that come `after` them; with `shown` only those in the report, or not."""
+
+        def files(wildcards):
+            found = self._made()
+            for name in self._files.proteins:
+                found |= self._of_protein(name)
+            for name in self._pairs.names:
+                found |= self._made(pair=name)
+            return [
+                path for path, is_shown in found.items() if path not in after and shown in (None, is_shown)
+            ]
+
+        return files

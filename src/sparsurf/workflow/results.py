@@ -1,0 +1,85 @@
+"""Results that are still what the study wrote: a job's log holds size, time and checksum of its outputs."""
+
+import hashlib
+import os
+from functools import cache
+from pathlib import Path
+
+from sparsurf.workflow.job_logs import MADE, lines
+
+LOGS = "logs"  # folder of a run
+STAMP = ".snakemake_timestamp"  # Snakemake's, in a folder that is an output
+
+
+def made(outputs):
+    """Lines on outputs for the log of the job that made them."""
+    for path in _files(outputs):
+        found = os.stat(path)
+        yield f"{MADE}{found.st_size} {found.st_mtime_ns} {checksum(path)} {path}"
+
+
+def damaged(log, paths=None):
+    """Files that are there and are not what some job wrote.
+
+    Parameters
+    ----------
+    log : path of any log of the run, or of the folder of logs
+    paths : files and folders in the run's folder, as the rules name them; those without a record pass. All recorded files if None
+    """
+    logs = next((each for each in (log, *log.parents) if each.name == LOGS), log)
+    if paths is None:
+        records = _records(sorted(logs.rglob("*.log")))
+        asked = records
+    else:
+        asked = [*_files(paths)]
+        records = _records(sorted({each for path in asked for each in _logs_of(path, logs)}))
+    return [
+        path
+        for path in asked
+        if path in records and os.path.isfile(path) and not _is_same(path, *records[path])
+    ]
+
+
+@cache
+def _logs_of_folder(folder):
+    return [*folder.glob("*.log")]
+
+
+def _logs_of(path, logs):
+    """Logs of the jobs that may have written a file: they lie as deep, in folders of the same names."""
+    try:
+        folders = Path(path).relative_to(logs.parent).parts[:-1]
+    except ValueError:  # it is not of this run
+        return
+    for depth in range(len(folders) + 1):
+        yield from _logs_of_folder(logs.joinpath(*folders[:depth]))
+
+
+def _records(found):
+    """Size, time and checksum by path; of two logs of one path the newer one counts."""
+    records = {}
+    for log in sorted(found, key=lambda path: path.stat().st_mtime):
+        for line in lines(log, MADE):
+            size, time, digest, path = line.split(" ", 3)
+            records[path] = int(size), int(time), digest
+    return records
+
+
+def _is_same(path, size, time, digest):
+    found = os.stat(path)
+    if found.st_size != size:
+        return False
+    return found.st_mtime_ns == time or checksum(path) == digest
+
+
+def checksum(path):
+    """Digest of a file's content."""
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()[:16]
+
+
+def _files(paths):
+    """Files among paths, and those within the folders among them."""
+    for path in map(Path, paths):
+        inside = sorted(path.rglob("*")) if path.is_dir() else [path]
+        yield from (str(each) for each in inside if each.is_file() and each.name != STAMP)

@@ -1,0 +1,63 @@
+"""The schema of a config: what its keys may hold, their defaults, and which of them say what of a protein.
+
+Beside the words of JSON Schema, config.schema.yaml has some of its own: `enum: samplers` takes the names of a registry;
+`was` gives names of earlier releases; `file`, `chosen` and `type` of a protein's key say what it is for.
+"""
+
+from pathlib import Path
+
+import yaml
+
+from sparsurf.workflow.registries import names
+
+
+def _filled(rule):
+    """Copy of a schema in which names of registries stand for the registries."""
+    if isinstance(rule, list):
+        return [_filled(each) for each in rule]
+    if not isinstance(rule, dict):
+        return rule
+    filled = {key: _filled(each) for key, each in rule.items()}
+    return filled | {"enum": [*names(rule["enum"])]} if isinstance(rule.get("enum"), str) else filled
+
+
+SCHEMA = _filled(yaml.safe_load(Path(__file__).with_name("config.schema.yaml").read_text(encoding="utf-8")))
+OF_PROTEIN = SCHEMA["$defs"]["protein"]["properties"]
+
+
+def keys_of_protein(word, value=True):
+    """Keys of a protein whose rule in the schema says so, like ('file',) or ('type', 'array')."""
+    return tuple(key for key, rule in OF_PROTEIN.items() if rule.get(word) == value)
+
+
+def with_defaults(value, schema=SCHEMA):
+    """Copy of a mapping in which missing keys of the schema take their defaults.
+
+    Its keys stand in the order of the schema: one moved or written out asks for nothing to be made again.
+    """
+    if not isinstance(value, dict):
+        return value
+    known = {
+        key: with_defaults(value[key] if key in value else rule["default"], rule)
+        for key, rule in schema.get("properties", {}).items()
+        if key in value or "default" in rule
+    }
+    return known | {key: each for key, each in value.items() if key not in known}
+
+
+def whole(value, rule=SCHEMA):
+    """Copy of a value in which a number like 3.0 is 3 where the schema wants a whole number, and 4 the default 4.0."""
+    if "$ref" in rule:
+        rule = SCHEMA["$defs"][rule["$ref"].rsplit("/", 1)[-1]]
+    for alternative in rule.get("anyOf", ()):
+        value = whole(value, alternative)
+    if rule.get("type") == "integer" and isinstance(value, float) and value.is_integer():
+        return int(value)
+    if rule.get("type") == "number" and type(value) is int and value == rule.get("default"):
+        return rule["default"]
+    if isinstance(value, list) and isinstance(rule.get("items"), dict):
+        return [whole(each, rule["items"]) for each in value]
+    if isinstance(value, dict):
+        others = rule.get("additionalProperties") or {}
+        return {key: whole(each, rule.get("properties", {}).get(key, others)) for key, each in value.items()}
+    return value

@@ -1,0 +1,710 @@
+"""The functions for users and what commands share, on dots whose answers are known."""
+
+import argparse
+import gzip
+import os
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from scipy.spatial.distance import pdist
+
+import sparsurf
+from conftest import ROOT
+from sparsurf import InputError
+from sparsurf.cli import command, descriptors, inputs, options, outputs, recommend
+from sparsurf.patches import descriptors as engine
+from sparsurf.patches.index import build_index
+from sparsurf.patches.roughness import roughness
+from sparsurf.sampling import law
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.streams import stream
+from sparsurf.study.minimal import tell_of_another_number
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.surface import Surface
+
+D_LINK = 0.8  # Å, for the few dots of the blob
+BALL = (np.array([[1.0, 2.0, 3.0]]), np.array([2.0]))
+
+
+@pytest.fixture(scope="module")
+def ready(blob):
+    return sparsurf.prepare(blob, d_link=D_LINK, seed=4)
+
+
+def test_what_is_prepared_is_what_was_wished(blob, ready):
+    assert (ready.r_patch, ready.r_zernike, ready.d_link, ready.seed) == (4.0, 6.0, D_LINK, 4)
+    assert sparsurf.prepare(ready) is ready
+    other = sparsurf.prepare(blob, r_patch=3.0, r_zernike=5.0, d_link=0.9)
+    assert (other.r_patch, other.r_zernike, other.d_link, other.seed) == (3.0, 5.0, 0.9, 0)
+    with pytest.raises(InputError, match=r"surface: D_link = 0.1 Å is below"):
+        sparsurf.prepare(blob, d_link=0.1)
+
+
+@pytest.mark.parametrize(
+    ("limits", "key"),
+    [
+        (inputs.LENGTH, "patches.R_patch"),
+        (inputs.LENGTH, "patches.R_zernike"),
+        (inputs.LENGTH, "patches.D_link"),
+        (inputs.PROBE, "surface.probe_radius"),
+        (inputs.DENSITY, "surface.density.anyOf.1"),
+        (inputs.SEED, "seed"),
+        (inputs.TEST_DOTS, "evaluation.test_dots.anyOf.1"),
+        (inputs.PERCENT, "minimal.n_S_percent"),
+        (inputs.ALPHA, "minimal.combination.prefixItems.0"),
+        (inputs.EXPONENT, "minimal.combination.items"),
+    ],
+)
+def test_numbers_have_the_limits_of_the_config(limits, key):
+    path = ROOT / "src/sparsurf/workflow/config.schema.yaml"
+    rule = {"properties": yaml.safe_load(path.read_text("utf-8"))["properties"]}
+    for word in key.split("."):
+        rule = rule[int(word)] if isinstance(rule, list) else rule.get("properties", rule)[word]
+    low = rule.get("exclusiveMinimum", rule.get("minimum"))
+    assert limits == (low, rule["maximum"], rule["type"] == "integer", "exclusiveMinimum" in rule)
+
+
+LENGTHS = "it must be a number, more than 0 and at most 100."
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        *(
+            (lambda dots, ready, r=r: sparsurf.roughness(dots, radius=r), f"radius is {r!r}; {LENGTHS}")
+            for r in (0, -1, float("nan"), float("inf"), 101, "4", True)
+        ),
+        (lambda dots, ready: sparsurf.roughness(dots, d_link=float("nan")), f"d_link is nan; {LENGTHS}"),
+        (lambda dots, ready: sparsurf.descriptors(dots, [0], radius=-1), f"radius is -1; {LENGTHS}"),
+        (
+            lambda dots, ready: sparsurf.descriptors(dots, [[0, 0, np.nan]], d_link=D_LINK),
+            "at: some of the places are no numbers; leave them out.",
+        ),
+        (lambda dots, ready: sparsurf.prepare(dots, r_patch=0), f"r_patch is 0; {LENGTHS}"),
+        (lambda dots, ready: sparsurf.prepare(dots, r_zernike=0), f"r_zernike is 0; {LENGTHS}"),
+        (lambda dots, ready: sparsurf.prepare(dots, d_link=0), f"d_link is 0; {LENGTHS}"),
+        (
+            lambda dots, ready: sparsurf.prepare(dots, seed=-1),
+            "seed is -1; it must be a whole number, 0 to 18446744073709551615.",
+        ),
+        (
+            lambda dots, ready: sparsurf.sample(ready, n=9, seed=-1),
+            "seed is -1; it must be a whole number, 0 to 18446744073709551615.",
+        ),
+        *(
+            (
+                lambda dots, ready, given=given: sparsurf.sample(ready, combination=given),
+                f"combination: {words}",
+            )
+            for given, words in (
+                ((2, -1, 6, 0), "alpha is 2; it must be a number, more than 0 and at most 1."),
+                ((1, -1, 6, 0), "beta is -1; it must be a number, 0 to 1000."),
+                ((1, 0, np.nan, 0), "gamma is nan; it must be a number, 0 to 1000."),
+                ((1, 0, 6, "x"), "delta is 'x'; it must be a number, 0 to 1000."),
+            )
+        ),
+        *(
+            (
+                lambda dots, ready, given=given: sparsurf.sample(ready, combination=given),
+                f"combination is {given!r}; it must be the four numbers alpha, beta, gamma and delta.",
+            )
+            for given in ((1, 0, 6), (1, 0, 6, 0, 0), 1)
+        ),
+        *(
+            (
+                lambda dots, ready, n=n: sparsurf.compare(ready, [0], test_dots=n),
+                f"test_dots is {n!r}; it must be 'published' or a whole number, 2 to 1000000.",
+            )
+            for n in (-1, 2.5, "many")
+        ),
+        (
+            lambda dots, ready: sparsurf.sample(ready, n=9, combination=(1, 0, 6, 0)),
+            "sample: a combination leaves n to chance; leave out n or the combination.",
+        ),
+        (
+            lambda dots, ready: sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="uniform"),
+            "sample: paper and paper_corrected draw by a combination, not 'uniform'; leave out one of the two.",
+        ),
+        (
+            lambda dots, ready: sparsurf.descriptors(dots, [0], up="x", d_link=D_LINK),
+            "up is 'x'; it must be True or False.",
+        ),
+        *(
+            (
+                lambda dots, ready, call=call: call(ready),
+                "what prepare() gave serves sample and compare only: give the dots that it was made of.",
+            )
+            for call in (sparsurf.roughness, sparsurf.descriptors, sparsurf.recover)
+        ),
+        *(
+            (
+                lambda dots, ready, kind=kind: sparsurf.roughness((dots[0].astype(kind), dots[1])),
+                "surface: the arrays hold something else than numbers, or rows of unequal length.",
+            )
+            for kind in (complex, str, bytes)
+        ),
+        *(
+            (
+                lambda dots, ready, call=call: call(b"dots.csv"),
+                "a path is a string or a Path, not bytes: name the file.",
+            )
+            for call in (sparsurf.read_surface, sparsurf.read_molecule)
+        ),
+        (
+            lambda dots, ready: sparsurf.read_surface(open(os.devnull)),  # noqa: SIM115
+            "a path is a string or a Path, not TextIOWrapper: name the file.",
+        ),
+        (
+            lambda dots, ready: sparsurf.roughness((dots[0].T, dots[1].T)),
+            "surface: points has the shape (3, 3000), not (N, 3), a row for each dot.",
+        ),
+        (
+            lambda dots, ready: sparsurf.roughness((dots[0], dots[1].T)),
+            "surface: normals has the shape (3, 3000), not (3000, 3).",
+        ),
+        (
+            lambda dots, ready: sparsurf.roughness((dots[0], 2 * dots[1])),
+            "surface: normals are not of unit length; divide each by its length.",
+        ),
+        (
+            lambda dots, ready: sparsurf.sample(ready, n=9, sampler=["x"]),
+            f"sampler: there is no sampler ['x']; the samplers are {', '.join(SAMPLERS)}.",
+        ),
+        (
+            lambda dots, ready: sparsurf.roughness((["a"], ["b"])),
+            "surface: the arrays hold something else than numbers, or rows of unequal length.",
+        ),
+        (
+            lambda dots, ready: sparsurf.surface(([[1, 2, 3], [4, 5]], [1, 1])),
+            "molecule: the arrays hold something else than numbers, or rows of unequal length.",
+        ),
+        (
+            lambda dots, ready: sparsurf.roughness((None, None)),
+            "surface: the arrays hold something else than numbers, or rows of unequal length.",
+        ),
+        (
+            lambda dots, ready: sparsurf.compare(ready, [[1, 2], [3]]),
+            "subset: one array is asked for, not several of unequal length.",
+        ),
+        (
+            lambda dots, ready: sparsurf.descriptors(dots, [[1, 2], [3]], d_link=D_LINK),
+            "at: one array is asked for, not several of unequal length.",
+        ),
+        (
+            lambda dots, ready: sparsurf.prepare(ready, r_zernike=5),
+            "prepare: this surface is ready; give its dots to make it ready otherwise.",
+        ),
+        (
+            lambda dots, ready: sparsurf.surface(([[0, 0, 0]], [101])),
+            "surface: atomic radii must be positive numbers of at most 100 Å.",
+        ),
+        (lambda dots, ready: sparsurf.compare(ready, {}), "subsets: there are none; give one at least."),
+        (
+            lambda dots, ready: sparsurf.compare(ready, [0], reading="x"),
+            "reading is 'x'; it must be one of as_coded, as_written, scaled, recovered.",
+        ),
+        *(
+            (lambda dots, ready, d=d: sparsurf.recover(dots, density=d), f"density is {d!r}; {LENGTHS}")
+            for d in (float("nan"), 0, -1, 1e9)
+        ),
+        (
+            lambda dots, ready: sparsurf.surface(BALL, density="high"),
+            "density is 'high'; it must be 'auto' or a number, more than 0 and at most 100.",
+        ),
+        (lambda dots, ready: sparsurf.surface(BALL, d_link=0), f"d_link is 0; {LENGTHS}"),
+        (
+            lambda dots, ready: sparsurf.surface(BALL, probe=11),
+            "probe is 11; it must be a number, more than 0 and at most 10.",
+        ),
+        (
+            lambda dots, ready: radii(SimpleNamespace(element=["C"]), "x"),
+            "radii is 'x'; it must be one of dms, bondi.",
+        ),
+    ],
+)
+def test_a_senseless_number_is_one_sentence(blob, ready, call, words):
+    with pytest.raises(InputError) as told:
+        call(blob, ready)
+    assert str(told.value) == words
+
+
+def test_masked_values_are_no_places(blob):
+    points, normals = np.ma.array(blob[0]), blob[1]
+    assert len(sparsurf.prepare((points, normals), d_link=0.8).points) == 3000  # of a mask that hides nothing
+    points[3] = np.ma.masked
+    with pytest.raises(InputError, match=r"^surface: the arrays have masked values; leave these dots out.$"):
+        sparsurf.prepare((points, normals), d_link=0.8)
+
+
+def test_the_help_names_every_sampler():
+    named = sparsurf.sample.__doc__.split("sampler : str\n")[1].split("\n")[0]
+    assert {name.strip() for name in named.split(",")} == set(SAMPLERS)
+
+
+def test_a_sample_has_the_wished_number(ready):
+    assert len(sparsurf.sample(ready, percent=10)) == 300
+    assert len(sparsurf.sample(ready, n=1)) == 1
+    assert sorted(sparsurf.sample(ready, n=3000, sampler="uniform")) == list(range(3000))
+    for n in (0, -1, 2.5, 3001, np.nan, np.inf, "10", True):
+        with pytest.raises(InputError, match=r"n is .* it must be a whole number, 1 to 3000"):
+            sparsurf.sample(ready, n=n)
+    with pytest.raises(InputError, match="percent is 0; it must be a number, more than 0 and at most 100"):
+        sparsurf.sample(ready, percent=0)
+    for given in ({}, {"n": 5, "percent": 5}):
+        with pytest.raises(InputError, match="either percent or n"):
+            sparsurf.sample(ready, **given)
+    with pytest.raises(InputError, match=r"percent= or n=.* not 1.0 alone"):
+        sparsurf.sample(ready, 1.0)
+    first, again, other = (
+        sparsurf.sample(ready, n=50, sampler="uniform", seed=s).tolist() for s in (0, 0, 1)
+    )
+    assert first == again and len(set(first) & set(other)) < 10
+    kept = sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=7)
+    assert np.array_equal(kept, law.sample(ready.cover, (1, 0, 6, 0), ready.stream("sample", "paper", 7)))
+    assert np.array_equal(kept, sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper", seed=7))
+    other = sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper_corrected", seed=7)
+    rng = ready.stream("sample", "paper_corrected", 7)
+    assert np.array_equal(other, law.sample(ready.corrected_cover, (1, 0, 6, 0), rng)) and len(other) != len(
+        kept
+    )
+    assert np.array_equal(sparsurf.sample(ready, n=9), sparsurf.sample(ready, n=9, sampler="farthest"))
+
+
+def test_a_number_of_dots_that_was_not_wished_is_told(ready, dots, tmp_path, caplog, capsys):
+    n = len(sparsurf.sample(ready, n=1, sampler="paper"))
+    assert n > 1 and caplog.messages == [
+        f"paper keeps {n} dots instead of 1: its combinations leave the number to chance, within what they can give"
+    ]
+    for requested in (n, 1.07 * n, 0.95 * n):
+        tell_of_another_number("paper", requested, n)
+    assert len(caplog.messages) == 1
+    tell_of_another_number("paper", 0.9 * n, n)
+    tell_of_another_number("paper", 1.2 * n, n)
+    assert len(caplog.messages) == 3
+    ran("minimal", dots, "--dots", 1, "--sampler", "paper", "-o", tmp_path / "m.csv")
+    n = len(pd.read_csv(tmp_path / "m.csv"))
+    assert capsys.readouterr().err.startswith(f"sparsurf: warning: paper keeps {n} dots instead of 1: ")
+
+
+def test_places_without_a_patch_are_told(blob, caplog):
+    places = np.array([blob[0][5], [0, 0, 99], [0, 99, 0]])
+    z = sparsurf.descriptors(blob, places, d_link=D_LINK)
+    assert z[0].any() and not z[1:].any()
+    assert caplog.messages == [
+        "at: 2 of 3 places have no patch, as no dot lies within 6 Å; their descriptors are zeros"
+    ]
+    assert sparsurf.descriptors(blob, [], d_link=D_LINK).shape == (0, 121)
+    assert sparsurf.descriptors(blob, [5], d_link=D_LINK).any() and len(caplog.messages) == 1
+
+
+def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
+    half = np.arange(0, 3000, 2)
+    table = sparsurf.compare(ready, {"half": half, "all": np.ones(3000, bool)}, test_dots=50)
+    assert table.index.tolist() == ["half", "all"]
+    assert table["n_S"].tolist() == [1500, 3000] and table["n_S_percent"].tolist() == [50, 100]
+    assert table.loc["all", ["Z", "Z_uniform", "d"]].tolist() == pytest.approx([0, 0, 0], abs=1e-9)
+    tests = ready.draw_tests(50)
+    z_tot, _ = ready.describe(tests)
+    uniform = law.uniform(3000, 1500, ready.stream("compare", 1500))
+    own, other = ready.distances([half, uniform], tests, z_tot, "as_written")[0]
+    row = table.loc["half"]
+    assert (row["Z"], row["Z_uniform"]) == pytest.approx((own.mean(), other.mean()))
+    assert row["d"] == pytest.approx(other.mean() - own.mean())
+    assert row["d_se"] == pytest.approx((other - own).std(ddof=1) / np.sqrt(50))
+    assert row["Z_empty"] == pytest.approx(np.linalg.norm(z_tot, axis=1).mean())
+    assert row["Z_null"] == pytest.approx(np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean())
+    kept = sparsurf.compare(ready, half, reading="as_coded", test_dots=50)
+    assert kept.loc["subset", "Z"] == pytest.approx(
+        ready.distances([half], tests, z_tot, "as_coded")[0].mean()
+    )
+
+
+@pytest.mark.parametrize("subset", [[0, 0], [-1], [3000], [], [0.5], [[1, 2]], np.ones(5, bool)])
+def test_what_is_no_subset_is_refused(ready, subset):
+    with pytest.raises(
+        InputError, match="wrong: a subset is numbers from 0 to 2999, each once, at least one"
+    ):
+        sparsurf.compare(ready, {"wrong": subset})
+
+
+def test_patches_are_cut_as_wished(blob):
+    index = build_index(*blob, D_LINK)
+    assert np.array_equal(sparsurf.roughness(blob, radius=3, d_link=D_LINK), roughness(index, 3.0, 1))
+    z = sparsurf.descriptors(blob, [5, 2999], radius=4, d_link=D_LINK)
+    assert np.array_equal(z, engine.describe(index, blob[0][[5, 2999]], 4.0, True)[0])
+    assert np.array_equal(sparsurf.descriptors(blob, blob[0][[5, 2999]], radius=4, d_link=D_LINK), z)
+    these = np.isin(np.arange(len(blob[0])), [5, 2999])
+    assert np.array_equal(sparsurf.descriptors(blob, these, radius=4, d_link=D_LINK), z)
+    down = sparsurf.descriptors(blob, [5], radius=4, up=False, d_link=D_LINK)
+    assert np.array_equal(down, engine.describe(index, blob[0][[5]], 4.0, False)[0])
+    assert np.abs(down - z[:1]).max() > 1e-3
+    few = tuple(x[:200] for x in blob)
+    every = sparsurf.descriptors(few, radius=1, d_link=5.0)
+    assert every.shape == (200, 121)
+    assert np.array_equal(every[[7, 9]], sparsurf.descriptors(few, [7, 9], radius=1, d_link=5.0))
+    for at, words in (([3000], "dots 3000 to 3000 are asked for, the surface has 0 to 2999"), ([-1], "dots -1"),
+                      ([0.5], "give"), ([[1, 2]], "give")):  # fmt: skip
+        with pytest.raises(InputError, match=words):
+            sparsurf.descriptors(blob, at, d_link=D_LINK)
+
+
+def test_a_ball_has_the_dots_that_are_wished():
+    for density, probe in ((5.0, 1.4), (20.0, 1.0)):
+        dots = sparsurf.surface(BALL, density=density, probe=probe, d_link=1.0)
+        assert len(dots) == pytest.approx(16 * np.pi * density, rel=0.1)
+        assert np.linalg.norm(dots.points - BALL[0], axis=1) == pytest.approx(2.0, abs=1e-6)
+        assert dots.area.sum() == pytest.approx(16 * np.pi, rel=1e-6)
+    auto, denser = (len(sparsurf.surface(BALL, d_link=link)) for link in (0.6, 0.25))
+    assert auto == pytest.approx(16 * np.pi * 5.35, rel=0.1) and denser > 2 * auto
+    pair = (np.array([[0, 0, 0], [4.4, 0, 0]]), np.array([1.0, 1.0]))  # 2.4 Å of room between them
+    assert (sparsurf.surface(pair, probe=1.3, d_link=2.0).kind > 0).any()
+    assert (sparsurf.surface(pair, probe=1.1, d_link=2.0).kind == 0).all()
+
+
+@pytest.mark.parametrize(("radii", "carbon"), [("dms", 1.9), ("bondi", 1.7)])
+def test_radii_are_those_of_the_table_that_is_named(tmp_path, radii, carbon):
+    line = "ATOM      1  CA  GLY A   1       1.000   2.000   3.000  1.00  0.00           C  \n"
+    (tmp_path / "one.pdb").write_text(line)
+    molecule = sparsurf.read_molecule(tmp_path / "one.pdb", selection="all")
+    dots = sparsurf.surface(molecule, radii=radii)
+    assert np.linalg.norm(dots.points - [1, 2, 3], axis=1) == pytest.approx(carbon, abs=1e-6)
+
+
+def test_a_frame_is_taken_by_its_place():
+    frame = SimpleNamespace(n_frames=2)
+    with pytest.raises(InputError, match="a SimpleNamespace is no molecule"):
+        sparsurf.surface(frame)
+    inputs.check_frame(frame, 1, "it")
+    for number in (2, -1, 0.0, "x"):
+        with pytest.raises(InputError, match=f"^it has the frames 0 to 1: there is no frame {number}\\.$"):
+            inputs.check_frame(frame, number, "it")
+    assert len(sparsurf.surface(([[0, 0, 0]], [1.5]), frame=5)) > 0  # spheres have no frames
+    with pytest.raises(InputError, match=r"^the molecule has one frame, 0: there is no frame 5\.$"):
+        sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb", frame=5)
+
+
+def test_dots_come_back_first_and_as_dense_as_wished(blob):
+    few = tuple(x[::6] for x in blob)
+    sparse, dense = (sparsurf.recover(few, density=d) for d in (3.0, 6.0))
+    assert np.array_equal(dense.points[:500], few[0]) and np.allclose(dense.normals[:500], few[1])
+    assert 1.6 < (len(dense) - 500) / (len(sparse) - 500) < 3
+
+
+def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
+    made = inputs.as_surface(tuple(map(np.ndarray.tolist, blob)))
+    assert np.array_equal(made.points, blob[0]) and inputs.as_surface(made) is made
+    for wrong in (list(blob), (blob[0],), 3):
+        with pytest.raises(InputError, match="is no surface: give the path"):
+            inputs.as_surface(wrong)
+    with pytest.raises(InputError, match=r"^an int is no molecule"):
+        inputs.as_molecule(3)
+    with pytest.raises(InputError, match=r"^a list is no surface"):
+        inputs.as_surface([])
+    names = {"a.pdb": True, "a.PDB.gz": True, "a.cif": True, "a.gro": True, "a.prmtop": True, "a.csv": False}
+    names |= {"a.dms.gz": False, "a.npz": False, "a.xtc": False}
+    assert {name: inputs.is_structure(tmp_path / name) for name in names} == names
+
+
+def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
+    written = {end: lambda path, end=end: path.write_text(f"{end} in {path.name}") for end in outputs.DOTS}
+    for name, given, words in (
+        ("a.csv", None, ".csv in part.csv"),
+        ("a.PLY", None, ".ply in part.ply"),
+        ("a.csv", "npz", ".npz in part.npz"),
+        ("a.dms.gz", None, ".dms in part.dms"),
+        ("a.csv.GZ", None, ".csv in part.csv"),
+        ("b.dms.gz", "npz", ".npz in part.npz"),
+        ("b.gz", "csv", ".csv in part.csv"),
+    ):
+        outputs.write(tmp_path / name, given, outputs.DOTS, written)
+        packed = name.lower().endswith(".gz")
+        content = gzip.compress(words.encode(), mtime=0) if packed else words.encode()  # the same at any time
+        assert (tmp_path / name).read_bytes() == content
+    outputs.write("-", None, outputs.DOTS, written)
+    outputs.write("-", "ply", outputs.DOTS, written)
+    assert capfdbinary.readouterr().out == b".csv in part.csv.ply in part.ply"
+    with pytest.raises(InputError, match=r"cannot be written as '.ply'; name a file in .csv, .npz."):
+        outputs.write(tmp_path / "a.ply", None, outputs.TABLES, written)
+    with pytest.raises(
+        InputError, match=r"/a\.gz: the name has no suffix; name a file in \.dms, \.csv, \.npz, "
+    ):
+        outputs.write(tmp_path / "a.gz", None, outputs.DOTS, written)
+    with pytest.raises(
+        InputError, match=r"/a\.npz: this cannot be written as '\.ply'; give --format csv, npz\.$"
+    ):
+        outputs.write(tmp_path / "a.npz", "ply", outputs.TABLES, written)
+
+    def broken(path):
+        path.write_text("half")
+        raise OSError("full")
+
+    with pytest.raises(OSError):
+        outputs.write(tmp_path / "b.csv", None, outputs.DOTS, {".csv": broken})
+    names = ["a.PLY", "a.csv", "a.csv.GZ", "a.dms.gz", "b.dms.gz", "b.gz"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+
+
+def test_links_and_pipes_stay_what_they_are(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "old.csv").write_text("old")
+    for name in ("old.csv", "new.csv"):  # there, and not there yet
+        (tmp_path / name).symlink_to(tmp_path / "folder" / name)
+        outputs.write(tmp_path / name, None, outputs.TABLES, {".csv": lambda path: path.write_text("dots")})
+        assert (tmp_path / name).is_symlink() and (tmp_path / "folder" / name).read_text() == "dots"
+    os.mkfifo(tmp_path / "pipe.csv")
+    reader = os.open(tmp_path / "pipe.csv", os.O_RDONLY | os.O_NONBLOCK)
+    outputs.write(tmp_path / "pipe.csv", None, outputs.TABLES, {".csv": lambda path: path.write_text("dots")})
+    assert os.read(reader, 99) == b"dots" and (tmp_path / "pipe.csv").is_fifo()
+    os.close(reader)
+
+
+@pytest.mark.parametrize(
+    ("keys", "text", "value"),
+    [
+        ({"low": 0}, "0.5", 0.5),
+        ({"low": 0}, "0", None),
+        ({"low": 0, "open_low": False}, "0", 0),
+        ({"low": 0, "open_low": False}, "-1", None),
+        ({"low": 0, "high": 100}, "100", 100),
+        ({"low": 0, "high": 100}, "100.1", None),
+        ({"low": 0, "whole": True}, "2", 2),
+        ({"low": 0, "whole": True}, "2.5", None),
+        ({"low": 0}, "nan", None),
+        ({"low": 0}, "inf", None),
+        ({"low": 0}, "x", None),
+    ],
+)
+def test_a_number_lies_within_its_limits(keys, text, value):
+    parse = inputs.Limits(**keys).parse
+    if value is not None:
+        assert parse(text) == value
+        return
+    with pytest.raises(argparse.ArgumentTypeError, match="must be a"):
+        parse(text)
+
+
+def test_options_reach_the_reader(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        options,
+        "read_molecule",
+        lambda *args, **keys: asked.append((args, keys)) or SimpleNamespace(n_frames=3),
+    )
+    parser = argparse.ArgumentParser()
+    parser.add_argument("file")
+    parser.set_defaults(quiet=True)
+    options.add_molecule(parser)
+    line = (
+        "a.pdb --trajectory t.xtc --frame 2 --chains A,B --residues 1-9 --model 4 --altloc B --ligands HEM,ZN"
+    )
+    options.read_atoms(parser.parse_args([*line.split(), "--hydrogens", "remove", "--selection", "all"]))
+    keys = {"chains": "A,B", "residues": "1-9", "model": 4, "altloc": "B", "ligands": ["HEM", "ZN"]}
+    assert asked == [(("a.pdb", "t.xtc"), keys | {"hydrogens": "remove", "selection": "all"})]
+    plain = parser.parse_args(["a.pdb"])
+    options.read_atoms(plain)
+    nothing = dict.fromkeys(("chains", "residues", "selection", "model"))
+    assert asked[1] == (("a.pdb", None), nothing | {"altloc": "first", "hydrogens": "keep", "ligands": False})
+    assert (plain.frame, plain.probe, plain.density, plain.radii, plain.d_link) == (
+        None,
+        1.4,
+        None,
+        "dms",
+        0.5,
+    )
+    for words, name in ((["a.pdb"], "a.pdb"), (["a.psf", "--trajectory", "t.dcd"], "t.dcd")):
+        with pytest.raises(InputError, match=f"^{name} has the frames 0 to 2: there is no frame 3"):
+            options.read_atoms(parser.parse_args([*words, "--frame", "3"]))
+
+
+def test_options_reach_the_surface(monkeypatch):
+    asked = []
+    molecule = SimpleNamespace(n_frames=3, n_atoms=4)
+    monkeypatch.setattr(options, "read_molecule", lambda *_, **__: molecule)
+    monkeypatch.setattr(options, "surface_of", lambda given, **keys: asked.append((given, keys)) or "dots")
+    parser = argparse.ArgumentParser()
+    parser.add_argument("file")
+    parser.set_defaults(quiet=True)
+    options.add_molecule(parser)
+    requested = "--frame 2 --probe 1.2 --density 7 --radii bondi --d-link 0.8"
+    for line in (requested, ""):
+        assert options.read_dots(parser.parse_args(["a.pdb", *line.split()])) == ("dots", molecule)
+    assert asked == [
+        (molecule, {"frame": 2, "probe": 1.2, "density": 7, "radii": "bondi", "d_link": 0.8}),
+        (molecule, {"frame": 0, "probe": 1.4, "density": "auto", "radii": "dms", "d_link": 0.5}),
+    ]
+
+
+@pytest.fixture(scope="module")
+def dots(blob, tmp_path_factory):
+    path = tmp_path_factory.mktemp("dots") / "dots.csv"
+    pd.DataFrame(np.hstack(blob), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(path, index=False)
+    return path
+
+
+def ran(*words, d_link=D_LINK):
+    assert command.main([*map(str, words), "--d-link", str(d_link)]) == 0
+
+
+def test_minimal_keeps_the_share_that_is_wished(dots, ready, tmp_path):
+    ran("minimal", dots, "--percent", 5, "-o", tmp_path / "m.csv")
+    table = pd.read_csv(tmp_path / "m.csv")
+    assert list(table) == ["dot", "x", "y", "z", "nx", "ny", "nz", "weight", "spacing", "reach"]
+    assert len(table) == 150 and table["weight"].sum() == 3000
+    assert np.allclose(table[["x", "y", "z"]], ready.points[table["dot"]], atol=6e-5)
+    # 800 Å^2 for 150 dots
+    assert table["spacing"].median() == pytest.approx(np.sqrt(800 / 150), rel=0.35)
+    ran("minimal", dots, "--dots", 40, "--sampler", "uniform", "--seed", 3, "-o", tmp_path / "u.csv")
+    ran("minimal", dots, "--dots", 40, "--sampler", "uniform", "--seed", 4, "-o", tmp_path / "v.csv")
+    some, others = (pd.read_csv(tmp_path / name)["dot"].tolist() for name in ("u.csv", "v.csv"))
+    assert len(some) == len(others) == 40 and len(set(some) & set(others)) < 10
+    near, spread = (pdist(ready.points[kept]).min() for kept in (some, table["dot"][:40]))
+    assert near < 0.5 * spread  # by chance two uniform dots lie together, farthest ones never
+    ran("minimal", dots, "--percent", 5, "--settle", "-o", tmp_path / "s.csv")
+    settled = pd.read_csv(tmp_path / "s.csv")
+    assert settled["dot"].tolist() == table["dot"].tolist()
+    moved = np.linalg.norm(settled[["x", "y", "z"]] - table[["x", "y", "z"]], axis=1)
+    assert 0 < moved.mean() < 0.5
+    assert np.linalg.norm(settled[["nx", "ny", "nz"]], axis=1) == pytest.approx(1, abs=2e-4)
+    z = 0.9 * sparsurf.compare(ready, table["dot"], test_dots=400)["Z"].iloc[0]
+    ran("minimal", dots, "--z", z, "-o", tmp_path / "z.csv")
+    assert len(pd.read_csv(tmp_path / "z.csv")) > 150
+
+
+def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
+    few = tmp_path / "few.csv"
+    pd.read_csv(dots).iloc[::6].to_csv(few, index=False)
+    for density, name in ((3, "a.npz"), (6, "b.csv")):
+        assert command.main(["recover", str(few), "--density", str(density), "-o", str(tmp_path / name)]) == 0
+    sparse, dense = sparsurf.read_surface(tmp_path / "a.npz"), pd.read_csv(tmp_path / "b.csv")
+    assert np.isnan(sparse.area).all()  # that of a place between dots is not known
+    assert dense["kept"].tolist() == [1] * 500 + [0] * (len(dense) - 500)
+    assert 1.6 < (len(dense) - 500) / (len(sparse) - 500) < 3
+    places = tmp_path / "places.csv"
+    pd.DataFrame({"name": ["a"], "z": [8.0], "x": [0.0], "y": [0.5]}).to_csv(places, index=False)
+    assert command.main(["recover", str(few), "--around", str(places), "-o", str(tmp_path / "z.csv")]) == 0
+    z = pd.read_csv(tmp_path / "z.csv")
+    assert z[["x", "y", "z"]].to_numpy().tolist() == [[0.0, 0.5, 8.0]]
+    whole = sparsurf.recover(few)
+    expected = sparsurf.descriptors(whole, np.array([[0.0, 0.5, 8.0]]))
+    assert z.filter(like="z_").to_numpy() == pytest.approx(expected, rel=1e-5)
+    for name in ("m.csv", "m.npz", "m.ply"):  # places of every kind of file that dots come in
+        ran("minimal", few, "--dots", 9, "-o", tmp_path / name, d_link=3)
+        words = [str(few), "--around", str(tmp_path / name), "-o", str(tmp_path / "z.csv")]
+        assert command.main(["recover", *words]) == 0
+        z, places = pd.read_csv(tmp_path / "z.csv"), sparsurf.read_surface(tmp_path / name).points
+        assert z[["x", "y", "z"]].to_numpy() == pytest.approx(places) and len(z) == 9
+
+
+def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_path, capsys):
+    ran("descriptors", dots, "--every", 1000, "--radius", 4, "-o", tmp_path / "z.npz")
+    with np.load(tmp_path / "z.npz") as found:
+        assert found["dot"].tolist() == [0, 1000, 2000]
+        assert np.allclose(found["points"], blob[0][[0, 1000, 2000]])
+        wanted = sparsurf.descriptors(blob, [0, 1000, 2000], radius=4, d_link=D_LINK)
+        assert np.allclose(found["z"], wanted, rtol=1e-6)
+    ran("descriptors", dots, "--at", "2999,0", "--down", "-o", tmp_path / "z.csv")
+    table = pd.read_csv(tmp_path / "z.csv")
+    down = sparsurf.descriptors(blob, [2999, 0], up=False, d_link=D_LINK)
+    assert table["dot"].tolist() == [2999, 0]
+    assert np.allclose(table.filter(like="z_"), down, rtol=1e-6)
+    assert command.main(["descriptors", str(dots), "--at", "3000", "--d-link", "0.8", "-o", "x.csv"]) == 1
+    assert "--at: there is no dot 3000; the surface has 0 to 2999." in capsys.readouterr().err
+    assert descriptors._numbers(" 3, 0") == [3, 0]
+    for text in ("1,-2", "1,,2", "1.5"):
+        with pytest.raises(argparse.ArgumentTypeError):
+            descriptors._numbers(text)
+    ran("roughness", dots, "--r-patch", 3, "-o", tmp_path / "r.csv")
+    rough = pd.read_csv(tmp_path / "r.csv")["roughness"]
+    assert np.allclose(rough, sparsurf.roughness(blob, radius=3, d_link=D_LINK), atol=6e-5)
+
+
+def test_a_recommendation_says_whose_evidence_it_is():
+    seen = pd.DataFrame({"protein": ["a", "a", "b"], "mean_roughness": [0.6, 0.65, 0.55]})
+    assert recommend.header("x", seen) == "x: 3 surfaces of 2 proteins, mean roughness 0.550 to 0.650."
+    one = recommend.header("x", seen.head(1))
+    assert one == "x: 1 surface of 1 protein, mean roughness 0.600 to 0.600."
+    gaps = pd.Series([0.40, 0.42])
+    for own, warned in ((0.40, 0), (0.43, 0), (0.39, 0), (0.38, 1), (0.44, 1)):
+        note = recommend.spacing_note(own, gaps)
+        assert bool(note) == warned
+    assert "Its dots lie 0.440 Å apart, those of the run 0.400 to 0.420 Å" in note
+
+
+def test_a_recommendation_for_a_roughness_alone(capsys):
+    assert command.main(["recommend", "--roughness", "0.6", "--n-s", "20"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("docs/proteins.md: ")
+    assert lines[1].startswith("Asked: mean roughness 0.600, n_S 20 % of the dots.")
+    evidence = recommend.read_run(recommend.EVIDENCE)
+    told = recommend.answer(evidence, 0.6, 20, stream(0, "recommend"))
+    assert lines[2:] == told.splitlines()
+
+
+def test_a_recommendation_for_dots(dots, blob, capsys):
+    """R_patch and D_link are those of the evidence, whose dots are spaced otherwise."""
+    evidence = recommend.read_run(recommend.EVIDENCE)["surfaces"].iloc[0]
+    points = 0.55 * blob[0]
+    path = dots.with_name("small.csv")
+    pd.DataFrame(np.hstack([points, blob[1]]), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(
+        path, index=False
+    )
+    assert command.main(["recommend", str(path), "--n-s", "5"]) == 0
+    asked = capsys.readouterr().out.splitlines()[1]
+    rough = sparsurf.roughness(
+        (points, blob[1]), radius=evidence["R_patch"], d_link=evidence["D_link"]
+    ).mean()
+    assert f"mean roughness {rough:.3f}, n_S 5 % of the dots (150 of the 3000 dots of {path})" in asked
+
+
+def test_a_closed_mesh_of_a_structure_is_as_fine_as_wished(tmp_path):
+    line = "ATOM      1  N   GLY A   1       0.000   0.000   0.000  1.00  0.00           N  \n"
+    (tmp_path / "one.pdb").write_text(line + line.replace("1  N ", "2  CA").replace("0.000   0.000   0.0", "1.450   0.000   0.0")
+                                      .replace("           N", "           C"))  # fmt: skip
+    counts = []
+    for density in (5, 20):
+        out = tmp_path / "m.ply"
+        words = [
+            "surface",
+            tmp_path / "one.pdb",
+            "--mesh",
+            "--density",
+            density,
+            "--selection",
+            "all",
+            "-o",
+            out,
+        ]
+        assert command.main(list(map(str, words))) == 0
+        head = out.read_bytes()[:2000].decode("latin-1")
+        counts.append(int(head.split("element face ")[1].split()[0]))
+    assert 3 < counts[1] / counts[0] < 5.5  # four times as many
+
+
+def test_the_columns_of_dots(tmp_path):
+    surface = Surface(
+        np.array([[1.0, 2, 3]]), np.array([[0.0, 0, 1]]), np.array([0.2]), np.array([1]), np.array([0])
+    )
+    own = outputs.Dots(surface, pd.DataFrame({"own": [7], "word": ["GLY"], "dot": [4]}))
+    written = {end: tmp_path / f"a.{end}" for end in ("csv", "csv.gz", "npz", "ply", "dms")}
+    for path in (written[end] for end in ("csv", "csv.gz", "npz", "ply")):
+        outputs.write_dots(path, None, own)
+    assert pd.read_csv(written["csv"]).to_dict("records") == [
+        {"dot": 4, "x": 1, "y": 2, "z": 3, "nx": 0, "ny": 0, "nz": 1, "own": 7, "word": "GLY"}
+    ]
+    assert gzip.decompress(written["csv.gz"].read_bytes()) == written["csv"].read_bytes()
+    assert sparsurf.read_surface(written["csv.gz"]).points.tolist() == [[1, 2, 3]]
+    with np.load(written["npz"]) as found:
+        assert set(found) == {"points", "normals", "area", "kind", "atom", "own", "word", "dot"}
+        assert found["kind"] == [1] and found["word"] == ["GLY"]
+    text = written["ply"].read_text()
+    assert "property int dot\nproperty int own\n" in text and " 4 7\n" in text and "word" not in text
+    with pytest.raises(InputError, match=r"cannot be written as '.dms'"):
+        outputs.write_dots(written["dms"], None, own)
+    molecule = SimpleNamespace(
+        residue_name=["GLY"], residue=["1"], name=["CA"], xyz=np.array([[[9.0, 9, 9]], [[1.5, 2, 3]]])
+    )
+    outputs.write_dots(written["dms"], None, outputs.Dots(surface, own.table, None, molecule, 1))
+    assert "1.500" in written["dms"].read_text() and "9.000" not in written["dms"].read_text()

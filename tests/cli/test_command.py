@@ -1,0 +1,579 @@
+"""The command line: every example of its help runs, every mistake is a sentence, what comes out can be read again."""
+
+import io
+import logging
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial import cKDTree
+
+import measure_floors
+import sparsurf
+import take_minimal
+from conftest import ROOT
+from sparsurf import InputError
+from sparsurf.cli import command, minimal, surface
+from sparsurf.cli.making import rules_of
+from sparsurf.cli.minimal import DEFAULT_SEED as SEED
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.study.floors import floors
+from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.molecular_surface import fitting_surface
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.spacing import area_of
+
+FILES = ("surface", "roughness", "floors", "enough", "curves", "recovered", "table", "ply")
+EXAMPLES = sorted(
+    {
+        line.strip()
+        for name in command.COMMANDS
+        for line in [*command.EPILOG.splitlines(), *command.build_parser(name)[1][name].EXAMPLES.splitlines()]
+        if line.startswith("  sparsurf ") and " recommend " not in line  # tests/study has a run to ask
+    }
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with the files that the examples name, small ones."""
+    place = tmp_path_factory.mktemp("commands")
+    data = ROOT / "data" / "tdp43"
+    read_molecule(data / "topology.pdb", residues="209-216").write_pdb(place / "protein.pdb")
+    shutil.copy(place / "protein.pdb", place / "run.pdb")
+    (place / "models.pdb").write_text(models(place / "protein.pdb", 3))
+    dots = sparsurf.surface(place / "protein.pdb")
+    table = np.hstack([dots.points, dots.normals])
+    table = pd.DataFrame(table, columns=["x", "y", "z", "nx", "ny", "nz"])
+    table.to_csv(place / "dots.csv", index=False)
+    table.head(1).to_csv(place / "one.csv", index=False)
+    table.iloc[sparsurf.sample(dots, percent=10)].to_csv(place / "minimal.csv", index=False)
+    (place / "structures").mkdir()
+    for name in ("bound", "unbound", "structures/a", "structures/b"):
+        (place / f"{name}.pdb").write_text(
+            numbered(place / "protein.pdb", (10, 11, 25, 57, 102, 195, 196, 197))
+        )
+    return place
+
+
+def numbered(path, numbers):
+    """Text of a PDB file with a chain A whose residues have the numbers given."""
+    lines = [line for line in path.read_text().splitlines() if line.startswith("ATOM")]
+    new = dict(zip(dict.fromkeys(line[22:26] for line in lines), numbers, strict=True))
+    return "".join(f"{line[:21]}A{new[line[22:26]]:4d}{line[26:]}\n" for line in lines)
+
+
+def models(path, n):
+    """Text of a PDB file with n models, each a little farther along x."""
+    lines = [line for line in path.read_text().splitlines() if line.startswith("ATOM")]
+    moved = [[f"{line[:30]}{float(line[30:38]) + k:8.3f}{line[38:]}" for line in lines] for k in range(n)]
+    return "".join(f"MODEL     {k + 1:4d}\n" + "\n".join(rows) + "\nENDMDL\n" for k, rows in enumerate(moved))
+
+
+def ended(*arguments):
+    """Exit code of a command."""
+    try:
+        return command.main(list(map(str, arguments)))
+    except SystemExit as end:
+        return end.code
+
+
+@pytest.mark.parametrize("line", EXAMPLES)
+def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, capfd):
+    if "--trajectory" in line:
+        pytest.skip("test_a_frame_of_a_trajectory has the files for it")
+    folder = shutil.copytree(folder, tmp_path / "own")  # an example overwrites what others read
+    monkeypatch.chdir(folder)
+    words = line.split("|")[0].split(">")[0].split()[1:]
+    assert ended(*words) == 0
+    shown = capfd.readouterr()
+    told = [each for each in shown.err.splitlines() if not each.startswith("Compiling")]
+    if "-o" in words:
+        out = words[words.index("-o") + 1]
+        assert all(each.startswith("wrote ") for each in told) and (out == "-") == (told == [])
+        out = out.replace("{frame}", "2")
+        assert (len(shown.out) > 100) if out == "-" else (folder / out).stat().st_size > 100
+
+
+@pytest.mark.parametrize("name", command.COMMANDS)
+def test_every_option_is_explained(name, capsys):
+    assert ended(name, "--help") == 0
+    parser, _ = command.build_parser(name)
+    own = next(each for each in parser._actions if each.dest == "command").choices[name]
+    assert all(action.help for action in own._actions)
+    assert "examples:" in capsys.readouterr().out
+
+
+def test_version_and_the_list_of_commands(capsys):
+    assert ended("--version") == 0
+    assert capsys.readouterr().out == f"sparsurf {sparsurf.__version__}\n"
+    assert ended("--help") == 0
+    assert all(name in capsys.readouterr().out for name in ["surface"])
+    assert ended() == 2
+
+
+def test_formats_hold_the_same_dots(folder, tmp_path):
+    files = {end: tmp_path / f"dots.{end}" for end in ("csv", "npz", "ply", "dms", "dms.gz")}
+    for path in files.values():
+        assert ended("surface", folder / "protein.pdb", "-o", path) == 0
+    dots = sparsurf.surface(folder / "protein.pdb")
+    for end, digits in {"csv": 6e-5, "npz": 0, "dms": 6e-4, "dms.gz": 6e-4}.items():
+        again = sparsurf.read_surface(files[end])
+        assert np.abs(again.points - dots.points).max() <= digits, end
+        assert np.abs(again.normals - dots.normals).max() <= digits, end
+    table = pd.read_csv(files["csv"])
+    assert list(table) == ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "chain", "residue",
+                           "residue_name", "atom_name", "atom"]  # fmt: skip
+    assert np.allclose(table["area"], dots.area, atol=6e-5) and np.array_equal(table["atom"], dots.atom)
+    assert files["ply"].read_bytes().startswith(b"ply\n")
+    assert f"element vertex {len(dots)}\n".encode() in files["ply"].read_bytes()
+
+
+def test_commands_give_what_the_functions_give(folder, tmp_path):
+    dots = sparsurf.surface(folder / "protein.pdb")
+    for source in ("protein.pdb", "dots.csv"):
+        assert ended("roughness", folder / source, "--r-patch", 5, "-o", tmp_path / "r.csv") == 0
+        assert np.allclose(
+            pd.read_csv(tmp_path / "r.csv")["roughness"], sparsurf.roughness(dots, radius=5), atol=1e-4
+        )
+    assert (
+        ended("descriptors", folder / "protein.pdb", "--at", "3,40", "--down", "-o", tmp_path / "z.npz") == 0
+    )
+    with np.load(tmp_path / "z.npz") as found:
+        assert np.array_equal(found["z"], sparsurf.descriptors(dots, [3, 40], up=False))
+        assert np.array_equal(found["points"], dots.points[[3, 40]]) and found["dot"].tolist() == [3, 40]
+    assert ended("descriptors", folder / "protein.pdb", "--every", 500, "-o", tmp_path / "z.csv") == 0
+    table = pd.read_csv(tmp_path / "z.csv")
+    assert list(table)[:5] == ["dot", "x", "y", "z", "z_0_0"] and list(table)[-1] == "z_20_20"
+    assert np.allclose(table.filter(like="z_").iloc[1], sparsurf.descriptors(dots, [500])[0], rtol=1e-8)
+
+
+def test_the_kept_dots_stand_for_all(folder, tmp_path):
+    dots = sparsurf.surface(folder / "protein.pdb")
+    for asked, n in (
+        (["--dots", 77], 77),
+        (["--percent", 5], round(0.05 * len(dots))),
+    ):
+        assert ended("minimal", folder / "protein.pdb", *asked, "-o", tmp_path / "m.csv") == 0
+        table = pd.read_csv(tmp_path / "m.csv")
+        assert len(table) == n == table["dot"].nunique() and table["weight"].sum() == len(dots)
+        assert np.allclose(table[["x", "y", "z"]], dots.points[table["dot"]])
+
+
+@pytest.mark.parametrize("wishes", [{"floor": "fresh dots"}, {"n_S_percent": 7, "sampler": "poisson"}])
+def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wishes):
+    """Whatever the study calls the protein; the seed is the same by default."""
+    molecule, place = read_molecule(folder / "protein.pdb"), {key: str(tmp_path / key) for key in FILES}
+    rules = rules_of(1.4, "auto")
+    surface = fitting_surface(molecule, 0, radii(molecule, "dms"), rules, 0.5, "x", False)[0]
+    write_npz(place["surface"], surface)
+    pd.DataFrame({"roughness": sparsurf.roughness(surface)}).to_csv(place["roughness"])
+    settings = {"surface": rules | {"radii": "dms"}, "seed": SEED, "evaluation": {"test_dots": 200}}
+    settings["patches"] = {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.5}
+    settings["sampling"] = {"moved_centre": True, "every_patch": True}
+    settings["minimal"] = {"sampler": "farthest", "settle": False} | wishes
+    inputs = {key: place[key] for key in ("surface", "roughness", "floors")}
+    own = str(folder / "protein.pdb")
+    measure_floors.main(inputs | {"own": own}, {"floors": place["floors"]}, settings, {}, "a/f3", 1)
+    take_minimal.main(inputs | {"structure": own}, place, settings, "a/f3")
+    options = {"n_S_percent": "--percent", "sampler": "--sampler"}
+    words = [each for key, value in wishes.items() if key in options for each in (options[key], value)]
+    assert ended("minimal", own, *words, "-o", tmp_path / "own.csv") == 0
+    assert (tmp_path / "own.csv").read_bytes() == (tmp_path / "table").read_bytes()
+
+
+def test_without_a_size_as_few_dots_are_kept_as_reach_the_floor_of_fresh_dots(folder, tmp_path):
+    """Described from what half as many give back, patches differ more than from other dots of the surface; not so from these."""
+    assert ended("minimal", folder / "protein.pdb", "-o", tmp_path / "few.csv") == 0
+    table = pd.read_csv(tmp_path / "few.csv")
+    assert {"nx", "weight", "spacing", "reach"} <= set(table) and table["spacing"].between(0.4, 4).all()
+    molecule = read_molecule(folder / "protein.pdb")
+    ready = sparsurf.prepare(sparsurf.surface(molecule), seed=9)  # other test dots
+
+    def lay(xyz):
+        return sparsurf.surface((xyz, radii(molecule, "dms")))
+
+    floor = floors(ready, 200, lay, molecule.xyz[0], moved=()).set_index("floor").loc["fresh dots", "Z"]
+    tests, few = ready.draw_tests(200), table["dot"].to_numpy()
+    subsets = [few, few[: len(few) // 2]]
+    z = ready.distances(subsets, tests, ready.describe(tests)[0], "recovered")[0].mean(axis=1)
+    assert len(few) < 0.3 * len(ready.points) and z[0] < 1.25 * floor < z[1]
+
+
+def test_a_density_above_the_usual_is_told_of_the_surface_alone(folder, tmp_path, capfd):
+    """Not of those that its noise floor is measured on."""
+    assert ended("minimal", folder / "protein.pdb", "--d-link", 0.45, "-o", tmp_path / "few.csv") == 0
+    assert capfd.readouterr().err.count("dots per Å^2 instead of") == 1
+
+
+def test_the_floor_is_that_of_dots_as_dense_on_as_many_tests_as_in_a_study(folder, tmp_path, monkeypatch):
+    seen = []
+
+    def floors(ready, n_tests, lay, atoms, moved):
+        seen.append((n_tests, len(lay(atoms)), len(ready.points)))
+        raise InputError("enough")
+
+    monkeypatch.setattr(minimal, "measured_floors", floors)
+    assert (
+        ended("minimal", folder / "protein.pdb", "--density", 2, "--d-link", 1, "-o", tmp_path / "x.csv") == 1
+    )
+    assert seen[0][0] == 200 and seen[0][1] == seen[0][2]
+
+
+def test_fewer_dots_suffice_at_better_places(folder, tmp_path):
+    found = []
+    for name, more in (("as", []), ("better", ["--settle"])):
+        assert ended("minimal", folder / "protein.pdb", *more, "-o", tmp_path / f"{name}.csv") == 0
+        found.append(pd.read_csv(tmp_path / f"{name}.csv"))
+    places = sparsurf.surface(folder / "protein.pdb").points[found[1]["dot"]]
+    moved = np.linalg.norm(found[1][["x", "y", "z"]] - places, axis=1)
+    assert len(found[1]) < len(found[0]) and 0 < moved.mean() < 0.3
+
+
+def test_the_surface_comes_back_from_the_kept_dots_alone(folder, tmp_path):
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    shutil.copy(folder / "protein.pdb", alone)
+    assert ended("minimal", alone / "protein.pdb", "--percent", 10, "-o", alone / "few.csv") == 0
+    for path in alone.iterdir():
+        if path.name != "few.csv":
+            path.unlink()
+    shutil.move(alone / "few.csv", tmp_path)
+    assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / "dense.npz") == 0
+    dots, dense = sparsurf.surface(folder / "protein.pdb"), sparsurf.read_surface(tmp_path / "dense.npz")
+    few = sparsurf.read_surface(tmp_path / "few.csv")
+    assert np.isnan(dense.area).all() and set(dense.atom) == {-1} == set(dense.kind)  # nobody knows
+    assert ended("recover", tmp_path / "few.csv", "-o", tmp_path / "dense.dms") == 0
+    area = area_of(dense)[0]
+    assert sparsurf.read_surface(tmp_path / "dense.dms").area == pytest.approx(area / len(dense), abs=0.0005)
+    assert np.allclose(dense.points[: len(few)], few.points) and len(dense) > 0.8 * len(dots)
+    gap = cKDTree(dots.points).query(dense.points)[0]
+    assert gap.mean() < 0.25  # half the distance between neighbouring dots, about
+    assert ended("minimal", folder / "protein.pdb", "--percent", 10, "-o", tmp_path / "few.ply") == 0
+    assert ended("recover", tmp_path / "few.ply", "-o", tmp_path / "of_mesh.npz") == 0
+    of_mesh = sparsurf.read_surface(tmp_path / "of_mesh.npz")  # its dots are rounded otherwise
+    assert np.allclose(of_mesh.points[: len(few)], few.points, atol=1e-3)
+    assert abs(len(of_mesh) - len(dense)) < 0.01 * len(dense)
+
+
+def test_a_mesh_is_made_where_it_is_asked_for(folder, tmp_path):
+    known = sparsurf.mesh(folder / "protein.pdb")
+    for options in ([], ["--mesh"], ["--binary"]):
+        assert ended("surface", folder / "protein.pdb", *options, "-o", tmp_path / "x.ply") == 0
+        head = (tmp_path / "x.ply").read_bytes()[:600]
+        n = (
+            len(known.triangles)
+            if options == ["--mesh"]
+            else 2 * len(sparsurf.surface(folder / "protein.pdb"))
+        )
+        found = int(head.split(b"element face ")[1].split()[0])
+        # of a closed surface without handles 2 V - 4, of which a few dots may be left out
+        assert found == pytest.approx(n, abs=8)
+
+
+def test_normals_that_point_inward_are_told_of(folder, tmp_path, capfd):
+    table = pd.read_csv(folder / "minimal.csv")
+    assert ended("recover", folder / "minimal.csv", "--mesh", "-o", tmp_path / "mesh.ply") == 0
+    assert "point inward" not in capfd.readouterr().err
+    table[["nx", "ny", "nz"]] *= -1
+    table.to_csv(tmp_path / "inside.csv", index=False)
+    assert ended("recover", tmp_path / "inside.csv", "--mesh", "-o", tmp_path / "mesh.ply") == 0
+    assert "the normals point inward: turn them around" in capfd.readouterr().err
+
+
+def test_residues_with_negative_numbers_are_no_option(folder, tmp_path, capfd):
+    for words in (["--residues", "-3-2"], ["--residues=-3-2"]):
+        assert ended("surface", folder / "protein.pdb", *words, "-o", tmp_path / "o.csv") == 1
+        assert "expected one argument" not in capfd.readouterr().err
+    assert ended("surface", folder / "protein.pdb", "--residues", "-3-212", "-o", tmp_path / "o.csv") == 0
+    own = read_molecule(folder / "protein.pdb", residues="209-212")
+    assert len(pd.read_csv(tmp_path / "o.csv")) == len(sparsurf.surface(own))
+
+
+def test_places_off_the_surface_are_told(folder, tmp_path, capfd):
+    table = pd.read_csv(folder / "minimal.csv").head(3)
+    table[["x", "y", "z"]] /= 10  # nm
+    table.to_csv(tmp_path / "nm.csv", index=False)
+    assert (
+        ended("recover", folder / "minimal.csv", "--around", tmp_path / "nm.csv", "-o", tmp_path / "z.csv")
+        == 0
+    )
+    assert capfd.readouterr().err.startswith(
+        "sparsurf: warning: --around: 3 of 3 places have no patch, as no dot lies within 6 Å; their descriptors are zeros\n"
+    )
+    assert not pd.read_csv(tmp_path / "z.csv").filter(like="z_").to_numpy().any()
+
+
+@pytest.mark.parametrize("size", [[], ["--dots", "1"]])
+def test_one_dot_is_its_own_subset(tmp_path, capfd, size):
+    (tmp_path / "one.csv").write_text("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n")
+    assert ended("minimal", tmp_path / "one.csv", *size, "-o", "-") == 0
+    kept = pd.read_csv(io.StringIO(capfd.readouterr().out))
+    assert kept[["x", "dot", "weight"]].to_numpy().tolist() == [[1, 0, 1]]
+
+
+def test_a_locale_without_the_letter_shows_another(folder, tmp_path):
+    command_line = [sys.executable, "-m", "sparsurf", "surface", "--help"]
+    own = {
+        "PYTHONPATH": str(ROOT / "src"),
+        "PYTHONIOENCODING": "ascii",
+    }  # not a package that is installed
+    process = subprocess.run(command_line, env=os.environ | own, capture_output=True, check=True)
+    assert b"dots per ?^2" in process.stdout
+
+
+def test_a_frame_of_a_trajectory(folder, tmp_path):
+    data = ROOT / "data" / "tdp43"
+    arguments = ["surface", data / "topology.pdb", "--trajectory", data / "trajectory.xtc"]
+    arguments += ["--residues", "209-212", "-o", tmp_path / "dots.npz"]
+    places = []
+    for frame in (0, 20):
+        assert ended(*arguments, "--frame", frame) == 0
+        places.append(sparsurf.read_surface(tmp_path / "dots.npz").points)
+    molecule = sparsurf.read_molecule(data / "topology.pdb", data / "trajectory.xtc", residues="209-212")
+    for frame, points in zip((0, 20), places, strict=True):
+        assert np.array_equal(points, sparsurf.surface(molecule, frame=frame).points)
+    assert len(places[0]) != len(places[1]) or np.abs(places[0] - places[1]).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["surface", "no.pdb", "-o", "x.csv"], 1, "no.pdb does not exist: check the path."),
+        (["surface", "dots.csv", "-o", "x.csv"], 1, "dots.csv is no structure by its suffix"),
+        (["surface", "protein.pdb", "-o", "x.doc"], 1, "cannot be written as '.doc'"),
+        (["surface", "protein.pdb", "-o", "no/such/x.csv"], 1, "there is no folder"),
+        (["surface", "protein.pdb", "--frame", "1", "-o", "x.csv"], 1, "there is no frame 1"),
+        (["surface", "protein.pdb", "--chains", "Q", "-o", "x.csv"], 1, "has no chain Q"),
+        (["surface", "protein.pdb", "--probe", "-1", "-o", "x.csv"], 2, "'-1' must be a number, more than 0"),
+        (["surface", "protein.pdb"], 2, "-o/--output"),
+        (["surfaces", "protein.pdb"], 2, "surfaces"),
+        (["roughness", "protein.pdb", "-o", "x.dms"], 1, "cannot be written as '.dms'"),
+        (
+            ["roughness", "protein.pdb", "--density", "1", "-o", "x.csv"],
+            1,
+            "D_link = 0.5 Å is below 1.3 times",
+        ),
+        (["minimal", "protein.pdb", "--dots", "1000000", "-o", "x.csv"], 1, "1000000 are more than the"),
+        (["minimal", "protein.pdb", "--dots", "2.5", "-o", "x.csv"], 2, "must be a whole number"),
+        (["minimal", "protein.pdb", "--dots", "5", "--z", "1", "-o", "x.csv"], 2, "not allowed with"),
+        (["descriptors", "protein.pdb", "--at", "9999999", "-o", "x.csv"], 1, "there is no dot 9999999"),
+        (["descriptors", "protein.pdb", "--at", "1,-2", "-o", "x.csv"], 2, "must be whole numbers"),
+        (
+            ["minimal", "protein.pdb", "--percent", "10", "--seed", "-1", "-o", "x.csv"],
+            2,
+            "argument --seed: '-1' must be a whole number, 0 to 18446744073709551615",
+        ),
+        (["surface", "protein.pdb", "--probe", "11", "-o", "x.csv"], 2, "more than 0 and at most 10"),
+        (["surface", "protein.pdb", "--density", "1e9", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["surface", "protein.pdb", "--d-link", "inf", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["roughness", "dots.csv", "--r-patch", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["descriptors", "dots.csv", "--radius", "101", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["recover", "minimal.csv", "--density", "1e9", "-o", "x.csv"], 2, "more than 0 and at most 100"),
+        (["recover", "minimal.csv", "--reach", "10.1", "-o", "x.csv"], 2, "more than 0 and at most 10"),
+        (["recover", "minimal.csv", "--steps", "1001", "-o", "x.csv"], 2, "more than 0 and at most 1000"),
+        (
+            ["recover", "minimal.csv", "--around", "minimal.csv", "--density", "2", "-o", "x.csv"],
+            1,
+            "recover: --density 2: D_link = 0.5 Å is below 1.3 times the median distance",
+        ),
+        (
+            ["recover", "minimal.csv", "--around", "minimal.csv", "--density", "2", "-o", "x.csv"],
+            1,
+            " Å), so every patch would fall apart; give a larger --density.",
+        ),
+        (
+            ["recommend", "minimal.csv"],
+            1,
+            "minimal.csv: D_link = 0.5 Å is below 1.3 times the median distance",
+        ),
+        (
+            ["recommend", "minimal.csv"],
+            1,
+            "fall apart; use a denser surface (of a structure, leave out its density; of a subset, "
+            "`sparsurf recover` makes one).",
+        ),
+        (
+            ["recover", "minimal.csv", "--around", "minimal.csv", "--mesh", "-o", "x.ply"],
+            1,
+            "recover: --around: descriptors are no mesh; leave out --mesh or --around.",
+        ),
+        (
+            ["recover", "minimal.csv", "--around", "protein.pdb", "-o", "x.csv"],
+            1,
+            "protein.pdb holds no dots",
+        ),
+        (
+            ["recover", "minimal.csv", "--mesh", "--density", "0.01", "-o", "x.ply"],
+            1,
+            "recover: the mesh is too coarse to hold the surface; ask for a higher density.",
+        ),
+        (["recover", "no.csv", "--around", "minimal.csv", "-o", "x.ply"], 1, "cannot be written as '.ply'"),
+        (
+            ["surface", "protein.pdb", "--mesh", "-o", "x.csv"],
+            1,
+            "surface: x.csv: this cannot be written as '.csv'; name a file in .ply, .vtp, .obj, .glb, .stl, .off.",
+        ),
+        (
+            ["surface", "protein.pdb", "--mesh", "-o", "-"],
+            1,
+            "surface: -: this cannot be written as '.csv'; give --format ply, vtp,",
+        ),
+        (
+            ["minimal", "protein.pdb", "-o", "x"],
+            1,
+            "minimal: x: the name has no suffix; name a file in .csv, .npz, .minimal, .ply, .vtp, .obj, .glb, .stl, .off.",
+        ),
+        *(
+            (
+                [command, "dots.csv", *option.split(), "-o", "x.csv"],
+                1,
+                f"{command}: {option.split()[0]} has no meaning for dots.csv, which holds dots; leave it out.",
+            )
+            for command, option in (
+                ("minimal", "--probe 2"),
+                ("minimal", "--hydrogens remove"),
+                ("minimal", "--frame 7"),
+                ("roughness", "--chains A"),
+                ("descriptors", "--density 9"),
+                ("roughness", "--trajectory run.pdb"),
+                ("roughness", "--radii bondi"),
+                ("roughness", "--altloc B"),
+                ("roughness", "--ligands ZN"),
+                ("roughness", "--model 1"),
+                ("roughness", "--residues 1-9"),
+                ("roughness", "--selection all"),
+            )
+        ),
+        (
+            ["recommend", "--roughness", "0.6", "--chains", "A"],
+            1,
+            "recommend: --chains has no meaning for a mean roughness; leave it out.",
+        ),
+        (
+            ["recommend", "one.csv"],
+            1,
+            "recommend: one.csv has a single dot, which has no roughness: give a surface.",
+        ),
+        (["recommend", "dots.csv", "--d-link", "0.7"], 2, "unrecognized arguments: --d-link 0.7"),
+    ],
+)
+def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, arguments, code, words):
+    monkeypatch.chdir(folder)
+    assert ended(*arguments) == code
+    shown = capsys.readouterr()
+    assert shown.out == "" and words in shown.err.splitlines()[-1] and "Traceback" not in shown.err
+    assert not list(folder.glob("x.*")) and not list(folder.glob(".sparsurf-*"))
+
+
+@pytest.mark.parametrize("words", ["surface", "surface --mesh", "roughness", "descriptors", "minimal", "recover",
+                                   "recover --mesh", "recover --around few.csv"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("out", "told"),
+    [
+        ("x.foo", "x.foo: this cannot be written as '.foo'; name a file in "),
+        ("a b/ü.ply", "a b/ü.ply: there is no folder "),
+        ("own.ply", "own.ply is a folder; name a file."),
+        (".", ". is a folder; name a file."),
+    ],
+)
+def test_where_nothing_can_be_written_is_told_before_anything_is_read(
+    tmp_path, monkeypatch, capsys, words, out, told
+):
+    """The file that is read is not there, which would be told otherwise."""
+    monkeypatch.chdir(tmp_path)
+    name, *options = words.split()
+    table = name == "descriptors" or "--around" in options
+    out, told = (each.replace(".ply", ".csv") if table else each for each in (out, told))
+    (tmp_path / "own.ply").mkdir()
+    (tmp_path / "own.csv").mkdir()
+    assert ended(name, "no.pdb", *options, "-o", out) == 1
+    assert capsys.readouterr().err.startswith(f"sparsurf {name}: {told}")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "roughness over.csv -o over.csv",
+        "roughness over.csv -o link.csv",
+        "surface a.pdb -o ./a.pdb --format csv",
+        "surface a.pdb --trajectory over.csv -o over.csv",
+        "recover dots.csv --around over.csv -o over.csv",
+    ],
+)
+def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    for name in ("over.csv", "a.pdb", "dots.csv"):
+        (tmp_path / name).write_text("as_coded")
+    (tmp_path / "link.csv").symlink_to("over.csv")
+    assert ended(*words.split()) == 1
+    command, out = words.split()[0], words.split("-o ")[1].split()[0]
+    told = f"sparsurf {command}: {out} is a file that is read; name another one to write.\n"
+    assert capsys.readouterr().err == told
+    assert {path.read_text() for path in tmp_path.iterdir()} == {"as_coded"}
+
+
+def test_a_folder_that_may_not_be_written_is_told(tmp_path, monkeypatch, capsys):
+    # not by its mode: root may write anywhere
+    monkeypatch.setattr(
+        os, "access", lambda path, mode: (str(path), mode) != (str(tmp_path), os.W_OK | os.X_OK)
+    )
+    assert ended("surface", "no.pdb", "-o", tmp_path / "x.ply") == 1
+    told = f"{tmp_path / 'x.ply'}: nothing may be written into {tmp_path}; name another folder."
+    assert capsys.readouterr().err == f"sparsurf surface: {told}\n"
+
+
+def test_too_little_memory_is_one_sentence(folder, monkeypatch, capsys):
+    monkeypatch.setattr(surface, "run", lambda asked: np.empty(2**55))
+    assert ended("surface", folder / "protein.pdb", "-o", "x.csv") == 1
+    assert capsys.readouterr().err == "sparsurf surface: there is not enough memory; ask for fewer dots.\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (KeyboardInterrupt(), 130, "sparsurf surface: interrupted\n"),
+        (OSError(2, "No such file", "a.pdb"), 1, "sparsurf surface: a.pdb: No such file.\n"),
+        (OSError(28, "No space left"), 1, "sparsurf surface: the output: No space left.\n"),
+    ],
+)
+def test_an_end_before_the_end_has_its_code_and_its_sentence(monkeypatch, capsys, error, code, told):
+    def work(asked):
+        logging.getLogger("sparsurf").info("a note")
+        raise error
+
+    log = logging.getLogger("sparsurf")
+    before = list(log.handlers), log.propagate, log.level
+    monkeypatch.setattr(surface, "run", work)
+    assert ended("surface", "a.pdb", "-o", "x.csv") == code
+    assert capsys.readouterr().err == told
+    assert (
+        log.handlers,
+        log.propagate,
+        log.level,
+    ) == before  # who calls it from Python has a log of their own
+
+
+def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
+    """A reader that leaves early, as `head` does, is no error; a small command loads nothing of the study."""
+    call = [sys.executable, "-X", "importtime", "-m", "sparsurf", "surface", "protein.pdb", "-o", "-"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    with open(tmp_path / "loaded", "w", encoding="utf-8") as errors:
+        process = subprocess.Popen(call, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=errors)
+        assert (
+            process.stdout.readline()
+            == b"x,y,z,nx,ny,nz,area,kind,chain,residue,residue_name,atom_name,atom\n"
+        )
+        process.stdout.close()
+        assert process.wait(60) == 0
+    told = (tmp_path / "loaded").read_text()
+    assert "Traceback" not in told
+    loaded = {line.rpartition("|")[2].strip() for line in told.splitlines()}
+    assert "sparsurf.surfaces.molecular_surface" in loaded
+    ours = {"sparsurf.study", "sparsurf.sampling", "sparsurf.report", "sparsurf.workflow"}
+    theirs = {"jsonschema", "snakemake", "mdtraj", "matplotlib", "scipy.spatial", "scipy.sparse"}
+    assert not loaded & (ours | theirs)

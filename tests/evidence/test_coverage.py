@@ -1,0 +1,65 @@
+"""The study of coverage: by hand on one replicate, on a pool whose truth is known, and its stored page."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from measures import coverage
+from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.study.statistics import estimate, held_out
+
+
+def test_one_replicate_by_hand():
+    x = np.random.default_rng(0).normal(size=(3, 4, 20)) + np.array([0.0, 0.1, 3.0])[:, None, None]
+    truth, found = np.array([0.0, 9.0, 3.0]), estimate(x)
+    seen = coverage.one_replicate(x, truth)
+    assert seen["fixed_t"] == np.mean([found.low[k] <= truth[k] <= found.high[k] for k in range(3)])
+    assert seen["selected_bias"] == pytest.approx(found.mean[2] - 3.0)  # the third is the winner
+    assert seen["held_out_bias"] == pytest.approx(held_out(x).mean - 3.0)
+    off = np.abs(found.mean - truth) / found.error
+    assert seen["fixed_normal"] == np.mean(off <= 1.95996)
+    assert seen["half_width"] == pytest.approx(held_out(x).half)
+    assert seen["best_in_set"] == False and seen["set_size"] == 1  # noqa: E712
+
+
+def test_intervals_of_just_that_width_hold_their_truth():
+    # means 0 and 1 with errors of 1 / sqrt(20) but for the scatter of the draws
+    x = np.random.default_rng(2).normal(size=(2, 6, 20)) + np.array([0.0, 1.0])[:, None, None]
+    found = estimate(x)
+    for errors, normal, by_t in ((1.9, 1, 1), (1.97, 0, 1), (9.0, 0, 0)):
+        seen = coverage.one_replicate(x, found.mean - errors * found.error, sets=False)
+        assert (seen["fixed_normal"], seen["fixed_t"], seen["winner"]) == (normal, by_t, by_t)
+        assert seen["selected_bias"] == pytest.approx(errors * found.error[1])
+
+
+def test_the_pool_holds_the_contenders_of_every_range(monkeypatch):
+    monkeypatch.setattr(coverage, "CONTENDERS", 2)
+    monkeypatch.setattr(coverage, "N_RANGES", 2)
+    monkeypatch.setattr(coverage.grid, "run", lambda evaluator, rows, tests, draws, readings: rows)
+    monkeypatch.setattr(coverage, "difference", lambda rows, r: rows[:, 2] + 10 * r)
+    table = pd.DataFrame(
+        {
+            "n_S_percent": [0.0, 1, 2, 3, 60, 80, 100],
+            "d_as_coded": [4.0, 3, 2, 1, 1, 2, 3],
+            "d_as_written": [4.0, 2, 1, 3, 3, 2, 1],
+            **{name: np.arange(7.0) for name in PARAMETERS},
+        }
+    )
+    d, member = coverage.pool(None, table, ("as_coded", "as_written"))
+    # kept: 0 and 1 of the lower range, 6 and 5 of the upper one; surface: 0 and 3, 4 and 5
+    assert d.tolist() == [[0, 1, 3, 4, 5, 6], [10, 11, 13, 14, 15, 16]]
+    assert member.tolist() == [0, 0, 0, 1, 1, 1]
+
+
+def test_a_normal_pool_is_covered():
+    # 8 combinations, 200 replicates: s.e. of the share of fixed intervals below 0.01
+    rng = np.random.default_rng(1)
+    pool = (
+        rng.normal(size=(8, 1, 1)) * 0.02 + 0.1 * rng.normal(size=(8, 24, 1)) + rng.normal(size=(1, 1, 400))
+    )
+    pool = pool + 0.7 * rng.normal(size=(8, 24, 400))
+    table = coverage.replicates(pool, np.array([2] * 8), 6, 60, 200, rng, sets=False)
+    row = table.iloc[0]
+    assert row["range"] == 3 and row["n_combinations"] == 8
+    assert row["fixed_t"] == pytest.approx(0.95, abs=0.025) and row["fixed_normal"] < row["fixed_t"]
+    assert row["selected_bias"] > 0.03 and abs(row["held_out_bias"]) < 0.03

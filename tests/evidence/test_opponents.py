@@ -1,0 +1,115 @@
+"""Opponents at equal bytes: dots on a mesh lie on it, and what is counted is what there is."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.spatial import cKDTree
+
+from measures import opponents
+from measures.recovery import errors, truth
+from sparsurf.recovery.recovering import recover
+from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.mesh import molecular_mesh
+from sparsurf.surfaces.molecular_surface import molecular_surface
+
+ATOMS, RADII = np.array([[0.0, 0, 0], [2.5, 0, 0], [4.0, 1.5, 0]]), np.array([1.9, 1.7, 1.8])
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return molecular_mesh(np.zeros((1, 3)), np.array([4.0]))
+
+
+def test_normals_at_corners_and_dots_on_a_mesh(ball):
+    corners, triangles = ball.vertices.points, ball.triangles
+    assert opponents.corner_normals(corners, triangles) == pytest.approx(corners / 4, abs=0.1)
+    points, normals = opponents.dots_on(corners, triangles, np.random.default_rng(0))
+    radius, unit = np.linalg.norm(points, axis=1), corners[::35] / 4
+    assert radius.max() <= 4 + 1e-9 and radius.min() > 3.96
+    assert normals == pytest.approx(points / radius[:, None], abs=0.06)
+    recovered, _ = recover(4 * unit, unit)
+    assert len(points) == pytest.approx(len(recovered), rel=0.1)
+    apart = cKDTree(points).query(points, k=2)[0][:, 1]
+    assert apart.min() >= 0.65 / 5.35**0.5 - 1e-9
+
+
+def test_normals_at_the_corners_of_a_cube_are_its_diagonals():
+    # by angle it does not matter which of its corners the diagonal of a face divides
+    corners = np.array([[x, y, z] for x in (-1.0, 1) for y in (-1.0, 1) for z in (-1.0, 1)])
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    triangles = np.array([[a, *pair] for a, b, c, d in faces for pair in ((b, c), (c, d))])
+    assert opponents.corner_normals(corners, triangles) == pytest.approx(corners / 3**0.5)
+
+
+def test_bytes_and_errors():
+    asked = []
+
+    def coarser(vertices, triangles, n):
+        asked.append(n)
+        mesh = molecular_mesh(ATOMS, RADII, step=0.7)
+        return mesh.vertices.points, mesh.triangles
+
+    rows = opponents.measure("three atoms", ATOMS, RADII, coarser, 40, (10.0,)).set_index("sampler")
+    kept, mesh = rows.loc[opponents.KEPT], rows.loc[opponents.MESH]
+    assert kept["bytes"] == 24 * kept["n_S"]
+    assert asked == [2 * kept["n_S"]]  # triangles, two for every corner
+    corners = rows.loc[opponents.CORNERS]
+    assert corners["n_S"] == mesh["n_S"] and corners["bytes"] == 24 * corners["n_S"]
+    assert mesh["bytes"] == 12 * mesh["n_S"] + 6 * (
+        2 * mesh["n_S"] - 4
+    )  # Euler: two triangles a vertex, but for four
+    surface = molecular_surface(ATOMS, RADII)
+    evaluator = Evaluator(surface, seed=20261120, name="three atoms")
+    chosen = SAMPLERS["farthest"](evaluator, kept["n_S"], evaluator.stream("recovery", "farthest"))
+    wanted = errors(
+        *recover(surface.points[chosen], surface.normals[chosen]), truth(ATOMS, RADII, evaluator.area)
+    )
+    assert rows.loc[opponents.KEPT, list(wanted)].to_dict() == pytest.approx(wanted)
+    sparse, many = rows.loc[opponents.SPARSE], rows.loc[opponents.QUANTISED]
+    assert sparse["bytes"] == pytest.approx(kept["bytes"], rel=0.05)
+    assert many["bytes"] == kept["bytes"] and many["n_S"] == 3 * kept["n_S"]
+    assert rows.loc[opponents.ROUNDED, "bytes"] == 8 * kept["n_S"]
+    assert corners["distance"] < mesh["distance"]  # moved onto the surface, with its normals
+    assert rows.loc[opponents.ATOMS, "percent"] == pytest.approx(300 / len(surface))
+    assert rows.loc[opponents.ATOMS, "bytes"] == 48 and rows.loc[opponents.ATOMS, "distance"] < 0.01
+    assert rows.loc[opponents.SETTLED, "distance"] < kept["distance"]
+    assert (
+        rows.loc[opponents.ROUNDED_ATOMS, "bytes"] == 18
+        and rows.loc[opponents.ROUNDED_ATOMS, "distance"] < 0.01
+    )
+    few = opponents.measure("no mesh", ATOMS, RADII, None, 40, (100 * 30.6 / len(surface),)).set_index(
+        "sampler"
+    )
+    assert opponents.MESH not in few.index and few.loc[opponents.KEPT, "n_S"] == 31
+
+
+@given(
+    arrays(float, (5, 3), elements=st.floats(-300, 300)),
+    arrays(float, (5, 3), elements=st.floats(-1, 1)).filter(
+        lambda n: (np.linalg.norm(n, axis=1) > 0.01).all()
+    ),
+)
+def test_a_rounded_dot_is_near_and_takes_its_bits(points, normals):
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    places, units = opponents.rounded(points, normals)
+    assert np.abs(places - points).max() <= 0.0025 + 1e-9
+    assert np.linalg.norm(units, axis=1) == pytest.approx(1)
+    # one step of 255 across the octahedron: its face is stretched by at most 3^(1/2) * 3 / 2 towards the sphere
+    assert np.degrees(np.arccos(np.clip((units * normals).sum(axis=1), -1, 1))).max() < 1.2
+    again = opponents.rounded(places, units)
+    assert again[0] == pytest.approx(places) and again[1] == pytest.approx(units)
+
+
+def test_the_axes_survive_the_rounding_of_a_normal_but_for_half_a_step():
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    assert opponents.rounded(np.zeros((6, 3)), axes)[1] == pytest.approx(axes, abs=1.5 / 255)
+
+
+def test_atoms_are_rounded_to_steps_of_their_box():
+    xyz = np.random.default_rng(0).uniform(-50, 50, (200, 3))
+    step = np.ptp(xyz, axis=0).max() / (2**15 - 1)
+    gap = (opponents.rounded_places(xyz) - xyz) / step
+    assert np.abs(gap).max() <= 0.5 + 1e-6 and np.abs(gap).max() > 0.4

@@ -1,0 +1,229 @@
+"""What holds over many proteins: by hand, by simulation, and from made-up studies."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import binom, spearmanr
+from test_summary import ROUGHS, run_of, study
+
+from measures import over_proteins, protein_variants, studies
+
+PERCENTS = (1.0, 1.5, 2.5, 4.0, 6.0, 10.0, 15.0, 25.0, 40.0, 60.0)
+
+
+def curve(protein="p", sampler="uniform", reading="as_written", factor=1.0):
+    """Z that falls with the square root of n_S: `factor` times as many dots are needed for the same Z."""
+    percents = np.array(PERCENTS)
+    table = {"protein": protein, "sampler": sampler, "reading": reading, "percent": percents}
+    return pd.DataFrame(table | {"n_S_percent": percents, "Z": np.sqrt(factor * 10 / percents)})
+
+
+def floor(protein="p", **z):
+    return pd.DataFrame(
+        [(protein, name, value) for name, value in z.items()], columns=["protein", "floor", "Z"]
+    )
+
+
+def floors_at(fresh):
+    return floor(**{"fresh dots": fresh, "turned": 1.0, "atoms moved 0.1 Å": 2.0, "atoms moved 0.3 Å": 0.9})
+
+
+def test_enough_is_where_the_curve_comes_near_a_reference():
+    found = over_proteins.enough(curve(), floors_at(0.1)).set_index("reference")["n_S_percent"]
+    # Z = sqrt(10 / n) within a tenth of 1: n = 10 / 1.1^2
+    assert found["turned"] == pytest.approx(10 / over_proteins.CLOSE**2)
+    assert found["fresh dots"] == np.inf
+    assert found["atoms moved 0.1 Å"] == pytest.approx(10 / (2 * over_proteins.CLOSE) ** 2)
+    assert (over_proteins.enough(curve(), floors_at(9.0))["n_S_percent"] == 0).sum() == 1
+
+
+def test_quartiles_hold_numbers_beyond_what_was_measured():
+    table = pd.DataFrame({"n_S_percent": [0.0, 1, 2, 3, 4, 5, 6, np.inf, np.inf]})
+    row = over_proteins.enough_means(table.assign(sampler="s", reading="as_written", reference="y")).iloc[0]
+    assert (row["median"], row["highest"], row["lowest"]) == (4, np.inf, 0)
+    assert (row["n"], row["n_less"], row["n_more"]) == (9, 1, 2)
+    ten = pd.DataFrame(
+        {"n_S_percent": np.arange(10.0), "sampler": "s", "reading": "as_written", "reference": "y"}
+    )
+    row = over_proteins.enough_means(ten).iloc[0]  # the 3rd, the 5th and the 8th: values that were found
+    assert (row["quarter"], row["median"], row["three_quarters"]) == (2, 4, 7)
+
+
+@pytest.mark.parametrize("n", [6, 20, 65])
+def test_interval_of_a_median_is_that_of_ranks(n):
+    low, high = over_proteins.median_interval(np.random.default_rng(0).permutation(n).astype(float))
+    # it misses the median where at most `low` values lie below it, or above
+    assert high == n - 1 - low
+    assert 1 - 2 * binom.cdf(low, n, 0.5) >= 0.95 > 1 - 2 * binom.cdf(low + 1, n, 0.5)
+
+
+def test_interval_of_a_median_covers_skewed_numbers():
+    rng, held = np.random.default_rng(1), 0
+    for _ in range(400):
+        low, high = over_proteins.median_interval(rng.exponential(size=20))
+        held += low <= np.log(2) <= high
+    assert held / 400 > 0.92  # exactly 0.959
+
+
+def test_times_fewer_dots_is_the_ratio_of_the_curves():
+    curves = pd.concat([curve(), curve(sampler="farthest", reading="recovered", factor=0.25)])
+    found = over_proteins.needed(curves)
+    own = found[found["sampler"] == "farthest"].set_index("target")
+    assert own["factor"].to_numpy() == pytest.approx([4, 4, 4]) and not own["bound"].any()
+    far = over_proteins.needed(pd.concat([curve(), curve(sampler="paper", factor=4)]))
+    far = far[far["sampler"] == "paper"].set_index("target")
+    assert far["bound"].tolist() == [False, True, True] and far.loc[40.0, "n_S_percent"] == 60
+
+
+def test_means_of_factors_are_geometric():
+    tables = [
+        pd.concat([curve(p), curve(p, "farthest", factor=1 / f)])
+        for p, f in zip("abc", (2, 4, 8), strict=True)
+    ]
+    found = over_proteins.needed_means(over_proteins.needed(pd.concat(tables)))
+    row = found[(found["sampler"] == "farthest") & (found["target"] == 25)].iloc[0]
+    assert row["factor"] == pytest.approx(4) and row["n"] == 3
+    # ln 2, ln 4, ln 8: sd ln 2, t(.975, 2) = 4.3027
+    assert row["factor_high"] == pytest.approx(4 * 2 ** (4.3027 / np.sqrt(3)), rel=1e-4)
+
+
+def test_z_over_the_floor_is_taken_protein_by_protein():
+    curves = pd.concat([curve("a"), curve("b", factor=4)])
+    floors = pd.concat([floor("a", **{"fresh dots": 0.5}), floor("b", **{"fresh dots": 2.0})])
+    row = over_proteins.recovered_means(curves, floors).set_index("percent").loc[10.0]
+    assert row["Z"] == pytest.approx(1.5) and row["over_floor"] == pytest.approx(1.5) and row["n"] == 2
+    assert row["highest"] == pytest.approx(2.0) and row["highest_protein"] == "b"
+
+
+@pytest.fixture(scope="module")
+def made_up():
+    """Twelve proteins that like one and the same combination best under `as_coded`."""
+    results = study(lambda r, s: 2, ROUGHS)
+    return results, run_of(results)
+
+
+def test_a_winner_is_looked_for_where_both_rules_have_one():
+    parameters = {"alpha": 1.0, "beta": 0.0, "gamma": [0.0, 2.0, np.nan], "delta": 0.0}
+    theirs = pd.DataFrame({"reading": "as_coded", "n_combinations": [1, 1, 0], **parameters, "best_set": ""})
+    mine = theirs.assign(n_combinations=1, best_set=["(1, 0, 0, 0)", "(1, 0, 4, 0)", "(1, 0, 6, 0)"])
+    of = [SimpleNamespace(result=SimpleNamespace(ranges=ranges)) for ranges in (mine, theirs)]
+    assert protein_variants.held(*of) == 0.5
+
+
+def test_the_factor_of_a_variant_is_that_of_a_quarter_of_uniform_dots():
+    recovered = curve(sampler="farthest", reading="recovered")
+    recovered["Z"] = 5 / recovered["percent"]  # that of 25 % uniform dots, sqrt(10 / 25), at 7.9 %
+    ranges = pd.DataFrame({"reading": ["as_coded", "as_coded", "as_written"], "d_held_out": [0.5, 1.0, -0.5]})
+    measured = SimpleNamespace(ranges=ranges, protein="p"), floor(**{"fresh dots": 0.25})
+    found = protein_variants.claims((*measured, pd.concat([curve(), recovered])))
+    assert found["factor"] == pytest.approx(25 / (5 / np.sqrt(0.4)), rel=1e-3)
+    assert (
+        found["over_floor"] == pytest.approx(2)
+        and found["d_as_coded"] == 0.75
+        and found["d_as_written"] == -0.5
+    )
+
+
+def test_d_over_proteins(made_up):
+    table = over_proteins.d_by_range(made_up[1]["summary"]).set_index(["reading", "range"])
+    row = table.loc[("as_coded", 3)]
+    assert row["n"] == row["n_above"] == 12 and row["own_low"] < 1.0 < row["own_high"]
+    assert row["own_low"] > 0.9 and abs(row["lost"]) < 0.1
+    assert table.loc[("as_written", 3), "n_below"] >= 10 and table.loc[("as_written", 0), "own_high"] < 0
+    assert abs(row["near"]) < 0.1 and row["near_low"] <= row["near"] <= row["near_high"]
+    assert table.loc[("as_written", 3), "n_above"] == 0  # though of some the interval holds 0
+    assert ("as_coded", 2) not in table.index  # nothing keeps 12 %
+
+
+def test_d_of_two_proteins_by_hand():
+    """Each counts once, with the mean of its ranges; an empty range does not count."""
+    rows = [
+        ("a", 1, 5, 10.0, 1.0, 0.5, 1.5, 0.75, 0.875),
+        ("a", 2, 5, 30.0, 3.0, -0.5, 6.5, 2.0, 2.25),
+        ("b", 1, 5, 20.0, -1.0, -1.5, -0.5, -1.0, -1.5),
+        ("b", 2, 0, 99.0, 99.0, 99.0, 99.0, 99.0, 99.0),
+    ]
+    columns = ["protein", "range", "n_combinations", "n_S_percent", "d_held_out", "d_held_out_low"]
+    columns += ["d_held_out_high", "d_from_all", "d_from_near"]
+    table = over_proteins.d_by_range(pd.DataFrame(rows, columns=columns).assign(reading="as_coded"))
+    whole, first, second = table.to_dict("records")
+    assert [each["range"] for each in (whole, first, second)] == [0, 1, 2]
+    assert (first["n"], first["n_above"], first["n_below"], second["n"]) == (2, 1, 1, 1)
+    assert (second["n_above"], second["n_below"]) == (0, 0)  # its interval holds 0
+    assert (first["n_S_percent"], whole["n_S_percent"], second["n_S_percent"]) == (15, 20, 30)
+    assert (first["own"], whole["own"], second["own"]) == (0, 0.5, 3)  # a has 2 in the mean, b -1
+    assert (first["from_all"], first["lost"], first["near"]) == (-0.125, 0.125, -0.1875)
+    assert (second["lost"], second["near"]) == (1.0, 0.25)
+    assert np.isnan(first["own_high"])  # two proteins have no interval yet
+
+
+def test_one_combination_is_the_best_on_all(made_up):
+    results, run = made_up
+    table = over_proteins.plateaus(results, run["summary"]).set_index(["reading", "range"])
+    row = table.loc[("as_coded", 3)]
+    assert row["winner"] == row["best_set"] == "(1, 0, 2, 0)" and row["n_best_set"] == 1
+    assert row["n_there"] == 12 and row["n_held"] >= 11
+
+
+def test_a_protein_counts_only_where_it_has_the_winner_in_that_range(made_up):
+    results, run = made_up
+    other = results[0].grid.assign(n_S_percent=30 - results[0].grid["n_S_percent"])
+    moved = [replace(results[0], grid=other), *results[1:]]
+    table = over_proteins.plateaus(moved, run["summary"]).set_index(["reading", "range"])
+    assert table.loc[("as_coded", 3), "n_there"] == 11
+
+
+def test_the_plateau_breaks_where_proteins_differ():
+    results = study(lambda r, s: 5 * (s % 2), ROUGHS)
+    row = (
+        over_proteins.plateaus(results, run_of(results)["summary"])
+        .set_index(["reading", "range"])
+        .loc[("as_coded", 3)]
+    )
+    assert row["n_held"] < 8
+
+
+def test_confidence_sets_over_proteins_hold_the_best(made_up):
+    rng = np.random.default_rng(3)
+    assert over_proteins.coverage_of_set(made_up[0], "as_coded", 3, 3, rng, resampled=60) > 0.9
+    alike = study(lambda r, s: 2.5, ROUGHS)  # two combinations are equally good
+    assert over_proteins.coverage_of_set(alike, "as_coded", 3, 3, rng, resampled=60) > 0.85
+
+
+def test_coverage_tells_normal_numbers_from_skewed_ones():
+    rng = np.random.default_rng(4)
+    normal = over_proteins.coverage_of_mean(rng.normal(size=40), rng)
+    skewed = over_proteins.coverage_of_mean(np.append(np.zeros(39), 1.0), rng)
+    assert normal == pytest.approx(0.95, abs=0.02) and skewed < 0.75
+
+
+def test_power_grows_with_the_number_of_proteins():
+    few, many = (over_proteins.power(n, np.random.default_rng(5), runs=600) for n in (15, 60))
+    assert few["rho"] > many["rho"] > many["critical"] > 0
+    # one of four at 0.05: as a single test at 1 - 0.95^(1/4); Fisher's z of 60 pairs
+    assert many["critical"] == pytest.approx(np.tanh(2.49 / np.sqrt(57)), abs=0.03)
+    assert many["rho"] == pytest.approx(np.tanh((2.49 + 0.84) / np.sqrt(57)), abs=0.05)
+
+
+def test_rank_correlations_with_size_and_roughness():
+    surfaces = pd.DataFrame(
+        {"protein": list("abcdef"), "N": [1, 2, 3, 4, 5, 6], "mean_roughness": [3, 1, 2, 6, 5, 4]}
+    )
+    values = pd.Series([1.0, 5, 2, 8, 9, np.inf], index=list("abcdef"))
+    table = over_proteins.rank_correlations({"x": values}, surfaces).set_index("against")
+    assert table.loc["N", "rho"] == pytest.approx(spearmanr(values, surfaces["N"]).statistic)
+    assert table.loc["mean_roughness", "rho_low"] < table.loc["mean_roughness", "rho"]
+
+
+RESIDUES = ["ALA", "GLY", "SER", "VAL", "LEU", "ILE", "THR", "CYS", "MET", "PRO"]
+
+
+def test_curves_are_the_rows_of_a_comparison():
+    measures = ["Z as_written", "Z recovered", "Z centres", "position"]
+    rows = {"sampler": "uniform", "percent": 5.0, "n_S": 10.0, "n_S_percent": 5.1}
+    found = studies.by_n_s(pd.DataFrame([rows | {"measure": m, "value": k} for k, m in enumerate(measures)]))
+    assert found[["reading", "Z"]].to_numpy().tolist() == [["as_written", 0], ["recovered", 1]]
+    assert list(found) == ["sampler", "percent", "n_S", "n_S_percent", "reading", "Z"]

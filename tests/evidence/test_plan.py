@@ -1,0 +1,88 @@
+"""What the evidence is planned by: structures with checksums, complexes, and marks that follow code and settings."""
+
+import gzip
+import hashlib
+from pathlib import Path
+
+import pytest
+
+import plan
+from conftest import ROOT
+from sparsurf import InputError
+
+CONFIG = {"tables": "tables", "figures": "figures"}
+
+
+def structure(tmp_path, content=b"ATOM", name="a.pdb", url=""):
+    (tmp_path / name).write_bytes(content)
+    return plan.Structure("a", name, url, hashlib.sha256(b"ATOM").hexdigest(), ("recover",))
+
+
+def test_a_structure_of_the_folder_is_what_was_measured(tmp_path):
+    assert structure(tmp_path).local(tmp_path) == tmp_path / "a.pdb"
+    assert structure(tmp_path, gzip.compress(b"ATOM"), "a.pdb.gz").local(tmp_path) == tmp_path / "a.pdb.gz"
+    assert structure(tmp_path).local(None) is None
+    with pytest.raises(InputError, match=r"a\.pdb differs"):
+        structure(tmp_path, b"ATOMS").local(tmp_path)
+
+
+def test_what_the_folder_lacks_is_fetched_with_its_checksum(tmp_path):
+    source = plan.Source("evidence/structures.csv", str(tmp_path), "fetched")
+    assert source.path("1A2K_r") == "fetched/1A2K_r_b-matched.pdb"
+    assert source.downloads["1A2K_r_b-matched.pdb"].name == "1A2K_r"
+    entry = source.protein("1A2K_r", model=1)
+    assert set(entry) == {"url", "sha256", "model"} and entry["sha256"] == source.known["1A2K_r"].sha256
+    assert source.protein("tdp43_c1") == {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
+
+
+@pytest.mark.parametrize("table", ["evidence/structures.csv", "evidence/quick/structures.csv"])
+def test_every_chain_has_its_structures(table):
+    sets = plan.Source(table, None, "").sets
+    kinds = (
+        "recover",
+        "exponents",
+        "proteins",
+        "recovered",
+        "whole",
+        "varied",
+        "hydrogens",
+        "descriptors",
+        "coverage",
+    )
+    assert all(sets[kind] for kind in kinds)
+    assert set(sets["coverage"]) | set(sets["whole"]) | set(sets["varied"]) <= set(sets["proteins"])
+    if table == "evidence/structures.csv":
+        assert len(sets["proteins"]) == 65 and len(sets["descriptors"]) >= 5 and len(sets["coverage"]) >= 5
+
+
+def test_complexes_stand_in_their_order_and_unbound_forms_behind_their_bound_ones():
+    found = list(plan.pairs(plan.structures("evidence/structures.csv")).items())
+    assert found[0] == ("1a1u", ("1a1u_A", "1a1u_C")) and len(found) == 1 + 46 + 2 * 6
+    assert found[-2:] == [("2OOB", ("2OOB_r", "2OOB_l")), ("2OOB_u", ("2OOB_r_u", "2OOB_l_u"))]
+
+
+def test_a_mark_follows_the_settings_and_what_it_draws():
+    chains = plan.Chains(CONFIG)
+    first = chains.add("a", {"n": 1}, ["tabulate_power.py"], tables=["power"])
+    assert first.tables == {"power": "tables/power.csv"} and first.mark.startswith("tables/made/a-")
+    other = plan.Chains(CONFIG).add("a", {"n": 2}, ["tabulate_power.py"])
+    assert other.mark != first.mark
+    drawn = [
+        plan.Chains(CONFIG).add("b", {}, ["tabulate_power.py"], of=[one]).mark
+        for one in (first, other, first)
+    ]
+    assert drawn[0] == drawn[2] != drawn[1]
+
+
+def test_a_chain_without_its_mark_is_old_and_old_marks_are_forgotten(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    chains = plan.Chains(CONFIG)
+    chain = chains.add("a", {"n": 1}, ["tabulate_power.py"], tables=["power"])
+    for path in ("tables/power.csv", "tables/made/a-0123"):
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        Path(path).touch()
+    assert chains.old() == ["a"]
+    Path(chain.mark).touch()
+    assert chains.old() == []
+    chains.forget_old()
+    assert [path.name for path in Path("tables/made").iterdir()] == [Path(chain.mark).name]

@@ -1,0 +1,163 @@
+"""Coordinates that no molecule can have are refused with the frame and the atoms; what real files hold passes."""
+
+import logging
+from dataclasses import replace
+
+import mdtraj
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from peptides import peptide, write
+from sparsurf import InputError
+from sparsurf.molecules import geometry
+from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule
+
+TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
+
+
+@pytest.fixture(scope="module")
+def molecule():
+    """Fourteen residues in six frames, more than are looked at together (see `few_at_once`)."""
+    return read_molecule(TOPOLOGY, ROOT / "data" / "tdp43" / "trajectory.xtc", residues="209-222", stride=180)
+
+
+@pytest.fixture(autouse=True)
+def few_at_once(monkeypatch):
+    monkeypatch.setattr(geometry, "FRAMES", 2)
+
+
+def moved(molecule, frame, atoms, by):
+    xyz = molecule.xyz.copy()
+    xyz[frame, atoms] += by
+    return replace(molecule, xyz=xyz)
+
+
+def refused(molecule, words, **keys):
+    with pytest.raises(InputError, match=words):
+        geometry.refuse_impossible(molecule, "run.xtc", **keys)
+
+
+def test_a_sound_molecule_passes_and_turns_with_the_box(molecule):
+    geometry.refuse_impossible(molecule, "run.xtc")
+    turned = replace(molecule, xyz=molecule.xyz[:, :, [1, 2, 0]] + [900.0, -900, 0])
+    geometry.refuse_impossible(turned, "run.xtc")
+
+
+def test_a_residue_that_is_too_wide_is_named_with_its_frame_and_atom(molecule):
+    atom = np.flatnonzero((molecule.residue == "213") & (molecule.name == "CG"))[0]
+    refused(moved(molecule, 4, atom, 30.0), "GLN 213 .* in frame 4 .atom CG is farthest out")
+    refused(replace(molecule, xyz=10 * molecule.xyz), "GLU 209 .* in frame 0 .* give lengths in nm")
+    refused(replace(molecule, xyz=10 * molecule.xyz), "in the order of top.pdb", topology="top.pdb")
+
+
+def test_a_bond_that_breaks_in_a_later_frame_is_named(molecule):
+    tail = molecule.residue_index >= 7  # shifted as a whole: only the bond to residue 6 tells
+    refused(moved(molecule, 5, tail, 6.0), "the bond C-N of .* in frame 5")
+    ring = np.flatnonzero((molecule.residue == "214") & (molecule.name == "OH"))[0]
+    refused(moved(molecule, 3, ring, [0, 0, 5.0]), "the bond CZ-OH of TYR 214 .* in frame 3")
+    geometry.refuse_impossible(moved(molecule, 3, ring, [0, 0, 5.0]), "run.xtc", whole=False)
+
+
+def test_another_order_of_the_atoms_is_refused(molecule):
+    rng = np.random.default_rng(5)
+    inside = np.concatenate(
+        [rng.permutation(np.flatnonzero(molecule.residue_index == k)) for k in range(molecule.n_residues)]
+    )  # no residue is wider than before
+    refused(replace(molecule, xyz=molecule.xyz[:, inside]), "of the bonds that its names imply")
+
+
+def test_equal_residues_in_another_order_are_refused(tmp_path):
+    lines = peptide(["ALA"] * 20).splitlines(keepends=True)
+    atoms = np.arange(100).reshape(20, 5)[np.random.default_rng(5).permutation(20)].ravel()
+    mixed = "".join(line[:30] + lines[atom][30:] for line, atom in zip(lines, atoms, strict=True))
+    with pytest.raises(InputError, match="of the bonds that its names imply are there in frame 0; copy it"):
+        read_molecule(write(tmp_path / "a.pdb", mixed + "END\n"))
+
+
+def test_a_part_far_away_is_refused_and_two_chains_of_a_crystal_are_not(tmp_path):
+    near = peptide() + peptide(chain="B", origin=(0, 300, 0)) + "END\n"
+    assert read_molecule(write(tmp_path / "near.pdb", near)).n_residues == 8
+    far = peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 900, 0)) + "END\n"
+    with pytest.raises(InputError, match=r"of ALA 1 B lies 8\d\d Å from the other atoms in frame 0"):
+        read_molecule(write(tmp_path / "far.pdb", far))
+
+
+@pytest.mark.parametrize("kind", ["xtc", "dcd", "trr", "nc"])
+def test_zeroed_coordinates_of_a_trajectory_are_refused(tmp_path, kind):
+    every = mdtraj.load(str(TOPOLOGY))
+    frames = mdtraj.join([every] * 3)
+    frames.xyz[2, 100:300] = 0.0
+    frames.save(str(tmp_path / f"a.{kind}"))
+    with pytest.raises(InputError, match=rf"a\.{kind}.* in frame 2"):
+        read_molecule(TOPOLOGY, tmp_path / f"a.{kind}")
+    with pytest.raises(InputError, match="in frame 2"):
+        from_mdtraj(frames)
+
+
+# --- what is said where a file or a key holds more or less than it announces ----------------------------
+
+
+def warned(caplog, *arguments, **keys):
+    caplog.clear()
+    with caplog.at_level(logging.WARNING, "sparsurf"):
+        read_molecule(*arguments, **keys)
+    return caplog.text
+
+
+def test_residues_that_are_not_there_are_told(caplog):
+    assert "has no residue 1 of '1-222'" in warned(caplog, TOPOLOGY, residues="1-222")
+    assert "has no residue 200 and 300 of '200-300'" in warned(caplog, TOPOLOGY, residues="200-300")
+    assert "has no residue" not in warned(caplog, TOPOLOGY, residues="209-222,240")
+
+
+def test_alternate_locations_that_are_not_there_are_told(caplog):
+    assert "altloc Q changes nothing" in warned(caplog, TOPOLOGY, altloc="Q")
+    assert "altloc" not in warned(caplog, TOPOLOGY, altloc="highest")
+
+
+def test_models_that_are_announced_and_missing_are_told(tmp_path, caplog):
+    models = "".join(f"MODEL        {k}\n{peptide()}ENDMDL\n" for k in (1, 2)) + "END\n"
+    path = write(tmp_path / "a.pdb", f"NUMMDL    20\n{models}")
+    assert "a.pdb announces 20 models and holds 2" in warned(caplog, path)
+    assert "announces" not in warned(caplog, write(tmp_path / "b.pdb", f"NUMMDL    2\n{models}"))
+
+
+@pytest.mark.parametrize("kind", ["nc", "xtc", "trr", "dcd", "xyz"])
+def test_a_trajectory_that_is_written_twice_is_told(tmp_path, caplog, kind):
+    every = mdtraj.load(str(TOPOLOGY))
+    once = mdtraj.join([every] * 3)
+    once.xyz = once.xyz + 0.01 * np.arange(3)[:, None, None]
+    once.time = np.arange(3.0)
+    once.save(str(tmp_path / f"once.{kind}"))
+    assert "repeats" not in warned(caplog, TOPOLOGY, tmp_path / f"once.{kind}")
+    twice = mdtraj.join([once, once])
+    twice.save(str(tmp_path / f"twice.{kind}"))
+    assert "its second half repeats the first" in warned(caplog, TOPOLOGY, tmp_path / f"twice.{kind}")
+
+
+def test_time_that_goes_back_is_told(tmp_path, caplog):
+    frames = mdtraj.join([mdtraj.load(str(TOPOLOGY))] * 4)
+    frames.xyz = frames.xyz + 0.01 * np.arange(4)[:, None, None]
+    frames.time = np.array([0.0, 1, 0, 1])
+    frames.save(str(tmp_path / "a.xtc"))
+    assert "time goes back to 0 ps at frame 2" in warned(caplog, TOPOLOGY, tmp_path / "a.xtc")
+
+
+def test_a_lactam_bridge_is_no_missing_atom(tmp_path, caplog):
+    """The atom that leaves when side chains of a polymer join is not missing; a bond to a metal excuses none."""
+    whole = peptide(["ALA", "ALA", "ALA", "ALA", "ALA"])
+    lacking = "".join(line for k, line in enumerate(whole.splitlines(keepends=True)) if k != 14)  # CB of 3
+    bridge = "LINK         CG  ALA A   3                 NZ  ALA A   5     1555   1555  1.33\n"
+    metal = bridge.replace(" NZ  ALA A   5", "ZN    ZN A   9")
+    assert "1 residue lacks heavy atoms, the first is ALA A 3" in warned(
+        caplog, write(tmp_path / "a.pdb", lacking)
+    )
+    assert "lack" not in warned(caplog, write(tmp_path / "b.pdb", bridge + lacking))
+    assert "1 residue lacks" in warned(caplog, write(tmp_path / "c.pdb", metal + lacking))
+    short = "".join(
+        line
+        for line in lacking.splitlines(keepends=True)
+        if line[12:16] != " O  " or "   3" not in line[22:26]
+    )
+    assert "1 residue lacks" in warned(caplog, write(tmp_path / "d.pdb", bridge + short))

@@ -1,0 +1,178 @@
+"""Smoothing, interface, areas under the curve, references: exact cases and plain references."""
+
+import gemmi
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+from scipy.stats import mannwhitneyu
+
+from conftest import make_blob
+from sparsurf.pairs import baselines
+from sparsurf.pairs.interface import interface, native_pairs
+from sparsurf.pairs.neighbourhoods import means_within, smooth
+from sparsurf.pairs.ranking import auc, blocks_of_residues, bootstrap_auc
+
+
+@pytest.fixture(scope="module")
+def dots():
+    return make_blob(800)[0]
+
+
+def test_means_equal_the_plain_mean(dots):
+    rng = np.random.default_rng(1)
+    points, places, values = (
+        np.append(dots, [[40.0, 0, 0]], axis=0),
+        dots[::3],
+        rng.normal(size=(len(dots[::3]), 2)),
+    )
+    means, counts = means_within(points, places, values, 4.0, threads=2)
+    near = cdist(points, places) <= 4.0
+    assert np.array_equal(counts, near.sum(axis=1))
+    some = counts > 0
+    assert np.allclose(means[some], (near @ values)[some] / counts[some, None], rtol=1e-12)
+    assert not some[-1] and np.isnan(means[~some]).all()
+
+
+def test_smoothing_keeps_a_constant_and_a_lonely_dot_takes_the_nearest_value():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [20, 0, 0]])
+    centres, values = np.array([0, 2]), np.array([1.0, 5.0])
+    assert smooth(points, centres, values, 1.5).tolist() == [1.0, 3.0, 5.0, 5.0]
+    assert smooth(points, centres, values, 0.0).tolist() == [1.0, 1.0, 5.0, 5.0]
+    assert smooth(points, centres, np.full(2, 0.25), 6.0).tolist() == [0.25] * 4
+
+
+def test_the_published_smoothing_reaches_six_angstrom():
+    points = np.array([[0.0, 0, 0], [5.9, 0, 0], [12.0, 0, 0]])
+    assert smooth(points, np.array([0, 1]), np.array([1.0, 3.0])).tolist() == [2.0, 2.0, 3.0]
+
+
+def test_two_planes_touch_where_they_are_near():
+    x, y = np.meshgrid(np.arange(10.0), np.arange(10.0))
+    lower = np.stack([x.ravel(), y.ravel(), np.zeros(100)], axis=1)
+    upper = lower[lower[:, 0] >= 5] + [0, 0, 2.5]
+    touching = interface(lower, upper)
+    # 2.5 Å above, and one step of 1 Å beside: 2.69 Å; two steps: 3.2 Å
+    assert np.array_equal(touching, lower[:, 0] >= 4)
+    pairs = native_pairs(lower, upper)
+    assert np.array_equal(pairs[:, 0], np.flatnonzero(touching))
+    above = lower[:, 0][pairs[:, 0]] >= 5
+    assert np.allclose(upper[pairs[above, 1]], lower[pairs[above, 0]] + [0, 0, 2.5])
+
+
+def test_a_dot_at_the_very_distance_does_not_touch():
+    points, partner = (
+        np.array([[0.0, 0, 0], [5, 0, 0], [9, 0, 0]]),
+        np.array([[9.0, 2, 0], [0, 3, 0], [5, 2, 0]]),
+    )
+    assert interface(points, partner).tolist() == [False, True, True]
+    assert native_pairs(points, partner).tolist() == [[1, 2], [2, 0]]
+
+
+def test_area_of_known_rankings():
+    labels = np.array([True, True, False, False])
+    assert auc(np.array([4.0, 3, 2, 1]), labels) == 1.0
+    assert auc(np.array([1.0, 2, 3, 4]), labels) == 0.0
+    assert auc(np.array([1.0, 1, 1, 1]), labels) == 0.5
+    assert auc(np.array([4.0, 1, 3, 2]), labels) == 0.5
+    assert np.isnan(auc(np.arange(4.0), np.ones(4, bool)))
+
+
+def test_area_equals_mann_whitneys_u_and_weights_equal_repeats():
+    rng = np.random.default_rng(2)
+    score, labels = rng.integers(0, 30, 400).astype(float), rng.random(400) < 0.3
+    u = mannwhitneyu(score[labels], score[~labels]).statistic / labels.sum() / (~labels).sum()
+    assert auc(score, labels) == pytest.approx(u, abs=1e-12)
+    times = rng.integers(0, 4, (2, 400))
+    repeated = [auc(np.repeat(score, t), np.repeat(labels, t)) for t in times]
+    assert np.allclose(auc(score, labels, times), repeated, atol=1e-12)
+
+
+def test_blocks_keep_residues_whole_and_stay_short(dots):
+    residue = np.round(dots[:, 0] / 3).astype(int) * 10 + np.round(dots[:, 1] / 3).astype(int)
+    block = blocks_of_residues(dots, residue, 6.0)
+    assert sorted(set(block)) == list(range(block.max() + 1))
+    assert block.max() > 3
+    for each in np.unique(residue):
+        assert len(set(block[residue == each])) == 1
+    middles = np.array([dots[residue == each].mean(axis=0) for each in np.unique(residue)])
+    owner = np.array([block[residue == each][0] for each in np.unique(residue)])
+    for each in range(block.max() + 1):
+        assert cdist(middles[owner == each], middles[owner == each]).max() <= 12.0
+
+
+def test_a_residue_joins_the_nearest_block():
+    # the first lies at 0, the farthest from it at 16 begins the second; 7 stays with 0, 9 goes over
+    points = np.array([[0.0, 0, 0], [7, 0, 0], [9, 0, 0], [16, 0, 0]])
+    assert blocks_of_residues(points, np.arange(4), 10.0).tolist() == [0, 0, 1, 1]
+
+
+def test_draws_and_dots_without_an_answer_do_not_count():
+    # two dots: a draw that holds both has the area 1, one that holds one of them twice has none
+    score, positive = np.array([1.0, 0.0, np.nan]), np.array([True, False, False])
+    found = bootstrap_auc({"score": score}, positive, np.array([0, 1, 1]), np.random.default_rng(0))
+    assert found == {"score": (1.0, 1.0, 1.0)}
+
+
+def test_a_single_block_has_no_interval():
+    score, positive = {"score": np.array([2.0, 1.0, 0.0])}, np.array([True, False, False])
+    area, *interval = bootstrap_auc(score, positive, np.zeros(3, int), np.random.default_rng(0))["score"]
+    assert area == 1.0 and np.isnan(interval).all()
+
+
+def test_the_interval_holds_95_percent():
+    rng = np.random.default_rng(6)
+    positive = np.arange(60) < 30
+    score = rng.normal(size=60) + positive
+    _, low, high = bootstrap_auc({"s": score}, positive, np.arange(60), rng, 2000)["s"]
+    some = rng.integers(0, 60, (2000, 60))
+    drawn = np.array([auc(score[k], positive[k]) for k in some])
+    assert np.mean(drawn < low) == pytest.approx(0.025, abs=0.012)
+    assert np.mean(drawn > high) == pytest.approx(0.025, abs=0.012)
+
+
+def test_the_interval_is_wider_where_dots_come_in_blocks():
+    rng = np.random.default_rng(3)
+    block = np.repeat(np.arange(20), 50)
+    labels = np.repeat(rng.random(20) < 0.5, 50)
+    score = {"score": np.repeat(rng.normal(size=20), 50) + 0.3 * labels}
+    area, low, high = bootstrap_auc(score, labels, block, np.random.default_rng(4))["score"]
+    _, alone_low, alone_high = bootstrap_auc(score, labels, np.arange(1000), np.random.default_rng(4))[
+        "score"
+    ]
+    assert low < area < high
+    assert high - low > 3 * (alone_high - alone_low)
+    again = bootstrap_auc(score, labels, block, np.random.default_rng(4))["score"]
+    assert again == (area, low, high)
+
+
+def test_planarity_is_the_distance_from_the_best_plane():
+    rng = np.random.default_rng(5)
+    plane = np.column_stack([rng.uniform(-20, 20, (2000, 2)), np.zeros(2000)])
+    assert np.abs(baselines.planarity(plane, plane[:50])).max() < 1e-6
+    rough = plane + np.column_stack([np.zeros((2000, 2)), np.repeat([0.5, -0.5], 1000)])
+    inner = rough[np.abs(rough[:, :2]).max(axis=1) < 8][:50]
+    assert np.allclose(baselines.planarity(rough, inner), -0.5, atol=0.02)
+
+
+def test_hydropathy_is_that_of_kyte_and_doolittle():
+    names = gemmi.expand_one_letter_sequence("IVLFCMAGTSWYPHEQDNKR", gemmi.ResidueKind.AA)
+    values = [
+        4.5, 4.2, 3.8, 2.8, 2.5, 1.9, 1.8, -0.4, -0.7, -0.8,
+        -0.9, -1.3, -1.6, -3.2, -3.5, -3.5, -3.5, -3.5, -3.9, -4.5,
+    ]  # fmt: skip
+    wanted = dict(zip(names, values, strict=True))
+    assert wanted | {"MSE": 1.9} == baselines.KYTE_DOOLITTLE
+
+
+def test_protrusion_counts_atoms_and_hydropathy_averages_residues():
+    atoms = np.array([[0.0, 0, 0], [3, 0, 0], [9, 0, 0], [30, 0, 0]])
+    assert baselines.protrusion(np.array([[0.0, 0, 0], [30, 0, 0]]), atoms).tolist() == [-3.0, -1.0]
+    names = np.array(["ILE", "ARG", "XYZ", "GLY"])
+    found = baselines.hydropathy(atoms, np.array([[0.0, 0, 0], [30, 0, 0], [99, 0, 0]]), names)
+    assert np.allclose(found, [0.0, -0.4, np.nan], equal_nan=True)
+    # 'XYZ' at 9 Å does not count; ILE 4.5, ARG -4.5 and GLY -0.4 do, each alone but for it
+    alone = baselines.hydropathy(atoms, atoms, names, reach=6.5)
+    assert np.allclose(alone, [0.0, 0.0, -4.5, -0.4])
+    beside = np.array([[9.9, 0, 0], [-10.1, 0, 0]])  # 10 Å reach the first atom, or none
+    assert np.allclose(baselines.hydropathy(atoms[:1], beside, names[:1]), [4.5, np.nan], equal_nan=True)
+    assert baselines.distance_from_centroid(atoms, atoms[:1]).tolist() == [10.5]

@@ -1,0 +1,102 @@
+"""Distance of dots from the surface recovered from a few of them."""
+
+import numpy as np
+import pytest
+
+from sparsurf.patches.index import build_grid
+from sparsurf.recovery.errors import BEND, curvature, off, off_recovered, tails
+
+
+@pytest.fixture(scope="module")
+def sphere():
+    """Dots of a sphere of 8 Å, 5.4 per Å^2, with their normals."""
+    k = np.arange(4300) + 0.5
+    z, turn = 1 - 2 * k / len(k), np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
+    return 8 * unit, unit
+
+
+def test_a_tenth_of_a_sphere_gives_it_back(sphere):
+    points, normals = sphere
+    off = off_recovered(points, points[::10], normals[::10])
+    assert off[::10].max() < 1e-9
+    assert off.max() < 0.05
+
+
+def test_a_dot_off_the_surface_is_told_by_how_much(sphere):
+    points, normals = sphere
+    moved = points.copy()
+    moved[5] += 0.3 * normals[5]
+    moved[7] -= 0.3 * normals[7]
+    moved[9] += 5 * normals[9]
+    off = off_recovered(moved, points[::10], normals[::10], 2)
+    assert off[[5, 7]] == pytest.approx(0.3, abs=0.03)
+    assert off[9] == pytest.approx(5, abs=0.1)
+
+
+def test_a_missing_cap_is_far(sphere):
+    points, normals = sphere
+    below = points[:, 2] < 4
+    off = off_recovered(points, points[below][::10], normals[below][::10])
+    top = np.argmax(points[:, 2])
+    assert off[top] > 1.0
+    assert np.median(off[points[:, 2] < 3]) < 0.05
+
+
+def test_a_surface_beside_another_one(sphere):
+    points, normals = sphere
+    assert off(1.05 * points[::3], points, normals) == pytest.approx(0.4, abs=0.01)
+    assert off(np.add(points, [20, 0, 0]), points, normals).max() == pytest.approx(20, abs=0.1)
+
+
+def test_a_plane_by_hand():
+    # dots 1 Å apart on z = 0: above one of them the plane tells, 3 Å beyond the edge the nearest dot
+    x, y = np.meshgrid(np.arange(5.0), np.arange(5.0))
+    places = np.stack([x.ravel(), y.ravel(), np.zeros(25)], axis=1)
+    up = np.tile([0.0, 0, 1], (25, 1))
+    points = np.array([[2.3, 2.0, 0.5], [2.3, 2.0, -0.5], [7.0, 2.0, 0.0], [2.0, 2.0, 2.5], [2.0, 2.3, 0.0]])
+    assert off(points, places, up) == pytest.approx([0.5, 0.5, 3.0, 2.5, 0.0])
+
+
+@pytest.mark.parametrize("radius", [4.0, 6.0])
+def test_a_sphere_bends_by_one_over_its_radius_outside_and_inside(sphere, radius):
+    points, normals = sphere
+    for sign in (1, -1):
+        bend = curvature(build_grid(points, sign * normals), radius)
+        assert bend == pytest.approx(sign / 8, rel=0.01)  # exact but for dots that are not spread evenly
+
+
+def test_a_plane_does_not_bend_and_a_cylinder_half_as_much_as_a_sphere():
+    u, v = (x.ravel() for x in np.meshgrid(np.arange(-15, 15, 0.5), np.arange(-15, 15, 0.5)))
+    inner = np.hypot(u, v) < 8
+    flat = np.c_[u, v, np.zeros(len(u))]
+    assert np.abs(curvature(build_grid(flat, np.tile([0, 0, 1.0], (len(u), 1))))).max() < 1e-12
+    a = 60.0  # wide against the 6 Å of a patch
+    out = np.c_[np.sin(u / a), np.zeros(len(u)), np.cos(u / a)]
+    bend = curvature(build_grid(a * out + np.c_[0 * u, v, 0 * u], out))
+    assert bend[inner] == pytest.approx(1 / (2 * a), rel=0.02)
+
+
+def test_the_wall_across_a_cleft_bends_nothing():
+    points, up = np.random.default_rng(0).uniform(0, 20, (4000, 3)), np.zeros((4000, 3))
+    points[:, 2] = np.where(np.arange(4000) % 2, 3.0, 0.0)
+    up[:, 2] = np.where(np.arange(4000) % 2, -1.0, 1.0)  # two planes that face each other
+    assert np.abs(curvature(build_grid(points, up))).max() < 1e-12
+    assert curvature(build_grid(np.zeros((1, 3)), up[:1])).tolist() == [0]
+
+
+def test_the_number_of_threads_changes_nothing(sphere):
+    index = build_grid(*sphere)
+    assert np.array_equal(curvature(index), curvature(index, threads=2))
+
+
+def test_tails_by_hand():
+    distance = np.arange(400.0)
+    bend = np.repeat([-2 * BEND, BEND, -BEND, 2 * BEND], 100)
+    found = tails(distance, bend).set_index("where")
+    assert found["dots"].to_dict() == {"everywhere": 400, "clefts": 100, "flats": 200, "ridges": 100}
+    assert found["dots_percent"].tolist() == [100, 25, 50, 25]
+    assert found["mean"].tolist() == [199.5, 49.5, 199.5, 349.5]
+    assert found["high_99"].tolist() == pytest.approx([395.01, 98.01, 297.01, 398.01])
+    assert found["largest"].tolist() == [399, 99, 299, 399]
+    assert tails(distance, np.ones(400)).set_index("where").loc["clefts", ["mean", "largest"]].isna().all()

@@ -1,0 +1,55 @@
+"""Fields recovered from a few dots: exact where the interpolant must be, and close on a real field."""
+
+import numpy as np
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from sparsurf.recovery.fields import recovered_fields
+
+
+def test_a_linear_field_comes_back_exactly_and_dots_keep_their_values():
+    rng = np.random.default_rng(0)
+    points, places = rng.uniform(0, 20, (300, 3)), rng.uniform(3, 17, (100, 3))
+    slope = np.array([1.0, -2, 0.5])
+    found = recovered_fields(points, {"a": points @ slope, "b": rng.normal(size=300)}, places)
+    np.testing.assert_allclose(found["a"], places @ slope, atol=1e-6)
+    noise = rng.normal(size=300)
+    np.testing.assert_allclose(recovered_fields(points, {"b": noise}, points)["b"], noise, atol=1e-6)
+
+
+def test_dots_without_a_value_are_left_out():
+    points = np.random.default_rng(1).uniform(0, 9, (80, 3))
+    values = np.where(points[:, 0] > 5, np.nan, points[:, 1])
+    found = recovered_fields(points, {"a": values}, points[points[:, 0] < 4])["a"]
+    np.testing.assert_allclose(found, points[points[:, 0] < 4, 1], atol=1e-6)
+    assert np.isnan(recovered_fields(points, {"a": np.full(80, np.nan)}, points[:3])["a"]).all()
+
+
+def test_a_tenth_of_the_dots_gives_the_fields_of_a_peptide_back(tmp_path):
+    path = ROOT / "data" / "tdp43" / "topology.pdb"
+    dots = sparsurf.surface(path)
+    kept = sparsurf.sample(dots, percent=10)
+    others = np.setdiff1d(np.arange(len(dots)), kept)
+    table = sparsurf.fields(path, dots)
+    found = recovered_fields(dots.points[kept], dict(table.iloc[kept]), dots.points[others])
+    assert np.corrcoef(found["hydropathy"], table["hydropathy"][others])[0, 1] > 0.999
+    assert np.corrcoef(found["potential"], table["potential"][others])[0, 1] > 0.98
+
+
+def test_fields_of_a_file_go_through_recover(tmp_path):
+    path = ROOT / "data" / "tdp43" / "topology.pdb"
+    from sparsurf.cli.command import main
+
+    few, dense = tmp_path / "few.csv", tmp_path / "dense.ply"
+    residues = ["--residues", "209-222"]
+    fields = ["--fields", "hydropathy,potential"]
+    assert main(["minimal", str(path), "--percent", "20", *fields, *residues, "-o", str(few)]) == 0
+    assert main(["recover", str(few), "-o", str(dense)]) == 0
+    kept, whole = sparsurf.read_surface(few), sparsurf.read_surface(dense)
+    assert list(kept.fields) == ["hydropathy", "potential"] == list(whole.fields)
+    molecule = sparsurf.read_molecule(path, residues="209-222")
+    true = sparsurf.fields(molecule, whole)
+    assert np.corrcoef(true["hydropathy"], whole.fields["hydropathy"])[0, 1] > 0.999
+    # a PLY has six digits
+    assert whole.fields["potential"][: len(kept)] == pytest.approx(kept.fields["potential"], rel=1e-4)

@@ -1,0 +1,346 @@
+"""Pages: their numbers are those of the tables, they need no other site, they escape what a user named."""
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import write_front_page
+from sparsurf.report import ensemble_page, pair_page, summary_page
+from sparsurf.report.first_page import TEMPLATE, first_page
+from sparsurf.report.numbers import against_zero, interval, number, share, span
+from sparsurf.report.page import TEMPLATES, code, embedded, linked_in_report, render
+
+READINGS = ("as_coded", "as_written")
+D = {"as_coded": 2.51, "as_written": -0.28}  # of the best range
+
+
+class Page(HTMLParser):
+    """What a page holds: texts by class, cells of its tables, targets of links and pictures."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.text, self.rows, self.links, self.sources, self._open = {}, [], [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        known = dict(attributes)
+        self.links += [known["href"]] if "href" in known else []
+        self.sources += [known["src"]] if "src" in known else []
+        self.rows += [[]] if tag == "tr" else []
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+        if tag not in ("meta", "img", "br", "!doctype"):
+            self._open.append((tag, known.get("class", "")))
+
+    def handle_endtag(self, tag):
+        while self._open and self._open.pop()[0] != tag:
+            pass
+
+    def handle_data(self, data):
+        if any(tag in ("td", "th") for tag, _ in self._open):
+            self.rows[-1][-1] += data
+        for _, name in self._open:
+            self.text[name] = self.text.get(name, "") + data
+
+
+def summary_rows(protein, conformation):
+    rows = []
+    for reading in READINGS:
+        for k, share_of_best in enumerate((0.5, 1.0, 0.2), 1):
+            d = D[reading] * share_of_best
+            rows.append(
+                {"protein": protein, "conformation": conformation, "mean_roughness": 0.6, "reading": reading}
+                | {"range": k, "n_S_low_percent": 30.0 * k - 30, "n_S_high_percent": 30.0 * k, "n_S_percent": 30.0 * k - 5}
+                | {"alpha": 1.0, "beta": 0.0, "gamma": 2.0 * k, "delta": 0.0}
+                | {"d_held_out": d, "d_held_out_low": d - 0.1, "d_held_out_high": d + 0.1}
+            )  # fmt: skip
+    return rows
+
+
+def write_run(folder, places=(("p", "c1"),)):
+    """The tables of a run that its first page is made of, and files that it leads to; their paths from the folder."""
+    rows = [row for place in places for row in summary_rows(*place)]
+    summary = pd.DataFrame(rows)
+    names = dict.fromkeys(places)
+    surfaces = pd.DataFrame(
+        [
+            {"protein": p, "conformation": c, "N": 2000 + k, "mean_roughness": 0.6}
+            | {f"best_{reading}": "(1, 0, 4, 0)" for reading in READINGS}
+            for k, (p, c) in enumerate(names)
+        ]
+    )
+    relation = summary.drop_duplicates(["reading", "range"]).assign(d=1.0)
+    for name, table in (("summary", summary), ("surfaces", surfaces), ("relation", relation)):
+        folder.mkdir(parents=True, exist_ok=True)
+        table.to_csv(folder / f"{name}.csv", index=False)
+    files = ["summary.csv", "surfaces.csv", "relation.csv"]
+    for k, (p, c) in enumerate(places):
+        own = folder / p / c
+        (own / "figures").mkdir(parents=True)
+        enough = [("farthest", "fresh dots", 0.5, reading, 100, percent + k, 0.55)
+                  for reading, percent in (("as_written", 60.0), ("recovered", 6.4))]  # fmt: skip
+        columns = ["sampler", "floor", "Z_floor", "reading", "n_S", "n_S_percent", "Z"]
+        pd.DataFrame(enough, columns=columns).to_csv(own / "enough.csv", index=False)
+        for name in (
+            "best.json",
+            "minimal.csv",
+            "grid.csv",
+            "view.html",
+            "ranges.html",
+            "figures/roughness.png",
+            "figures/enough.png",
+        ):
+            (own / name).write_text("x")
+        made = (
+            "enough.csv",
+            "view.html",
+            "ranges.html",
+            "minimal.csv",
+            "figures/roughness.png",
+            "figures/enough.png",
+        )
+        files += [f"{p}/{c}/{name}" for name in made]
+    return files
+
+
+def first(folder, files, **more):
+    return render(TEMPLATE, **first_page(folder, files, (), **more))
+
+
+def test_texts_of_numbers():
+    assert number(-0.004) == "0.00" and number(-0.006) == "−0.01" and number(np.nan) == number(None) == ""
+    assert [share(x) for x in (6.44, 7.0, 9.96, 45.2, 99.7, 100.0)] == ["6.4", "7", "10", "45", "99.7", "100"]
+    assert span([1.0, 1.001]) == "1.00" and span([2.0, 1.0]) == "1.00 to 2.00"
+    assert interval(1.0, 0.5, 1.5) == "1.00 (0.50 to 1.50)" and interval(1.0, np.nan, np.nan) == "1.00"
+    ends = [(0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1), (np.nan, np.nan)]
+    assert [against_zero(*each) for each in ends] == ["above", "below", "around", "unknown"]
+    assert code("set `a<b`, <i>") == "set <code>a&lt;b</code>, &lt;i&gt;"
+
+
+def test_the_cards_hold_what_the_tables_say(tmp_path):
+    page = Page(first(tmp_path / "run", write_run(tmp_path / "run")))
+    blue, coded = page.text["card"], page.text["card coded"]
+    assert "6.4 %" in blue
+    assert "d = 2.5" in coded and "d = −0.3" in coded and "55 % of the dots" in coded
+    assert "beats a uniform" in coded and "loses to a uniform" in coded
+    rows = [row for row in page.rows if row[0] == "30 – 60"]
+    assert rows == [
+        ["30 – 60", "(1, 0, 4, 0)", "2.51 (2.41 to 2.61)", "(1, 0, 4, 0)", "−0.28 (−0.38 to −0.18)"]
+    ]
+
+
+def test_d_as_written_is_that_of_the_range_where_d_as_coded_is_largest(tmp_path):
+    folder = tmp_path / "run"
+    files = write_run(folder)
+    summary = pd.read_csv(folder / "summary.csv")
+    summary.loc[(summary["reading"] == "as_written") & (summary["range"] == 3), "d_held_out"] = 9.0
+    summary.to_csv(folder / "summary.csv", index=False)
+    assert [card["d"] for card in first_page(folder, files, ())["surfaces"]["d"]] == ["2.5", "−0.3"]
+
+
+def test_several_surfaces_are_counted_and_spread(tmp_path):
+    folder = tmp_path / "run"
+    files = write_run(folder, [("p", f"c{k}") for k in range(1, 6)])
+    known = first_page(folder, files, ())
+    assert known["surfaces"]["enough"]["percent"] == "8.4"  # 6.4 to 10.4
+    assert known["surfaces"]["enough"]["span"] == "6.4 to 10"
+    assert known["surfaces"]["d"][0]["places"]["above"] == 5
+    text = render(TEMPLATE, **known)
+    assert "on all surfaces" in text and text.count("<details") == 1  # the galleries beyond three
+    places = [heading for heading, *_ in known["galleries"]]
+    assert places == [f"p/c{k}" for k in range(1, 6)]
+
+
+def test_a_run_begins_with_what_failed_and_its_warnings(tmp_path):
+    folder = tmp_path / "run"
+    files = write_run(folder)
+    table = pd.DataFrame(
+        [("p", "c1", "make_surface", "Left out: `HEM` <x>."), ("q", "", "", "Cut short.")] * 2,
+        columns=["protein", "conformation", "job", "sentence"],
+    )
+    table.to_csv(folder / "warnings.csv", index=False)
+    text = first(folder, files, without=[("<b>bad</b>", "no atoms & no hope.")])
+    note = Page(text).text["note"]
+    assert "<b>bad</b>" in note and "no atoms & no hope." in note and "<b>bad" not in text
+    assert "2 warnings" in note and "p/c1: Left out: HEM <x>." in note and "q: Cut short." in note
+    assert '<details class="note" open>' in text
+    assert text.index('class="note"') < text.index('class="cards"')
+    many = pd.DataFrame(
+        {"protein": "p", "conformation": "c1", "job": "", "sentence": [f"No {k}." for k in range(50)]}
+    )
+    many.to_csv(folder / "warnings.csv", index=False)
+    text = first(folder, files)
+    assert "50 warnings" in text and '<details class="note">' in text and 'href="warnings.csv"' in text
+
+
+def test_other_parts_of_a_run_have_a_card_each(tmp_path):
+    folder = tmp_path / "run"
+    files = write_run(folder)
+    needed = {"use": "surface", "measure": "Z as_written", "than": "uniform", "sampler": "farthest", "n": 1}
+    rows = [
+        needed | {"percent": p, "factor": f, "bound": b}
+        for p, f, b in ((5, 9.0, ""), (11, 1.83, "more than "))
+    ]
+    pd.DataFrame(rows).to_csv(folder / "compare_needed.csv", index=False)
+    places = [{"binning": b, "d_published": 1.0, "d_lowest": low, "d_highest": 1.5, "n_runs": 40}
+              for b, low in (("half-open", 0.5), ("half-open", 1.2), ("closed", 0.5))]  # fmt: skip
+    pd.DataFrame(places).to_csv(folder / "paper_places.csv", index=False)
+    (folder / "pairs").mkdir()
+    means = pd.DataFrame({"score": ["propensity_smoothed", "flatness"], "mean": [0.57, 0.6]}).assign(
+        low=0.52, high=0.62
+    )
+    means.to_csv(folder / "pairs" / "means.csv", index=False)
+    pd.DataFrame({"complex": ["007", "b"]}).to_csv(folder / "pairs" / "pairs.csv", index=False)
+    pd.DataFrame({"d_as_coded": [2.0, 3.0]}).to_csv(folder / "p" / "ensemble.csv", index=False)
+    files += [
+        "compare_needed.csv",
+        "paper_places.csv",
+        "pairs/means.csv",
+        "pairs/pairs.csv",
+        "p/ensemble.csv",
+    ]
+    known = first_page(folder, files, ())
+    assert known["compared"] == {"factor": "1.8", "bound": "more than", "percent": "11"}
+    assert known["paper"] == {"inside": 1, "rows": 2, "runs": 40}
+    assert known["pairs"] == {"n": 2, "auc": "0.57", "place": "above"}
+    assert known["ensembles"] == [("p", {"frames": 2, "d": "2.5", "sd": "0.7"})]
+    text = render(TEMPLATE, **known)
+    assert {"compare.html", "verdict.html", "pairs/pairs.html", "p/ensemble.html"} <= set(Page(text).links)
+
+
+def test_the_page_stands_alone_and_is_small(tmp_path):
+    folder = tmp_path / "run"
+    page = first(folder, write_run(folder, [(f"p{k}", "c1") for k in range(65)]))
+    assert len(page.encode()) < 60_000 and "<script" not in page
+    for path in Page(page).links + Page(page).sources:
+        assert not re.match(r"\w+:|//", path), path
+        assert path == "#words" or path in ("summary.html",) or (folder / path).is_file()
+
+
+def test_names_are_escaped_everywhere(tmp_path):
+    name = "<b>x&y"
+    known = first_page(tmp_path / "run", write_run(tmp_path / "run"), ())
+    known["run"], known["galleries"] = name, [(name, [], [(f"{name}/view.html", "", "view")])]
+    known["taken"] = [(f"{name}/minimal.csv", name)]
+    means = pd.DataFrame({"score": ["propensity_smoothed", name], "mean": 0.5, "low": 0.4, "high": 0.6})
+    table = pd.DataFrame({"complex": [name], "score": "propensity_smoothed", "auc": 0.5})
+    pages = [
+        render(TEMPLATE, **known),
+        render("pairs.html.j2", **pair_page.pairs_page(name, means, 1, 1, table)),
+    ]
+    for page in pages:
+        assert "<b>x" not in page and "&lt;b&gt;x&amp;y" in page
+        assert not [path for path in Page(page).links if "<" in path]
+
+
+def test_the_opening_of_the_report_leads_into_it_and_holds_its_figure(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = Path("results", "run")
+    files = write_run(folder)
+    outputs = {key: tmp_path / key for key in ("html", "part")}
+    held = [str(folder / path) for path in files if path.endswith((".png", "view.html"))]
+    beside = [str(folder / path) for path in files if str(folder / path) not in held]
+    write_front_page.main({"pages": held, "beside": beside}, outputs, folder, {"q": "too few dots."})
+    part, alone = outputs["part"].read_text(), outputs["html"].read_text()
+    assert "javascript:app.showResultInfo('results/run/p/c1/view.html')" in part and "javascript" not in alone
+    assert "data:image/png;base64,eA==" in part and "<html" not in part and "prefers-color-scheme" not in part
+    assert "q: too few dots." in Page(part).text["note"] == Page(alone).text["note"]
+    assert 'src="p/c1/figures/enough.png"' in alone and "prefers-color-scheme" in alone
+
+
+def test_links_that_the_report_does_not_hold_stay():
+    page = '<a href="a b.csv">x</a><a href="c.png">y</a><a href="#words">z</a>'
+    led = linked_in_report(page, "results/r", ["c.png"])
+    assert led == page.replace('"c.png"', "\"javascript:app.showResultInfo('results/r/c.png')\"")
+
+
+def test_figures_that_are_missing_or_too_large_stay_outside(tmp_path, monkeypatch):
+    path = tmp_path / "a.png"
+    assert embedded(path) is None
+    path.write_bytes(b"x")
+    assert embedded(path) == "data:image/png;base64,eA=="
+    monkeypatch.setattr("sparsurf.report.page.LARGEST", 0)
+    assert embedded(path) is None
+
+
+AGREEMENT = pd.DataFrame(
+    [(side, score, auc, auc - 0.1, auc + 0.1) for side, aucs in ((1, (0.65, 0.7)), (2, (0.55, 0.5)))
+     for score, auc in zip(("propensity_smoothed", "planarity"), aucs, strict=True)],
+    columns=["partner", "score", "auc", "low", "high"],
+)  # fmt: skip
+BEST = pd.DataFrame(
+    {"rank": range(1, 13), "dot_1": 5, "dot_2": 6, "residue_1": "A:VAL1", "distance": 0.5, "gap": 8.25}
+)
+CONTACTS = pd.DataFrame({"against": ["dots", "pairing"], "auc": [0.6, 0.5], "low": 0.4, "high": 0.7})
+SETTINGS = {"complementarity": {"interface": 3.5}}
+
+
+def test_a_pair_has_the_numbers_of_its_tables():
+    known = pair_page.pair_page("one", AGREEMENT, CONTACTS, BEST, SETTINGS, ("a.pdb", "b.pdb"), ["2"])
+    assert [(own["auc"], own["place"], own["baseline"], own["baseline_auc"]) for own in known["sides"]] == [
+        ("0.65", "above", "planarity", "0.70"),
+        ("0.55", "around", "planarity", "0.50"),
+    ]
+    page = Page(render(pair_page.TEMPLATE, **known))
+    assert ["complementarity, smoothed", "0.65 (0.55 to 0.75)", "0.55 (0.45 to 0.65)"] in page.rows
+    assert ["1", "A:VAL1", "0.50", "8.25"] in page.rows and ["11", "A:VAL1", "0.50", "8.25"] not in page.rows
+    assert "residues.csv" not in page.links and "3.5 Å" in page.text["page"]
+    none = pair_page.pair_page("one", AGREEMENT.head(0), CONTACTS.head(0), BEST, SETTINGS, ("a", "b"))
+    assert none["sides"] == [] and "interface" in Page(render(pair_page.TEMPLATE, **none)).text["answer"]
+
+
+def test_means_over_pairs_are_told_with_their_interval():
+    means = pd.DataFrame(
+        {"score": ["propensity_smoothed", "flatness"], "mean": [0.55, 0.6], "low": 0.51, "high": 1.7}
+    )
+    table = pd.DataFrame({"complex": ["a", "a", "b"], "score": "propensity_smoothed", "auc": [0.4, 0.6, 0.7]})
+    known = pair_page.pairs_page("run", means, 3, 2, table)
+    assert (
+        known["auc"] == "0.550 (0.510 to 1.000)"
+        and known["place"] == "above"
+        and known["baseline"] == "flatness"
+    )
+    assert known["pairs"] == [("a", "0.50"), ("b", "0.70")]
+    nothing = render(pair_page.OF_ALL, **pair_page.pairs_page("run", means.head(0), 3, 0, table.head(0)))
+    assert "None of the 3 pairs" in Page(nothing).text["answer"]
+
+
+def test_frames_are_told_by_mean_and_spread():
+    columns = {"N": [100, 200], "area": 10.0, "mean_roughness": [0.5, 0.6], "n_S_percent": [40.0, 50.0]}
+    table = pd.DataFrame(columns | {"d_as_coded": [2.0, 3.0], "d_as_written": -0.25})
+    page = Page(render(ensemble_page.TEMPLATE, **ensemble_page.ensemble_page("p", table, [1, 0, 6, 0])))
+    assert ["n_S / %", "45.0", "7.1", "40.0", "50.0"] in page.rows
+    assert ["d as written", "−0.25", "0.00", "−0.25", "−0.25"] in page.rows
+    assert "(1, 0, 6, 0) keeps 45.0 ± 7.1 %" in page.text["answer"]
+
+
+@pytest.mark.parametrize("related, n", [(0, 3), (1, 20), (4, 20)])
+def test_the_answer_on_mean_roughness_follows_from_the_tests(related, n):
+    known = {"surfaces": [], "floors": []} | {
+        "run": "r",
+        "relations": {},
+        "draws": 6,
+        "readings": [],
+    }
+    known |= {
+        "n_surfaces": n,
+        "n_proteins": n,
+        "fewest": summary_page.FEWEST,
+        "related": related,
+        "rows_tested": 20,
+    }
+    answer = Page(render(summary_page.TEMPLATE, **known)).text["answer"]
+    assert ("too few" in answer, "does not predict" in answer) == (n < 10, n >= 10 and related <= 1)
+
+
+def test_every_answer_is_short_and_no_sentence_long():
+    for path in TEMPLATES.glob("*.html.j2"):
+        text = re.sub(r"(?s)\{[{%#].*?[}%#]\}", " x ", path.read_text(encoding="utf-8"))
+        paragraphs = re.split(r"</?(?:p|li|td|th|dd|figcaption|div|h\d)\b[^>]*>|\n", text)
+        for sentence in (s for part in paragraphs for s in re.split(r"(?<=[.!?])\s", part)):
+            words = [word for word in re.sub(r"<[^>]+>", " ", sentence).split() if word != "x"]
+            assert len(words) <= 28, f"{path.name}: {' '.join(words)}"

@@ -1,0 +1,156 @@
+"""Sites: exact search and poses against plain references, the same site on a turned molecule, files and refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+
+import sparsurf
+from conftest import ROOT
+from sparsurf import InputError
+from sparsurf.cli.command import main
+from sparsurf.sites.arrangement import best_pose, rigid_fit
+from sparsurf.sites.describing import load_sites
+from sparsurf.sites.searching import BLOCK, nearest_places
+from sparsurf.sites.weighing import discriminant, learn, weighed
+
+PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
+TURN = Rotation.from_euler("xyz", [40, 100, 250], degrees=True).as_matrix()
+
+
+@pytest.fixture(scope="module")
+def turned(tmp_path_factory):
+    """The peptide turned and shifted, as a file."""
+    molecule = sparsurf.read_molecule(PEPTIDE)
+    path = tmp_path_factory.mktemp("turned") / "turned.pdb"
+    replace(molecule, xyz=molecule.xyz @ TURN + [5.0, -20, 30]).write_pdb(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def sites():
+    return sparsurf.describe_sites(PEPTIDE, percent=8)
+
+
+@pytest.fixture(scope="module")
+def sites_of_turned(turned):
+    return sparsurf.describe_sites(turned, percent=8)
+
+
+def test_the_search_in_blocks_is_the_whole_sort():
+    rng = np.random.default_rng(0)
+    query = rng.normal(size=(7, 16)).astype(np.float32)
+    targets = rng.normal(size=(2 * BLOCK + 100, 16)).astype(np.float32)
+    distance, place = nearest_places(query, targets, 5, threads=2)
+    whole = np.linalg.norm(query[:, None].astype(float) - targets, axis=2)
+    np.testing.assert_array_equal(place, np.argsort(whole, axis=1)[:, :5])
+    np.testing.assert_allclose(distance, np.sort(whole, axis=1)[:, :5], rtol=1e-4)
+
+
+def test_a_rigid_fit_and_the_best_pose_undo_a_turn():
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-10, 10, (20, 3))
+    normals = points / np.linalg.norm(points, axis=1)[:, None]
+    turn, shift = rigid_fit(points, points @ TURN + [1, 2, 3], np.ones(20))
+    np.testing.assert_allclose(turn, TURN, atol=1e-9)
+    np.testing.assert_allclose(shift, [1, 2, 3], atol=1e-9)
+    others = rng.uniform(-30, 30, (200, 3))
+    target = np.concatenate([points @ TURN + [1, 2, 3], others])
+    target_normals = np.concatenate([normals @ TURN, others / np.linalg.norm(others, axis=1)[:, None]])
+    likelihood = rng.uniform(0, 1, (20, 220))  # of wrong matches
+    likelihood[np.arange(20), np.arange(20)] = np.where(np.arange(20) % 2, 1.5, 0.2)  # half of the right ones
+    pose = best_pose(points, normals, target, target_normals, likelihood)
+    np.testing.assert_allclose(pose.turn, TURN, atol=1e-6)
+    assert (pose.match == np.arange(20)).all()
+    assert pose.score == pytest.approx(likelihood[np.arange(20), np.arange(20)].sum())
+
+
+def test_weights_turn_noise_down():
+    """Of two numbers that vary alike, the one that differs between two forms counts less."""
+    rng = np.random.default_rng(2)
+    true = rng.normal(size=(500, 1, 2))
+    noise = rng.normal(size=(2, 500, 1, 2)) * [0.05, 2.0]
+    learned = learn(
+        (true + noise[0], true + noise[1]), np.concatenate([true + noise[0], true + noise[1]]), ["shape"]
+    )
+    _, matrix = discriminant(("shape",), learned)
+    steady, noisy = np.linalg.norm(matrix, axis=1)
+    assert steady > 5 * noisy
+    with pytest.raises(InputError, match="colour has no weights"):
+        weighed(np.zeros((3, 2, 2)), ("colour",), learned)
+
+
+def test_places_are_found_again_on_a_turned_molecule(sites, sites_of_turned):
+    at = np.arange(0, len(sites), 25)
+    table = sparsurf.find(sites, sites_of_turned, at=at, n=3)
+    best = table[table["rank"] == 1]
+    true = sites.points[at] @ TURN + [5.0, -20, 30]
+    gap = np.linalg.norm(best[["x", "y", "z"]].to_numpy() - true, axis=1)
+    # other dots of the same surface, 1.5 Å apart: two forms of proteins give .83
+    assert (gap < 3).mean() > 0.9
+    assert (table.groupby("query")["score"].diff().dropna() <= 0).all()
+
+
+def test_a_site_is_found_as_a_whole_with_its_pose(turned, tmp_path):
+    hits, folder = tmp_path / "hits.csv", tmp_path / "laid"
+    call = ["find", str(PEPTIDE), str(turned), "--residues", "215-222", "--percent", "8"]
+    assert main([*call, "-o", str(hits), "--superpose", str(folder)]) == 0
+    row = pd.read_csv(hits).iloc[0]
+    assert row["rank"] == 1 and row["target"] == "turned" and row["places"] > 10
+    laid = sparsurf.read_molecule(folder / "01_turned.pdb")
+    there = sparsurf.read_molecule(turned)
+    assert np.sqrt(((laid.xyz - there.xyz) ** 2).sum(axis=2).mean()) < 1.0
+
+
+def test_saved_sites_come_back_and_are_small(sites, tmp_path):
+    path = tmp_path / "a.sites"
+    sites.save(path)
+    back = load_sites(path)
+    np.testing.assert_array_equal(back.numbers, sites.numbers)
+    assert back.settings == sites.settings and back.labels.equals(sites.labels.astype(str))
+    assert path.stat().st_size / len(sites) < 700
+    table = [sparsurf.find(each, path, at=[3], n=2) for each in (sites, path)]
+    pd.testing.assert_frame_equal(*table)
+
+
+def test_dots_with_fields_are_described_without_the_structure(tmp_path):
+    few = tmp_path / "few.csv"
+    fields = ["--fields", "hydropathy,volume"]
+    assert main(["minimal", str(PEPTIDE), "--percent", "8", *fields, "-o", str(few)]) == 0
+    found = sparsurf.describe_sites(few, percent=100, fields=("hydropathy", "volume"))
+    assert found.numbers.shape[1] == 3
+    with pytest.raises(InputError, match="no potential"):
+        sparsurf.describe_sites(few, percent=100, fields=("potential",))
+
+
+def test_what_does_not_fit_is_refused_in_a_sentence(sites, sites_of_turned, tmp_path):
+    other = replace(sites_of_turned, settings=sites_of_turned.settings | {"percent": 20.0})
+    with pytest.raises(InputError, match=r"percent 20\.0, and the query with 8"):
+        sparsurf.find(sites, other, at=[0])
+    bare = replace(sites_of_turned, settings=sites_of_turned.settings | {"fields": ["hydropathy"]})
+    with pytest.raises(InputError, match="turned has no volume"):
+        sparsurf.find(sites, bare, at=[0])
+    with pytest.raises(InputError, match="residues: '900-910' is not in topology"):
+        sparsurf.find(sites, sites_of_turned, residues="900-910")
+    with pytest.raises(InputError, match="needs 3"):
+        sparsurf.find(sites.take(np.arange(2)), sites_of_turned, residues=str(sites.labels["residue"][0]))
+    with pytest.raises(InputError, match="at: the query has the places 0 to"):
+        sparsurf.find(sites, sites_of_turned, at=[10**6])
+    with pytest.raises(InputError, match="either"):
+        sparsurf.find(sites, sites_of_turned)
+    old = replace(sites, settings=sites.settings | {"version": 0})
+    old.save(tmp_path / "old.sites")
+    with pytest.raises(InputError, match="version 0, not 1"):
+        load_sites(tmp_path / "old.sites")
+    (tmp_path / "no.sites").write_text("nothing")
+    with pytest.raises(InputError, match="holds no Sites"):
+        load_sites(tmp_path / "no.sites")
+    rng = np.random.default_rng(0)
+    few = rng.normal(size=(6, 3))
+    few /= np.linalg.norm(few, axis=1)[:, None]
+    with pytest.raises(InputError, match="no patch has 12 dots"):
+        sparsurf.describe_sites(
+            sparsurf.surface(([[0.0, 0, 0]], [1.7])).take(np.arange(6)), percent=100, fields=()
+        )

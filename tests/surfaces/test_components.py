@@ -1,0 +1,86 @@
+"""Components of a surface: cavities of hollow shells, molecules apart, patches with two borders, a real protein."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from conftest import ROOT
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.surfaces.components import components_of, table_of_components, volume_of, without_cavities
+from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.radii import radii
+
+
+def shell(n=200, radius=9.0):
+    """Centres spread over a sphere so densely that no probe passes between them."""
+    k = np.arange(n) + 0.5
+    polar, azimuth = np.arccos(1 - 2 * k / n), np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
+    return radius * unit
+
+
+def parts(xyz, sizes):
+    surface = molecular_surface(xyz, sizes)
+    component = components_of(surface, xyz, sizes)
+    return surface, component, table_of_components(surface, component)
+
+
+def test_a_hollow_shell_has_one_cavity_of_the_volume_that_is_left():
+    surface, component, table = parts(shell(), np.full(200, 1.9))
+    assert table["cavity"].tolist() == [False, True]
+    inside = np.linalg.norm(surface.points, axis=1) < 9
+    assert (component == inside).all()
+    # Between spheres that the dents between the atoms leave: 9 Å -+ the atoms' radius
+    low, high = (4 / 3 * np.pi * r**3 for r in (9 - 1.9, 9 - 1.4))
+    assert low < table["volume"][1] < high and table["volume"][0] > 4 / 3 * np.pi * 10.4**3
+    assert table["area"].sum() == pytest.approx(surface.area.sum())
+    assert volume_of(surface) == pytest.approx(table["volume"][0] - table["volume"][1], rel=0.01)
+    outside = without_cavities(surface, component)
+    assert np.array_equal(outside.points, surface.points[~inside])
+
+
+def test_a_molecule_in_a_cavity_is_none():
+    xyz = np.vstack([shell(), [[0.3, 0, 0]]])
+    _, _, table = parts(xyz, np.full(201, 1.9))
+    assert table["cavity"].tolist() == [False, True, False]
+    assert table["area"][2] == pytest.approx(4 * np.pi * 1.9**2, rel=1e-6)
+    assert table["volume"][2] == pytest.approx(4 / 3 * np.pi * 1.9**3, rel=0.01)
+
+
+def test_a_hole_in_the_shell_opens_the_cavity():
+    xyz = shell()
+    xyz = xyz[np.linalg.norm(xyz - [0, 0, 9], axis=1) > 4]
+    _, _, table = parts(xyz, np.full(len(xyz), 1.9))
+    assert table["cavity"].tolist() == [False]
+
+
+def test_molecules_apart_and_a_ring_are_components_of_their_own():
+    """A patch of the ball in the middle has two borders, one for each neighbour: it is one."""
+    row = np.array([[-3.2, 0, 0], [0, 0, 0], [3.2, 0, 0]])
+    _, _, table = parts(np.vstack([row, np.add(row, [0, 20, 0]), [[0, 0, 40]]]), np.full(7, 1.9))
+    assert table["cavity"].tolist() == [False] * 3 and table["area"][0] == pytest.approx(
+        table["area"][1], rel=0.01
+    )
+    turn = 2 * np.pi * np.arange(12) / 12
+    ring = 6 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    assert len(parts(ring, np.full(12, 1.9))[2]) == 1
+
+
+@pytest.fixture(scope="module")
+def protein():
+    molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb")
+    return molecule, radii(molecule)
+
+
+def test_components_of_a_protein_are_closed_and_turn_with_it(protein):
+    """One cavity (that of the mesh, whose triangles are connected: 2 components of 4513 and 39 Å^2)."""
+    molecule, sizes = protein
+    surface, component, table = parts(molecule.xyz[0], sizes)
+    assert table["cavity"].tolist() == [False, True]
+    np.testing.assert_allclose(table["area"], [4513.3, 39.4], rtol=0.03)
+    for each in range(2):
+        own = component == each
+        assert np.linalg.norm(surface.area[own] @ surface.normals[own]) < 0.03 * table["area"][each]
+    turned = molecule.xyz[0] @ Rotation.random(rng=np.random.default_rng(4)).as_matrix() + [5, 6, 70]
+    again = parts(turned, sizes)[2]
+    np.testing.assert_allclose(again[["area", "volume"]], table[["area", "volume"]], rtol=0.05)
