@@ -14,10 +14,10 @@ NUMBERS = st.floats(-1, 1, allow_subnormal=False)
 
 
 @settings(deadline=None, max_examples=60)
-@given(arrays(float, (9, 6), elements=NUMBERS), st.floats(1, 4000))
+@given(arrays(float, (9, 6), elements=NUMBERS), st.floats(1, 1500))
 def test_places_and_normals_come_back_within_a_step(tmp_path_factory, values, width):
     path = tmp_path_factory.mktemp("compact") / "dots.minimal"
-    values[:, 0] += np.arange(9)  # no dot twice
+    values[:, 0] += 3 * np.arange(9)  # no two dots nearer than a quarter of an Å
     length = np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
     normals = np.where(length > 1e-3, values[:, 3:] / np.maximum(length, 1e-3), [0.0, 0.0, -1.0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
