@@ -201,7 +201,7 @@ rule make_surface:
         structures=f"{PROTEIN}/structures",
     output:
         **SURFACE,
-        **inside(CONFORMATION, structure="structure.pdb", dms="surface.dms"),
+        **inside(CONFORMATION, structure="structure.pdb", dms="surface.dms", components="components.csv"),
     log:
         f"{CONFORMATION_LOGS}/make_surface.log",
     wildcard_constraints:

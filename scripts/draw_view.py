@@ -10,6 +10,7 @@ from sparsurf.recovery.errors import off_recovered
 from sparsurf.report.viewer.page import MOST_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.evaluator import Evaluator
+from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import run
 
@@ -26,6 +27,10 @@ def main(inputs, outputs, settings, name, threads):
     minimal = pd.read_csv(inputs["minimal"])
     kept, normals = minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy()
     off = off_recovered(surface.points, kept, normals, threads)
+    shown = [Values("distance from the surface recovered from minimal.csv", "off", " Å", off, "on it", "off")]
+    parts = surface.fields.get(FIELD)
+    if parts is not None and parts.max() > 0:
+        shown.append(Values("component of the surface", "component", "", parts, "largest", "smallest"))
     text = page(
         name,
         surface,
@@ -36,7 +41,7 @@ def main(inputs, outputs, settings, name, threads):
         pd.read_csv(inputs["grid"]),
         json.loads(Path(inputs["best"]).read_text(encoding="utf-8")),
         residue_names(inputs["structure"]),
-        [Values("distance from the surface recovered from minimal.csv", "off", " Å", off, "on it", "off")],
+        shown,
         minimal.get("dot", []),
     )
     Path(outputs["page"]).write_text(text, encoding="utf-8")

@@ -4,6 +4,7 @@ import pandas as pd
 
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
+from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.spacing import refuse_sparse
@@ -17,7 +18,8 @@ def main(inputs, outputs, settings, name, threads):
     refuse_sparse(surface.points, patches["D_link"], name)
     values = roughness(index, patches["R_patch"], threads, patches["roughness"])
     pd.DataFrame({"roughness": values}).to_csv(outputs["roughness"], index=False)
-    write_ply(outputs["ply"], surface, values, "roughness")
+    parts = {key: each.astype(int) for key, each in surface.fields.items() if key == FIELD}
+    write_ply(outputs["ply"], surface, values, "roughness", parts)
 
 
 if __name__ == "__main__":

@@ -53,6 +53,7 @@ CALLS = {
     "read_surface": "surfaces.read_surface.read_surface",
     "surface": "cli.making.surface",
     "mesh": "cli.making.mesh",
+    "components": "cli.making.components",
     "roughness": "cli.roughness.roughness",
     "descriptors": "cli.descriptors.descriptors",
     "prepare": "cli.subsets.prepare",

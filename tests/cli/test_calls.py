@@ -528,13 +528,12 @@ def test_options_reach_the_surface(monkeypatch):
     parser.add_argument("file")
     parser.set_defaults(quiet=True)
     options.add_molecule(parser)
-    requested = "--frame 2 --probe 1.2 --density 7 --radii bondi --d-link 0.8"
+    requested = "--frame 2 --probe 1.2 --density 7 --radii bondi --d-link 0.8 --cavities remove"
     for line in (requested, ""):
         assert options.read_dots(parser.parse_args(["a.pdb", *line.split()])) == ("dots", molecule)
-    assert asked == [
-        (molecule, {"frame": 2, "probe": 1.2, "density": 7, "radii": "bondi", "d_link": 0.8}),
-        (molecule, {"frame": 0, "probe": 1.4, "density": "auto", "radii": "dms", "d_link": 0.5}),
-    ]
+    given = {"frame": 2, "probe": 1.2, "density": 7, "radii": "bondi", "d_link": 0.8, "cavities": "remove"}
+    without = {"frame": 0, "probe": 1.4, "density": "auto", "radii": "dms", "d_link": 0.5, "cavities": "keep"}
+    assert asked == [(molecule, given), (molecule, without)]
 
 
 @pytest.fixture(scope="module")

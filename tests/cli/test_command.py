@@ -126,11 +126,27 @@ def test_formats_hold_the_same_dots(folder, tmp_path):
         assert np.abs(again.points - dots.points).max() <= digits, end
         assert np.abs(again.normals - dots.normals).max() <= digits, end
     table = pd.read_csv(files["csv"])
-    assert list(table) == ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "chain", "residue",
+    assert list(table) == ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "component", "chain", "residue",
                            "residue_name", "atom_name", "atom"]  # fmt: skip
     assert np.allclose(table["area"], dots.area, atol=6e-5) and np.array_equal(table["atom"], dots.atom)
     assert files["ply"].read_bytes().startswith(b"ply\n")
     assert f"element vertex {len(dots)}\n".encode() in files["ply"].read_bytes()
+
+
+def test_cavities_are_told_and_removed(tmp_path, capsys):
+    """All commands that make dots of a structure take --cavities."""
+    place = ROOT / "data" / "tdp43" / "topology.pdb"
+    for asked, words in (
+        ("keep", "2 components, of which 1 cavity with 224 dots"),
+        ("remove", "1 component\n"),
+    ):
+        assert ended("surface", place, "--cavities", asked, "-o", tmp_path / "d.csv") == 0
+        assert words in capsys.readouterr().err
+        table = pd.read_csv(tmp_path / "d.csv")
+        assert len(table) - (table["component"] == 0).sum() == (224 if asked == "keep" else 0)
+    how = "--dots", 50, "--cavities", "remove", "-o", tmp_path / "m.csv"
+    assert ended("minimal", place, *how) == 0
+    assert pd.read_csv(tmp_path / "m.csv")["weight"].sum() == 24600 - 224
 
 
 def test_commands_give_what_the_functions_give(folder, tmp_path):
@@ -168,7 +184,7 @@ def test_the_kept_dots_stand_for_all(folder, tmp_path):
 def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wishes):
     """Whatever the study calls the protein; the seed is the same by default."""
     molecule, place = read_molecule(folder / "protein.pdb"), {key: str(tmp_path / key) for key in FILES}
-    rules = rules_of(1.4, "auto")
+    rules = rules_of(1.4, "auto", "keep")
     surface = fitting_surface(molecule, 0, radii(molecule, "dms"), rules, 0.5, "x", False)[0]
     write_npz(place["surface"], surface)
     pd.DataFrame({"roughness": sparsurf.roughness(surface)}).to_csv(place["roughness"])
@@ -566,7 +582,7 @@ def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
         process = subprocess.Popen(call, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=errors)
         assert (
             process.stdout.readline()
-            == b"x,y,z,nx,ny,nz,area,kind,chain,residue,residue_name,atom_name,atom\n"
+            == b"x,y,z,nx,ny,nz,area,kind,component,chain,residue,residue_name,atom_name,atom\n"
         )
         process.stdout.close()
         assert process.wait(60) == 0

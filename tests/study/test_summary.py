@@ -1,6 +1,7 @@
 """The summary of a run and the recommendation, from made-up surfaces whose best parameters are known."""
 
 import json
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -26,7 +27,7 @@ from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study import summary, tables
 from sparsurf.study.grid import Grid
 from sparsurf.study.relation import correlations, mean_interval, one_each, relation, rho_interval
-from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.formats.npz import read_npz, write_npz
 from sparsurf.surfaces.surface import Surface
 
 COMBINATIONS = law.grid([0.5, 1], [0], [0, 1, 2, 3, 4, 5], [0])
@@ -497,7 +498,11 @@ def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
     assert row[["N", "area", "mean_roughness"]].tolist() == pytest.approx([1000, 250, 0.4])
     for name in ("empty_patch", "null_model"):
         assert row[name] == one.best["references"][name]
-    assert row["empty_patch"] != row["null_model"]
+    assert row["empty_patch"] != row["null_model"] and "cavities" not in row
+    surface = read_npz(folder / "surface.npz")
+    write_npz(folder / "surface.npz", replace(surface, fields={"component": np.arange(1000) >= 900}))
+    row = summary.surfaces_table([summary.read_result(folder)], PATCHES).iloc[0]
+    assert row["components"] == 2 and row["volume"] != 0
 
 
 def test_d_of_the_best_on_average_is_a_mean_over_surfaces():

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import sparsurf
 from conftest import ROOT
+from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.surfaces.components import components_of, table_of_components, volume_of, without_cavities
+from sparsurf.surfaces.components import components_of, numbers_of, table_of_components, without_cavities
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
@@ -34,9 +36,44 @@ def test_a_hollow_shell_has_one_cavity_of_the_volume_that_is_left():
     low, high = (4 / 3 * np.pi * r**3 for r in (9 - 1.9, 9 - 1.4))
     assert low < table["volume"][1] < high and table["volume"][0] > 4 / 3 * np.pi * 10.4**3
     assert table["area"].sum() == pytest.approx(surface.area.sum())
-    assert volume_of(surface) == pytest.approx(table["volume"][0] - table["volume"][1], rel=0.01)
+    inner = int(inside.sum())
+    volume = table["volume"][0] - table["volume"][1]
+    assert numbers_of(table) == {"volume": volume, "components": 2, "cavities": 1, "cavity_dots": inner}
     outside = without_cavities(surface, component)
     assert np.array_equal(outside.points, surface.points[~inside])
+
+
+@pytest.mark.parametrize("density", [6.0, 3.0])
+def test_cavities_are_removed_where_asked(density):
+    given = shell(), np.full(200, 1.9)
+    kept = sparsurf.surface(given, density=density)
+    outside = sparsurf.surface(given, density=density, cavities="remove")
+    component, table = sparsurf.components(given, kept)
+    assert table["dots"].tolist() == [len(outside), len(kept) - len(outside)]
+    assert np.array_equal(outside.points, kept.points[component == 0])
+    assert sparsurf.components(given, outside)[1]["cavity"].tolist() == [False]
+
+
+def test_a_mesh_without_its_cavity_is_closed_and_encloses_it():
+    given = shell(), np.full(200, 1.9)
+    whole, outside = (sparsurf.mesh(given, density=2.0, cavities=each) for each in ("keep", "remove"))
+    sides = np.sort(np.stack([outside.triangles, np.roll(outside.triangles, 1, axis=1)], axis=2), axis=2)
+    assert (np.unique(sides.reshape(-1, 2), axis=0, return_counts=True)[1] == 2).all()
+    assert (
+        np.linalg.norm(outside.vertices.points, axis=1).min() > 9
+        and outside.triangles.max() == len(outside.vertices) - 1
+    )
+    _, table = sparsurf.components(given, sparsurf.surface(given))
+    assert outside.volume - whole.volume == pytest.approx(table["volume"][1], rel=0.02)
+
+
+def test_what_cannot_be_is_refused():
+    given = shell(), np.full(200, 1.9)
+    for call in (sparsurf.surface, sparsurf.mesh):
+        with pytest.raises(InputError, match="cavities is 'drop'; it must be keep or remove"):
+            call(given, cavities="drop")
+    with pytest.raises(InputError, match="the dots are not those of the molecule"):
+        sparsurf.components((shell()[:100], np.full(100, 1.9)), sparsurf.surface(given))
 
 
 def test_a_molecule_in_a_cavity_is_none():

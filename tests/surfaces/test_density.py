@@ -4,6 +4,7 @@ import logging
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
@@ -88,7 +89,7 @@ def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path)
     zinc = atom_line("ZN", " ZN", "A", "9", (9, 9, 9), record="HETATM", element="ZN")
     path = write(tmp_path / "structures" / "c2.pdb", peptide() + zinc + "END\n")
     rules = SETTINGS | {"radii": "bondi", "probe_radius": 1.2}
-    outputs = {name: tmp_path / f"surface.{name}" for name in ("surface", "dms", "structure")}
+    outputs = {name: tmp_path / f"surface.{name}" for name in ("surface", "dms", "structure", "components")}
     settings = {"surface": rules, "patches": {"D_link": 1.0}}
     make_surface.main({"structures": tmp_path / "structures"}, outputs, settings, "p/c2")
     molecule = read_molecule(path, selection="all")
@@ -96,6 +97,10 @@ def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path)
     assert np.array_equal(read_npz(outputs["surface"]).points, wanted.points)
     alone = wanted.points[wanted.atom == 20] - 9
     assert np.linalg.norm(alone, axis=1) == pytest.approx(np.full(len(alone), 1.39), abs=1e-6)
+    table = pd.read_csv(outputs["components"])
+    assert table["dots"].sum() == len(wanted) and len(alone) in table["dots"].tolist()
+    component = read_npz(outputs["surface"]).fields["component"]
+    assert np.array_equal(np.bincount(component.astype(int)), table["dots"])
     lines = outputs["dms"].read_text().splitlines()
     assert sum(line.endswith(" A") for line in lines) == 21 and len(lines) == 21 + len(wanted)
     assert read_surface(outputs["dms"]).points == pytest.approx(wanted.points, abs=0.001)

@@ -2,15 +2,19 @@
 
 from types import SimpleNamespace
 
+from sparsurf import InputError
 from sparsurf.cli.inputs import DENSITY, LENGTH, PROBE, arrays, as_molecule, check_frame
 from sparsurf.patches.index import D_LINK
-from sparsurf.surfaces.molecular_surface import fitting_surface
+from sparsurf.surfaces.components import table_of_components
+from sparsurf.surfaces.molecular_surface import components_in, fitting_surface
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED
 from sparsurf.threads import available_cores
 
+CAVITIES = ["keep", "remove"]  # a list: what a user gives may have no hash
 
-def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link=D_LINK):
+
+def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link=D_LINK, cavities="keep"):
     """Solvent-excluded surface of a molecule as dots with normals.
 
     Parameters
@@ -27,6 +31,8 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
         Table of atomic radii.
     d_link : float
         Å, distance below which two dots of a patch will count as linked.
+    cavities : {'keep', 'remove'}
+        Whether the dots of closed cavities inside the molecule count.
 
     Returns
     -------
@@ -60,15 +66,51 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
     probe, d_link = PROBE.check(probe, "probe"), LENGTH.check(d_link, "d_link")
     density = DENSITY.check(density, "density", "auto")
     molecule, frame, values = _spheres(molecule, frame, radii)
-    return fitting_surface(molecule, frame, values, rules_of(probe, density), d_link, "surface")[0]
+    rules = rules_of(probe, density, cavities)
+    return fitting_surface(molecule, frame, values, rules, d_link, "surface")[0]
 
 
-def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms"):
-    """Solvent-excluded surface of a molecule as closed triangles.
+def components(molecule, dots, *, frame=0, probe=1.4, radii="dms"):
+    """Connected components of a surface: the outside of each molecule, and the closed cavities inside.
 
     Parameters
     ----------
     molecule, frame, probe, radii : as for `surface`
+    dots : what `surface` gave for the same
+
+    Returns
+    -------
+    component : (N,) int, of each dot; 0 has most dots
+    table : DataFrame with component, dots, area (Å^2), volume (Å^3) and cavity (bool)
+
+    Raises
+    ------
+    InputError : one sentence on what is wrong
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> component, table = sparsurf.components("data/tdp43/topology.pdb", dots)
+    >>> table["dots"].tolist(), table["cavity"].tolist()
+    ([24376, 224], [False, True])
+    """
+    probe = PROBE.check(probe, "probe")
+    molecule, frame, values = _spheres(molecule, frame, radii)
+    if not 0 <= dots.atom.min() <= dots.atom.max() < len(values):
+        raise InputError(
+            "components: the dots are not those of the molecule; give what surface() gave for it."
+        )
+    component = components_in(dots, molecule, frame, values, probe)
+    return component, table_of_components(dots, component)
+
+
+def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms", cavities="keep"):
+    """Solvent-excluded surface of a molecule as closed triangles.
+
+    Parameters
+    ----------
+    molecule, frame, probe, radii, cavities : as for `surface`
     density : float
         Dots per Å^2 that are as fine as the triangles.
 
@@ -88,11 +130,13 @@ def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms"):
     >>> round(found.volume, -2)
     7900.0
     """
-    from sparsurf.surfaces.mesh import molecular_mesh, step_of  # here: dots need none of its kernels
+    from sparsurf.surfaces.mesh import molecular_mesh, outside, step_of  # here: dots need none of its kernels
 
     density, probe = DENSITY.check(density, "density"), PROBE.check(probe, "probe")
     molecule, frame, values = _spheres(molecule, frame, radii)
-    return molecular_mesh(molecule.xyz[frame].round(3), values, probe, step_of(density), available_cores())
+    _check_cavities(cavities)
+    found = molecular_mesh(molecule.xyz[frame].round(3), values, probe, step_of(density), available_cores())
+    return outside(found) if cavities == "remove" else found
 
 
 def _spheres(molecule, frame, table):
@@ -105,6 +149,13 @@ def _spheres(molecule, frame, table):
     return molecule, frame, atomic_radii(molecule, table)
 
 
-def rules_of(probe, density):
+def rules_of(probe, density, cavities):
     """The config's `surface` of what the functions and commands make; a density or 'auto'."""
-    return {"method": "analytic", "probe_radius": probe, "density": density, "reentrant": "exact"}
+    _check_cavities(cavities)
+    rules = {"method": "analytic", "probe_radius": probe, "density": density, "reentrant": "exact"}
+    return rules | {"cavities": cavities}
+
+
+def _check_cavities(cavities):
+    if cavities not in CAVITIES:
+        raise InputError(f"cavities is {cavities!r}; it must be {' or '.join(CAVITIES)}.")

@@ -59,6 +59,7 @@ def minimal(
     density="auto",
     radii="dms",
     d_link=D_LINK,
+    cavities="keep",
 ):
     """The few dots that stand for a surface: those that a study and the command hand out for the same file and seed.
 
@@ -73,7 +74,7 @@ def minimal(
     settle : bool
         Whether the dots leave their places a little, so that fewer give the surface back.
     seed : int
-    frame, probe, density, radii, d_link : as in `surface`
+    frame, probe, density, radii, d_link, cavities : as in `surface`
 
     Returns
     -------
@@ -93,16 +94,27 @@ def minimal(
     }
     if len(wishes) > 1:
         raise InputError("minimal: give only one of percent, n and z.")
-    dots, own, molecule = _dots_of(given, frame, probe, density, radii, d_link)
+    how = {"probe": probe, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities}
+    dots, own, molecule = _dots_of(given, frame, how)
     return chosen(dots, own, molecule, wishes, sampler, bool(settle), seed, d_link)
 
 
-def floors(given, *, seed=DEFAULT_SEED, frame=0, probe=1.4, density="auto", radii="dms", d_link=D_LINK):
+def floors(
+    given,
+    *,
+    seed=DEFAULT_SEED,
+    frame=0,
+    probe=1.4,
+    density="auto",
+    radii="dms",
+    d_link=D_LINK,
+    cavities="keep",
+):
     """Noise floors: Z between two descriptions of one surface.
 
     Parameters
     ----------
-    given, seed, frame, probe, density, radii, d_link : as in `minimal`
+    given, seed, frame, probe, density, radii, d_link, cavities : as in `minimal`
 
     Returns
     -------
@@ -115,7 +127,8 @@ def floors(given, *, seed=DEFAULT_SEED, frame=0, probe=1.4, density="auto", radi
     >>> import sparsurf
     >>> table = sparsurf.floors("protein.pdb")  # doctest: +SKIP
     """
-    dots, own, _ = _dots_of(given, frame, probe, density, radii, d_link)
+    how = {"probe": probe, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities}
+    dots, own, _ = _dots_of(given, frame, how)
     ready = prepare(dots, d_link=d_link, seed=seed)
     return measured_floors(ready, number_of_tests(TESTS, len(dots)), **own)
 
@@ -153,7 +166,7 @@ def chosen(dots, own, molecule, wishes, sampler, settled, seed, d_link):
     return hand_out(trials, wishes or {"floor": FRESH}, found, molecule)
 
 
-def _dots_of(given, frame, probe, density, radii, d_link):
+def _dots_of(given, frame, how):
     """Dots, what places others on the atoms, and the Molecule; the last two empty for dots alone."""
     is_path = isinstance(given, str | Path)
     if (
@@ -163,13 +176,13 @@ def _dots_of(given, frame, probe, density, radii, d_link):
     ):
         return as_surface(given), {}, None
     molecule = as_molecule(given)
-    dots = surface(molecule, frame=frame, probe=probe, density=density, radii=radii, d_link=d_link)
-    return dots, _laid_on(molecule, frame, probe, density, radii, d_link), molecule
+    return surface(molecule, frame=frame, **how), _laid_on(molecule, frame, **how), molecule
 
 
-def _laid_on(molecule, frame, probe, density, radii, d_link):
+def _laid_on(molecule, frame, probe, density, radii, d_link, cavities):
     """What places other dots on the atoms of one frame."""
-    return layer(molecule, frame, atomic_radii(molecule, radii), rules_of(probe, density), d_link, "surface")
+    rules = rules_of(probe, density, cavities)
+    return layer(molecule, frame, atomic_radii(molecule, radii), rules, d_link, "surface")
 
 
 def arguments(parser):
@@ -226,6 +239,4 @@ def _each(asked):
 
 def _own(asked, molecule, frame):
     """Of a structure, what places other dots on its atoms."""
-    if molecule is None:
-        return {}
-    return _laid_on(molecule, frame, asked.probe, asked.density or "auto", asked.radii, asked.d_link)
+    return {} if molecule is None else _laid_on(molecule, frame, **options.how(asked))

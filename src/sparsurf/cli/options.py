@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from sparsurf import InputError, progress
 from sparsurf.cli.inputs import DENSITY, LENGTH, PROBE, Limits, check_frame, is_structure
+from sparsurf.cli.making import CAVITIES
 from sparsurf.cli.making import surface as surface_of
 from sparsurf.cli.outputs import FRAME
 from sparsurf.molecules.read_molecule import read_molecule
@@ -16,7 +17,7 @@ ALL = "all"
 OF_MOLECULE = ("chains", "residues", "selection", "model", "altloc", "hydrogens", "ligands")
 OF_STRUCTURE = {  # options without a meaning for a file of dots, and their defaults
     **dict.fromkeys(["trajectory", *OF_MOLECULE, "density", "frame", "frames"]),
-    **{"altloc": "first", "hydrogens": "keep", "probe": 1.4, "radii": "dms"},
+    **{"altloc": "first", "hydrogens": "keep", "probe": 1.4, "radii": "dms", "cavities": "keep"},
 }
 
 
@@ -56,6 +57,8 @@ def add_molecule(parser, d_link=True, several=True):
         "--density", type=DENSITY.parse, help="dots per Å^2 (default: 5.35, or more where patches need it)"
     )
     dots.add_argument("--radii", choices=["dms", "bondi"], help="table of radii (default dms)")
+    words = "dots of closed cavities inside the molecule (default keep)"
+    dots.add_argument("--cavities", choices=CAVITIES, help=words)
     if d_link:
         dots.add_argument(
             "--d-link",
@@ -135,7 +138,7 @@ def surfaces(asked):
     numbers = frames_of(asked, molecule)
     say(f"surface of {molecule.n_atoms:,} atoms")
     for frame in progress.each(numbers, "frames"):
-        yield frame, _made(asked, molecule, frame), molecule
+        yield frame, surface_of(molecule, frame=frame, **how(asked)), molecule
 
 
 def read_dots(asked):
@@ -144,14 +147,10 @@ def read_dots(asked):
     return dots, molecule
 
 
-def _made(asked, molecule, frame):
-    how = {
-        "probe": asked.probe,
-        "density": asked.density or "auto",
-        "radii": asked.radii,
-        "d_link": asked.d_link,
-    }
-    return surface_of(molecule, frame=frame, **how)
+def how(asked):
+    """How `surface` is asked to make the dots of a structure."""
+    rules = {key: getattr(asked, key) for key in ("probe", "radii", "d_link", "cavities")}
+    return rules | {"density": asked.density or "auto"}
 
 
 def frames_of(asked, molecule):

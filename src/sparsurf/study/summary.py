@@ -17,6 +17,7 @@ from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study.enough import percents
 from sparsurf.study.relation import relation
 from sparsurf.study.tables import range_limits, range_of
+from sparsurf.surfaces.components import FIELD, numbers_of, table_of_components
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 
@@ -40,6 +41,7 @@ class Result:
     ranges: pd.DataFrame
     best: dict
     enough: pd.DataFrame | None = None
+    components: pd.DataFrame | None = None
 
 
 def read_result(folder):
@@ -58,6 +60,9 @@ def read_result(folder):
             pd.read_csv(folder / "ranges.csv"),
             json.loads((folder / "best.json").read_text(encoding="utf-8")),
             pd.read_csv(folder / ALSO) if (folder / ALSO).is_file() else None,
+            table_of_components(surface, surface.fields[FIELD].astype(int))
+            if FIELD in surface.fields
+            else None,
         )
     except (OSError, KeyError, ValueError) as error:
         raise InputError(
@@ -76,13 +81,15 @@ def surfaces_table(results, patches):
 
     Returns
     -------
-    DataFrame; area in Å^2, NaN for a ready surface without areas; spacing, the median distance between neighbouring
+    DataFrame; area in Å^2, NaN for a ready surface without areas; the numbers of `components.numbers_of`, not for ready
+    surfaces; spacing, the median distance between neighbouring
     dots, in Å. Best: highest d at the largest alpha. enough_<floor>_<reading>: the n_S in % that reaches a noise floor.
     """
     rows = []
     for one in results:
         percent, sticks = one.grid["n_S_percent"], one.best["references"]
         row = {"protein": one.protein, "conformation": one.conformation, "N": one.n_dots, "area": one.area}
+        row |= {} if one.components is None else numbers_of(one.components)
         row |= {"spacing": one.spacing, "mean_roughness": one.mean_roughness}
         row |= {"n_S_min_percent": percent.min(), "n_S_max_percent": percent.max()}
         for reading in readings(one):

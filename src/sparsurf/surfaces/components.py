@@ -10,12 +10,13 @@ import math
 import numpy as np
 import pandas as pd
 
-from sparsurf.surfaces.molecular_surface import spheres
-from sparsurf.surfaces.placing_dots import relative_places
+from sparsurf.surfaces.placing_dots import relative_places, spheres
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, T, roll
 
 MEETS = 1e-4  # Å; the end of an arc and its fixed probe differ by rounding alone
 FINE = 0.3  # Å, between places on an arc that stand for it
+FIELD = "component"  # of a Surface: component of each dot
+ALONG = np.array([0.61, 0.53, 0.59])  # a direction in which few places lie side by side
 NEXT = 1.0  # Å; dots of one patch that lie side by side
 
 
@@ -39,6 +40,7 @@ def components_of(surface, xyz, radii, probe=1.4):
     owner = np.searchsorted(kept, surface.atom)
     joined, meeting = _joined_arcs(rolling)
     arcs_of = _arcs_of_atoms(rolling.pair, len(xyz))
+    roots = np.array([_root(joined, arc) for arc in range(len(joined))], np.int64)
     label, order = np.empty(len(surface), np.int64), np.argsort(owner, kind="stable")
     for dots in np.split(order, np.flatnonzero(np.diff(owner[order])) + 1):
         atom = owner[dots[0]]
@@ -46,10 +48,13 @@ def components_of(surface, xyz, radii, probe=1.4):
         if not len(arcs):  # a sphere that no other touches
             label[dots] = len(rolling.arcs) + atom
             continue
+        if (roots[arcs] == roots[arcs[0]]).all():  # most atoms: nothing to tell apart
+            label[dots] = arcs[0]
+            continue
         nearest = arcs[_distances(centres[dots], rolling.arcs[arcs]).argmin(axis=1)]
         _join_loops(joined, arcs, nearest, centres[dots], meeting, rolling.atoms, atom)
         label[dots] = nearest
-    _join_cusps(joined, rolling, probe)
+    _join_cusps(joined, rolling, probe, meeting)
     roots = np.append([_root(joined, arc) for arc in range(len(joined))], np.arange(len(xyz)) + len(joined))
     label = roots.astype(np.int64)[label]
     _, label, count = np.unique(label, return_inverse=True, return_counts=True)
@@ -82,17 +87,22 @@ def table_of_components(surface, component):
     )
 
 
+def numbers_of(table):
+    """What a `table_of_components` comes to: volume (Å^3, of the molecule), components, cavities and their dots, a dict."""
+    own = np.where(table["cavity"], -1, 1) @ table["volume"]
+    cavities = table[table["cavity"]]
+    return {
+        "volume": float(own),
+        "components": len(table),
+        "cavities": len(cavities),
+        "cavity_dots": int(cavities["dots"].sum()),
+    }
+
+
 def without_cavities(surface, component):
     """The Surface of the components that are no cavities; the order of its dots stays."""
     cavity = table_of_components(surface, component)["cavity"].to_numpy()
     return surface.take(~cavity[component]) if cavity.any() else surface
-
-
-def volume_of(surface):
-    """Å^3 that a closed surface encloses, cavities excluded; from its dots, within 1 % on proteins."""
-    return float(
-        ((surface.points - surface.points.mean(axis=0)) * surface.normals).sum(axis=1) @ surface.area / 3
-    )
 
 
 def _root(joined, arc):
@@ -116,35 +126,47 @@ def _ends(arcs):
 
 def _joined_arcs(rolling):
     """Parent of every arc, arcs that end at the same fixed probe being joined; the probes (B, 2) at its ends, or -1."""
-    from scipy.spatial import cKDTree  # here: half a second that most surfaces need not wait
-
     joined = list(range(len(rolling.arcs)))
-    if not len(rolling.probes):
-        return joined, np.full((len(joined), 2), -1)
-    gap, probe = cKDTree(rolling.probes).query(_ends(rolling.arcs).reshape(-1, 3))
-    first = {}
-    for end in np.flatnonzero(gap < MEETS).tolist():
+    probe, first = _same_place(_ends(rolling.arcs).reshape(-1, 3), rolling.probes), {}
+    for end in np.flatnonzero(probe >= 0).tolist():
         _join(joined, end // 2, first.setdefault(int(probe[end]), end // 2))
-    return joined, np.where(gap < MEETS, probe, -1).reshape(-1, 2)
+    return joined, probe.reshape(-1, 2)
 
 
-def _join_cusps(joined, rolling, probe):
+def _same_place(ends, probes):
+    """Index of the probe that is where each end is, or -1; sought among those of about the same height along ALONG."""
+    order = np.argsort(probes @ ALONG)
+    height, own = (probes @ ALONG)[order], ends @ ALONG
+    low, high = (np.searchsorted(height, own + shift) for shift in (-MEETS, MEETS))
+    found = np.full(len(ends), -1)
+    for step in range((high - low).max(initial=0)):
+        at = np.flatnonzero(low + step < high)
+        probe = order[low[at] + step]
+        meets = np.linalg.norm(probes[probe] - ends[at], axis=1) < MEETS
+        found[at[meets]] = probe[meets]
+    return found
+
+
+def _join_cusps(joined, rolling, probe, meeting):
     """Join what meets at a cusp: the triangle of a fixed probe and an accessible centre whose probe reaches through it."""
-    from scipy.spatial import cKDTree
-
-    places, arc = _along_arcs(rolling.arcs)
-    if not len(rolling.probes):
+    if not (meeting >= 0).any():
         return
+    places, arc = _along_arcs(rolling.arcs)
     root = np.array([_root(joined, k) for k in range(len(joined))])
-    part_of_probe = root[arc[cKDTree(places).query(rolling.probes)[1]]]
-    largest = np.bincount(part_of_probe).argmax()
-    small = np.flatnonzero(part_of_probe != largest)
+    end, side = np.nonzero(meeting >= 0)
+    part_of_probe = np.full(len(rolling.probes), -1)
+    part_of_probe[meeting[end, side]] = root[end]
+    largest = np.bincount(root[end]).argmax()
+    small = np.flatnonzero((part_of_probe != largest) & (part_of_probe >= 0))
     to_atoms = rolling.atoms.centre[rolling.triple[small]] - rolling.probes[small, None]
     sides = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
     sides *= np.sign((sides[:, 0] * to_atoms[:, 2]).sum(axis=1))[:, None, None]  # pointing into the triangle
-    found = cKDTree(places).query_ball_point(rolling.probes[small], 2 * probe)
-    for k, near in enumerate(found):
-        other = np.array(near, int)
+    order = np.argsort(places[:, 0])
+    x = places[order, 0]
+    low, high = (np.searchsorted(x, rolling.probes[small, 0] + shift) for shift in (-2 * probe, 2 * probe))
+    for k, centre in enumerate(rolling.probes[small]):
+        other = order[low[k] : high[k]]
+        other = other[((places[other] - centre) ** 2).sum(axis=1) <= 4 * probe**2]
         other = other[root[arc[other]] != part_of_probe[small[k]]]
         inside = ((places[other] - rolling.probes[small[k]]) @ sides[k].T > 0).all(axis=1)
         for each in np.unique(root[arc[other[inside]]]).tolist():
@@ -196,10 +218,10 @@ def _join_loops(joined, arcs, nearest, centres, meeting, atoms, atom):
         for arc in arcs[1:]:
             _join(joined, int(arcs[0]), int(arc))
     elif covers > 1:
-        apart = np.linalg.norm(centres[:, None] - centres[None], axis=2)
-        for a, b in np.argwhere(apart < NEXT):
-            if loops[int(nearest[a])] != loops[int(nearest[b])]:
-                _join(joined, int(nearest[a]), int(nearest[b]))
+        loop = np.array([loops[arc] for arc in nearest.tolist()])
+        beside = ((centres[:, None] - centres[None]) ** 2).sum(axis=2) < NEXT**2
+        for a, b in np.argwhere(beside & (loop[:, None] < loop)):
+            _join(joined, int(nearest[a]), int(nearest[b]))
 
 
 def _loops(arcs, meeting):
@@ -221,7 +243,7 @@ def _covered_parts(atoms, atom):
     cuts = np.abs(cosine) < 1
     axis, half = axis[cuts] / d[cuts, None], np.arccos(cosine[cuts])
     overlap = np.arccos(np.clip(axis @ axis.T, -1, 1)) < half[:, None] + half
-    parent = list(range(len(half)))
-    for a, b in np.argwhere(np.triu(overlap, 1)):
-        _join(parent, int(a), int(b))
-    return len({_root(parent, k) for k in range(len(half))})
+    label = np.arange(len(half))
+    while ((least := np.where(overlap, label, len(half)).min(axis=1, initial=len(half))) < label).any():
+        label = least
+    return len(np.unique(label))

@@ -8,8 +8,7 @@ from numba import njit
 
 from sparsurf import InputError
 from sparsurf.surfaces.marching import MOST_POINTS, march
-from sparsurf.surfaces.molecular_surface import spheres
-from sparsurf.surfaces.placing_dots import relative_places, some_probes
+from sparsurf.surfaces.placing_dots import relative_places, some_probes, spheres
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, T, blocker, roll
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
@@ -39,6 +38,23 @@ class Mesh:
         """Å^3; what lies in cavities does not count."""
         a, b, c = (self.vertices.points[self.triangles[:, k]] for k in range(3))
         return float(np.sum(a * np.cross(b, c)) / 6)
+
+
+def outside(mesh):
+    """The Mesh without the parts that face inwards, which are its cavities."""
+    from scipy.sparse import coo_array  # here: few ask for it
+    from scipy.sparse.csgraph import connected_components
+
+    corners, n = mesh.triangles, len(mesh.vertices)
+    edges = coo_array(
+        (np.ones(2 * len(corners)), (np.repeat(corners[:, 0], 2), corners[:, 1:].ravel())), (n, n)
+    )
+    label = connected_components(edges, directed=False)[1]
+    a, b, c = (mesh.vertices.points[corners[:, k]] for k in range(3))
+    cavity = np.bincount(label[corners[:, 0]], (a * np.cross(b, c)).sum(axis=1)) < 0
+    kept = ~cavity[label]
+    number = np.cumsum(kept) - 1
+    return Mesh(mesh.vertices.take(kept), number[corners[kept[corners[:, 0]]]])
 
 
 def step_of(density):

@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.surfaces.components import components_of, without_cavities
 from sparsurf.surfaces.formats.dms import surface_by_dms_program
-from sparsurf.surfaces.placing_dots import LATTICE, place_dots
+from sparsurf.surfaces.placing_dots import LATTICE, place_dots, spheres
 from sparsurf.surfaces.spacing import DENSITY, SPARSE, spacing
 from sparsurf.surfaces.surface import Surface
 
 log = logging.getLogger("sparsurf")
 
-FARTHEST = 1e6  # Å, largest coordinate
-LARGEST = 100  # Å, atomic radius
 RESERVE = 1.02  # by how much an automatic density exceeds what D_link needs
 MOST_DENSITY = 100  # dots per Å^2, also of a density that is given
 _told = set()  # names and D_link whose raised density the log has told of: once for all calls
@@ -119,9 +118,24 @@ def surface_of(molecule, position, atom_radii, settings):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "frame.pdb")
             molecule.write_pdb(path, position)
-            return surface_by_dms_program(path, probe, density)
-    xyz = molecule.xyz[position].round(3)  # Å, the decimals of a PDB file
-    return molecular_surface(xyz, atom_radii, probe, density, settings["reentrant"])
+            surface = surface_by_dms_program(path, probe, density)
+    else:
+        surface = molecular_surface(
+            _places(molecule, position), atom_radii, probe, density, settings["reentrant"]
+        )
+    if settings.get("cavities") != "remove":
+        return surface
+    return without_cavities(surface, components_in(surface, molecule, position, atom_radii, probe))
+
+
+def components_in(surface, molecule, position, atom_radii, probe):
+    """Component of every dot of the surface of one frame, (N,), see `components.components_of`."""
+    return components_of(surface, _places(molecule, position), atom_radii, probe)
+
+
+def _places(molecule, position):
+    """Centres of the atoms of a frame as a PDB file has them, (A, 3), Å."""
+    return molecule.xyz[position].round(3)
 
 
 def molecular_surface(xyz, radii, probe=1.4, density=DENSITY, reentrant="exact"):
@@ -153,30 +167,3 @@ def molecular_surface(xyz, radii, probe=1.4, density=DENSITY, reentrant="exact")
     exact = reentrant == "exact"
     points, normals, area, kind, atom = place_dots(xyz, radii, float(probe), lattice, exact)
     return Surface(points, normals, area, kind, kept[atom])
-
-
-def spheres(xyz, radii, probe):
-    """Centres and radii of distinct atoms, checked, and which of the given ones these are; see `molecular_surface`."""
-    xyz, radii = np.asarray(xyz, dtype=float), np.asarray(radii, dtype=float)
-    if xyz.ndim != 2 or xyz.shape[1] != 3 or len(xyz) == 0 or radii.shape != (len(xyz),):
-        raise InputError(f"surface: needs (A, 3) centres and (A,) radii, not {xyz.shape} and {radii.shape}.")
-    if not (np.abs(xyz) < FARTHEST).all():
-        raise InputError(f"surface: coordinates must be numbers below {FARTHEST:.0f} Å.")
-    if not ((radii > 0) & (radii <= LARGEST)).all():
-        raise InputError(f"surface: atomic radii must be positive numbers of at most {LARGEST} Å.")
-    if not 0 < probe < np.inf:
-        raise InputError(f"surface.probe_radius is {probe}; it must be a positive number.")
-    kept = _distinct(xyz, radii)
-    return xyz[kept], radii[kept], kept
-
-
-def _distinct(xyz, radii):
-    """Indices of the atoms without those at the place of another (to 0.001 Å); the largest of each stays."""
-    _, place = np.unique(np.round(xyz - xyz[0], 3), axis=0, return_inverse=True)
-    by_place = np.lexsort((-radii, place))
-    first = np.append(True, np.diff(place[by_place]) != 0)
-    left_out = np.sort(by_place[~first])
-    if len(left_out):
-        message = "surface: %d atoms lie at the place of another and are left out, the first is number %d"
-        log.warning(message, len(left_out), left_out[0] + 1)
-    return np.sort(by_place[first])

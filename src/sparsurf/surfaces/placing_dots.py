@@ -6,13 +6,14 @@ along a row, as in a hexagonal lattice of 5.5 dots per Å^2 (d = 0.458 Å); atom
 Surface: Connolly, J. Appl. Cryst. 16:548 (1983). Lengths in Å, areas in Å^2, angles in rad.
 """
 
+import logging
 import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from sparsurf.surfaces.exact_areas import set_exact_areas
+from sparsurf import InputError
 from sparsurf.surfaces.rolling_probe import (
     E1,
     E2,
@@ -30,6 +31,10 @@ from sparsurf.surfaces.rolling_probe import (
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 from sparsurf.surfaces.vectors import along, apart2, cells_of, column, cross, dot, grown, minus, part, point
 
+log = logging.getLogger("sparsurf")
+
+FARTHEST = 1e6  # Å, largest coordinate
+LARGEST = 100  # Å, atomic radius
 # Dots per Å^2 of the lattice of DMS at `-d 1.0`; the surface of a protein gets 3 % fewer.
 LATTICE = 5.5
 # Distance of the rings of a sphere in units of that of the dots; 0.899 to 0.914 give the rings of all radii seen.
@@ -77,7 +82,7 @@ def place_dots(xyz, radii, probe, density, exact):
     probe_cells = cells_of(some_probes(rolling.probes), probe)
     concave, share = _concave_dots(rolling, probe_cells, template(probe, spacing), probe, exact)
     if exact:
-        set_exact_areas(contact, concave, share, rolling, radii, probe)
+        _set_exact_areas(contact, concave, share, rolling, radii, probe)
     dots = {CONCAVE: concave, SADDLE: saddle, CONTACT: contact}
     rows = np.concatenate([each.rows for each in dots.values()])
     atom = by_place[np.concatenate([each.atom[:, 0] for each in dots.values()])]
@@ -87,11 +92,76 @@ def place_dots(xyz, radii, probe, density, exact):
     return rows[:, :3] + xyz[0], rows[:, 3:6], rows[:, 6], kind[by_atom], atom[by_atom].astype(np.int32)
 
 
+def spheres(xyz, radii, probe):
+    """Centres and radii of distinct atoms, checked, and which of the given ones these are; see `molecular_surface`."""
+    xyz, radii = np.asarray(xyz, dtype=float), np.asarray(radii, dtype=float)
+    if xyz.ndim != 2 or xyz.shape[1] != 3 or len(xyz) == 0 or radii.shape != (len(xyz),):
+        raise InputError(f"surface: needs (A, 3) centres and (A,) radii, not {xyz.shape} and {radii.shape}.")
+    if not (np.abs(xyz) < FARTHEST).all():
+        raise InputError(f"surface: coordinates must be numbers below {FARTHEST:.0f} Å.")
+    if not ((radii > 0) & (radii <= LARGEST)).all():
+        raise InputError(f"surface: atomic radii must be positive numbers of at most {LARGEST} Å.")
+    if not 0 < probe < np.inf:
+        raise InputError(f"surface.probe_radius is {probe}; it must be a positive number.")
+    kept = _distinct(xyz, radii)
+    return xyz[kept], radii[kept], kept
+
+
+def _distinct(xyz, radii):
+    """Indices of the atoms without those at the place of another (to 0.001 Å); the largest of each stays."""
+    _, place = np.unique(np.round(xyz - xyz[0], 3), axis=0, return_inverse=True)
+    by_place = np.lexsort((-radii, place))
+    first = np.append(True, np.diff(place[by_place]) != 0)
+    left_out = np.sort(by_place[~first])
+    if len(left_out):
+        message = "surface: %d atoms lie at the place of another and are left out, the first is number %d"
+        log.warning(message, len(left_out), left_out[0] + 1)
+    return np.sort(by_place[first])
+
+
 def relative_places(xyz):
     """Places (A, 3) relative to the first, on a grid of 1e-9 Å so that translated input gives the same numbers; a shift of
     each, (A, 3), at most `SHIFT`."""
     relative = np.round(xyz - xyz[0], 9)
     return relative, np.random.default_rng(SHIFT_SEED).uniform(-SHIFT, SHIFT, relative.shape)
+
+
+def _set_exact_areas(contact, concave, share, rolling, radii, probe):
+    """Replace the counted areas of contact and concave dots by exact ones (Gauss-Bonnet), in place.
+
+    The contact patches of an atom share their area out among their dots; the concave triangles, of which
+    only the part `share` (P,) is left, do so all together, since many hold no dot.
+
+    Parameters
+    ----------
+    contact, concave : Dots, placed
+    share : (P,) float64, part of the dots of each triangle that is left
+    rolling : Rolling
+    radii : (A,) float64, Å
+    probe : Å
+    """
+    centre, n = rolling.atoms.centre, len(radii)
+    # Corners of the spherical triangles: angles between the planes through the probe and two of its atoms.
+    to_atoms = centre[rolling.triple] - rolling.probes[:, None]
+    normals = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
+    normals /= np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-300)
+    corners = np.arccos(np.clip(-(normals * np.roll(normals, 1, axis=1)).sum(axis=2), -1, 1))
+    if len(concave.rows):
+        triangles = probe**2 * (corners.sum(axis=1) - math.pi)
+        concave.rows[:, 6] *= (share * triangles).sum() / concave.rows[:, 6].sum()
+    # A patch on a unit sphere has the area 2 pi chi - (what its border turns); chi from the counted area.
+    arcs, pair = rolling.arcs, rolling.pair
+    length = arcs[:, PHI_1] - arcs[:, PHI_0]
+    turned = np.zeros(n) + np.bincount(rolling.triple.ravel(), corners.ravel(), n)
+    turned += np.bincount(pair[:, 0], np.sin(arcs[:, THETA_I]) * length, n)
+    turned -= np.bincount(pair[:, 1], np.sin(arcs[:, THETA_J]) * length, n)
+    owner, counted = contact.atom[:, 0], np.bincount(contact.atom[:, 0], contact.rows[:, 6], n)
+    chi = np.round((counted / radii**2 + turned) / (2 * math.pi))
+    area = np.maximum(radii**2 * (2 * math.pi * chi - turned), 0)
+    if len(owner):
+        seen = counted > 0
+        contact.rows[:, 6] *= (area[seen] / counted[seen])[np.cumsum(seen)[owner] - 1]
+        contact.rows[:, 6] *= area.sum() / area[seen].sum()
 
 
 def template(radius, spacing):
