@@ -4,8 +4,8 @@ import pandas as pd
 
 from measures import steadiness
 from measures.molecules import atoms_of
-from measures.power import grid_of
 from sparsurf.patches.index import D_LINK
+from sparsurf.sampling import law
 from sparsurf.streams import stream
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -33,7 +33,9 @@ def main(inputs, outputs, settings, name, threads):
         "linked": pd.concat([changes.assign(D_link=link) for link, changes in linked.items()]),
         "rows": steadiness.rows_of_paper(evaluator, n_tests),
         "samplers": steadiness.of_samplers(evaluator, n_tests, settings["percents"]),
-        "grid": steadiness.whole_grid(evaluator, grid_of(settings["sampling"]), settings["grid_test_dots"]),
+        "grid": steadiness.whole_grid(
+            evaluator, law.grid(**settings["sampling"]), settings["grid_test_dots"]
+        ),
     }
     for key, table in tables.items():
         table.assign(surface=name).to_csv(outputs[key], index=False)

@@ -14,10 +14,10 @@ def main(inputs, outputs, settings, name, threads):
     surface = read_npz(inputs["surface"])
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
-    lists, test = settings["sampling"], settings["evaluation"]
+    test = settings["evaluation"]
     result = grid.run(
         evaluator,
-        law.grid(lists["alpha"], lists["beta"], lists["gamma"], lists["delta"]),
+        law.grid(**settings["sampling"]),
         number_of_tests(test["test_dots"], len(surface)),
         test["draws"],
         tuple(test["readings"]),

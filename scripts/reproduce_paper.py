@@ -25,8 +25,7 @@ def main(inputs, outputs, settings, name, threads, path_to_surface):
     grid, ranges = pd.read_csv(inputs["grid"]), pd.read_csv(inputs["ranges"])
     best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8"))
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
-    lists = settings["sampling"]
-    combinations = law.grid(lists["alpha"], lists["beta"], lists["gamma"], lists["delta"])
+    combinations = law.grid(**settings["sampling"])
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
     draws = settings["evaluation"]["draws"]
 

@@ -30,7 +30,7 @@ rule store_paper:
 
 
 POWER = config["power"]
-OF_RUNS = {key: POWER[key] for key in ("surface", "sampling")} | {"seed": config["seed"]}
+OF_RUNS = {key: POWER[key] for key in ("surface", "patches", "sampling")} | {"seed": config["seed"]}
 RULES = POWER["rules"]
 
 power = chains.add(

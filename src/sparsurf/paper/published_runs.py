@@ -15,7 +15,7 @@ from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS, TABLE_1
 from sparsurf.streams import stream
 from sparsurf.study import grid
-from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.evaluator import number_of_tests
 from sparsurf.study.tables import range_limits, range_of
 
 RUNS = 40  # as-published runs of the whole grid
@@ -55,14 +55,6 @@ def as_published(evaluator, combinations, runs=RUNS, progress=lambda done, of: N
         rows += [{"run": run + 1} | row for row in winners(combinations, percent, d, z_ts)]
         progress(run + 1, runs)
     return pd.DataFrame(rows)
-
-
-def with_other(evaluator, **changes):
-    """The same surface under another r_patch, r_zernike, d_link, moved_centre or every_patch; roughness and cover follow."""
-    own = {"r_patch": evaluator.r_patch, "r_zernike": evaluator.r_zernike, "d_link": evaluator.d_link}
-    own |= {"seed": evaluator.seed, "threads": evaluator.threads, "descriptor": evaluator.descriptor}
-    name = " ".join([evaluator.name, *(f"{key} {value}" for key, value in changes.items())])
-    return Evaluator(evaluator.surface, **own | {"name": name} | changes)
 
 
 def centres_in_any_order(evaluator, runs=RUNS):
@@ -208,7 +200,7 @@ def power(runs, centres, other_runs, other_centres):
     Parameters
     ----------
     runs, centres : as of `as_published` and `centres_in_any_order`, of the published parameters
-    other_runs, other_centres : the same of another parameter, see `with_other`
+    other_runs, other_centres : the same of another parameter
 
     Returns
     -------

@@ -221,6 +221,6 @@ def uniform(n_dots, n_s, rng):
     return np.flatnonzero(keep)  # ascending; faster than to sort
 
 
-def grid(alpha, beta, gamma, delta):
-    """All combinations of the four lists, (K, 4) float64, the last parameter running fastest."""
+def grid(alpha, beta, gamma, delta, **_):
+    """All combinations of the lists of a config's `sampling`, (K, 4) float64, the last parameter running fastest."""
     return np.array(np.meshgrid(alpha, beta, gamma, delta, indexing="ij"), np.float64).reshape(4, -1).T
