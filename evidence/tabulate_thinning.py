@@ -1,7 +1,7 @@
 """The maps from few centres over some complexes, and their figure."""
 
 from measures.tables import joined, of_logs, store
-from sparsurf.report.figures.thinning_figure import thinning_figure
+from sparsurf.report.figures.pair_figures import thinning_figure
 from sparsurf.workflow.jobs import run
 
 

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from sparsurf.report.ensemble_page import TEMPLATE, ensemble_page
-from sparsurf.report.figures import layout, residues_over_time, summary_figures
+from sparsurf.report.figures import layout, over_time
 from sparsurf.report.page import write
 from sparsurf.workflow.jobs import run
 
@@ -11,11 +11,11 @@ from sparsurf.workflow.jobs import run
 def main(inputs, outputs, settings, name):
     """Draw and save the two figures, and write their page."""
     table, combination = pd.read_csv(inputs["table"]), settings["ensemble"]["combination"]
-    layout.save(summary_figures.ensemble_figure(table, combination), outputs["png"].removesuffix(".png"))
-    over_time, residues = (
+    layout.save(over_time.ensemble_figure(table, combination, name), outputs["png"].removesuffix(".png"))
+    rows, residues = (
         pd.read_csv(inputs[key], dtype={"residue": str}) for key in ("over_time", "residues")
     )
-    layout.save(residues_over_time.draw(over_time, residues), outputs["residues"].removesuffix(".png"))
+    layout.save(over_time.residues_figure(rows, residues, name), outputs["residues"].removesuffix(".png"))
     write(outputs["page"], TEMPLATE, **ensemble_page(name, table, combination))
 
 

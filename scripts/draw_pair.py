@@ -3,7 +3,7 @@
 import pandas as pd
 
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.book import book_figure
+from sparsurf.report.figures.pair_figures import book_figure
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import run
 from sparsurf.workflow.partner_files import SIDES

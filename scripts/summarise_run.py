@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sparsurf.report.figures import enough, few_surfaces, layout, summary_figures
+from sparsurf.report.figures import enough, layout, summary_figures
 from sparsurf.report.page import write
 from sparsurf.report.summary_page import TEMPLATE, summary_page
 from sparsurf.streams import stream
@@ -23,14 +23,9 @@ def main(inputs, outputs, settings):
     relations = relation_table(results, summary, stream(settings["seed"], "summary"))
     for key, table in {"surfaces": surfaces, "summary": summary, "relation": relations}.items():
         table.to_csv(outputs[key], index=False)
-    draws = results[0].best.get("draws")
-    write(
-        outputs["page"],
-        TEMPLATE,
-        **summary_page(Path(inputs["results"][0]).parts[-4], surfaces, relations, draws),
-    )
-    few = len(results) < few_surfaces.FEW
-    figure = few_surfaces.draw(summary) if few else summary_figures.summary_figure(summary, relations)
+    draws, name = results[0].best.get("draws"), Path(inputs["results"][0]).parts[-4]
+    write(outputs["page"], TEMPLATE, **summary_page(name, surfaces, relations, draws))
+    figure = summary_figures.summary_figure(summary, relations, name)
     layout.save(figure, outputs["png"].removesuffix(".png"))
     curves = enough.figure(
         [enough.read(folder) for folder in folders], settings["minimal"].get("floor", enough.FRESH)

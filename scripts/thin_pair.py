@@ -2,7 +2,7 @@
 
 from sparsurf.pairs.thinning import thinning
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.thinning_figure import thinning_figure
+from sparsurf.report.figures.pair_figures import thinning_figure
 from sparsurf.workflow.jobs import run
 from sparsurf.workflow.partner_files import partners, recipe_of
 

@@ -7,7 +7,7 @@ from matplotlib.colors import to_hex
 
 from drawn import bars_of, colour_of, legend_of, words_of
 from sparsurf.recovery.readings import READINGS
-from sparsurf.report.figures import few_surfaces, layout, residues_over_time, summary_figures
+from sparsurf.report.figures import layout, over_time, summary_figures
 from sparsurf.report.figures.simulation import simulation_figure
 from sparsurf.sampling.combination import PARAMETERS
 
@@ -95,7 +95,7 @@ def test_the_end_of_every_range_has_its_colour():
 def test_few_surfaces_are_drawn_against_n_s():
     table = winners({"a": 0.5, "b": 0.62}).sample(frac=1, random_state=1)
     first = table["protein"].iloc[0]
-    figure = few_surfaces.draw(table)
+    figure = summary_figures.summary_figure(table, relations())
     names = list(dict.fromkeys(table["protein"]))
     assert names[0] == first
     assert [w for w in words_of(figure) if w in WORDS] == WORDS
@@ -132,13 +132,13 @@ def trajectory(n=100, step=200.0):
 
 def test_the_spread_over_frames_is_that_of_all_frames():
     table = trajectory().iloc[:4].assign(n_S_percent=[40.0, 42, 44, 46])
-    beside = summary_figures.ensemble_figure(table, (1, 0, 6, 4)).axes[1]
+    beside = over_time.ensemble_figure(table, (1, 0, 6, 4)).axes[1]
     assert beside.get_title() == "mean 43.0, sd 2.2"  # sqrt(5)
 
 
 def test_one_combination_is_followed_over_time():
     table = trajectory().assign(d_recovered=lambda t: 0.1 * t["d_as_coded"], d_se_recovered=0.02)
-    figure = summary_figures.ensemble_figure(table, (1, 0, 6, 4))
+    figure = over_time.ensemble_figure(table, (1, 0, 6, 4))
     columns = ["n_S_percent", "mean_roughness", "d_as_coded", "d_as_written", "d_recovered"]
     assert READINGS["recovered"].words in words_of(figure)
     for k, column in enumerate(columns):
@@ -177,7 +177,7 @@ def test_one_combination_is_followed_over_time():
     "step, label, last", [(200.0, "time (ns)", 19.8), (50.0, "time (ps)", 4950), (np.nan, "frame", 297)]
 )
 def test_time_is_told_in_the_unit_that_reads_best(step, label, last):
-    values, words = summary_figures.time_axis(trajectory(step=step))
+    values, words = over_time.time_axis(trajectory(step=step))
     assert words == label and values.iloc[-1] == pytest.approx(last)
 
 
@@ -185,14 +185,14 @@ def test_residues_are_drawn_over_time():
     n = 12
     values = 0.4 + np.arange(4 * n).reshape(4, n) / 100
     values[2, 3] = np.nan
-    over_time = pd.DataFrame(values, columns=[f"r{k}" for k in range(n)])
-    over_time.insert(0, "time_ps", 100.0 * np.arange(4))
-    over_time.insert(0, "frame", range(4))
+    rows = pd.DataFrame(values, columns=[f"r{k}" for k in range(n)])
+    rows.insert(0, "time_ps", 100.0 * np.arange(4))
+    rows.insert(0, "frame", range(4))
     residues = pd.DataFrame(
         {"chain": ["A"] * 7 + ["B"] * 5, "residue": [str(20 + k) for k in range(n)]}
         | {"mean_roughness": np.nanmean(values, axis=0), "sd_roughness": [0.01] * 11 + [np.nan]}
     )
-    figure = residues_over_time.draw(over_time, residues)
+    figure = over_time.residues_figure(rows, residues)
     ax, beside, _ = figure.axes
     image = ax.images[0]
     np.testing.assert_array_equal(image.get_array().filled(-1), np.nan_to_num(values.T, nan=-1))
@@ -203,7 +203,7 @@ def test_residues_are_drawn_over_time():
         -0.5,
     ]  # the first residue on top, frames in the middle of theirs
     assert (image.norm.vmin, image.norm.vmax) == (np.nanmin(values), np.nanmax(values))
-    assert to_hex(image.cmap(np.ma.masked)).upper() == residues_over_time.BURIED
+    assert to_hex(image.cmap(np.ma.masked)).upper() == over_time.BURIED
     names = dict(zip(ax.get_yticks(), [t.get_text() for t in ax.get_yticklabels()], strict=True))
     assert names[0] == "A 20" and names[6] == "A 26" and names[7] == "B 27" and names[11] == "B 31"
     assert [line.get_ydata()[0] for line in ax.lines] == [6.5]  # where A ends

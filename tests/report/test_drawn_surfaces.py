@@ -18,12 +18,12 @@ from conftest import make_blob
 from drawn import colour_of, legend_of, words_of
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import (
-    book,
     d_over_grid,
     frames,
     layout,
     number_of_dots,
     number_of_dots_panels,
+    pair_figures,
     render,
     results,
     rough_and_flat,
@@ -370,7 +370,7 @@ def tables(surfaces, touching=True):
 def test_the_book_shows_propensity_above_the_interface():
     surfaces = plates()
     both = tables(surfaces)
-    figure = book.book_figure("x", surfaces, both)
+    figure = pair_figures.book_figure("x", surfaces, both)
     bar = figure.axes[2]
     values = np.concatenate([each["propensity_smoothed"] for each in both])
     assert bar.get_ylim() == pytest.approx(tuple(np.quantile(values, [0.01, 0.99])))
@@ -397,7 +397,7 @@ def test_the_book_shows_propensity_above_the_interface():
 
 def test_the_book_of_partners_apart_shows_the_similarity():
     surfaces = plates(60.0)
-    figure = book.book_figure("x", surfaces, tables(surfaces, touching=False))
+    figure = pair_figures.book_figure("x", surfaces, tables(surfaces, touching=False))
     bars = [ax for ax in figure.axes if not ax.images]
     assert ["similarity" in ax.get_ylabel() for ax in bars] == [False, True]
     assert bars[1].get_ylim() == pytest.approx((80.5, 100), abs=0.6)
@@ -409,7 +409,7 @@ def test_both_pages_have_one_scale(larger):
     both = list(plates())
     small = both[1 - larger]
     both[1 - larger] = Surface(small.points[:100], small.normals[:100])
-    figure = book.book_figure("x", both, tables(both))
+    figure = pair_figures.book_figure("x", both, tables(both))
     widths = [ax.get_xlim()[1] - ax.get_xlim()[0] for ax in figure.axes if ax.images]
     assert widths == pytest.approx([widths[0]] * 4)
     assert widths[0] > 19.5  # Å: the larger one has room

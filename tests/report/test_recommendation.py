@@ -7,13 +7,12 @@ import pytest
 from sparsurf.report.numbers import interval, number
 from sparsurf.report.recommendation import (
     EVIDENCE,
-    SAID,
     against_uniform,
+    beaten,
     read_run,
     reasons,
     recommend,
     rows_for,
-    uniform_instead,
 )
 from sparsurf.sampling.combination import PARAMETERS
 
@@ -98,21 +97,23 @@ def test_three_surfaces_have_students_interval_of_their_scatter():
 
 
 @pytest.mark.parametrize(
-    ("d", "better"),
+    ("d", "by"),
     [
-        ([0.9, 1.0, 1.1], True),
-        ([-0.5, 1.0, 1.5], None),
-        ([0.5, -1.0, -1.5], None),
-        ([-0.9, -1.0, -1.1], False),
+        ([0.9, 1.0, 1.1], None),
+        ([-0.5, 1.0, 1.5], "none"),
+        ([0.5, -1.0, -1.5], "none"),
+        ([-0.9, -1.0, -1.1], "uniform"),
     ],
 )
-def test_the_papers_sampling_is_advised_only_where_it_beats_a_uniform_subset(d, better):
-    said = uniform_instead(of_uniform(d, [0.1] * 3), "as_coded", 20)
-    assert bool(said) == (not better)
-    if said:
-        mean, low, high = against_uniform(of_uniform(d, [0.1] * 3))
-        assert said[0] == SAID["same" if better is None else "worse"].format(d=interval(mean, low, high))
-    assert "farthest" not in " ".join(said)  # of use under the other reading
+def test_the_papers_sampling_is_advised_only_where_it_beats_a_uniform_subset(d, by):
+    rows = of_uniform(d, [0.1] * 3)
+    assert beaten(rows) == (by and {"by": by, "d": interval(*against_uniform(rows))})
+
+
+def test_each_reading_gets_the_advice_that_is_of_use_under_it():
+    said = recommend(read_run(EVIDENCE), 0.6, 85, np.random.default_rng(0)).split("As written")
+    assert len(said) == 2
+    assert "n_S_percent: 85" not in said[0] and "sampler: farthest, n_S_percent: 85" in said[1]
 
 
 def test_all_surfaces_answer_for_all_dots():

@@ -11,7 +11,7 @@ from drawn import check_texts, drawn_texts
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.report.figures import residues_over_time, summary_figures
+from sparsurf.report.figures import over_time
 from sparsurf.study import ensemble
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.residues import over_frames, residue_table
@@ -211,12 +211,12 @@ def invented(n, time=True, readings=("as_coded", "as_written")):
 )
 @pytest.mark.filterwarnings("error")
 def test_figure_draws_with_texts_apart_and_inside(table, monkeypatch):
-    check_texts(summary_figures.ensemble_figure(table, [1, 0, 6, 0]), monkeypatch)
+    check_texts(over_time.ensemble_figure(table, [1, 0, 6, 0]), monkeypatch)
 
 
 def test_moving_mean_is_the_mean_of_its_window():
     table = invented(100)
-    ax = summary_figures.ensemble_figure(table, [1, 0, 6, 0]).axes[0]
+    ax = over_time.ensemble_figure(table, [1, 0, 6, 0]).axes[0]
     line = ax.lines[1].get_ydata()
     assert line[50] == pytest.approx(table["n_S_percent"][48:53].mean())  # five frames, centred
 
@@ -232,10 +232,10 @@ def test_residues_of_a_frame_are_those_of_its_surface(molecule, table):
 
 
 def test_figure_of_the_residues_has_every_text_in_place(molecule, table, monkeypatch):
-    over_time = ensemble.apart(table, molecule.residues)[1]
-    over_time.iloc[2, 3] = np.nan  # buried for a while
-    residues = over_frames(molecule.residues, over_time.iloc[:, 2:].to_numpy(float))
-    figure = residues_over_time.draw(over_time, residues)
+    rows = ensemble.apart(table, molecule.residues)[1]
+    rows.iloc[2, 3] = np.nan  # buried for a while
+    residues = over_frames(molecule.residues, rows.iloc[:, 2:].to_numpy(float))
+    figure = over_time.residues_figure(rows, residues)
     texts = drawn_texts(figure, monkeypatch)
     words = [text for text, _ in texts]
     assert {"A 1", "A 4", "B 9", "frame", "residue"} <= set(words)

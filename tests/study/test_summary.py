@@ -20,7 +20,7 @@ from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report import recommendation
-from sparsurf.report.figures import few_surfaces, layout, summary_figures
+from sparsurf.report.figures import layout, summary_figures
 from sparsurf.report.summary_page import summary_page
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS, Combination
@@ -346,15 +346,15 @@ def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monke
     curves = []
     monkeypatch.setattr(summarise_run.enough, "read", lambda own: own.parent.name)
     monkeypatch.setattr(summarise_run.enough, "figure", lambda *given: curves.append(given))
-    monkeypatch.setattr(few_surfaces, "draw", lambda _: drawn.append("n_S"))
-    monkeypatch.setattr(summary_figures, "summary_figure", lambda *_: drawn.append("roughness"))
-    monkeypatch.setattr(summarise_run.layout, "save", lambda *_: None)
+    monkeypatch.setattr(
+        summarise_run.layout, "save", lambda figure, _: drawn.append(figure and figure.axes[0].get_xlim()[1])
+    )
     for n in (2, 3):
         inputs = {"results": [folder / f"p{k + 1:02d}" / "c1" / "best.json" for k in range(n)]}
         outputs = {key: str(tmp_path / key) for key in files}
         settings = {"patches": PATCHES, "minimal": {"floor": "turned"}, "seed": 0}
         summarise_run.main(inputs, outputs, settings)
-    assert drawn == ["n_S", "roughness"]
+    assert drawn[0] == 100 and drawn[2] < 1
     assert curves == [(["p01", "p02"], "turned"), (["p01", "p02", "p03"], "turned")]
 
 
@@ -554,8 +554,7 @@ def test_figure_draws_with_texts_apart_and_inside(case, related, unrelated, monk
         table, relations = (
             t[t["reading"] == "as_written"].reset_index(drop=True) for t in (table, relations)
         )
-    few = case in (1, 2, "three readings of few")
-    figure = few_surfaces.draw(table) if few else summary_figures.summary_figure(table, relations)
+    figure = summary_figures.summary_figure(table, relations)
     for ax in figure.axes:
         assert ax.has_data(), "an empty panel"
     texts = drawn_texts(figure, monkeypatch)

@@ -12,37 +12,13 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.old_names import refuse_old_names
-from sparsurf.patches.readings import TEXT
 from sparsurf.report.numbers import interval, number, span
+from sparsurf.report.page import render
 from sparsurf.sampling.combination import PARAMETERS, Combination, split
 from sparsurf.study.relation import EQUAL, mean_interval, one_each, relation
 from sparsurf.study.summary import NEAREST
 
-TITLES = {
-    "as_coded": "As coded (islands removed among the kept dots)",
-    "as_written": "As written (islands removed on the full surface)",
-    "recovered": "Recovered (the kept dots made a dense surface again)",
-}
-SAID = {  # whole sentences; d is that of a uniform subset of the same size minus that of the sampling
-    "nothing": "  No combination keeps about {percent} % of the dots. They keep {low} to {high} %.",
-    "worse": "  A uniform subset is better than each surface's own best combination: d = {d}.",
-    "same": "  Even each surface's own best combination does not beat a uniform subset: d = {d}.",
-    "uniform": "  Take a uniform subset.",
-    "farthest": "  Take a farthest-point subset: `minimal: {{sampler: farthest, n_S_percent: {percent}}}` in the config.",
-    "near": "  Take {text}: it is best on the {near} surfaces nearest in mean roughness. Expect d = {d}.",
-    "supported": "  Mean roughness helps to choose: d grows by {gain} (p = {p}).",
-    "on average": "  Of the paper's combinations, {text} is best on average: {share} % of the dots, d = {d}.",
-    "nearest": "  Of the paper's combinations, {text} is best on the nearest surface.",
-    "may be best": "  It may be the best on {held} of {n} surfaces.",
-    "chosen": "  Chosen on the other surfaces, a surface gets d = {d}.",
-    "against": "  Mean roughness does not help to choose:",
-    "few": "{proteins} proteins have an answer here, and a relation needs {fewest}.",
-    "outside": "{roughness} lies outside of what was measured, {seen}.",
-    "shared": "{shared} may be the best on all {n} surfaces.",
-    "unrelated": "The best parameters do not follow it (p = {p}).",
-    "far": "Surfaces of similar roughness choose no better than the most different ones: d changes by {gain}.",
-    "all": "Surfaces of similar roughness choose no better than all together: d changes by {over_all}.",
-}
+TEMPLATE = "recommend.txt.j2"
 EVIDENCE = Path(__file__).with_name("evidence")  # of the study over many proteins, docs/proteins.md
 FEWEST = 10  # proteins: with 5 a real dependence is found in 1 to 3 %, with 10 in 9 to 59 %, with 20 in 48 to 98 % of runs
 SIGNIFICANT = 0.05
@@ -115,37 +91,37 @@ def recommend(run, roughness, percent, rng):
     -------
     str
     """
-    return "\n".join(
-        line
-        for reading in run["summary"]["reading"].unique()
-        for line in (f"\n{TITLES[reading]}", *of_reading(run, reading, roughness, percent, rng))
+    names = run["summary"]["reading"].unique()
+    return render(
+        TEMPLATE,
+        percent=f"{percent:g}",
+        roughness=number(roughness, 3),
+        fewest=FEWEST,
+        near=NEAREST,
+        readings=[of_reading(run, name, roughness, percent, rng) for name in names],
     )
 
 
 def of_reading(run, reading, roughness, percent, rng):
-    """The answer under one reading, line by line."""
+    """What the template asks for under one reading; no surfaces where nothing was measured near `percent`."""
+    own = run["summary"][run["summary"]["reading"] == reading]
+    ends = own["n_S_low_percent"].min(), own["n_S_high_percent"].max()
     rows = rows_for(run["summary"], reading, percent)
+    known = {"reading": reading, "ends": [number(x, 1) for x in ends], "surfaces": []}
     if rows.empty:
-        own = run["summary"][run["summary"]["reading"] == reading]
-        ends = own["n_S_low_percent"].min(), own["n_S_high_percent"].max()
-        return [
-            SAID["nothing"].format(percent=f"{percent:g}", low=number(ends[0], 1), high=number(ends[1], 1))
-        ]
+        return known
     rows = rows.iloc[np.argsort((rows["mean_roughness"] - roughness).abs(), kind="stable")]
     pooled = run["relation"][run["relation"]["reading"] == reading].set_index("range")
-    found = relation(rows, rng)
-    beaten = uniform_instead(rows, reading, percent)
-    chosen = choice(rows, found, pooled.loc[rows["range"].mode()[0]], roughness)
-    return [*beaten, *chosen, *evidence(rows)]
+    chosen = choice(rows, relation(rows, rng), pooled.loc[rows["range"].mode()[0]], roughness)
+    return known | {"beaten": beaten(rows)} | chosen | {"surfaces": evidence(rows)}
 
 
-def uniform_instead(rows, reading, percent):
-    """What to take where even the best combinations do not beat a uniform subset of the same size; or nothing."""
+def beaten(rows):
+    """Whether a uniform subset of the same size is `worse` or the `same` for each surface's best; None where that wins."""
     d, low, high = against_uniform(rows)
     if low > 0:
-        return []
-    said = [SAID["worse" if high < 0 else "same"].format(d=interval(d, low, high))]
-    return [*said, SAID["farthest" if reading == TEXT else "uniform"].format(percent=f"{percent:g}")]
+        return None
+    return {"by": "uniform" if high < 0 else "none", "d": interval(d, low, high)}
 
 
 def against_uniform(rows):
@@ -159,7 +135,7 @@ def against_uniform(rows):
 
 
 def reasons(rows, found, roughness):
-    """Why the evidence does not support a choice by mean roughness, keys of `SAID`; none where it does."""
+    """Why the evidence does not support a choice by mean roughness, as the template names it; nothing where it does."""
     n, low, high = found["n_proteins"], rows["mean_roughness"].min(), rows["mean_roughness"].max()
     if n < FEWEST:
         yield "few"
@@ -176,47 +152,41 @@ def reasons(rows, found, roughness):
 
 
 def choice(rows, found, pooled, roughness):
-    """The combination to take, line by line."""
-    against = list(reasons(rows, found, roughness))
+    """The combination to take, and what speaks against a choice by mean roughness (see `reasons`)."""
     text = rows["local"].iloc[0]
     known = {
+        "against": list(reasons(rows, found, roughness)),
         "n": len(rows),
         "proteins": found["n_proteins"],
-        "fewest": FEWEST,
-        "roughness": number(roughness, 3),
         "seen": span(rows["mean_roughness"], lambda x: number(x, 3)),
         "shared": found.get("shared", ""),
         "p": "unknown" if np.isnan(found["p"]) else f"{found['p']:.2g}",
         "gain": interval(found["gain"], found["gain_low"], found["gain_high"]),
         "over_all": interval(found["over_all"], found["over_all_low"], found["over_all_high"]),
+        "d_from_near": spread(rows["d_from_near"]),
+        "d_from_all": spread(rows["d_from_all"]),
+        "share": number(pooled["n_S_percent"], 0),
+        "d": number(pooled["d"]) + (f" ± {number(pooled['d_sd'])}" if np.isfinite(pooled["d_sd"]) else ""),
     }
-    if not against:
-        known |= {"text": text, "d": spread(rows["d_from_near"]), "near": NEAREST}
-        return [SAID[key].format(**known) for key in ("near", "supported")]
-    if np.isnan(pooled["d"]):  # no combination lies in the range on average: that of the nearest surface
-        said = [SAID["nearest"].format(text=text)]
-    else:
+    if known["against"] and known["d"]:  # else no combination lies in the range on average: that of the nearest surface
         text = str(Combination.of(pooled))
-        share = number(pooled["n_S_percent"], 0)
-        d = number(pooled["d"]) + (f" ± {number(pooled['d_sd'])}" if np.isfinite(pooled["d_sd"]) else "")
-        said = [SAID["on average"].format(text=text, share=share, d=d)]
-    held = sum(text in split(field) for field in rows["best_set"])
-    said += [SAID["may be best"].format(held=held, **known)]
-    if rows["d_from_all"].notna().any():
-        said += [SAID["chosen"].format(d=spread(rows["d_from_all"]))]
-    return [*said, SAID["against"], *(f"  - {SAID[key].format(**known)}" for key in against)]
+    return known | {"text": text, "held": sum(text in split(field) for field in rows["best_set"])}
 
 
 def evidence(rows):
-    """The surfaces nearest in mean roughness, with their own best combinations."""
-    yield f"  {'surface':<24}{'roughness':>9}  {'best':<20}d (95 %)"
-    for _, row in rows.head(SHOWN).iterrows():
-        d = interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"])
-        name = f"{row['protein']}/{row['conformation']}"
-        yield f"  {name:<24}{number(row['mean_roughness'], 3):>9}  {Combination.of(row)!s:<20}{d}"
+    """The surfaces nearest in mean roughness: name, roughness, own best combination and its d."""
+    return [
+        (
+            f"{row['protein']}/{row['conformation']}",
+            number(row["mean_roughness"], 3),
+            str(Combination.of(row)),
+            interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"]),
+        )
+        for _, row in rows.head(SHOWN).iterrows()
+    ]
 
 
 def spread(values):
-    """Mean of the values that are known, and their standard deviation where there are several."""
+    """Mean of the values that are known (empty without any), and their standard deviation where there are several."""
     values = values.dropna()
     return number(values.mean()) + (f" ± {number(values.std(ddof=1))}" if len(values) > 1 else "")

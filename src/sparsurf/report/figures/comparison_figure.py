@@ -38,17 +38,12 @@ def comparison_figure(table, subject, band="95 % over draws and test dots"):
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.sheet(layout.PAGE, 129)
+    figure = layout.sheet(layout.PAGE, 129, subject)
     names = list(table["sampler"].unique())
     spare = iter(SPARE * len(names))
     lines = {name: LINES.get(name) or (next(spare), 0.8, "o") for name in names}
     layout.letter(figure, 1, 1, "A")
-    layout.text(
-        figure,
-        6,
-        1.3,
-        f"{subject}: the kept dots serve as the surface.\nHow far are its patches from the true ones?",
-    )
+    layout.text(figure, 6, 1.3, "Z of the kept dots,\nas written")
     ax = layout.axes(figure, 12, 12, 46, TALL)
     _panel(ax, table, "Z as_written", lines)
     ax.set(xlabel=AXIS, ylabel="error Z of the descriptors (0: none)")

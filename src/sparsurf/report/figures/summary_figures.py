@@ -1,4 +1,4 @@
-"""Figures of a whole run: best parameters against mean roughness, and one combination over a trajectory."""
+"""Best parameters and their d over all surfaces of a run: against mean roughness, or of a few surfaces against n_S."""
 
 from string import ascii_uppercase
 
@@ -10,18 +10,19 @@ from matplotlib.ticker import MaxNLocator
 
 from sparsurf.recovery.readings import READINGS, readings_in
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.layout import DARK, PAGE, PALE, styled
+from sparsurf.report.figures.layout import PAGE, styled
 from sparsurf.sampling.combination import PARAMETERS
 
 GREEK = dict(zip(PARAMETERS, "αβγδ", strict=True))
 SIGNIFICANT = 0.05
 GAIN = {"marker": "o", "markersize": 3.5, "linestyle": "", "color": "black", "markeredgewidth": 0.6}
-SMOOTH = 20  # moving means are taken over one frame in so many
+FEW = 3  # surfaces, from which on parameters are drawn against mean roughness
+MARKERS = "os^"
 
 
 @styled
-def summary_figure(summary, relations):
-    """Best parameters and their d against mean roughness, and what a choice by mean roughness gains.
+def summary_figure(summary, relations, name=""):
+    """Best parameters and their d against mean roughness, and what a choice by it gains; of a few surfaces against n_S.
 
     Parameters
     ----------
@@ -29,11 +30,14 @@ def summary_figure(summary, relations):
         See `summary.summary_table`.
     relations : pandas.DataFrame
         See `summary.relation_table`.
+    name : str, of the run
 
     Returns
     -------
     matplotlib.figure.Figure
     """
+    if summary.groupby(["protein", "conformation"]).ngroups < FEW:
+        return _by_range(summary, name)
     readings = readings_in(summary.reading.unique())
     pitch = 160 / max(2, len(readings))
     width = pitch - 16
@@ -41,7 +45,7 @@ def summary_figure(summary, relations):
     norm = colors.BoundaryNorm(limits, 256) if np.ptp(limits) > 0 else colors.Normalize()
     scale = ScalarMappable(norm, colormaps["viridis"])
     compared = relations.gain.notna().any()  # else there are too few surfaces to choose from: no empty panels
-    figure = layout.sheet(PAGE, 187 if compared else 137)
+    figure = layout.sheet(PAGE, 187 if compared else 137, name)
     widest = max(0.01, np.nanmax(np.append(relations[["gain_low", "gain_high"]].abs().to_numpy(), 0)))
     for k, reading in enumerate(readings):
         rows = summary[(summary.reading == reading) & summary.d.notna()]
@@ -118,94 +122,56 @@ def _gain(ax, rows, limit, left):
         ax.plot(middle[these], rows.gain[these], **GAIN | {"markerfacecolor": face})
 
 
-@styled
-def ensemble_figure(table, combination):
-    """n_S, mean roughness and d of one combination over time, and how they are distributed.
-
-    Parameters
-    ----------
-    table : pandas.DataFrame
-        See `ensemble.follow`.
-    combination : sequence of 4 floats
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
-    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_in(table, "d_")}
-    time, label = time_axis(table)
-    window = (len(table) // SMOOTH) | 1 if len(table) >= 3 * SMOOTH else 0  # odd
-    figure = layout.sheet(PAGE, 18 + 32 * len(panels))
-    for k, (column, name) in enumerate(panels.items()):
-        y = 12 + 32 * k
-        layout.letter(figure, 1, y - 5, ascii_uppercase[k])
-        ax = layout.axes(figure, 15, y, 122, 25)
-        _over_time(ax, time, table[column], window)
-        ax.set_ylabel(name)
-        ax.tick_params(labelbottom=k == len(panels) - 1)
-        reading = column.removeprefix("d_")
-        if reading in READINGS:
-            layout.text(figure, 15, y - 4.7, READINGS[reading].words)
-        error = table[f"d_se_{reading}"].mean() if reading in READINGS else np.nan
-        _distribution(layout.axes(figure, 142, y, 30, 25), table[column], ax.get_ylim(), error)
-    ax.set_xlabel(label)
-    _ensemble_key(figure, combination, window)
-    return figure
-
-
-def time_axis(table):
-    """Times, in the unit that reads best, or numbers of frames where there are none."""
-    time = table.time_ps
-    if time.isna().any():
-        return table.frame, "frame"
-    return (time / 1000, "time (ns)") if time.max() >= 10_000 else (time, "time (ps)")
-
-
-def _over_time(ax, time, values, window):
-    ax.plot(
-        time, values, color=PALE if window else DARK, linewidth=0.4, marker="." if len(time) < 100 else ""
-    )
-    if window:
-        mean = values.rolling(window, center=True, min_periods=window // 2 + 1).mean()
-        ax.plot(time, mean, color=DARK, linewidth=1.0)
-    if values.min() < 0 < values.max():
-        ax.axhline(0, color="black", linewidth=0.4, zorder=0)
-    ax.margins(0.01, 0.1)
-    ax.yaxis.set_major_locator(MaxNLocator(4))
-
-
-def _distribution(ax, values, limits, error):
-    """How often each value occurs, on the scale of the panel to the left."""
-    bins = min(30, 4 + int(np.sqrt(len(values))))
-    ax.hist(values, bins=np.linspace(*limits, bins + 1), orientation="horizontal", color=PALE)
-    sd = values.std(ddof=0)
-    decimals = int(np.clip(1 - np.floor(np.log10(sd)), 0, 6)) if sd > 0 else 2  # two figures of the sd
-    words = f"mean {values.mean():.{decimals}f}, sd {sd:.{decimals}f}".replace("-", "−")
-    ax.set(ylim=limits, title=words, xticks=[], yticks=[])
-    ax.spines["bottom"].set_visible(False)
-    if np.isfinite(error):
-        place = 1.05 * ax.get_xlim()[1]
-        ax.errorbar(place, values.mean(), error, color="black", elinewidth=0.8, capsize=2, clip_on=False)
-
-
-def _ensemble_key(figure, combination, window):
-    text = ", ".join(
-        f"{GREEK[name]} = {value:g}" for name, value in zip(PARAMETERS, combination, strict=True)
-    )
-    handles = [Line2D([], [], color=PALE if window else DARK, label="each frame")]
-    if window:
-        handles.append(Line2D([], [], color=DARK, linewidth=1.2, label=f"moving mean, {window} frames"))
-    handles.append(
+def _by_range(summary, name):
+    """The winner of every range of n_S, one colour and mark for each surface."""
+    readings = readings_in(summary.reading.unique())
+    pitch = (PAGE - 3) / max(2, len(readings))
+    surfaces = list(summary.groupby(["protein", "conformation"], sort=False))
+    figure = layout.sheet(PAGE, 142, name)
+    for k, reading in enumerate(readings):
+        x = 16 + pitch * k
+        layout.letter(figure, x - 15, 1, ascii_uppercase[k])
+        layout.text(figure, x - 10, 1.3, layout.folded(READINGS[reading].words, pitch - 5))
+        panels = _panels(figure, x, pitch - 18)
+        winners = summary[(summary.reading == reading) & summary.d.notna()]
+        for s, (place, _) in enumerate(surfaces):
+            own = (winners.protein == place[0]) & (winners.conformation == place[1])
+            _surface(panels, winners[own], s)
+        for panel, parameter in zip(panels, GREEK, strict=False):
+            known = np.unique(winners[parameter])
+            layout.ticks(panel.yaxis, known, 18)
+            panel.set_ylim(known[0] - 0.2 * (np.ptp(known) or 1), known[-1] + 0.2 * (np.ptp(known) or 1))
+        for panel, words in zip(panels, (*GREEK.values(), "$d$, held out"), strict=True):
+            panel.set_ylabel(words if k == 0 else "")
+    handles = [
         Line2D(
             [],
             [],
-            color="black",
-            marker="|",
-            markersize=6,
-            linestyle="",
-            label="mean standard error of a frame's $d$",
+            marker=MARKERS[s],
+            color=layout.PALETTE[s],
+            label=f"{name[0]}/{name[1]}, mean roughness {r:.2f}",
         )
-    )
-    layout.text(figure, 15, 1.5, text)
-    layout.legend(figure, 62, 1.5, handles, ncols=3)
+        for s, (name, r) in enumerate((name, rows.mean_roughness.iloc[0]) for name, rows in surfaces)
+    ]
+    layout.legend(figure, 16, 136, handles, ncols=2)
+    return figure
+
+
+def _panels(figure, x, width):
+    """Five axes, one below the other, over the same n_S."""
+    panels = [layout.axes(figure, x, 8 + 21 * row, width, 18 if row < 4 else 32) for row in range(5)]
+    for panel in panels:
+        panel.set_xlim(0, 100)
+        panel.tick_params(labelbottom=panel is panels[-1])
+    panels[-1].set_xlabel("$n_S$ (% of the dots)")
+    panels[-1].axhline(0, color="black", linewidth=0.4, zorder=0)
+    return panels
+
+
+def _surface(panels, rows, s):
+    """The winners of one surface, number s."""
+    rows = rows.sort_values("n_S_percent")
+    style = {"color": layout.PALETTE[s], "marker": MARKERS[s], "linewidth": 0.6, "clip_on": False}
+    for panel, name in zip(panels, GREEK, strict=False):
+        panel.plot(rows.n_S_percent, rows[name], **style)
+    panels[-1].plot(rows.n_S_percent, rows.d_held_out, **style)

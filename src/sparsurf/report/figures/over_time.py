@@ -1,0 +1,181 @@
+"""A trajectory frame by frame: one combination, and the roughness of the residues."""
+
+from string import ascii_uppercase
+
+import numpy as np
+from matplotlib import colormaps, colors
+from matplotlib.cm import ScalarMappable
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from sparsurf.recovery.readings import READINGS, readings_in
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.layout import DARK, PAGE, PALE, styled
+from sparsurf.report.figures.summary_figures import GREEK
+from sparsurf.sampling.combination import PARAMETERS
+
+SMOOTH = 20  # moving means are taken over one frame in so many
+LABELS = 14  # residues named along the axis at most
+BURIED = "#BBBBBB"
+
+
+@styled
+def ensemble_figure(table, combination, name=""):
+    """n_S, mean roughness and d of one combination over time, and how they are distributed.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        See `ensemble.follow`.
+    combination : sequence of 4 floats
+    name : str, of the protein
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
+    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_in(table, "d_")}
+    time, unit = time_axis(table)
+    window = (len(table) // SMOOTH) | 1 if len(table) >= 3 * SMOOTH else 0  # odd
+    figure = layout.sheet(PAGE, 18 + 32 * len(panels), name)
+    for k, (column, label) in enumerate(panels.items()):
+        y = 12 + 32 * k
+        layout.letter(figure, 1, y - 5, ascii_uppercase[k])
+        ax = layout.axes(figure, 15, y, 122, 25)
+        _over_time(ax, time, table[column], window)
+        ax.set_ylabel(label)
+        ax.tick_params(labelbottom=k == len(panels) - 1)
+        reading = column.removeprefix("d_")
+        if reading in READINGS:
+            layout.text(figure, 15, y - 4.7, READINGS[reading].words)
+        error = table[f"d_se_{reading}"].mean() if reading in READINGS else np.nan
+        _distribution(layout.axes(figure, 142, y, 30, 25), table[column], ax.get_ylim(), error)
+    ax.set_xlabel(unit)
+    _ensemble_key(figure, combination, window)
+    return figure
+
+
+def time_axis(table):
+    """Times, in the unit that reads best, or numbers of frames where there are none."""
+    time = table.time_ps
+    if time.isna().any():
+        return table.frame, "frame"
+    return (time / 1000, "time (ns)") if time.max() >= 10_000 else (time, "time (ps)")
+
+
+def _over_time(ax, time, values, window):
+    ax.plot(
+        time, values, color=PALE if window else DARK, linewidth=0.4, marker="." if len(time) < 100 else ""
+    )
+    if window:
+        mean = values.rolling(window, center=True, min_periods=window // 2 + 1).mean()
+        ax.plot(time, mean, color=DARK, linewidth=1.0)
+    if values.min() < 0 < values.max():
+        ax.axhline(0, color="black", linewidth=0.4, zorder=0)
+    ax.margins(0.01, 0.1)
+    ax.yaxis.set_major_locator(MaxNLocator(4))
+
+
+def _distribution(ax, values, limits, error):
+    """How often each value occurs, on the scale of the panel to the left."""
+    bins = min(30, 4 + int(np.sqrt(len(values))))
+    ax.hist(values, bins=np.linspace(*limits, bins + 1), orientation="horizontal", color=PALE)
+    sd = values.std(ddof=0)
+    decimals = int(np.clip(1 - np.floor(np.log10(sd)), 0, 6)) if sd > 0 else 2  # two figures of the sd
+    words = f"mean {values.mean():.{decimals}f}, sd {sd:.{decimals}f}".replace("-", "−")
+    ax.set(ylim=limits, title=words, xticks=[], yticks=[])
+    ax.spines["bottom"].set_visible(False)
+    if np.isfinite(error):
+        place = 1.05 * ax.get_xlim()[1]
+        ax.errorbar(place, values.mean(), error, color="black", elinewidth=0.8, capsize=2, clip_on=False)
+
+
+def _ensemble_key(figure, combination, window):
+    text = ", ".join(
+        f"{GREEK[name]} = {value:g}" for name, value in zip(PARAMETERS, combination, strict=True)
+    )
+    handles = [Line2D([], [], color=PALE if window else DARK, label="each frame")]
+    if window:
+        handles.append(Line2D([], [], color=DARK, linewidth=1.2, label=f"moving mean, {window} frames"))
+    handles.append(
+        Line2D(
+            [],
+            [],
+            color="black",
+            marker="|",
+            markersize=6,
+            linestyle="",
+            label="mean standard error of a frame's $d$",
+        )
+    )
+    layout.text(figure, 15, 1.5, text)
+    layout.legend(figure, 62, 1.5, handles, ncols=3)
+
+
+@styled
+def residues_figure(over_time, residues, name=""):
+    """Mean R_i of every residue against time, and how it spreads; one column of a journal wide.
+
+    Parameters
+    ----------
+    over_time : DataFrame
+        See `ensemble.apart`.
+    residues : DataFrame
+        See `residues.over_frames`.
+    name : str, of the protein
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    values = over_time.iloc[:, 2:].to_numpy(float)
+    time, label = time_axis(over_time)
+    n = len(residues)
+    figure = layout.sheet(layout.COLUMN, 88, name)
+    scale = ScalarMappable(colors.Normalize(np.nanmin(values), np.nanmax(values)), _colours())
+    ax = layout.axes(figure, 15, 6, 40, 60)
+    half = np.diff(time).mean() / 2 if len(time) > 1 else 0.5
+    extent = (time.iloc[0] - half, time.iloc[-1] + half, n - 0.5, -0.5)
+    ax.imshow(
+        values.T, aspect="auto", extent=extent, norm=scale.norm, cmap=scale.cmap, interpolation="nearest"
+    )
+    _name_residues(ax, residues)
+    ax.set_xlabel(label)
+    ax.xaxis.set_major_locator(MaxNLocator(4))
+    layout.letter(figure, 1, 1, "A")
+    beside = layout.axes(figure, 61, 6, 24, 60)
+    place, mean, sd = np.arange(n), residues["mean_roughness"], residues["sd_roughness"].fillna(0)
+    beside.fill_betweenx(place, mean - sd, mean + sd, color=PALE, linewidth=0)
+    beside.plot(mean, place, color=DARK, linewidth=0.8)
+    beside.set(ylim=(n - 0.5, -0.5), xlabel="mean $R_i$ ± sd")
+    beside.xaxis.set_major_locator(MaxNLocator(3))
+    beside.set_yticks(ax.get_yticks(), [])
+    layout.letter(figure, 57, 1, "B")
+    bar = figure.colorbar(scale, cax=layout.axes(figure, 15, 77, 40, 2), orientation="horizontal")
+    bar.ax.xaxis.set_major_locator(MaxNLocator(4))
+    layout.text(figure, 60, 75.5, "mean $R_i$ of the residue\n(low: rough, high: flat)" + _grey(values))
+    return figure
+
+
+def _colours():
+    return colormaps["viridis"].with_extremes(bad=BURIED)
+
+
+def _grey(values):
+    return "\ngrey: buried" if np.isnan(values).any() else ""
+
+
+def _name_residues(ax, residues):
+    """Numbers of some residues, and a line where a chain ends; the chain is named where there are several."""
+    chain = residues["chain"].fillna("").to_numpy(str)
+    several = len(np.unique(chain)) > 1
+    places = np.arange(0, len(residues), -(-len(residues) // LABELS))
+    names = [
+        f"{chain[k]} {residues['residue'].iloc[k]}" if several else residues["residue"].iloc[k]
+        for k in places
+    ]
+    ax.set_yticks(places, names)
+    ax.set_ylabel("residue")
+    for end in np.flatnonzero(chain[1:] != chain[:-1]):
+        ax.axhline(end + 0.5, color="white", linewidth=0.8)
