@@ -7,7 +7,7 @@ from sparsurf.report.figures.frames import frames_projection
 from sparsurf.workflow.jobs import run
 
 
-def main(inputs, outputs):
+def main(inputs, outputs, name):
     """Draw clusters, chosen frames, silhouettes and explained variance."""
     tables = {key: pd.read_csv(path) for key, path in inputs.items()}
     projection, frames = tables["projection"], tables["frames"]
@@ -18,6 +18,7 @@ def main(inputs, outputs):
         frames["conformation"].to_numpy(),
         tables["explained"]["explained"].to_numpy(),
         dict(zip(tables["silhouette"]["K"], tables["silhouette"]["silhouette"], strict=True)),
+        name,
     )
     layout.save(figure, outputs["png"].removesuffix(".png"))
 

@@ -109,19 +109,19 @@ def test_chosen_frames_are_found_by_their_numbers(tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(draw_frames, "frames_projection", lambda *given: seen.extend(given))
     monkeypatch.setattr(draw_frames.layout, "save", lambda *_: None)
-    draw_frames.main({name: tmp_path / f"{name}.csv" for name in tables}, {"png": "frames.png"})
+    draw_frames.main({name: tmp_path / f"{name}.csv" for name in tables}, {"png": "frames.png"}, "p")
     assert [each.tolist() for each in seen[:5]] == [
         [[1, 4], [2, 5], [3, 6]], [0, 0, 1], [1, 2], ["c1", "c2"], [0.7, 0.3]
     ]  # fmt: skip
-    assert seen[5] == {2: 0.5}
+    assert seen[5:] == [{2: 0.5}, "p"]
 
 
-def test_a_single_conformation_has_no_axes():
+def test_frames_that_are_all_the_same_have_no_axes():
     for plane in ([[0.0]], np.zeros((3, 2))):
-        figure = frames.frames_projection(plane, [0] * len(plane), [0], ["c1"], [0.0], {1: np.nan})
+        figure = frames.frames_projection(plane, [0] * len(plane), [0], ["c1"], [0.0], {1: np.nan}, "p")
         assert not figure.axes
         words = [text.get_text() for text in figure.texts]
-        assert words == ["One conformation: there are no frames to choose from."]
+        assert words == ["p", "All frames are the same."]
     two = frames.frames_projection(np.eye(2), [0, 0], [0], ["c1"], [1.0], {1: np.nan})
     assert len(two.axes) == 2  # one cluster has no silhouette
 

@@ -35,8 +35,12 @@ def checkpoints(tmp_path):
             "conformation,frame\n" + "".join(f"{c},0\n" for c in conformations)
         )
 
+        frames = 9 if name == "moving" else 1
+        (tmp_path / f"{name}_projection.csv").write_text("frame,pc1\n" + "0,0.0\n" * frames)
+
     def get(protein):
-        return SimpleNamespace(output=SimpleNamespace(frames=tmp_path / f"{protein}.csv"))
+        paths = {"frames": tmp_path / f"{protein}.csv", "projection": tmp_path / f"{protein}_projection.csv"}
+        return SimpleNamespace(output=SimpleNamespace(**paths))
 
     return SimpleNamespace(choose_frames=SimpleNamespace(get=get))
 
@@ -118,6 +122,10 @@ def test_every_conformation_is_named_once_its_frames_are_chosen(files):
     ]
     places = ["moving/f0", "moving/f7", "still/c1", "ready/c1", "water/f3", "got/c1"]
     assert files.every("a.csv")(Wildcards()) == [f"results/r/{place}/a.csv" for place in places]
+
+
+def test_a_single_structure_has_no_frames(files):
+    assert [name for name in files.proteins if files.has_frames(name)] == ["moving"]
 
 
 def test_what_the_config_goes_without_is_in_no_list(checkpoints):

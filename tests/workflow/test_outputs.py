@@ -56,7 +56,7 @@ def test_the_guide_to_the_results_names_no_file_that_no_rule_makes():
     assert len(named) > 30 and named <= made, sorted(named - made)
 
 
-def outputs(without=(), **rules):
+def outputs(without=(), has_frames=lambda name: True, **rules):
     """Outputs of a run of the proteins p (a molecule of two frames) and q (a surface), and of a pair."""
     found = []
     for name, files in rules.items():
@@ -66,6 +66,7 @@ def outputs(without=(), **rules):
     files = SimpleNamespace(
         proteins={"p": 1, "q": 1},
         conformations={"p": ["f0", "f7"], "q": ["c1"]}.get,
+        has_frames=has_frames,
         goes_without=lambda *place: "/".join(place) in without,
     )
     return Outputs(SimpleNamespace(rules=found), files, SimpleNamespace(names=["one"]))
@@ -95,6 +96,15 @@ def test_what_a_run_has_follows_from_its_rules():
     assert {*own.all_but("r/index.html")(None)} == everything
     assert own.all_but("r/index.html", shown=True)(None) == ["r/p/frames.png"]
     assert {*own.all_but("r/index.html", shown=False)(None)} == everything - {"r/p/frames.png"}
+
+
+def test_frames_are_drawn_only_where_there_are_several():
+    rules, p = {"draw_frames": RULES["frames"], "grid": RULES["grid"]}, SimpleNamespace(protein="p")
+    assert "r/p/frames.png" in outputs(**rules).of_protein(p)
+    alone = outputs(has_frames=lambda name: name != "p", **rules)
+    assert alone.of_protein(p) == ["r/p/f0/grid.csv", "r/p/f7/grid.csv"]
+    # which is known only after the conformations are chosen
+    assert [ask(None) for ask in outputs(**rules).each()][0] == []
 
 
 def test_a_run_goes_without_a_job():

@@ -53,6 +53,12 @@ class FilesOfARun:
         """Names of the conformations of a protein; Snakemake asks again once its frames are chosen."""
         return [each for each in self._chosen(name) if not self.goes_without(name, each)]
 
+    def has_frames(self, name):
+        """Whether a molecule has frames to choose from; Snakemake asks again once they are read."""
+        if name in self.surfaces:
+            return False
+        return len(conformations_of(self._checkpoints.choose_frames.get(protein=name).output.projection)) > 1
+
     def first(self, name):
         """The first conformation of a protein, which its pairs take."""
         return self._chosen(name)[0]

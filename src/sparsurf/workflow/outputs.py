@@ -6,6 +6,7 @@ from pathlib import Path
 from snakemake.io import report
 
 ALL_FRAMES = "*"  # in `without`: what a protein has over all of its frames
+OF_SEVERAL_FRAMES = {"draw_frames"}  # rules that say nothing of a single structure
 CAPTIONS = Path(__file__).parents[1] / "report" / "captions"
 
 
@@ -59,21 +60,23 @@ class Outputs:
                     found.setdefault(frozenset(file.get_wildcard_names()), []).append(file)
         return found
 
-    def _made(self, **values):
-        """Outputs for these values of wildcards, without those that a run goes `without`; {path: whether the report shows it}."""
+    def _made(self, but=(), **values):
+        """Outputs for these values of wildcards, without those that a run goes `without` and those of the rules `but`;
+        {path: whether the report shows it}."""
         found = {}
         for file in self._by_wildcards.get(frozenset(values), ()):
             path = str(file.apply_wildcards(values))
-            if file.match(path) and not self._files.goes_without(*values.values(), file.rule.name):
+            left_out = file.rule.name in but or self._files.goes_without(*values.values(), file.rule.name)
+            if file.match(path) and not left_out:
                 found[path] = "report" in file.flags
         return found
 
-    def _of_frames(self, name):
+    def _of_frames(self, name, but=OF_SEVERAL_FRAMES):
         """Outputs for a protein over all of its frames, which wait for no choice of conformations."""
-        return {} if self._files.goes_without(name, ALL_FRAMES) else self._made(protein=name)
+        return {} if self._files.goes_without(name, ALL_FRAMES) else self._made(but, protein=name)
 
     def _of_protein(self, name):
-        found = self._of_frames(name)
+        found = self._of_frames(name, () if self._files.has_frames(name) else OF_SEVERAL_FRAMES)
         for each in self._files.conformations(name):
             found |= self._made(protein=name, conformation=each)
         return found

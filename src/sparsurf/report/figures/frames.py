@@ -11,8 +11,8 @@ COMPONENTS = 10  # shown in the panel of explained variance
 
 
 @styled
-def frames_projection(projection, labels, chosen, names, explained, silhouettes):
-    """Frames in the plane of the first two principal components, explained variance and silhouette; of one frame, words.
+def frames_projection(projection, labels, chosen, names, explained, silhouettes, name=""):
+    """Frames in the plane of the first two principal components, explained variance and silhouette.
 
     Parameters
     ----------
@@ -27,18 +27,19 @@ def frames_projection(projection, labels, chosen, names, explained, silhouettes)
         Share of the variance of each component, 0..1; may be empty.
     silhouettes : dict
         Mean silhouette for each number of clusters K; may be empty.
+    name : str, of the protein
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    if np.ptp(projection, axis=0).max() == 0:  # a single structure, or frames that are all the same
-        figure = layout.sheet(layout.COLUMN, 10)
-        layout.text(figure, 2, 3, "One conformation: there are no frames to choose from.")
+    if np.ptp(projection, axis=0).max() == 0:
+        figure = layout.sheet(layout.COLUMN, 8, name)
+        layout.text(figure, 2, 1, "All frames are the same.")
         return figure
     silhouettes = {k: value for k, value in silhouettes.items() if np.isfinite(value)}  # none of one cluster
     width = layout.PAGE if len(silhouettes) else 136 if len(explained) else layout.COLUMN
-    figure = layout.sheet(width, 66)
+    figure = layout.sheet(width, 66, name)
     plane = np.column_stack([projection, np.zeros((len(projection), 2))])[:, :2]
     ax = layout.axes(figure, 14, 7, 69, 49)
     _clusters(ax, plane, labels, np.asarray(chosen, int), names, explained)
