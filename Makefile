@@ -30,7 +30,7 @@ export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 export PYTHONDONTWRITEBYTECODE =  # bytecode is kept: a study starts dozens of processes
 
-.PHONY: planted setup run paper compare test bench lock
+.PHONY: evidence planted setup run paper compare test bench lock
 
 setup: $(READY) $(EXTRA)
 
