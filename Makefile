@@ -6,8 +6,10 @@
 # make evidence  every number of docs/ that is missing or older than its code, hours; QUICK=1: every chain on small pieces,
 #              --dry-run: tell what is old; EVIDENCE_DATA=folder: structures from there instead of the network
 # make planted plant mistakes in a copy and count those that the tests notice (hours)
+# make docs    build the book in docs/_build/html and check its links (needs a network the first time)
+# make package  build wheel and source archive in dist/ and check them
 # make setup   set up only; with CLUSTER=slurm what a cluster needs besides
-# make lock    renew envs/requirements.txt from envs/requirements.in (needs a network)
+# make lock    renew envs/requirements*.txt from envs/requirements*.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
 # On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm (docs/cluster.md)
 
@@ -24,13 +26,14 @@ $(error CLUSTER is $(CLUSTER), but only CLUSTER=slurm is known (docs/cluster.md)
 endif
 # Where the jobs run: on the cores here, or on a cluster, whose extra packages are installed then
 WHERE  := $(if $(CLUSTER),--cluster $(CLUSTER),--cores $(CORES))
+FOR_DOCS := $(VENV)/.ready-docs-$(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1)
 EXTRA  := $(if $(CLUSTER),$(VENV)/.ready-$(CLUSTER)-$(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1))
 
 export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 export PYTHONDONTWRITEBYTECODE =  # bytecode is kept: a study starts dozens of processes
 
-.PHONY: evidence planted setup run paper compare test bench lock
+.PHONY: evidence planted setup setup-docs run paper compare test bench docs package lock
 
 setup: $(READY) $(EXTRA)
 
@@ -53,6 +56,17 @@ test: $(READY) $(EXTRA)
 	  for job in $$jobs; do wait $$job || exit 1; done  # kernels once, not in each test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder  # three on two cores
 
+setup-docs: $(READY) $(FOR_DOCS)
+
+docs: setup-docs
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build/html
+	$(BIN)/pytest tests/docs/test_book.py
+
+package: setup-docs
+	rm -rf dist
+	$(BIN)/python -m build --no-isolation
+	$(BIN)/twine check --strict dist/*
+
 bench: $(READY)
 	$(BIN)/python evidence/bench.py
 
@@ -72,8 +86,10 @@ $(READY): envs/requirements.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	touch $@
 
-$(VENV)/.ready-slurm-%: $(READY) envs/requirements-slurm.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r envs/requirements-slurm.txt
+# What few need besides: .ready-slurm-..., .ready-docs-...
+$(VENV)/.ready-%: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
+	  -r envs/requirements-$(firstword $(subst -, ,$*)).txt
 	touch $@
 
 lock:
@@ -83,3 +99,5 @@ lock:
 	  --custom-compile-command "make lock" --upgrade --quiet --output-file envs/requirements.txt envs/requirements.in
 	.cache/lock/bin/uv pip compile --universal --no-deps --generate-hashes --python-version 3.11 \
 	  --custom-compile-command "make lock" --upgrade --quiet --output-file envs/requirements-slurm.txt envs/requirements-slurm.in
+	.cache/lock/bin/uv pip compile --universal --generate-hashes --python-version 3.11 --constraints envs/requirements.txt \
+	  --custom-compile-command "make lock" --upgrade --quiet --output-file envs/requirements-docs.txt envs/requirements-docs.in

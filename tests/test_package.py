@@ -4,20 +4,24 @@ import os
 import subprocess
 import sys
 import sysconfig
+import tomllib
 import venv
 import zipfile
 
 import numpy as np
 import pytest
+import yaml
 
 import sparsurf
 from conftest import ROOT
 
 USE = """
 import sys, sparsurf
+sys.modules |= dict.fromkeys(["jinja2", "jsonschema", "matplotlib", "snakemake", "tables", "yaml"])  # of the study
 print(sparsurf.__file__, sparsurf.__version__)
 assert not {"numpy", "numba", "pandas", "scipy", "mdtraj"} & set(sys.modules), "the import is not cheap"
 dots = sparsurf.surface("protein.pdb", density=1.0, d_link=1.5)
+sparsurf.write(dots, "dots.ply")
 print(len(dots), dots.points.sum(), dots.normals.sum())
 """
 SPHERES = "ATOM  {:5d}  {:3s} ALA A   1    {:8.3f}{:8.3f}{:8.3f}  1.00  0.00           C  \n"
@@ -73,6 +77,7 @@ def test_the_wheel_holds_the_library_and_its_data(wheel):
     files = {path for path in library.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
     assert {str(path.relative_to(library.parent)) for path in files} <= names
     assert not [name for name in names if name.startswith(("tests", "scripts", "data"))]
+    assert wheel.stat().st_size < 1_000_000
     assert wheel.name == f"sparsurf-{sparsurf.__version__}-py3-none-any.whl"
 
 
@@ -105,3 +110,16 @@ def test_make_can_install_the_checkout_itself(tmp_path):
     with zipfile.ZipFile(next(tmp_path.glob("*.whl"))) as archive:
         paths = [archive.read(name).decode() for name in archive.namelist() if name.endswith(".pth")]
     assert paths == [str(ROOT / "src")] and build
+
+
+def test_conda_and_pip_ask_for_the_same():
+    """The recipe for conda packages has the version, the entry point and the requirements of pyproject.toml."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    recipe = yaml.safe_load((ROOT / "envs" / "recipe.yaml").read_text(encoding="utf-8"))
+    asked = [f"python {project['requires-python']}", *project["dependencies"]]
+    assert [line.replace(" ", "") for line in recipe["requirements"]["run"]] == [
+        a.replace(" ", "") for a in asked
+    ]
+    assert recipe["context"]["version"] == sparsurf.__version__
+    assert recipe["build"]["python"]["entry_points"] == [f"{k} = {v}" for k, v in project["scripts"].items()]
+    assert recipe["about"]["summary"] == project["description"]

@@ -46,7 +46,7 @@ from importlib import import_module
 
 from sparsurf import kernel_cache, progress
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 # Functions for users, by the module that holds them; loaded when first used, so that the import costs nothing.
 CALLS = {
     "read_molecule": "molecules.read_molecule.read_molecule",

@@ -11,7 +11,7 @@ import pytest
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, triangles, write_ply
+from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, triangles, viridis, write_ply
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -154,6 +154,13 @@ def test_a_ply_file_that_cannot_be_read_is_a_sentence(tmp_path, content, words):
     with pytest.raises(InputError, match=words) as caught:
         read_surface(path)
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_colours_are_those_of_matplotlib():
+    from matplotlib import colormaps
+
+    values = np.linspace(-3, 7, 2049)
+    assert np.array_equal(viridis(values), colormaps["viridis"]((values + 3) / 10, bytes=True)[:, :3])
 
 
 def test_ply_holds_dots_values_and_colours(tmp_path, small):

@@ -44,7 +44,7 @@ def descriptors(surface, at=None, *, radius=R_ZERNIKE, up=True, d_link=D_LINK, d
 
     Returns
     -------
-    (T, 121) float64, |c_nm| by n, then m; zeros where there is no patch, with a warning
+    (T, 121) float64, ``|c_nm|`` by n, then m; zeros where there is no patch, with a warning
 
     Examples
     --------

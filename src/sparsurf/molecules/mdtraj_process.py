@@ -16,6 +16,7 @@ import sys
 import tempfile
 import threading
 import warnings
+from importlib.util import find_spec
 from multiprocessing import Pipe, reduction
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -76,6 +77,8 @@ def _run(path, task, *arguments):
     """Bytes that the other process answers."""
     if not Path(path).is_file():
         raise InputError(f"{path} does not exist: check the path.")
+    if Path(path).suffix.lower() in OWN_TOPOLOGY and find_spec("tables") is None:
+        raise InputError(f"{path} needs PyTables: run pip install tables.")
     with _one_by_one, _readable(Path(path).absolute()) as readable:
         try:
             answer, code = _ask(_server(os.getpid())[0], task, str(readable), *arguments)

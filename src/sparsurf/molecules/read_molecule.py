@@ -72,15 +72,19 @@ def read_molecule(
 
     Parameters
     ----------
-    path : PDB or mmCIF file, also gzipped (.pdb .ent .cif .mmcif); GRO or HDF5; with a trajectory also a
-        PSF or AMBER topology
+    path : str or Path
+        PDB or mmCIF file, also gzipped (.pdb .ent .cif .mmcif), GRO or HDF5; with a trajectory also PSF or AMBER.
     trajectory : any trajectory that mdtraj reads; without it, the models of the structure are the frames
-    selection, chains, residues, hydrogens, ligands : see `selection.chosen_atoms`
+    selection : mdtraj expression, or 'all'; without it the protein
+    chains : list of str, or 'A,B'
+    residues : ranges such as 'A:10-52A,60', both ends included
+    hydrogens : 'keep' or 'remove'
+    ligands : list of residue names to take along, or True for all but waters and ions
     model : int, read only the model of this number
-    altloc : 'first', 'highest' (occupancy) or a letter, see `atom_table.choose_altlocs`
+    altloc : 'first', 'highest' (occupancy) or a letter
     stride : int, keep every stride-th frame
-    times : floats, ps; of a trajectory keep the first frame and those at these times only, whatever the stride; a
-        warning where no frame is at any
+    times : floats, ps
+        Of a trajectory keep the first frame and those at these times only, whatever the stride.
     whole : bool, put molecules together that the periodic box cuts
 
     Returns
@@ -148,7 +152,11 @@ def from_mdtraj(trajectory, *, selection=None, chains=None, residues=None, hydro
     Parameters
     ----------
     trajectory : mdtraj.Trajectory, of whole molecules
-    selection, chains, residues, hydrogens, ligands : see `selection.chosen_atoms`
+    selection : mdtraj expression, or 'all'; without it the protein
+    chains : list of str, or 'A,B'
+    residues : ranges such as 'A:10-52A,60', both ends included
+    hydrogens : 'keep' or 'remove'
+    ligands : list of residue names to take along, or True for all but waters and ions
 
     Returns
     -------

@@ -32,7 +32,7 @@ class Sites:
     name : str
     points, normals : (P, 3) float32, Å and unit vectors
     labels : DataFrame of P rows: chain, residue, residue_name, str; empty where unknown
-    numbers : (P, C, K) float16, moments |c_nm| up to ORDER of each channel, the shape first, then the fields
+    numbers : (P, C, K) float16, moments ``|c_nm|`` up to ORDER of each channel, the shape first, then the fields
     settings : dict: fields, percent, radius, order, version
     """
 

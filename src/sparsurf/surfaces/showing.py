@@ -26,9 +26,16 @@ def to_frame(surface, molecule=None, **columns):
 
 
 def plot(surface, values=None, ax=None):
-    """Draw the dots with matplotlib, coloured by values (N,) or by kind; returns the Axes."""
-    import matplotlib.pyplot as plt
+    """Draw the dots with matplotlib, coloured by values (N,) or by kind; returns the Axes.
 
+    Raises
+    ------
+    InputError : matplotlib is not installed
+    """
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError:
+        raise InputError("plot() needs matplotlib: run pip install matplotlib.") from None
     if ax is None:
         ax = plt.figure().add_subplot(projection="3d")
     colours = KIND_COLOURS[surface.kind] / 255 if values is None else values

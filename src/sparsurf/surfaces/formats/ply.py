@@ -2,6 +2,7 @@
 
 import codecs
 import logging
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +15,9 @@ log = logging.getLogger("sparsurf")
 KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
 AXES, CHANNELS = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
 GREY = np.array([160, 160, 160], np.uint8)
+VIRIDIS = np.load(
+    Path(__file__).with_name("viridis.npy")
+)  # (256, 3) uint8, matplotlib's, which users need not have
 FLAT = 1e-9  # Å, Å^2 or Å^3, below which there is no extent
 DOUBTFUL = 2.0  # of 4: how far the four normals may agree on the side of a tetrahedron that is in doubt
 ROUNDS = 50  # of changes of sides; 5 to 7 are enough for proteins
@@ -99,14 +103,11 @@ def _write_bytes(path, header, table, types, faces):
 
 def viridis(values):
     """(N, 3) uint8 colours; evenly bright and safe for the colour-blind."""
-    # here: dots without values need no colours, and a third of a second less
-    from matplotlib import colormaps
-
     values = np.asarray(values, dtype=float)
     known = np.isfinite(values)
     low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
     scaled = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
-    colours = colormaps["viridis"](np.where(known, scaled, 0), bytes=True)[:, :3]
+    colours = VIRIDIS[np.minimum(np.where(known, scaled, 0) * len(VIRIDIS), len(VIRIDIS) - 1).astype(int)]
     return np.where(known[:, None], colours, GREY)
 
 

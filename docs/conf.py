@@ -1,0 +1,69 @@
+"""Settings of the book, for Sphinx: `make docs`."""
+
+import sys
+from pathlib import Path
+
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx_gallery.sorting import ExplicitOrder
+
+import sparsurf
+
+sys.path.insert(0, str(Path(__file__).parent))
+import reference
+
+project, author, release = "sparsurf", "the sparsurf authors", sparsurf.__version__
+copyright = author
+extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery"]
+exclude_patterns = ["_build", "gallery"]
+nitpick_ignore_regex = [("py:.*", ".*")]
+suppress_warnings = ["config.cache"]  # a function in the settings of the gallery
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+smartquotes = False  # --mesh keeps its two dashes
+numpydoc_show_class_members = False
+
+GALLERY = [
+    "surface",
+    "roughness",
+    "minimal_into_pymol",
+    "recover_a_mesh",
+    "compare_samplers",
+    "trajectory",
+    "find_a_site",
+]
+GALLERY += ["patch_and_descriptor", "law_of_the_sampling", "own_sampler", "snakefile_as_module"]
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "_gallery",
+    "filename_pattern": r"/\w+\.py",
+    "within_subsection_order": ExplicitOrder([*(f"{name}.py" for name in GALLERY), "*"]),
+    "abort_on_example_error": False,
+    "download_all_examples": False,
+    "show_signature": False,
+    "capture_repr": (),
+    "min_reported_time": 1e6,
+    "write_computation_times": False,
+}
+
+html_theme = "furo"
+html_title = f"sparsurf {release}"
+html_show_sphinx = html_copy_source = html_show_copyright = False
+html_math_renderer = "mathml"
+
+
+def _formula(block):
+    def visit(translator, node):
+        formula = tex2mathml(node.astext(), as_block=block)
+        room = 'display="block" style="padding-block: 0.6em"'  # without it, the theme shows a bar to scroll
+        translator.body.append(formula.replace('display="block"', room))
+        raise nodes.SkipNode
+
+    return visit, None
+
+
+def setup(app):
+    """Formulas as MathML, which browsers draw without a script; tables of the reference from what they describe."""
+    app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
+    app.connect("source-read", reference.fill)

@@ -1,0 +1,37 @@
+"""
+Your own sampler
+================
+
+A sampler is one function: which n dots of a surface are kept. Here, those that look most away from the middle.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import sparsurf
+from sparsurf.sampling.samplers import sampler
+
+
+@sampler("most outward dots", nested=True)
+def outward(evaluator, n, rng):
+    """The n dots whose normals point away from the middle."""
+    away = evaluator.points - evaluator.points.mean(axis=0)
+    away /= np.linalg.norm(away, axis=1)[:, None]
+    return np.argsort(-(away * evaluator.normals).sum(axis=1), kind="stable")[:n]
+
+
+ready = sparsurf.prepare(sparsurf.surface("../../data/tdp43/topology.pdb"))
+kept = {name: sparsurf.sample(ready, percent=10, sampler=name) for name in ("outward", "farthest")}
+print(sparsurf.compare(ready, kept)[["n_S", "Z", "Z_uniform", "d"]].round(2))
+
+# %%
+# A negative d: these dots do worse than a uniform subset. Farthest-point dots do better.
+
+fig = plt.figure(figsize=(9, 4), layout="constrained")
+for k, (name, chosen) in enumerate(kept.items()):
+    ax = fig.add_subplot(1, 2, k + 1, projection="3d")
+    ax.scatter(*ready.points[chosen].T, s=2)
+    ax.set_title(name)
+
+# %%
+# To use it in studies, put the function into ``src/sparsurf/sampling/samplers.py``: see :doc:`/extending`.

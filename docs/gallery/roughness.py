@@ -1,0 +1,24 @@
+"""
+Roughness on a structure
+========================
+
+R is near 1 where the surface is flat and near 0 where it is rough. The paper's sampling goes by it.
+"""
+
+import matplotlib.pyplot as plt
+
+import sparsurf
+
+molecule = sparsurf.read_molecule("../../data/tdp43/topology.pdb")
+dots = sparsurf.surface(molecule)
+R = sparsurf.roughness(dots)
+
+dots.plot(R).set_title("roughness R of each dot")
+
+# %%
+# The mean over the dots of each residue tells which parts of the protein are rough:
+
+residues = sparsurf.residues(dots, molecule, roughness_values=R)
+fig, ax = plt.subplots(figsize=(8, 3), layout="constrained")
+ax.bar(residues["residue"].astype(int), residues["mean_roughness"], color="#31688e")
+ax.set(xlabel="residue", ylabel="mean R", ylim=(0.4, None))

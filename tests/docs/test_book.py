@@ -1,0 +1,106 @@
+"""The book: its tables are those of the code. Once `make docs` has built it, its links lead somewhere and a browser shows it."""
+
+import re
+import urllib.parse
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+import yaml
+
+import reference
+from browser import Browser, programs
+from conftest import ROOT
+
+BOOK = ROOT / "docs" / "_build" / "html"
+built = pytest.mark.skipif(not BOOK.is_dir(), reason="make docs has not been run")
+PAGES = ("index", "method", "_gallery/index")
+LONGEST = 900  # words of a page
+
+
+def test_every_key_of_the_config_is_in_its_readme():
+    text = reference.CONFIG.read_text(encoding="utf-8")
+    assert reference.filled(text) == text, "run python docs/reference.py"
+    shown = {*re.findall(r"^(?:\| `|## )([\w.<>]+)", text, re.M)}
+    assert {*reference.SCHEMA["properties"]} <= shown
+    assert {"sampler", "<name>.simulate.ns", "thinning.draws", "centres"} <= shown  # below others
+
+
+def test_the_glossary_has_every_word():
+    words = re.findall(r"^(\S.*)\n  \S", "".join(reference.glossary()), re.M)
+    assert {"dot", "n_S", "Z_tS, Z_tR", "reading", "conformation"} <= {*words}
+
+
+def test_the_commands_show_their_options():
+    text = "".join(reference.commands())
+    assert {"--percent", "--mesh", "--superpose", "--d-link"} <= {*re.findall(r"--[a-z-]+", text)}
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("docs/*.md")), ids=lambda path: path.stem)
+def test_a_page_can_be_read_at_one_go(page):
+    text = re.sub(r"(?ms)^```.*?^```|<!--.*?-->|^\|.*?$|\$+.*?\$+", "", page.read_text(encoding="utf-8"))
+    assert len(text.split()) <= LONGEST
+
+
+def test_the_release_is_one():
+    import sparsurf
+
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    first = re.search(r"^## (\S+)\n(.*?)(?=^## |\Z)", changes, re.M | re.S)
+    assert citation["version"] == sparsurf.__version__ == first[1]
+    assert len(re.findall(r"^- ", first[2], re.M)) <= 20
+
+
+class _Page(HTMLParser):
+    """The links and the anchors of a page."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.links, self.anchors = set(), {""}
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        self.anchors |= {attrs.get("id", ""), attrs.get("name") or ""}
+        self.links |= {attrs.get("href") or attrs.get("src") or ""} if tag != "use" else set()
+
+
+@built
+def test_every_link_of_the_book_leads_somewhere():
+    pages = {path: _Page(path) for path in BOOK.rglob("*.html")}
+    broken = []
+    for path, page in pages.items():
+        for link in page.links:
+            address = urllib.parse.urlsplit(link)
+            if address.scheme or address.netloc:
+                continue
+            target = (path.parent / urllib.parse.unquote(address.path)).resolve() if address.path else path
+            anchor = urllib.parse.unquote(address.fragment)
+            if not target.exists() or (target in pages and anchor not in pages[target].anchors):
+                broken.append(f"{path.relative_to(BOOK)}: {link}")
+    assert len(pages) > 25 and not broken
+
+
+@built
+def test_the_book_loads_nothing_from_the_network():
+    for path in BOOK.rglob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"<(script|link|img)[^>]*(src|href)=\"(https?:)?//", text), path
+
+
+@built
+@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
+def test_a_browser_shows_the_book(tmp_path):
+    window = Browser(tmp_path)
+    try:
+        for page in PAGES:
+            window.open(Path(BOOK, f"{page}.html").as_uri())
+            drawn = "return [...document.images].every((image) => image.complete && image.naturalWidth > 0)"
+            assert window.run(drawn) and window.run("return document.images.length") > 0
+            assert window.run("return document.body.scrollWidth <= innerWidth")
+            assert window.complaints() == []
+        window.open((BOOK / "method.html").as_uri())
+        assert window.run("return document.querySelector('math').getBoundingClientRect().height") > 10
+    finally:
+        window.close()

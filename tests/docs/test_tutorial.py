@@ -1,0 +1,62 @@
+"""The tutorial, word for word: its commands and its Python, on a short peptide."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+
+from conftest import ROOT
+from sparsurf.workflow.config import check
+from sparsurf.workflow.yaml_file import read_config
+
+TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+
+
+def blocks(language):
+    """The code blocks of a language, in their order."""
+    return re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.M | re.S)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with `protein.pdb`, in which all of the tutorial was done."""
+    folder = tmp_path_factory.mktemp("tutorial")
+    shutil.copy(ROOT / "evidence" / "quick" / "piece_1.pdb", folder / "protein.pdb")
+    (folder / "bin").mkdir()
+    (folder / "bin" / "sparsurf").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m sparsurf "$@"\n')
+    (folder / "bin" / "sparsurf").chmod(0o755)
+    environment = os.environ | {"PATH": f"{folder / 'bin'}:{os.environ['PATH']}", "MPLBACKEND": "agg"}
+    environment |= {"PYTHONPATH": str(ROOT / "src")}
+    for command in (
+        ["sh", "-ec", "".join(blocks("bash"))],
+        [sys.executable, "-c", "".join(blocks("python"))],
+    ):
+        done = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+def test_the_tutorial_gives_what_it_says(folder):
+    kept, whole = (pd.read_csv(folder / f"{name}.csv") for name in ("minimal", "roughness"))
+    assert len(kept) == pytest.approx(len(whole) / 10, abs=1)
+    assert (folder / "recovered.ply").stat().st_size > 0.9 * (folder / "surface.ply").stat().st_size
+    assert (folder / "figure.png").stat().st_size > 10_000 and (folder / "figure.pdf").is_file()
+
+
+def test_more_dots_are_better_than_few_and_than_uniform_ones(folder):
+    table = pd.read_csv(folder / "table.csv")
+    assert table["Z"].is_monotonic_decreasing
+    assert table["d"].iloc[0] > 0.1
+
+
+def test_its_study_is_one(folder, monkeypatch):
+    (config,) = blocks("yaml")
+    (folder / "my_study.yaml").write_text(config)
+    monkeypatch.chdir(folder)
+    assert check(read_config("my_study.yaml"))["run"] == "my_study"
