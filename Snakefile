@@ -33,16 +33,6 @@ HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # 
 config = checked(completed(config, HOME), workflow.configfiles, HOME, HERE)
 made_by = partial(code_digests.made_by, config)
 
-# The figures of a conformation: src/sparsurf/report/figures/<name>.py, captioned in src/sparsurf/report/captions/<name>.rst
-FIGURES = {
-    "enough": "How many dots are enough",
-    "roughness": "Fig. 1, roughness",
-    "number_of_dots": "Fig. 2, number of dots",
-    "number_of_dots_panels": "Fig. 2, all panels",
-    "d_over_grid": "Fig. 3, d over the grid",
-    "rough_and_flat": "Fig. 4, rough and flat patches",
-    "subsets": "Fig. 5, surfaces",
-}
 files = FilesOfARun(config, checkpoints)
 pairs = FilesOfPairs(config, files)
 outputs = Outputs(workflow, files, pairs)  # of the rules below
@@ -65,11 +55,18 @@ ROUGH_SURFACE = SURFACE | inside(CONFORMATION, roughness="roughness.csv") | KERN
 GRID, FLOORS, RANGES, MINIMAL = (
     inside(CONFORMATION, **{name: f"{name}.csv"}) for name in ("grid", "floors", "ranges", "minimal")
 )
-DISTANCES = inside(CONFORMATION, distances="distances.npz")
 BEST = inside(CONFORMATION, best="best.json")
+SUMMARY = inside(RUN, relation="relation.csv", page="summary.html")
+SUMMARY |= figure(f"{RUN}/summary", "Best parameters against mean roughness", "summary")
+SUMMARY["summary"] = shown(f"{RUN}/summary.csv", "Best combination per surface and range of n_S", "summary")
+SAMPLED = config["sampling"]["run"]
+if not SAMPLED:  # nothing follows from the grid
+    GRID = RANGES = BEST = SUMMARY = {}
 ENOUGH = inside(CONFORMATION, enough="enough.csv", curves="curves.csv")
 WARNINGS = f"{RUN}/warnings.csv"
-FIRST_PAGE = inside(RUN, html="index.html", part=".front_page.html")  # part: opens the report
+FIRST_PAGE = inside(
+    RUN, html="index.html", failures="failures.csv", part=".front_page.html"
+)  # part: opens the report
 
 
 wildcard_constraints:
@@ -157,7 +154,7 @@ checkpoint choose_frames:
     log:
         f"{PROTEIN_LOGS}/choose_frames.log",
     wildcard_constraints:
-        protein=one_of(files.molecules),
+        protein=one_of(files.many),
     priority: 3  # a mistake in a structure is told early
     localrule: files.few_frames
     conda:
@@ -174,6 +171,11 @@ checkpoint choose_frames:
         "scripts/choose_frames.py"
 
 
+use rule choose_frames as choose_only_frame with:  # no checkpoint: a thousand structures are planned at once
+    wildcard_constraints:
+        protein=one_of(files.single),
+
+
 rule draw_frames:
     input:
         **FRAMES,
@@ -182,7 +184,7 @@ rule draw_frames:
     log:
         f"{PROTEIN_LOGS}/draw_frames.log",
     wildcard_constraints:
-        protein=one_of(files.molecules),
+        protein=one_of(files.many),
     localrule: True
     conda:
         "envs/study.yaml"
@@ -280,45 +282,9 @@ rule measure_floors:
         "scripts/measure_floors.py"
 
 
-rule evaluate_grid:
-    input:
-        **ROUGH_SURFACE,
-    output:
-        **(GRID | DISTANCES),
-    log:
-        f"{CONFORMATION_LOGS}/evaluate_grid.log",
-    priority: 2  # before what only follows from them
-    conda:
-        "envs/study.yaml"
-    threads: files.side_by_side(THREADS, workflow.resource_settings.cores if HERE else None)
-    resources:
-        **needs("evaluate_grid", files.dots, besides=files.distances),
-    params:
-        **made_by("evaluate_grid.py", "patches", "sampling", "evaluation", "seed"),
-    message:
-        "Sampling and comparing {wildcards.protein}/{wildcards.conformation} over the grid"
-    script:
-        "scripts/evaluate_grid.py"
+if SAMPLED:
 
-
-rule tabulate_best:
-    input:
-        **(GRID | DISTANCES | FLOORS),
-    output:
-        **inside(CONFORMATION, best="best.json", markdown="ranges.md", page="ranges.html"),
-        ranges=shown(f"{CONFORMATION}/ranges.csv", "Best combination per range of n_S", "ranges"),
-    log:
-        f"{CONFORMATION_LOGS}/tabulate_best.log",
-    conda:
-        "envs/study.yaml"
-    resources:
-        **needs("tabulate_best", files.dots, besides=files.distances),
-    params:
-        **made_by("tabulate_best.py", "tables"),
-    message:
-        "Best combinations of {wildcards.protein}/{wildcards.conformation}"
-    script:
-        "scripts/tabulate_best.py"
+    include: "rules/sampling.smk"
 
 
 rule take_minimal:
@@ -342,34 +308,13 @@ rule take_minimal:
         "scripts/take_minimal.py"
 
 
-rule draw_figures:
-    input:
-        **(ROUGH_SURFACE | GRID | BEST | FLOORS | ENOUGH | MINIMAL),
-    output:
-        **{name: shown(f"{CONFORMATION}/figures/{name}.png", FIGURES[name], name) for name in FIGURES},
-        **inside(CONFORMATION, bins="rough_and_flat.csv"),
-        svgs=[f"{CONFORMATION}/figures/{name}.svg" for name in FIGURES],
-    log:
-        f"{CONFORMATION_LOGS}/draw_figures.log",
-    conda:
-        "envs/study.yaml"
-    resources:
-        **needs("draw_figures", files.dots),
-    params:
-        **made_by("draw_figures.py", "patches", *defects, "evaluation.test_dots", "seed", figures=FIGURES),
-        floor=config["minimal"].get("floor", "fresh dots"),
-    message:
-        "Figures of {wildcards.protein}/{wildcards.conformation}"
-    script:
-        "scripts/draw_figures.py"
-
-
 rule draw_view:
     input:
         **(ROUGH_SURFACE | GRID | BEST | MINIMAL),
         structure=files.structure,
     output:
         page=shown(f"{CONFORMATION}/view.html", "Turn, sample and pick dots", "view"),
+        picture=f"{CONFORMATION}/view.png",
     log:
         f"{CONFORMATION_LOGS}/draw_view.log",
     conda:
@@ -422,14 +367,18 @@ if files.proteins:
 
     rule summarise_run:
         input:
-            results=files.every("best.json", "ranges.csv", "grid.csv", "roughness.csv", "curves.csv"),
-            read_too=files.every("surface.npz", "enough.csv", "floors.csv"),
+            results=files.every("surface.npz", "roughness.csv", "minimal.csv"),
+            read_too=files.every(
+                "enough.csv",
+                "curves.csv",
+                "floors.csv",
+                *(Path(path).name for path in (GRID | RANGES | BEST).values()),
+            ),
         output:
-            **inside(RUN, surfaces="surfaces.csv", relation="relation.csv", page="summary.html"),
-            **figure(f"{RUN}/summary", "Best parameters against mean roughness", "summary"),
+            **SUMMARY,
+            surfaces=f"{RUN}/surfaces.csv",
             enough=shown(f"{RUN}/enough.png", "How many dots are enough", "enough"),
             enough_svg=f"{RUN}/enough.svg",
-            summary=shown(f"{RUN}/summary.csv", "Best combination per surface and range of n_S", "summary"),
         log:
             f"{LOGS}/summarise_run.log",
         localrule: True
@@ -438,7 +387,7 @@ if files.proteins:
         params:
             **made_by("summarise_run.py", "patches", "minimal", "seed"),
         message:
-            "Best parameters against mean roughness, over all surfaces"
+            "All surfaces side by side"
         script:
             "scripts/summarise_run.py"
 
@@ -488,6 +437,7 @@ rule write_front_page:
         **made_by("write_front_page.py"),
         folder=lambda wildcards, output: str(Path(output.html).parent),
         without=config["without"],
+        floor=config["minimal"].get("floor"),
     message:
         "First page of the run"
     script:

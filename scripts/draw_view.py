@@ -4,9 +4,11 @@ import json
 from pathlib import Path
 
 import pandas as pd
+from matplotlib import image
 
 from sparsurf.molecules.read_molecule import residue_names
 from sparsurf.recovery.errors import off_recovered
+from sparsurf.report.figures import layout, render
 from sparsurf.report.viewer.page import MOST_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.evaluator import Evaluator
@@ -14,9 +16,11 @@ from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import run
 
+PICTURE = 180, 240  # pixels, rows and columns
+
 
 def main(inputs, outputs, settings, name, threads):
-    """Write view.html; the residues of the dots are known where there is a structure."""
+    """Write view.html and a small picture of it; the residues of the dots are known where there is a structure."""
     surface = read_npz(inputs["surface"])
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     evaluator = Evaluator.from_settings(surface, settings, rough, name, 1)
@@ -38,13 +42,17 @@ def main(inputs, outputs, settings, name, threads):
         evaluator.cover,
         evaluator.r_patch,
         {"farthest": order},
-        pd.read_csv(inputs["grid"]),
-        json.loads(Path(inputs["best"]).read_text(encoding="utf-8")),
+        pd.read_csv(inputs["grid"]) if "grid" in inputs else None,
+        json.loads(Path(inputs["best"]).read_text(encoding="utf-8")) if "best" in inputs else None,
         residue_names(inputs["structure"]),
         shown,
         minimal.get("dot", []),
     )
     Path(outputs["page"]).write_text(text, encoding="utf-8")
+    camera = render.aim(surface.points, render.along_smallest_axis(surface.points), PICTURE)
+    colours = layout.colours(layout.scale(*layout.ROUGH), rough)
+    scene = render.draw_surface(surface.points, surface.normals, colours, camera)
+    image.imsave(outputs["picture"], render.picture(scene), metadata={"Software": None})
 
 
 if __name__ == "__main__":

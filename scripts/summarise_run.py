@@ -16,21 +16,26 @@ from sparsurf.workflow.jobs import run
 
 
 def main(inputs, outputs, settings):
-    """Write surfaces.csv, summary.csv, relation.csv, their page and the figures."""
+    """Write surfaces.csv and the figure of how many dots are enough; of a grid summary.csv, relation.csv, page and figure."""
+    sampled = "summary" in outputs
     folders = list(dict.fromkeys(Path(path).parent for path in inputs["results"]))
-    results = [read_result(folder) for folder in folders]
-    surfaces, summary = surfaces_table(results, settings["patches"]), summary_table(results)
+    results = [read_result(folder, sampled) for folder in folders]
+    surfaces = surfaces_table(results, settings["patches"])
+    surfaces.to_csv(outputs["surfaces"], index=False)
+    curves = enough.figure(
+        [enough.read(folder, sampled) for folder in folders], settings["minimal"].get("floor", enough.FRESH)
+    )
+    layout.save(curves, outputs["enough"].removesuffix(".png"))
+    if not sampled:
+        return
+    summary = summary_table(results)
     relations = relation_table(results, summary, stream(settings["seed"], "summary"))
-    for key, table in {"surfaces": surfaces, "summary": summary, "relation": relations}.items():
-        table.to_csv(outputs[key], index=False)
-    draws, name = results[0].best.get("draws"), Path(inputs["results"][0]).parts[-4]
+    summary.to_csv(outputs["summary"], index=False)
+    relations.to_csv(outputs["relation"], index=False)
+    draws, name = results[0].best.get("draws"), folders[0].parts[-3]
     write(outputs["page"], TEMPLATE, **summary_page(name, surfaces, relations, draws))
     figure = summary_figures.summary_figure(summary, relations, name)
     layout.save(figure, outputs["png"].removesuffix(".png"))
-    curves = enough.figure(
-        [enough.read(folder) for folder in folders], settings["minimal"].get("floor", enough.FRESH)
-    )
-    layout.save(curves, outputs["enough"].removesuffix(".png"))
 
 
 if __name__ == "__main__":

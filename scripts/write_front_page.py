@@ -2,13 +2,15 @@
 
 from pathlib import Path
 
-from sparsurf.report.first_page import TEMPLATE, first_page
+import pandas as pd
+
+from sparsurf.report.first_page import FRESH, TEMPLATE, first_page
 from sparsurf.report.page import embedded, linked_in_report, render, write
 from sparsurf.workflow.jobs import run
 
 
-def main(inputs, outputs, folder, without):
-    """Write index.html and the part of the report; see `first_page` for `without`.
+def main(inputs, outputs, folder, without, floor=FRESH):
+    """Write index.html, the part of the report and failures.csv; see `first_page` for `without` and `floor`.
 
     They link to `pages`, which the report holds, and to what is `beside` it.
     """
@@ -16,8 +18,10 @@ def main(inputs, outputs, folder, without):
         [str(Path(path).relative_to(folder)) for path in _listed(inputs.get(key, []))]
         for key in ("pages", "beside")
     )
-    known = first_page(folder, held, beside, list(without.items()))
+    known = first_page(folder, held, beside, list(without.items()), floor)
     write(outputs["html"], TEMPLATE, **known)
+    table = pd.DataFrame(without.items(), columns=["place", "reason"])
+    table.to_csv(outputs["failures"], index=False)
     if "part" in outputs:
         figure = known["main_figure"]
         known["main_figure"] = figure and figure | {"src": embedded(Path(folder, figure["path"]))}

@@ -12,6 +12,8 @@ NAMES = ["protein", "conformation"]
 FRESH = "fresh dots"
 AT = 10  # % of the dots, at which samplers are compared
 SHOWN = 20  # surfaces, or pairs, that get pictures
+OF_ALL = ("surfaces", "summary", "relation")  # tables over all surfaces; the last two follow from the grid
+OF_ROW = ("minimal.csv", "residues.csv")  # files of a surface that its row leads to
 OF_EACH = 3  # surfaces that get a table of ranges of their own
 PAGES = ("ranges", "compare", "ensemble")  # of a surface or a protein, that its heading leads to
 TAKEN = {  # files of a surface to take along, what each is
@@ -29,7 +31,7 @@ TAKEN = {  # files of a surface to take along, what each is
 }
 
 
-def first_page(folder, held, beside, without=()):
+def first_page(folder, held, beside, without=(), floor=FRESH):
     """What the template asks for.
 
     Parameters
@@ -39,17 +41,21 @@ def first_page(folder, held, beside, without=()):
         Files that the page may read and lead to, paths from `folder`: those that the report holds, and others.
     without : sequence of (protein or pairs/<name>, reason)
         What could not be finished.
+    floor : str or None
+        The noise floor that the minimal subset goes by, None where the config asks for another one.
     """
     folder, files = Path(folder), dict.fromkeys([*held, *beside])
     places = [
         tuple(path.split("/")[:2]) for path in files if path.count("/") == 2 and path.endswith("/enough.csv")
     ]
     first = "/".join(places[0]) if places else ""
+    sampled = "summary.csv" in files  # else the views stand in the rows
+    other = [path for path in files if not path.endswith("/view.html")]
     return {
         "run": folder.name,
         "without": list(without),
         "warnings": warned(folder / "warnings.csv"),
-        "surfaces": of_surfaces(folder, places) if places else None,
+        "surfaces": of_surfaces(folder, files, places, floor) if places else None,
         "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
         "compared": compared(read(folder, "compare_needed.csv")) if "compare_needed.csv" in files else None,
         "pairs": of_pairs(read(folder, "pairs/means.csv"), read(folder, "pairs/pairs.csv"))
@@ -61,7 +67,7 @@ def first_page(folder, held, beside, without=()):
             if path.endswith("/ensemble.csv")
         ],
         "main_figure": main_figure(folder, files, first),
-        "galleries": galleries(places, files) + pair_galleries(files),
+        "galleries": galleries(places, files if sampled else other) + pair_galleries(files),
         "taken_from": first,
         "taken": [(f"{first}/{name}", words) for name, words in TAKEN.items() if f"{first}/{name}" in files],
     }
@@ -73,13 +79,36 @@ def read(folder, path):
     return table.fillna({"bound": ""})
 
 
-def of_surfaces(folder, places):
-    """What the page says of the surfaces at `places`, see `numbers`."""
-    tables = {name: read(folder, f"{name}.csv") for name in ("surfaces", "summary", "relation")}
-    for name in ("surfaces", "summary"):
+def of_surfaces(folder, files, places, floor):
+    """What the page says of the surfaces at `places`, see `numbers`; without a grid a row for each, see `rows_of`."""
+    tables = {name: read(folder, f"{name}.csv") for name in OF_ALL if f"{name}.csv" in files}
+    for name in {"surfaces", "summary"} & tables.keys():
         tables[name] = tables[name].set_index(NAMES).loc[places].reset_index()
+    surfaces = tables.pop("surfaces")
     enough = pd.concat([read(folder, f"{'/'.join(place)}/enough.csv") for place in places])
-    return numbers(**tables, enough=enough)
+    known = {
+        "proteins": surfaces["protein"].drop_duplicates().tolist(),
+        "dots": span(surfaces["N"], "{:,.0f}".format),
+        "roughness": span(surfaces["mean_roughness"]),
+        "n_surfaces": len(surfaces),
+        "enough": enough_card(surfaces, enough, floor),
+        "d": [],
+        "rows": [] if tables else rows_of(surfaces, files),
+    }
+    return known | (numbers(surfaces, **tables) if tables else {})
+
+
+def rows_of(surfaces, files):
+    """One surface a row: its name, its page, the picture of that, files to take along, and its numbers as text."""
+    rows = []
+    for row in surfaces.to_dict("records"):
+        start = f"{row['protein']}/{row['conformation']}/"
+        page, picture, *taken = (f"{start}{name}" for name in ("view.html", "view.png", *OF_ROW))
+        cells = [f"{row['N']:,}", number(row["area"], 0), number(row["mean_roughness"])]
+        cells += [f"{row['minimal_n_S']:,}", share(row["minimal_n_S_percent"])]
+        taken = [path for path in taken if path in files]
+        rows.append((start[:-1], page, picture if picture in files else "", taken, cells))
+    return rows
 
 
 def main_figure(folder, files, first):
@@ -95,15 +124,13 @@ def main_figure(folder, files, first):
     return None
 
 
-def numbers(surfaces, summary, relation, enough):
-    """What the page says of the surfaces.
+def numbers(surfaces, summary, relation):
+    """What the page says of the grids of the surfaces.
 
     Parameters
     ----------
     surfaces, summary, relation : DataFrame
         surfaces.csv, summary.csv and relation.csv of the run.
-    enough : DataFrame
-        enough.csv of all surfaces.
 
     Returns
     -------
@@ -112,11 +139,6 @@ def numbers(surfaces, summary, relation, enough):
     readings = readings_in(surfaces, "best_")
     places = surfaces[NAMES].drop_duplicates().to_numpy().tolist()
     return {
-        "proteins": surfaces["protein"].drop_duplicates().tolist(),
-        "dots": span(surfaces["N"], "{:,.0f}".format),
-        "roughness": span(surfaces["mean_roughness"]),
-        "n_surfaces": len(surfaces),
-        "enough": enough_card(enough),
         "d": [d_card(summary, reading, readings[0]) for reading in readings],
         "readings": readings,
         "ranges": [
@@ -127,16 +149,25 @@ def numbers(surfaces, summary, relation, enough):
     }
 
 
-def enough_card(enough):
-    """From which share of the dots the surface comes back as well as fresh dots of it; None where that was not asked."""
-    own = enough[(enough["floor"] == FRESH) & (enough["reading"] == RECOVERED)]
+def enough_card(surfaces, enough, floor):
+    """From which share of the dots the surface comes back as well as by a floor; None where that was not measured.
+
+    It is that of the minimal subsets where they go by this floor. Else `handed_out` says their share, and the card what would
+    be enough for fresh dots.
+    """
+    own = enough[(enough["floor"] == (floor or FRESH)) & (enough["reading"] == RECOVERED)]
     if own.empty:
         return None
+    minimal = surfaces.get("minimal_n_S_percent")
     percents, bounds = own["n_S_percent"], set(own.get("bound", ()))
+    if floor and minimal is not None:
+        percents, bounds = minimal, set()
     return {
         "bound": bounds.pop() if len(bounds) == 1 else "",
         "percent": share(percents.median()),
         "span": span(percents, share),
+        "floor": floor or FRESH,
+        "handed_out": "" if floor or minimal is None else share(minimal.median()),
         "sampler": own["sampler"].iloc[0],
         "every_dot": bool((percents >= 100).all()),
     }
@@ -239,7 +270,8 @@ def galleries(surfaces, files):
         places = [f"{p}/{c}/" for p, c in surfaces[:SHOWN] if p == protein]
         for start in [f"{protein}/", *places]:
             view = f"{start}view.html"
-            items = [(view, "", "view")] * (view in files)
+            picture = f"{start}view.png"
+            items = [(view, picture if picture in files else "", "view")] * (view in files)
             items += [(path, path, name) for path, name in pictures(start, files)]
             led = [(f"{start}{name}.html", name) for name in PAGES if f"{start}{name}.html" in files]
             found.append((start[:-1], led, items))

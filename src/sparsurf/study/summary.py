@@ -6,7 +6,7 @@ to it in mean roughness, compared with the farthest. Only if the near ones choos
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +21,7 @@ from sparsurf.surfaces.components import FIELD, numbers_of, table_of_components
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 
-FILES = ("surface.npz", "roughness.csv", "grid.csv", "ranges.csv", "best.json")
-ALSO = "enough.csv"  # read where there is one
+OF_BEST = ("n_S_percent", "d_held_out", "d_held_out_low", "d_held_out_high", "d", "Z_tS", "n_best_set")
 NEAREST = 3  # surfaces that stand for 'near', and for 'far'
 GUESSES = ["d_from_near", "d_from_far", "d_from_all"]
 
@@ -37,33 +36,41 @@ class Result:
     area: float
     spacing: float
     mean_roughness: float
-    grid: pd.DataFrame
-    ranges: pd.DataFrame
-    best: dict
+    grid: pd.DataFrame | None = None
+    ranges: pd.DataFrame | None = None
+    best: dict | None = None
     enough: pd.DataFrame | None = None
+    minimal: pd.DataFrame | None = None
     components: pd.DataFrame | None = None
 
 
-def read_result(folder):
-    """Read `FILES` of one conformation from its folder, <protein>/<conformation>."""
+def read_result(folder, sampled=True):
+    """Read one conformation from its folder, <protein>/<conformation>; what follows from the grid where it was `sampled`."""
     folder = Path(folder)
+
+    def table(name, needed=False):
+        path = folder / f"{name}.csv"
+        return pd.read_csv(path) if needed or path.is_file() else None
+
     try:
         surface = read_npz(folder / "surface.npz")
-        return Result(
+        found = Result(
             folder.parent.name,
             folder.name,
             len(surface),
             float(surface.area.sum()),
             spacing(surface.points),
-            float(pd.read_csv(folder / "roughness.csv")["roughness"].mean()),
-            pd.read_csv(folder / "grid.csv"),
-            pd.read_csv(folder / "ranges.csv"),
-            json.loads((folder / "best.json").read_text(encoding="utf-8")),
-            pd.read_csv(folder / ALSO) if (folder / ALSO).is_file() else None,
-            table_of_components(surface, surface.fields[FIELD].astype(int))
+            float(table("roughness", True)["roughness"].mean()),
+            enough=table("enough"),
+            minimal=table("minimal"),
+            components=table_of_components(surface, surface.fields[FIELD].astype(int))
             if FIELD in surface.fields
             else None,
         )
+        if not sampled:
+            return found
+        best = json.loads((folder / "best.json").read_text(encoding="utf-8"))
+        return replace(found, grid=table("grid", True), ranges=table("ranges", True), best=best)
     except (OSError, KeyError, ValueError) as error:
         raise InputError(
             f"{folder} lacks results of its conformation ({error}): run the study again."
@@ -82,34 +89,34 @@ def surfaces_table(results, patches):
     Returns
     -------
     DataFrame; area in Å^2, NaN for a ready surface without areas; the numbers of `components.numbers_of`, not for ready
-    surfaces; spacing, the median distance between neighbouring
-    dots, in Å. Best: highest d at the largest alpha. enough_<floor>_<reading>: the n_S in % that reaches a noise floor.
+    surfaces; spacing, the median distance between neighbouring dots, in Å. minimal_n_S: dots of the minimal subset. Best:
+    highest d at the largest alpha. enough_<floor>_<reading>: the n_S in % that reaches a noise floor. What was not measured has
+    no column.
     """
     rows = []
     for one in results:
-        percent, sticks = one.grid["n_S_percent"], one.best["references"]
         row = {"protein": one.protein, "conformation": one.conformation, "N": one.n_dots, "area": one.area}
         row |= {} if one.components is None else numbers_of(one.components)
         row |= {"spacing": one.spacing, "mean_roughness": one.mean_roughness}
-        row |= {"n_S_min_percent": percent.min(), "n_S_max_percent": percent.max()}
-        for reading in readings(one):
-            winner = one.best[reading]["unrestricted"]
-            row[f"best_{reading}"] = str(Combination.of(winner))
-            for key in (
-                "n_S_percent",
-                "d_held_out",
-                "d_held_out_low",
-                "d_held_out_high",
-                "d",
-                "Z_tS",
-                "n_best_set",
-            ):
-                row[f"{key}_{reading}"] = winner[key]
-        row |= {"empty_patch": sticks["empty_patch"], "null_model": sticks["null_model"]}
-        row |= {words.replace(" ", "_"): z for words, z in sticks.get("floors", {}).items()}
+        if one.minimal is not None:
+            n = len(one.minimal)
+            row |= {"minimal_n_S": n, "minimal_n_S_percent": 100 * n / one.n_dots}
+        row |= {} if one.grid is None else _of_grid(one)
         row |= {} if one.enough is None else percents(one.enough)
         rows.append(row | {"R_patch": patches["R_patch"], "D_link": patches["D_link"]})
     return pd.DataFrame(rows)
+
+
+def _of_grid(one):
+    """n_S of the grid, the best combination by reading, and the reference values."""
+    percent, sticks = one.grid["n_S_percent"], one.best["references"]
+    row = {"n_S_min_percent": percent.min(), "n_S_max_percent": percent.max()}
+    for reading in readings(one):
+        winner = one.best[reading]["unrestricted"]
+        row[f"best_{reading}"] = str(Combination.of(winner))
+        row |= {f"{key}_{reading}": winner[key] for key in OF_BEST}
+    row |= {"empty_patch": sticks["empty_patch"], "null_model": sticks["null_model"]}
+    return row | {words.replace(" ", "_"): z for words, z in sticks.get("floors", {}).items()}
 
 
 def readings(result):

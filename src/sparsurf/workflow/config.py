@@ -191,6 +191,10 @@ def _second_check(config):
             yield f"evaluation.readings is {config['evaluation']['readings']}, but `paper` needs both of [as_coded, as_written]."
     if not set(OF_PAPER) & set(config["evaluation"]["readings"]):
         yield f"evaluation.readings is {config['evaluation']['readings']}, but needs as_coded or as_written."
+    if not config["sampling"]["run"]:
+        for key, asked in {"compare": config["compare"]["run"], "paper": "paper" in config}.items():
+            if asked:
+                yield f"sampling is false, but `{key}` needs its grid; remove one of the two."
     if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():
         yield f"run is {config['run']!r}, but results/{config['run']} is a file; choose another name."
     requests = [key for key in WISHES if key in config["minimal"]]

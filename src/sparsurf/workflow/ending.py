@@ -1,5 +1,6 @@
 """The end of a run: whether its results are complete, and the lines that say what came out."""
 
+import csv
 import os
 import shutil
 import statistics
@@ -14,7 +15,7 @@ from sparsurf.workflow.job_logs import failure
 from sparsurf.workflow.results import LOGS
 
 FAILED = "SPARSURF_FAILED"  # environment variable: file to which the logs of failed jobs are added
-PAGE, REPORT, WARNINGS = "index.html", "report.html", "warnings.csv"
+PAGE, REPORT, WARNINGS, SURFACES = "index.html", "report.html", "warnings.csv", "surfaces.csv"
 FULL = 10**6  # bytes of a disk on which nothing more can be made
 
 
@@ -85,9 +86,10 @@ def summary(config, folder, code, failed, begin):
     code = _unsuccessful(folder, code or 1, failed) if failed or code else 0
     seconds = round(time.time() - begin)
     print(f"\nTime      {seconds // 60} min {seconds % 60} s")
-    if parts := [*_minimal_parts(folder)]:
+    if parts := [*_minimal_percents(folder / SURFACES)]:
+        what = "are enough" if "floor" in config["minimal"] else "are in minimal.csv, as the config asks"
         print(
-            f"Answer    {100 * statistics.median(parts):.1f} % of the dots are enough (median of {len(parts)} surfaces)."
+            f"Answer    {statistics.median(parts):.1f} % of the dots {what} (median of {len(parts)} surfaces)."
         )
     print(f"Warnings  {_rows(folder / WARNINGS)} in {folder / WARNINGS}")
     print(f"Look at   {folder / PAGE}")
@@ -97,11 +99,11 @@ def summary(config, folder, code, failed, begin):
     return code
 
 
-def _minimal_parts(folder):
-    """Share of the dots that is in minimal.csv, of each surface."""
-    for path in folder.glob("*/*/minimal.csv"):
-        if dots := _rows(path.with_name("roughness.csv")):
-            yield _rows(path) / dots
+def _minimal_percents(path):
+    """n_S of the minimal subset of each surface, % of its dots, which the first page tells too."""
+    if path.is_file():
+        with path.open(encoding="utf-8", newline="") as stream:
+            yield from (float(row["minimal_n_S_percent"]) for row in csv.DictReader(stream))
 
 
 def _rows(path):

@@ -3,10 +3,15 @@
 The functions of `wildcards` are input functions of Snakemake.
 """
 
+import gzip
+import re
+from functools import cache
 from math import gcd
+from pathlib import Path
 
 from snakemake.exceptions import IncompleteCheckpointException
 
+from sparsurf.molecules.formats import MMCIF, PDB, suffix
 from sparsurf.simulation.protocol import completed, length_ns, stage_before
 from sparsurf.workflow.code_digests import content
 from sparsurf.workflow.jobs import conformations_of
@@ -27,6 +32,7 @@ class FilesOfARun:
     run : str, folder of the run
     proteins : dict of name to `Protein`
     surfaces, molecules, simulated : lists of names: ready surfaces; all others; those of them that are simulated first
+    single, many : lists of names: molecules with one conformation for certain; those whose frames must be seen first
     fetched : dict of name to the name of the file that is fetched for it
     few_frames : bool, whether the conformations of all molecules are chosen in seconds
     """
@@ -40,6 +46,8 @@ class FilesOfARun:
         self.fetched = {name: protein.download for name, protein in self.proteins.items() if protein.source}
         self.simulated = [name for name, protein in self.proteins.items() if protein.simulate is not None]
         self._config, self._checkpoints = config, checkpoints
+        self.single = [name for name in self.molecules if self._is_single(name)]
+        self.many = [name for name in self.molecules if name not in self.single]
         self.few_frames = not self.simulated and all(
             is_small("choose_frames", held(self.proteins[name].files, config["frames"]["stride"]))
             for name in self.molecules
@@ -66,7 +74,16 @@ class FilesOfARun:
     def _chosen(self, name):
         if name in self.surfaces:
             return ["c1"]
+        if name in self.single:
+            return ["c1" if self._config["frames"]["use"] == "clusters" else "f0"]
         return conformations_of(self._checkpoints.choose_frames.get(protein=name).output.frames)
+
+    def _is_single(self, name):
+        """Whether a molecule is a file with one model: then no job waits for what its frames turn out to be."""
+        protein = self.proteins[name]
+        if protein.source or protein.trajectory or protein.simulate is not None or protein.model:
+            return False
+        return has_one_model(protein.structure)
 
     def goes_on_with(self, name, conformation):
         """Whether a protein takes part with one of its conformations."""
@@ -166,3 +183,27 @@ class FilesOfARun:
     def distances(self, wildcards):
         """Memory in MB of all distances of the grid of a conformation."""
         return memory_of_grid(self._config, self.dots(wildcards)) / 1e6
+
+
+@cache
+def has_one_model(path):
+    """Whether a PDB or mmCIF file certainly holds one model; False where that takes a closer look."""
+    kind = suffix(path)
+    if kind not in PDB + MMCIF:
+        return False
+    try:
+        text = Path(path).read_bytes()
+        text = gzip.decompress(text) if text[:2] == b"\x1f\x8b" else text
+    except (OSError, EOFError):  # choose_frames says so
+        return False
+    if kind in PDB:
+        end = text.find(b"\nEND")
+        return text.count(b"\nMODEL ") <= 1 and not (
+            end >= 0 and re.search(rb"^(ATOM|HETATM)", text[end:], re.M)
+        )
+    columns = re.findall(rb"^_atom_site\.(\w+)", text, re.M)
+    rows = re.findall(rb"^(?:ATOM|HETATM)\s.*", text, re.M)
+    if columns[-1:] != [b"pdbx_PDB_model_num"] or not rows:
+        return False
+    first, last = rows[0].split(), rows[-1].split()
+    return len(first) == len(last) == len(columns) and first[-1] == last[-1]

@@ -33,8 +33,11 @@ def keys_of_protein(word, value=True):
 def with_defaults(value, schema=SCHEMA):
     """Copy of a mapping in which missing keys of the schema take their defaults.
 
-    Its keys stand in the order of the schema: one moved or written out asks for nothing to be made again.
+    Its keys stand in the order of the schema: one moved or written out asks for nothing to be made again. Of a section with
+    the key `run`, true and false stand for that key alone.
     """
+    if isinstance(value, bool) and "run" in schema.get("properties", {}):
+        value = {"run": value}
     if not isinstance(value, dict):
         return value
     known = {

@@ -27,19 +27,19 @@ MOST_SHOWN = 4000  # combinations of all surfaces
 
 
 class Tables(NamedTuple):
-    """What is known of one surface: its name and grid.csv, curves.csv, floors.csv and enough.csv."""
+    """What is known of one surface: its name, curves.csv, floors.csv, enough.csv, and grid.csv where there is one."""
 
     name: str
-    grid: pd.DataFrame
     curves: pd.DataFrame
     floors: pd.DataFrame
     enough: pd.DataFrame
+    grid: pd.DataFrame | None = None
 
 
 class Panel(NamedTuple):
     """What one panel shows; n is n_S in % of the dots.
 
-    cloud : (n, Z) of all combinations
+    cloud : (n, Z) of all combinations; empty without a grid
     lines : dict of (sampler, reading) to (n, Z), or to (n, Z, low, high)
     floors : dict of name to Z
     answer : (n, Z), the fewest dots that are enough
@@ -51,15 +51,15 @@ class Panel(NamedTuple):
     answer: tuple
 
 
-def read(folder):
-    """Tables of the surface whose results are in a folder, `<protein>/<conformation>`."""
-    tables = (pd.read_csv(folder / f"{name}.csv") for name in Tables._fields[1:])
+def read(folder, sampled=True):
+    """Tables of the surface whose results are in a folder, `<protein>/<conformation>`; with its grid where it was `sampled`."""
+    tables = (pd.read_csv(folder / f"{name}.csv") for name in Tables._fields[1 : 4 + sampled])
     return Tables(f"{folder.parent.name}/{folder.name}", *tables)
 
 
 def draw(results):
     """The figure of one surface."""
-    tables = Tables(results.name, results.grid, results.curves, results.floors, results.enough)
+    tables = Tables(results.name, results.curves, results.floors, results.enough, results.grid)
     return figure([tables], results.floor)
 
 
@@ -105,7 +105,9 @@ def panel_of(tables, floor=FRESH, reading=TEXT):
     }
     own = enough[(enough["floor"] == floor) & (enough["reading"] == RECOVERED)].iloc[0]
     floors = tables.floors.set_index("floor")["Z"].to_dict()
-    cloud = grid["n_S_percent"].to_numpy(), grid[f"Z_tS_{reading}"].to_numpy()
+    cloud = (np.empty(0), np.empty(0))
+    if grid is not None:
+        cloud = grid["n_S_percent"].to_numpy(), grid[f"Z_tS_{reading}"].to_numpy()
     return Panel(cloud, lines, floors, (own["n_S_percent"], own["Z"]))
 
 
@@ -138,7 +140,7 @@ def _draw(ax, panel, floor):
     """Cloud, curves, floors and the answer, without words."""
     n, z = panel.cloud
     ax.scatter(n, z, s=2.5, color=CLOUD, alpha=0.35, linewidths=0, rasterized=True)
-    lowest, highest = n.min(), np.nanmax(z)
+    lowest, highest = min(n, default=np.inf), np.nanmax([0, *z])
     for key, (x, y, *band) in panel.lines.items():
         colour = _look(*key)[0]
         if band:
@@ -199,6 +201,8 @@ def _name_all(ax, panel, combinations):
     for key, line in every.items():
         colour, words = _look(*key)
         _name(ax, words, colour, _beside(line[::4], layout.size_of(ax.figure, words)), busy, taken)
+    if not len(cloud):
+        return
     words = f"paper's sampling,\n{combinations}"
     upper = cloud[np.argsort(-cloud.sum(axis=1))][:: 1 + len(cloud) // 100]
     _name(ax, words, CLOUD, _beside(upper, layout.size_of(ax.figure, words)), busy, taken)
@@ -244,8 +248,10 @@ def _multiples(panels, floor):
     wide = (layout.PAGE - 12) / columns - 4
     sheet = layout.sheet(layout.PAGE, 14 + 58 * rows)
     top = max(
-        max(np.nanmax(panel.cloud[1]), *(np.nanmax(y[1]) for y in panel.lines.values()))
+        np.nanmax(y)
         for panel in panels.values()
+        for _, y, *_ in [panel.cloud, *panel.lines.values()]
+        if len(y)
     )
     for k, (name, panel) in enumerate(panels.items()):
         ax = layout.axes(sheet, 12 + (wide + 4) * (k % columns), 6 + 58 * (k // columns), wide, 44)
@@ -263,7 +269,7 @@ def _key(sheet, panels, y, floor):
     keys = dict.fromkeys(key for panel in panels.values() for key in panel.lines)
     handles = [
         Line2D([], [], color=CLOUD, marker="o", linestyle="", label="paper's sampling,\nall combinations")
-    ]
+    ] * any(len(panel.cloud[0]) for panel in panels.values())
     handles += [
         Line2D([], [], color=colour, linewidth=1.5, label=words)
         for colour, words in (_look(*key) for key in keys)
