@@ -22,7 +22,7 @@ from sparsurf.workflow import code_digests
 from sparsurf.workflow.config import checked, completed
 from sparsurf.workflow.files_of_a_run import FilesOfARun
 from sparsurf.workflow.files_of_pairs import FilesOfPairs
-from sparsurf.workflow.jobs import one_of, use_this_library
+from sparsurf.workflow.jobs import in_one_environment, one_of, use_this_library
 from sparsurf.workflow.needs import needs
 from sparsurf.workflow.outputs import Outputs, figure, inside, shown
 from sparsurf.workflow.registries import names
@@ -83,8 +83,6 @@ rule all:
         [f"{RUN}/pairs/{name}/.complete" for name in pairs.names],
         outputs.of_run,
         *outputs.each(),
-    message:
-        f"All of {RUN} is there"
 
 
 rule complete_protein:  # each by itself, so that one that fails does not keep the others from being finished
@@ -92,8 +90,6 @@ rule complete_protein:  # each by itself, so that one that fails does not keep t
         outputs.of_protein,
     output:
         touch(f"{PROTEIN}/.complete"),
-    message:
-        "All of {wildcards.protein} is there"
 
 
 # From structures to conformations: fetched, simulated where asked for, chosen from the frames
@@ -106,8 +102,6 @@ rule compile_kernels:
         part=one_of(KERNEL_PARTS),
     priority: 4  # both before the frames are chosen, which takes less time than the difference between the two
     localrule: True  # as all that takes seconds: not worth a job of a cluster
-    conda:
-        "envs/study.yaml"
     params:
         **made_by("compile_kernels.py"),
         part="{part}",
@@ -128,8 +122,6 @@ rule fetch_structure:
         protein=one_of(files.fetched),
         file=one_of(files.fetched.values()),
     localrule: True
-    conda:
-        "envs/study.yaml"
     params:
         **made_by("fetch_structure.py"),
         url=lambda wildcards: files.protein(wildcards).source,
@@ -157,8 +149,6 @@ checkpoint choose_frames:
         protein=one_of(files.many),
     priority: 3  # a mistake in a structure is told early
     localrule: files.few_frames
-    conda:
-        "envs/study.yaml"
     resources:
         **needs("choose_frames", files.megabytes(config["frames"]["stride"])),
     params:
@@ -186,8 +176,6 @@ rule draw_frames:
     wildcard_constraints:
         protein=one_of(files.many),
     localrule: True
-    conda:
-        "envs/study.yaml"
     params:
         **made_by("draw_frames.py"),
     message:
@@ -208,8 +196,6 @@ rule make_surface:
         f"{CONFORMATION_LOGS}/make_surface.log",
     wildcard_constraints:
         protein=one_of(files.molecules),
-    conda:
-        "envs/study.yaml"
     resources:
         **needs("make_surface", files.dots),
     params:
@@ -229,8 +215,6 @@ rule take_surface:
         f"{CONFORMATION_LOGS}/take_surface.log",
     wildcard_constraints:
         protein=one_of(files.surfaces),
-    conda:
-        "envs/study.yaml"
     resources:
         **needs("take_surface", files.dots),
     params:
@@ -249,8 +233,6 @@ rule measure_roughness:
         **inside(CONFORMATION, roughness="roughness.csv", ply="surface.ply"),
     log:
         f"{CONFORMATION_LOGS}/measure_roughness.log",
-    conda:
-        "envs/study.yaml"
     resources:
         **needs("measure_roughness", files.dots),
     params:
@@ -269,8 +251,6 @@ rule measure_floors:
         **FLOORS,
     log:
         f"{CONFORMATION_LOGS}/measure_floors.log",
-    conda:
-        "envs/study.yaml"
     resources:
         **needs("measure_floors", files.dots),
     params:
@@ -296,8 +276,6 @@ rule take_minimal:
         **(ENOUGH | inside(CONFORMATION, table="minimal.csv", ply="minimal.ply", recovered="recovered.csv")),
     log:
         f"{CONFORMATION_LOGS}/take_minimal.log",
-    conda:
-        "envs/study.yaml"
     resources:
         **needs("take_minimal", files.dots),
     params:
@@ -317,8 +295,6 @@ rule draw_view:
         picture=f"{CONFORMATION}/view.png",
     log:
         f"{CONFORMATION_LOGS}/draw_view.log",
-    conda:
-        "envs/study.yaml"
     resources:
         **needs("draw_view", files.dots),
     params:
@@ -341,8 +317,6 @@ rule tabulate_residues:
         f"{CONFORMATION_LOGS}/tabulate_residues.log",
     wildcard_constraints:
         protein=one_of(files.molecules),
-    conda:
-        "envs/study.yaml"
     resources:
         **needs("tabulate_residues", files.dots),
     params:
@@ -351,6 +325,11 @@ rule tabulate_residues:
         "Residues of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/tabulate_residues.py"
+
+
+if not SAMPLED:
+
+    include: "rules/minimal.smk"
 
 
 if config["compare"]["run"]:
@@ -382,8 +361,6 @@ if files.proteins:
         log:
             f"{LOGS}/summarise_run.log",
         localrule: True
-        conda:
-            "envs/study.yaml"
         params:
             **made_by("summarise_run.py", "patches", "minimal", "seed"),
         message:
@@ -410,8 +387,6 @@ rule collect_warnings:  # of all jobs, so that the first page can show them
     log:
         f"{LOGS}/collect_warnings.log",
     localrule: True
-    conda:
-        "envs/study.yaml"
     params:
         **made_by("collect_warnings.py"),
         logs=LOGS,
@@ -431,8 +406,6 @@ rule write_front_page:
     log:
         f"{LOGS}/write_front_page.log",
     localrule: True
-    conda:
-        "envs/study.yaml"
     params:
         **made_by("write_front_page.py"),
         folder=lambda wildcards, output: str(Path(output.html).parent),
@@ -442,3 +415,6 @@ rule write_front_page:
         "First page of the run"
     script:
         "scripts/write_front_page.py"
+
+
+in_one_environment(workflow, HOME)

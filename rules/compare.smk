@@ -12,8 +12,6 @@ rule compare_samplers:
         **figure(f"{CONFORMATION}/figures/compare", "Samplers compared", "compare"),
     log:
         f"{CONFORMATION_LOGS}/compare_samplers.log",
-    conda:
-        "../envs/study.yaml"
     threads: THREADS
     resources:
         **needs("compare_samplers", files.dots),
@@ -34,8 +32,6 @@ rule summarise_comparison:
     log:
         f"{LOGS}/summarise_comparison.log",
     localrule: True
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("summarise_comparison.py"),
     message:

@@ -18,8 +18,6 @@ rule follow_frames:  # some of the frames; one job does them all unless ensemble
         f"{PROTEIN_LOGS}/follow_frames_{{k}}of{JOBS}.log",
     wildcard_constraints:
         protein=one_of(files.molecules),
-    conda:
-        "../envs/study.yaml"
     threads: THREADS
     resources:
         **needs("follow_frames", files.megabytes(config["ensemble"]["stride"]), 1 / JOBS),
@@ -49,8 +47,6 @@ rule follow_ensemble:
     wildcard_constraints:
         protein=one_of(files.molecules),
     localrule: JOBS == 1  # else the rows of many frames
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("follow_ensemble.py"),
         molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
@@ -74,8 +70,6 @@ rule draw_ensemble:
     wildcard_constraints:
         protein=one_of(files.molecules),
     localrule: True
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("draw_ensemble.py", "ensemble"),
     message:

@@ -14,8 +14,6 @@ rule complete_pair:
         outputs.of_pair,
     output:
         touch(f"{PAIR}/.complete"),
-    message:
-        "All of {wildcards.pair} is there"
 
 
 rule make_partners:
@@ -30,8 +28,6 @@ rule make_partners:
     wildcard_constraints:
         pair=one_of(pairs.alone),
     localrule: True
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("make_partners.py", "surface", "patches.D_link"),
         contents=pairs.contents,
@@ -53,8 +49,6 @@ rule match_partners:
         page=f"{PAIR}/pair.html",
     log:
         f"{PAIR_LOGS}/match_partners.log",
-    conda:
-        "../envs/study.yaml"
     threads: THREADS
     params:
         **made_by("match_partners.py", "patches", "complementarity", "seed"),
@@ -77,8 +71,6 @@ rule tabulate_pair_residues:
     wildcard_constraints:
         pair=one_of(pairs.with_atoms),
     localrule: True
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("tabulate_pair_residues.py"),
     message:
@@ -96,8 +88,6 @@ rule draw_pair:
     log:
         f"{PAIR_LOGS}/draw_pair.log",
     localrule: True
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("draw_pair.py"),
     message:
@@ -116,8 +106,6 @@ rule draw_pair_views:
     log:
         f"{PAIR_LOGS}/draw_pair_views.log",
     localrule: True
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("draw_pair_views.py", "patches", *defects, "seed"),
     message:
@@ -137,8 +125,6 @@ if config["complementarity"]["thinning"]["run"]:
             table=f"{PAIR}/thinning.csv",
         log:
             f"{PAIR_LOGS}/thin_pair.log",
-        conda:
-            "../envs/study.yaml"
         params:
             **made_by("thin_pair.py", "patches", "complementarity", "seed"),
         message:
@@ -156,8 +142,6 @@ rule summarise_pairs:
     log:
         f"{LOGS}/summarise_pairs.log",
     localrule: True
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("summarise_pairs.py"),
     message:

@@ -17,8 +17,6 @@ rule reproduce_paper:
         rows=shown(f"{RUN}/paper_rows.csv", "Table I, row by row", "paper_rows", "The paper"),
     log:
         f"{LOGS}/reproduce_paper.log",
-    conda:
-        "../envs/study.yaml"
     threads: THREADS
     params:
         **made_by("reproduce_paper.py", "surface", "patches", "sampling", "evaluation", "seed"),

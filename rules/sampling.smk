@@ -21,8 +21,6 @@ rule evaluate_grid:
     log:
         f"{CONFORMATION_LOGS}/evaluate_grid.log",
     priority: 2  # before what only follows from them
-    conda:
-        "../envs/study.yaml"
     threads: files.side_by_side(THREADS, workflow.resource_settings.cores if HERE else None)
     resources:
         **needs("evaluate_grid", files.dots, besides=files.distances),
@@ -42,8 +40,6 @@ rule tabulate_best:
         ranges=shown(f"{CONFORMATION}/ranges.csv", "Best combination per range of n_S", "ranges"),
     log:
         f"{CONFORMATION_LOGS}/tabulate_best.log",
-    conda:
-        "../envs/study.yaml"
     resources:
         **needs("tabulate_best", files.dots, besides=files.distances),
     params:
@@ -63,8 +59,6 @@ rule draw_figures:
         svgs=[f"{CONFORMATION}/figures/{name}.svg" for name in FIGURES],
     log:
         f"{CONFORMATION_LOGS}/draw_figures.log",
-    conda:
-        "../envs/study.yaml"
     resources:
         **needs("draw_figures", files.dots),
     params:

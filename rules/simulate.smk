@@ -19,8 +19,6 @@ rule prepare_system:  # hydrogens, a box of water, ions
         f"{PROTEIN_LOGS}/prepare_system.log",
     wildcard_constraints:
         protein=one_of(files.simulated),
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("prepare_system.py", "seed"),
         contents=files.contents,
@@ -42,8 +40,6 @@ rule simulate_stage:  # minimise, nvt, npt, production: each begins where the on
         f"{PROTEIN_LOGS}/simulate_{{stage}}.log",
     wildcard_constraints:
         protein=one_of(files.simulated),
-    conda:
-        "../envs/study.yaml"
     threads: THREADS
     resources:
         **needs("simulate_stage", files.nanoseconds),
@@ -70,8 +66,6 @@ rule judge_simulation:
         f"{PROTEIN_LOGS}/judge_simulation.log",
     wildcard_constraints:
         protein=one_of(files.simulated),
-    conda:
-        "../envs/study.yaml"
     params:
         **made_by("judge_simulation.py"),
         simulate=lambda wildcards: files.protein(wildcards).simulate,

@@ -6,7 +6,7 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.errors import DENSE, curvature, off_recovered, tails
 from sparsurf.sampling.combination import choices_of
-from sparsurf.study.enough import UNIFORM, Trials, curves_table, enough_dots
+from sparsurf.study.enough import CLOSE, UNIFORM, Trials, curves_table, enough_dots
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.handing_out import hand_out
 from sparsurf.surfaces.formats.csv import DIGITS
@@ -15,10 +15,11 @@ from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.workflow.jobs import run
 
 
-def main(inputs, outputs, settings, name, threads=1):
+def main(inputs, outputs, settings, name, threads=1, whole=True):
     """Write the subset, what is enough, Z over n_S, and the errors of the surface that the subset gives back.
 
-    The paper's sampler takes its parameters from ranges.csv.
+    The paper's sampler takes its parameters from ranges.csv. Unless the `whole` curve of recovered surfaces is asked for, it ends
+    at the lowest floor.
     """
     surface = read_npz(inputs["surface"])
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
@@ -31,7 +32,9 @@ def main(inputs, outputs, settings, name, threads=1):
     own = inputs.get("structure")
     molecule = read_molecule(own, selection="all", whole=False) if own else None
     subset = hand_out(trials, asked, floors, molecule)
-    enough_dots(trials, floors).to_csv(outputs["enough"], index=False)
+    trials.down_to = -1 if whole else CLOSE * floors["Z"].min()
+    handed_out = (asked["floor"], len(subset.dots)) if "floor" in asked else None
+    enough_dots(trials, floors, handed_out=handed_out).to_csv(outputs["enough"], index=False)
     curves = [curves_table(trials)]
     if asked["sampler"] != UNIFORM:
         curves.append(curves_table(Trials(evaluator, UNIFORM, n_tests), (TEXT,)))

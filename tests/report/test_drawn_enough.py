@@ -143,3 +143,15 @@ def test_the_tables_of_a_surface_are_read_from_its_folder(tmp_path):
     assert found.name == "p/c1"
     for table, wanted in zip(found[1:], surface_tables()[1:], strict=True):
         pd.testing.assert_frame_equal(table, wanted.reset_index(drop=True))
+    assert enough.read(folder, sampled=False).grid is None  # that of an earlier study
+
+
+def test_without_a_grid_there_is_no_cloud():
+    figure = enough.figure([surface_tables(rows=0)])
+    ax = figure.axes[0]
+    assert not any(len(each.get_offsets()) for each in ax.collections) and len(curves_in(ax)) == 3
+    assert not [words for words in texts_in(ax) if "sampling" in words]
+    assert ax.get_xlim()[0] == 0.9 and "8 % of the dots are enough" in texts_in(ax)
+    assert not [
+        words for words in words_of(enough.figure([surface_tables(rows=0)] * 2)) if "sampling" in words
+    ]

@@ -117,7 +117,7 @@ def surface_tables(name="p/c1", factor=1.0, rows=200, floors=("fresh dots", "tur
     enough = levels.rename(columns={"Z": "Z_floor"}).assign(
         reading="recovered", n_S_percent=8.0, Z=0.5 * factor
     )
-    return enough_tables(name, grid, pd.concat(curves), levels, enough)
+    return enough_tables(name, pd.concat(curves), levels, enough, grid if rows else None)
 
 
 CASES = {
@@ -175,6 +175,11 @@ CASES = {
     "5, one subset": lambda: figure5(subsets_shown=1),
     "enough": lambda: enough.figure([surface_tables()]),
     "enough, little known": lambda: enough.figure([surface_tables(rows=1, floors=("fresh dots",))]),
+    "enough, no grid": lambda: enough.figure([surface_tables(rows=0)]),
+    "enough, 2 surfaces without grids": lambda: enough.figure([surface_tables("p/c1", rows=0)] * 2),
+    "enough, 7 surfaces without grids": lambda: enough.figure(
+        [surface_tables(f"p/c{k}", 1 + k / 20, rows=0) for k in range(7)]
+    ),
     "enough, 2 surfaces": lambda: enough.figure([surface_tables("p/c1"), surface_tables("p/c2", 1.3)]),
     "enough, 5 surfaces": lambda: enough.figure([surface_tables(f"p/c{k}") for k in range(5)]),
     "enough, 7 surfaces": lambda: enough.figure([surface_tables(f"p/c{k}", 1 + k / 20) for k in range(7)]),

@@ -142,6 +142,30 @@ def test_d_as_written_is_that_of_the_range_where_d_as_coded_is_largest(tmp_path)
     assert [card["d"] for card in first_page(folder, files, ())["surfaces"]["d"]] == ["2.5", "−0.3"]
 
 
+def test_without_a_grid_each_surface_has_a_row_and_a_picture(tmp_path):
+    folder = tmp_path / "run"
+    files = [*write_run(folder, [("p", "c1"), ("q", "c1")]), "p/c1/view.png"]
+    of_grid = ("summary.csv", "relation.csv", "ranges.html", "figures/roughness.png", "figures/enough.png")
+    files = [path for path in files if not path.endswith(of_grid)]
+    surfaces = pd.read_csv(folder / "surfaces.csv")
+    surfaces = surfaces.assign(area=[380.4, 420.0], minimal_n_S=[1234, 90], minimal_n_S_percent=[4.51, 12.2])
+    surfaces.to_csv(folder / "surfaces.csv", index=False)
+    text = first(folder, files)
+    page = Page(text)
+    assert [row[1:-1] for row in page.rows[1:]] == [
+        ["p/c1", "2,000", "380", "0.60", "1,234", "4.5"],
+        ["q/c1", "2,001", "420", "0.60", "90", "12"],
+    ]
+    assert page.sources == ["p/c1/view.png"] and "q/c1/minimal.csv" in page.links
+    assert "d = " not in text and "Best" not in text and "Look closer" not in text
+    assert "summary.html" not in page.links and "cross-validated" not in text
+    asked = Page(first(folder, files, floor=None)).text["card"]
+    assert (
+        "8.4 % of the dots are in the minimal subset" in asked
+        and "6.9 % of the dots would be enough" in asked
+    )
+
+
 def test_several_surfaces_are_counted_and_spread(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder, [("p", f"c{k}") for k in range(1, 6)])
@@ -241,7 +265,7 @@ def test_the_opening_of_the_report_leads_into_it_and_holds_its_figure(tmp_path, 
     monkeypatch.chdir(tmp_path)
     folder = Path("results", "run")
     files = write_run(folder)
-    outputs = {key: tmp_path / key for key in ("html", "part")}
+    outputs = {key: tmp_path / key for key in ("html", "part", "failures")}
     held = [str(folder / path) for path in files if path.endswith((".png", "view.html"))]
     beside = [str(folder / path) for path in files if str(folder / path) not in held]
     write_front_page.main({"pages": held, "beside": beside}, outputs, folder, {"q": "too few dots."})
@@ -249,6 +273,7 @@ def test_the_opening_of_the_report_leads_into_it_and_holds_its_figure(tmp_path, 
     assert "javascript:app.showResultInfo('results/run/p/c1/view.html')" in part and "javascript" not in alone
     assert "data:image/png;base64,eA==" in part and "<html" not in part and "prefers-color-scheme" not in part
     assert "q: too few dots." in Page(part).text["note"] == Page(alone).text["note"]
+    assert outputs["failures"].read_text() == "place,reason\nq,too few dots.\n"
     assert 'src="p/c1/figures/enough.png"' in alone and "prefers-color-scheme" in alone
 
 

@@ -98,7 +98,7 @@ class MadeUp(Trials):
             "farthest",
             1000,
         )
-        self._known = {}
+        self._known, self.down_to = {}, -1
 
     def draw(self, n):
         return np.arange(n)
@@ -149,10 +149,19 @@ def test_what_the_search_measured_joins_the_curve():
     assert enough_dots(trials, floors, ("recovered",))["n_S"].tolist() == [51]
     assert len(smallest_recovered(trials, floors, "turned")) == 55
     assert enough_dots(trials, floors, ("recovered",))["n_S"].tolist() == [54]
-    assert curves_table(trials, ("recovered",))["n_S"].tolist() == [
-        12,
-        *(10 * p for p in PERCENTS if p >= 1.5),
-    ]
+    steps = [12, *(10 * p for p in PERCENTS if p >= 1.5)]
+    assert curves_table(trials, ("recovered",))["n_S"].tolist() == steps
+    handed_out = enough_dots(trials, floors, ("recovered",), ("turned", 55))
+    assert handed_out[["n_S", "n_S_percent", "Z"]].iloc[0].tolist() == [55, 5.5, 1.0]
+
+
+def test_a_curve_ends_where_the_lowest_floor_is_reached():
+    trials, floors = MadeUp(), one_floor(1.8)
+    whole = enough_dots(MadeUp(), floors)
+    trials.down_to = 1.98
+    assert curves_table(trials, ("recovered",))["n_S"].tolist() == [12, 15, 20, 25, 30, 40, 50, 60]
+    assert len(curves_table(trials, ("as_written",))) == len(trials.sizes)
+    pd.testing.assert_frame_equal(enough_dots(trials, floors), whole)
 
 
 @given(

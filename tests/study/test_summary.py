@@ -311,7 +311,7 @@ def sum_up(folder, **patches):
     outputs |= {"page": folder / "summary.html", "png": str(folder / "summary.png")}
     outputs |= {"enough": str(folder / "enough.png")}
     with pytest.MonkeyPatch.context() as patch:  # these runs have no curves
-        patch.setattr(summarise_run.enough, "read", lambda own: own.parent.name)
+        patch.setattr(summarise_run.enough, "read", lambda own, sampled: own.parent.name)
         patch.setattr(summarise_run.enough, "figure", lambda *_: layout.sheet(20, 20))
         settings = {"patches": PATCHES | patches, "minimal": {}, "seed": 0}
         summarise_run.main({"results": results}, outputs, settings)
@@ -344,7 +344,7 @@ def test_a_run_is_summed_up_and_repeats(folder, related):
 def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monkeypatch):
     drawn, files = [], ("surfaces", "summary", "relation", "page", "png", "enough")
     curves = []
-    monkeypatch.setattr(summarise_run.enough, "read", lambda own: own.parent.name)
+    monkeypatch.setattr(summarise_run.enough, "read", lambda own, sampled: own.parent.name)
     monkeypatch.setattr(summarise_run.enough, "figure", lambda *given: curves.append(given))
     monkeypatch.setattr(
         summarise_run.layout, "save", lambda figure, _: drawn.append(figure and figure.axes[0].get_xlim()[1])

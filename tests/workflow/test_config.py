@@ -56,6 +56,26 @@ def test_what_names_no_protein_changes_the_default_study_key_by_key(tmp_path, mo
         assert completed(own, ROOT) == own
 
 
+def test_a_section_that_runs_or_not_may_be_true_or_false():
+    plain = {"proteins": DEFAULT["proteins"]}
+    bare = check(plain)
+    for key in ("sampling", "compare", "ensemble"):
+        for value in (True, False):
+            assert check(plain | {key: value}) == bare | {key: bare[key] | {"run": value}}
+    large = {"sampling": {"alpha": [k / 100 for k in range(1, 101)]}, "evaluation": {"draws": 10000}}
+    with pytest.raises(InputError, match="GB of memory"):
+        check(plain | large)
+    check(plain | large | {"sampling": False})
+    with pytest.raises(InputError, match="patches"):
+        check(plain | {"patches": False})
+
+
+def test_what_needs_the_grid_is_refused_without_it():
+    for key, value in (("compare", True), ("paper", "tdp43")):
+        with pytest.raises(InputError, match=f"sampling is false, but `{key}` needs its grid"):
+            check({"proteins": DEFAULT["proteins"], "sampling": False, key: value})
+
+
 def test_every_key_of_the_default_config_is_described():
     def walk(schema, values, path):
         for key, value in values.items():

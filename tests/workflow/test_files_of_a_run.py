@@ -1,5 +1,6 @@
 """The files of a run, by the kinds of its proteins."""
 
+import gzip
 from types import SimpleNamespace
 
 import pytest
@@ -7,7 +8,7 @@ from snakemake.exceptions import IncompleteCheckpointException
 from snakemake.iocontainers import Wildcards
 
 from sparsurf.workflow import files_of_a_run
-from sparsurf.workflow.files_of_a_run import FilesOfARun
+from sparsurf.workflow.files_of_a_run import FilesOfARun, has_one_model
 
 CONFIG = {
     "run": "r",
@@ -210,3 +211,39 @@ def test_threads_can_be_asked_for_before_the_frames_are_chosen(files, monkeypatc
 
     monkeypatch.setattr(files._checkpoints.choose_frames, "get", not_yet)
     assert files.side_by_side(8, 4)(of("moving")) == 4  # five proteins
+
+
+ATOM = "ATOM      1  CA  ALA A   1       0.000   0.000   0.000  1.00  0.00           C\n"
+TABLE = "data_x\nloop_\n_atom_site.group_PDB\n_atom_site.id\n_atom_site.{last}\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "one"),
+    [
+        ("a.pdb", ATOM + "END\n", True),
+        ("a.ent", "MODEL        1\n" + ATOM + "ENDMDL\nEND\n", True),
+        ("a.pdb", "MODEL        1\n" + ATOM + "ENDMDL\nMODEL        2\n" + ATOM + "ENDMDL\n", False),
+        ("a.pdb", ATOM + "END\n" + ATOM, False),
+        ("a.cif", TABLE.format(last="pdbx_PDB_model_num") + "ATOM 1 1\nATOM 2 1\n#\n", True),
+        ("a.cif.gz", TABLE.format(last="pdbx_PDB_model_num") + "ATOM 1 1\nATOM 2 1\n#\n", True),
+        ("a.cif", TABLE.format(last="pdbx_PDB_model_num") + "ATOM 1 1\nHETATM 2 2\n#\n", False),
+        ("a.cif", TABLE.format(last="Cartn_x") + "ATOM 1 1\nATOM 2 1\n#\n", False),
+        ("a.cif", "data_x\n", False),
+        ("a.h5", "", False),
+    ],
+)
+def test_a_file_with_one_model_is_one_conformation(tmp_path, name, text, one):
+    path = tmp_path / name
+    path.write_bytes(gzip.compress(text.encode()) if name.endswith(".gz") else text.encode())
+    assert has_one_model(str(path)) == one and not has_one_model(str(tmp_path / "no.pdb"))
+
+
+@pytest.mark.parametrize(("use", "names"), [("clusters", ["c1"]), ("all", ["f0"]), ([3], ["f0"])])
+def test_a_single_structure_waits_for_no_checkpoint(tmp_path, use, names):
+    (tmp_path / "a.pdb").write_text(ATOM + "END\n")
+    own = {"structure": str(tmp_path / "a.pdb")}
+    proteins = {"one": own, "second": own | {"model": 2}, "moving": own | {"trajectory": "a.xtc"}}
+    config = CONFIG | {"proteins": proteins, "frames": {"stride": 1, "use": use}}
+    files = FilesOfARun(config, None)  # no checkpoint is asked
+    assert (files.single, files.many) == (["one"], ["second", "moving"])
+    assert files.conformations("one") == names and files.first("one") == names[0]

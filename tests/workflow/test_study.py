@@ -37,7 +37,7 @@ def checkout(tmp_path, monkeypatch):
             for file in files:
                 path = own.root / "results" / "mine" / file
                 path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text("a\n1\n")
+                path.write_text("minimal_n_S_percent\n4.5\n" if file == "surfaces.csv" else "a\n1\n")
 
     own = Checkout()
     own.root.mkdir()
@@ -62,7 +62,7 @@ def checkout(tmp_path, monkeypatch):
 
 
 def test_a_study_ends_with_a_report_and_five_lines(checkout, capsys):
-    made = ("p/c1/roughness.csv", "p/c1/minimal.csv", "warnings.csv", "index.html")
+    made = ("surfaces.csv", "warnings.csv", "index.html")
     checkout.work = [lambda: checkout.make(*made)]
     assert study.main(checkout.config(), "--cores", "2") == 0
     first, report = checkout.calls
@@ -70,7 +70,7 @@ def test_a_study_ends_with_a_report_and_five_lines(checkout, capsys):
     assert report == ["--quiet", "all", "--report", "results/mine/report.html"]
     lines = capsys.readouterr().out.strip().splitlines()
     assert [line.split()[0] for line in lines] == ["Time", "Answer", "Warnings", "Look", "All"]
-    assert "100.0 % of the dots are enough (median of 1 surfaces)" in lines[1] and lines[2].split()[1] == "1"
+    assert "4.5 % of the dots are enough (median of 1 surfaces)" in lines[1] and lines[2].split()[1] == "1"
     checkout.calls.clear()
     assert study.main(checkout.config()) == 0 and len(checkout.calls) == 1  # nothing is newer
     os.utime(checkout.root / "results/mine/report.html", (0, 0))

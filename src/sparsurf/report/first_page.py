@@ -152,16 +152,13 @@ def numbers(surfaces, summary, relation):
 def enough_card(surfaces, enough, floor):
     """From which share of the dots the surface comes back as well as by a floor; None where that was not measured.
 
-    It is that of the minimal subsets where they go by this floor. Else `handed_out` says their share, and the card what would
-    be enough for fresh dots.
+    Where the minimal subsets go by no floor, `handed_out` is their share, and the card tells what would be enough for fresh dots.
     """
     own = enough[(enough["floor"] == (floor or FRESH)) & (enough["reading"] == RECOVERED)]
     if own.empty:
         return None
     minimal = surfaces.get("minimal_n_S_percent")
     percents, bounds = own["n_S_percent"], set(own.get("bound", ()))
-    if floor and minimal is not None:
-        percents, bounds = minimal, set()
     return {
         "bound": bounds.pop() if len(bounds) == 1 else "",
         "percent": share(percents.median()),

@@ -100,6 +100,10 @@ class Trials:
     settled : bool
         The surface is recovered from the dots at better places, see `settling.settle`.
 
+    Attributes
+    ----------
+    down_to : float, where curves of recovered surfaces end: at the first Z that is not above it
+
     Raises
     ------
     InputError : an unknown sampler
@@ -109,6 +113,7 @@ class Trials:
         self.evaluator, self.sampler, self.choices, self.settled = evaluator, sampler, choices, settled
         self.tests, self.n_dots = evaluator.draw_tests(n_tests), len(evaluator.points)
         self._draw = named([sampler], "minimal.sampler", choices)[sampler]
+        self.down_to = -np.inf
         self._known = {}  # reading -> requested n_S -> n_S that was kept, Z
 
     @cached_property
@@ -156,9 +161,16 @@ class Trials:
         kept, z = zip(*(known[int(n)] for n in sizes), strict=True)
         return np.array(kept), np.array(z)
 
+    def tried(self, reading):
+        """The n_S of `sizes` that a curve takes, see `down_to`."""
+        if reading != RECOVERED or self.down_to < 0:
+            return self.sizes
+        reached = (self.measured([n], reading)[1][0] <= self.down_to for n in self.sizes)
+        return self.sizes[: next((k for k, enough in enumerate(reached, 1) if enough), None)]
+
     def curve(self, reading):
-        """All that is measured so far, `sizes` at least: n_S, ascending, and Z."""
-        self.measured(self.sizes, reading)
+        """All that is measured so far, `tried` at least: n_S, ascending, and Z."""
+        self.measured(self.tried(reading), reading)
         n, z = self.measured(sorted(self._known[reading]), reading)
         order = np.argsort(n, kind="stable")
         return n[order], z[order]
@@ -168,13 +180,13 @@ def curves_table(trials, readings=(TEXT, RECOVERED)):
     """Z over the n_S of `PERCENTS` of one sampler: a DataFrame with sampler, reading, n_S, n_S_percent and Z."""
     tables = []
     for reading in readings:
-        n, z = trials.measured(trials.sizes, reading)
+        n, z = trials.measured(trials.tried(reading), reading)
         columns = {"sampler": trials.sampler, "reading": reading, "n_S": n}
         tables.append(pd.DataFrame(columns | {"n_S_percent": 100 * n / trials.n_dots, "Z": z}))
     return pd.concat(tables, ignore_index=True)
 
 
-def enough_dots(trials, floors, readings=(TEXT, RECOVERED)):
+def enough_dots(trials, floors, readings=(TEXT, RECOVERED), handed_out=None):
     """The smallest n_S of a sampler whose Z is at most `CLOSE` times each floor.
 
     Parameters
@@ -183,6 +195,7 @@ def enough_dots(trials, floors, readings=(TEXT, RECOVERED)):
     floors : DataFrame
         See `floors.floors`.
     readings : sequence of str, `as_written`, `recovered` or both
+    handed_out : (floor, n_S) of a subset that was sought for a floor: what its recovered surface needs
 
     Returns
     -------
@@ -202,6 +215,8 @@ def enough_dots(trials, floors, readings=(TEXT, RECOVERED)):
                 row |= {"n_S": trials.n_dots, "Z": 0.0, "bound": MORE}
             else:
                 row |= {"n_S": int(np.ceil(found - 1e-6)), "Z": CLOSE * floor.Z, "bound": ""}
+            if reading == RECOVERED and handed_out and handed_out[0] == floor.floor and handed_out[1] in n:
+                row |= {"n_S": handed_out[1], "Z": z[list(n).index(handed_out[1])], "bound": ""}
             rows.append(row)
     table = pd.DataFrame(rows)
     table.insert(5, "n_S_percent", 100 * table["n_S"] / trials.n_dots)

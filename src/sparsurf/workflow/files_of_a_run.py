@@ -146,11 +146,14 @@ class FilesOfARun:
         """The structure of a conformation, and its trajectory where it is a frame of one; or neither."""
         if wildcards.protein not in self.molecules:
             return {}
+        return self.frames(wildcards) | {"own": self.structure(wildcards)}
+
+    def frames(self, wildcards):
+        """The files of a trajectory, and which frames of it were chosen; none of another molecule."""
         files = self.molecule(wildcards)
-        frames = (
-            files | {"frames": f"{self.run}/{wildcards.protein}/frames.csv"} if "trajectory" in files else {}
-        )
-        return frames | {"own": self.structure(wildcards)}
+        if "trajectory" not in files:
+            return {}
+        return files | {"frames": f"{self.run}/{wildcards.protein}/frames.csv"}
 
     def every(self, *files):
         """Input function: `files` of every conformation, of one protein or of all."""

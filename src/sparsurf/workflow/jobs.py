@@ -104,6 +104,13 @@ def use_this_library():
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
 
 
+def in_one_environment(workflow, home):
+    """Give every rule of the Snakefile in `home` that runs a script the environment of envs/study.yaml."""
+    for rule in workflow.rules:  # others are of a workflow that imports this one
+        if rule.script and Path(rule.snakefile).is_relative_to(home):
+            rule.conda_env = str(home / "envs" / "study.yaml")
+
+
 def reporter(what, unit="samplings", every=2.0):
     """Function (done, of) that tells the log how far a long step is, every few seconds."""
     begin = last = time.monotonic()

@@ -77,7 +77,7 @@ def memory_of_grid(config, thousand_dots=PAPERS):
     thousand_dots : float, size of the surface; counts only where `test_dots` is 'published'
     """
     sampling, evaluation = config["sampling"], config["evaluation"]
-    if not sampling["run"]:
+    if not sampling.get("run", True):
         return 0
     tests = evaluation["test_dots"]
     tests = 1000 * thousand_dots / DOTS_PER_TEST if tests == "published" else tests

@@ -87,16 +87,18 @@ def write_dms(path, surface, residue_names, residue_labels, atom_names, xyz):
     width = 9 if shifted else 8
     by_atom = np.argsort(surface.atom, kind="stable")
     first = np.searchsorted(surface.atom[by_atom], np.arange(len(xyz) + 1))
+    points, normals = surface.points.tolist(), surface.normals.tolist()
+    areas, kinds = np.nan_to_num(surface.area).tolist(), surface.kind.tolist()
     lines = []
     for i, labels in enumerate(zip(residue_names, residue_labels, atom_names, strict=True)):
         residue, label, atom = labels
         head = f"{residue:<3s}{label:>5s}{atom:>5s}"
         x, y, z = xyz[i]
         lines.append(f"{head}{x:{width}.3f}{y:9.3f}{z:9.3f} A\n")
-        for n in by_atom[first[i] : first[i + 1]]:
-            (x, y, z), (u, v, w), area = surface.points[n], surface.normals[n], np.nan_to_num(surface.area[n])
+        for n in by_atom[first[i] : first[i + 1]].tolist():
+            (x, y, z), (u, v, w), area = points[n], normals[n], areas[n]
             place = f"{x:{width}.3f}{y:9.3f}{z:9.3f}"
-            lines.append(f"{head}{place} {TYPES[surface.kind[n]]} {area:6.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n")
+            lines.append(f"{head}{place} {TYPES[kinds[n]]} {area:6.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n")
     with open(path, "wb") as stream:
         stream.write("".join(lines).encode("ascii", "replace"))
 
