@@ -4,10 +4,12 @@ import os
 import re
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
 from conftest import ROOT
+from peptides import peptide, write
 from small_study import SMALL, output, snakemake
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.formats.npz import read_npz
@@ -45,6 +47,44 @@ def test_your_own_protein_as_the_readme_says_beside_a_bad_one(tmp_path):
     process = snakemake(folder, config)
     assert process.returncode == 0, output(process)
     assert (run / "my_protein" / "c1" / "minimal.csv").is_file() and (run / "index.html").is_file()
+
+
+def test_a_folder_without_the_grid_has_a_row_for_each_and_the_reason_of_what_failed(tmp_path):
+    """As `studies/minimal.yaml`: one conformation of each file, told apart from an ensemble of two models."""
+    folder = tmp_path / "structures"
+    folder.mkdir()
+    model = peptide(("ALA", "LYS", "GLY"))
+    write(folder / "one.pdb", model + "END\n")
+    write(folder / "two.pdb", f"MODEL        1\n{model}ENDMDL\nMODEL        2\n{model}ENDMDL\nEND\n")
+    write(folder / "bad.pdb", "REMARK nothing here\n")
+    config = yaml.safe_load((ROOT / "studies" / "minimal.yaml").read_text()) | {
+        "proteins": {"folder": "structures"}
+    }
+    config |= {"frames": {"use": "all"}, "evaluation": {"test_dots": 20}}
+    process = snakemake(tmp_path, config)
+    assert process.returncode != 0 and "bad.pdb holds no atoms" in output(process)
+    config["without"] = {"bad": "bad.pdb holds no atoms."}
+    process = snakemake(tmp_path, config)
+    assert process.returncode == 0, output(process)
+    run = tmp_path / "results" / "minimal"
+    surfaces = pd.read_csv(run / "surfaces.csv", dtype={"protein": str})
+    assert surfaces[["protein", "conformation"]].to_numpy().tolist() == [
+        ["one", "f0"],
+        ["two", "f0"],
+        ["two", "f1"],
+    ]
+    for row in surfaces.itertuples():
+        own = run / row.protein / row.conformation
+        enough = (
+            pd.read_csv(own / "enough.csv").set_index(["floor", "reading"]).loc[("fresh dots", "recovered")]
+        )
+        assert len(pd.read_csv(own / "minimal.csv")) == row.minimal_n_S == enough["n_S"]
+        assert (own / "view.png").stat().st_size > 1000 and (own / "structure_roughness.pdb").is_file()
+        assert not (own / "grid.csv").exists() and not (own / "figures").exists()
+    assert (run / "failures.csv").read_text() == "place,reason\nbad,bad.pdb holds no atoms.\n"
+    page = (run / "index.html").read_text()
+    assert page.count('class="thumb"') == 3 and "bad.pdb holds no atoms" in page
+    assert "Nothing to be done" in output(snakemake(tmp_path, config, "--dry-run"))
 
 
 @pytest.mark.parametrize(
