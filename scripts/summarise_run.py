@@ -22,20 +22,19 @@ def main(inputs, outputs, settings):
     results = [read_result(folder, sampled) for folder in folders]
     surfaces = surfaces_table(results, settings["patches"])
     surfaces.to_csv(outputs["surfaces"], index=False)
+    if sampled:
+        summary = summary_table(results)
+        relations = relation_table(results, summary, stream(settings["seed"], "summary"))
+        summary.to_csv(outputs["summary"], index=False)
+        relations.to_csv(outputs["relation"], index=False)
+        draws, name = results[0].best.get("draws"), folders[0].parts[-3]
+        write(outputs["page"], TEMPLATE, **summary_page(name, surfaces, relations, draws))
+        figure = summary_figures.summary_figure(summary, relations, name)
+        layout.save(figure, outputs["png"].removesuffix(".png"))
     curves = enough.figure(
         [enough.read(folder, sampled) for folder in folders], settings["minimal"].get("floor", enough.FRESH)
     )
     layout.save(curves, outputs["enough"].removesuffix(".png"))
-    if not sampled:
-        return
-    summary = summary_table(results)
-    relations = relation_table(results, summary, stream(settings["seed"], "summary"))
-    summary.to_csv(outputs["summary"], index=False)
-    relations.to_csv(outputs["relation"], index=False)
-    draws, name = results[0].best.get("draws"), folders[0].parts[-3]
-    write(outputs["page"], TEMPLATE, **summary_page(name, surfaces, relations, draws))
-    figure = summary_figures.summary_figure(summary, relations, name)
-    layout.save(figure, outputs["png"].removesuffix(".png"))
 
 
 if __name__ == "__main__":

@@ -104,7 +104,7 @@ def test_frames_are_drawn_only_where_there_are_several():
     alone = outputs(has_frames=lambda name: name != "p", **rules)
     assert alone.of_protein(p) == ["r/p/f0/grid.csv", "r/p/f7/grid.csv"]
     # which is known only after the conformations are chosen
-    assert [ask(None) for ask in outputs(**rules).each()][0] == []
+    assert next(ask(None) for ask in outputs(**rules).each()) == []
 
 
 def test_a_run_goes_without_a_job():

@@ -168,7 +168,7 @@ def choice(rows, found, pooled, roughness):
         "share": number(pooled["n_S_percent"], 0),
         "d": number(pooled["d"]) + (f" ± {number(pooled['d_sd'])}" if np.isfinite(pooled["d_sd"]) else ""),
     }
-    if known["against"] and known["d"]:  # else no combination lies in the range on average: that of the nearest surface
+    if known["against"] and known["d"]:  # else none lies in the range on average: that of the nearest surface
         text = str(Combination.of(pooled))
     return known | {"text": text, "held": sum(text in split(field) for field in rows["best_set"])}
 

@@ -63,7 +63,7 @@ class FilesOfARun:
 
     def has_frames(self, name):
         """Whether a molecule has frames to choose from; Snakemake asks again once they are read."""
-        if name in self.surfaces:
+        if name in self.surfaces + self.single:
             return False
         return len(conformations_of(self._checkpoints.choose_frames.get(protein=name).output.projection)) > 1
 
