@@ -118,6 +118,12 @@ def test_the_house_has_the_size_that_one_can_see_through():
     assert len(WORKFLOW.splitlines()) <= SIZES["lines of Snakemake"]
 
 
+def test_each_package_has_the_tests_in_the_folder_of_its_name():
+    packages = {module.parts[0] for module in MODULES if len(module.parts) > 1}
+    folders = {path.parent.name for path in (ROOT / "tests").glob("*/test_*.py")}
+    assert packages <= folders and folders - packages <= {"docs", "evidence"}
+
+
 def test_every_name_that_is_imported_from_the_library_is_there():
     files = [*SCRIPTS, *(ROOT / "tests").rglob("*.py"), *(LIBRARY / module for module in MODULES)]
     for path in files:
