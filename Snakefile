@@ -62,6 +62,7 @@ SUMMARY["summary"] = shown(f"{RUN}/summary.csv", "Best combination per surface a
 SAMPLED = config["sampling"]["run"]
 if not SAMPLED:  # nothing follows from the grid
     GRID = RANGES = BEST = SUMMARY = {}
+FIELDS = inside(CONFORMATION, fields="fields.npz", given_back="fields.csv") if config["fields"] else {}
 ENOUGH = inside(CONFORMATION, enough="enough.csv", curves="curves.csv")
 WARNINGS = f"{RUN}/warnings.csv"
 FIRST_PAGE = inside(
@@ -230,7 +231,7 @@ rule measure_roughness:
     input:
         **(SURFACE | KERNELS),
     output:
-        **inside(CONFORMATION, roughness="roughness.csv", ply="surface.ply"),
+        **inside(CONFORMATION, roughness="roughness.csv"),
     log:
         f"{CONFORMATION_LOGS}/measure_roughness.log",
     resources:
@@ -273,13 +274,14 @@ rule take_minimal:
         **(RANGES if config["minimal"]["sampler"] in names("samplers", "choosing") else {}),
         structure=files.structure,
     output:
-        **(ENOUGH | inside(CONFORMATION, table="minimal.csv", ply="minimal.ply", recovered="recovered.csv")),
+        **(ENOUGH | FIELDS | inside(CONFORMATION, table="minimal.csv", recovered="recovered.csv")),
+        **inside(CONFORMATION, ply="minimal.ply", whole="surface.ply"),
     log:
         f"{CONFORMATION_LOGS}/take_minimal.log",
     resources:
         **needs("take_minimal", files.dots),
     params:
-        **made_by("take_minimal.py", "patches", *defects, "evaluation.test_dots", "minimal", "seed"),
+        **made_by("take_minimal.py", "patches", *defects, "evaluation.test_dots", "minimal", "fields", "seed"),
     message:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -288,7 +290,7 @@ rule take_minimal:
 
 rule draw_view:
     input:
-        **(ROUGH_SURFACE | GRID | BEST | MINIMAL),
+        **(ROUGH_SURFACE | GRID | BEST | MINIMAL | FIELDS),
         structure=files.structure,
     output:
         page=shown(f"{CONFORMATION}/view.html", "Turn, sample and pick dots", "view"),
@@ -307,7 +309,7 @@ rule draw_view:
 
 rule tabulate_residues:
     input:
-        **(ROUGH_SURFACE | MINIMAL),
+        **(ROUGH_SURFACE | MINIMAL | FIELDS),
         structure=f"{CONFORMATION}/structure.pdb",
     output:
         **inside(CONFORMATION, pdb="structure_roughness.pdb", cif="structure_roughness.cif"),

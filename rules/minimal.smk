@@ -28,7 +28,7 @@ rule take_all_steps:
         **needs("measure_floors", files.dots),
     params:
         **made_by(
-            "take_all_steps.py", "surface", "patches", *defects, "evaluation.test_dots", "minimal", "seed"
+            "take_all_steps.py", "surface", "patches", *defects, "evaluation.test_dots", "minimal", "fields", "seed"
         ),
         molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
     message:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib import image
 
+from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.molecules.read_molecule import residue_names
 from sparsurf.recovery.errors import off_recovered
 from sparsurf.report.figures import layout, render
@@ -13,7 +14,7 @@ from sparsurf.report.viewer.page import MOST_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.components import FIELD
-from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.formats.npz import read_npz, with_fields
 from sparsurf.workflow.jobs import run
 
 PICTURE = 180, 240  # pixels, rows and columns
@@ -21,7 +22,7 @@ PICTURE = 180, 240  # pixels, rows and columns
 
 def main(inputs, outputs, settings, name, threads):
     """Write view.html and a small picture of it; the residues of the dots are known where there is a structure."""
-    surface = read_npz(inputs["surface"])
+    surface = with_fields(read_npz(inputs["surface"]), inputs.get("fields"))
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     evaluator = Evaluator.from_settings(surface, settings, rough, name, 1)
     # the stream of minimal.csv: the same dots, where that is farthest-point sampling
@@ -35,6 +36,9 @@ def main(inputs, outputs, settings, name, threads):
     parts = surface.fields.get(FIELD)
     if parts is not None and parts.max() > 0:
         shown.append(Values("component of the surface", "component", "", parts, "largest", "smallest"))
+    for field in [name for name in surface.fields if name != FIELD]:
+        words, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
+        shown.append(Values(words, field, f" {unit}".rstrip(), surface.fields[field]))
     text = page(
         name,
         surface,

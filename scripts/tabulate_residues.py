@@ -9,7 +9,7 @@ from sparsurf.molecules.mmcif import write_mmcif
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report import viewer
 from sparsurf.study.residues import residue_table
-from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.formats.npz import read_npz, with_fields
 from sparsurf.workflow.jobs import run
 
 VIEWER = Path(viewer.__file__).parent
@@ -19,7 +19,7 @@ BURIED = -1.0  # in the B-factor column, of residues without dots
 
 def main(inputs, outputs, name):
     """Write residues.csv, the structure with roughness as PDB and mmCIF, and what opens it in PyMOL and ChimeraX."""
-    surface = read_npz(inputs["surface"])
+    surface = with_fields(read_npz(inputs["surface"]), inputs.get("fields"))
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     molecule = read_molecule(inputs["structure"], selection="all", whole=False)
     minimal = pd.read_csv(inputs["minimal"])

@@ -1,14 +1,21 @@
 """The subset of a surface that is handed out, which is enough to have the surface back."""
 
+from dataclasses import replace
+
+import numpy as np
 import pandas as pd
 
+from sparsurf.dot_fields.registry import values
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.errors import DENSE, curvature, off_recovered, tails
+from sparsurf.recovery.fields import recovery_table
 from sparsurf.sampling.combination import choices_of
+from sparsurf.sampling.samplers import farthest
 from sparsurf.study.enough import CLOSE, UNIFORM, Trials, curves_table, enough_dots
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.handing_out import hand_out
+from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.formats.csv import DIGITS
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
@@ -16,12 +23,18 @@ from sparsurf.workflow.jobs import run
 
 
 def main(inputs, outputs, settings, name, threads=1, whole=True):
-    """Write the subset, what is enough, Z over n_S, and the errors of the surface that the subset gives back.
+    """Write the subset, what is enough, Z over n_S, the errors of the surface that the subset gives back, and meshes.
 
     The paper's sampler takes its parameters from ranges.csv. Unless the `whole` curve of recovered surfaces is asked for, it ends
     at the lowest floor.
     """
-    surface = read_npz(inputs["surface"])
+    surface, own = read_npz(inputs["surface"]), inputs.get("structure")
+    molecule = read_molecule(own, selection="all", whole=False) if own else None
+    fields = {key: each for key, each in surface.fields.items() if key != FIELD}
+    parts = {key: each.astype(int) for key, each in surface.fields.items() if key == FIELD}
+    if molecule is not None:
+        fields |= values(settings["fields"], molecule, surface.points)
+    surface = replace(surface, fields=fields)
     rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
     asked = settings["minimal"]
     evaluator = Evaluator.from_settings(surface, settings, rough, name, 1).nameless
@@ -29,8 +42,6 @@ def main(inputs, outputs, settings, name, threads=1, whole=True):
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
     floors = pd.read_csv(inputs["floors"])
     trials = Trials(evaluator, asked["sampler"], n_tests, choices, asked["settle"])
-    own = inputs.get("structure")
-    molecule = read_molecule(own, selection="all", whole=False) if own else None
     subset = hand_out(trials, asked, floors, molecule)
     trials.down_to = -1 if whole else CLOSE * floors["Z"].min()
     handed_out = (asked["floor"], len(subset.dots)) if "floor" in asked else None
@@ -41,10 +52,18 @@ def main(inputs, outputs, settings, name, threads=1, whole=True):
     pd.concat(curves).to_csv(outputs["curves"], index=False)
     off = off_recovered(surface.points, subset.surface.points, subset.surface.normals, threads, DENSE)
     tails(off, curvature(evaluator.index, threads=threads)).to_csv(outputs["recovered"], index=False)
-    table = subset.table
+    table = subset.table.assign(**subset.surface.fields)
     table.to_csv(outputs["table"], index=False, float_format=DIGITS)
     columns = {key: table[key].to_numpy(float) for key in ("spacing", "reach")}
+    columns |= subset.surface.fields
     write_ply(outputs["ply"], subset.surface, subset.weight.astype(float), "weight", columns)
+    write_ply(outputs["whole"], surface, rough, "roughness", parts | fields)
+    if "fields" in outputs:
+        with open(outputs["fields"], "wb") as stream:
+            np.savez(stream, **fields)
+        order = farthest(evaluator, len(surface) // 5, evaluator.stream("minimal", "farthest"))
+        back = recovery_table(surface, subset.dots, subset.surface.points, order)
+        back.to_csv(outputs["given_back"], index=False, float_format="%.5g")
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ SMALL = {
     "sampling": {"alpha": [0.5, 1.0], "beta": [0.0, 0.4], "gamma": [0, 6], "delta": [0, 6]},
     "evaluation": {"test_dots": 40, "draws": 2},
     "tables": {"ranges": 3},
+    "fields": ["hydropathy"],
 }
 ONE = SMALL | {"frames": {"use": [0]}}  # its first conformation only
 

@@ -132,7 +132,7 @@ def test_an_output(surface, tmp_path):
         (checkout / name).parent.mkdir(exist_ok=True)
         (checkout / name).symlink_to(ROOT / name)
     text = (ROOT / "Snakefile").read_text(encoding="utf-8")
-    place = '        **inside(CONFORMATION, roughness="roughness.csv", ply="surface.ply"),\n'
+    place = '        **inside(CONFORMATION, roughness="roughness.csv"),\n'
     assert text.count(place) == 1
     (checkout / "Snakefile").write_text(text.replace(place, f"{place}        {rule}"), encoding="utf-8")
     (checkout / "config.yaml").symlink_to(ROOT / "config.yaml")

@@ -5,7 +5,8 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
-from sparsurf.recovery.fields import recovered_fields
+from sparsurf.recovery.fields import recovered_fields, recovery_table
+from sparsurf.surfaces.surface import Surface
 
 
 def test_a_linear_field_comes_back_exactly_and_dots_keep_their_values():
@@ -24,6 +25,37 @@ def test_dots_without_a_value_are_left_out():
     found = recovered_fields(points, {"a": values}, points[points[:, 0] < 4])["a"]
     np.testing.assert_allclose(found, points[points[:, 0] < 4, 1], atol=1e-6)
     assert np.isnan(recovered_fields(points, {"a": np.full(80, np.nan)}, points[:3])["a"]).all()
+
+
+def test_the_table_compares_with_the_field_at_other_dots():
+    """A linear field comes back; noise does not; a constant one has no correlation; NaN are no errors."""
+    rng = np.random.default_rng(2)
+    points = rng.normal(size=(800, 3))
+    points *= 10 / np.linalg.norm(points, axis=1)[:, None]
+    noise = rng.normal(size=800)
+    fields = {
+        "noise": noise,
+        "a": points @ [1.0, 2, 0],
+        "flat": np.ones(800),
+        "half": np.where(noise > 0, points[:, 0], np.nan),
+    }
+    surface = Surface(points, points / 10, fields=fields)
+    kept = np.arange(0, 800, 16)
+    table = recovery_table(surface, kept, points[kept], rng.permutation(800)[:160])
+    assert table["field"].drop_duplicates().to_list() == [*fields]
+    assert table["subset"].to_list() == ["minimal", *["farthest"] * 4] * 4
+    assert table["n_S"].to_list()[:5] == [50, 20, 40, 80, 160] and table["n_S_percent"][1] == 2.5
+    by = table[table["n_S"] == 160].set_index("field")
+    assert (
+        by["r"]["a"] > 0.9999
+        and abs(by["r"]["noise"]) < 0.2
+        and np.isnan(by["r"]["flat"])
+        and by["r"]["half"] > 0.95
+    )
+    assert by["rms"]["flat"] == pytest.approx(0, abs=1e-9) and by["rms_sd"]["noise"] > 0.9
+    others = np.setdiff1d(np.arange(800), kept)
+    found = recovered_fields(points[kept], {"noise": noise[kept]}, points[others])["noise"]
+    assert table["rms"][0] == pytest.approx(np.sqrt(np.mean((found - noise[others]) ** 2)))
 
 
 def test_a_tenth_of_the_dots_gives_the_fields_of_a_peptide_back(tmp_path):

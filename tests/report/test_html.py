@@ -121,6 +121,18 @@ def test_texts_of_numbers():
     assert code("set `a<b`, <i>") == "set <code>a&lt;b</code>, &lt;i&gt;"
 
 
+def test_the_card_of_fields_holds_medians_of_the_minimal_subsets(tmp_path):
+    places = [("p", "c1"), ("p", "c2"), ("q", "c1")]
+    files = write_run(tmp_path / "run", places)
+    assert first_page(tmp_path / "run", files, ())["fields"] == []
+    for (p, c), r in zip(places, (0.9, 0.95, 0.99), strict=True):
+        rows = [("charge", "minimal", r), ("charge", "farthest", 0.1), ("flat", "minimal", np.nan)]
+        pd.DataFrame(rows, columns=["field", "subset", "r"]).to_csv(tmp_path / "run" / p / c / "fields.csv")
+        files.append(f"{p}/{c}/fields.csv")
+    assert first_page(tmp_path / "run", files, ())["fields"] == [("charge", "0.950")]
+    assert "r = 0.950" in Page(first(tmp_path / "run", files)).text["card"]
+
+
 def test_the_cards_hold_what_the_tables_say(tmp_path):
     page = Page(first(tmp_path / "run", write_run(tmp_path / "run")))
     blue, coded = page.text["card"], page.text["card coded"]

@@ -9,6 +9,7 @@ import yaml
 
 from conftest import ROOT, WORKFLOW
 from sparsurf import InputError
+from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.patches.descriptors import DESCRIPTORS
 from sparsurf.patches.roughness import ROUGHNESS
 from sparsurf.sampling.samplers import SAMPLERS
@@ -184,6 +185,9 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         ("run", datetime.date(2026, 1, 2), ["run is 2026-01-02, but must be a string; put it in quotes ("]),
         ("draws", 3, ["unknown key 'draws' in the config; it stands below evaluation or ensemble."]),
         ("pairs", {"q": {"complex": "x.pdb"}}, ["pairs.q needs exactly one of 'proteins', 'files' and"]),
+        ("fields", ["hydropaty"], ["fields.0 is 'hydropaty'", "did you mean 'hydropathy'?"]),
+        ("fields", ["charge", "charge"], ["fields holds a value twice"]),
+        ("fields", "charge", ["fields is 'charge', but must be a list, as [charge]"]),
         ("paper", "none", ["paper is 'none'", "none of the proteins tdp43"]),
     ],
 )
@@ -352,12 +356,14 @@ def test_registries_are_read_from_their_source_as_they_are():
     assert found == {
         "samplers": (*SAMPLERS,),
         "roughnesses": (*ROUGHNESS,),
+        "fields": (*FIELDS,),
         "descriptors": (*DESCRIPTORS,),
     }
     choosing = registries.names("samplers", "choosing")
     assert choosing == tuple(name for name in SAMPLERS if SAMPLERS[name].choosing)
     assert sorted(registries.surface_suffixes()) == sorted(READABLE)
     assert SCHEMA["$defs"]["sampler"]["enum"] == [*SAMPLERS]
+    assert SCHEMA["properties"]["fields"]["items"]["enum"] == [*FIELDS]
     assert OF_PATCHES["descriptor"]["enum"] == [*DESCRIPTORS]
     assert OF_PATCHES["roughness"]["enum"] == [*ROUGHNESS]
 

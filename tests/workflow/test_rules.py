@@ -45,7 +45,7 @@ RULES = {
     "draw_frames": ("moving/figures/frames.svg", FRAMES, (), []),
     "make_surface": (f"{F0}/surface.dms", {"structures"} | KERNELS, ("surface", "patches.D_link"), []),
     "take_surface": ("A1/c1/surface.npz", {"a1.npz"}, (), [["CONTENT a1.npz"]]),
-    "measure_roughness": (f"{F0}/surface.ply", SURFACE | KERNELS, ("patches",), []),
+    "measure_roughness": (f"{F0}/roughness.csv", SURFACE | KERNELS, ("patches",), []),
     "measure_floors": (
         f"{F0}/floors.csv",
         ROUGH | {"structure.pdb"},
@@ -63,16 +63,21 @@ RULES = {
     "take_minimal": (
         f"{F0}/minimal.csv",
         ROUGH | {"floors.csv", "structure.pdb"},
-        ("patches", *DEFECTS, "evaluation.test_dots", "minimal", "seed"),
+        ("patches", *DEFECTS, "evaluation.test_dots", "minimal", "fields", "seed"),
         [],
     ),
     "draw_view": (
         f"{F0}/view.html",
-        ROUGH | {"best.json", "grid.csv", "minimal.csv", "structure.pdb"},
+        ROUGH | {"best.json", "grid.csv", "minimal.csv", "structure.pdb", "fields.npz", "fields.csv"},
         ("patches", *DEFECTS, "seed"),
         [],
     ),
-    "tabulate_residues": (f"{F0}/residues.csv", ROUGH | {"minimal.csv", "structure.pdb"}, (), []),
+    "tabulate_residues": (
+        f"{F0}/residues.csv",
+        ROUGH | {"minimal.csv", "structure.pdb", "fields.npz", "fields.csv"},
+        (),
+        [],
+    ),
     "compare_samplers": (
         f"{F0}/compare.csv",
         ROUGH | {"grid.csv", "ranges.csv", "floors.csv", "structure.pdb"},

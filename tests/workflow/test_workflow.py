@@ -9,11 +9,15 @@ import subprocess
 import time
 from urllib.parse import unquote
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from conftest import ROOT
 from small_study import ONE, SMALL, command, output, snakemake
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.read_surface import read_surface
 
 FIGURES = (
     "enough",
@@ -91,6 +95,34 @@ def test_every_promised_file_is_there(finished):
     bins = pd.read_csv(protein / "f0000" / "rough_and_flat.csv")
     drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
     assert drawn.to_list() == [40 * SMALL["evaluation"]["test_dots"]] * 2
+
+
+def test_a_field_is_in_every_result_and_changes_no_other(finished):
+    folder = finished / "results" / "small" / "tdp43" / "f0000"
+    table = pd.read_csv(folder / "fields.csv")
+    assert table["field"].eq("hydropathy").all() and table["subset"].to_list() == [
+        "minimal",
+        *["farthest"] * 4,
+    ]
+    assert table["n_S_percent"].round(1).to_list()[1:] == [2.5, 5, 10, 20] and table["r"].iloc[-1] > 0.999
+    minimal, residues = pd.read_csv(folder / "minimal.csv"), pd.read_csv(folder / "residues.csv")
+    of_dots = read_npz(folder / "surface.npz"), np.load(folder / "fields.npz")["hydropathy"]
+    np.testing.assert_allclose(minimal["hydropathy"], of_dots[1][minimal["dot"]], atol=1e-4)
+    owner = read_molecule(folder / "structure.pdb", selection="all", whole=False).residue_index[
+        of_dots[0].atom
+    ]
+    assert residues["mean_hydropathy"][3] == pytest.approx(of_dots[1][owner == 3].mean())
+    for name in ("surface.ply", "minimal.ply"):
+        np.testing.assert_allclose(read_surface(folder / name).fields["hydropathy"][:5], [
+            *(of_dots[1][:5] if name == "surface.ply" else minimal["hydropathy"][:5])
+        ], rtol=1e-4)  # fmt: skip
+    assert "hydropathy" in (finished / "results" / "small" / "index.html").read_text()
+    planned = output(snakemake(finished, SMALL | {"fields": ["charge"]}, "--dry-run", "--quiet", "host"))
+    again = {*re.findall(r"^(\w+) +\d+$", planned, re.M)} - {"total", "all"}
+    assert again == {
+        *("take_minimal", "tabulate_residues", "draw_view", "draw_figures"),
+        *("summarise_run", "collect_warnings", "complete_protein", "write_front_page"),
+    }
 
 
 def test_a_second_run_has_nothing_to_do(finished):

@@ -1,11 +1,13 @@
 """Fields of a dense surface from their values at a few dots."""
 
 import numpy as np
+import pandas as pd
 from scipy.spatial import cKDTree
 
 NEIGHBOURS = 24  # dots that each interpolant goes through
 RIDGE = 1e-9  # of the diagonal, in cubed distances; keeps two dots at one place from making a system singular
 SLICE = 2048  # places at a time
+PERCENTS = (2.5, 5, 10, 20)  # of the dots, at which a study looks
 
 
 def recovered_fields(points, fields, places):
@@ -60,3 +62,40 @@ def _fitted(points, values, near):
     system[:, diagonal, diagonal] += np.where(diagonal < k, RIDGE, -RIDGE)  # dots in one plane are no trouble
     right[:, :k, 0] = values[near]
     return centre, scale, np.linalg.solve(system, right)[:, :, 0]
+
+
+def recovery_table(surface, minimal, places, order):
+    """How well few dots give the fields of a surface back at all other dots.
+
+    Parameters
+    ----------
+    surface : Surface with fields
+    minimal, places : (n,) int, dots of the minimal subset, and (n, 3), Å, where they lie
+    order : (m,) int, farthest-point dots, of which the first PERCENTS of all dots are taken
+
+    Returns
+    -------
+    DataFrame: field, subset ('minimal' or 'farthest'), n_S, n_S_percent, r (correlation), rms in the field's unit, and
+    rms_sd, in standard deviations of the field
+    """
+    n = len(surface)
+    farthest = [order[: max(1, round(percent / 100 * n))] for percent in PERCENTS]
+    subsets = [("minimal", minimal, places), *(("farthest", dots, surface.points[dots]) for dots in farthest)]
+    rows = []
+    for name, values in surface.fields.items():
+        for subset, dots, at in subsets:
+            others = np.setdiff1d(np.arange(n), dots)
+            found = recovered_fields(at, {name: values[dots]}, surface.points[others])[name]
+            rows.append((name, subset, len(dots), 100 * len(dots) / n, *_errors(found, values[others])))
+    return pd.DataFrame(rows, columns=["field", "subset", "n_S", "n_S_percent", "r", "rms", "rms_sd"])
+
+
+def _errors(found, true):
+    """Correlation, rms error and that in standard deviations, where both are known; NaN where the field does not vary."""
+    both = np.isfinite(found) & np.isfinite(true)
+    found, true = found[both], true[both]
+    if len(true) == 0:
+        return np.nan, np.nan, np.nan
+    rms = np.sqrt(np.mean((found - true) ** 2))
+    varies = np.ptp(found) > 0 and np.ptp(true) > 0
+    return (np.corrcoef(found, true)[0, 1], rms, rms / true.std()) if varies else (np.nan, rms, np.nan)

@@ -20,7 +20,7 @@ TAKEN = {  # files of a surface to take along, what each is
     "minimal.csv": "the minimal subset: places, normals, weights",
     "minimal.ply": "the same for 3D programs",
     "surface.ply": "the whole surface with its roughness",
-    "residues.csv": "area and roughness of each residue",
+    "residues.csv": "area, roughness and fields of each residue",
     "structure_roughness.pdb": "the structure, roughness as B factors",
     "open.pml": "opens all of this in PyMOL",
     "open.cxc": "opens all of this in ChimeraX",
@@ -28,6 +28,7 @@ TAKEN = {  # files of a surface to take along, what each is
     "grid.csv": "Z and d of every combination",
     "floors.csv": "the noise floors",
     "enough.csv": "how many dots reach each floor",
+    "fields.csv": "what few dots give back of each field",
 }
 
 
@@ -56,6 +57,7 @@ def first_page(folder, held, beside, without=(), floor=FRESH):
         "without": list(without),
         "warnings": warned(folder / "warnings.csv"),
         "surfaces": of_surfaces(folder, files, places, floor) if places else None,
+        "fields": of_fields([read(folder, path) for path in files if path.endswith("/fields.csv")]),
         "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
         "compared": compared(read(folder, "compare_needed.csv")) if "compare_needed.csv" in files else None,
         "pairs": of_pairs(read(folder, "pairs/means.csv"), read(folder, "pairs/pairs.csv"))
@@ -227,6 +229,14 @@ def compared(needed):
         "bound": row["bound"].strip(),
         "percent": share(row["percent"]),
     }
+
+
+def of_fields(tables):
+    """How well the minimal subset gives each field back, the median over surfaces: list of (field, r); empty without fields."""
+    if not tables:
+        return []
+    own = pd.concat(tables).query("subset == 'minimal'").dropna(subset=["r"])
+    return [(name, number(of_one["r"].median(), 3)) for name, of_one in own.groupby("field", sort=False)]
 
 
 def of_paper(places):

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 
 KINDS = {"contact": CONTACT, "saddle": SADDLE, "concave": CONCAVE}
@@ -14,7 +15,7 @@ def residue_table(surface, roughness, molecule, kept=(), weight=()):
     Parameters
     ----------
     surface : Surface
-        Its `atom` counts the atoms of the molecule.
+        Its `atom` counts the atoms of the molecule; its fields are averaged.
     roughness : (N,) float64, R_i
     molecule : molecules.molecule.Molecule
     kept : (n,) int
@@ -25,8 +26,8 @@ def residue_table(surface, roughness, molecule, kept=(), weight=()):
     Returns
     -------
     DataFrame: chain, residue, residue_name; area and area_contact, area_saddle, area_concave in Å^2; mean_roughness and
-    least_roughness, mean and lowest R_i of its dots; dots, kept, and weight, the dots that its kept ones stand for. A
-    residue without dots is buried: no area, R_i NaN.
+    least_roughness, mean and lowest R_i of its dots; mean_<field>; dots, kept, and weight, the dots that its kept ones
+    stand for. A residue without dots is buried: no area, R_i NaN.
     """
     table = molecule.residues
     n, residue = len(table), molecule.residue_index[surface.atom]
@@ -35,6 +36,8 @@ def residue_table(surface, roughness, molecule, kept=(), weight=()):
         table[f"area_{name}"] = np.bincount(residue, surface.area * (surface.kind == kind), n)
     table["mean_roughness"] = mean_roughness(roughness, residue, n)
     table["least_roughness"] = pd.Series(roughness).groupby(residue).min().reindex(range(n)).to_numpy()
+    for name, values in ((name, each) for name, each in surface.fields.items() if name != FIELD):
+        table[f"mean_{name}"] = pd.Series(values).groupby(residue).mean().reindex(range(n)).to_numpy()
     table["dots"] = np.bincount(residue, minlength=n)
     kept = np.asarray(kept, int)
     table["kept"] = np.bincount(residue[kept], minlength=n)

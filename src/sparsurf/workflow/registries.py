@@ -10,6 +10,7 @@ FORMATS = LIBRARY / "surfaces" / "formats"
 REGISTRIES = {
     "samplers": ("sampling/samplers.py", "SAMPLERS", "sampler"),
     "roughnesses": ("patches/roughness.py", "ROUGHNESS", "registered"),
+    "fields": ("dot_fields/registry.py", "FIELDS", "field"),
     "descriptors": ("patches/descriptors.py", "DESCRIPTORS", None),
 }
 

@@ -1,4 +1,4 @@
-# The surface in the colours of its roughness, and the dots of minimal.csv. Open it from this folder: pymol open.pml
+# The surface in the colours of its roughness, the same of each field of residues.csv, switched off, and the dots of minimal.csv. Open it from this folder: pymol open.pml
 load structure_roughness.pdb, structure
 hide everything, structure
 show cartoon, structure
@@ -12,6 +12,16 @@ with open("minimal.csv") as rows:
     for row in csv.DictReader(rows):
         spheres += [cgo.SPHERE, float(row["x"]), float(row["y"]), float(row["z"]), 0.3]
 cmd.load_cgo(spheres, "minimal")
+with open("residues.csv") as rows:
+    residues = list(csv.DictReader(rows))
+for column in residues[0]:
+    if column.startswith("mean_") and column != "mean_roughness":
+        shown = {(row["chain"], row["residue"]): float(row[column]) for row in residues if row[column]}
+        most = max(map(abs, shown.values()), default=1.0)
+        cmd.create(column[5:], "structure")
+        cmd.alter(column[5:], "b = shown.get((chain, resi), 0.0)", space={"shown": shown})
+        cmd.spectrum("b", "red_white_blue", column[5:], -most, most)
+        cmd.disable(column[5:])
 python end
 bg_color white
 orient structure

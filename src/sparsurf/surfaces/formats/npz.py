@@ -2,6 +2,7 @@
 
 import io
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 
@@ -49,6 +50,14 @@ def write_npz(path, surface):
     """Store a surface as numpy arrays; the same surface gives the same bytes."""
     with open(path, "wb") as stream:
         np.savez(stream, **{name: getattr(surface, name) for name in ARRAYS}, **surface.fields)
+
+
+def with_fields(surface, path):
+    """A surface with the fields of a file of arrays (N,) by name besides its own; as it is without a file."""
+    if not path:
+        return surface
+    with np.load(path, allow_pickle=False) as file:
+        return replace(surface, fields=surface.fields | {name: file[name] for name in file.files})
 
 
 FORMAT = Format("npz", (".npz",), _sniff, _read, write_npz)
