@@ -53,10 +53,7 @@ def best_pose(points, normals, target_points, target_normals, likelihood):
         return Pose(0.0, np.eye(3), np.zeros(3), np.full(len(points), -1))
     tree = cKDTree(target_points)
     turns, shifts = _poses(points, normals, target_points, target_normals, first, second)
-    scores = np.array([
-        _score(points, normals, tree, target_normals, likelihood, turn, shift)[0]
-        for turn, shift in zip(turns, shifts, strict=True)
-    ])  # fmt: skip
+    scores = _scores(points, normals, tree, target_normals, likelihood, turns, shifts)[0]
     refined = [
         _refined(points, normals, tree, target_normals, likelihood, turns[k], shifts[k])
         for k in np.argsort(-scores, kind="stable")[:BEST]
@@ -104,15 +101,20 @@ def _frames(first, second, up):
     return np.stack([along, np.cross(up, along), up], axis=1)
 
 
+def _scores(points, normals, tree, target_normals, likelihood, turns, shifts):
+    """Scores (H,) of poses, and the match of each place (H, Q)."""
+    gap, match = tree.query(points @ turns + shifts[:, None], distance_upper_bound=REACH)
+    place = np.where(np.isfinite(gap), match, 0)
+    cosine = np.einsum("hij,hij->hi", normals @ turns, target_normals[place])
+    met = np.isfinite(gap) & (cosine > SAME_SIDE)
+    own = np.where(met, likelihood[np.arange(len(points)), place], 0)
+    return own.sum(axis=1), np.where(met, place, -1)
+
+
 def _score(points, normals, tree, target_normals, likelihood, turn, shift):
-    """Score of a pose and the match of each place."""
-    gap, match = tree.query(points @ turn + shift, distance_upper_bound=REACH)
-    met = np.flatnonzero(np.isfinite(gap))
-    cosine = np.einsum("ij,ij->i", normals[met] @ turn, target_normals[match[met]])
-    met = met[cosine > SAME_SIDE]
-    out = np.full(len(points), -1)
-    out[met] = match[met]
-    return float(likelihood[met, match[met]].sum()), out
+    """Score of one pose and the match of each place."""
+    scores, match = _scores(points, normals, tree, target_normals, likelihood, turn[None], shift[None])
+    return float(scores[0]), match[0]
 
 
 def _refined(points, normals, tree, target_normals, likelihood, turn, shift, rounds=3):

@@ -1,0 +1,278 @@
+"""Places of a protein's bound form sought on its unbound form: what is described, and how often it is found."""
+
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+import sparsurf
+from sparsurf.dot_fields.registry import HYDROPATHY
+from sparsurf.molecules.residues import standard_name
+from sparsurf.pairs.complexes import laid_on
+from sparsurf.sites.describing import FIELDS, SHAPE
+from sparsurf.sites.finding import find_site
+from sparsurf.sites.weighing import learn, weighed
+
+CHANNELS = {
+    "shape": (),
+    "shape, hydropathy, potential": ("hydropathy", "potential"),
+    "shape, all fields": FIELDS,
+}
+COMPOSITION, PUBLISHED = "residue composition", "published descriptor"
+MAIN = 10  # % of the dots: at which weights are chosen; candidates where patches are cut from all dots
+MOST = 20  # % of the dots that are candidates at most
+AROUND = 6.0  # Å; atoms this near to a place say where it moved
+SAME = 3.0  # Å; a hit nearer to the true place is right
+MOVED = (0.0, 0.5, 1.0, 2.0, np.inf)  # Å, ranges of how far the atoms around a place moved
+THERE = 1.0  # Å; a place is on the other form where a dot lies this near
+RESIDUES = sorted(HYDROPATHY.keys() - {"MSE"})
+
+
+def forms(bound, dots, interface, unbound, percents, n, n_learned, rng):
+    """Numbers of places on both forms of one protein; the unbound one is turned at random.
+
+    Parameters
+    ----------
+    bound, unbound : Molecule
+    dots : Surface of the bound form
+    interface : (N,) bool, of its dots
+    percents : sequence of float, MAIN among them: share of the dots that are kept on both forms
+    n, n_learned : int, places of the interface, as of the rest, that are sought; those from which weights are learned
+    rng : numpy Generator, of the turn and the places
+
+    Returns
+    -------
+    arrays : dict. Of the sought places `interface` (Q,) bool, `moved` (Q,) Å, and `true` (Q, 3), where they are on the other
+        form; for each percent the numbers `query` and `target` and the targets' `place` (P, 3); the same of both opponents
+    costs : list of (percent, dots, places, bytes, CPU seconds) of describing the places of the unbound form
+    target, site : Sites at MAIN, of the unbound form and of the bound interface; None for an interface of a few dots
+    """
+    turn = Rotation.random(random_state=rng).as_matrix()
+    laid = laid_on(unbound, bound)
+    turned = replace(laid, xyz=laid.xyz @ turn)
+    other = sparsurf.surface(turned)
+    shift, moved = displacements(dots.points, bound, laid)
+    true = (dots.points + shift) @ turn
+    there = cKDTree(other.points).query(np.nan_to_num(true, nan=1e6))[0] < THERE
+    sought = [rng.permutation(np.flatnonzero(there & own))[:n] for own in (interface, ~interface)]
+    sought = np.concatenate(sought)
+    out = {"interface": interface[sought], "moved": moved[sought], "true": true[sought]}
+    out["share_there"] = np.array(
+        [there[own].mean() if own.any() else np.nan for own in (interface, ~interface)]
+    )
+    learned = rng.permutation(np.flatnonzero(there))[:n_learned]
+    both = _with_fields(bound, dots), _with_fields(turned, other)
+    kept = [sparsurf.sample(each, percent=MOST) for each in both]
+    n_kept = {p: [round(p / 100 * len(each)) for each in both] for p in percents}
+    costs, target, site = [], None, None
+    for percent in percents:
+        few = both
+        if percent < 100:
+            few = [one.take(order[:k]) for one, order, k in zip(both, kept, n_kept[percent], strict=True)]
+        out[f"query {percent:g}"] = numbers_at(few[0], dots.points[sought])
+        at = other.points[kept[1][: n_kept[MAIN][1]]] if percent == 100 else None
+        begin = time.process_time()
+        sites = sparsurf.describe_sites(few[1], percent=100, fields=FIELDS, at=at)
+        seconds = time.process_time() - begin
+        out[f"target {percent:g}"], out[f"place {percent:g}"] = sites.numbers, sites.points
+        costs.append((percent, len(few[1]), len(sites), saved_bytes(sites), seconds))
+        if percent == MAIN:
+            pairs = numbers_at(few[0], dots.points[learned]), numbers_at(few[1], true[learned])
+            out["learned"], target = np.stack(pairs), sites
+            own = kept[0][: n_kept[MAIN][0]]
+            own = own[interface[own] & there[own]]
+            if len(own) >= 3:
+                site = sparsurf.describe_sites(few[0], percent=100, fields=FIELDS, at=dots.points[own])
+                out["true_site"] = true[own]
+    for name, describe in ((COMPOSITION, _composition), (PUBLISHED, _published)):
+        out[f"query {name}"] = describe(bound, dots, dots.points[sought])
+        out[f"target {name}"] = describe(turned, other, other.points[kept[1]])
+    out["place of all"] = other.points[kept[1]]
+    return out, costs, target, site
+
+
+def displacements(places, bound, laid):
+    """How the atoms within AROUND of places (P, 3) move from one form to the other: mean (P, 3) and rms (P,), Å.
+
+    NaN where no atom that both forms have lies near.
+    """
+    numbers = [
+        {key: i for i, key in enumerate(zip(m.chain, m.residue, m.name, strict=True))} for m in (bound, laid)
+    ]
+    common = [key for key in numbers[0] if key in numbers[1]]
+    mine, theirs = ([each[key] for key in common] for each in numbers)
+    move = laid.xyz[0][theirs] - bound.xyz[0][mine]
+    near = cKDTree(bound.xyz[0][mine]).query_ball_point(places, AROUND)
+    count = np.array([len(each) for each in near])
+    owner, atom = np.repeat(np.arange(len(near)), count), np.concatenate([*near, []]).astype(int)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = (
+            np.stack([np.bincount(owner, move[atom, k], len(near)) for k in range(3)], axis=1)
+            / count[:, None]
+        )
+        rms = np.sqrt(np.bincount(owner, (move[atom] ** 2).sum(axis=1), len(near)) / count)
+    return mean, rms
+
+
+def _with_fields(molecule, dots):
+    return replace(
+        dots, fields={key: each.to_numpy() for key, each in sparsurf.fields(molecule, dots, FIELDS).items()}
+    )
+
+
+def numbers_at(dots, places):
+    """Numbers (P, C, K) at places; zeros where a patch has too few dots."""
+    sites = sparsurf.describe_sites(dots, percent=100, fields=FIELDS, at=places)
+    out = np.zeros((len(places), *sites.numbers.shape[1:]), np.float16)
+    out[cKDTree(places).query(sites.points)[1]] = sites.numbers
+    return out
+
+
+def saved_bytes(sites):
+    """Size of the file that holds them."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "a.sites")
+        sites.save(path)
+        return path.stat().st_size
+
+
+def _composition(molecule, dots, places):
+    """How many residues of each of the 20 types have an atom within AROUND of places: (P, 20)."""
+    residues = molecule.residues
+    kind = np.array(
+        [RESIDUES.index(n) if n in RESIDUES else -1 for n in map(standard_name, residues["residue_name"])]
+    )
+    out = np.zeros((len(places), len(RESIDUES)), np.float32)
+    for row, near in zip(out, cKDTree(molecule.xyz[0]).query_ball_point(places, AROUND), strict=True):
+        kinds = kind[np.unique(molecule.residue_index[near])]
+        row += np.bincount(kinds[kinds >= 0], minlength=len(RESIDUES))
+    return out
+
+
+def _published(molecule, dots, places):
+    return sparsurf.descriptors(dots, places).astype(np.float32)
+
+
+def described(arrays, percent, channels, learned):
+    """Numbers of the sought places and of the candidates (Q, M) and (P, M), and where the candidates are."""
+    if channels in CHANNELS:
+        taken = [0] + [1 + FIELDS.index(name) for name in CHANNELS[channels]]
+        both = (
+            weighed(arrays[f"{each} {percent:g}"][:, taken], CHANNELS[channels], learned)
+            for each in ("query", "target")
+        )
+        return *both, arrays[f"place {percent:g}"]
+    n = len(arrays[f"place {MAIN if percent == 100 else percent:g}"])
+    return arrays[f"query {channels}"], arrays[f"target {channels}"][:n], arrays["place of all"][:n]
+
+
+def apart(query, target):
+    """Distances (Q, P) between rows."""
+    square = (query**2).sum(axis=1)[:, None] + (target**2).sum(axis=1) - 2 * query @ target.T
+    return np.sqrt(np.maximum(square, 0))
+
+
+def outcomes(distance, right):
+    """How each place is found, from distances (Q, P) to the candidates and whether these are right.
+
+    Returns
+    -------
+    dict of (Q,): `first` and `first_percent`, whether the nearest and one of the nearest 1 % is right; `auc`, the chance that a
+    right candidate is nearer than another, NaN where all or none are right; `chance` of a right first hit
+    """
+    order = np.argsort(distance.astype(np.float32), axis=1)
+    found = np.take_along_axis(right, order, axis=1)  # nearest first
+    n = right.sum(axis=1)
+    wrong = right.shape[1] - n
+    rank = (found * np.arange(1, right.shape[1] + 1)).sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        auc = 1 - (rank - n * (n + 1) / 2) / (n * wrong)
+    few = max(1, right.shape[1] // 100)
+    return {
+        "first": found[:, 0],
+        "first_percent": found[:, :few].any(axis=1),
+        "auc": auc,
+        "chance": right.mean(axis=1),
+    }
+
+
+def learned(numbers):
+    """Weights from the places of some proteins on both forms, see `weighing.weights`."""
+    pairs = np.concatenate([own["learned"] for own in numbers], axis=1)
+    return learn(pairs, np.concatenate([own[f"target {MAIN}"] for own in numbers]), (SHAPE, *FIELDS))
+
+
+def scores(arrays, weights):
+    """Rows of how the places of one protein are found, by percent, channels and kind of place."""
+    percents = [float(key.split()[1]) for key in arrays if key.startswith("place ") and key != "place of all"]
+    for percent in percents:
+        for channels in (*CHANNELS, COMPOSITION, PUBLISHED):
+            query, target, at = described(arrays, percent, channels, weights)
+            right = apart(arrays["true"], at) < SAME
+            each = outcomes(apart(query, target), right)
+            for kind, own in (("interface", arrays["interface"]), ("elsewhere", ~arrays["interface"])):
+                if own.any():
+                    row = {
+                        "percent": percent,
+                        "channels": channels,
+                        "places": kind,
+                        "n": int(own.sum()),
+                        "candidates": len(at),
+                    }
+                    with np.errstate(invalid="ignore"):
+                        yield row | {key: np.nanmean(values[own]) for key, values in each.items()}
+
+
+def by_place(arrays, weights, every):
+    """How each place of one protein is found at MAIN by all fields, also among the candidates of `every` protein.
+
+    Returns
+    -------
+    DataFrame: interface, moved (Å), first, first_percent, first_of_all (right protein and place)
+    """
+    channels = list(CHANNELS)[-1]
+    query, target, at = described(arrays, MAIN, channels, weights)
+    distance, right = apart(query, target), apart(arrays["true"], at) < SAME
+    each = outcomes(distance, right)
+    nearest = distance.min(axis=1)
+    for other in every:
+        if other is not arrays:
+            nearest = np.minimum(
+                nearest, apart(query, described(other, MAIN, channels, weights)[1]).min(axis=1)
+            )
+    table = pd.DataFrame(
+        {key: arrays[key] for key in ("interface", "moved")}
+        | {key: each[key] for key in ("first", "first_percent")}
+    )
+    return table.assign(first_of_all=table["first"] & (distance.min(axis=1) <= nearest))
+
+
+def whole(names, half, queries, targets, true, weights):
+    """Each interface sought as a whole on the unbound forms of its half: is the right one first, laid where it belongs?
+
+    Returns
+    -------
+    DataFrame: protein, places, targets, score on the right protein, best_other (on another), right_protein (is first), off (Å,
+    median distance of the places from where they belong, as laid on the right protein) and right (it is first, off below SAME)
+    """
+    rows = []
+    for k, name in enumerate(names):
+        if true[k] is None or len(true[k]) != len(queries[k]):
+            continue
+        others = [replace(targets[i], name=names[i]) for i in np.flatnonzero(half == half[k])]
+        hits = find_site(queries[k], others, len(others), weights[1 - half[k]])
+        place = hits.table["target"].to_list().index(name)
+        pose = hits.poses[place]
+        off = np.median(np.linalg.norm(queries[k].points @ pose.turn + pose.shift - true[k], axis=1))
+        score = hits.table["score"].to_numpy()
+        rows.append({
+            "protein": name, "places": len(queries[k]), "targets": len(others), "score": score[place],
+            "best_other": np.delete(score, place).max(initial=0.0), "right_protein": place == 0, "off": off,
+            "right": place == 0 and off < SAME,
+        })  # fmt: skip
+    return pd.DataFrame(rows)

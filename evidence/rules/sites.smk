@@ -1,0 +1,89 @@
+# docs/finding_sites.md: places of a bound form found again on the unbound one, and what fewer dots cost.
+
+SITES = config["sites"]
+FORMS = list(dict.fromkeys(name.split("_")[0] for name in NAMES["sites"]))[: SITES["complexes"]]
+OF_FORMS = {key: SITES[key] for key in ("percents", "places", "learned")} | {"seed": config["seed"]}
+FORM = f"{OUT}/sites/{{form}}"
+
+
+def forms(wildcards):
+    """Both partners of a complex, bound and unbound."""
+    names = [f"{wildcards.form}_{side}" for side in "rl"]
+    return {
+        "bound": [source.path(name) for name in names],
+        "unbound": [source.path(f"{name}_u") for name in names],
+    }
+
+
+wildcard_constraints:
+    form=one_of(FORMS),
+
+
+found = chains.add(
+    "sites",
+    SITES | {"forms": FORMS},
+    scripts=["measure_forms.py", "score_sites.py"],
+    tables=["sites", "sites_means", "sites_moved", "sites_whole", "sites_summary"]
+    + ["sites_costs", "sites_cpu"],
+)
+
+
+rule measure_forms:
+    input:
+        unpack(forms),
+    output:
+        **{f"numbers_{side}": f"{FORM}/numbers_{side}.npz" for side in (1, 2)},
+        **{f"target_{side}": f"{FORM}/target_{side}.sites" for side in (1, 2)},
+        **{f"site_{side}": f"{FORM}/site_{side}.sites" for side in (1, 2)},
+        costs=f"{FORM}/costs.csv",
+    log:
+        f"{LOGS}/sites/{{form}}/measure_forms.log",
+    params:
+        **chains.made_by("measure_forms.py", OF_FORMS),
+        pair="{form}",
+    message:
+        "Places of {wildcards.form} on both forms"
+    script:
+        "../measure_forms.py"
+
+
+rule score_sites:
+    input:
+        numbers=expand(f"{FORM}/numbers_{{side}}.npz", form=FORMS, side=(1, 2)),
+        targets=expand(f"{FORM}/target_{{side}}.sites", form=FORMS, side=(1, 2)),
+        sites=expand(f"{FORM}/site_{{side}}.sites", form=FORMS, side=(1, 2)),
+        costs=expand(f"{FORM}/costs.csv", form=FORMS),
+    output:
+        touch(found.mark),
+        **found.tables,
+        weights=config["weights"],
+    log:
+        f"{LOGS}/score_sites.log",
+    params:
+        **chains.made_by("score_sites.py"),
+        logs=f"{LOGS}/sites",
+        forms=FORMS,
+    message:
+        "How often sites are found again"
+    script:
+        "../score_sites.py"
+
+
+hit_rates = chains.add("sites_figure", {}, scripts=["draw_sites.py"], figures=["finding_sites"], of=[found])
+
+
+rule draw_sites:
+    input:
+        means=found.tables["sites_means"],
+    output:
+        touch(hit_rates.mark),
+        figure=hit_rates.figures["finding_sites"],
+    log:
+        f"{LOGS}/draw_sites.log",
+    localrule: True
+    params:
+        **chains.made_by("draw_sites.py"),
+    message:
+        "Figure of finding sites"
+    script:
+        "../draw_sites.py"

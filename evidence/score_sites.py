@@ -1,0 +1,108 @@
+"""How often places and whole sites are found again: weights chosen on one half of the complexes, reported on the other."""
+
+import numpy as np
+import pandas as pd
+
+from measures import sites
+from measures.tables import joined, of_logs, store
+from sparsurf.sites.describing import load_sites
+from sparsurf.study.statistics import mean_interval
+from sparsurf.workflow.jobs import run
+
+KINDS = ("interface", "elsewhere")
+KEYS = ["percent", "channels", "places"]
+VALUES = ["first", "first_percent", "auc", "chance"]
+
+
+def main(inputs, outputs, logs, forms):
+    """Write the tables, and the weights chosen on the first half, which the library ships."""
+    names = [f"{form}_{side}" for form in forms for side in "rl"]
+    half = np.repeat(np.arange(len(forms)) % 2, 2)  # both partners of a complex in one half
+    numbers = [dict(np.load(path)) for path in inputs["numbers"]]
+    learned = [sites.learned([own for own, h in zip(numbers, half, strict=True) if h == k]) for k in (0, 1)]
+    rows, moved = [], []
+    for name, k, arrays in zip(names, half, numbers, strict=True):
+        rows += [{"protein": name, "half": k + 1, **row} for row in sites.scores(arrays, learned[1 - k])]
+        moved.append(sites.by_place(arrays, learned[1 - k], numbers).assign(protein=name))
+    table, moved = pd.DataFrame(rows), pd.concat(moved)
+    targets, queries = ([load_sites(path) for path in inputs[key]] for key in ("targets", "sites"))
+    whole = sites.whole(names, half, queries, targets, [own.get("true_site") for own in numbers], learned)
+    costs = joined(inputs["costs"])
+    found = {
+        "sites": table,
+        "sites_means": _means(table),
+        "sites_moved": _by_range(moved),
+        "sites_whole": whole,
+    }
+    found["sites_costs"] = _costs(costs)
+    found["sites_summary"] = _summary(table, moved, whole, numbers)
+    store(found | {"sites_cpu": of_logs(logs)}, outputs, "%.4g")
+    np.savez(outputs["weights"], **learned[0])
+
+
+def _means(table):
+    """Means over proteins with 95 % intervals, of both halves in turn and of the half that the shipped weights have not seen."""
+    rows = []
+    for scope, own in (("in turn", table), ("shipped weights", table[table["half"] == 2])):
+        for key, group in own.groupby(KEYS, sort=False):
+            row = dict(zip(["scope", *KEYS], (scope, *key), strict=True)) | {"proteins": len(group)}
+            for value in VALUES:
+                row |= {value: group[value].mean()}
+            row |= dict(
+                zip(("first_low", "first_high"), mean_interval(group["first"].to_numpy())[1:], strict=True)
+            )
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _by_range(moved):
+    """The same of places, by how far the atoms around them moved."""
+    low = pd.cut(moved["moved"], sites.MOVED, labels=sites.MOVED[:-1], right=False)
+    table = moved.groupby(low, observed=True)[["first", "first_percent", "first_of_all"]].mean().reset_index()
+    upper = dict(zip(sites.MOVED[:-1], sites.MOVED[1:], strict=True))
+    table.insert(1, "below", [upper[value] for value in table["moved"]])
+    return table.assign(places=moved.groupby(low, observed=True).size().to_numpy())
+
+
+def _costs(costs):
+    """What describing all places of a protein costs, means over proteins; of all dots, scaled to every dot as a place."""
+    own = costs.assign(
+        seconds_per_1000=1000 * costs["seconds"] / costs["places"],
+        bytes_per_place=costs["bytes"] / costs["places"],
+    )
+    every = own["percent"].eq(100)
+    scale = np.where(every, own["dots"] / own["places"], 1)
+    own = own.assign(places=own["places"] * scale, bytes=own["bytes"] * scale, seconds=own["seconds"] * scale)
+    return (
+        own.drop(columns="protein")
+        .groupby("percent")
+        .mean()
+        .reset_index()
+        .assign(proteins=own["protein"].nunique())
+    )
+
+
+def _summary(table, moved, whole, numbers):
+    """Numbers of all: a row for each."""
+    there = np.array([own["share_there"] for own in numbers])
+    rows = {
+        "proteins": table["protein"].nunique(),
+        "places sought": len(moved),
+        "candidates of all proteins": sum(len(own[f"target {sites.MAIN}"]) for own in numbers),
+        "right protein and place first": moved.groupby("protein")["first_of_all"].mean().mean(),
+        "interface, right protein and place first": moved[moved["interface"]]
+        .groupby("protein")["first_of_all"]
+        .mean()
+        .mean(),
+        "whole sites": len(whole),
+        "targets of a whole site": whole["targets"].mean(),
+        "whole sites right": whole["right"].mean(),
+        "whole sites on the right protein": whole["right_protein"].mean(),
+        "interface dots on both forms": np.nanmean(there[:, 0]),
+        "other dots on both forms": np.nanmean(there[:, 1]),
+    }
+    return pd.DataFrame({"what": rows.keys(), "value": rows.values()})
+
+
+if __name__ == "__main__":
+    run(main, snakemake)
