@@ -1,5 +1,6 @@
 # All of one conformation in one job, where `sampling` is false: of many structures the start of a process costs as much as a step.
 
+OF_STEPS = "surface patches minimal fields seed".split()
 STEPS = "make_surface measure_roughness measure_floors take_minimal draw_view tabulate_residues".split()
 
 
@@ -27,9 +28,7 @@ rule take_all_steps:
     resources:
         **needs("measure_floors", files.dots),
     params:
-        **made_by(
-            "take_all_steps.py", "surface", "patches", *defects, "evaluation.test_dots", "minimal", "fields", "seed"
-        ),
+        **made_by("take_all_steps.py", *OF_STEPS, *defects, "evaluation.test_dots"),
         molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
     message:
         "Surface and minimal subset of {wildcards.protein}/{wildcards.conformation}"
