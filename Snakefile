@@ -65,9 +65,7 @@ if not SAMPLED:  # nothing follows from the grid
 FIELDS = inside(CONFORMATION, fields="fields.npz", given_back="fields.csv") if config["fields"] else {}
 ENOUGH = inside(CONFORMATION, enough="enough.csv", curves="curves.csv")
 WARNINGS = f"{RUN}/warnings.csv"
-FIRST_PAGE = inside(
-    RUN, html="index.html", failures="failures.csv", part=".front_page.html"
-)  # part: opens the report
+FIRST_PAGE = inside(RUN, html="index.html", failures="failures.csv", part=".front_page.html")  # of the report
 
 
 wildcard_constraints:
