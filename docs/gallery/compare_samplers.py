@@ -17,7 +17,7 @@ fig, ax = plt.subplots(figsize=(6, 4), layout="constrained")
 for name in samplers:
     subsets = {p: sparsurf.sample(ready, percent=p, sampler=name) for p in percents}
     table = sparsurf.compare(ready, subsets, test_dots=200)
-    ax.errorbar(table["n_S_percent"], table["Z"], 1.96 * table["Z_se"], label=name, marker="o")
+    ax.errorbar(percents, table["Z"], 1.96 * table["Z_se"], label=name, marker="o")
 ax.set(xlabel="kept dots (%)", ylabel="Z", xscale="log", ylim=(0, None))
 ax.set_xticks(percents, percents)
 ax.legend()
@@ -26,4 +26,5 @@ ax.legend()
 # Evenly spread dots do best. The reading ``recovered`` compares the surfaces that the dots give back:
 
 kept = {name: sparsurf.sample(ready, percent=5, sampler=name) for name in samplers}
-print(sparsurf.compare(ready, kept, reading="recovered", test_dots=100)[["n_S", "Z", "d"]].round(2))
+table = sparsurf.compare(ready, kept, reading="recovered", test_dots=100)
+print(table[["n_S", "Z", "d"]].round(2))

@@ -15,15 +15,15 @@ molecule = sparsurf.read_molecule(
 before = sparsurf.describe_sites(molecule.frame(0), name="before")
 after = sparsurf.describe_sites(molecule.frame(1), name="after")
 
-hits = sparsurf.find(before, after, residues="222-228", n=3)
-print(hits[["target", "residue", "residue_name", "score", "places"]].round(2).to_string(index=False))
+hits = sparsurf.find(before, after, residues="222-228", n=1)
+print(hits[["residue", "residue_name", "score", "places"]].round(2))
 
 # %%
-# The first hit lies among the residues of the site. Every place of the surface, and the three hits on it:
+# The hit lies among the residues of the site. Every place of the surface, and the hit on it:
 
 ax = plt.figure(figsize=(6, 5), layout="constrained").add_subplot(projection="3d")
 ax.scatter(*after.points.T, s=1, color="0.75")
 own = after.labels["residue"].astype(int).between(222, 228)
 ax.scatter(*after.points[own].T, s=4, color="#35b779", label="residues 222 to 228")
-ax.scatter(*hits[["x", "y", "z"]].to_numpy().T, s=60, color="#d55e00", label="hits")
+ax.scatter(*hits[["x", "y", "z"]].to_numpy().T, s=60, color="#d55e00", label="hit")
 ax.legend()

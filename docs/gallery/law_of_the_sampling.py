@@ -12,10 +12,12 @@ import sparsurf
 
 r = np.linspace(0, 1, 101)  # distance from the centre, in units of R_patch
 fig, axes = plt.subplots(1, 3, figsize=(10, 3), sharey=True, layout="constrained")
-for ax, (beta, gamma, delta) in zip(axes, [(0, 2, 0), (0, 6, 0), (1, 2, 2)], strict=True):
+laws = [(0, 2, 0), (0, 6, 0), (1, 2, 2)]
+for ax, (beta, gamma, delta) in zip(axes, laws, strict=True):
     for R in (0.2, 0.5, 0.8):
         ax.plot(r, (1 - R) ** beta * r ** (gamma * (1 + R) + delta), label=f"R = {R}")
-    ax.set(xlabel="$r_{ij}$ / $R_{patch}$", title=f"β = {beta}, γ = {gamma}, δ = {delta}")
+    ax.set_xlabel("$r_{ij}$ / $R_{patch}$")
+    ax.set_title(f"β = {beta}, γ = {gamma}, δ = {delta}")
 axes[0].set_ylabel("probability (α = 1)")
 axes[0].legend()
 
@@ -28,4 +30,5 @@ for k, combination in enumerate([(1, 0, 6, 0), (1, 1, 10, 0)]):
     kept = sparsurf.sample(ready, combination=combination)
     ax = fig.add_subplot(1, 2, k + 1, projection="3d")
     ax.scatter(*ready.points[kept].T, s=2, c=ready.roughness[kept])
-    ax.set_title(f"{combination}: {100 * len(kept) / len(ready.points):.0f} % of the dots")
+    share = len(kept) / len(ready.points)
+    ax.set_title(f"{combination}: {share:.0%} of the dots")

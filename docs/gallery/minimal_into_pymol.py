@@ -32,4 +32,5 @@ with open(folder / "minimal.pdb", "w") as file:
 #
 # The colour is the number of dots that each stands for. A study writes such a scene for you (``open.pml``, ``open.cxc``).
 
-few.surface.plot(few.table["weight"]).set_title(f"{len(few.dots)} dots and their weights")
+ax = few.surface.plot(few.table["weight"])
+ax.set_title(f"{len(few.dots)} dots and their weights")

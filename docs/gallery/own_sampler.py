@@ -21,7 +21,8 @@ def outward(evaluator, n, rng):
 
 
 ready = sparsurf.prepare(sparsurf.surface("../../data/tdp43/topology.pdb"))
-kept = {name: sparsurf.sample(ready, percent=10, sampler=name) for name in ("outward", "farthest")}
+names = ["outward", "farthest"]
+kept = {name: sparsurf.sample(ready, percent=10, sampler=name) for name in names}
 print(sparsurf.compare(ready, kept)[["n_S", "Z", "Z_uniform", "d"]].round(2))
 
 # %%

@@ -17,9 +17,9 @@ dot = int(np.argmax(sparsurf.roughness(dots)))  # the flattest
 own = np.linalg.norm(dots.points - dots.points[dot], axis=1) < 6
 
 up = dots.normals[own].mean(axis=0)
-across = np.linalg.svd(up[None])[2][1:]  # two directions at right angles to the mean normal
-place = (dots.points[own] - dots.points[own].mean(axis=0)) @ np.array([*across, up / np.linalg.norm(up)]).T
-x, y, z = place.T
+across = np.linalg.svd(up[None])[2][1:]  # two directions at right angles to it
+axes = np.array([*across, up / np.linalg.norm(up)])
+x, y, z = axes @ (dots.points[own] - dots.points[own].mean(axis=0)).T
 apex = (z - np.hypot(x, y)).min()  # of a cone of 45 degrees that holds the patch
 r = np.sqrt(x**2 + y**2 + (z - apex) ** 2)
 image = binned_statistic_2d(x, y, r, bins=25).statistic

@@ -15,23 +15,26 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 
-dots = sparsurf.surface("../../data/tdp43/topology.pdb")
+structure = "../../data/tdp43/topology.pdb"
+dots = sparsurf.surface(structure)
 few = dots.take(sparsurf.sample(dots, percent=5))
 dense = sparsurf.recover(few)
+print(len(few), "dots give", len(dense))
 
-far = cKDTree(sparsurf.surface("../../data/tdp43/topology.pdb", density=40).points).query(dense.points)[0]
-print(
-    f"{len(few)} dots give {len(dense)}, {far.mean():.2f} Å from dots of the molecule, which lie 0.15 Å apart"
-)
+# 40 dots per Å^2 lie 0.15 Å apart: how far are the recovered dots from them?
+truth = cKDTree(sparsurf.surface(structure, density=40).points)
+print(f"{truth.query(dense.points)[0].mean():.2f} Å on average")
 
 fig = plt.figure(figsize=(9, 4), layout="constrained")
 for k, (surface, title) in enumerate([(few, "kept"), (dense, "recovered")]):
-    surface.plot(ax=fig.add_subplot(1, 2, k + 1, projection="3d")).set_title(f"{title}: {len(surface)} dots")
+    ax = surface.plot(ax=fig.add_subplot(1, 2, k + 1, projection="3d"))
+    ax.set_title(f"{title}: {len(surface)} dots")
 
 # %%
 # The command line writes closed triangles:
 
 folder = Path(tempfile.mkdtemp())
 sparsurf.write(few, folder / "few.csv")
-command = [sys.executable, "-m", "sparsurf", "recover", "few.csv", "--mesh", "-o", "mesh.ply"]
-print(subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stderr)
+mesh = f"{sys.executable} -m sparsurf recover few.csv --mesh -o mesh.ply".split()
+done = subprocess.run(mesh, cwd=folder, check=True, capture_output=True, text=True)
+print(done.stderr.splitlines()[-1])

@@ -15,9 +15,8 @@ import matplotlib.pyplot as plt
 
 checkout = Path("../..").resolve()
 folder = Path(tempfile.mkdtemp())
-(folder / "config.yaml").write_text(
-    f"run: mine\nproteins: {{peptide: {{structure: {checkout}/data/tdp43/topology.pdb}}}}\n"
-)
+peptide = f"{{structure: {checkout}/data/tdp43/topology.pdb}}"
+(folder / "config.yaml").write_text(f"run: mine\nproteins: {{peptide: {peptide}}}\n")
 (folder / "Snakefile").write_text(f"""
 configfile: "config.yaml"
 
@@ -33,7 +32,7 @@ rule mine:  # of yours, with an output of the study
     output: "count.txt"
     shell: "wc -l < {{input}} > {{output}}"
 """)
-run = [sys.executable, "-m", "snakemake", "--dry-run", "--quiet", "host", "--cores", "1"]
+run = f"{sys.executable} -m snakemake --dry-run --quiet host --cores 1".split()
 done = subprocess.run(run, cwd=folder, capture_output=True, text=True, check=True)
 jobs = dict(re.findall(r"^(\w+) +(\d+)$", done.stdout + done.stderr, re.M))
 print(jobs)

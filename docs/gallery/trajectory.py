@@ -19,6 +19,8 @@ for frame in range(molecule.n_frames):
     rows.append(sparsurf.residues(dots, molecule)["mean_roughness"])
 
 fig, ax = plt.subplots(figsize=(8, 4), layout="constrained")
-image = ax.imshow(np.array(rows).T, aspect="auto", origin="lower", extent=(0, 1, 208.5, 269.5))
+image = ax.imshow(
+    np.array(rows).T, aspect="auto", origin="lower", extent=(0, 1, 208.5, 269.5)
+)
 ax.set(xlabel="time (ns)", ylabel="residue")
 fig.colorbar(image, label="mean R")
