@@ -6,7 +6,7 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     R = sparsurf.roughness(dots)                   # (N,), 1 is flat
     z = sparsurf.descriptors(dots, [0, 1, 2])      # (3, 121)
     kept = sparsurf.sample(dots, percent=10)       # a tenth of the dots
-    sparsurf.compare(dots, kept)                   # Z and d, beside a uniform subset
+    sparsurf.compare(dots, kept)                   # Z and d, next to a uniform subset
     sparsurf.fields("protein.pdb", dots)           # hydropathy and potential at every dot
     sparsurf.find("bound.pdb", ["unbound.pdb"], residues="A:10-25")  # the same site on another form
     sparsurf.recover((dots.points[kept], dots.normals[kept]))  # the dense surface from them alone
@@ -21,9 +21,9 @@ N              number of dots of the full surface
 patch          dots within R_patch (roughness, sampling) or R_zernike (descriptors) of a
                dot, cut down to the largest island
 island         connected component of a patch, two dots being linked when closer than D_link
-centre         dot around which the sampling lays a patch
+centre         dot around which the sampling cuts a patch; always kept
 cover          the centres and their patches; every dot lies in at least one
-R_i            roughness of the patch of dot i: 1 is flat, 0 is rough
+R, R_i         roughness of the patch of dot i: 1 is flat, 0 is rough
 n_S            number of dots that a sampling keeps
 combination    one choice of (alpha, beta, gamma, delta)
 draw           one random realisation of a combination, or of a uniform subset
@@ -32,13 +32,15 @@ z              vector of the 121 Zernike invariants |c_nm| of a patch
 Z_tS, Z_tR     mean |z_tot - z_S|, mean |z_tot - z_R| over the test dots
 d              Z_tR - Z_tS: positive where the sampling beats the uniform subset
 reading        how 'the points not connected are removed' is understood:
-               'as_coded' among the kept dots, 'surface' on the full surface
+               'as_coded' among the kept dots, 'as_written' on the full surface, 'recovered' on
+               the surface that the kept dots give back
 range          one of ten equal intervals of n_S
 partners       the two surfaces of a pair; complementarity compares the first's patches 'up' with the second's 'down'
 propensity     distance of a dot's patch to the nearest patch of the partner: low is likely interface
 similarity     the same with both 'up'
 interface      dots within 3 Å of the partner's surface
-reference      a simple property of a dot, beside which the propensity's AUC is read
+baseline       a simple property of a dot, with whose AUC the propensity's is compared
+noise floor    Z of other dots of the same surface, of the turned molecule or of moved atoms
 conformation   one frame, structure or surface that enters the study
 """
 
