@@ -110,6 +110,15 @@ def test_what_cannot_be_read_is_a_sentence(tmp_path, monkeypatch):
         names(tmp_path / "bad.gro")
 
 
+@pytest.mark.parametrize("ending", ["h5", "HDF5"])
+def test_hdf5_without_pytables_is_a_sentence(tmp_path, monkeypatch, ending):
+    path = tmp_path / f"t.{ending}"
+    path.touch()
+    monkeypatch.setattr(mdtraj_process, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match="pip install tables"):
+        frames(path, 3)
+
+
 def test_one_process_reads_every_file_and_another_follows_where_it_is_killed(whole, tmp_path, monkeypatch):
     path, started, start = tmp_path / "a.gro", [], subprocess.Popen
     whole[0].save_gro(str(path))

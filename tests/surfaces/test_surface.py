@@ -4,6 +4,7 @@ import gzip
 import logging
 import os
 import stat
+import sys
 
 import numpy as np
 import pytest
@@ -505,3 +506,11 @@ def test_every_format_tells_what_it_can_do():
         "compact": (True, True),
         "VTP": (False, True),
     }
+
+
+def test_a_picture_needs_matplotlib(blob, monkeypatch):
+    dots = Surface(*blob)
+    assert dots.plot(dots.points[:, 2]).collections[0].get_array().tolist() == dots.points[:, 2].tolist()
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    with pytest.raises(InputError, match="pip install matplotlib"):
+        dots.plot()
