@@ -13,7 +13,7 @@ from scipy.stats import binned_statistic_2d
 import sparsurf
 
 dots = sparsurf.surface("../../data/tdp43/topology.pdb")
-dot = int(np.argmax(sparsurf.roughness(dots)))  # the flattest
+dot = int(np.argmax(sparsurf.roughness(dots, radius=6)))  # the flattest
 own = np.linalg.norm(dots.points - dots.points[dot], axis=1) < 6
 
 up = dots.normals[own].mean(axis=0)
