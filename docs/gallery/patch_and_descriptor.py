@@ -11,10 +11,11 @@ import numpy as np
 from scipy.stats import binned_statistic_2d
 
 import sparsurf
+from sparsurf.patches.islands import patch
 
 dots = sparsurf.surface("../../data/tdp43/topology.pdb")
 dot = int(np.argmax(sparsurf.roughness(dots, radius=6)))  # the flattest
-own = np.linalg.norm(dots.points - dots.points[dot], axis=1) < 6
+own = patch(sparsurf.prepare(dots).index, dot, 6.0)  # its largest island
 
 up = dots.normals[own].mean(axis=0)
 across = np.linalg.svd(up[None])[2][1:]  # two directions at right angles to it
