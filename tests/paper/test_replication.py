@@ -106,6 +106,7 @@ def test_the_number_of_centres_is_a_test_of_its_own():
     places, centres = published_runs.place_of_published(runs()), np.array([178, 180, 182])
     found = published_runs.tests_of_table_1(places, centres, 190).set_index(["binning", "measure"])
     assert found.loc["closed", "centres"]["p"] == pytest.approx(0.04943, abs=1e-4)  # t of two degrees
+    assert found.loc["closed", "centres"][["n_rows", "statistic"]].tolist() == pytest.approx([1, 18.75])
     assert found.loc["closed", "together"]["p"] == pytest.approx(3 * 0.04943, abs=3e-4)
     same = published_runs.tests_of_table_1(places, centres, 180)
     assert (same["p"] > 0.2).all() and same["measure"].tolist() == 2 * ["d", "Z_tS", "centres", "together"]
@@ -140,15 +141,20 @@ def test_a_factor_of_alpha_changes_what_is_drawn_not_what_it_is_called(blob):
 
 
 def test_runs_as_published_have_one_draw_and_test_dots_of_their_own(blob, monkeypatch):
-    asked, run = [], grid.run
-    monkeypatch.setattr(grid, "run", lambda *args, **keys: asked.append((args, keys)) or run(*args, **keys))
+    asked, told, run = [], [], grid.run
+    monkeypatch.setattr(
+        grid, "run", lambda *args, **keys: asked.append((args, keys, run(*args, **keys))) or asked[-1][2]
+    )
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
     evaluator = Evaluator(surface, d_link=0.8, seed=1, name="blob")
-    found = published_runs.as_published(evaluator, PUBLISHED_ROWS[:1], 2)
-    for args, keys in asked:
+    found = published_runs.as_published(evaluator, PUBLISHED_ROWS[:1], 2, lambda *done: told.append(done))
+    for args, keys, _ in asked:
         assert (args[2:], keys) == ((15, 1, ("as_coded",)), {"shared": False})  # 3000 dots / 200
-    assert found["run"].unique().tolist() == [1, 2]
-    assert found.dropna(subset="d").groupby("run")["d"].first().nunique() == 2
+    assert found["run"].unique().tolist() == [1, 2] and told == [(1, 2), (2, 2)]
+    by_run = found.dropna(subset="d").groupby("run")[["d", "Z_tS"]].first()
+    means = np.array([[z.mean(dtype=float) for z in (each.z_tr, each.z_ts)] for *_, each in asked])
+    assert np.allclose(by_run, np.column_stack([means[:, 0] - means[:, 1], means[:, 1]]))
+    assert by_run["d"].nunique() == 2
 
 
 def test_one_row_off_is_named_and_left_out():
