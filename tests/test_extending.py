@@ -98,7 +98,7 @@ def test_a_figure(surface):
     grid = pd.DataFrame({"n_S_percent": np.linspace(1, 100, 50)})
     figure = draw(Results("p/c1", surface, grid=grid))
     assert sum(bar.get_height() for bar in figure.axes[0].patches) == 50
-    assert re.search(r"^FIGURES = \{", (ROOT / "Snakefile").read_text(), re.M)
+    assert re.search(r"^FIGURES = \{", (ROOT / "rules" / "sampling.smk").read_text(), re.M)
 
 
 def test_a_surface_format(surface, tmp_path, monkeypatch):
