@@ -36,7 +36,9 @@ def test_the_commands_show_their_options():
     assert {"--percent", "--mesh", "--superpose", "--d-link"} <= {*re.findall(r"--[a-z-]+", text)}
 
 
-@pytest.mark.parametrize("page", sorted(ROOT.glob("docs/*.md")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "page", [ROOT / "README.md", *sorted(ROOT.glob("docs/*.md"))], ids=lambda path: path.stem
+)
 def test_a_page_can_be_read_at_one_go(page):
     text = re.sub(r"(?ms)^```.*?^```|<!--.*?-->|^\|.*?$|\$+.*?\$+", "", page.read_text(encoding="utf-8"))
     assert len(text.split()) <= LONGEST
