@@ -35,7 +35,6 @@ rule mine:  # of yours, with an output of the study
 run = f"{sys.executable} -m snakemake --dry-run --quiet host --cores 1".split()
 done = subprocess.run(run, cwd=folder, capture_output=True, text=True, check=True)
 jobs = dict(re.findall(r"^(\w+) +(\d+)$", done.stdout + done.stderr, re.M))
-print(jobs)
 
 fig, ax = plt.subplots(figsize=(6, 3), layout="constrained")
 names = [name for name in jobs if name != "total"]
