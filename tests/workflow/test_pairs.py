@@ -20,7 +20,7 @@ from sparsurf.pairs.thinning import thinning
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import fitting_surface
 from sparsurf.surfaces.radii import radii
-from sparsurf.workflow import pair_listing
+from sparsurf.workflow import listing
 from sparsurf.workflow.config import check
 from sparsurf.workflow.partner_files import partners, requested_centres
 
@@ -87,10 +87,10 @@ def test_pairs_come_from_a_table_or_a_folder(folder):
         folder / "pairs.csv",
         "name,first,second,complex,chains_1,chains_2\none,both_r.pdb,both_l.pdb,,,\ntwo,,,both.pdb,A,B\n",
     )
-    found = pair_listing.from_table(str(table))
+    found = listing.pairs_from_table(str(table))
     assert found["one"] == {"files": [str(folder / "both_r.pdb"), str(folder / "both_l.pdb")]}
     assert found["two"] == {"complex": str(folder / "both.pdb"), "chains": [["A"], ["B"]]}
-    assert pair_listing.from_folder(str(folder)) == {"both": found["one"]}
+    assert listing.pairs_from_folder(str(folder)) == {"both": found["one"]}
     assert set(check({"pairs": str(table)})["pairs"]) == {"one", "two"}
     assert set(check({"pairs": {"folder": str(folder)}})["pairs"]) == {"both"}
 
@@ -111,9 +111,9 @@ def test_a_folder_stands_alone(folder, key):
 )
 def test_a_wrong_table_of_pairs_is_refused(tmp_path, text, words):
     with pytest.raises(InputError, match=words):
-        pair_listing.from_table(str(write(tmp_path / "t.csv", text)))
+        listing.pairs_from_table(str(write(tmp_path / "t.csv", text)))
     with pytest.raises(InputError, match="holds no two structures"):
-        pair_listing.from_folder(str(tmp_path))
+        listing.pairs_from_folder(str(tmp_path))
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
-from sparsurf.workflow import pair_listing, partner_files
+from sparsurf.workflow import listing, partner_files
 
 PATCHES = {
     "R_patch": 3.0,
@@ -84,7 +84,7 @@ def test_pairs_in_a_folder_are_named_by_what_they_share(tmp_path):
         "r_x_r.pdb",
     ]:
         (tmp_path / name).write_text("")
-    found = pair_listing.from_folder(str(tmp_path))
+    found = listing.pairs_from_folder(str(tmp_path))
     assert found == {
         "1A2K": {"files": [str(tmp_path / "1A2K_r.pdb"), str(tmp_path / "1A2K_l.pdb")]},
         "a_b": {"files": [str(tmp_path / "a b_r.ent"), str(tmp_path / "a b_l.ent")]},
@@ -98,7 +98,7 @@ def test_pairs_of_a_folder_are_kept_apart_and_what_is_left_out_is_named(tmp_path
     for name in [*sum(pairs.values(), ()), "alone_r", "whole", "._b_r", "._b_l"]:
         (tmp_path / f"{name}.pdb").write_text("")
     (tmp_path / "notes_r.txt").write_text("")
-    found = pair_listing.from_folder(str(tmp_path))
+    found = listing.pairs_from_folder(str(tmp_path))
     expected = {name: [str(tmp_path / f"{file}.pdb") for file in both] for name, both in pairs.items()}
     assert {name: pair["files"] for name, pair in found.items()} == expected
     assert [record.getMessage().split(" (")[0] for record in caplog.records] == [
@@ -109,10 +109,10 @@ def test_pairs_of_a_folder_are_kept_apart_and_what_is_left_out_is_named(tmp_path
 def test_a_table_of_pairs_parts_chains_by_blanks(tmp_path):
     path = tmp_path / "pairs.csv"
     path.write_text("name,complex,chains_1,chains_2,first,second\n a ,x.pdb, H L ,A,,\nb,,,,1.pdb,2.pdb\n")
-    assert pair_listing.from_table(str(path)) == {
+    assert listing.pairs_from_table(str(path)) == {
         "a": {"complex": str(tmp_path / "x.pdb"), "chains": [["H", "L"], ["A"]]},
         "b": {"files": [str(tmp_path / "1.pdb"), str(tmp_path / "2.pdb")]},
     }
     path.write_text("name,complex,chains_1,chains_2,first,second\na,x.pdb,A,B,1.pdb,\n")
     with pytest.raises(InputError, match=r"line 2 of .*pairs.csv needs name and either"):
-        pair_listing.from_table(str(path))
+        listing.pairs_from_table(str(path))

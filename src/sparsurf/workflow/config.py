@@ -9,7 +9,7 @@ from jsonschema import Draft202012Validator
 from sparsurf import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.texts import short
-from sparsurf.workflow import listing, pair_listing
+from sparsurf.workflow import listing
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.needs import too_large
 from sparsurf.workflow.protein import Protein
@@ -26,6 +26,10 @@ WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes 
 # Samplers that may stand beside a combination: those that draw by one, and the default, which asks for nothing.
 WITH_COMBINATION = ("farthest", *names("samplers", "choosing"))
 FILES = keys_of_protein("file")
+LISTS = (
+    ("pairs", listing.pairs_from_table, listing.pairs_from_folder),
+    ("proteins", listing.from_table, listing.from_folder),
+)
 
 
 def completed(config, home):
@@ -79,11 +83,11 @@ def check(config, files=(), home=".", here=True):
 
 def _with_listed_proteins(config):
     """Copy of the config in which a table or a folder of proteins or pairs has become their mapping."""
-    for key, lists in (("pairs", pair_listing), ("proteins", listing)):
+    for key, from_table, from_folder in LISTS:
         if isinstance(config.get(key), str):
-            config = config | {key: lists.from_table(config[key])}
+            config = config | {key: from_table(config[key])}
         elif folder := _folder(config.get(key), key):
-            config = config | {key: lists.from_folder(folder)}
+            config = config | {key: from_folder(folder)}
     return {"proteins": {}} | config if config.get("pairs") else config  # pairs of files need no proteins
 
 

@@ -1,9 +1,10 @@
-"""Proteins listed in a table or lying in a folder, as the config's mapping of proteins."""
+"""Proteins and pairs listed in a table or lying in a folder, as the config's mappings of them."""
 
 import csv
 import logging
 import os
 import re
+from collections import Counter
 from pathlib import Path
 
 from sparsurf import InputError
@@ -20,6 +21,8 @@ LISTS = (
     *keys_of_protein("type", "array"),
     "ligands",
 )  # columns of a table that hold several values, separated by spaces
+OF_PAIRS = "name and either first and second (two files) or complex, chains_1 and chains_2"
+SIDES = (("_r", "_l"), ("_1", "_2"))  # ends of the two names of a pair in a folder
 
 
 def from_table(path):
@@ -40,11 +43,25 @@ def from_table(path):
     folder = Path(path).parent
     return {
         name: {key: _cell(key, value, folder) for key, value in cells.items()}
-        for _, name, cells in named_rows("proteins", path, "the column name")
+        for _, name, cells in _named_rows("proteins", path, "the column name")
     }
 
 
-def named_rows(key, path, columns):
+def pairs_from_table(path):
+    """Pairs of a CSV table; files are sought beside it, chains are separated by spaces. Else as `from_table`."""
+    pairs, folder = {}, Path(path).parent
+    for number, name, cells in _named_rows("pairs", path, OF_PAIRS):
+        if set(cells) == {"first", "second"}:
+            pairs[name] = {"files": [str(folder / cells[key]) for key in ("first", "second")]}
+        elif set(cells) == {"complex", "chains_1", "chains_2"}:
+            chains = [cells[key].split() for key in ("chains_1", "chains_2")]
+            pairs[name] = {"complex": str(folder / cells["complex"]), "chains": chains}
+        else:
+            raise InputError(f"config: line {number} of {path} needs {OF_PAIRS}.")
+    return pairs
+
+
+def _named_rows(key, path, columns):
     """Rows of a CSV table of the config's `key`: (number of the line, name, dict of its other cells that are not blank).
 
     `columns` says what the header needs, among it `name`.
@@ -110,16 +127,14 @@ def from_folder(path):
     ------
     InputError : no such folder, or nothing in it
     """
-    folder = Path(path)
-    if not os.path.isdir(folder):
-        raise InputError(f"config: proteins.folder is {short(repr(path))}, but there is no such folder.")
-    files = sorted(f for f in folder.iterdir() if f.is_file() and not f.name.startswith(".") and _kind(f))
-    owners = {f: _topology_of(f, files) for f in files if _kind(f) == "trajectory"}
-    proteins = {}
-    for file in files:
-        entry = _entry(file, owners)
+    files = _files("proteins", path)
+    owners = {f: _topology_of(f, files) for f, kind in files.items() if kind == "trajectory"}
+    alike, proteins = Counter(_stem(f).lower() for f in files if f not in owners), {}
+    for file, kind in files.items():
+        entry = _entry(file, kind, owners)
         if entry:
-            proteins[free_name(_name(file, files), "protein", proteins)] = entry
+            name = _stem(file) if alike[_stem(file).lower()] < 2 else f"{_stem(file)}_{suffix(file)[1:]}"
+            proteins[_free_name(name, "protein", proteins)] = entry
     if not proteins:
         known = " ".join(STRUCTURES + SELF_CONTAINED + TOPOLOGIES + TRAJECTORIES + surface_suffixes())
         raise InputError(
@@ -128,9 +143,46 @@ def from_folder(path):
     return proteins
 
 
-def _entry(file, owners):
+def pairs_from_folder(path):
+    """Pairs of structures whose names differ only in _r and _l, or _1 and _2, at their end, named by what they share.
+
+    Structures without such a partner are left out and named on the terminal. Else as `from_folder`.
+    """
+    files = [file for file in _files("pairs", path) if suffix(file) in STRUCTURES]
+    pairs = {}
+    for file in files:
+        for first, second in SIDES:
+            partner = file.with_name(
+                f"{_stem(file).removesuffix(first)}{second}{file.name[len(_stem(file)) :]}"
+            )
+            if _stem(file).endswith(first) and partner.is_file():
+                shared = _stem(file).removesuffix(first)
+                pairs[_free_name(shared, "pair", pairs)] = {"files": [str(file), str(partner)]}
+    if not pairs:
+        raise InputError(
+            f"config: the folder {path!r} holds no two structures NAME_r and NAME_l (or NAME_1 and NAME_2), such as "
+            "1A2K_r.pdb and 1A2K_l.pdb."
+        )
+    paired = {path for pair in pairs.values() for path in pair["files"]}
+    lacks = "partner (they are called NAME_r and NAME_l, or NAME_1 and NAME_2, with the same ending)"
+    for file in files:
+        if str(file) not in paired:
+            log.warning("%s is left out: beside it lies no %s.", file, lacks)
+    return pairs
+
+
+def _files(key, path):
+    """Files of the folder that the config's `key` names, with their kinds, in alphabetical order."""
+    folder = Path(path)
+    if not os.path.isdir(folder):
+        raise InputError(f"config: {key}.folder is {short(repr(path))}, but there is no such folder.")
+    files = sorted(f for f in folder.iterdir() if f.is_file() and not f.name.startswith("."))
+    return {file: kind for file in files if (kind := _kind(file))}
+
+
+def _entry(file, kind, owners):
     """The protein of a file; None where the file is only a part of one."""
-    kind, owned = _kind(file), file in owners.values()
+    owned = file in owners.values()
     if owners.get(file):
         return {"structure": str(owners[file]), "trajectory": str(file)}
     if kind == "trajectory" or (kind == "topology" and not owned):
@@ -158,8 +210,8 @@ def _topology_of(trajectory, files):
     """The structure or topology whose name the trajectory's begins with, the longest one; None without."""
     fitting = [
         f
-        for f in files
-        if _kind(f) in ("structure", "topology") and _begins_with(_stem(trajectory), _stem(f))
+        for f, kind in files.items()
+        if kind in ("structure", "topology") and _begins_with(_stem(trajectory), _stem(f))
     ]
     return max(fitting, key=lambda f: len(_stem(f)), default=None)
 
@@ -170,13 +222,7 @@ def _begins_with(name, stem):
     return name.startswith(stem) and not (stem[-1:].isdigit() and rest[:1].isdigit())
 
 
-def _name(file, files):
-    """The file's stem, with its ending where another file has the same stem."""
-    twins = [f for f in files if _stem(f).lower() == _stem(file).lower() and _kind(f) != "trajectory"]
-    return _stem(file) if len(twins) < 2 else f"{_stem(file)}_{suffix(file)[1:]}"
-
-
-def free_name(text, spare, taken):
+def _free_name(text, spare, taken):
     """A name for results/ that differs from those taken in more than case; `spare` where the text holds no letter for one."""
     name = re.sub(r"[^A-Za-z0-9_.-]", "_", text).lstrip(".-_") or spare
     while name.lower() in map(str.lower, taken):
