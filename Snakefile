@@ -24,7 +24,7 @@ from sparsurf.workflow.files_of_a_run import FilesOfARun
 from sparsurf.workflow.files_of_pairs import FilesOfPairs
 from sparsurf.workflow.jobs import in_one_environment, one_of, use_this_library
 from sparsurf.workflow.needs import needs
-from sparsurf.workflow.outputs import Outputs, figure, inside, shown
+from sparsurf.workflow.outputs import IN_REPORT, Outputs, figure, inside, shown
 from sparsurf.workflow.registries import names
 
 use_this_library()
@@ -38,6 +38,7 @@ pairs = FilesOfPairs(config, files)
 outputs = Outputs(workflow, files, pairs)  # of the rules below
 defects = ("sampling.moved_centre", "sampling.every_patch")  # what a sampling goes by beside its combination
 KERNEL_PARTS = ("surfaces", "patches")
+of_each = shown if len(files.proteins) <= IN_REPORT else lambda path, *_: path  # of a conformation
 THREADS = 8  # of a job that takes minutes; Snakemake scales them down to --cores
 
 RUN = files.run
@@ -291,7 +292,7 @@ rule draw_view:
         **(ROUGH_SURFACE | GRID | BEST | MINIMAL | FIELDS),
         structure=files.structure,
     output:
-        page=shown(f"{CONFORMATION}/view.html", "Turn, sample and pick dots", "view"),
+        page=of_each(f"{CONFORMATION}/view.html", "Turn, sample and pick dots", "view"),
         picture=f"{CONFORMATION}/view.png",
     log:
         f"{CONFORMATION_LOGS}/draw_view.log",
@@ -312,7 +313,7 @@ rule tabulate_residues:
     output:
         **inside(CONFORMATION, pdb="structure_roughness.pdb", cif="structure_roughness.cif"),
         **inside(CONFORMATION, pml="open.pml", cxc="open.cxc", bild="minimal.bild"),
-        table=shown(f"{CONFORMATION}/residues.csv", "Residue by residue", "residues"),
+        table=of_each(f"{CONFORMATION}/residues.csv", "Residue by residue", "residues"),
     log:
         f"{CONFORMATION_LOGS}/tabulate_residues.log",
     wildcard_constraints:

@@ -37,7 +37,7 @@ rule tabulate_best:
         **(GRID | DISTANCES | FLOORS),
     output:
         **inside(CONFORMATION, best="best.json", markdown="ranges.md", page="ranges.html"),
-        ranges=shown(f"{CONFORMATION}/ranges.csv", "Best combination per range of n_S", "ranges"),
+        ranges=of_each(f"{CONFORMATION}/ranges.csv", "Best combination per range of n_S", "ranges"),
     log:
         f"{CONFORMATION_LOGS}/tabulate_best.log",
     resources:
@@ -54,7 +54,7 @@ rule draw_figures:
     input:
         **(ROUGH_SURFACE | GRID | BEST | FLOORS | ENOUGH | MINIMAL),
     output:
-        **{name: shown(f"{CONFORMATION}/figures/{name}.png", FIGURES[name], name) for name in FIGURES},
+        **{name: of_each(f"{CONFORMATION}/figures/{name}.png", FIGURES[name], name) for name in FIGURES},
         **inside(CONFORMATION, bins="rough_and_flat.csv"),
         svgs=[f"{CONFORMATION}/figures/{name}.svg" for name in FIGURES],
     log:

@@ -27,7 +27,7 @@ def test_the_report_shows_a_file_among_those_of_its_protein():
 def test_a_caption_may_be_missing_only_where_there_is_none():
     assert shown("x.png", "F", "frames").flags["report"].caption == str(CAPTIONS / "frames.rst")
     assert shown("x.png", "F", "no such").flags["report"].caption is None
-    named = re.findall(r'(?:shown|figure)\((?:f?".*?"), "[^"]*", "(\w+)"', WORKFLOW)
+    named = re.findall(r'(?:shown|figure|of_each)\((?:f?".*?"), "[^"]*", "(\w+)"', WORKFLOW)
     assert len(named) > 15
     assert all((ROOT / "src/sparsurf/report/captions" / f"{name}.rst").is_file() for name in named)
 
