@@ -27,7 +27,7 @@ from sparsurf.surfaces.molecular_surface import fitting_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
 
-FILES = ("surface", "roughness", "floors", "enough", "curves", "recovered", "table", "ply")
+FILES = ("surface", "roughness", "floors", "enough", "curves", "recovered", "table", "ply", "whole")
 EXAMPLES = sorted(
     {
         line.strip()
@@ -191,7 +191,7 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
     settings = {"surface": rules | {"radii": "dms"}, "seed": SEED, "evaluation": {"test_dots": 200}}
     settings["patches"] = {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.5}
     settings["sampling"] = {"moved_centre": True, "every_patch": True}
-    settings["minimal"] = {"sampler": "farthest", "settle": False} | wishes
+    settings["minimal"], settings["fields"] = {"sampler": "farthest", "settle": False} | wishes, []
     inputs = {key: place[key] for key in ("surface", "roughness", "floors")}
     own = str(folder / "protein.pdb")
     measure_floors.main(inputs | {"own": own}, {"floors": place["floors"]}, settings, {}, "a/f3", 1)

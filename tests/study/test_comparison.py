@@ -538,6 +538,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     results = {
         "table": table,
         "ply": ply,
+        "whole": tmp_path / "surface.ply",
         "enough": enough,
         "curves": curves_path,
         "recovered": tmp_path / "recovered.csv",
