@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.ticker import NullLocator
 
 from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
-from sparsurf.recovery.readings import READINGS, RECOVERED
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import LINES, PALETTE, styled
 from sparsurf.report.figures.summary_figures import GREEK
@@ -13,7 +13,7 @@ from sparsurf.sampling.samplers import called
 
 FAIR = "atoms moved 0.3 Å"
 COLOURS = {TEXT: PALETTE[0], PUBLISHED: PALETTE[5], RECOVERED: PALETTE[2]}
-WORDS = {reading: READINGS[reading].words for reading in OF_GRID} | {
+WORDS = {reading: reading.replace("_", " ") for reading in OF_GRID} | {
     RECOVERED: "recovered, a quarter of the grid"
 }
 ENDS = (1.0, 60.0)  # %, the n_S that were measured
@@ -76,7 +76,7 @@ def roughness(stored):
                 loc="lower left", ncols=5, bbox_to_anchor=(0, -0.34), columnspacing=1, handletextpad=0.3
             )
         layout.letter(figure, left - 14, 2, "AB"[k])
-        layout.text(figure, left - 9, 2.3, READINGS[reading].words)
+        layout.text(figure, left - 9, 2.3, WORDS[reading])
         ax = layout.axes(figure, left, 70, 72, 30)
         values = rows[["gain", "gain_low", "gain_high"]].to_numpy().T
         error = [values[0] - values[1], values[2] - values[0]]
