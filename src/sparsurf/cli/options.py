@@ -163,7 +163,7 @@ def frames_of(asked, molecule):
     for number in numbers:
         check_frame(molecule, number, asked.trajectory or asked.file)
     if not numbers:
-        raise InputError(f"--frames: none of the {molecule.n_frames} frames of {asked.file} is among them.")
+        raise InputError(f"--frames: none of the {molecule.n_frames} frames of {asked.trajectory or asked.file} is among them.")
     return numbers
 
 
@@ -209,7 +209,9 @@ def _frames(text):
         return ALL
     try:
         if ":" in text:
-            return slice(*(int(word) if word else None for word in text.split(":")))
+            found = slice(*(int(word) if word else None for word in text.split(":")))
+            found.indices(1)  # a step of 0 is a ValueError
+            return found
         numbers = [int(word) for word in text.split(",")]
     except (ValueError, TypeError):
         numbers = [-1]

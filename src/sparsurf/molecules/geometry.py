@@ -1,10 +1,15 @@
 """Coordinates that no molecule of these names can have: other units, another order of atoms, damaged numbers."""
 
+import logging
+
 import numpy as np
 
 from sparsurf import InputError
 from sparsurf.molecules.formats import IN_NM, suffix
-from sparsurf.molecules.residues import HEAVY_ATOMS, PEPTIDE, standard_name
+from sparsurf.molecules.residues import AMINO_ACIDS, HEAVY_ATOMS, PEPTIDE, standard_name
+from sparsurf.texts import counted
+
+log = logging.getLogger("sparsurf")
 
 FARTHEST = 1e5  # Å; no molecule is there, a damaged number is
 CROWDED = 0.5  # Å; half of the shortest bond, and more than any bond in nm
@@ -19,6 +24,19 @@ REACH = 40  # atoms of a residue that come between two bonded ones, at most
 # A share of the atoms, or of the peptide bonds, with a bonded neighbour; at least .98 in the same structures.
 LEAST_BONDED = 0.7
 FRAMES = 64  # whose bonds are measured at once
+# Å, bonds of backbones; half of them are within 2 % of it in the same structures
+USUAL = {("N", "CA"): 1.46, ("CA", "C"): 1.525, ("C", "O"): 1.23, ("C4'", "C3'"): 1.52, ("P", "O5'"): 1.59}
+MOST_ODD = 0.08
+INSIDE = 1.2  # Å; atoms of two residues are never so close, bonded or not
+MANY = 0.1  # share of atoms from which on something is no odd detail of a structure
+LETTERS = {
+    "H": "H",
+    "D": "H",
+    "C": "C",
+    "N": "N",
+    "O": "O",
+    "S": "S",
+}  # first of an atom's name, and its element
 
 
 def refuse_impossible(molecule, path, topology=None, whole=True, unit=None):
@@ -35,6 +53,7 @@ def refuse_impossible(molecule, path, topology=None, whole=True, unit=None):
     unit = unit or ("nm" if suffix(path) in IN_NM else "Å")
     _refuse_crowded(molecule.xyz, path, unit)
     if whole and molecule.n_atoms:
+        _refuse_other_elements(molecule, path)
         remedy = f"give lengths in {unit}, " + (
             f"and atoms in the order of {topology}" if topology else "or repair the file"
         )
@@ -43,6 +62,8 @@ def refuse_impossible(molecule, path, topology=None, whole=True, unit=None):
         bonds, bonded = _bonds(molecule)
         _refuse_unbonded(molecule, bonded, path, topology)
         _refuse_broken(molecule, bonds, path)
+        _refuse_odd_lengths(molecule, path, remedy)
+        _warn_of_doubts(molecule, path)
 
 
 def refuse_no_numbers(xyz, path):
@@ -164,6 +185,85 @@ def _refuse_broken(molecule, bonds, path):
                 f"{path}: the bond {molecule.name[a]}-{molecule.name[b]} of {_residue(molecule, a)} is "
                 f"{length[frame, bond]:.1f} Å long in frame {begin + frame}; repair that frame or leave it out."
             )
+
+
+def _refuse_odd_lengths(molecule, path, remedy):
+    """Raise InputError where half of the bonds of the backbone differ from their usual length by more than MOST_ODD."""
+    place, pairs, usual = _places(molecule), [np.empty((0, 2), int)], []
+    for (first, second), length in USUAL.items():
+        both = np.column_stack([place(first), place(second)])
+        pairs.append(both[(both >= 0).all(axis=1)])
+        usual += [length] * len(pairs[-1])
+    a, b = np.concatenate(pairs).T
+    for begin in range(0, molecule.n_frames if len(a) >= FEWEST_ATOMS else 0, FRAMES):
+        xyz = molecule.xyz[begin : begin + FRAMES]
+        share = np.linalg.norm(xyz[:, a] - xyz[:, b], axis=2) / usual
+        odd = np.median(np.abs(share - 1), axis=1)
+        if (odd > MOST_ODD).any():
+            frame = int(np.argmax(odd > MOST_ODD))
+            raise InputError(
+                f"{path}: bonds of the backbone are {np.median(share[frame]):.2f} times as long as usual in frame "
+                f"{begin + frame}, and half of them differ by {odd[frame]:.0%} or more; {remedy}."
+            )
+
+
+def _places(molecule):
+    """Function of a name: the atom of that name in each residue, (R,) int, -1 where there is none."""
+
+    def place(name):
+        found = np.full(molecule.residue_index.max() + 1, -1)
+        at = np.flatnonzero(molecule.name == name)
+        found[molecule.residue_index[at]] = at
+        return found
+
+    return place
+
+
+def _refuse_other_elements(molecule, path):
+    """Raise InputError where elements are not those that the names of the atoms of amino acids begin with."""
+    known = np.array([standard_name(name) in AMINO_ACIDS for name in molecule.residue_name])
+    told = np.array([LETTERS.get(name.lstrip("0123456789'*")[:1].upper(), "") for name in molecule.name])
+    given = np.where(molecule.element == "D", "H", molecule.element)
+    wrong = known & (told != "") & (told != given) & (given != "SE")
+    if known.sum() >= FEWEST_ATOMS and wrong.sum() > MANY * known.sum():
+        atom = int(np.argmax(wrong))
+        raise InputError(
+            f"{path}: {molecule.name[atom]} of {_residue(molecule, atom)} has the element {molecule.element[atom]}, as "
+            f"{wrong.sum()} atoms have another than their names say; repair the elements or leave their column blank."
+        )
+
+
+def _warn_of_doubts(molecule, path):
+    """Warn of what may be meant and hardly ever is: one atom, a mirror image, copies in one another, a broken chain."""
+    xyz, index = molecule.xyz[0], molecule.residue_index
+    if molecule.n_atoms == 1:
+        log.warning("%s: one atom alone is taken; its surface is a sphere", path)
+    place = _places(molecule)
+    n, ca, c, cb = (place(name) for name in ("N", "CA", "C", "CB"))
+    whole = np.flatnonzero((np.stack([n, ca, c, cb]) >= 0).all(axis=0))
+    to_n, to_c, to_cb = (xyz[each[whole]] - xyz[ca[whole]] for each in (n, c, cb))
+    mirrored = (np.cross(to_n, to_c) * to_cb).sum(axis=1) < 0
+    if len(whole) >= FEWEST_ATOMS and mirrored.mean() > 0.5:
+        log.warning("%s: it is a mirror image, of D-amino acids; does an axis have the wrong sign?", path)
+    some = range(0, len(xyz), -(-len(xyz) // SAMPLE))
+    inside = [
+        ((np.abs(xyz - xyz[k]).sum(axis=1) < 2 * INSIDE) & (index != index[k])).nonzero()[0] for k in some
+    ]
+    crowded = [
+        (np.linalg.norm(xyz[near] - xyz[k], axis=1) < INSIDE).any()
+        for k, near in zip(some, inside, strict=True)
+    ]
+    if len(crowded) >= FEWEST_ATOMS and np.mean(crowded) > MANY:
+        message = "%s: %.0f %% of its atoms lie inside other residues; does it hold a molecule twice?"
+        log.warning(message, path, 100 * np.mean(crowded))
+    links = _peptide_bonds(molecule)
+    apart = np.linalg.norm(xyz[links[:, 0]] - xyz[links[:, 1]], axis=1)
+    broken = np.flatnonzero(apart >= PEPTIDE[3])
+    if len(broken):
+        a, b = links[broken[0]]
+        message = "%s: %s missing, the first between %s and %s, %.1f Å apart"
+        words = counted(len(broken), "peptide bond") + (" is" if len(broken) == 1 else " are")
+        log.warning(message, path, words, _residue(molecule, a), _residue(molecule, b), apart[broken[0]])
 
 
 def _residue(molecule, atom):

@@ -71,6 +71,8 @@ def first_frame(path, n_atoms, topology_path):
     known = TRAJECTORIES + SELF_CONTAINED
     if suffix(path) not in known:
         raise InputError(f"{path} is no trajectory by its extension: give one of {', '.join(known)}.")
+    if str(path).lower().endswith(".gz"):
+        raise InputError(f"{path} is packed, which no trajectory can be: unpack it with gunzip.")
     xyz, _, _ = frames(path, n_atoms, first=True)
     if xyz.shape[1] != n_atoms:
         raise InputError(

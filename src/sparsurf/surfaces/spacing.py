@@ -73,6 +73,8 @@ def _look(points, cells, found):
 
 def refuse_sparse(points, d_link, name, remedy=f"{DENSER} or a larger D_link"):
     """Raise InputError, with what to do, where `d_link` is too short for the dots of the surface called `name`."""
+    if len(points) == 1:
+        raise InputError(f"{name}: one dot alone makes no patch; give the dots of a surface.")
     gap = spacing(points)
     if d_link < SPARSE * gap:
         raise InputError(

@@ -1,9 +1,12 @@
 """Compact files of dots: 12 bytes for each, places to 0.0025 Å and normals to 0.01 degrees.
 
-A file is the text MAGIC, the lowest corner as three float64 (Å), then a uint64 and two int16 for each dot, all little-endian.
+A file is the text MAGIC, the CRC-32 of the rest (uint32), the lowest corner as three float64 (Å), then a uint64 and two int16
+for each dot, all little-endian.
 The integer holds x, y and z above the corner in steps of STEP, 21 bits each from the lowest on. The two int16 are the normal
 on an octahedron unfolded to a square (Meyer et al., Computer Graphics Forum 29:1405, 2010).
 """
+
+import zlib
 
 import numpy as np
 
@@ -12,6 +15,7 @@ from sparsurf.surfaces.formats.format import Format
 from sparsurf.surfaces.surface import surface_of_columns
 
 MAGIC = b"sparsurf minimal 1\n"
+HEAD = len(MAGIC) + 4
 STEP = 0.005  # Å
 BITS = 21  # for each coordinate: 10 µm, more than any molecule
 FULL = 32767  # largest int16
@@ -33,14 +37,15 @@ def write_compact(path, surface):
     x, y, z = steps.astype(np.uint64).T
     dots["place"] = x | y << np.uint64(BITS) | z << np.uint64(2 * BITS)
     dots["normal"] = np.rint(FULL * _folded(surface.normals))
+    rest = low.astype("<f8").tobytes() + dots.tobytes()
     with open(path, "wb") as stream:
-        stream.write(MAGIC + low.astype("<f8").tobytes() + dots.tobytes())
+        stream.write(MAGIC + zlib.crc32(rest).to_bytes(4, "little") + rest)
 
 
 def read_compact(content, path):
     """Surface of the bytes of such a file."""
-    rest = content[len(MAGIC) :]
-    if len(rest) < 24 or (len(rest) - 24) % DOT.itemsize:
+    rest = content[HEAD:]
+    if zlib.crc32(rest) != int.from_bytes(content[len(MAGIC) : HEAD], "little") or len(rest) < 24:
         raise InputError(f"{path} is cut short or damaged: copy it again.")
     dots = np.frombuffer(rest, DOT, offset=24)
     mask = np.uint64(2**BITS - 1)
