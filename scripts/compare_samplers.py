@@ -2,8 +2,6 @@
 
 from functools import partial
 
-import pandas as pd
-
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report import comparison_page
 from sparsurf.report.figures import comparison_figure, layout
@@ -14,7 +12,7 @@ from sparsurf.study.comparison import contestants, fewer, measuring
 from sparsurf.study.comparison.contestants import dotted
 from sparsurf.study.comparison.measuring import stand_alone
 from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.tables import as_references
+from sparsurf.study.tables import as_references, combinations_in, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
@@ -24,8 +22,9 @@ from sparsurf.workflow.jobs import reporter, run
 def main(inputs, outputs, settings, name, threads):
     """Write compare.csv with its page and figure, and the tables that follow from it."""
     surface = read_npz(inputs["surface"])
-    rough, grid, ranges = (pd.read_csv(inputs[key]) for key in ("roughness", "grid", "ranges"))
-    evaluator = Evaluator.from_settings(surface, settings, rough["roughness"].to_numpy(), name, threads)
+    rough, ranges = read_roughness(inputs["roughness"], surface), read_table(inputs["ranges"])
+    grid = read_table(inputs["grid"], combinations_in(ranges), "combinations")
+    evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
     percents, names = settings["compare"]["percents"], settings["compare"].get("samplers")
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
     draws = settings["evaluation"]["draws"]
@@ -37,7 +36,7 @@ def main(inputs, outputs, settings, name, threads):
         n_tests,
         draws,
         reporter(f"{name}: comparison", "samplers"),
-        as_references(pd.read_csv(inputs["floors"])),
+        as_references(read_table(inputs["floors"])),
         raw,
     )
     lay = None

@@ -17,11 +17,12 @@ from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import called
 from sparsurf.study import rough_and_flat
 from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import run
 
-TABLES = ("grid", "curves", "floors", "enough")
+TABLES = ("curves", "floors", "enough")
 MOST_TESTS = 8_000  # test dots by roughness: the rarest roughness decides how many each bin may show
 PER_TEST = 40  # test dots by roughness for each of the grid: a study of fewer is a quick one
 DRAWS = 6  # of the combination, for the numbers by roughness
@@ -30,13 +31,14 @@ DRAWS = 6  # of the combination, for the numbers by roughness
 def main(inputs, outputs, settings, floor, name, threads):
     """Draw and save every figure that `outputs` names."""
     surface = read_npz(inputs["surface"])
-    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
-    tables = {key: pd.read_csv(inputs[key]) for key in TABLES}
+    rough = read_roughness(inputs["roughness"], surface)
     best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8"))
+    tables = {key: read_table(inputs[key]) for key in TABLES}
+    tables["grid"] = read_table(inputs["grid"], best["combinations"], "combinations")
     readings = readings_in(best)
     combination = Combination.of(best[readings[0]]["unrestricted"])
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
-    minimal = pd.read_csv(inputs["minimal"])
+    minimal = read_minimal(inputs["minimal"], surface)
     handed_out = Surface(minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy())
     subsets = [
         (f"the paper's best, {combination}", layout.SAMPLED),

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import pandas as pd
 from matplotlib import image
 
 from sparsurf.dot_fields.registry import FIELDS
@@ -13,6 +12,7 @@ from sparsurf.report.figures import layout, render
 from sparsurf.report.viewer.page import MOST_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
 from sparsurf.workflow.jobs import run
@@ -23,13 +23,14 @@ PICTURE = 180, 240  # pixels, rows and columns
 def main(inputs, outputs, settings, name, threads):
     """Write view.html and a small picture of it; the residues of the dots are known where there is a structure."""
     surface = with_fields(read_npz(inputs["surface"]), inputs.get("fields"))
-    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
+    rough = read_roughness(inputs["roughness"], surface)
     evaluator = Evaluator.from_settings(surface, settings, rough, name, 1)
+    best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8")) if "best" in inputs else None
     # the stream of minimal.csv: the same dots, where that is farthest-point sampling
     order = farthest(
         evaluator, min(len(surface), MOST_DOTS), evaluator.nameless.stream("minimal", "farthest")
     )
-    minimal = pd.read_csv(inputs["minimal"])
+    minimal = read_minimal(inputs["minimal"], surface)
     kept, normals = minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy()
     off = off_recovered(surface.points, kept, normals, threads)
     shown = [Values("distance from the surface recovered from minimal.csv", "off", " Å", off, "on it", "off")]
@@ -46,8 +47,8 @@ def main(inputs, outputs, settings, name, threads):
         evaluator.cover,
         evaluator.r_patch,
         {"farthest": order},
-        pd.read_csv(inputs["grid"]) if "grid" in inputs else None,
-        json.loads(Path(inputs["best"]).read_text(encoding="utf-8")) if "best" in inputs else None,
+        None if best is None else read_table(inputs["grid"], best["combinations"], "combinations"),
+        best,
         residue_names(inputs["structure"]),
         shown,
         minimal.get("dot", []),

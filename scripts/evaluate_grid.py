@@ -1,10 +1,9 @@
 """Sample a surface with every combination and compare the subsets with the whole."""
 
-import pandas as pd
-
 from sparsurf.sampling import law
 from sparsurf.study import grid, tables
 from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.tables import read_roughness
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import reporter, run
 
@@ -12,7 +11,7 @@ from sparsurf.workflow.jobs import reporter, run
 def main(inputs, outputs, settings, name, threads):
     """Write grid.csv and the raw distances behind it."""
     surface = read_npz(inputs["surface"])
-    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
+    rough = read_roughness(inputs["roughness"], surface)
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
     test = settings["evaluation"]
     result = grid.run(

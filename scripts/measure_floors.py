@@ -1,11 +1,11 @@
 """How far two descriptions of one surface differ: the floors that every Z of a subset is judged by."""
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.floors import APART, floors, frames_apart
+from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import layer
 from sparsurf.surfaces.radii import radii
@@ -15,7 +15,7 @@ from sparsurf.workflow.jobs import run
 def main(inputs, outputs, settings, molecule_options, name, threads):
     """Write floors.csv; for a ready surface with those floors that need no atoms."""
     surface = read_npz(inputs["surface"])
-    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
+    rough = read_roughness(inputs["roughness"], surface)
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads).nameless
     atoms = (
         _with_atoms(inputs, settings["surface"], settings["patches"]["D_link"], molecule_options, name)
@@ -32,7 +32,7 @@ def _with_atoms(inputs, rules, d_link, molecule_options, name):
     own = layer(molecule, 0, radii(molecule, rules["radii"]), rules, d_link, name)
     frames = None
     if "trajectory" in inputs:
-        table = pd.read_csv(inputs["frames"]).set_index("conformation")
+        table = read_table(inputs["frames"]).set_index("conformation")
         time = table.loc[name.split("/")[-1], "time_ps"]
         if np.isfinite(time):  # its own time, too: none of the others need be there
             times = [time, *(time + sign * gap for gap in APART for sign in (-1, 1))]

@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.paper import published_runs, replication
 from sparsurf.report.figures import layout
@@ -21,9 +20,10 @@ from sparsurf.workflow.jobs import reporter, run
 def main(inputs, outputs, settings, name, threads, path_to_surface):
     """Write the tables of the comparison and the page of verdicts."""
     surface = read_npz(inputs["surface"])
-    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
-    grid, ranges = pd.read_csv(inputs["grid"]), pd.read_csv(inputs["ranges"])
+    rough = tables.read_roughness(inputs["roughness"], surface)
+    ranges = tables.read_table(inputs["ranges"])
     best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8"))
+    grid = tables.read_table(inputs["grid"], best["combinations"], "combinations")
     evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
     combinations = law.grid(**settings["sampling"])
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
@@ -52,8 +52,8 @@ def main(inputs, outputs, settings, name, threads, path_to_surface):
             "best": best,
             "bias": published_runs.selection_bias(runs, grid),
             "signs": replication.sign_changes(results["links"]),
-            "bins": pd.read_csv(inputs["bins"]),
-            "enough": pd.read_csv(inputs["enough"]),
+            "bins": tables.read_table(inputs["bins"]),
+            "enough": tables.read_table(inputs["enough"]),
             "family": replication.best_of_family(results["family"]),
             "uniform": {"median": float(np.median(np.bincount(evaluator.cover.dot)))},
             "surface": surface_of(evaluator, settings["surface"], path_to_surface),

@@ -3,20 +3,18 @@
 import json
 from pathlib import Path
 
-import pandas as pd
-
 from sparsurf.report.page import write
 from sparsurf.report.ranges_page import TEMPLATE, TWIN, ranges_page
 from sparsurf.study import tables
 from sparsurf.study.grid import load
-from sparsurf.study.tables import as_references
 from sparsurf.workflow.jobs import run
 
 
 def main(inputs, outputs, settings, name):
     """Write ranges.csv and best.json, and their page."""
-    table, grid = pd.read_csv(inputs["grid"]), load(inputs["distances"])
-    floors = as_references(pd.read_csv(inputs["floors"]))
+    grid = load(inputs["distances"])
+    table = tables.read_table(inputs["grid"], len(grid.combinations), "combinations")
+    floors = tables.as_references(tables.read_table(inputs["floors"]))
     ranges = tables.ranges_table(table, grid, settings["tables"]["ranges"], floors)
     best = tables.best(table, grid, settings["tables"]["max_n_S_percent"], floors)
     ranges.to_csv(outputs["ranges"], index=False)

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.molecules.mmcif import write_mmcif
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report import viewer
 from sparsurf.study.residues import residue_table
+from sparsurf.study.tables import read_minimal, read_roughness
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
 from sparsurf.workflow.jobs import run
 
@@ -20,9 +20,9 @@ BURIED = -1.0  # in the B-factor column, of residues without dots
 def main(inputs, outputs, name):
     """Write residues.csv, the structure with roughness as PDB and mmCIF, and what opens it in PyMOL and ChimeraX."""
     surface = with_fields(read_npz(inputs["surface"]), inputs.get("fields"))
-    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
+    rough = read_roughness(inputs["roughness"], surface)
     molecule = read_molecule(inputs["structure"], selection="all", whole=False)
-    minimal = pd.read_csv(inputs["minimal"])
+    minimal = read_minimal(inputs["minimal"], surface)
     table = residue_table(surface, rough, molecule, minimal["dot"], minimal["weight"])
     table.to_csv(outputs["table"], index=False)
     shown = np.nan_to_num(table["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]

@@ -15,6 +15,7 @@ from sparsurf.sampling.samplers import farthest
 from sparsurf.study.enough import CLOSE, UNIFORM, Trials, curves_table, enough_dots
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.handing_out import hand_out
+from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.formats.csv import DIGITS
 from sparsurf.surfaces.formats.npz import read_npz
@@ -35,12 +36,12 @@ def main(inputs, outputs, settings, name, threads=1, whole=True):
     if molecule is not None:
         fields |= values(settings["fields"], molecule, surface.points)
     surface = replace(surface, fields=fields)
-    rough = pd.read_csv(inputs["roughness"])["roughness"].to_numpy()
+    rough = read_roughness(inputs["roughness"], surface)
     asked = settings["minimal"]
     evaluator = Evaluator.from_settings(surface, settings, rough, name, 1).nameless
-    choices = choices_of(pd.read_csv(inputs["ranges"]) if "ranges" in inputs else None)
+    choices = choices_of(read_table(inputs["ranges"]) if "ranges" in inputs else None)
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
-    floors = pd.read_csv(inputs["floors"])
+    floors = read_table(inputs["floors"])
     trials = Trials(evaluator, asked["sampler"], n_tests, choices, asked["settle"])
     subset = hand_out(trials, asked, floors, molecule)
     trials.down_to = -1 if whole else CLOSE * floors["Z"].min()

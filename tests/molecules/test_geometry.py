@@ -161,3 +161,52 @@ def test_a_lactam_bridge_is_no_missing_atom(tmp_path, caplog):
         if line[12:16] != " O  " or "   3" not in line[22:26]
     )
     assert "1 residue lacks" in warned(caplog, write(tmp_path / "d.pdb", bridge + short))
+
+
+def test_lengths_that_are_not_those_of_bonds_are_refused(molecule):
+    """Coordinates stretched or shrunk, a column of zeros, whole numbers: each atom still has a neighbour."""
+    xyz = molecule.xyz - molecule.xyz.mean(axis=1, keepdims=True)
+    for change, times in (
+        (1.25 * xyz, "1.25"),
+        (0.8 * xyz, "0.80"),
+        (xyz * [1, 1, 0.4], "0."),
+        (xyz.round(), ""),
+    ):
+        refused(replace(molecule, xyz=change), rf"backbone are {times}\S* times as long as usual in frame 0")
+    late = np.concatenate([xyz[:4], 1.25 * xyz[4:]])
+    refused(replace(molecule, xyz=late), "as usual in frame 4")
+    few = molecule.take(molecule.residue_index < 1)
+    geometry.refuse_impossible(replace(few, xyz=1.25 * few.xyz), "few.pdb")
+
+
+def test_elements_that_are_not_those_of_the_names_are_refused(molecule):
+    refused(replace(molecule, element=np.full(molecule.n_atoms, "C")), "N of GLU 209 has the element C")
+    one = molecule.element.copy()
+    one[3] = "O"
+    geometry.refuse_impossible(replace(molecule, element=one), "run.xtc")
+
+
+def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
+    def told(given):
+        caplog.clear()
+        with caplog.at_level(logging.WARNING):
+            geometry.refuse_impossible(given, "a.pdb")
+        return caplog.text
+
+    assert told(molecule) == ""
+    assert "mirror image" in told(replace(molecule, xyz=molecule.xyz * [1, 1, -1]))
+    assert "one atom alone" in told(molecule.take([4]))
+    names = {
+        key: np.tile(getattr(molecule, key), 2)
+        for key in ("name", "residue_name", "element", "residue", "kind")
+    }
+    index = np.concatenate([molecule.residue_index, molecule.residue_index + molecule.n_residues])
+    chain = np.repeat(["A", "B"], molecule.n_atoms)
+    for shift, words in ((0.6, "100 % of its atoms lie inside other residues"), (40.0, "")):
+        both = np.concatenate([molecule.xyz, molecule.xyz + np.array([0, 0, shift])], axis=1)
+        twice = replace(
+            molecule, xyz=both, residue_index=index, chain=chain, b_factor=np.zeros(len(chain)), **names
+        )
+        assert words in told(twice) and bool(words) == bool(told(twice))
+    apart = molecule.xyz + np.where(molecule.residue_index >= 7, 9.0, 0.0)[:, None]
+    assert "1 peptide bond is missing, the first between GLY 215" in told(replace(molecule, xyz=apart))

@@ -445,6 +445,7 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
 
     for module, name, made in (
         (reproduce_paper, "read_npz", lambda _: range(8000)),
+        (reproduce_paper.tables, "read_roughness", lambda *_: None),
         (reproduce_paper.Evaluator, "from_settings", lambda *_: SimpleNamespace(cover=cover)),
         (published_runs, "as_published", lambda _, grid, progress: table("runs", *grid[1])),
         (published_runs, "place_of_published", lambda runs: table("places of", runs["what"][0])),
@@ -476,7 +477,9 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
     inputs = {name: str(tmp_path / f"{name}.csv") for name in names}
     for name in names:
         pd.DataFrame({"roughness": [0.5], "what": name}).to_csv(inputs[name])
-    Path(inputs["best"]).write_text(json.dumps({"references": {"empty_patch": 9.5, "null_model": 1.5}}))
+    Path(inputs["best"]).write_text(
+        json.dumps({"combinations": 1, "references": {"empty_patch": 9.5, "null_model": 1.5}})
+    )
     made = ("runs", "places", "tests", "rows", "links", "defects", "family", "html")
     outputs = {name: str(tmp_path / f"of_{name}") for name in made}
     sampling = {"alpha": [0.5, 1.0], "beta": [0.2], "gamma": [2, 3], "delta": [4, 5, 6]}

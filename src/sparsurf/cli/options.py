@@ -163,7 +163,9 @@ def frames_of(asked, molecule):
     for number in numbers:
         check_frame(molecule, number, asked.trajectory or asked.file)
     if not numbers:
-        raise InputError(f"--frames: none of the {molecule.n_frames} frames of {asked.trajectory or asked.file} is among them.")
+        raise InputError(
+            f"--frames: none of the {molecule.n_frames} frames of {asked.trajectory or asked.file} is among them."
+        )
     return numbers
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.surfaces.surface import is_field
 from sparsurf.texts import read_text
 
 log = logging.getLogger("sparsurf")
@@ -34,7 +35,11 @@ def column_of_atoms(path, name, molecule):
     table = _read(path)
     if name not in table.columns or name in KEYS:
         raise InputError(f"{path} has no column {name!r} of values; it has {', '.join(table.columns)}.")
-    values = pd.to_numeric(table[name], errors="coerce")
+    if not is_field(name):
+        raise InputError(
+            f"{path}: {name!r} cannot name a field; rename the column, to letters, digits and _ that mean nothing else."
+        )
+    values = pd.to_numeric(table[name], errors="coerce").replace([np.inf, -np.inf], np.nan)
     wrong = table[values.isna() & (table[name] != "")]
     if len(wrong):
         raise InputError(

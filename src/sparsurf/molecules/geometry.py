@@ -61,8 +61,8 @@ def refuse_impossible(molecule, path, topology=None, whole=True, unit=None):
         _refuse_gaps(molecule, path, remedy)
         bonds, bonded = _bonds(molecule)
         _refuse_unbonded(molecule, bonded, path, topology)
-        _refuse_broken(molecule, bonds, path)
         _refuse_odd_lengths(molecule, path, remedy)
+        _refuse_broken(molecule, bonds, path)
         _warn_of_doubts(molecule, path)
 
 

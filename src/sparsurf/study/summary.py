@@ -16,7 +16,7 @@ from sparsurf import InputError
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study.enough import percents
 from sparsurf.study.relation import relation
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.tables import combinations_in, range_limits, range_of, read_roughness, read_table
 from sparsurf.surfaces.components import FIELD, numbers_of, table_of_components
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
@@ -50,7 +50,7 @@ def read_result(folder, sampled=True):
 
     def table(name, needed=False):
         path = folder / f"{name}.csv"
-        return pd.read_csv(path) if needed or path.is_file() else None
+        return read_table(path) if needed or path.is_file() else None
 
     try:
         surface = read_npz(folder / "surface.npz")
@@ -60,7 +60,7 @@ def read_result(folder, sampled=True):
             len(surface),
             float(surface.area.sum()),
             spacing(surface.points),
-            float(table("roughness", True)["roughness"].mean()),
+            float(read_roughness(folder / "roughness.csv", surface).mean()),
             enough=table("enough"),
             minimal=table("minimal"),
             components=table_of_components(surface, surface.fields[FIELD].astype(int))
@@ -70,7 +70,11 @@ def read_result(folder, sampled=True):
         if not sampled:
             return found
         best = json.loads((folder / "best.json").read_text(encoding="utf-8"))
-        return replace(found, grid=table("grid", True), ranges=table("ranges", True), best=best)
+        ranges = table("ranges", True)
+        grid = read_table(folder / "grid.csv", combinations_in(ranges), "combinations")
+        return replace(found, grid=grid, ranges=ranges, best=best)
+    except InputError:
+        raise
     except (OSError, KeyError, ValueError) as error:
         raise InputError(
             f"{folder} lacks results of its conformation ({error}): run the study again."

@@ -1,11 +1,67 @@
 """Tables of a study: the grid, the best combination per range of n_S, the best of all."""
 
+import io
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
+from sparsurf import InputError
 from sparsurf.sampling.combination import PARAMETERS, joined, texts_of
 from sparsurf.study.best_set import best_set
 from sparsurf.study.statistics import estimate, held_out, references
+
+
+def read_table(path, rows=None, of="rows"):
+    """A table of a run's results, a DataFrame.
+
+    Parameters
+    ----------
+    path : CSV
+    rows : int, optional
+        How many it must have.
+    of : str
+        What the rows are, for the message.
+
+    Raises
+    ------
+    InputError : it is no table, cut short, or has another number of rows
+    """
+    try:
+        text = Path(path).read_bytes().decode("utf-8")
+        table = pd.read_csv(io.StringIO(text))
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        raise InputError(f"{path} is no table ({reason}): delete it and run the study again.") from None
+    if not text.endswith("\n"):
+        raise InputError(f"{path} is cut short: delete it and run the study again.")
+    if rows is not None and len(table) != rows:
+        raise InputError(f"{path} has {len(table)} rows for {rows} {of}: delete it and run the study again.")
+    return table
+
+
+def read_roughness(path, surface):
+    """R_i of the dots of a surface, (N,), as roughness.csv has it; raises InputError where it has another number, or no R_i."""
+    table = read_table(path, len(surface), "dots")
+    values = pd.to_numeric(table.get("roughness", pd.Series(["none"])), errors="coerce").to_numpy(float)
+    if not ((values >= 0) & (values <= 1)).all():
+        raise InputError(f"{path} has an R_i that is not 0 to 1: delete it and run the study again.")
+    return values
+
+
+def read_minimal(path, surface):
+    """The rows of minimal.csv; raises InputError where its weights are not all dots of the surface."""
+    table = read_table(path)
+    if "weight" not in table or table["weight"].sum() != len(surface):
+        raise InputError(
+            f"{path} does not stand for all {len(surface)} dots: delete it and run the study again."
+        )
+    return table
+
+
+def combinations_in(ranges):
+    """How many combinations a table of ranges was chosen from."""
+    return int(ranges.groupby("reading")["n_combinations"].sum().max())
 
 
 def grid_table(grid):
@@ -117,13 +173,18 @@ def best(table, grid, max_n_s_percent, floors=None):
 
     Returns
     -------
-    dict: N, draws (of each combination), max_n_S_percent, `references` (see `statistics.references`) and per reading
-    `unrestricted` (highest d at the largest alpha; the paper fixes alpha = 1) and `under_max_n_S` (highest d with n_S
+    dict: N, combinations (their number), draws (of each), max_n_S_percent, `references` (see `statistics.references`) and
+    per reading `unrestricted` (highest d at the largest alpha; the paper fixes alpha = 1) and `under_max_n_S` (highest d with n_S
     at most `max_n_s_percent` % of the dots; `answer` says so where none is that small).
     """
     alpha = table["alpha"].max()
     few = table["n_S_percent"].to_numpy() <= max_n_s_percent
-    out = {"N": grid.n_dots, "draws": grid.n_s.shape[1], "max_n_S_percent": max_n_s_percent}
+    out = {
+        "N": grid.n_dots,
+        "combinations": len(table),
+        "draws": grid.n_s.shape[1],
+        "max_n_S_percent": max_n_s_percent,
+    }
     out["references"] = all_references(grid, floors)
     for r, reading in enumerate(grid.readings):
         d = difference(grid, r)

@@ -35,6 +35,7 @@ log = logging.getLogger("sparsurf")
 
 FARTHEST = 1e6  # Å, largest coordinate
 LARGEST = 100  # Å, atomic radius
+_told = set()  # warnings that were given: once for all surfaces of the same atoms
 # Dots per Å^2 of the lattice of DMS at `-d 1.0`; the surface of a protein gets 3 % fewer.
 LATTICE = 5.5
 # Distance of the rings of a sphere in units of that of the dots; 0.899 to 0.914 give the rings of all radii seen.
@@ -114,8 +115,11 @@ def _distinct(xyz, radii):
     first = np.append(True, np.diff(place[by_place]) != 0)
     left_out = np.sort(by_place[~first])
     if len(left_out):
-        message = "surface: %d atoms lie at the place of another and are left out, the first is number %d"
-        log.warning(message, len(left_out), left_out[0] + 1)
+        told = len(left_out), int(left_out[0]) + 1
+        if told not in _told:
+            _told.add(told)
+            message = "surface: %d atoms lie at the place of another and are left out, the first is number %d"
+            log.warning(message, *told)
     return np.sort(by_place[first])
 
 

@@ -238,6 +238,9 @@ def _check_pairs(config):
         for path in [*pair.get("files", ()), *([pair["complex"]] if "complex" in pair else [])]:
             if not os.path.isfile(path):
                 yield f"pairs.{name}: there is no file {short(repr(path))} (paths start at {Path.cwd()})."
+        sides = pair.get("proteins") or pair.get("files") or ()
+        if len(sides) == 2 and sides[0] == sides[1]:
+            yield f"pairs.{name}: {sides[0]!r} stands on both sides; name two partners."
         both = set.intersection(*map(set, pair["chains"])) if "chains" in pair else ()
         if both:
             yield f"pairs.{name}.chains: chain {sorted(both)[0]} stands on both sides; give each chain to one partner."

@@ -12,6 +12,7 @@ from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
 from sparsurf.sampling.samplers import called
+from sparsurf.study.tables import read_table
 
 FRESH = "fresh dots"
 FLOORS = {
@@ -53,7 +54,7 @@ class Panel(NamedTuple):
 
 def read(folder, sampled=True):
     """Tables of the surface whose results are in a folder, `<protein>/<conformation>`; with its grid where it was `sampled`."""
-    tables = (pd.read_csv(folder / f"{name}.csv") for name in Tables._fields[1 : 4 + sampled])
+    tables = (read_table(folder / f"{name}.csv") for name in Tables._fields[1 : 4 + sampled])
     return Tables(f"{folder.parent.name}/{folder.name}", *tables)
 
 
