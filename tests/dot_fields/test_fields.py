@@ -123,6 +123,7 @@ def test_columns_of_a_table_and_b_factors_reach_the_dots(tmp_path, molecule):
         ("residue,score\n9999,1\n", "no row fits"),
         ("residue,score\n209,1\n209,2\n", "two rows"),
         ("residue,other\n209,1\n", "no column 'score'"),
+        ("residue,score\n209,inf\n", "row 1: score is 'inf'"),
     ],
 )
 def test_a_table_that_does_not_fit_is_refused(tmp_path, molecule, content, said):
@@ -130,6 +131,15 @@ def test_a_table_that_does_not_fit_is_refused(tmp_path, molecule, content, said)
     path.write_text(content)
     with pytest.raises(InputError, match=said):
         sparsurf.fields(molecule, PEPTIDE_DOTS, ("score",), table=path)
+
+
+@pytest.mark.parametrize("name", ["kind", "area", "x", "component", "two words", "a/b"])
+def test_a_column_that_cannot_be_a_field_is_refused(tmp_path, molecule, name):
+    """Its values would be lost among the columns of the dots, or damage a PLY file."""
+    path = tmp_path / "scores.csv"
+    path.write_text(f"residue,{name}\n209,1\n")
+    with pytest.raises(InputError, match=f"'{name}' cannot name a field"):
+        sparsurf.fields(molecule, PEPTIDE_DOTS, (name,), table=path)
 
 
 PEPTIDE_DOTS = (np.zeros((1, 3)), np.array([[0, 0, 1.0]]))

@@ -129,6 +129,7 @@ def test_trajectory_and_topology_have_to_fit(shared):
     )
     refused(folder / "tz2.parm7", "is no trajectory by its extension", folder / "1vii_3frames.pdb")
     refused(folder / "tz2.parm7", "does not exist", folder / "none.xtc")
+    refused(folder / "tz2.parm7", "is packed, which no trajectory can be", folder / "none.xtc.gz")
 
 
 def test_trajectory_cut_short_is_refused(shared, tmp_path):

@@ -124,6 +124,8 @@ def test_dots_must_lie_closer_than_the_linking_distance_by_a_third():
         refuse_sparse(points, 1.299, "a")
     with pytest.raises(InputError, match=r"would fall apart; do this\.$"):
         refuse_sparse(points, 1.299, "a", "do this")
+    with pytest.raises(InputError, match="a: one dot alone makes no patch"):
+        refuse_sparse(points[:1], 1.3, "a")
 
 
 def test_the_nearest_dot_is_that_of_a_tree(blob):

@@ -202,6 +202,8 @@ def say(text):
 
 def _model(text):
     """Number of a model, or all."""
+    if text != ALL and not text.removeprefix("-").isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} must be the number of a model, or all")
     return text if text == ALL else int(text)
 
 

@@ -19,6 +19,7 @@ from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.ply import MANY_DOTS, triangles, write_ply
 from sparsurf.surfaces.formats.vtp import write_vtp
 from sparsurf.surfaces.surface import ARRAYS, Surface
+from sparsurf.texts import short
 
 BY_TRIMESH = (".obj", ".glb", ".stl", ".off")  # where trimesh is installed
 MESHES = (".ply", ".vtp", *BY_TRIMESH)
@@ -26,6 +27,7 @@ DOTS_ALONE = (".csv", ".npz", ".minimal", *MESHES)
 DOTS = (".dms", *DOTS_ALONE)  # DMS names the atom of every dot
 TABLES = (".csv", ".npz")
 PLACE = ("x", "y", "z", "nx", "ny", "nz")
+LONGEST_NAME = 255  # bytes
 FRAME = "{frame}"  # in the name of a file: its number
 
 
@@ -94,6 +96,10 @@ def check(asked, formats):
 def _place(output, format_given, formats):
     """Suffix that decides, whether the file is packed (named .gz), and its folder, None for a stream; see `write`."""
     name = str(output)
+    if "\0" in name or len(os.path.basename(name).encode(errors="surrogateescape")) > LONGEST_NAME:
+        raise InputError(
+            f"{short(repr(name))} cannot name a file; take a shorter name, of letters and digits."
+        )
     if name != "-" and os.path.isdir(name):
         raise InputError(f"{name} is a folder; name a file.")
     bare = name[:-3] if name.lower().endswith(".gz") else name

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.surface import is_field
 from sparsurf.texts import read_text
 
@@ -35,7 +36,7 @@ def column_of_atoms(path, name, molecule):
     table = _read(path)
     if name not in table.columns or name in KEYS:
         raise InputError(f"{path} has no column {name!r} of values; it has {', '.join(table.columns)}.")
-    if not is_field(name):
+    if name == FIELD or not is_field(name):
         raise InputError(
             f"{path}: {name!r} cannot name a field; rename the column, to letters, digits and _ that mean nothing else."
         )
