@@ -17,7 +17,7 @@ copyright = author
 extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery"]
 exclude_patterns = ["_build", "gallery"]
 nitpick_ignore_regex = [("py:.*", ".*")]
-suppress_warnings = ["config.cache", "toc.empty_glob"]  # the order of the gallery is no plain value
+suppress_warnings = ["config.cache"]  # the order of the gallery is no plain value
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
