@@ -8,6 +8,19 @@ for step in "download -q --no-deps -d $folder" "install -q --target $folder/lib"
     || { echo "pip-audit could not be fetched: the lock is not audited."; exit 0; }
 done
 PYTHONPATH="$folder/lib" timeout 120 python3 -m pip_audit --disable-pip --timeout 5 --progress-spinner off \
-  -r envs/requirements.txt > "$folder/found" 2>&1
-grep -i -A99 "known vulnerabilities" "$folder/found" || echo "No database of vulnerabilities answers: the lock is not audited."
+  -r envs/requirements.txt -f json -o "$folder/found" > /dev/null 2>&1
+python3 - "$folder/found" <<'END'
+import json
+import sys
+
+try:
+    packages = json.load(open(sys.argv[1]))["dependencies"]
+except (OSError, ValueError, KeyError):
+    packages = []
+audited = [each for each in packages if "vulns" in each]  # others were not found in the database
+for each in audited:
+    for found in each["vulns"]:
+        print(each["name"], each["version"], found["id"], "fixed in", *found["fix_versions"])
+print(f"{len(audited)} of {len(packages)} locked packages audited." if audited else "The lock is not audited: no database answers.")
+END
 exit 0
