@@ -42,6 +42,7 @@ def without_hydrogens(folder, n_residues):
 def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_residues):
     """From 15 residues on one step of correction does not reach it: the spacing falls slower than 1 / sqrt(density)."""
     molecule, atom_radii = without_hydrogens(tmp_path, n_residues)
+    caplog.clear()
     with caplog.at_level(logging.WARNING, "sparsurf"):
         surface, density = fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
     refuse_sparse(surface.points, 0.5, "a")
