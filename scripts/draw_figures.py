@@ -23,8 +23,8 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import run
 
 TABLES = ("curves", "floors", "enough")
-MOST_TESTS = 8_000  # test dots by roughness: the rarest roughness decides how many each bin may show
-PER_TEST = 40  # test dots by roughness for each of the grid: a study of fewer is a quick one
+MOST_TESTS = 8_000  # test dots by roughness
+PER_TEST = 10  # test dots by roughness for each of the grid: a study of fewer is a quick one
 DRAWS = 6  # of the combination, for the numbers by roughness
 
 
@@ -42,7 +42,7 @@ def main(inputs, outputs, settings, floor, name, threads):
     handed_out = Surface(minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy())
     subsets = [
         (f"the paper's best, {combination}", layout.SAMPLED),
-        ("uniform subset of the same size", layout.RANDOM),
+        ("uniform subset of the same size", layout.LINES["uniform"][0]),
     ]
     pair = [Surface(surface.points[dots], surface.normals[dots]) for dots in evaluator.pair(combination, 0)]
     subsets = [(words, own, colour) for (words, colour), own in zip(subsets, pair, strict=True)]
@@ -88,7 +88,7 @@ def _rough_and_flat(evaluator, combination, readings, n_tests, references, path_
     ]
     pd.concat(tables, ignore_index=True).to_csv(path_to_bins, index=False)
     panels = [
-        (f"{around}, {READINGS[reading].words}", own.roughness[0], *own.z[reading][:, 0])
+        (f"patches around {around}, {READINGS[reading].words}", own.roughness[0], *own.z[reading][:, 0])
         for reading in readings
         for around, own in found.items()
     ]
@@ -102,7 +102,6 @@ def _rough_and_flat(evaluator, combination, readings, n_tests, references, path_
     return {
         "panels": panels,
         "patches": patches,
-        "rng": evaluator.stream("figure 4"),
         "references": references,
     }
 

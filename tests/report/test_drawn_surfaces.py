@@ -233,13 +233,13 @@ def test_boxes_show_the_bins_of_roughness():
     r, z = distances(500)
     references = {"empty_patch": 80.6, "null_model": 6.5, "floors": {"fresh dots": 0.5}}
     figure = rough_and_flat.figure(
-        [("any dots", r, z[0], z[1])], [patch()], np.random.default_rng(0), references, bins=5
+        [("any dots", r, z[0], z[1])], [patch()], references, bins=5
     )
     ax = figure.axes[-1]
     edges = np.linspace(r.min(), r.max(), 6)
-    _, chosen = rough_and_flat._equal_bins(r, np.random.default_rng(0), 5)
-    n = min(len(dots) for dots in chosen.values())
-    assert f"any dots; n = {n}" in words_of(figure)
+    chosen = {k: np.flatnonzero(np.digitize(r, edges[1:-1]) == k) for k in range(5)}
+    n = [len(dots) for dots in chosen.values()]
+    assert f"any dots; {min(n)} to {max(n)} patches a bin" in words_of(figure)
     for side, values, colour in ((0, z[0], VERMILLION), (1, z[1], BLUE)):
         bars, (middles, stems, _) = ax.containers[side].patches, ax.collections[3 * side : 3 * side + 3]
         wanted = [np.quantile(values[chosen[k]], [0.25, 0.5, 0.75]) for k in range(5)]
@@ -263,27 +263,27 @@ def test_boxes_show_the_bins_of_roughness():
         np.testing.assert_allclose(highs, [(b["q3"], b["whishi"]) for b in of_matplotlib])
     np.testing.assert_allclose(ax.get_xticks(), edges)
     said = [words for words, _ in legend_of(figure)]
-    assert said == ["$Z_{tS}(j)$, sampled", "$Z_{tR}(j)$, random", "null model, 6.50", "fresh dots, 0.50"]
+    assert said == ["$Z_{tS}(j)$, sampled", "$Z_{tR}(j)$, uniform", "null model, 6.50", "fresh dots, 0.50"]
     assert [c for _, c in legend_of(figure)][:2] == [VERMILLION, BLUE]
 
 
 def test_few_values_are_drawn_as_they_are():
     r, z = distances(7)
-    figure = rough_and_flat.figure([("t", r, z[0], z[1])], [patch()], np.random.default_rng(0), bins=2)
+    figure = rough_and_flat.figure([("t", r, z[0], z[1])], [patch()], bins=2)
     ax = figure.axes[-1]
     dots = [line for line in ax.lines if line.get_marker() == "o"]
     assert len(dots) == 2
-    _, chosen = rough_and_flat._equal_bins(r, np.random.default_rng(0), 2)
+    order = np.argsort(r > (r.min() + r.max()) / 2, kind="stable")  # bin by bin
     for line, values, colour in zip(dots, z, (VERMILLION, BLUE), strict=False):
-        np.testing.assert_allclose(line.get_ydata(), np.concatenate([values[own] for own in chosen.values()]))
+        np.testing.assert_allclose(line.get_ydata(), values[order])
         assert colour_of(line) == colour
 
 
-def test_a_patch_is_shown_whole_sampled_and_random():
+def test_a_patch_is_shown_whole_sampled_and_uniform():
     r, z = distances(50)
-    figure = rough_and_flat.figure([("t", r, z[0], z[1])], [patch()], np.random.default_rng(0))
+    figure = rough_and_flat.figure([("t", r, z[0], z[1])], [patch()])
     titles = [(ax.get_title(), to_hex(ax.title.get_color()).upper()) for ax in figure.axes[:3]]
-    assert titles == [("whole, 60 dots", GREY), ("sampled, 30 dots", VERMILLION), ("random, 20 dots", BLUE)]
+    assert titles == [("whole, 60 dots", GREY), ("sampled, 30 dots", VERMILLION), ("uniform, 20 dots", BLUE)]
     _, sampled, random = pictures(figure)
     assert share_of(sampled, VERMILLION) > 1.2 * share_of(random, BLUE) > 0
     assert share_of(sampled, BLUE) == share_of(random, VERMILLION) == 0
@@ -543,14 +543,14 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     (rough, *_), (flat, *_) = shown[0].rough_and_flat["patches"]
     assert rough.startswith("rough patch, R = ") and flat.startswith("flat patch, R = ")
     assert float(rough.split(" = ")[1]) < float(flat.split(" = ")[1])
-    # 40 test dots by roughness for each of the grid; drawn is the first draw, a row for each reading, around kept dots first
+    # 10 test dots by roughness for each of the grid; drawn is the first draw, a row for each reading, around kept dots first
     bins = pd.read_csv(tmp_path / "bins.csv")
-    assert bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum().tolist() == [80, 80]
+    assert bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum().tolist() == [20, 20]
     best_one = Combination(1.0, 0.0, 6.0, 0.0)
     places = [(reading, kept) for reading in ("as_coded", "recovered") for kept in (True, False)]
     for (title, *drawn), (reading, kept) in zip(shown[0].rough_and_flat["panels"], places, strict=True):
-        assert title == f"{'kept' if kept else 'any'} dots, {READINGS[reading].words}"
-        found = by_roughness(evaluator, best_one, [reading], 80, 2, kept)
+        assert title == f"patches around {'kept' if kept else 'any'} dots, {READINGS[reading].words}"
+        found = by_roughness(evaluator, best_one, ["as_coded", "recovered"], 20, 2, kept)
         for values, expected in zip(drawn, (found.roughness[0], *found.z[reading][:, 0]), strict=True):
             assert np.array_equal(values, expected)
     for _, points, _, *within in shown[0].rough_and_flat["patches"]:

@@ -20,7 +20,7 @@ class Reading:
     """One reading.
 
     words : str
-        For tables and figures.
+        Its name in tables and figures.
     among_kept : bool
         Islands are removed among the kept dots; else once, on the full surface.
     alone : callable, optional
@@ -39,11 +39,9 @@ def linked_by_spacing(points, normals, d_link, area, density=None, scale=SCALE):
 
 
 READINGS = {
-    "as_coded": Reading("islands removed among the kept dots", among_kept=True),
-    "as_written": Reading("islands removed on the full surface"),
-    "scaled": Reading(
-        "islands removed among the kept dots, linked by their own spacing", alone=linked_by_spacing
-    ),
+    "as_coded": Reading("as coded", among_kept=True),
+    "as_written": Reading("as written"),
+    "scaled": Reading("scaled", alone=linked_by_spacing),
 }
 PUBLISHED = "as_coded"  # the authors' code, and Table I
 TEXT = "as_written"  # the paper's text

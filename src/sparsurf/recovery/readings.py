@@ -24,9 +24,7 @@ def fair_density(density, d_link=D_LINK):
     return density if density > DENSER * least else least
 
 
-READINGS = readings.READINGS | {
-    RECOVERED: readings.Reading("the surface recovered from the kept dots alone", alone=recovered)
-}
+READINGS = readings.READINGS | {RECOVERED: readings.Reading("recovered", alone=recovered)}
 
 
 def readings_in(names, start=""):

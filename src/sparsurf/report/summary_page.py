@@ -4,7 +4,7 @@ import math
 
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import RECOVERED, readings_in
-from sparsurf.report.numbers import combination, interval, number, share
+from sparsurf.report.numbers import combination, interval, number, share, span
 from sparsurf.study.enough import PREFIX
 
 TEMPLATE = "summary.html.j2"
@@ -25,6 +25,7 @@ def summary_page(run, surfaces, relation, draws=None):
     """
     readings = readings_in(surfaces, "best_")
     known = relation[relation["p"].notna()]
+    columns = 7 if len(known) else 5  # the last two are empty where nothing was tested
     return {
         "run": run,
         "readings": readings,
@@ -36,7 +37,8 @@ def summary_page(run, surfaces, relation, draws=None):
         "surfaces": [surface_row(row, readings) for _, row in surfaces.iterrows()],
         "floors": floor_rows(surfaces),
         "relations": {
-            reading: relation_rows(relation[relation["reading"] == reading]) for reading in readings
+            reading: [row[:columns] for row in relation_rows(relation[relation["reading"] == reading])]
+            for reading in readings
         },
         "draws": draws,
     }
@@ -69,7 +71,8 @@ def _spread(surfaces, column):
     values = surfaces[column].dropna() if column in surfaces else ()
     if len(values) < 2:
         return share(values.iloc[0]) if len(values) else ""
-    return f"{share(values.median())} ({share(values.min())} to {share(values.max())})"
+    ends = span(values, share)
+    return share(values.median()) + (f" ({ends})" if " to " in ends else "")
 
 
 def relation_rows(rows):

@@ -11,6 +11,7 @@ from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
+from sparsurf.report.numbers import share
 from sparsurf.sampling.samplers import called
 from sparsurf.study.tables import read_table
 
@@ -20,7 +21,9 @@ FLOORS = {
     "turned": "the molecule turned",
 }  # others by their own names
 CLOUD, UNIFORM, AS_THEY_ARE, BACK, GREY = "#D55E00", "#000000", "#56B4E9", "#0072B2", "#777777"
+INK = {AS_THEY_ARE: "#2F86BD"}  # of words, where the colour of the line is too pale to read
 TICKS = (1, 2, 5, 10, 20, 50, 100)  # % of the dots
+APART = 40.0  # pixels between names
 MULTIPLES = 6  # surfaces that get a panel each; more share one
 ALONG = np.geomspace(1, 90, 24)  # % of the dots, where curves of many surfaces are compared
 BAND = 0.1, 0.9  # quantiles over surfaces
@@ -134,7 +137,7 @@ def _look(sampler, reading):
         return BACK, "the surface recovered\nfrom the same dots"
     if sampler == "uniform":
         return UNIFORM, "uniform subset"
-    return AS_THEY_ARE, f"{called(sampler).words.split(' (')[0]}\ndots as they are"
+    return AS_THEY_ARE, f"{called(sampler).words.split(' (')[0]} dots\nas they are"
 
 
 def _draw(ax, panel, floor):
@@ -193,7 +196,7 @@ def _name_all(ax, panel, combinations):
     floors = np.array([(x, y) for y in heights for x in across]).reshape(-1, 2)
     cloud = to_pixels(np.column_stack(panel.cloud))
     busy, taken = np.concatenate([cloud, floors, *every.values()]), []
-    answer = f"{panel.answer[0]:.{0 if panel.answer[0] >= 2 else 1}f} % of the dots are enough"
+    answer = f"{share(panel.answer[0])} % of the dots are enough"
     at = to_pixels(panel.answer)
     below = [at + np.array([x, y]) for y in (-90, -130, -180) for x in (-60, 0, 60, -200, 160)]
     place = _name(ax, answer, BACK, below, busy, taken, fontsize=8, fontweight="bold")
@@ -201,7 +204,7 @@ def _name_all(ax, panel, combinations):
     ax.annotate("", panel.answer, ax.transData.inverted().transform(place), arrowprops=arrow)
     for key, line in every.items():
         colour, words = _look(*key)
-        _name(ax, words, colour, _beside(line[::4], layout.size_of(ax.figure, words)), busy, taken)
+        _name(ax, words, colour, _beside(line[::8], layout.size_of(ax.figure, words)), busy, taken)
     if not len(cloud):
         return
     words = f"paper's sampling,\n{combinations}"
@@ -227,14 +230,14 @@ def _name(ax, words, colour, middles, busy, taken, **style):
     size = layout.size_of(ax.figure, words, **style)
     place, _ = layout.free_place(ax, size, middles, busy, taken)
     place = ax.get_window_extent().max - size / 2 if place is None else place
-    taken.append((place, size))
+    taken.append((place, size + APART))
     x, y = ax.transAxes.inverted().transform(place)
     ax.text(
         x,
         y,
         words,
         transform=ax.transAxes,
-        color=colour,
+        color=INK.get(colour, colour),
         ha="center",
         va="center",
         path_effects=layout.HALO,
@@ -257,7 +260,7 @@ def _multiples(panels, floor):
     for k, (name, panel) in enumerate(panels.items()):
         ax = layout.axes(sheet, 12 + (wide + 4) * (k % columns), 6 + 58 * (k // columns), wide, 44)
         _draw(ax, panel, floor)
-        ax.set(title=f"{name}: {panel.answer[0]:.2g} % are enough", ylim=(0, 1.08 * top))
+        ax.set(title=f"{name}: {share(panel.answer[0])} % are enough", ylim=(0, 1.08 * top))
         ax.plot(*panel.answer, "o", color="white", markeredgecolor=BACK, markeredgewidth=1, markersize=5)
         ax.tick_params(labelleft=k % columns == 0)
         ax.set_ylabel(ax.get_ylabel() if k % columns == 0 else "")

@@ -99,5 +99,5 @@ def _handles(gammas):
     """Entries of the legend: the colours of gamma first."""
     shades = colormaps["viridis"](np.linspace(0, 0.92, len(gammas)))
     lines = [Line2D([], [], color=shade, label=f"γ = {g:g}") for g, shade in zip(gammas, shades, strict=True)]
-    lines.append(Line2D([], [], color="black", label="expected (closed form)"))
+    lines.append(Line2D([], [], color="black", label="expected"))
     return [*lines, Line2D([], [], color="black", label="drawn", **SIMULATED)]

@@ -8,6 +8,7 @@ from matplotlib.patches import Patch
 
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
+from sparsurf.report.numbers import span
 from sparsurf.study.rough_and_flat import BINS
 from sparsurf.study.tables import range_limits, range_of
 
@@ -25,7 +26,7 @@ def draw(results):
 
 
 @styled
-def figure(panels, patches, rng, references=None, bins=BINS, name=""):
+def figure(panels, patches, references=None, bins=BINS, name=""):
     """A rough and a flat patch, and Z_tS(j), Z_tR(j) by the roughness of the patch.
 
     Parameters
@@ -35,8 +36,6 @@ def figure(panels, patches, rng, references=None, bins=BINS, name=""):
     patches : list
         Per patch: title, points (n, 3), normals (n, 3), and which of its dots the sampling and
         the uniform subset keep (int, counted within the patch).
-    rng : numpy.random.Generator
-        Picks the test patches of each bin.
     references : dict, optional
         `empty_patch`, `null_model` and among its `floors` `fresh dots`; a line is drawn where a value falls into the range.
     bins : int
@@ -53,14 +52,14 @@ def figure(panels, patches, rng, references=None, bins=BINS, name=""):
         _patch(figure, 6 + 91 * k, 1.3, *patch)
     handles = [
         Patch(facecolor=layout.SAMPLED, edgecolor="black", label="$Z_{tS}(j)$, sampled"),
-        Patch(facecolor=layout.RANDOM, edgecolor="black", label="$Z_{tR}(j)$, random"),
+        Patch(facecolor=layout.RANDOM, edgecolor="black", label="$Z_{tR}(j)$, uniform"),
     ]
     for k, (title, roughness, z_ts, z_tr) in enumerate(panels):
         x, y = 91 * (k % 2), 52 + 61 * (k // 2)
-        edges, chosen = _equal_bins(np.asarray(roughness), rng, bins)
+        edges, chosen = _binned(np.asarray(roughness), bins)
         layout.letter(figure, 1 + x, y, ascii_uppercase[len(patches) + k])
-        n = len(next(iter(chosen.values())))
-        layout.text(figure, 6 + x, y + 0.3, f"{title}; n = {n}")
+        n = span([len(dots) for dots in chosen.values()], "{:,}".format)
+        layout.text(figure, 6 + x, y + 0.3, f"{title}; {n} patches a bin")
         ax = layout.axes(figure, 12 + x, y + 5, 76, 46)
         _boxes(ax, edges, chosen, np.asarray(z_ts), np.asarray(z_tr))
         known = [handle.get_label() for handle in handles]
@@ -70,7 +69,7 @@ def figure(panels, patches, rng, references=None, bins=BINS, name=""):
 
 
 def _patch(figure, x, y, title, points, normals, sampled, random):
-    """A patch whole, sampled and random, from the same oblique view."""
+    """A patch whole, sampled and its uniform subset, from the same oblique view."""
     layout.text(figure, x, y, title)
     camera = render.aim(points, render.oblique(points, normals), layout.pixels(27, 27))
     behind = render.draw_surface(points, normals, render.PALE, camera)
@@ -78,7 +77,7 @@ def _patch(figure, x, y, title, points, normals, sampled, random):
     columns = [
         ("whole", whole, layout.WHOLE),
         ("sampled", sampled, layout.SAMPLED),
-        ("random", random, layout.RANDOM),
+        ("uniform", random, layout.RANDOM),
     ]
     for k, (name, kept, colour) in enumerate(columns):
         kept = np.asarray(kept, int)
@@ -88,30 +87,31 @@ def _patch(figure, x, y, title, points, normals, sampled, random):
         ax.set_title(f"{name}, {len(kept)} dots", color=colour)
 
 
-def _equal_bins(roughness, rng, bins):
-    """Edges of equal-width bins and, by bin, as many test dots as the smallest non-empty bin holds."""
+def _binned(roughness, bins):
+    """Edges of bins of equal width, and the test dots of each that has any."""
     edges = range_limits(roughness, bins)
     if edges[0] == edges[-1]:
         edges = edges[0] + np.array([-0.05, 0.05])
     bin_of = range_of(roughness, edges)
-    filled, size = np.unique(bin_of, return_counts=True)
-    chosen = {k: rng.choice(np.flatnonzero(bin_of == k), size.min(), replace=False) for k in filled}
-    return edges, chosen
+    return edges, {k: np.flatnonzero(bin_of == k) for k in np.unique(bin_of)}
 
 
 def _boxes(ax, edges, chosen, z_ts, z_tr):
     """Two box plots per bin; whiskers reach at most 1.5 times the box, what lies beyond is a dot.
 
-    Fewer than `FEW` values make no box: they are drawn as they are.
+    Fewer than `FEW` values of a bin make no box: they are drawn as they are.
     """
     width = edges[1] - edges[0]
     for z, colour, side in ((z_ts, layout.SAMPLED, -0.2), (z_tr, layout.RANDOM, 0.2)):
         values = [z[dots][np.isfinite(z[dots])] for dots in chosen.values()]
         places = [edges[k] + (0.5 + side) * width for k in chosen]
-        if len(next(iter(chosen.values()))) < FEW:
-            ax.plot(np.repeat(places, [len(v) for v in values]), np.concatenate(values), "o", color=colour)
-            continue
-        _box_plots(ax, values, np.array(places), 0.34 * width, colour)
+        few = np.array([len(own) < FEW for own in values])
+        alone = [(np.full(len(own), x), own) for own, x in zip(values, places, strict=True) if len(own) < FEW]
+        if alone:
+            ax.plot(*np.concatenate(alone, axis=1), "o", color=colour)
+        if not few.all():
+            boxed = [own for own in values if len(own) >= FEW]
+            _box_plots(ax, boxed, np.array(places)[~few], 0.34 * width, colour)
     for edge in edges[1:]:
         ax.axvline(edge, color="#E0E0E0", linewidth=0.4, zorder=0)
     ax.set_xticks(edges, [f"{e:.2f}" for e in edges])

@@ -41,8 +41,7 @@ def figure(surface, subsets, recovered, name=""):
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(58, 45))
     behind = render.draw_surface(surface.points, surface.normals, render.PALE, camera)
     radius = max(render.DOT, 2 / camera.scale)  # at least two pixels, for large molecules
-    whole = render.draw_surface(surface.points, surface.normals, colors.to_rgb("0.75"), camera)
-    _show(figure, places, 0, whole, f"the surface\n{len(surface):,} dots", layout.WHOLE)
+    _show(figure, places, 0, behind, f"the surface\n{len(surface):,} dots", layout.WHOLE)
     for k, (words, subset, colour) in enumerate(subsets, 1):
         scene = render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius)
         share = 100 * len(subset) / len(surface)

@@ -18,6 +18,7 @@ async function start() {
   keep = new Uint8Array(n);
   rough = Float32Array.from(dots["value 0"], (value) => head.values[0].low + ((head.values[0].high - head.values[0].low) * value) / 254);
   scene = makeScene(element("canvas"), places, normals(dots.u, dots.v, head.octahedron));
+  element("up").hidden = window.top !== window; // inside of a report
   fillMenus();
   listen();
   newDraw();
@@ -95,7 +96,7 @@ function nearest() {
     const tr = table.insertRow();
     texts.forEach((text) => tr.appendChild(document.createElement(kind)).append(text));
   };
-  line(["islands removed", "Z_tS", "Z_tR", "d"], "th");
+  line(["reading", "Z_tS", "Z_tR", "d"], "th");
   head.readings.forEach((words, r) => line([words, ...row.slice(5 + 3 * r, 8 + 3 * r).map((value) => number(value, 2))], "td"));
   const note = document.createElement("p");
   note.textContent = "Z: distance of the descriptors from those of the whole surface (0 is best), for the sampled dots and for as many uniform ones. d = Z_tR − Z_tS: above 0 the sampling is better.";

@@ -89,7 +89,7 @@ def page(
     values = [Values("roughness R_i", "R_i", "", rough, "rough", "flat"), *values]
     parts = {
         "%TITLE%": escape(title),
-        "%ANSWER%": escape(" ".join(_answer(surface, best))),
+        "%ANSWER%": f"{len(surface):,} dots, mean roughness {rough.mean():.2f}.",
         "%STYLE%": _read("page.css"),
         "%SCRIPT%": "".join(_read(name) for name in SCRIPTS),
     }
@@ -116,19 +116,6 @@ def _read(name):
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
-def _answer(surface, best):
-    """What the tables say of this surface, for the head of the page."""
-    yield f"{len(surface):,} dots."
-    held = "held out over test dots only, too high" if best.get("draws") == 1 else "held out"
-    for reading in readings_in(best):
-        row = best[reading]["unrestricted"]
-        yield (
-            f"With {READINGS[reading].words}, the paper's sampling at the largest α does best as {Combination.of(row)}: it "
-            f"keeps {row['n_S_percent']:.0f} % of the dots with d = {row['d_held_out']:.2f} "
-            f"({held}; 95 %: {row['d_held_out_low']:.2f} to {row['d_held_out_high']:.2f})."
-        )
-
-
 def _header(surface, dots, radius, orders, grid, best, values, minimal):
     """What the page needs beside the dots."""
     readings = readings_in(grid, "d_")
@@ -144,7 +131,7 @@ def _header(surface, dots, radius, orders, grid, best, values, minimal):
         "octahedron": OCTAHEDRON,
         "spacing": spacing(surface.points[dots]) if len(dots) > 1 else 1.0,
         "samplers": samplers | {"all": "all dots"},
-        "readings": [READINGS[reading].words.removeprefix("islands removed ") for reading in readings],
+        "readings": [READINGS[reading].words for reading in readings],
         "grid": [[_number(value) for value in row] for row in grid[columns].to_numpy(float)],
         "presets": _presets(best),
         "values": [_scale(each) for each in values],
