@@ -615,7 +615,8 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     monkeypatch.setattr(draw_view, "off_recovered", lambda dots, kept, *_: len(dots) / len(kept))
     monkeypatch.setattr(draw_view, "page", lambda *given: shown.append(given) or "the page")
     inputs["structure"] = ""
-    draw_view.main(inputs, {"page": tmp_path / "view.html"}, SETTINGS, "p/c1", 1)
+    outputs = {"page": tmp_path / "view.html", "picture": tmp_path / "view.png"}
+    draw_view.main(inputs, outputs, SETTINGS, "p/c1", 1)
     assert (tmp_path / "view.html").read_text() == "the page"
     (values,), dots = shown[0][-2:]
     assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
