@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from measures import sites
-from measures.tables import joined, of_logs, store
+from measures.tables import joined, store
 from sparsurf.sites.describing import load_sites
 from sparsurf.study.statistics import mean_interval
 from sparsurf.workflow.jobs import run
@@ -14,7 +14,7 @@ KEYS = ["percent", "channels", "places"]
 VALUES = ["first", "first_percent", "auc", "chance"]
 
 
-def main(inputs, outputs, logs, forms):
+def main(inputs, outputs, forms):
     """Write the tables, and the weights chosen on the first half, which the library ships."""
     names = [f"{form}_{side}" for form in forms for side in "rl"]
     half = np.repeat(np.arange(len(forms)) % 2, 2)  # both partners of a complex in one half
@@ -36,8 +36,11 @@ def main(inputs, outputs, logs, forms):
     }
     found["sites_costs"] = _costs(costs)
     found["sites_summary"] = _summary(table, moved, whole, numbers)
-    store(found | {"sites_cpu": of_logs(logs)}, outputs, "%.4g")
-    np.savez(outputs["weights"], **learned[0])
+    store(found, outputs, "%.4g")
+    shipped = {
+        key: each if key == "channels" else each.astype(np.float32) for key, each in learned[0].items()
+    }
+    np.savez(outputs["weights"], **shipped)
 
 
 def _means(table):
@@ -65,21 +68,14 @@ def _by_range(moved):
 
 
 def _costs(costs):
-    """What describing all places of a protein costs, means over proteins; of all dots, scaled to every dot as a place."""
-    own = costs.assign(
-        seconds_per_1000=1000 * costs["seconds"] / costs["places"],
-        bytes_per_place=costs["bytes"] / costs["places"],
+    """What describing a protein costs, means over proteins; of all dots as if each of them were a place."""
+    more = np.where(costs["percent"] == 100, costs["dots"] / costs["places"], 1)
+    own = costs[["percent", "atoms", "places"]].assign(
+        places=more * costs["places"],
+        megabytes=more * costs["bytes"] / 1e6,
+        seconds=more * costs["seconds"],
     )
-    every = own["percent"].eq(100)
-    scale = np.where(every, own["dots"] / own["places"], 1)
-    own = own.assign(places=own["places"] * scale, bytes=own["bytes"] * scale, seconds=own["seconds"] * scale)
-    return (
-        own.drop(columns="protein")
-        .groupby("percent")
-        .mean()
-        .reset_index()
-        .assign(proteins=own["protein"].nunique())
-    )
+    return own.groupby("percent").mean().reset_index().assign(proteins=costs["protein"].nunique())
 
 
 def _summary(table, moved, whole, numbers):
@@ -98,6 +94,8 @@ def _summary(table, moved, whole, numbers):
         "targets of a whole site": whole["targets"].mean(),
         "whole sites right": whole["right"].mean(),
         "whole sites on the right protein": whole["right_protein"].mean(),
+        "lowest score on the right protein": whole["score"].min(),
+        "highest score on another protein": whole["best_other"].max(),
         "interface dots on both forms": np.nanmean(there[:, 0]),
         "other dots on both forms": np.nanmean(there[:, 1]),
     }

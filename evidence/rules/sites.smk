@@ -23,8 +23,7 @@ found = chains.add(
     "sites",
     SITES | {"forms": FORMS},
     scripts=["measure_forms.py", "score_sites.py"],
-    tables=["sites", "sites_means", "sites_moved", "sites_whole", "sites_summary"]
-    + ["sites_costs", "sites_cpu"],
+    tables=["sites", "sites_means", "sites_moved", "sites_whole", "sites_summary", "sites_costs"],
 )
 
 
@@ -61,7 +60,6 @@ rule score_sites:
         f"{LOGS}/score_sites.log",
     params:
         **chains.made_by("score_sites.py"),
-        logs=f"{LOGS}/sites",
         forms=FORMS,
     message:
         "How often sites are found again"

@@ -154,3 +154,68 @@ def test_what_does_not_fit_is_refused_in_a_sentence(sites, sites_of_turned, tmp_
         sparsurf.describe_sites(
             sparsurf.surface(([[0.0, 0, 0]], [1.7])).take(np.arange(6)), percent=100, fields=()
         )
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """Folder with a peptide of eight residues, and its Sites of other settings."""
+    folder = tmp_path_factory.mktemp("small")
+    molecule = sparsurf.read_molecule(PEPTIDE, residues="209-216")
+    molecule.write_pdb(folder / "a.pdb")
+    sites = sparsurf.describe_sites(molecule, name="a")
+    sites.save(folder / "a.sites")
+    replace(sites, settings=sites.settings | {"percent": 20.0}).save(folder / "percent.sites")
+    few = replace(sites, numbers=sites.numbers[:, :2], settings=sites.settings | {"fields": ["hydropathy"]})
+    few.save(folder / "fields.sites")
+    replace(sites, numbers=sites.numbers[:5]).save(folder / "damaged.sites")
+    replace(sites, points=sites.points * np.nan).save(folder / "nan.sites")
+    sparsurf.write(sparsurf.surface(molecule), folder / "dots.csv")
+    (folder / "empty").mkdir()
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        ("a.sites none.pdb --residues 209-212 -o h.csv", "none.pdb does not exist"),
+        ("a.sites empty --residues 209-212 -o h.csv", "holds no structure and no Sites"),
+        ("a.sites percent.sites --residues 209-212 -o h.csv", "described with percent 20.0"),
+        ("a.sites fields.sites --residues 209-212 -o h.csv", "a has no volume, aromaticity"),
+        ("a.sites damaged.sites --residues 209-212 -o h.csv", "damaged.sites holds no Sites"),
+        ("a.sites nan.sites --residues 209-212 -o h.csv", "nan.sites holds no Sites"),
+        ("a.sites dots.csv --residues 209-212 -o h.csv", "the dots have no hydropathy"),
+        ("a.sites a.sites --residues B:209 -o h.csv", "'B:209' is not in a"),
+        ("a.sites a.sites --residues x -o h.csv", "'x' is not of the form"),
+        ("a.sites a.sites -o h.csv", "--residues says which site"),
+        ("a.sites a.sites --residues 209 -o none/h.csv", "there is no folder"),
+        ("a.sites a.sites --residues 209 -o h.csv --superpose laid", "a.sites is no structure"),
+        ("a.pdb a.sites --residues 209 -o h.csv --superpose a.pdb", "a.pdb is a file"),
+        ("a.pdb -o none/a.sites", "there is no folder"),
+        ("a.pdb -o a.csv", "name at least one TARGET"),
+        ("a.pdb a.sites --residues 209 -o h.csv --fields colour", "there is no field 'colour'"),
+        ("a.pdb a.pdb --residues 209 -o h.csv --percent 0.1", "no patch has 12 dots"),
+    ],
+)
+def test_a_wrong_call_is_answered_in_one_sentence(small, monkeypatch, capsys, call, said):
+    monkeypatch.chdir(small)
+    assert main(["find", *call.split()]) == 1
+    error = capsys.readouterr().err
+    assert said in error and "Traceback" not in error and not (small / "h.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("at", "said"),
+    [
+        ([[np.nan, 0, 0]], "not NaN"),
+        ([[1.0, 2]], r"not shape \(1, 2\)"),
+        (["x"], r"not shape \(1,\)"),
+        ([[1e4, 0, 0]], "Å away from a"),
+    ],
+)
+def test_places_that_are_none_are_refused(small, at, said):
+    with pytest.raises(InputError, match=said):
+        sparsurf.find(small / "a.sites", small / "a.sites", at=at)
+    with pytest.raises(InputError, match=r"hardly a dot|no patch has|not "):
+        sparsurf.find(small / "a.pdb", small / "a.sites", at=at)
+    with pytest.raises(InputError, match="fields is 5"):
+        sparsurf.describe_sites(small / "a.pdb", fields=5)

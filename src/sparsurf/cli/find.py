@@ -23,6 +23,7 @@ from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
+FARTHEST = 5.0  # Å, between a place that is sought and the nearest place of Sites
 HITS = Limits(1, 10_000, whole=True, open_low=False)
 EXAMPLES = """\
 QUERY and TARGET are structures, dots with fields, or Sites (.sites). A TARGET can be a folder of them. Without --residues, the
@@ -69,10 +70,8 @@ def describe_sites(surface, *, percent=10, fields=FIELDS, at=None, name=None):
     >>> len(sites), sites.fields[0]
     (393, 'hydropathy')
     """
-    percent, fields = (
-        PERCENT.check(percent, "percent"),
-        tuple([fields] if isinstance(fields, str) else fields),
-    )
+    percent, fields = PERCENT.check(percent, "percent"), _names(fields)
+    at = None if at is None else _places(at)
     dots, molecule = _dots_of(surface)
     kept = _kept(dots, percent)
     if molecule is not None:
@@ -85,8 +84,6 @@ def describe_sites(surface, *, percent=10, fields=FIELDS, at=None, name=None):
         )
     kept = replace(kept, fields={key: kept.fields[key] for key in fields})
     labels = molecule.labels(kept.atom) if molecule is not None else _no_labels(len(kept))
-    if at is not None:
-        at = np.asarray(at, float).reshape(-1, 3)
     name = name or (Path(surface).name.split(".")[0] if isinstance(surface, str | Path) else "surface")
     return sites_of(kept, labels, name, percent, at, threads=available_cores())
 
@@ -197,6 +194,27 @@ def _kept(dots, percent):
     return dots.take(SAMPLERS["farthest"](ready, n, np.random.default_rng(0)))
 
 
+def _names(fields):
+    """Names of fields as a tuple."""
+    names = (fields,) if isinstance(fields, str) else fields
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        raise InputError(f"fields is {fields!r}; it must be names such as ('hydropathy', 'potential').")
+    return tuple(names)
+
+
+def _places(at):
+    """Places (Q, 3) float64, Å."""
+    at = np.asarray(at)
+    if at.ndim != 2 or at.shape[1] != 3 or at.dtype.kind not in "iuf" or not np.isfinite(at).all():
+        raise InputError(f"at: give (Q,) numbers of places or (Q, 3) places in Å, not {_short(at)}.")
+    return at.astype(float)
+
+
+def _short(at):
+    """What is wrong with an array of places."""
+    return "NaN" if at.dtype.kind == "f" and at.ndim == 2 and at.shape[1] == 3 else f"shape {at.shape}"
+
+
 def _no_labels(n):
     return pd.DataFrame({key: np.full(n, "") for key in LABELS})
 
@@ -208,13 +226,22 @@ def _at(query, whole, at):
         if len(at) == 0 or at.min() < 0 or at.max() >= len(whole):
             raise InputError(f"at: the query has the places 0 to {len(whole) - 1}.")
         return whole.take(at)
-    if at.ndim != 2 or at.shape[1] != 3 or not np.isfinite(at.astype(float)).all():
-        raise InputError(f"at: give (Q,) numbers of places or (Q, 3) places in Å, not shape {at.shape}.")
+    at = _places(at)
     if isinstance(query, Sites) or (isinstance(query, str | Path) and Path(query).suffix == ".sites"):
         from scipy.spatial import cKDTree
 
-        return whole.take(cKDTree(whole.points).query(at)[1])
-    return describe_sites(query, percent=whole.settings["percent"], fields=whole.fields, at=at)
+        gap, nearest = cKDTree(whole.points).query(at)
+        if gap.max() > FARTHEST:
+            raise InputError(
+                f"at: place {gap.argmax()} is {gap.max():.0f} Å away from {whole.name}; give places on it."
+            )
+        return whole.take(nearest)
+    found = describe_sites(query, percent=whole.settings["percent"], fields=whole.fields, at=at)
+    if len(found) < len(at):
+        raise InputError(
+            f"at: {len(at) - len(found)} places have hardly a dot around them; give places on the surface."
+        )
+    return found
 
 
 def arguments(parser):
@@ -239,16 +266,17 @@ def run(asked):
     fields = tuple(name.strip() for name in asked.fields.split(",") if name.strip())
     if not asked.targets:
         if asked.residues or suffix(asked.output) != ".sites":
-            raise InputError(
-                "find: name at least one TARGET, or write the Sites of QUERY to a file named .sites."
-            )
+            raise InputError("name at least one TARGET, or write the Sites of QUERY to a file named .sites.")
+        outputs.check(asked, (".sites",))
         sites = as_sites(asked.file, asked.percent, fields)
         sites.save(asked.output)
         outputs.wrote(asked, asked.output, f"{len(sites):,} places")
         return
     outputs.check(asked, outputs.TABLES)
     if not asked.residues:
-        raise InputError("find: --residues says which site is sought; give it, such as A:10-25.")
+        raise InputError("--residues says which site is sought; give it, such as A:10-25.")
+    if asked.superpose and Path(asked.superpose).is_file():
+        raise InputError(f"--superpose: {asked.superpose} is a file; name a folder.")
     if asked.superpose and not is_structure(asked.file):
         raise InputError(f"--superpose: {asked.file} is no structure; give one as QUERY.")
     files = [file for target in asked.targets for file in _files(target)]

@@ -85,6 +85,13 @@ def load_sites(path):
         with np.load(io.BytesIO(read_bytes(path)), allow_pickle=False) as file:
             held = {key: file[key] for key in file.files}
         version = int(held["version"])
+        n, wide = len(held["points"]), 1 + len(held["fields"])
+        shapes = {"points": (n, 3), "normals": (n, 3), "numbers": (n, wide, *held["numbers"].shape[2:])}
+        shapes |= {f"label_{key}": (n,) for key in LABELS}
+        if any(held[key].shape != shape for key, shape in shapes.items()) or held["numbers"].ndim != 3:
+            raise ValueError
+        if not all(np.isfinite(held[key]).all() for key in ("points", "normals", "numbers")):
+            raise ValueError
     except (KeyError, ValueError, OSError, EOFError, zipfile.BadZipFile):
         raise InputError(f"{path} holds no Sites, or is damaged: write it with Sites.save.") from None
     if version != VERSION:
