@@ -3,6 +3,7 @@
 import base64
 import json
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image
@@ -599,7 +600,9 @@ SETTINGS = {
 
 
 def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluator, tmp_path, monkeypatch):
-    inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "minimal", "grid", "best")}
+    inputs = {
+        name: str(tmp_path / name) for name in ("surface", "roughness", "minimal", "grid", "best", "fields")
+    }
     points, normals = evaluator.points[MINIMAL], evaluator.normals[MINIMAL]
     minimal = pd.DataFrame(np.hstack([points, normals]), columns=["x", "y", "z", "nx", "ny", "nz"])
     for name, table in {
@@ -608,7 +611,10 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
         "grid": minimal,
     }.items():
         table.to_csv(inputs[name], index=False)
-    write_npz(inputs["surface"], evaluator.surface)
+    charge = np.linspace(-1, 1, len(evaluator.points))
+    write_npz(inputs["surface"], replace(evaluator.surface, fields={"component": charge * 0}))
+    with open(inputs["fields"], "wb") as stream:
+        np.savez(stream, charge=charge)
     Path(inputs["best"]).write_text("{}")
     shown = []
     monkeypatch.setattr(draw_view, "residue_names", lambda _: RESIDUES)
@@ -618,7 +624,9 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     outputs = {"page": tmp_path / "view.html", "picture": tmp_path / "view.png"}
     draw_view.main(inputs, outputs, SETTINGS, "p/c1", 1)
     assert (tmp_path / "view.html").read_text() == "the page"
-    (values,), dots = shown[0][-2:]
+    (values, field), dots = shown[0][-2:]
+    assert (field.name, field.symbol, field.unit) == ("charge of side chains", "charge", " e")
+    np.testing.assert_array_equal(field.values, charge)
     assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
     assert list(dots) == MINIMAL
 

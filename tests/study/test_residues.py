@@ -1,6 +1,9 @@
 """The surface residue by residue, and the structures coloured by it."""
 
 import re
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
 
 import gemmi
 import numpy as np
@@ -28,6 +31,16 @@ def molecule(tmp_path_factory):
 @pytest.fixture(scope="module")
 def surface(molecule):
     return molecular_surface(molecule.xyz[0], radii(molecule, "dms"), 1.4, 3.0)
+
+
+def test_a_residue_has_the_mean_of_each_field(molecule, surface):
+    values = np.linspace(0, 5, len(surface))
+    own = replace(surface, fields={"charge": values, "component": values})
+    table = residue_table(own, values, molecule)
+    assert "mean_component" not in table
+    for row in (1, 4):
+        of_row = values[molecule.residue_index[surface.atom] == row]
+        assert table["mean_charge"][row] == pytest.approx(of_row.mean())
 
 
 def test_table_says_what_a_loop_finds(molecule, surface):
@@ -84,7 +97,12 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
     spheres = [line.split()[1:] for line in outputs["bild"].read_text().splitlines() if ".sphere" in line]
     assert np.array(spheres, float).tolist() == [[1.5, 0.25, 7, 0.3], [-2, 3, 8, 0.3]]
     named = re.findall(r"[\w]+\.(?:pdb|csv|bild)", outputs["pml"].read_text() + outputs["cxc"].read_text())
-    assert set(named) == {"structure_roughness.pdb", "minimal.csv", "minimal.bild"}  # which stand beside them
+    assert set(named) == {
+        "structure_roughness.pdb",
+        "residues.csv",
+        "minimal.csv",
+        "minimal.bild",
+    }  # which stand beside them
     low, high = layout.ROUGH
     assert f"structure, {low}, {high}" in outputs["pml"].read_text()
     assert f"range {low},{high}" in outputs["cxc"].read_text()
@@ -92,6 +110,24 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
         structure = gemmi.read_structure(str(outputs[kind]))
         shown = [each.atom.b_iso for each in structure[0].all()]
         assert shown == [-1.0 if chain == "A" else 0.25 for chain in molecule.chain]
+
+
+def test_pymol_gets_a_coloured_copy_for_each_field(tmp_path, monkeypatch):
+    """The Python of open.pml, with a PyMOL that notes what it is told."""
+    (tmp_path / "minimal.csv").write_text("x,y,z\n1,2,3\n")
+    rows = "chain,residue,mean_roughness,mean_charge\nA,1,0.5,-0.25\nA,2,0.5,\n"
+    (tmp_path / "residues.csv").write_text(rows)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "pymol", SimpleNamespace(cgo=SimpleNamespace(COLOR=0, SPHERE=1)))
+    told = []
+    known = ("load_cgo", "create", "alter", "spectrum", "disable")
+    cmd = SimpleNamespace(**{each: lambda *a, each=each, **k: told.append((each, *a, k)) for each in known})
+    text = tabulate_residues.OPENERS["pml"].read_text()
+    exec(re.search(r"^python\n(.*)^python end", text, re.M | re.S)[1], {"cmd": cmd})
+    assert [each[0] for each in told] == [*known]
+    assert told[0][1] == [0, 0.84, 0.37, 0.0, 1, 1, 2, 3, 0.3]
+    assert told[2][3] == {"space": {"shown": {("A", "1"): -0.25}}}
+    assert told[3][1:] == ("b", "red_white_blue", "charge", -0.25, 0.25, {})
 
 
 @pytest.mark.parametrize("kind", ["pdb", "cif"])

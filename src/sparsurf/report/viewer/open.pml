@@ -1,4 +1,5 @@
-# The surface in the colours of its roughness, the same of each field of residues.csv, switched off, and the dots of minimal.csv. Open it from this folder: pymol open.pml
+# The surface in the colours of its roughness, the dots of minimal.csv, and, switched off, each field of residues.csv.
+# Open it from this folder: pymol open.pml
 load structure_roughness.pdb, structure
 hide everything, structure
 show cartoon, structure
@@ -17,7 +18,7 @@ with open("residues.csv") as rows:
 for column in residues[0]:
     if column.startswith("mean_") and column != "mean_roughness":
         shown = {(row["chain"], row["residue"]): float(row[column]) for row in residues if row[column]}
-        most = max(map(abs, shown.values()), default=1.0)
+        most = max(map(abs, shown.values()), default=0.0) or 1.0
         cmd.create(column[5:], "structure")
         cmd.alter(column[5:], "b = shown.get((chain, resi), 0.0)", space={"shown": shown})
         cmd.spectrum("b", "red_white_blue", column[5:], -most, most)
