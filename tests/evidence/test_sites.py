@@ -1,0 +1,52 @@
+"""Finding sites again: outcomes against plain counts, where places moved to, and ranges of the tables."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import score_sites
+from conftest import ROOT
+from measures import sites
+from sparsurf.molecules.read_molecule import read_molecule
+
+
+def test_outcomes_are_those_of_plain_counting():
+    rng = np.random.default_rng(0)
+    distance, right = rng.random((5, 300)), rng.random((5, 300)) < 0.05
+    right[4] = False
+    found = sites.outcomes(distance, right)
+    for i in range(4):
+        order = np.argsort(distance[i])
+        pairs = distance[i][right[i]][:, None] < distance[i][~right[i]]
+        assert found["auc"][i] == pytest.approx(pairs.mean())
+        assert found["first"][i] == right[i][order[0]]
+        assert found["first_percent"][i] == right[i][order[:3]].any()
+    assert np.isnan(found["auc"][4]) and not found["first_percent"][4]
+    np.testing.assert_allclose(found["chance"], right.mean(axis=1))
+
+
+def test_a_place_moves_as_the_atoms_around_it():
+    bound = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb")
+    numbers = bound.residue_index
+    moved = replace(bound, xyz=bound.xyz + np.where(numbers < 30, 0.0, 2.0)[None, :, None] * [1.0, 0, 0])
+    ends = [bound.xyz[0][numbers == row].mean(axis=0) for row in (0, numbers.max())]
+    mean, rms = sites.displacements(np.array([*ends, [1e3, 0, 0]]), bound, moved)
+    np.testing.assert_allclose(mean[:2], [[0, 0, 0], [2, 0, 0]], atol=1e-12)
+    assert rms[:2].tolist() == pytest.approx([0, 2]) and np.isnan(mean[2]).all() and np.isnan(rms[2])
+
+
+def test_places_are_counted_in_the_range_of_their_move():
+    moved = pd.DataFrame({"moved": [0.1, 0.5, 0.9, 7.0], "first": [1, 1, 0, 0]})
+    table = score_sites._by_range(moved.assign(first_percent=1, first_of_all=0))
+    assert table["moved"].to_list() == [0.0, 0.5, 2.0] and table["below"].to_list() == [0.5, 1.0, np.inf]
+    assert table["first"].to_list() == [1, 0.5, 0] and table["places"].to_list() == [1, 2, 1]
+
+
+def test_every_dot_is_a_place_where_all_are_kept():
+    row = {"protein": "a", "atoms": 5, "dots": 100, "places": 10, "bytes": 5e6, "seconds": 2.0}
+    costs = pd.DataFrame([row | {"percent": 100.0}, row | {"percent": 10.0, "dots": 10}])
+    table = score_sites._costs(costs).set_index("percent")
+    assert table.loc[100, ["places", "megabytes", "seconds"]].to_list() == [100, 50, 20]
+    assert table.loc[10, ["places", "megabytes", "seconds"]].to_list() == [10, 5, 2]
