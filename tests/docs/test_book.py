@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 import reference
+import sparsurf
 from browser import Browser, programs
 from conftest import ROOT
 
@@ -24,6 +25,11 @@ def test_every_key_of_the_config_is_in_its_readme():
     shown = {*re.findall(r"^(?:\| `|## )([\w.<>]+)", text, re.M)}
     assert {*reference.SCHEMA["properties"]} <= shown
     assert {"sampler", "<name>.simulate.ns", "thinning.draws", "centres"} <= shown  # below others
+
+
+def test_every_function_for_users_is_in_the_reference():
+    text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    assert {*re.findall(r"autofunction:: (\w+)", text)} == {*sparsurf.CALLS}
 
 
 def test_the_glossary_has_every_word():
@@ -45,8 +51,6 @@ def test_a_page_can_be_read_at_one_go(page):
 
 
 def test_the_release_is_one():
-    import sparsurf
-
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     first = re.search(r"^## (\S+)\n(.*?)(?=^## |\Z)", changes, re.M | re.S)
