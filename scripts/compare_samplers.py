@@ -48,6 +48,7 @@ def main(inputs, outputs, settings, name, threads):
             radii(atoms, rules["radii"]),
             probe=rules["probe_radius"],
             reentrant=rules["reentrant"],
+            cavities=rules.get("cavities", "keep"),
         )
     against = dict.fromkeys([*fewer.AGAINST, comparison_page.best_of(table)[-1]])
     own = {key: drawers[key] for key in ("farthest", "uniform") if key in drawers}

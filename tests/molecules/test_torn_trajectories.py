@@ -8,8 +8,8 @@ import pytest
 
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.molecules.completeness import whole_frames
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.trajectory import whole_frames
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 
@@ -70,7 +70,7 @@ def test_whole_files_are_whole(trajectory, frames, tmp_path):
 
 
 def test_lines_are_counted_across_chunks(trajectory, frames, monkeypatch):
-    monkeypatch.setattr("sparsurf.molecules.completeness.CHUNK", 1000)
+    monkeypatch.setattr("sparsurf.molecules.trajectory.CHUNK", 1000)
     assert whole_frames(trajectory[0], frames.n_atoms) == (3, False)
 
 

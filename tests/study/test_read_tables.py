@@ -1,10 +1,14 @@
 """Tables of a run, read again: what is cut short or changed is refused in one sentence."""
 
+import math
+
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 from sparsurf import InputError
+from sparsurf.report.recommendation import EVIDENCE, read_run
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study.tables import combinations_in, read_minimal, read_roughness, read_table
 
@@ -21,17 +25,17 @@ def test_a_table_is_whole_or_refused(tmp_path):
     damages = {
         whole[:-1]: "cut short",
         "".join(whole.splitlines(True)[:-1]): "2 rows for 3 dots",
-        whole.replace("0.25", "0.25,7"): "no table",
-        "": "no table",
+        whole.replace("0.25", "0.25,7"): "cannot be read",
+        "": "cannot be read",
     }
     for text, words in damages.items():
         path.write_text(text)
         with pytest.raises(InputError, match=rf"t\.csv .*{words}.* run the study again"):
             read_table(path, 3, "dots")
     path.write_bytes(b"a,b\n\xff\xfe,1\n")
-    with pytest.raises(InputError, match="no table"):
+    with pytest.raises(InputError, match="cannot be read"):
         read_table(path)
-    with pytest.raises(InputError, match="No such file"):
+    with pytest.raises(InputError, match="does not exist"):
         read_table(tmp_path / "none.csv")
 
 
@@ -67,9 +71,26 @@ def test_a_grid_has_each_of_its_combinations_once(tmp_path):
         read_table(path, 4, "combinations")
 
 
-def test_a_grid_of_another_study_is_refused(shared):
-    """A grid of four combinations under an earlier release's names, next to a config of four."""
-    path = shared / "data" / "bad" / "second" / "grid_full.csv"
-    assert len(read_table(path, 4, "combinations")) == 4
-    with pytest.raises(InputError, match=r"grid_full\.csv has 4 rows for 1296 combinations"):
-        read_table(path, 1296, "combinations")
+def test_half_of_a_real_grid_is_refused(shared, tmp_path):
+    """cc.yaml asks for four combinations; half of its grid is a sound table of two."""
+    folder = shared / "data" / "bad" / "second"
+    lists = yaml.safe_load((folder / "cc.yaml").read_text())["sampling"].values()
+    n = math.prod(map(len, lists))
+    assert len(read_table(folder / "grid_full.csv", n, "combinations")) == n == 4
+    lines = (folder / "grid_full.csv").read_text().splitlines(True)
+    (tmp_path / "grid.csv").write_text("".join(lines[:3]))
+    with pytest.raises(InputError, match=r"grid\.csv has 2 rows for 4 combinations"):
+        read_table(tmp_path / "grid.csv", n, "combinations")
+
+
+def test_a_run_that_lacks_ranges_recommends_nothing(tmp_path):
+    for name in ("summary", "relation", "surfaces"):
+        pd.read_csv(EVIDENCE / f"{name}.csv.gz").to_csv(tmp_path / f"{name}.csv", index=False)
+    assert len(read_run(tmp_path)["surfaces"]) == 65
+    summary = pd.read_csv(tmp_path / "summary.csv")
+    for rows in (slice(-1), summary["protein"] != summary["protein"].iloc[0]):
+        summary[rows].to_csv(tmp_path / "summary.csv", index=False)
+        with pytest.raises(
+            InputError, match=r"summary\.csv has \d+ ranges of 6[45] surfaces, not all of the 65"
+        ):
+            read_run(tmp_path)

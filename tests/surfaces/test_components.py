@@ -8,6 +8,7 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.study.comparison.contestants import dotted
 from sparsurf.surfaces.components import components_of, numbers_of, table_of_components, without_cavities
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -121,3 +122,9 @@ def test_components_of_a_protein_are_closed_and_turn_with_it(protein):
     turned = molecule.xyz[0] @ Rotation.random(rng=np.random.default_rng(4)).as_matrix() + [5, 6, 70]
     again = parts(turned, sizes)[2]
     np.testing.assert_allclose(again[["area", "volume"]], table[["area", "volume"]], rtol=0.05)
+
+
+def test_dots_that_others_are_compared_with_have_no_cavities_either():
+    for cavities, inner in (("keep", True), ("remove", False)):
+        points, _ = dotted(shell(), np.full(200, 1.9), 4000, np.random.default_rng(2), cavities=cavities)
+        assert (np.linalg.norm(points, axis=1) < 9).any() == inner

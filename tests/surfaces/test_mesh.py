@@ -15,8 +15,7 @@ from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces import mesh as meshes
-from sparsurf.surfaces.marching import march
-from sparsurf.surfaces.mesh import molecular_mesh, step_of
+from sparsurf.surfaces.mesh import march, molecular_mesh, step_of
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 

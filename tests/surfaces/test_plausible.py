@@ -10,10 +10,9 @@ from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import molecular_surface
-from sparsurf.surfaces.plausible import nearest_of, refuse_implausible
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import Surface, nearest_of, refuse_implausible
 
 
 @pytest.fixture(scope="module")

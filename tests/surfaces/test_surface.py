@@ -13,12 +13,11 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.dms import surface_by_dms_program, write_dms
-from sparsurf.surfaces.formats.format import Format
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
-from sparsurf.surfaces.read_surface import FORMATS, READABLE, read_places, read_surface
-from sparsurf.surfaces.surface import Surface, surface_of_columns
+from sparsurf.surfaces.read_surface import FORMATS, read_places, read_surface
+from sparsurf.surfaces.surface import Format, Surface, surface_of_columns
 
 FIELDS = ("points", "normals", "area", "kind", "atom")
 # Three atoms of two residues; columns as in DMS's own files, without and with chain letters.
@@ -429,7 +428,8 @@ def test_every_format_has_its_file_and_its_own_suffixes():
     assert {each.name.lower() for each in FORMATS} == modules - {"__init__", "format"}
     suffixes = [suffix for each in FORMATS for suffix in each.suffixes]
     assert len(set(suffixes)) == len(suffixes)
-    assert set(READABLE) == {".minimal", ".npz", ".csv", ".dms", ".ply"}
+    readable = {suffix for each in FORMATS if each.read for suffix in each.suffixes}
+    assert readable == {".minimal", ".npz", ".csv", ".dms", ".ply"}
 
 
 @pytest.mark.parametrize("name", ["a.npz", "a.csv", "a.dms", "a.ply", "a.minimal"])

@@ -13,7 +13,7 @@ from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.patches.descriptors import DESCRIPTORS
 from sparsurf.patches.roughness import ROUGHNESS
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.surfaces.read_surface import READABLE
+from sparsurf.surfaces.read_surface import FORMATS
 from sparsurf.workflow import listing, needs, registries
 from sparsurf.workflow.config import check, completed
 from sparsurf.workflow.protein import Protein, proteins
@@ -361,7 +361,8 @@ def test_registries_are_read_from_their_source_as_they_are():
     }
     choosing = registries.names("samplers", "choosing")
     assert choosing == tuple(name for name in SAMPLERS if SAMPLERS[name].choosing)
-    assert sorted(registries.surface_suffixes()) == sorted(READABLE)
+    readable = [suffix for each in FORMATS if each.read for suffix in each.suffixes]
+    assert sorted(registries.surface_suffixes()) == sorted(readable)
     assert SCHEMA["$defs"]["sampler"]["enum"] == [*SAMPLERS]
     assert SCHEMA["properties"]["fields"]["items"]["enum"] == [*FIELDS]
     assert OF_PATCHES["descriptor"]["enum"] == [*DESCRIPTORS]

@@ -4,6 +4,7 @@ import errno
 import io
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -188,9 +189,11 @@ def test_a_log_lies_where_its_job_belongs(path, found):
     assert job_logs.place(f"results/r/logs/{path}", "results/r/logs") == found
 
 
-def test_a_job_that_said_nothing_was_killed(tmp_path):
+def test_a_job_that_said_nothing_was_killed(tmp_path, monkeypatch):
     (tmp_path / "x.log").write_text("WARNING a hole\nINFO x\nWARNING a hole\n")
     assert job_logs.failure(tmp_path / "x.log") == job_logs.failure(tmp_path / "no.log") == job_logs.NO_WORD
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=0))
+    assert job_logs.failure(tmp_path / "no.log") == job_logs.NO_ROOM
     assert job_logs.warnings_in(tmp_path / "x.log") == ["a hole"]
 
 

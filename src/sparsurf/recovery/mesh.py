@@ -8,8 +8,7 @@ from scipy.spatial import cKDTree
 
 from sparsurf import InputError
 from sparsurf.recovery.recovering import REACH, STEPS, recover
-from sparsurf.surfaces.marching import march
-from sparsurf.surfaces.mesh import STEP, grid_around, mesh_of
+from sparsurf.surfaces.mesh import STEP, grid_around, march, mesh_of
 from sparsurf.surfaces.spacing import DENSITY
 
 log = logging.getLogger("sparsurf")

@@ -8,7 +8,6 @@ the run support it in every way that `reasons` asks for; else the best combinati
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.old_names import refuse_old_names
@@ -17,6 +16,7 @@ from sparsurf.report.page import render
 from sparsurf.sampling.combination import PARAMETERS, Combination, split
 from sparsurf.study.relation import EQUAL, mean_interval, one_each, relation
 from sparsurf.study.summary import NEAREST
+from sparsurf.study.tables import read_table
 
 TEMPLATE = "recommend.txt.j2"
 EVIDENCE = Path(__file__).with_name("evidence")  # of the study over many proteins, docs/proteins.md
@@ -40,25 +40,28 @@ def read_run(folder):
 
     Raises
     ------
-    InputError : a table is missing, unreadable or empty, or lacks a column
+    InputError : a table is missing, unreadable, cut short or empty, or lacks a column or rows
     """
     out = {}
     for name, columns in NEEDED.items():
         path = folder / f"{name}.csv"
         if not path.is_file() and path.with_name(f"{name}.csv.gz").is_file():
             path = path.with_name(f"{name}.csv.gz")
-        try:
-            out[name] = pd.read_csv(path)
-        except (OSError, ValueError) as error:
-            reason = str(error).splitlines()[0]
-            raise InputError(
-                f"{path} cannot be read ({reason}): run the study first, or give --results."
-            ) from None
+        if not path.is_file():
+            raise InputError(f"{path} cannot be read: run the study first, or give --results.")
+        out[name] = read_table(path)
         refuse_old_names(out[name], path)
         missing = [column for column in columns if column not in out[name]]
         if missing or out[name].empty:
             lacking = f"the column {missing[0]}" if missing else "rows"
             raise InputError(f"{path} lacks {lacking}: run the study again.")
+    ranges = out["summary"].groupby(["protein", "conformation", "reading"]).size()
+    surfaces = len(ranges.groupby(["protein", "conformation"]))
+    if ranges.nunique() > 1 or surfaces != len(out["surfaces"]):
+        raise InputError(
+            f"{folder}/summary.csv has {len(out['summary'])} ranges of {surfaces} surfaces, not all of the "
+            f"{len(out['surfaces'])} in surfaces.csv: delete it and run the study again."
+        )
     return out
 
 

@@ -1,7 +1,6 @@
 """Tables of a study: the grid, the best combination per range of n_S, the best of all."""
 
 import io
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -10,6 +9,7 @@ from sparsurf import InputError
 from sparsurf.sampling.combination import PARAMETERS, joined, texts_of
 from sparsurf.study.best_set import best_set
 from sparsurf.study.statistics import estimate, held_out, references
+from sparsurf.texts import read_bytes
 
 
 def read_table(path, rows=None, of="rows"):
@@ -17,7 +17,7 @@ def read_table(path, rows=None, of="rows"):
 
     Parameters
     ----------
-    path : CSV
+    path : CSV, also packed (.gz)
     rows : int, optional
         How many it must have.
     of : str
@@ -28,11 +28,13 @@ def read_table(path, rows=None, of="rows"):
     InputError : it is no table, cut short, or has another number of rows
     """
     try:
-        text = Path(path).read_bytes().decode("utf-8")
+        text = read_bytes(path).decode("utf-8")
         table = pd.read_csv(io.StringIO(text))
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
-        raise InputError(f"{path} is no table ({reason}): delete it and run the study again.") from None
+    except InputError:
+        raise
+    except ValueError as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"{path} cannot be read ({reason}): delete it and run the study again.") from None
     if not text.endswith("\n"):
         raise InputError(f"{path} is cut short: delete it and run the study again.")
     if rows is not None and len(table) != rows:

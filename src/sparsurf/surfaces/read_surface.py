@@ -13,7 +13,6 @@ FORMATS = (
     ply.FORMAT,
     vtp.FORMAT,
 )
-READABLE = tuple(suffix for each in FORMATS if each.read for suffix in each.suffixes)
 HEAD = 100_000  # bytes that tell the format
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 
 from sparsurf import InputError
-from sparsurf.surfaces.plausible import nearest_of
 from sparsurf.surfaces.surface import DENSITY as DENSITY  # which users of spacings know from here
+from sparsurf.surfaces.surface import nearest_of
 from sparsurf.surfaces.vectors import apart2, cells_of, column, point
 
 SPARSE = 1.3  # D_link must exceed this many times the median spacing, else patches shatter

@@ -11,12 +11,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sparsurf import InputError
-from sparsurf.workflow.job_logs import failure
+from sparsurf.workflow.job_logs import FULL, failure
 from sparsurf.workflow.results import LOGS
 
 FAILED = "SPARSURF_FAILED"  # environment variable: file to which the logs of failed jobs are added
 PAGE, REPORT, WARNINGS, SURFACES = "index.html", "report.html", "warnings.csv", "surfaces.csv"
-FULL = 10**6  # bytes of a disk on which nothing more can be made
 
 
 def make_writable(folder):

@@ -2,10 +2,13 @@
 
 import os
 import re
+import shutil
 from pathlib import Path
 
 ERROR, WARNING, PROGRESS, USED, MADE = "ERROR ", "WARNING ", "PROGRESS ", "USED ", "MADE "
 TAIL = 2000  # bytes
+FULL = 10**6  # bytes of a disk on which nothing more can be made
+NO_ROOM = "no space is left on the disk"
 NO_WORD = "it ended without a word: killed, out of memory, or stopped as logs/snakemake.err says"
 
 
@@ -27,7 +30,10 @@ def failure(path):
     """Why a job failed, in a sentence; None for one that came to its end."""
     if lines(path, USED):
         return None
-    return (lines(path, ERROR) or [NO_WORD])[-1]
+    if found := lines(path, ERROR):
+        return found[-1]
+    folder = Path(path).parent
+    return NO_ROOM if folder.is_dir() and shutil.disk_usage(folder).free < FULL else NO_WORD
 
 
 def progress(path):

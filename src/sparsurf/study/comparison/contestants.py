@@ -13,6 +13,7 @@ from sparsurf.patches.readings import TEXT
 from sparsurf.sampling import law, samplers
 from sparsurf.sampling.combination import PARAMETERS, Choices, choices_of
 from sparsurf.sampling.samplers import HINDSIGHT
+from sparsurf.surfaces.components import components_of, without_cavities
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
 
@@ -67,12 +68,14 @@ def best_in_hindsight(evaluator, grid, percents):
     return Choices(0.99 * np.array(percents), np.array(best))
 
 
-def dotted(xyz, radii, n, rng, probe=1.4, reentrant="exact"):
+def dotted(xyz, radii, n, rng, probe=1.4, reentrant="exact", cavities="keep"):
     """The surface of atoms laid with about n dots, the molecule being turned at random first: points and normals."""
     turn = Rotation.random(random_state=rng).as_matrix()
     turned, density, best = xyz @ turn.T, None, None
     for _ in range(STEPS):
         surface = molecular_surface(turned, radii, probe, density or DENSITY, reentrant)
+        if cavities == "remove":
+            surface = without_cavities(surface, components_of(surface, turned, radii, probe))
         if best is None or abs(len(surface) - n) < abs(len(best) - n):
             best = surface
         density = (density or DENSITY) * n / len(surface)

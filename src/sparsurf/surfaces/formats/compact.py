@@ -11,8 +11,7 @@ import zlib
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.surfaces.formats.format import Format
-from sparsurf.surfaces.surface import surface_of_columns
+from sparsurf.surfaces.surface import Format, surface_of_columns
 
 MAGIC = b"sparsurf minimal 1\n"
 HEAD = len(MAGIC) + 4

@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.surfaces.formats.format import Format
-from sparsurf.surfaces.surface import is_field, surface_of_columns
+from sparsurf.surfaces.surface import Format, is_field, surface_of_columns
 from sparsurf.texts import text_of
 
 DIGITS = "%.4f"  # of the floats of dots that are written: places to 0.00005 Å

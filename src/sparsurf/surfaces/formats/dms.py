@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.surfaces.formats.format import Format
-from sparsurf.surfaces.surface import CONCAVE, CONTACT, DENSITY, SADDLE, surface_of_columns
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, DENSITY, SADDLE, Format, surface_of_columns
 from sparsurf.texts import read_bytes, short, text_of
 
 KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.surfaces.formats.format import Format
-from sparsurf.surfaces.surface import ARRAYS, is_field, surface_of_columns
+from sparsurf.surfaces.surface import ARRAYS, Format, is_field, surface_of_columns
 from sparsurf.texts import MOST_BYTES, read_bytes
 
 

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.surfaces.formats.format import Format
-from sparsurf.surfaces.surface import is_field, surface_of_columns
+from sparsurf.surfaces.surface import Format, is_field, surface_of_columns
 
 log = logging.getLogger("sparsurf")
 

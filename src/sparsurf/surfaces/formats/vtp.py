@@ -4,8 +4,8 @@ import base64
 
 import numpy as np
 
-from sparsurf.surfaces.formats.format import Format
 from sparsurf.surfaces.formats.ply import triangles
+from sparsurf.surfaces.surface import Format
 
 TYPES = {"f": ("Float32", "<f4"), "i": ("Int32", "<i4"), "u": ("Int32", "<i4")}
 
