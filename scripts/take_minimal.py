@@ -63,7 +63,7 @@ def main(inputs, outputs, settings, name, threads=1, whole=True):
         with open(outputs["fields"], "wb") as stream:
             np.savez(stream, **fields)
         order = farthest(evaluator, len(surface) // 5, evaluator.stream("minimal", "farthest"))
-        back = recovery_table(surface, subset.dots, subset.surface.points, order)
+        back = recovery_table(surface, order, subset.dots, subset.surface.points)
         back.to_csv(outputs["given_back"], index=False, float_format="%.5g")
 
 

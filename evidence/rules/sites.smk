@@ -85,3 +85,43 @@ rule draw_sites:
         "Figure of finding sites"
     script:
         "../draw_sites.py"
+
+
+back = chains.add(
+    "fields",
+    {"forms": FORMS},
+    scripts=["recover_fields.py", "tabulate_fields.py"],
+    tables=["fields", "fields_means"],
+)
+
+
+rule recover_fields:
+    input:
+        structure=structure,
+    output:
+        table=f"{OUT}/fields/{{protein}}.csv",
+    log:
+        f"{LOGS}/fields/{{protein}}.log",
+    params:
+        **chains.made_by("recover_fields.py"),
+    message:
+        "Fields of {wildcards.protein} from few dots"
+    script:
+        "../recover_fields.py"
+
+
+rule tabulate_fields:
+    input:
+        tables=expand(f"{OUT}/fields/{{form}}_r_u.csv", form=FORMS),
+    output:
+        touch(back.mark),
+        **back.tables,
+    log:
+        f"{LOGS}/tabulate_fields.log",
+    localrule: True
+    params:
+        **chains.made_by("tabulate_fields.py"),
+    message:
+        "Tables of fields from few dots"
+    script:
+        "../tabulate_fields.py"

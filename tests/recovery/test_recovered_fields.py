@@ -41,7 +41,7 @@ def test_the_table_compares_with_the_field_at_other_dots():
     }
     surface = Surface(points, points / 10, fields=fields)
     kept = np.arange(0, 800, 16)
-    table = recovery_table(surface, kept, points[kept], rng.permutation(800)[:160])
+    table = recovery_table(surface, rng.permutation(800)[:160], kept, points[kept])
     assert table["field"].drop_duplicates().to_list() == [*fields]
     assert table["subset"].to_list() == ["minimal", *["farthest"] * 4] * 4
     assert table["n_S"].to_list()[:5] == [50, 20, 40, 80, 160] and table["n_S_percent"][1] == 2.5

@@ -232,9 +232,7 @@ def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
 def test_boxes_show_the_bins_of_roughness():
     r, z = distances(500)
     references = {"empty_patch": 80.6, "null_model": 6.5, "floors": {"fresh dots": 0.5}}
-    figure = rough_and_flat.figure(
-        [("any dots", r, z[0], z[1])], [patch()], references, bins=5
-    )
+    figure = rough_and_flat.figure([("any dots", r, z[0], z[1])], [patch()], references, bins=5)
     ax = figure.axes[-1]
     edges = np.linspace(r.min(), r.max(), 6)
     chosen = {k: np.flatnonzero(np.digitize(r, edges[1:-1]) == k) for k in range(5)}

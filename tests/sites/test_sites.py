@@ -13,7 +13,7 @@ from sparsurf import InputError
 from sparsurf.cli.command import main
 from sparsurf.sites.arrangement import best_pose, rigid_fit
 from sparsurf.sites.describing import load_sites
-from sparsurf.sites.searching import BLOCK, nearest_places
+from sparsurf.sites.finding import BLOCK, nearest_places
 from sparsurf.sites.weighing import discriminant, learn, weighed
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"

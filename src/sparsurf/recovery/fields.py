@@ -64,14 +64,14 @@ def _fitted(points, values, near):
     return centre, scale, np.linalg.solve(system, right)[:, :, 0]
 
 
-def recovery_table(surface, minimal, places, order):
+def recovery_table(surface, order, minimal=(), places=()):
     """How well few dots give the fields of a surface back at all other dots.
 
     Parameters
     ----------
     surface : Surface with fields
-    minimal, places : (n,) int, dots of the minimal subset, and (n, 3), Å, where they lie
     order : (m,) int, farthest-point dots, of which the first PERCENTS of all dots are taken
+    minimal, places : (n,) int, dots of the minimal subset, and (n, 3), Å, where they lie; without, there is no row of it
 
     Returns
     -------
@@ -80,7 +80,8 @@ def recovery_table(surface, minimal, places, order):
     """
     n = len(surface)
     farthest = [order[: max(1, round(percent / 100 * n))] for percent in PERCENTS]
-    subsets = [("minimal", minimal, places), *(("farthest", dots, surface.points[dots]) for dots in farthest)]
+    subsets = [("minimal", minimal, places)] if len(minimal) else []
+    subsets += [("farthest", dots, surface.points[dots]) for dots in farthest]
     rows = []
     for name, values in surface.fields.items():
         for subset, dots, at in subsets:

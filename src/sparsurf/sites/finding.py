@@ -8,13 +8,14 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.sites.arrangement import best_pose
 from sparsurf.sites.describing import LABELS
-from sparsurf.sites.searching import nearest_places
 from sparsurf.sites.weighing import weighed
+from sparsurf.threads import over_slices
 
 SAME = 3.0  # Å; of hits that lie nearer to each other only the best counts
 SAMPLE = 20_000  # places of the targets that tell how far apart unrelated places are
 MOST = 40  # places of a site that are laid on a target; more make it slower, not surer
 LIKELY = 1.0  # score of a match from which on it speaks for a pose
+BLOCK = 16384  # places that are searched at once: with 50 queries 3 MB of distances
 COLUMNS = ("query", "rank", "target", *LABELS, "x", "y", "z", "score")
 
 
@@ -62,6 +63,43 @@ def find_places(query, targets, n=10, threads=1, learned=None):
                 taken.append((owner[k], at))
                 rows.append(_row(i, len(taken), target, k - begin[owner[k]], s))
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def nearest_places(query, targets, k, threads=1):
+    """The k places nearest to each query, exactly, in blocks of one matrix product each.
+
+    Parameters
+    ----------
+    query : (Q, M) float32
+    targets : (P, M) float32, P >= k
+    k : int
+    threads : int
+
+    Returns
+    -------
+    distance : (Q, k) float32, ascending
+    place : (Q, k) int64; of equal distances the lower place first
+    """
+    norms = np.einsum("ij,ij->i", targets, targets)
+    double = -2 * query
+
+    def best(a, b):
+        square = double @ targets[a:b].T
+        square += norms[a:b]
+        few = min(k, b - a)
+        place = (
+            np.argpartition(square, few - 1, axis=1)[:, :few]
+            if few < b - a
+            else np.tile(np.arange(b - a), (len(query), 1))
+        )
+        return np.take_along_axis(square, place, axis=1), place + a
+
+    found = over_slices(best, len(targets), threads, BLOCK)
+    square, place = (np.concatenate([part[c] for part in found], axis=1) for c in (0, 1))
+    order = np.lexsort((place, square), axis=1)[:, :k]
+    square, place = np.take_along_axis(square, order, axis=1), np.take_along_axis(place, order, axis=1)
+    own = np.einsum("ij,ij->i", query, query)[:, None]
+    return np.sqrt(np.maximum(square + own, 0)), place
 
 
 def find_site(query, targets, n=10, learned=None):
