@@ -13,12 +13,16 @@ from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import run
 
 
-def main(inputs, outputs, settings, name):
-    """Write the dots of a structure as npz and as a DMS file, its components, and the structure itself beside them."""
+def main(inputs, outputs, settings, name, tell=True):
+    """Write the dots of a structure as npz and as a DMS file, its components, and the structure itself beside them.
+
+    Unless `tell`, the log is silent on a raised density, which d of a grid depends on.
+    """
     rules, path_to_input = settings["surface"], f"{inputs['structures']}/{Path(name).name}.pdb"
     molecule = read_molecule(path_to_input, selection="all", whole=False)
     atom_radii = radii(molecule, rules["radii"])
-    surface, _ = fitting_surface(molecule, 0, atom_radii, rules, settings["patches"]["D_link"], name)
+    d_link = settings["patches"]["D_link"]
+    surface, _ = fitting_surface(molecule, 0, atom_radii, rules, d_link, name, tell)
     component = components_in(surface, molecule, 0, atom_radii, rules["probe_radius"])
     table_of_components(surface, component).to_csv(outputs["components"], index=False, float_format="%.2f")
     write_npz(outputs["surface"], replace(surface, fields={FIELD: component}))

@@ -17,7 +17,7 @@ def main(inputs, outputs, settings, molecule_options, name, threads):
     made = {key: path for step in STEPS[:3] for key, path in own[step].items()}
     made |= {"minimal": own[take_minimal]["table"]}
     made |= {key: path for key, path in own[take_minimal].items() if key == "fields"}
-    make_surface.main(inputs, own[make_surface], settings, name)
+    make_surface.main(inputs, own[make_surface], settings, name, tell=False)
     measure_roughness.main(made, own[measure_roughness], settings, name, threads)
     atoms = inputs | {key: made[key] for key in ("surface", "roughness")} | {"own": made["structure"]}
     measure_floors.main(atoms, own[measure_floors], settings, molecule_options, name, threads)

@@ -37,6 +37,10 @@ def read_bytes(path):
     try:
         with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as stream:
             content = stream.read(MOST_BYTES + 1)
+    except IsADirectoryError:
+        raise InputError(
+            f"{name} is a folder: give one file, or let a study take all, `proteins: {{folder: {name}}}`."
+        ) from None
     except FileNotFoundError:
         raise InputError(f"{name} does not exist: check the path.") from None
     except gzip.BadGzipFile as error:

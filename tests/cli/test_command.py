@@ -480,6 +480,8 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             "recommend: one.csv has a single dot, which has no roughness: give a surface.",
         ),
         (["recommend", "dots.csv", "--d-link", "0.7"], 2, "unrecognized arguments: --d-link 0.7"),
+        (["roughness", "dots.csv", "more.csv", "-o", "-"], 2, "unrecognized arguments: more.csv (one file"),
+        (["roughness", ".", "-o", "-"], 1, ". is a folder: give one file"),
     ],
 )
 def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, arguments, code, words):

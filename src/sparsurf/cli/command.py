@@ -65,7 +65,9 @@ def main(arguments=None):
     parser, modules = build_parser(next((each for each in arguments if not each.startswith("-")), None))
     asked, others = parser.parse_known_args(arguments)
     if others and not (hasattr(asked, "targets") and all(each[:1] != "-" for each in others)):
-        parser.error(f"unrecognized arguments: {' '.join(others)}")
+        several = not any(each.startswith("-") for each in others)
+        hint = " (one file at a time; a study takes a folder of them)" if several else ""
+        parser.error(f"unrecognized arguments: {' '.join(others)}{hint}")
     if others:  # files after an option, which argparse has given to no list that may be empty
         asked.targets += others
     progress.shown = not asked.quiet
