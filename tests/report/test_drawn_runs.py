@@ -133,7 +133,7 @@ def trajectory(n=100, step=200.0):
 def test_the_spread_over_frames_is_that_of_all_frames():
     table = trajectory().iloc[:4].assign(n_S_percent=[40.0, 42, 44, 46])
     beside = over_time.ensemble_figure(table, (1, 0, 6, 4)).axes[1]
-    assert beside.get_title() == "mean 43.0, sd 2.2"  # sqrt(5)
+    assert beside.get_title() == "mean 43.0, sd 2.6"  # sqrt(20 / 3), as on the page
 
 
 def test_one_combination_is_followed_over_time():

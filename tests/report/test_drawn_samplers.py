@@ -254,10 +254,7 @@ def test_thinning_shows_means_over_sides_and_draws():
     assert a.lines[4].get_ydata()[0] == 1.0 and c.lines[4].get_ydata()[0] == 0.75
     assert b.lines[4].get_xydata().tolist() == [[300.0, 1.0]]
     assert d.lines[4].get_xydata().tolist() == [[300.0, 0.75]]
-    assert (
-        words_of(figure)[0]
-        == "two proteins; both partners averaged. Dotted line and star: all dots as centres."
-    )
+    assert words_of(figure)[0] == "two proteins"
     assert "correlation" in a.get_ylabel() and "AUC" in c.get_ylabel() and not b.get_ylabel()
     assert "% of the dots" in c.get_xlabel() and "CPU seconds" in d.get_xlabel()
     assert not [text for ax in figure.axes for text in ax.texts]

@@ -388,9 +388,7 @@ def test_the_book_shows_propensity_above_the_interface():
         left.shape[1] - 1 - other, abs=2
     )
     assert abs(column - other) > 50
-    assert words_of(figure)[0].startswith(
-        "x: partner 1 left"
-    ) and "interface: dots\nthat touch the\nother partner" in words_of(figure)
+    assert words_of(figure)[0] == "x" and "interface: dots\nthat touch the\nother partner" in words_of(figure)
 
 
 def test_the_book_of_partners_apart_shows_the_similarity():
@@ -509,6 +507,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
         "recovered": {"unrestricted": other},
         "as_coded": {"unrestricted": unrestricted},
         "references": {},
+        "combinations": 1,
     }
     tables = ("grid", "curves", "floors", "enough")
     inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "best", "minimal", *tables)}
@@ -518,7 +517,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
         pd.DataFrame({name: [float(k)], "sampler": "farthest"}).to_csv(inputs[name], index=False)
     handed_out = pd.DataFrame(surface.points[::5] + 0.125, columns=list("xyz"))
     handed_out[["nx", "ny", "nz"]] = surface.normals[::5]
-    handed_out.to_csv(inputs["minimal"], index=False)
+    handed_out.assign(weight=5).to_csv(inputs["minimal"], index=False)
     Path(inputs["best"]).write_text(json.dumps(best))
     shown = []
     monkeypatch.setattr(draw_figures, "DRAWS", 2)

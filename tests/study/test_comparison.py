@@ -338,7 +338,7 @@ def test_page_says_what_the_numbers_say(table):
     for measure, rows in page["tables"].items():
         value = values_of(table, measure)
         assert sorted(rows) == sorted(
-            [samplers.called(name).text, *(f"{x:.2f}" for x in row)] for name, row in value.iterrows()
+            [samplers.called(name).words, *(f"{x:.2f}" for x in row)] for name, row in value.iterrows()
         )
 
 

@@ -8,6 +8,7 @@ from sparsurf.sampling.samplers import called
 TEMPLATE = "compare.html.j2"
 AT = 10.0  # n_S in % that the answer speaks of, or the nearest that was measured
 REFERENCE = "uniform"
+LEAST = 1.05  # times fewer dots that a bound must promise to be told
 AS_WRITTEN, RECOVERED = "Z as_written", "Z recovered"
 MEASURES = (AS_WRITTEN, RECOVERED, "Z as_coded", "Z centres")  # that get a table each
 BOUNDS = {"more than ": "> ", "less than ": "< ", "about ": "≈ "}
@@ -37,9 +38,9 @@ def comparison_page(name, table, fewer, pairs=None, alone=None, of=None, **facts
         "name": name,
         "of": of,
         "at": f"{at:g}",
-        "best": called(best).text,
+        "best": called(best).words,
         "best_Z": number(z.loc[best, at]),
-        "alike": [called(each).text for each in alike(pairs, best, at)] if pairs is not None else [],
+        "alike": [called(each).words for each in alike(pairs, best, at)] if pairs is not None else [],
         "recovered": recovered(table, at),
         "fewer": fewer_rows(fewer, at),
         "against": against(fewer, at),
@@ -77,7 +78,7 @@ def rows_of(table, measure):
     values = matrix(table, measure)
     values = values.sort_values(values.columns[np.argmin(np.abs(values.columns - AT))])
     return [
-        [called(name).text, *map(number, row)]
+        [called(name).words, *map(number, row)]
         for name, row in zip(values.index, values.to_numpy(), strict=True)
     ]
 
@@ -95,7 +96,7 @@ def recovered(table, at):
         return None
     z = matrix(table, RECOVERED)[at]
     floor = table["fresh_dots"].mean() if "fresh_dots" in table else np.nan
-    return {"sampler": called(z.idxmin()).text, "Z": number(z.min()), "floor": number(floor)}
+    return {"sampler": called(z.idxmin()).words, "Z": number(z.min()), "floor": number(floor)}
 
 
 def bounded(row):
@@ -109,13 +110,14 @@ def fewer_rows(fewer, at):
     own = fewer[(fewer["measure"] == AS_WRITTEN) & (fewer["percent"] == at) & (fewer["use"] == "surface")]
     by = {(row["sampler"], row["than"]): bounded(row) for _, row in own.iterrows()}
     names = dict.fromkeys(own.sort_values("factor", ascending=False)["sampler"])
-    return [[called(name).text, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")] for name in names]
+    return [[called(name).words, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")] for name in names]
 
 
 def against(fewer, at):
     """How many times fewer dots the farthest-point sampler needs than a uniform subset; None where not measured."""
     own = fewer[(fewer["measure"] == AS_WRITTEN) & (fewer["percent"] == at) & (fewer["use"] == "surface")]
     own = own[(own["sampler"] == "farthest") & (own["than"] == REFERENCE)]
+    own = own[~own["bound"].str.startswith("more") | (own["factor"] >= LEAST)]
     return None if own.empty else bounded(own.iloc[0])
 
 
@@ -124,6 +126,6 @@ def alone_rows(alone, at):
     scales = sorted(alone["scale"].unique())
     own = alone[(alone["percent"] == at) & (alone["scale"] == scales[len(scales) // 2])].sort_values("Z")
     return [
-        [called(row["sampler"]).text, share(row["n_S_percent"]), interval(row["Z"], row["low"], row["high"])]
+        [called(row["sampler"]).words, share(row["n_S_percent"]), interval(row["Z"], row["low"], row["high"])]
         for _, row in own.iterrows()
     ]

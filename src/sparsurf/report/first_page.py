@@ -11,6 +11,7 @@ TEMPLATE = "first.html.j2"
 NAMES = ["protein", "conformation"]
 FRESH = "fresh dots"
 AT = 10  # % of the dots, at which samplers are compared
+LEAST = 1.05  # times fewer dots that a bound must promise to be worth a card
 SHOWN = 20  # surfaces, or pairs, that get pictures
 OF_ALL = ("surfaces", "summary", "relation")  # tables over all surfaces; the last two follow from the grid
 OF_ROW = ("minimal.csv", "residues.csv")  # files of a surface that its row leads to
@@ -64,9 +65,9 @@ def first_page(folder, held, beside, without=(), floor=FRESH):
         if "pairs/means.csv" in files
         else None,
         "ensembles": [
-            (path.split("/")[0], of_ensemble(read(folder, path)))
+            (path.split("/")[0], of_ensemble(read(folder, path.replace(".html", ".csv"))))
             for path in files
-            if path.endswith("/ensemble.csv")
+            if path.endswith("/ensemble.html")
         ],
         "main_figure": main_figure(folder, files, first),
         "galleries": galleries(places, files if sampled else other) + pair_galleries(files),
@@ -221,6 +222,7 @@ def compared(needed):
     """How many times fewer dots the farthest-point sampler needs than a uniform subset; None where that was not measured."""
     own = needed[(needed["measure"] == "Z as_written") & (needed["sampler"] == "farthest")]
     own = own[(own["than"] == "uniform") & (own["use"] == "surface")]
+    own = own[~own["bound"].str.startswith("more") | (own["factor"] >= LEAST)]
     if own.empty:
         return None
     row = own.loc[(own["percent"] - AT).abs().idxmin()]

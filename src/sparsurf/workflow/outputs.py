@@ -6,7 +6,7 @@ from pathlib import Path
 from snakemake.io import report
 
 ALL_FRAMES = "*"  # in `without`: what a protein has over all of its frames
-OF_SEVERAL_FRAMES = {"draw_frames"}  # rules that say nothing of a single structure
+OF_SEVERAL_FRAMES = {"draw_frames", "draw_ensemble"}  # rules that say nothing of a single structure
 IN_REPORT = 50  # proteins whose conformations the report shows: of more no browser could show it
 CAPTIONS = Path(__file__).parents[1] / "report" / "captions"
 

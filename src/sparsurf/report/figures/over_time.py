@@ -81,7 +81,7 @@ def _distribution(ax, values, limits, error):
     """How often each value occurs, on the scale of the panel to the left."""
     bins = min(30, 4 + int(np.sqrt(len(values))))
     ax.hist(values, bins=np.linspace(*limits, bins + 1), orientation="horizontal", color=PALE)
-    sd = values.std(ddof=0)
+    sd = values.std(ddof=1)
     decimals = int(np.clip(1 - np.floor(np.log10(sd)), 0, 6)) if sd > 0 else 2  # two figures of the sd
     words = f"mean {values.mean():.{decimals}f}, sd {sd:.{decimals}f}".replace("-", "−")
     ax.set(ylim=limits, title=words, xticks=[], yticks=[])

@@ -42,8 +42,8 @@ def book_figure(name, surfaces, tables):
     ]
     scale = min(camera.scale for camera in cameras)
     cameras = [camera._replace(scale=scale) for camera in cameras]
-    figure = layout.sheet(layout.PAGE, 148)
-    layout.text(figure, 4, 1, f"{name}: partner 1 left, partner 2 right, each seen from the other")
+    figure = layout.sheet(layout.PAGE, 148, name)
+    layout.text(figure, 4, 1, "partner 1 left, partner 2 right, each seen from the other")
     _row(
         figure,
         7,
@@ -121,10 +121,8 @@ def thinning_figure(table, subject):
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.sheet(layout.PAGE, 124)
-    layout.text(
-        figure, 16, 1, f"{subject}; both partners averaged. Dotted line and star: all dots as centres."
-    )
+    figure = layout.sheet(layout.PAGE, 124, subject)
+    layout.text(figure, 16, 1, "both partners averaged; dotted line and star: all dots as centres")
     mean = table.groupby(["sampler", "surface", "percent"], sort=False).mean(numeric_only=True).reset_index()
     whole, thin = mean[mean["sampler"] == "all"].iloc[0], mean[mean["sampler"] != "all"]
     handles = {}
