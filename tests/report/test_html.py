@@ -237,7 +237,7 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
         "paper_places.csv",
         "pairs/means.csv",
         "pairs/pairs.csv",
-        "p/ensemble.csv",
+        "p/ensemble.html",
     ]
     known = first_page(folder, files, ())
     assert known["compared"] == {"factor": "1.8", "bound": "more than", "percent": "11"}

@@ -607,7 +607,7 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     minimal = pd.DataFrame(np.hstack([points, normals]), columns=["x", "y", "z", "nx", "ny", "nz"])
     for name, table in {
         "roughness": pd.DataFrame({"roughness": evaluator.roughness}),
-        "minimal": minimal.assign(dot=MINIMAL),
+        "minimal": minimal.assign(dot=MINIMAL, weight=len(evaluator.points) / len(MINIMAL)),
         "grid": minimal,
     }.items():
         table.to_csv(inputs[name], index=False)

@@ -117,7 +117,7 @@ def against(fewer, at):
     """How many times fewer dots the farthest-point sampler needs than a uniform subset; None where not measured."""
     own = fewer[(fewer["measure"] == AS_WRITTEN) & (fewer["percent"] == at) & (fewer["use"] == "surface")]
     own = own[(own["sampler"] == "farthest") & (own["than"] == REFERENCE)]
-    own = own[~own["bound"].str.startswith("more") | (own["factor"] >= LEAST)]
+    own = own[~own["bound"].astype(str).str.startswith("more") | (own["factor"] >= LEAST)]
     return None if own.empty else bounded(own.iloc[0])
 
 

@@ -222,7 +222,7 @@ def compared(needed):
     """How many times fewer dots the farthest-point sampler needs than a uniform subset; None where that was not measured."""
     own = needed[(needed["measure"] == "Z as_written") & (needed["sampler"] == "farthest")]
     own = own[(own["than"] == "uniform") & (own["use"] == "surface")]
-    own = own[~own["bound"].str.startswith("more") | (own["factor"] >= LEAST)]
+    own = own[~own["bound"].astype(str).str.startswith("more") | (own["factor"] >= LEAST)]
     if own.empty:
         return None
     row = own.loc[(own["percent"] - AT).abs().idxmin()]
