@@ -169,12 +169,14 @@ def test_lengths_that_are_not_those_of_bonds_are_refused(molecule):
     for change, times in (
         (1.25 * xyz, "1.25"),
         (0.8 * xyz, "0.80"),
-        (xyz * [1, 1, 0.4], "0."),
         (xyz.round(), ""),
     ):
         refused(replace(molecule, xyz=change), rf"backbone are {times}\S* times as long as usual in frame 0")
-    late = np.concatenate([xyz[:4], 1.25 * xyz[4:]])
-    refused(replace(molecule, xyz=late), "as usual in frame 4")
+    flat = xyz.copy()
+    flat[3, :, 1] = 0.0
+    refused(replace(molecule, xyz=flat), "one plane in frame 3")
+    late = np.concatenate([xyz[:5], 1.25 * xyz[5:]])
+    refused(replace(molecule, xyz=late), "as usual in frame 5")
     few = molecule.take(molecule.residue_index < 1)
     geometry.refuse_impossible(replace(few, xyz=1.25 * few.xyz), "few.pdb")
 
@@ -194,6 +196,9 @@ def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
         return caplog.text
 
     assert told(molecule) == ""
+    assert "differ by 10 % from their usual length in frame 0" in told(
+        replace(molecule, xyz=1.1 * molecule.xyz)
+    )
     assert "mirror image" in told(replace(molecule, xyz=molecule.xyz * [1, 1, -1]))
     assert "one atom alone" in told(molecule.take([4]))
     names = {

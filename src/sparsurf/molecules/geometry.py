@@ -26,7 +26,7 @@ LEAST_BONDED = 0.7
 FRAMES = 64  # whose bonds are measured at once
 # Å, bonds of backbones; half of them are within 2 % of it in the same structures
 USUAL = {("N", "CA"): 1.46, ("CA", "C"): 1.525, ("C", "O"): 1.23, ("C4'", "C3'"): 1.52, ("P", "O5'"): 1.59}
-MOST_ODD = 0.08
+MOST_ODD, ODD = 0.15, 0.08  # refused, and told: a morph between two conformations may be so
 INSIDE = 1.2  # Å; atoms of two residues are never so close, bonded or not
 MANY = 0.1  # share of atoms from which on something is no odd detail of a structure
 LETTERS = {
@@ -188,7 +188,8 @@ def _refuse_broken(molecule, bonds, path):
 
 
 def _refuse_odd_lengths(molecule, path, remedy):
-    """Raise InputError where half of the bonds of the backbone differ from their usual length by more than MOST_ODD."""
+    """Raise InputError where half of the bonds of the backbone differ from their usual length by more than MOST_ODD; warn
+    of ODD."""
     place, pairs, usual = _places(molecule), [np.empty((0, 2), int)], []
     for (first, second), length in USUAL.items():
         both = np.column_stack([place(first), place(second)])
@@ -197,8 +198,16 @@ def _refuse_odd_lengths(molecule, path, remedy):
     a, b = np.concatenate(pairs).T
     for begin in range(0, molecule.n_frames if len(a) >= FEWEST_ATOMS else 0, FRAMES):
         xyz = molecule.xyz[begin : begin + FRAMES]
+        flat = (np.ptp(xyz, axis=1) == 0).any(axis=1)
+        if flat.any():
+            raise InputError(f"{path} has all atoms in one plane in frame {begin + flat.argmax()}; {remedy}.")
         share = np.linalg.norm(xyz[:, a] - xyz[:, b], axis=2) / usual
         odd = np.median(np.abs(share - 1), axis=1)
+        if ODD < odd.max() <= MOST_ODD:
+            message = (
+                "%s: half of the bonds of the backbone differ by %.0f %% from their usual length in frame %d"
+            )
+            log.warning(message, path, 100 * odd.max(), begin + odd.argmax())
         if (odd > MOST_ODD).any():
             frame = int(np.argmax(odd > MOST_ODD))
             raise InputError(
