@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.read_molecule import read_own
 from sparsurf.report import comparison_page
 from sparsurf.report.figures import comparison_figure, layout
 from sparsurf.report.page import write
@@ -41,7 +41,7 @@ def main(inputs, outputs, settings, name, threads):
     )
     lay = None
     if inputs.get("structure"):
-        atoms, rules = read_molecule(inputs["structure"], selection="all", whole=False), settings["surface"]
+        atoms, rules = read_own(inputs["structure"]), settings["surface"]
         lay = partial(
             dotted,
             atoms.xyz[0],

@@ -4,7 +4,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.read_molecule import read_own
 from sparsurf.surfaces.components import FIELD, table_of_components
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import write_npz
@@ -19,7 +19,7 @@ def main(inputs, outputs, settings, name, tell=True):
     Unless `tell`, the log is silent on a raised density, which d of a grid depends on.
     """
     rules, path_to_input = settings["surface"], f"{inputs['structures']}/{Path(name).name}.pdb"
-    molecule = read_molecule(path_to_input, selection="all", whole=False)
+    molecule = read_own(path_to_input)
     atom_radii = radii(molecule, rules["radii"])
     d_link = settings["patches"]["D_link"]
     surface, _ = fitting_surface(molecule, 0, atom_radii, rules, d_link, name, tell)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.read_molecule import read_molecule, read_own
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.floors import APART, floors, frames_apart
 from sparsurf.study.tables import read_roughness, read_table
@@ -28,7 +28,7 @@ def main(inputs, outputs, settings, molecule_options, name, threads):
 
 def _with_atoms(inputs, rules, d_link, molecule_options, name):
     """What `floors` needs of the atoms: their places, how dots are laid on them, and frames before and after."""
-    molecule = read_molecule(inputs["own"], selection="all", whole=False)
+    molecule = read_own(inputs["own"])
     own = layer(molecule, 0, radii(molecule, rules["radii"]), rules, d_link, name)
     frames = None
     if "trajectory" in inputs:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf.molecules.mmcif import write_mmcif
-from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.read_molecule import read_own
 from sparsurf.report import viewer
 from sparsurf.study.residues import residue_table
 from sparsurf.study.tables import read_minimal, read_roughness
@@ -21,7 +21,7 @@ def main(inputs, outputs, name):
     """Write residues.csv, the structure with roughness as PDB and mmCIF, and what opens it in PyMOL and ChimeraX."""
     surface = with_fields(read_npz(inputs["surface"]), inputs.get("fields"))
     rough = read_roughness(inputs["roughness"], surface)
-    molecule = read_molecule(inputs["structure"], selection="all", whole=False)
+    molecule = read_own(inputs["structure"])
     minimal = read_minimal(inputs["minimal"], surface)
     table = residue_table(surface, rough, molecule, minimal["dot"], minimal["weight"])
     table.to_csv(outputs["table"], index=False)

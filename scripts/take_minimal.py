@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.dot_fields.registry import values
-from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.read_molecule import read_own
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.errors import DENSE, curvature, off_recovered, tails
 from sparsurf.recovery.fields import recovery_table
@@ -30,7 +30,7 @@ def main(inputs, outputs, settings, name, threads=1, whole=True):
     at the lowest floor.
     """
     surface, own = read_npz(inputs["surface"]), inputs.get("structure")
-    molecule = read_molecule(own, selection="all", whole=False) if own else None
+    molecule = read_own(own) if own else None
     fields = {key: each for key, each in surface.fields.items() if key != FIELD}
     parts = {key: each.astype(int) for key, each in surface.fields.items() if key == FIELD}
     if molecule is not None:

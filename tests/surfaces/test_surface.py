@@ -510,6 +510,7 @@ def test_every_format_tells_what_it_can_do():
 
 def test_a_picture_needs_matplotlib(blob, monkeypatch):
     dots = Surface(*blob)
+    assert repr(dots) == "Surface of 3,000 dots"
     assert dots.plot(dots.points[:, 2]).collections[0].get_array().tolist() == dots.points[:, 2].tolist()
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     with pytest.raises(InputError, match="pip install matplotlib"):

@@ -308,10 +308,19 @@ def _report_missing(molecule, missing, path):
         log.warning("%s: no coordinates for %s of the sequence: %s%s", path, missing, listed, more)
 
 
+def read_own(path):
+    """The Molecule of a structure that a study wrote itself: what there is to warn of was said of the file it came from."""
+    before, log.disabled = log.disabled, True
+    try:
+        return read_molecule(path, selection="all", whole=False)
+    finally:
+        log.disabled = before
+
+
 def residue_names(path):
     """Name of the residue of each atom of a structure, as LEU 212 A, a list; empty without a path."""
     if not path:
         return []
-    molecule = read_molecule(path, selection="all", whole=False)
+    molecule = read_own(path)
     parts = zip(molecule.residue_name, molecule.residue, molecule.chain, strict=True)
     return [" ".join(part).strip() for part in parts]

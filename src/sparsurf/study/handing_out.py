@@ -27,6 +27,13 @@ class Subset(NamedTuple):
     surface: Surface
     table: pd.DataFrame
 
+    def __repr__(self):
+        return f"Subset of {len(self.dots):,} dots of {self.weight.sum():,}"
+
+    def to_frame(self):
+        """`table`, as `to_frame` of a Surface."""
+        return self.table
+
 
 def hand_out(trials, asked, floors=None, molecule=None):
     """The subset that is asked for.

@@ -66,6 +66,9 @@ class Surface:
     atom: np.ndarray = None
     fields: dict = field(default_factory=dict)
 
+    def __repr__(self):
+        return f"Surface of {len(self):,} dots"
+
     def __post_init__(self):
         n = len(self.points)
         given = self.area, self.kind, self.atom  # before they are cut to their types

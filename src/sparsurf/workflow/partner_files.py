@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.read_molecule import read_own
 from sparsurf.pairs.complex_scores import centres_of
 from sparsurf.pairs.matching import Recipe
 from sparsurf.pairs.partners import partner_of
@@ -17,7 +17,7 @@ SIDES = ("1", "2")
 def structure_of(inputs, side):
     """The atoms of one side, '1' or '2'; None for a surface that came without."""
     path = inputs.get(f"structure_{side}")
-    return read_molecule(path, selection="all", whole=False) if path else None
+    return read_own(path) if path else None
 
 
 def partners(inputs, settings, name, threads=1):
