@@ -1,32 +1,37 @@
-# docs/paper.md: the paper's tables beside ours, and which wrong rules the test of its Table I would notice.
+# docs/paper.md, and the README's figures: the paper's tables beside ours, and which wrong rules the test of its Table I would notice.
 
 OF_PAPER = {
     f"paper_{key}": f"results/{STUDIES['paper']['run']}/paper_{key}.csv" for key in ("rows", "places")
 }
 OF_PAPER["default_ranges"] = f"results/{STUDIES['default']['run']}/{config['example']}/ranges.csv"
+PICTURES = {
+    "enough": f"results/{STUDIES['default']['run']}/{config['example']}/figures/enough.png",
+    "table1": f"results/{STUDIES['paper']['run']}/table1.png",
+}
 
 paper = chains.add(
     "paper",
     {study: STUDIES[study] for study in ("paper", "default")},
     scripts=[*OF_STUDY, "../scripts/reproduce_paper.py"],
     tables=list(OF_PAPER),
+    figures=list(PICTURES),
 )
 
 
 rule store_paper:
     input:
-        **OF_PAPER,
+        **{f"of_{name}": path for name, path in (OF_PAPER | PICTURES).items()},
     output:
         touch(paper.mark),
         **paper.tables,
+        **paper.figures,
     log:
         f"{LOGS}/store_paper.log",
     localrule: True
     message:
-        "Tables of the default study and of the paper's"
+        "Tables and the two figures of the README, of the default study and of the paper's"
     shell:
-        "cp {input.paper_rows} {output.paper_rows}; cp {input.paper_places} {output.paper_places};"
-        " cp {input.default_ranges} {output.default_ranges}"
+        "; ".join(f"cp {{input.of_{name}}} {{output.{name}}}" for name in OF_PAPER | PICTURES)
 
 
 POWER = config["power"]

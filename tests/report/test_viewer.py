@@ -615,7 +615,7 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     write_npz(inputs["surface"], replace(evaluator.surface, fields={"component": charge * 0}))
     with open(inputs["fields"], "wb") as stream:
         np.savez(stream, charge=charge)
-    Path(inputs["best"]).write_text("{}")
+    Path(inputs["best"]).write_text('{"combinations": 3}')
     shown = []
     monkeypatch.setattr(draw_view, "residue_names", lambda _: RESIDUES)
     monkeypatch.setattr(draw_view, "off_recovered", lambda dots, kept, *_: len(dots) / len(kept))

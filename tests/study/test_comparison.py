@@ -158,8 +158,8 @@ def test_one_warning_per_surface(evaluator, caplog):
     (record,) = [r.getMessage() for r in caplog.records]
     left = values_of(table, "fragment as_coded")
     assert (left[10.0 if 10.0 in left else 10] < 30).all() and (left[90] > 30).all()
-    assert record.startswith("blob/c1: the median evaluated fragment holds less than 30 %")
-    assert record.endswith("under islands 'as_coded' at 10 %: uniform, voxel, farthest")
+    assert record.startswith("blob/c1: some subsets break up, and their Z measures that: as_coded at ")
+    assert record.endswith(": as_coded at 10 % (uniform, voxel, farthest)")
 
 
 def test_a_warning_tells_where_patches_break_up(caplog):
@@ -172,7 +172,7 @@ def test_a_warning_tells_where_patches_break_up(caplog):
         measuring._warn_of_fragments(table.assign(measure="fragment " + table["rule"]), "p/c1")
     (record,) = [each.getMessage() for each in caplog.records]
     assert record.endswith(
-        "under islands 'as_coded' at every n_S: uniform; 'as_coded' at 5 %: voxel, poisson; 'scaled' at 5 %: voxel"
+        ": as_coded at every n_S (uniform); as_coded at 5 % (voxel, poisson); scaled at 5 % (voxel)"
     )
 
 

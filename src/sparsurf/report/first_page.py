@@ -317,4 +317,8 @@ def warned(path):
         return []
     table = pd.read_csv(path, dtype=str).fillna("")
     places = ["/".join(filter(None, place)) for place in table[NAMES].to_numpy().tolist()]
-    return list(dict.fromkeys(zip(places, table["sentence"], strict=True)))
+    said = [
+        (place, sentence.removeprefix(f"{place}: "))
+        for place, sentence in zip(places, table["sentence"], strict=True)
+    ]
+    return list(dict.fromkeys(said))

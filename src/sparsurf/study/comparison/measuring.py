@@ -179,12 +179,8 @@ def _warn_of_fragments(table, name):
         listed = pd.DataFrame(cases, columns=["rule", "where", "sampler"]).groupby(
             ["rule", "where"], sort=False
         )
-        listed = [f"'{rule}' at {where}: {', '.join(part['sampler'])}" for (rule, where), part in listed]
-        log.warning(
-            "%s: the median evaluated fragment holds less than %g %% of the patch's kept dots, so that Z measures "
-            "how the subset breaks up, under islands %s",
-            name, FRAGMENT, "; ".join(listed),
-        )  # fmt: skip
+        listed = [f"{rule} at {where} ({', '.join(part['sampler'])})" for (rule, where), part in listed]
+        log.warning("%s: some subsets break up, and their Z measures that: %s", name, "; ".join(listed))
 
 
 def stand_alone(evaluator, drawers, lay=None, percents=PERCENTS, n_tests=200, draws=3, scales=SCALES):
