@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -15,7 +16,7 @@ from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.residues import standard_name
 from sparsurf.pairs.complexes import laid_on
 from sparsurf.sites.describing import FIELDS, SHAPE
-from sparsurf.sites.finding import find_site
+from sparsurf.sites.finding import find_site, null_terms
 from sparsurf.sites.weighing import learn, weighed
 
 CHANNELS = {
@@ -28,8 +29,18 @@ MAIN = 10  # % of the dots: at which weights are chosen; candidates where patche
 MOST = 20  # % of the dots that are candidates at most
 AROUND = 6.0  # Å; atoms this near to a place say where it moved
 SAME = 3.0  # Å; a hit nearer to the true place is right
+TERMS = ["one", "spread", "few", "size"]
 MOVED = (0.0, 0.5, 1.0, 2.0, np.inf)  # Å, ranges of how far the atoms around a place moved
 THERE = 1.0  # Å; a place is on the other form where a dot lies this near
+SITES = (
+    12,
+    25,
+    50,
+    100,
+    10**6,
+)  # places of the parts of an interface whose scores on unrelated proteins are measured
+UNRELATED = 5  # proteins for each part
+LEAST = 0.3  # score below which only the number of scores counts
 RESIDUES = sorted(HYDROPATHY.keys() - {"MSE"})
 
 
@@ -276,3 +287,37 @@ def whole(names, half, queries, targets, true, weights):
             "right": place == 0 and off < SAME,
         })  # fmt: skip
     return pd.DataFrame(rows)
+
+
+def null_scores(names, half, queries, targets, weights, rng):
+    """Scores of parts of each interface, compact ones of SITES places, on unrelated proteins and on its own unbound form.
+
+    Returns
+    -------
+    DataFrame: half, protein, same (whether on its own), places, score, and four terms, see `finding.null_terms`
+    """
+    rows = []
+    for k, site in enumerate(queries):
+        form = names[k].split("_")[0]
+        others = [i for i, name in enumerate(names) if name.split("_")[0] != form]
+        others = [i for i in others if half[i] == half[k]] or others
+        for n in SITES if len(site) >= 3 else ():
+            start = site.points[rng.integers(len(site))]
+            part = site.take(np.argsort(np.linalg.norm(site.points - start, axis=1), kind="stable")[:n])
+            for i in [k, *rng.choice(others, min(UNRELATED, len(others)), replace=False)]:
+                score = find_site(part, [targets[i]], 1, weights[1 - half[k]]).table["score"][0]
+                terms = null_terms(part.points, [len(targets[i])])[0]
+                rows.append((half[k] + 1, names[k], i == k, len(part), score, *terms))
+    return pd.DataFrame(rows, columns=["half", "protein", "same", "places", "score", *TERMS])
+
+
+def fitted_null(table):
+    """Constants (6,) of `finding.chance` by maximum likelihood; scores below LEAST count as such."""
+    score, terms = table["score"].to_numpy(), table[TERMS].to_numpy()
+
+    def loss(constants):
+        width = np.exp(np.clip(terms[:, :2] @ constants[4:], -5, 5))
+        z = np.clip((np.maximum(score, LEAST) - terms @ constants[:4]) / width, -50, 500)
+        return np.where(score > LEAST, np.log(width) + z + np.exp(-z), np.exp(-z)).sum()
+
+    return minimize(loss, [1.0, -0.5, 0.0, 0.0, -1.0, 0.0], method="BFGS").x

@@ -67,6 +67,35 @@ rule score_sites:
         "../score_sites.py"
 
 
+calibrated = chains.add(
+    "sites_chance",
+    SITES | {"forms": FORMS},
+    scripts=["measure_forms.py", "calibrate_sites.py"],
+    tables=["sites_chance"],
+)
+
+
+rule calibrate_sites:
+    input:
+        numbers=expand(f"{FORM}/numbers_{{side}}.npz", form=FORMS, side=(1, 2)),
+        targets=expand(f"{FORM}/target_{{side}}.sites", form=FORMS, side=(1, 2)),
+        sites=expand(f"{FORM}/site_{{side}}.sites", form=FORMS, side=(1, 2)),
+    output:
+        touch(calibrated.mark),
+        **calibrated.tables,
+        null=config["null"],
+    log:
+        f"{LOGS}/calibrate_sites.log",
+    params:
+        **chains.made_by("calibrate_sites.py"),
+        forms=FORMS,
+        seed=config["seed"],
+    message:
+        "How high unrelated proteins score for a site"
+    script:
+        "../calibrate_sites.py"
+
+
 hit_rates = chains.add("sites_figure", {}, scripts=["draw_sites.py"], figures=["finding_sites"], of=[found])
 
 

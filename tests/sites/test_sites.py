@@ -13,7 +13,7 @@ from sparsurf import InputError
 from sparsurf.cli.command import main
 from sparsurf.sites.arrangement import best_pose, rigid_fit
 from sparsurf.sites.describing import load_sites
-from sparsurf.sites.finding import BLOCK, nearest_places
+from sparsurf.sites.finding import BLOCK, chance, nearest_places, null_terms
 from sparsurf.sites.weighing import discriminant, learn, weighed
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
@@ -219,3 +219,17 @@ def test_places_that_are_none_are_refused(small, at, said):
         sparsurf.find(small / "a.pdb", small / "a.sites", at=at)
     with pytest.raises(InputError, match="fields is 5"):
         sparsurf.describe_sites(small / "a.pdb", fields=5)
+
+
+def test_p_is_gumbels_tail_and_unknown_for_other_settings(small):
+    constants = np.array([0.5, -1.0, 0.0, 0.25, -2.0, 0.5])
+    points = np.array([[8.0, 0, 0], [-8.0, 0, 0]])
+    terms = null_terms(points, [3000, 300])
+    np.testing.assert_allclose(terms[1], [1, 0, np.log(2 / 40), np.log(0.1)])
+    p = chance(np.array([1.0, 1.0]), terms, constants)
+    location, width = 0.5 + 0.25 * np.log([1.0, 0.1]), np.exp(-2.0)
+    np.testing.assert_allclose(p, 1 - np.exp(-np.exp(-(1.0 - location) / width)))
+    known = sparsurf.find(small / "a.sites", small / "a.sites", residues="209-212")
+    assert known["p"][0] < 0.01
+    other = sparsurf.find(small / "percent.sites", small / "percent.sites", residues="209-212")
+    assert np.isnan(other["p"][0]) and other["score"][0] == known["score"][0]

@@ -28,7 +28,8 @@ HITS = Limits(1, 10_000, whole=True, open_low=False)
 EXAMPLES = """\
 QUERY and TARGET are structures, dots with fields, or Sites (.sites). A TARGET can be a folder of them. Without --residues, the
 Sites of QUERY are written to OUT (.sites), so that they need not be described again. With --residues, OUT is a table of hits:
-target, the residue in the middle of the hit, x,y,z, score, and how many places agree. A higher score is a better hit.
+target, the residue in the middle of the hit, x,y,z, score, p, and how many places agree. p is how often an unrelated protein
+scores as high; it is known for the default --percent and --fields.
 
 examples:
   sparsurf find bound.pdb --residues A:10-25 unbound.pdb -o hits.csv
@@ -104,8 +105,9 @@ def find(query, targets, *, at=None, residues=None, n=10, percent=10, fields=FIE
     Returns
     -------
     DataFrame
-        query (index into `at`), rank from 1, target, chain, residue, residue_name, x, y, z (Å), score; of a site also
-        `places`, how many agree. A higher score is a better hit; it is no probability.
+        query (index into `at`), rank from 1, target, chain, residue, residue_name, x, y, z (Å), score; of a site also p,
+        how often an unrelated protein scores as high (NaN where `percent` or `fields` are not the default), and `places`, how
+        many agree. A higher score is a better hit.
 
     Raises
     ------

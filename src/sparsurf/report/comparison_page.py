@@ -110,7 +110,9 @@ def fewer_rows(fewer, at):
     own = fewer[(fewer["measure"] == AS_WRITTEN) & (fewer["percent"] == at) & (fewer["use"] == "surface")]
     by = {(row["sampler"], row["than"]): bounded(row) for _, row in own.iterrows()}
     names = dict.fromkeys(own.sort_values("factor", ascending=False)["sampler"])
-    return [[called(name).words, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")] for name in names]
+    return [
+        [called(name).words, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")] for name in names
+    ]
 
 
 def against(fewer, at):

@@ -1,5 +1,7 @@
 """Where the places of a site are found again on other surfaces, place by place or as a whole."""
 
+from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -7,7 +9,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.sites.arrangement import best_pose
-from sparsurf.sites.describing import LABELS
+from sparsurf.sites.describing import FIELDS, LABELS, RADIUS
 from sparsurf.sites.weighing import weighed
 from sparsurf.threads import over_slices
 
@@ -16,13 +18,18 @@ SAMPLE = 20_000  # places of the targets that tell how far apart unrelated place
 MOST = 40  # places of a site that are laid on a target; more make it slower, not surer
 LIKELY = 1.0  # score of a match from which on it speaks for a pose
 BLOCK = 16384  # places that are searched at once: with 50 queries 3 MB of distances
+CALIBRATED = {
+    "fields": list(FIELDS),
+    "percent": 10.0,
+    "radius": RADIUS,
+}  # settings of Sites for which p is known
 COLUMNS = ("query", "rank", "target", *LABELS, "x", "y", "z", "score")
 
 
 class Found(NamedTuple):
     """Hits of a whole site.
 
-    table : DataFrame with COLUMNS and `places`, the number of places of the site that agree
+    table : DataFrame with COLUMNS, `p` (see `chance`) and `places`, the number of places of the site that agree
     poses : list of arrangement.Pose, one for each row
     """
 
@@ -119,6 +126,7 @@ def find_site(query, targets, n=10, learned=None):
     """
     if len(query) < 3:
         raise InputError(f"the site has {len(query)} places, and an arrangement needs 3; name more residues.")
+    site = query
     if len(query) > MOST:
         query = query.take(_spread(query.points, MOST))
     q, every = _weighed(query, targets, learned)
@@ -132,14 +140,50 @@ def find_site(query, targets, n=10, learned=None):
         arrays = (each.astype(float) for each in (query.points, query.normals, target.points, target.normals))
         hits.append(best_pose(*arrays, np.maximum(score - LIKELY, 0)))
     order = sorted(range(len(targets)), key=lambda k: -hits[k].score)[:n]
+    scores = np.array([pose.score / len(query) for pose in hits])
+    p = chance(scores, null_terms(site.points, [len(target) for target in targets]), null())
+    if any(site.settings[key] != value for key, value in CALIBRATED.items()):
+        p[:] = np.nan
     rows = []
     for rank, k in enumerate(order, 1):
         pose, target = hits[k], targets[k]
         centre = query.points.mean(axis=0) @ pose.turn + pose.shift
         nearest = int(np.argmin(np.linalg.norm(target.points - centre, axis=1)))
-        row = _row(0, rank, target, nearest, pose.score / len(query))
-        rows.append((*row[:6], *centre, *row[9:], int((pose.match >= 0).sum())))
-    return Found(pd.DataFrame(rows, columns=(*COLUMNS, "places")), [hits[k] for k in order])
+        row = _row(0, rank, target, nearest, scores[k])
+        rows.append((*row[:6], *centre, *row[9:], p[k], int((pose.match >= 0).sum())))
+    return Found(pd.DataFrame(rows, columns=(*COLUMNS, "p", "places")), [hits[k] for k in order])
+
+
+@cache
+def null():
+    """Constants (6,) of the scores of unrelated proteins, fitted by evidence/calibrate_sites.py."""
+    return np.loadtxt(Path(__file__).with_name("null.csv"), delimiter=",", skiprows=1)
+
+
+def null_terms(points, sizes):
+    """Terms (T, 4) that the scores of unrelated targets follow.
+
+    Parameters
+    ----------
+    points : (Q, 3), places of the site, Å
+    sizes : (T,) int, places of the targets
+    """
+    spread = np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean())
+    own = [1.0, np.log(spread / 8.0), np.log(min(len(points), MOST) / MOST)]
+    return np.column_stack([np.tile(own, (len(sizes), 1)), np.log(np.asarray(sizes) / 3000.0)])
+
+
+def chance(scores, terms, constants):
+    """How often an unrelated protein scores as high or higher: p, (T,) float64, by Gumbel's distribution of largest values.
+
+    Parameters
+    ----------
+    scores : (T,) float64
+    terms : (T, 4) float64, see `null_terms`
+    constants : (6,) float64: of the distribution's location, then of the logarithm of its width
+    """
+    width = np.exp(terms[:, :2] @ constants[4:])
+    return -np.expm1(-np.exp(-(scores - terms @ constants[:4]) / width))
 
 
 def check_alike(query, targets):
