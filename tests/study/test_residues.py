@@ -89,7 +89,8 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
     write_npz(inputs["surface"], only)
     molecule.write_pdb(inputs["structure"])
     pd.DataFrame({"roughness": np.full(far.sum(), 0.25)}).to_csv(inputs["roughness"], index=False)
-    kept = pd.DataFrame({"dot": [0, 1], "x": [1.5, -2], "y": [0.25, 3], "z": [7.0, 8], "weight": [1, 1]})
+    kept = pd.DataFrame({"dot": [0, 1], "x": [1.5, -2], "y": [0.25, 3], "z": [7.0, 8]})
+    kept["weight"] = [1, len(only) - 1]
     kept.to_csv(inputs["minimal"], index=False)
     kinds = ("csv", "pdb", "cif", "pml", "cxc", "bild")
     outputs = {"table" if kind == "csv" else kind: tmp_path / f"x.{kind}" for kind in kinds}

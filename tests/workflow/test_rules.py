@@ -94,7 +94,7 @@ RULES = {
     ),
     "summarise_run": (
         "surfaces.csv",
-        {"best.json", "ranges.csv", "grid.csv", "roughness.csv", "curves.csv", "surface.npz"} | ENOUGH,
+        {"best.json", "ranges.csv", "grid.csv", "roughness.csv", "minimal.csv", "surface.npz"} | ENOUGH,
         ("patches", "minimal", "seed"),
         [],
     ),
@@ -132,7 +132,7 @@ RULES = {
         ["a1.npz", "A1/c1"],
     ),
     "collect_warnings": ("warnings.csv", None, (), None),
-    "write_front_page": ("index.html", None, (), ["results/all", {}]),
+    "write_front_page": ("index.html", None, (), ["results/all", {}, "fresh dots"]),
 }
 
 
