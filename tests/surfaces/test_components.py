@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 import sparsurf
@@ -9,9 +10,17 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.comparison.contestants import dotted
-from sparsurf.surfaces.components import components_of, numbers_of, table_of_components, without_cavities
+from sparsurf.surfaces.components import (
+    _covered_parts,
+    components_of,
+    numbers_of,
+    table_of_components,
+    without_cavities,
+)
 from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.placing_dots import relative_places
 from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.rolling_probe import roll
 
 
 def shell(n=200, radius=9.0):
@@ -90,6 +99,30 @@ def test_a_hole_in_the_shell_opens_the_cavity():
     xyz = xyz[np.linalg.norm(xyz - [0, 0, 9], axis=1) > 4]
     _, _, table = parts(xyz, np.full(len(xyz), 1.9))
     assert table["cavity"].tolist() == [False]
+
+
+def test_what_bounds_one_patch_of_an_atom_belongs_together():
+    """A ball plugs a hole of the shell; an atom on its outer side has a border there that no arc joins to the others."""
+    xyz = shell()
+    xyz = xyz[np.linalg.norm(xyz - [0, 0, 9], axis=1) > 4]
+    sizes = np.append(np.full(len(xyz), 1.9), [4.0, 1.5])
+    _, _, table = parts(np.vstack([xyz, [[0, 0, 9], [0, 0, 14]]]), sizes)
+    assert table["cavity"].tolist() == [False, True]
+
+
+def test_covered_parts_of_spheres_are_those_of_a_graph(protein):
+    molecule, sizes = protein
+    atoms = roll(np.add(*relative_places(molecule.xyz[0])), sizes + 1.4).atoms
+    for k in range(0, molecule.n_atoms, 5):
+        near = atoms.near[atoms.start[k] : atoms.start[k + 1]]
+        axis = atoms.centre[near] - atoms.centre[k]
+        d = np.linalg.norm(axis, axis=1)
+        cosine = (d**2 + atoms.reach[k] ** 2 - atoms.reach[near] ** 2) / (2 * d * atoms.reach[k])
+        cuts = np.abs(cosine) < 1
+        half, unit = np.arccos(cosine[cuts]), axis[cuts] / d[cuts, None]
+        linked = np.arccos(np.clip(unit @ unit.T, -1, 1)) < half[:, None] + half
+        expected = connected_components(linked)[0]
+        assert _covered_parts(atoms, k) == expected
 
 
 def test_molecules_apart_and_a_ring_are_components_of_their_own():
