@@ -55,7 +55,8 @@ def test_roughness_is_that_of_every_dot(tmp_path, values):
 def test_the_minimal_subset_stands_for_all_dots(tmp_path):
     path = written(tmp_path / "m.csv", dot=[0, 4], weight=[3, 4])
     assert len(read_minimal(path, range(7))) == 2
-    for other in (written(tmp_path / "m.csv", dot=[0], weight=[3]), written(tmp_path / "m.csv", dot=[0])):
+    for columns in ({"dot": [0], "weight": [3]}, {"dot": [0]}):
+        other = written(tmp_path / "m.csv", **columns)
         with pytest.raises(InputError, match=r"m\.csv does not stand for all 7 dots"):
             read_minimal(other, range(7))
 
