@@ -1,5 +1,7 @@
 """Components of a surface: cavities of hollow shells, molecules apart, patches with two borders, a real protein."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse.csgraph import connected_components
@@ -161,3 +163,9 @@ def test_dots_that_others_are_compared_with_have_no_cavities_either():
     for cavities, inner in (("keep", True), ("remove", False)):
         points, _ = dotted(shell(), np.full(200, 1.9), 4000, np.random.default_rng(2), cavities=cavities)
         assert (np.linalg.norm(points, axis=1) < 9).any() == inner
+
+
+def test_recovered_dots_are_of_no_known_component():
+    dots = sparsurf.surface((shell(), np.full(200, 1.9)), density=1.0)
+    dots = replace(dots, fields={"component": np.arange(len(dots)), "b": np.ones(len(dots))})
+    assert list(sparsurf.recover(dots, density=1.0).fields) == ["b"]
