@@ -83,7 +83,7 @@ rule calibrate_sites:
     output:
         touch(calibrated.mark),
         **calibrated.tables,
-        null=config["null"],
+        null=config["unrelated"],
     log:
         f"{LOGS}/calibrate_sites.log",
     params:
