@@ -65,7 +65,7 @@ rule tabulate_pair_residues:
         **DOTS,
     output:
         **{f"pdb_{side}": f"{PAIR}/partner_{side}.pdb" for side in (1, 2)},
-        residues=f"{PAIR}/residues.csv",
+        **inside(PAIR, residues="residues.csv", pml="open.pml", cxc="open.cxc"),
     log:
         f"{PAIR_LOGS}/tabulate_pair_residues.log",
     wildcard_constraints:

@@ -200,6 +200,8 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
         "residues": str(out / "residues.csv"),
         "pdb_1": str(out / "1.pdb"),
         "pdb_2": str(out / "2.pdb"),
+        "pml": str(out / "open.pml"),
+        "cxc": str(out / "open.cxc"),
     }
     tabulate_pair_residues.main(sides | {"dots": files["dots"]}, outputs)
     residues = pd.read_csv(outputs["residues"])
@@ -208,6 +210,14 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
     shown = {line[22:26].strip(): float(line[60:66]) for line in written}
     expected = residues[residues["partner"] == 2].set_index("residue")["propensity_smoothed"]
     assert {int(key): value for key, value in shown.items()} == pytest.approx(expected.to_dict(), abs=0.005)
+    low, high = (f"{residues['propensity_smoothed'].quantile(share):.3f}" for share in (0.05, 0.95))
+    commands = [line.split() for line in Path(outputs["cxc"]).read_text().splitlines() if line[0] != "#"]
+    # https://www.rbvi.ucsf.edu/chimerax/docs/user/commands/color.html: color byattribute [level:]name spec options
+    coloured = ["byattribute", "a:bfactor", "#1,2", "target", "s", "palette", "viridis", "range", f"{low},{high}"]
+    assert coloured in [words[1:] for words in commands if words[0] == "color"]
+    assert [words[1] for words in commands if words[0] == "open"] == ["partner_1.pdb", "partner_2.pdb"]
+    assert {words[0] for words in commands} == {"open", "cartoon", "surface", "color", "set", "view"}
+    assert f"partner_1 or partner_2, {low}, {high}" in Path(outputs["pml"]).read_text()
     buried = dots[(dots["partner"] == 1) | (dots["residue"] != 3)]  # as if the lysine had no dots
     buried.to_csv(out / "buried.csv", index=False)
     tabulate_pair_residues.main(sides | {"dots": str(out / "buried.csv")}, outputs)
@@ -270,6 +280,8 @@ OF_PAIR = [
     "view_1.html",
     "view_2.html",
     "residues.csv",
+    "open.pml",
+    "open.cxc",
     "partner_1.pdb",
     "partner_2.pdb",
     "partner_1.ply",

@@ -25,7 +25,7 @@ INK = {AS_THEY_ARE: "#2F86BD"}  # of words, where the colour of the line is too 
 TICKS = (1, 2, 5, 10, 20, 50, 100)  # % of the dots
 APART = 40.0  # pixels between names
 MULTIPLES = 6  # surfaces that get a panel each; more share one
-ALONG = np.geomspace(1, 90, 24)  # % of the dots, where curves of many surfaces are compared
+ALONG = np.geomspace(1.1, 88, 24)  # % of the dots, where curves of many surfaces are compared
 BAND = 0.1, 0.9  # quantiles over surfaces
 MOST_SHOWN = 4000  # combinations of all surfaces
 
