@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from sparsurf import InputError
-from sparsurf.workflow import cluster, ending, failures, results
+from sparsurf.workflow import cluster, ending, results
 from sparsurf.workflow.config import check, completed
 from sparsurf.workflow.needs import limit, memory_of_grid
 from sparsurf.workflow.running import locked, snakemake
@@ -90,9 +90,9 @@ def study(config, folder, files, options):
     with ending.failed_jobs() as failed:
         code = run(files, "--logger", "sparsurf", *options)
     if code:
-        without = failures.left_out(config, folder, failed)
-        if failed and failures.something_is_left(config, folder, without):
-            files = [*files, failures.write(without, ROOT / ".snakemake" / "without.yaml")]
+        without = ending.left_out(config, folder, failed)
+        if failed and ending.something_is_left(config, folder, without):
+            files = [*files, ending.write_without(without, ROOT / ".snakemake" / "without.yaml")]
             print("What can be made without what failed:")
             run(files, "--logger", "sparsurf", *options)
     if not ending.is_complete(folder):

@@ -16,8 +16,7 @@ from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.surfaces.read_surface import FORMATS
 from sparsurf.workflow import listing, needs, registries
 from sparsurf.workflow.config import check, completed
-from sparsurf.workflow.protein import Protein, proteins
-from sparsurf.workflow.schema import SCHEMA
+from sparsurf.workflow.schema import SCHEMA, Protein, proteins
 from sparsurf.workflow.yaml_file import read_config
 
 DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())

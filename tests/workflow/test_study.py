@@ -15,7 +15,7 @@ import yaml
 
 import study
 from conftest import ROOT
-from sparsurf.workflow import cluster, ending, failures, needs
+from sparsurf.workflow import cluster, ending, needs
 
 STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
 
@@ -142,13 +142,13 @@ def test_what_failed_is_left_out_with_what_needs_it(tmp_path, logs, without):
     (tmp_path / "p" / "frames.csv").write_text("conformation\nc2\nc3\n")
     pairs = {"both": {"proteins": ["q", "p"]}, "files": {"files": ["a", "b"]}}
     config = {"without": {}, "proteins": {"p": {}, "q": {"surface": "x"}}, "pairs": pairs}
-    found = failures.left_out(config, tmp_path, [tmp_path / "logs" / f"{log}.log" for log in logs])
+    found = ending.left_out(config, tmp_path, [tmp_path / "logs" / f"{log}.log" for log in logs])
     assert found.keys() == without.keys()
     assert all(found[key].startswith(said.rstrip("?")) for key, said in without.items())
-    assert failures.something_is_left(config, tmp_path, found)
+    assert ending.something_is_left(config, tmp_path, found)
     everything = found | dict.fromkeys(["p", "q/c1", "pairs/both", "pairs/files"], "x")
-    assert not failures.something_is_left(config, tmp_path, everything)
-    assert failures.something_is_left(
+    assert not ending.something_is_left(config, tmp_path, everything)
+    assert ending.something_is_left(
         config, tmp_path, {"q": "", "p/c2": "", "pairs/both": "", "pairs/files": ""}
     )
 
@@ -227,7 +227,7 @@ def test_a_config_without_proteins_changes_the_default_study(checkout, tmp_path)
     (tmp_path / "seed.yaml").write_text("seed: 5\nrun: other\n")
     assert study.main("seed.yaml") == 0
     assert (checkout.root / "results" / "other").is_dir()
-    pair = {"files": [STRUCTURE["structure"]] * 2}
+    pair = {"complex": STRUCTURE["structure"], "chains": [["A"], ["B"]]}
     (tmp_path / "pairs.yaml").write_text(yaml.safe_dump({"run": "two", "pairs": {"mine": pair}}))
     found = study.checked_config(tmp_path / "pairs.yaml", "pairs.yaml")
     assert found["proteins"] == {} and list(found["pairs"]) == ["mine"]

@@ -12,9 +12,8 @@ from sparsurf.texts import short
 from sparsurf.workflow import listing
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.needs import too_large
-from sparsurf.workflow.protein import Protein
 from sparsurf.workflow.registries import names, surface_suffixes
-from sparsurf.workflow.schema import SCHEMA, keys_of_protein, whole, with_defaults
+from sparsurf.workflow.schema import SCHEMA, Protein, keys_of_protein, whole, with_defaults
 from sparsurf.workflow.sentences import sentence
 from sparsurf.workflow.yaml_file import read_config
 

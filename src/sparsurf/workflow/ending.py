@@ -1,4 +1,4 @@
-"""The end of a run: whether its results are complete, and the lines that say what came out."""
+"""The end of a run: whether its results are complete, what goes on without what failed, the lines that say what came out."""
 
 import csv
 import os
@@ -10,12 +10,18 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
+import yaml
+
 from sparsurf import InputError
-from sparsurf.workflow.job_logs import FULL, failure
+from sparsurf.workflow.job_logs import FULL, failure, place
+from sparsurf.workflow.jobs import conformations_of
+from sparsurf.workflow.outputs import ALL_FRAMES
 from sparsurf.workflow.results import LOGS
 
 FAILED = "SPARSURF_FAILED"  # environment variable: file to which the logs of failed jobs are added
 PAGE, REPORT, WARNINGS, SURFACES = "index.html", "report.html", "warnings.csv", "surfaces.csv"
+# Jobs of a protein that lead to its frames: without one of them there is none of it
+BEFORE_FRAMES = ("choose_frames", "fetch_", "prepare_system", "simulate_", "judge_simulation")
 
 
 def make_writable(folder):
@@ -38,6 +44,50 @@ def failed_jobs():
         failed += [
             log for log in tried if failure(log) is not None
         ]  # not what a second attempt brought to its end
+
+
+def left_out(config, results, logs_of_failed):
+    """The config's `without` for a second try, with the failed places and the pairs that need them.
+
+    Parameters
+    ----------
+    config : dict, as `config.check` gives it
+    results : path of the run's folder
+    logs_of_failed : paths of logs
+    """
+    without = dict(config["without"])
+    for path in logs_of_failed:
+        protein, conformation, job = place(path, results / "logs")
+        known = not job.startswith(BEFORE_FRAMES)
+        names = (protein, conformation or (ALL_FRAMES if known and protein in config["proteins"] else ""))
+        without["/".join(filter(None, names)) or job] = f"{job}: {failure(path)}"
+    for name, pair in config["pairs"].items():
+        for partner in pair.get("proteins", ()):
+            if partner in without or f"{partner}/{_first(results / partner)}" in without:
+                without.setdefault(f"pairs/{name}", f"{partner} could not be finished.")
+    return without
+
+
+def _first(folder):
+    """The first conformation of a protein."""
+    frames = folder / "frames.csv"
+    return [*(conformations_of(frames) if frames.is_file() else ["c1"]), ""][0]
+
+
+def something_is_left(config, results, without):
+    """Whether any conformation or pair of a config is not left out."""
+    for name, protein in config["proteins"].items():
+        frames = results / name / "frames.csv"
+        chosen = ["c1"] if "surface" in protein else conformations_of(frames) if frames.is_file() else []
+        if name not in without and any(f"{name}/{each}" not in without for each in chosen):
+            return True
+    return any(f"pairs/{name}" not in without for name in config["pairs"])
+
+
+def write_without(without, path):
+    """A config file that leaves these out."""
+    Path(path).write_text(yaml.safe_dump({"without": without}, allow_unicode=True), encoding="utf-8")
+    return path
 
 
 def is_complete(folder):

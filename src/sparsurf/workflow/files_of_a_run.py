@@ -16,7 +16,7 @@ from sparsurf.simulation.protocol import completed, length_ns, stage_before
 from sparsurf.workflow.code_digests import content
 from sparsurf.workflow.jobs import conformations_of
 from sparsurf.workflow.needs import held, is_small, memory_of_grid, thousand_dots
-from sparsurf.workflow.protein import proteins
+from sparsurf.workflow.schema import proteins
 
 
 class FilesOfARun:
