@@ -23,7 +23,14 @@ FLOORS = {
 CLOUD, UNIFORM, AS_THEY_ARE, BACK, GREY = "#D55E00", "#000000", "#56B4E9", "#0072B2", "#777777"
 INK = {AS_THEY_ARE: "#2F86BD"}  # of words, where the colour of the line is too pale to read
 TICKS = (1, 2, 5, 10, 20, 50, 100)  # % of the dots
+ABOVE = [1, 1], [0, 1], [1, 0]
+SIDES = {
+    UNIFORM: ABOVE,
+    AS_THEY_ARE: ([-1, -1], [0, -1], [-1, 0]),
+    BACK: ([1, -1], [0, -1], [-1, -1]),
+}  # for names
 APART = 40.0  # pixels between names
+CLEAR = 60.0  # pixels from a named point of a line to other lines
 MULTIPLES = 6  # surfaces that get a panel each; more share one
 ALONG = np.geomspace(1.1, 88, 24)  # % of the dots, where curves of many surfaces are compared
 BAND = 0.1, 0.9  # quantiles over surfaces
@@ -186,16 +193,13 @@ def _name_floors(ax, floors, floor):
 
 def _name_all(ax, panel, combinations):
     """The answer, then each curve and the cloud by name, where the fewest dots and lines are in the way."""
-    to_pixels, inside = ax.transData.transform, ax.get_window_extent()
+    to_pixels = ax.transData.transform
     every = {
         key: to_pixels(np.column_stack([_dense(x, np.log), _dense(y)]))
         for key, (x, y, *_) in panel.lines.items()
     }
-    across = np.arange(inside.x0, inside.x1, 40.0)  # a floor may be crossed, a curve may not
-    heights = [to_pixels((1, value))[1] for value in panel.floors.values()]
-    floors = np.array([(x, y) for y in heights for x in across]).reshape(-1, 2)
     cloud = to_pixels(np.column_stack(panel.cloud))
-    busy, taken = np.concatenate([cloud, floors, *every.values()]), []
+    busy, taken = np.concatenate([cloud, *every.values()]), []  # a floor may be crossed
     answer = f"{share(panel.answer[0])} % of the dots are enough"
     at = to_pixels(panel.answer)
     below = [at + np.array([x, y]) for y in (-90, -130, -180) for x in (-60, 0, 60, -200, 160)]
@@ -204,12 +208,14 @@ def _name_all(ax, panel, combinations):
     ax.annotate("", panel.answer, ax.transData.inverted().transform(place), arrowprops=arrow)
     for key, line in every.items():
         colour, words = _look(*key)
-        _name(ax, words, colour, _beside(line[::8], layout.size_of(ax.figure, words)), busy, taken)
+        own = _alone(line[::8], [other for name, other in every.items() if name != key])
+        middles = _beside(own, layout.size_of(ax.figure, words), SIDES[colour])
+        _name(ax, words, colour, middles, busy, taken)
     if not len(cloud):
         return
     words = f"paper's sampling,\n{combinations}"
     upper = cloud[np.argsort(-cloud.sum(axis=1))][:: 1 + len(cloud) // 100]
-    _name(ax, words, CLOUD, _beside(upper, layout.size_of(ax.figure, words)), busy, taken)
+    _name(ax, words, CLOUD, _beside(upper, layout.size_of(ax.figure, words), ABOVE), busy, taken)
 
 
 def _dense(values, scale=lambda x: x):
@@ -219,10 +225,17 @@ def _dense(values, scale=lambda x: x):
     return back(np.interp(k, np.arange(len(values)), scale(np.asarray(values, float))))
 
 
-def _beside(line, size):
-    """Middles of boxes of a size to the right and left of points, above and below."""
-    sides = ([1, 1], [-1, -1], [1, -1], [-1, 1], [0, 1], [0, -1])
-    return np.concatenate([line + (size / 2 + far) * side for far in (10, 30, 80) for side in sides])
+def _alone(line, others):
+    """Points of a line that lie `CLEAR` from other lines, so that a name there is that of no other; all, where none does."""
+    if not others:
+        return line
+    gaps = np.linalg.norm(line[:, None] - np.concatenate(others)[None, ::4], axis=2).min(axis=1)
+    return line[gaps > CLEAR] if (gaps > CLEAR).any() else line
+
+
+def _beside(line, size, sides):
+    """Middles of boxes of a size on some sides of points."""
+    return np.concatenate([line + (size / 2 + far) * side for far in (10, 30, 50) for side in sides])
 
 
 def _name(ax, words, colour, middles, busy, taken, **style):
