@@ -1,6 +1,5 @@
 """The command line: every example of its help runs, every mistake is a sentence, what comes out can be read again."""
 
-import io
 import logging
 import os
 import shutil
@@ -325,11 +324,10 @@ def test_places_off_the_surface_are_told(folder, tmp_path, capfd):
 
 
 @pytest.mark.parametrize("size", [[], ["--dots", "1"]])
-def test_one_dot_is_its_own_subset(tmp_path, capfd, size):
+def test_one_dot_is_no_surface(tmp_path, capfd, size):
     (tmp_path / "one.csv").write_text("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n")
-    assert ended("minimal", tmp_path / "one.csv", *size, "-o", "-") == 0
-    kept = pd.read_csv(io.StringIO(capfd.readouterr().out))
-    assert kept[["x", "dot", "weight"]].to_numpy().tolist() == [[1, 0, 1]]
+    assert ended("minimal", tmp_path / "one.csv", *size, "-o", "-") == 1
+    assert "one dot alone makes no patch" in capfd.readouterr().err
 
 
 def test_a_locale_without_the_letter_shows_another(folder, tmp_path):

@@ -207,7 +207,7 @@ def test_refused_in_one_sentence(tmp_path, name):
 def test_path_that_is_no_file(tmp_path):
     refused(tmp_path / "none.pdb", "does not exist")
     (tmp_path / "folder.pdb").mkdir()
-    refused(tmp_path / "folder.pdb", "cannot be read")
+    refused(tmp_path / "folder.pdb", "is a folder")
 
 
 def test_gzip_cut_short(tmp_path):

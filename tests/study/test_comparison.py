@@ -497,7 +497,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     # every atom of the structure takes part in the opponent that needs no full surface, and the rules of the study do
     (lay, *rest), (no_lay, *_) = asked
     assert rest == [[10, 40], 30, 2] and no_lay is None
-    assert lay.keywords == {"probe": 1.2, "reentrant": "dms"}
+    assert lay.keywords == {"probe": 1.2, "reentrant": "dms", "cavities": "keep"}
     assert lay.args[1].tolist() == pytest.approx(4 * [1.55, 1.7, 1.7, 1.52, 1.7] + [1.39])
     # who is set against whom: the best under `surface` at 10 % with the others, once
     for folder in folders:

@@ -213,7 +213,17 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
     low, high = (f"{residues['propensity_smoothed'].quantile(share):.3f}" for share in (0.05, 0.95))
     commands = [line.split() for line in Path(outputs["cxc"]).read_text().splitlines() if line[0] != "#"]
     # https://www.rbvi.ucsf.edu/chimerax/docs/user/commands/color.html: color byattribute [level:]name spec options
-    coloured = ["byattribute", "a:bfactor", "#1,2", "target", "s", "palette", "viridis", "range", f"{low},{high}"]
+    coloured = [
+        "byattribute",
+        "a:bfactor",
+        "#1,2",
+        "target",
+        "s",
+        "palette",
+        "viridis",
+        "range",
+        f"{low},{high}",
+    ]
     assert coloured in [words[1:] for words in commands if words[0] == "color"]
     assert [words[1] for words in commands if words[0] == "open"] == ["partner_1.pdb", "partner_2.pdb"]
     assert {words[0] for words in commands} == {"open", "cartoon", "surface", "color", "set", "view"}

@@ -94,7 +94,7 @@ def test_every_promised_file_is_there(finished):
             assert (protein / conformation / name).stat().st_size > 0, name
     bins = pd.read_csv(protein / "f0000" / "rough_and_flat.csv")
     drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
-    assert drawn.to_list() == [40 * SMALL["evaluation"]["test_dots"]] * 2
+    assert drawn.to_list() == [10 * SMALL["evaluation"]["test_dots"]] * 2
 
 
 def test_a_field_is_in_every_result_and_changes_no_other(finished):
@@ -220,9 +220,8 @@ def test_the_first_page_leads_to_every_page_and_figure(finished):
     first = run / "index.html"
     led = {unquote(path) for path in re.findall(r'href="([^"]+)"', first.read_text())}
     found = {str(path.relative_to(run)) for end in ("html", "png") for path in run.rglob(f"[!.]*.{end}")}
-    shown = {
-        path for path in found if path.endswith(("summary.png", "view.png"))
-    }  # on the pages that are led to
+    elsewhere = ("summary.png", "view.png", "number_of_dots_panels.png")  # on other pages and in the report
+    shown = {path for path in found if path.endswith(elsewhere)}
     assert found - {"index.html"} - shown <= led and len(found) > 12
     assert not [path for path in led if path != "#words" and not (run / path).is_file()]
 
