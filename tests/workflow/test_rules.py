@@ -132,7 +132,7 @@ RULES = {
         ["a1.npz", "A1/c1"],
     ),
     "collect_warnings": ("warnings.csv", None, (), None),
-    "write_front_page": ("index.html", None, (), ["results/all", {}, "fresh dots"]),
+    "write_front_page": ("index.html", None, (), [{}, "fresh dots"]),
 }
 
 
