@@ -19,9 +19,11 @@ def main(inputs, outputs, logs):
     for path in inputs["others"]:
         other = pd.read_csv(path)
         table = power(reference, centres(reference), other, centres(other))
-        table.insert(0, "rule", Path(path).stem)
-        rows.append(table.assign(centres=centres(other).mean()))
-    store({"power": pd.concat(rows, ignore_index=True), "power_cpu": of_logs(logs)}, outputs)
+        table = table.pivot(index=["binning", "n_runs"], columns="measure", values="power").reset_index()
+        rows.append(table.assign(rule=Path(path).stem, mean_centres=centres(other).mean()))
+    table = pd.concat(rows, ignore_index=True)
+    columns = ["rule", "binning", "n_runs", "d", "Z_tS", "centres", "together", "mean_centres"]
+    store({"power": table[columns], "power_cpu": of_logs(logs)}, outputs)
 
 
 if __name__ == "__main__":

@@ -134,6 +134,9 @@ def test_a_trajectory_that_is_written_twice_is_told(tmp_path, caplog, kind):
     twice = mdtraj.join([once, once])
     twice.save(str(tmp_path / f"twice.{kind}"))
     assert "its second half repeats the first" in warned(caplog, TOPOLOGY, tmp_path / f"twice.{kind}")
+    odd = mdtraj.join([twice, once[1]])  # and one frame more
+    odd.save(str(tmp_path / f"odd.{kind}"))
+    assert "its second half repeats the first" in warned(caplog, TOPOLOGY, tmp_path / f"odd.{kind}")
 
 
 def test_time_that_goes_back_is_told(tmp_path, caplog):

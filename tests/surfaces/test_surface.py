@@ -5,12 +5,14 @@ import logging
 import os
 import stat
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from conftest import ROOT
 from sparsurf import InputError
+from sparsurf.surfaces import showing
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.dms import surface_by_dms_program, write_dms
 from sparsurf.surfaces.formats.npz import write_npz
@@ -515,3 +517,17 @@ def test_a_picture_needs_matplotlib(blob, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     with pytest.raises(InputError, match="pip install matplotlib"):
         dots.plot()
+
+
+def test_a_view_has_the_triangles_and_the_values(monkeypatch):
+    """PyVista is told the corners, each triangle with its number of corners before it, and the values of the dots."""
+    told = []
+    plotter = SimpleNamespace(add_mesh=lambda mesh, **how: told.append((mesh, how)), show=lambda: None)
+    stand_in = SimpleNamespace(PolyData=lambda points, faces: (points, faces), Plotter=lambda: plotter)
+    monkeypatch.setitem(sys.modules, "pyvista", stand_in)
+    monkeypatch.setattr(showing, "triangles", lambda surface: np.array([[0, 1, 2], [2, 1, 3]]))
+    dots = Surface(np.eye(4)[:, :3], np.tile([0.0, 0, 1], (4, 1)))
+    assert dots.show([1, 2, 3, 4]) is plotter
+    (points, faces), how = told[0]
+    assert points is dots.points and faces.tolist() == [3, 0, 1, 2, 3, 2, 1, 3]
+    assert how["scalars"].tolist() == [1, 2, 3, 4]
