@@ -5,7 +5,6 @@ import pandas as pd
 
 from measures import sites
 from measures.tables import store
-from sparsurf.sites.describing import load_sites
 from sparsurf.sites.finding import chance
 from sparsurf.streams import stream
 from sparsurf.workflow.jobs import run
@@ -15,11 +14,7 @@ LEVELS = (0.01, 0.05, 0.1, 0.25, 0.5)
 
 def main(inputs, outputs, forms, seed):
     """Write how often p is below some levels (in %) on each half, and the constants of the first, which the library ships."""
-    names = [f"{form}_{side}" for form in forms for side in "rl"]
-    half = np.repeat(np.arange(len(forms)) % 2, 2)
-    numbers = [dict(np.load(path)) for path in inputs["numbers"]]
-    learned = [sites.learned([own for own, h in zip(numbers, half, strict=True) if h == k]) for k in (0, 1)]
-    queries, targets = ([load_sites(path) for path in inputs[key]] for key in ("sites", "targets"))
+    names, half, _, targets, queries, learned = sites.halves(inputs, forms)
     table = sites.null_scores(names, half, queries, targets, learned, stream(seed, "sites", "null"))
     rows, constants = [], {}
     for own, other in ((1, 2), (2, 1)):

@@ -13,7 +13,7 @@ def main(inputs, outputs, name):
     molecule = read_molecule(inputs["structure"])
     dots = sparsurf.surface(molecule)
     fields = sparsurf.fields(molecule, dots)
-    own = replace(dots, fields={key: fields[key].to_numpy() for key in fields})
+    own = replace(dots, fields=fields)
     table = recovery_table(own, sparsurf.sample(own, percent=PERCENTS[-1]))
     percent = [*PERCENTS] * fields.shape[1]
     table.assign(protein=name, percent=percent).to_csv(outputs["table"], index=False)

@@ -5,7 +5,6 @@ import pandas as pd
 
 from measures import sites
 from measures.tables import joined, store
-from sparsurf.sites.describing import load_sites
 from sparsurf.study.statistics import mean_interval
 from sparsurf.workflow.jobs import run
 
@@ -16,16 +15,12 @@ VALUES = ["first", "first_percent", "auc", "chance"]
 
 def main(inputs, outputs, forms):
     """Write the tables, and the weights chosen on the first half, which the library ships."""
-    names = [f"{form}_{side}" for form in forms for side in "rl"]
-    half = np.repeat(np.arange(len(forms)) % 2, 2)  # both partners of a complex in one half
-    numbers = [dict(np.load(path)) for path in inputs["numbers"]]
-    learned = [sites.learned([own for own, h in zip(numbers, half, strict=True) if h == k]) for k in (0, 1)]
+    names, half, numbers, targets, queries, learned = sites.halves(inputs, forms)
     rows, moved = [], []
     for name, k, arrays in zip(names, half, numbers, strict=True):
         rows += [{"protein": name, "half": k + 1, **row} for row in sites.scores(arrays, learned[1 - k])]
         moved.append(sites.by_place(arrays, learned[1 - k], numbers).assign(protein=name))
     table, moved = pd.DataFrame(rows), pd.concat(moved)
-    targets, queries = ([load_sites(path) for path in inputs[key]] for key in ("targets", "sites"))
     whole = sites.whole(names, half, queries, targets, [own.get("true_site") for own in numbers], learned)
     costs = joined(inputs["costs"])
     found = {

@@ -13,7 +13,7 @@ from sparsurf.report.viewer.page import MOST_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
-from sparsurf.surfaces.components import FIELD
+from sparsurf.surfaces.components import FIELD, fields_alone
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
 from sparsurf.workflow.jobs import run
 
@@ -37,9 +37,9 @@ def main(inputs, outputs, settings, name, threads):
     parts = surface.fields.get(FIELD)
     if parts is not None and parts.max() > 0:
         shown.append(Values("component of the surface", "component", "", parts, "largest", "smallest"))
-    for field in [name for name in surface.fields if name != FIELD]:
+    for field, numbers in fields_alone(surface).items():
         words, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
-        shown.append(Values(words, field, f" {unit}".rstrip(), surface.fields[field]))
+        shown.append(Values(words, field, f" {unit}".rstrip(), numbers))
     text = page(
         name,
         surface,

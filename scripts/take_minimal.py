@@ -16,7 +16,7 @@ from sparsurf.study.enough import CLOSE, UNIFORM, Trials, curves_table, enough_d
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.handing_out import hand_out
 from sparsurf.study.tables import read_roughness, read_table
-from sparsurf.surfaces.components import FIELD
+from sparsurf.surfaces.components import FIELD, fields_alone
 from sparsurf.surfaces.formats.csv import DIGITS
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
@@ -31,8 +31,8 @@ def main(inputs, outputs, settings, name, threads=1, whole=True):
     """
     surface, own = read_npz(inputs["surface"]), inputs.get("structure")
     molecule = read_own(own) if own else None
-    fields = {key: each for key, each in surface.fields.items() if key != FIELD}
-    parts = {key: each.astype(int) for key, each in surface.fields.items() if key == FIELD}
+    fields = fields_alone(surface)
+    parts = {FIELD: surface.fields[FIELD].astype(int)} if FIELD in surface.fields else {}
     if molecule is not None:
         fields |= values(settings["fields"], molecule, surface.points)
     surface = replace(surface, fields=fields)

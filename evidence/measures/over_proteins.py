@@ -30,7 +30,7 @@ def d_by_range(summary):
 
     Returns
     -------
-    DataFrame: islands, range (0: mean of a protein's ranges), n (proteins), n_S_percent, `own`, d held out of each
+    DataFrame: reading, range (0: mean of a protein's ranges), n (proteins), n_S_percent, `own`, d held out of each
     protein's own best; `from_all`, d of the combination with the highest mean d on all others; `lost`, the first less the
     second; `near`, d of the choice of the others nearest in mean roughness less `from_all`; with their intervals;
     n_above and n_below, proteins whose own interval of d held out lies above and below 0.
@@ -57,7 +57,7 @@ def plateaus(results, summary):
 
     Returns
     -------
-    DataFrame: islands, range and its limits (of the mean n_S), n_combinations, `winner` (highest mean d), n_best_set and
+    DataFrame: reading, range and its limits (of the mean n_S), n_combinations, `winner` (highest mean d), n_best_set and
     best_set, its 95 % confidence set with the proteins as units; n_there, proteins on which the winner falls into this
     range, and n_held, those of them whose own confidence set of the best it lies in.
     """
@@ -102,15 +102,15 @@ def enough(curves, floors):
 
     Returns
     -------
-    DataFrame: protein, sampler, islands, reference, Z of the reference, n_S_percent, by interpolation of ln Z over ln n_S;
+    DataFrame: protein, sampler, reading, reference, Z of the reference, n_S_percent, by interpolation of ln Z over ln n_S;
     0 for fewer than were measured, inf for more
     """
     limits, rows = floors.set_index(["protein", "floor"])["Z"], []
-    for (protein, sampler, islands), part in curves.groupby(["protein", "sampler", "reading"], sort=False):
+    for (protein, sampler, reading), part in curves.groupby(["protein", "sampler", "reading"], sort=False):
         for name in REFERENCES:
             z = limits[protein, name]
             n = smallest_n_s(CLOSE * z, part["n_S_percent"].to_numpy(), part["Z"].to_numpy())
-            rows.append((protein, sampler, islands, name, z, n))
+            rows.append((protein, sampler, reading, name, z, n))
     return pd.DataFrame(rows, columns=["protein", "sampler", "reading", "reference", "Z", "n_S_percent"])
 
 
@@ -142,7 +142,7 @@ def needed(curves):
 
     Returns
     -------
-    DataFrame: protein, target (% of uniform dots), Z, sampler, islands, n_S_percent, factor (target over n_S_percent) and
+    DataFrame: protein, target (% of uniform dots), Z, sampler, reading, n_S_percent, factor (target over n_S_percent) and
     bound: whether n_S lies beyond those measured and counts as the nearest measured one
     """
     rows = []
@@ -151,11 +151,11 @@ def needed(curves):
         reference = lines[REFERENCE, TEXT].set_index("percent")
         for target in TARGETS:
             z, own = reference.loc[target, ["Z", "n_S_percent"]]
-            for (sampler, islands), line in lines.items():
+            for (sampler, reading), line in lines.items():
                 sizes = line["n_S_percent"].to_numpy()
                 n = smallest_n_s(z, sizes, line["Z"].to_numpy())
                 inside = np.clip(n, sizes[0], sizes[-1])
-                rows.append((protein, target, z, sampler, islands, inside, own / inside, bool(n != inside)))
+                rows.append((protein, target, z, sampler, reading, inside, own / inside, bool(n != inside)))
     columns = ["protein", "target", "Z", "sampler", "reading", "n_S_percent", "factor", "bound"]
     return pd.DataFrame(rows, columns=columns)
 
@@ -176,7 +176,7 @@ def recovered_means(curves, floors):
 
     Returns
     -------
-    DataFrame: sampler, percent, islands, n, Z and over_floor with their intervals, the highest Z and whose it is
+    DataFrame: sampler, percent, reading, n, Z and over_floor with their intervals, the highest Z and whose it is
     """
     table, rows = over_floor(curves, floors), []
     for keys, part in table.groupby(["sampler", "percent", "reading"], sort=False):

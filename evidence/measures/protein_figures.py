@@ -96,15 +96,15 @@ def enough(stored):
     groups = [("uniform", TEXT), ("farthest", TEXT), ("uniform", RECOVERED), ("farthest", RECOVERED)]
     ax = layout.axes(figure, 16, 9, 160, 46)
     rng = np.random.default_rng(0)  # of the places side by side only
-    for g, (sampler, islands) in enumerate(groups):
+    for g, (sampler, reading) in enumerate(groups):
         for s, stick in enumerate(sticks):
             n = table[
-                (table["sampler"] == sampler) & (table["reading"] == islands) & (table["reference"] == stick)
+                (table["sampler"] == sampler) & (table["reading"] == reading) & (table["reference"] == stick)
             ]["n"]
             x = s + 0.2 * (g - 1.5)
             ax.plot(x + rng.uniform(-0.06, 0.06, len(n)), n, ".", color=PALETTE[g], markersize=2)
             words = (
-                f"{called(sampler).words}, {'recovered' if islands == RECOVERED else 'as they are'}"
+                f"{called(sampler).words}, {'recovered' if reading == RECOVERED else 'as they are'}"
                 if s == 0
                 else None
             )
@@ -147,9 +147,9 @@ def needed(stored):
     table, surfaces = stored["by_n_s"], stored["surfaces"]
     floors = {"fresh dots": surfaces["fresh_dots"].mean(), "turned": surfaces["turned"].mean()}
     floors[FAIR] = surfaces["atoms_moved_0.3_Å"].mean()
-    for k, islands in enumerate((TEXT, RECOVERED)):
+    for k, reading in enumerate((TEXT, RECOVERED)):
         ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
-        for sampler, rows in table[table["reading"] == islands].groupby("sampler", sort=False):
+        for sampler, rows in table[table["reading"] == reading].groupby("sampler", sort=False):
             colour, width, marker = LINES[sampler]
             ax.fill_between(
                 rows["percent"], rows["Z_low"], rows["Z_high"], color=colour, alpha=0.2, linewidth=0

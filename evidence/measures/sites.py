@@ -15,7 +15,7 @@ import sparsurf
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.residues import standard_name
 from sparsurf.pairs.complexes import laid_on
-from sparsurf.sites.describing import FIELDS, SHAPE
+from sparsurf.sites.describing import FIELDS, SHAPE, load_sites
 from sparsurf.sites.finding import find_site, null_terms
 from sparsurf.sites.weighing import learn, weighed
 
@@ -77,7 +77,10 @@ def forms(bound, dots, interface, unbound, percents, n, n_learned, rng):
         [there[own].mean() if own.any() else np.nan for own in (interface, ~interface)]
     )
     learned = rng.permutation(np.flatnonzero(there))[:n_learned]
-    both = _with_fields(bound, dots), _with_fields(turned, other)
+    both = [
+        replace(each, fields=sparsurf.fields(molecule, each, FIELDS))
+        for molecule, each in ((bound, dots), (turned, other))
+    ]
     kept = [sparsurf.sample(each, percent=MOST) for each in both]
     n_kept = {p: [round(p / 100 * len(each)) for each in both] for p in percents}
     costs, target, site = [], None, None
@@ -128,12 +131,6 @@ def displacements(places, bound, laid):
         )
         rms = np.sqrt(np.bincount(owner, (move[atom] ** 2).sum(axis=1), len(near)) / count)
     return mean, rms
-
-
-def _with_fields(molecule, dots):
-    return replace(
-        dots, fields={key: each.to_numpy() for key, each in sparsurf.fields(molecule, dots, FIELDS).items()}
-    )
 
 
 def numbers_at(dots, places):
@@ -212,8 +209,29 @@ def outcomes(distance, right):
     }
 
 
-def learned(numbers):
-    """Weights from the places of some proteins on both forms, see `weighing.weights`."""
+def halves(inputs, forms):
+    """What was described of both partners of complexes, and the weights that each half of the complexes gives.
+
+    Parameters
+    ----------
+    inputs : dict of lists of paths, a path for each partner: numbers, targets, sites
+    forms : sequence of str, names of the complexes
+
+    Returns
+    -------
+    names, half (0 or 1 of each; both partners of a complex are in one), numbers, targets, sites : one of each partner
+    learned : weights of the first and of the second half, see `weighing.weights`
+    """
+    names = [f"{form}_{side}" for form in forms for side in "rl"]
+    half = np.repeat(np.arange(len(forms)) % 2, 2)
+    numbers = [dict(np.load(path)) for path in inputs["numbers"]]
+    targets, queries = ([load_sites(path) for path in inputs[key]] for key in ("targets", "sites"))
+    learned = [_learned([own for own, h in zip(numbers, half, strict=True) if h == k]) for k in (0, 1)]
+    return names, half, numbers, targets, queries, learned
+
+
+def _learned(numbers):
+    """Weights from the places of some proteins on both forms."""
     pairs = np.concatenate([own["learned"] for own in numbers], axis=1)
     return learn(pairs, np.concatenate([own[f"target {MAIN}"] for own in numbers]), (SHAPE, *FIELDS))
 

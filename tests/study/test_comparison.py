@@ -499,7 +499,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     assert rest == [[10, 40], 30, 2] and no_lay is None
     assert lay.keywords == {"probe": 1.2, "reentrant": "dms", "cavities": "keep"}
     assert lay.args[1].tolist() == pytest.approx(4 * [1.55, 1.7, 1.7, 1.52, 1.7] + [1.39])
-    # who is set against whom: the best under `surface` at 10 % with the others, once
+    # who is set against whom: the best as written at 10 % with the others, once
     for folder in folders:
         pairs, z = (pd.read_csv(folder / f"{name}.csv") for name in ("compare_pairs", "compare"))
         z = z[(z["measure"] == "Z as_written") & (z["percent"] == 10)].set_index("sampler")["value"]

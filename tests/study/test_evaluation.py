@@ -73,7 +73,7 @@ def test_another_seed_or_conformation_draws_anew(blob):
 
 
 def test_keeping_everything_costs_nothing(blob):
-    # alpha 1, all exponents 0 keeps every covered dot; under 'surface' the few uncovered ones are all that is missing
+    # alpha 1, all exponents 0 keeps every covered dot; as written the few uncovered ones are all that is missing
     grid = grids.run(evaluator(blob), np.array([[1.0, 0, 0, 0]]), 40)
     assert grid.n_s[0, 0] > 2900
     assert grid.z_ts[1].mean() < 0.05

@@ -97,7 +97,7 @@ def with_fields(asked, surface, molecule, frame=0):
 
     names = [name.strip() for name in asked.fields.split(",")]
     table = values(names, molecule.frame(frame), surface.points, asked.charges, asked.table)
-    return replace(surface, fields=surface.fields | {name: table[name].to_numpy() for name in table})
+    return replace(surface, fields=surface.fields | dict(table))
 
 
 def add_output(parser, formats):

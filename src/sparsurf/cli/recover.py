@@ -14,7 +14,7 @@ from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
 from sparsurf.recovery.fields import recovered_fields
 from sparsurf.recovery.recovering import REACH, STEPS
 from sparsurf.recovery.recovering import recover as recovered_dots
-from sparsurf.surfaces.components import FIELD
+from sparsurf.surfaces.components import fields_alone
 from sparsurf.surfaces.read_surface import read_places, read_surface
 from sparsurf.surfaces.spacing import DENSITY, area_of, refuse_sparse
 from sparsurf.surfaces.surface import Surface
@@ -77,7 +77,7 @@ def recover(surface, *, density=DENSITY):
 
 def _fields_of(few, points):
     """Fields of a surface of a few dots at `points`, whose first are these dots; numbers of components are none."""
-    fields = {name: values for name, values in few.fields.items() if name != FIELD}
+    fields = fields_alone(few)
     between = recovered_fields(few.points, fields, points[len(few) :])
     return {name: np.concatenate([fields[name], values]) for name, values in between.items()}
 

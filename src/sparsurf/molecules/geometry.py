@@ -59,11 +59,12 @@ def refuse_impossible(molecule, path, topology=None, whole=True, unit=None):
         )
         _refuse_wide_residues(molecule, path, remedy)
         _refuse_gaps(molecule, path, remedy)
-        bonds, bonded = _bonds(molecule)
+        links, apart = _peptide_bonds(molecule)
+        bonds, bonded = _bonds(molecule, links, apart < PEPTIDE[3])
         _refuse_unbonded(molecule, bonded, path, topology)
         _refuse_odd_lengths(molecule, path, remedy)
         _refuse_broken(molecule, bonds, path)
-        _warn_of_doubts(molecule, path)
+        _warn_of_doubts(molecule, links, apart, path)
 
 
 def refuse_no_numbers(xyz, path):
@@ -127,10 +128,10 @@ def widest_gap(xyz):
     return float(gaps[at, axis]), int(order[at + (2 * (at + 1) >= len(xyz)), axis])
 
 
-def _bonds(molecule):
+def _bonds(molecule, links, linked):
     """Bonds of the first frame, (L, 2), and the share of atoms and of peptide bonds that have what belongs to them.
 
-    A bond joins heavy atoms of a residue closer than BOND, or C and N of residues that follow each other.
+    A bond joins heavy atoms of a residue closer than BOND, or is one of the `links` (P, 2) between residues that are `linked`.
     """
     xyz, index = molecule.xyz[0], molecule.residue_index
     heavy = ~np.isin(molecule.element, ["H", "D"])
@@ -143,14 +144,12 @@ def _bonds(molecule):
         bonded = (length < BOND) & heavy[first] & heavy[first + step]
         pairs.append(np.column_stack([first, first + step])[bonded])
     polymer = np.isfinite(nearest) & np.isin(molecule.kind, ["protein", "nucleic"])
-    links = _peptide_bonds(molecule)
-    linked = np.linalg.norm(xyz[links[:, 0]] - xyz[links[:, 1]], axis=1) < PEPTIDE[3]
     shares = [part.mean() for part in (nearest[polymer] < BOND, linked) if len(part) >= FEWEST_ATOMS]
     return np.concatenate([*pairs, links[linked]]), min(shares, default=1.0)
 
 
 def _peptide_bonds(molecule):
-    """(L, 2) int: C and N of residues of one chain whose numbers follow each other."""
+    """C and N of residues of one chain whose numbers follow each other, (L, 2) int, and their distance in the first frame."""
     _, last, first, _ = PEPTIDE
     ends = {name: {} for name in (last, first)}
     for atom in np.flatnonzero(np.isin(molecule.name, [last, first]) & (molecule.kind == "protein")):
@@ -162,7 +161,8 @@ def _peptide_bonds(molecule):
         for (chain, number), atom in ends[last].items()
         if (chain, number + 1) in ends[first]
     ]
-    return np.array(found, int).reshape(-1, 2)
+    links = np.array(found, int).reshape(-1, 2)
+    return links, np.linalg.norm(molecule.xyz[0][links[:, 0]] - molecule.xyz[0][links[:, 1]], axis=1)
 
 
 def _refuse_unbonded(molecule, bonded, path, topology):
@@ -242,7 +242,7 @@ def _refuse_other_elements(molecule, path):
         )
 
 
-def _warn_of_doubts(molecule, path):
+def _warn_of_doubts(molecule, links, apart, path):
     """Warn of what may be meant and hardly ever is: one atom, a mirror image, copies in one another, a broken chain."""
     xyz, index = molecule.xyz[0], molecule.residue_index
     if molecule.n_atoms == 1:
@@ -265,8 +265,6 @@ def _warn_of_doubts(molecule, path):
     if len(crowded) >= FEWEST_ATOMS and np.mean(crowded) > MANY:
         message = "%s: %.0f %% of its atoms lie inside other residues; does it hold a molecule twice?"
         log.warning(message, path, 100 * np.mean(crowded))
-    links = _peptide_bonds(molecule)
-    apart = np.linalg.norm(xyz[links[:, 0]] - xyz[links[:, 1]], axis=1)
     broken = np.flatnonzero(apart >= PEPTIDE[3])
     if len(broken):
         a, b = links[broken[0]]

@@ -135,8 +135,7 @@ def find_site(query, targets, n=10, learned=None):
     for target in targets:
         own = every[begin : begin + len(target)]
         begin += len(target)
-        square = (own**2).sum(axis=1) - 2 * q @ own.T + (q**2).sum(axis=1)[:, None]
-        score = (middle[:, None] - 0.5 * np.log(np.maximum(square, 1e-12))) / spread[:, None]
+        score = (middle[:, None] - _log_distances(q, own, 1e-12)) / spread[:, None]
         arrays = (each.astype(float) for each in (query.points, query.normals, target.points, target.normals))
         hits.append(best_pose(*arrays, np.maximum(score - LIKELY, 0)))
     order = sorted(range(len(targets)), key=lambda k: -hits[k].score)[:n]
@@ -215,9 +214,14 @@ def _weighed(query, targets, learned):
 def _background(q, every):
     """Mean and standard deviation of the logarithm of the distance from each query to unrelated places, (Q,) each."""
     some = every[:: max(1, len(every) // SAMPLE)]
-    square = (some**2).sum(axis=1) - 2 * q @ some.T + (q**2).sum(axis=1)[:, None]
-    logarithm = 0.5 * np.log(np.maximum(square, 1e-6))
+    logarithm = _log_distances(q, some, 1e-6)
     return np.median(logarithm, axis=1), np.maximum(logarithm.std(axis=1), 1e-6)
+
+
+def _log_distances(q, places, least):
+    """Logarithm of the distances (Q, P) between numbers, of squares of `least` at least."""
+    square = (places**2).sum(axis=1) - 2 * q @ places.T + (q**2).sum(axis=1)[:, None]
+    return 0.5 * np.log(np.maximum(square, least))
 
 
 def _row(query, rank, target, place, score):

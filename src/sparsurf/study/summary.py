@@ -133,7 +133,7 @@ def summary_table(results):
 
     Returns
     -------
-    DataFrame: protein, conformation, mean_roughness, islands, range (from 1), the columns of
+    DataFrame: protein, conformation, mean_roughness, reading, range (from 1), the columns of
     `tables.ranges_table`; `local`, the combination (of this range) with the highest mean d on this surface and those
     nearest in mean roughness, `NEAREST` in all; and `GUESSES`: d that this surface gets from the combination with
     the highest mean d on the `NEAREST` other surfaces nearest in mean roughness, on as many farthest, and on all
@@ -211,7 +211,7 @@ def relation_table(results, summary, rng):
 
     Returns
     -------
-    DataFrame: islands, range, limits and n_S (means over the surfaces), the combination with the highest mean d
+    DataFrame: reading, range, limits and n_S (means over the surfaces), the combination with the highest mean d
     over all surfaces, that d and its standard deviation over the surfaces, the mean of `d_from_all`, and the
     columns of `relation.relation`.
     """

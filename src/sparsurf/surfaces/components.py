@@ -20,6 +20,11 @@ ALONG = np.array([0.61, 0.53, 0.59])  # a direction in which few places lie side
 NEXT = 1.0  # Å; dots of one patch that lie side by side
 
 
+def fields_alone(surface):
+    """The fields of a surface but for the number of the component, which has no mean and no value between dots: dict."""
+    return {name: values for name, values in surface.fields.items() if name != FIELD}
+
+
 def components_of(surface, xyz, radii, probe=1.4):
     """Connected component of every dot.
 
