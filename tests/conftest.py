@@ -59,7 +59,7 @@ def pytest_collection_modifyitems(items):
     """Whole studies first, and before them the one that mostly waits: the other tests fill the time that they take."""
     first = [
         "test_slurm.py",
-        "test_rules.py",
+        "test_every_rule.py",
         "test_workflow.py",
         "test_own_proteins.py",
         "test_pairs.py",

@@ -37,13 +37,19 @@ def part_of(path):
 
 
 def tests_of(part, path):
-    """Where the mistakes of a part should be noticed, as arguments of pytest."""
+    """Where the mistakes of a part should be noticed: arguments of pytest, in turn until one notices."""
+    if part == "rules":  # the plan in seconds, and what runs only of those that pass it
+        plan, runs = "tests/workflow/test_rules.py", "tests/workflow/test_every_rule.py"
+        return [[plan], ["tests/workflow", f"--ignore={plan}", f"--ignore={runs}"]]
+    return [tests_of_package(part, path)]
+
+
+def tests_of_package(part, path):
+    """Where the mistakes of the library, a script or the viewer should be noticed."""
     if part == "viewer":
         return ["tests/report/test_viewer.py"]
     if part == "top":
         return sorted(str(each.relative_to(ROOT)) for each in (ROOT / "tests").glob("test_*.py"))
-    if part == "rules":
-        return ["tests/workflow"]
     if part == "scripts":
         word = re.compile(rf"\b{path.stem}\b")
         files = [
@@ -51,7 +57,8 @@ def tests_of(part, path):
             for each in sorted((ROOT / "tests").rglob("test_*.py"))
             if word.search(each.read_text("utf-8"))
         ]
-        return sorted({"tests/workflow", *(str(each.relative_to(ROOT)) for each in files)})
+        runs = "--ignore=tests/workflow/test_every_rule.py"
+        return [*sorted({"tests/workflow", *(str(each.relative_to(ROOT)) for each in files)}), runs]
     return [f"tests/{part}"]
 
 
@@ -178,11 +185,12 @@ def main(number, seed, only, table, everywhere):
     rows = []
     with tempfile.TemporaryDirectory(prefix="planted-") as name:
         copy = Copy(Path(name, "checkout"))
-        for tests in {tuple(tests_of(part, path)): None for part, path, *_ in chosen}:
+        asked = [tuple(tests) for part, path, *_ in chosen for tests in tests_of(part, path)]
+        for tests in dict.fromkeys(asked):
             copy.check(list(tests))
         for part, path, line, what, text in chosen:
-            tests = tests_of(part, path)
-            noticed = copy.notices(path, text, tests) or (everywhere and copy.notices(path, text, ["tests"]))
+            turns = tests_of(part, path) + ([["tests"]] if everywhere else [])
+            noticed = any(copy.notices(path, text, tests) for tests in turns)
             rows.append({"part": part, "file": str(path), "line": line, "mistake": what, "noticed": noticed})
             print(f"{'noticed' if noticed else 'SURVIVED':9} {path}:{line}: {what}", flush=True)
             pd.DataFrame(rows).to_csv(table, index=False)

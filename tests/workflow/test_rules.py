@@ -1,27 +1,25 @@
-"""Every rule, run for real once: what it reads, what it goes by, and that its result follows from both.
+"""Every rule, as Snakemake plans it: what it reads, what it goes by, what its script asks for, what is made in the end.
 
-Simulations are planned only, in test_workflow.py. A section of the settings that a script lacks stops its job. What no
-script asks for by name (contents, checksums, figures) is compared here.
+Nothing runs; that results follow from both is in test_every_rule.py. What no script asks for by name (contents,
+checksums, figures) is compared here.
 """
 
-import base64
 import json
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import everything
-import pandas as pd
 import pytest
+import yaml
 
-from conftest import WORKFLOW
-from small_study import output, snakemake
+from conftest import ROOT, WORKFLOW
+from sparsurf.simulation.protocol import STAGES
 from sparsurf.workflow import code_digests
 from sparsurf.workflow.config import check
 
-pytestmark = pytest.mark.skipif(
-    "SPARSURF_EVERY_RULE" not in os.environ, reason="takes 6 CPU minutes: set SPARSURF_EVERY_RULE=1"
-)
 F0, PAIR = "moving/f0", "pairs/both"
 SURFACE, KERNELS = {"surface.npz"}, {".kernels_of_surfaces", ".kernels_of_patches"}
 ROUGH = SURFACE | {"roughness.csv"} | KERNELS
@@ -85,7 +83,18 @@ RULES = {
         [],
     ),
     "summarise_comparison": ("compare.csv", {"compare.csv"}, (), []),
-    "follow_ensemble": ("moving/ensemble.csv", {"moving.pdb", "1of2.csv", "2of2.csv"}, (), None),
+    "follow_frames": (
+        "moving/ensemble/1of2.csv",
+        {"moving.pdb"} | KERNELS,
+        ("surface", "patches", *DEFECTS, "evaluation.readings", "ensemble", "seed"),
+        [["CONTENT moving.pdb"], {"residues": "1-6"}, "moving", (1, 2)],
+    ),
+    "follow_ensemble": (
+        "moving/ensemble.csv",
+        {"moving.pdb", "1of2.csv", "2of2.csv"},
+        (),
+        [["CONTENT moving.pdb"], {"residues": "1-6"}],
+    ),
     "draw_ensemble": (
         "moving/figures/ensemble.svg",
         {"ensemble.csv", "residues.csv", "residues_over_time.csv"},
@@ -131,60 +140,138 @@ RULES = {
         ("surface", *OF_GRID),
         ["a1.npz", "A1/c1"],
     ),
-    "collect_warnings": ("warnings.csv", None, (), None),
+    "collect_warnings": (
+        "warnings.csv",
+        None,
+        (),
+        ["results/all/logs", ["A1", "got", "moving", "pairs/both", "pairs/two"]],
+    ),
     "write_front_page": ("index.html", None, (), [{}, "fresh dots"]),
+    "prepare_system": (
+        "water/simulation/system",
+        {"one.pdb"},
+        ("seed",),
+        [["CONTENT one.pdb"], {}, {"ns": 1}],
+    ),
+    "simulate_stage": (
+        "water/simulation/nvt",
+        {"system", "minimise"},
+        ("seed",),
+        [{"ns": 1}, "nvt", "results/all/water/simulation/.running/nvt"],
+    ),
+    "judge_simulation": ("water/simulation/quality.csv", {"system", *STAGES}, (), [{"ns": 1}]),
+    "take_all_steps": (
+        "one/c1/surface.npz",
+        {"structures"} | KERNELS,
+        ("surface", "patches", "minimal", "fields", "seed", *DEFECTS, "evaluation.test_dots"),
+        [{"residues": "1-6"}],
+    ),
 }
+SOMETIMES = {  # inputs that no job of these studies has
+    "measure_floors": {"frames", "structure", "trajectory"},
+    "take_minimal": {"ranges"},
+    "make_partners": {"complex"},
+}
+ONLY_READ = {"all", "fetch_structure", "follow_frames"}  # rules of which nothing is asked for in the end
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    """Folder, config as checked, and the finished study."""
-    folder = tmp_path_factory.mktemp("everything") / "study"
-    config, process = everything.run(folder)
-    assert process.returncode == 0, output(process)
+def plans(tmp_path_factory):
+    """Folder of a study of everything, its config as checked, and the jobs of it and of another, by rule.
+
+    The other has a simulation and does without the sampling. Of the first, frames are chosen: of files made up here.
+    """
+    folder = tmp_path_factory.mktemp("planned")
+    given = everything.given(folder, "http://127.0.0.1:9")
+    for name, frames in (("got", 1), ("moving", 2)):
+        place = folder / "results" / "all" / name
+        for part in ("download", "structures"):
+            (place / part).mkdir(parents=True)
+        for file in ("got.pdb", "got.pdb.json"):
+            (place / "download" / file).touch()
+        for table in FRAMES:
+            (place / table).write_text("conformation\n" + "".join(f"f{k}\n" for k in range(frames)))
+    once = {"structure": "one.pdb", "residues": "1-6"}
+    water = {"structure": "one.pdb", "simulate": {"ns": 1}}
+    steps = {"run": "all", "proteins": {"one": once, "water": water}, "sampling": False}
     before = Path.cwd()
     os.chdir(folder)
     try:
-        return folder, config, check(config)
+        yield folder, [(check(config), planned(folder, config)) for config in (given, steps)]
     finally:
         os.chdir(before)
 
 
+def planned(folder, config):
+    """Jobs of a study, see planned.py."""
+    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    command = [Path(__file__).with_name("planned.py"), ROOT / "Snakefile", folder, folder / "config.yaml"]
+    process = subprocess.run([sys.executable, *command], capture_output=True, text=True)
+    assert process.returncode == 0, process.stdout + process.stderr
+    return json.loads(process.stdout)
+
+
 @pytest.fixture(scope="module")
-def records(study):
-    """What Snakemake noted of each output, by its path in the run's folder."""
-    found = {}
-    for path in (study[0] / ".snakemake" / "metadata").iterdir():
-        name = base64.b64decode(path.name).decode().removeprefix("results/all/")
-        found[name] = json.loads(path.read_text())
-    return found
+def jobs(plans):
+    """Jobs of both plans."""
+    return [job for _, jobs in plans[1] for job in jobs]
 
 
-def test_every_rule_ran_and_has_its_row(records):
-    ran = {record["rule"] for record in records.values()}
-    assert ran - {"complete_protein", "complete_pair", "follow_frames"} == {*RULES}
-    for rule in RULES:
-        assert f"rule {rule}:" in WORKFLOW or f"checkpoint {rule}:" in WORKFLOW
+def test_every_rule_is_planned_and_has_its_row(jobs):
+    found = {job["rule"] for job in jobs}
+    assert found - {"choose_only_frame"} == {*re.findall(r"^ *(?:rule|checkpoint) (\w+):", WORKFLOW, re.M)}
+    assert found - {"choose_only_frame", "all", "complete_protein", "complete_pair"} == {*RULES}
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_a_rule_reads_and_goes_by_what_it_should(study, records, rule):
-    folder, given, config = study
+def test_a_rule_has_what_its_script_asks_for_by_name(jobs, rule):
+    script = (ROOT / "scripts" / f"{rule}.py").read_text(encoding="utf-8")
+    own = [job["names"] for job in jobs if job["rule"] == rule]
+    names = {part: {name for each in own for name in each[part]} for part in own[0]}
+    names["input"] |= SOMETIMES.get(rule, set())
+    for part in ("input", "output"):
+        asked = re.findall(rf'\b{part}s\[f?"(.+?)"\]', script)
+        assert {re.sub(r"{\w+}", "1", name) for name in asked} <= names[part]
+    asked = re.search(r"^def main\((.*?)\):", script, re.M | re.S)[1].replace(" ", "").split(",")
+    needed = {name for name in asked if "=" not in name} - {"inputs", "outputs", "name", "threads"}
+    assert needed <= names["params"]
+
+
+def test_a_run_asks_for_all_that_its_rules_make(plans):
+    (_, jobs), _ = plans[1]
+    inputs = {(job["rule"], *job["output"][:1]): {*job["input"]} for job in jobs}
+    made = {file for job in jobs if job["rule"] not in ONLY_READ for file in job["output"]}
+    marks = {file for file in made if file.endswith(".complete")}
+    asked = inputs["all",]
+    assert asked == made and len(marks) == 5
+    first = {f"results/all/{name}" for name in ("index.html", "failures.csv", ".front_page.html")}
+    kernels = {f"results/all/{name}" for name in KERNELS}
+    results = asked - marks - kernels - first
+    assert inputs["write_front_page", "results/all/index.html"] == results
+    assert inputs["collect_warnings", "results/all/warnings.csv"] == results - {"results/all/warnings.csv"}
+    for mark in marks:
+        of_it = {file for file in results if file.startswith(mark.removesuffix(".complete"))}
+        rule = "complete_pair" if "/pairs/" in mark else "complete_protein"
+        assert inputs[rule, mark] == of_it and len(of_it) > 4, mark
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_rule_reads_and_goes_by_what_it_should(plans, rule):
     path, inputs, sections, others = RULES[rule]
-    record = records[path]
-    assert record["rule"] == rule
+    folder, both = plans
+    ((job, config),) = (
+        (job, config)
+        for config, jobs in both
+        for job in jobs
+        if job["rule"] == rule and f"results/all/{path}" in job["output"]
+    )
     if inputs is not None:
-        found = {name.removeprefix("results/all/") for name in record["input"]}
-        assert {name if name in inputs else Path(name).name for name in found} == inputs
+        read = {name.removeprefix("results/all/") for name in job["input"]}
+        assert {name if name in inputs else Path(name).name for name in read} == inputs
     figures = FIGURES if rule == "draw_figures" else ()
     expected = code_digests.made_by(config, f"{rule}.py", *sections, figures=figures)
-    params = record["params"]
-    assert repr(expected["code"]) in params
-    if sections:
-        assert repr(expected["settings"]) in params
-    if others is not None:
-        rest = sorted(repr(filled(each, folder, given)) for each in others)
-        assert sorted({*params} - {repr(value) for value in expected.values()}) == rest
+    rest = [filled(each, folder, config) for each in others]
+    assert job["goes by"] == sorted(map(repr, [*expected.values(), *rest]))
 
 
 def filled(value, folder, config):
@@ -193,42 +280,6 @@ def filled(value, folder, config):
         return [filled(each, folder, config) for each in value]
     if isinstance(value, str) and value.startswith("CONTENT "):
         return code_digests.content.__wrapped__(folder / value.split()[1])
-    got = config["proteins"]["got"]
-    return {"URL": got["url"], "SHA256": got["sha256"]}.get(value, value) if isinstance(value, str) else value
-
-
-def test_each_part_of_an_ensemble_follows_its_own_frames(study):
-    table = pd.read_csv(study[0] / "results/all/moving/ensemble.csv")
-    assert table["frame"].to_list() == [0, 1] and table["n_S"].nunique() > 1
-
-
-def test_the_comparison_over_all_is_of_every_surface(study):
-    run = study[0] / "results" / "all"
-    own = [pd.read_csv(path) for path in sorted(run.glob("*/*/compare.csv"))]
-    assert len(own) == 4
-    assert len(pd.read_csv(run / "surfaces.csv")) == 4 and len(pd.read_csv(run / "summary.csv")) == 4 * 2 * 2
-
-
-def test_warnings_of_all_jobs_are_in_one_table(study):
-    table = pd.read_csv(study[0] / "results/all/warnings.csv")
-    assert table.columns.to_list() == ["protein", "conformation", "job", "sentence"]
-    told = table[table["job"] == "choose_frames"]
-    assert {*told["protein"]} == {"moving", "got"} and told["sentence"].str.contains("lack heavy atoms").all()
-
-
-def test_a_finished_study_has_nothing_to_do_until_a_file_is_replaced(study):
-    """By one of another content and an older date, as `cp -p` does."""
-    folder, config, _ = study
-    again = snakemake(folder, config, "--dry-run")
-    assert "Nothing to be done" in output(again), output(again)
-    for name in ("moving.pdb", "one.pdb"):
-        path, when = folder / name, (folder / name).stat().st_mtime
-        path.write_text("REMARK another\n" + path.read_text())
-        os.utime(path, (when, when))
-    config["proteins"]["got"]["sha256"] = "0" * 64
-    reasons = output(snakemake(folder, config, "--dry-run")).split(
-        "params have changed since last execution:"
-    )[1]
-    assert {"choose_frames", "make_partners", "fetch_structure"} <= {
-        *reasons.split("\n")[1].replace(",", " ").split()
-    }
+    if value in ("URL", "SHA256"):
+        return config["proteins"]["got"][value.lower()]
+    return value
