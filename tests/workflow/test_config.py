@@ -438,7 +438,13 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
         ("a: " + "[" * 5000, "mine.yaml is not valid YAML"),
         ("seed: 2024-99-99\n", "is not valid YAML: month must be in 1..12"),
         ("seed: " + "9" * 5000, "is not valid YAML"),
-        ("proteins: &x {a: *x}\n", "its aliases stand for more than 200000 values"),
+        ("proteins: &x {a: *x}\n", "its aliases stand for more than 40000 values"),
+        ("seed: 1:30\n", "1:30 in line 1 is the number 90 to YAML"),
+        ("a: 1\nresidues: [10:52]\n", "10:52 in line 2 is the number 652"),
+        ("seed: -010\n", "-010 in line 1 is the number -8"),
+        ("a: 1:30.5\n", "is the number 90.5"),
+        ("a: [" + "0.5, " * 50_000 + "]", "it has more than 40000 values"),
+        ("a: " + "x" * 2**21, "or 2097152 bytes"),
     ],
 )
 def test_a_file_that_is_no_config_is_one_sentence(tmp_path, content, words):
@@ -447,6 +453,18 @@ def test_a_file_that_is_no_config_is_one_sentence(tmp_path, content, words):
     with pytest.raises(InputError, match=words) as error:
         read_config(path)
     assert "\n" not in str(error.value)
+
+
+def test_numbers_in_plain_digits_stay_numbers(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("a: [0, -7, 1_000, 0x1F, 0.50, 1.5e+3, .5, '1:30', 10-52, A:10-52, 1:a]")
+    assert read_config(path)["a"] == [0, -7, 1000, 31, 0.5, 1500, 0.5, "1:30", "10-52", "A:10-52", "1:a"]
+
+
+def test_of_many_mistakes_the_first_are_told():
+    with pytest.raises(InputError) as error:
+        check(DEFAULT | {"compare": {"run": True, "percents": [*range(101, 200)]}})
+    assert str(error.value).count("\n") == 20 and str(error.value).endswith(" 79 more mistakes.")
 
 
 def test_merge_keys_and_a_byte_order_mark_work(tmp_path):

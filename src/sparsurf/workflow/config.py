@@ -23,6 +23,7 @@ OF_PAPER = ("as_coded", "as_written")  # readings that its verdict needs
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes one of them
 # Samplers that may stand beside a combination: those that draw by one, and the default, which asks for nothing.
+MOST_TOLD = 20  # mistakes
 WITH_COMBINATION = ("farthest", *names("samplers", "choosing"))
 FILES = keys_of_protein("file")
 LISTS = (
@@ -76,7 +77,9 @@ def check(config, files=(), home=".", here=True):
         errors = [sentence(error) for error in Draft202012Validator(SCHEMA).iter_errors(config)]
     errors = errors or list(_second_check(config)) + list(too_large(config) if here else ())
     if errors:
-        raise InputError("config: " + "\n        ".join(dict.fromkeys(errors)))
+        told = [*dict.fromkeys(errors)]
+        more = [f"{len(told) - MOST_TOLD} more mistakes."] if len(told) > MOST_TOLD else []
+        raise InputError("config: " + "\n        ".join(told[:MOST_TOLD] + more))
     return config
 
 

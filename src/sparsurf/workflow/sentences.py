@@ -45,7 +45,7 @@ def sentence(error):
         given = error.instance if len(error.instance) < 10 else f"{len(error.instance)} values long"
         return f"{key} is {given}, but needs {word} {least} value{'s' if least > 1 else ''}."
     if error.validator == "uniqueItems":
-        return f"{key} holds a value twice: {error.instance}."
+        return f"{key} holds a value twice: {_short(error.instance)}."
     named = "propertyNames" in error.absolute_schema_path or key == "run"
     if named and error.validator in ("pattern", "maxLength"):
         return (

@@ -1,6 +1,7 @@
 """The YAML file of a config, read so that every mistake of writing becomes a sentence with its line."""
 
 import math
+import re
 from pathlib import Path
 
 import yaml
@@ -8,7 +9,8 @@ import yaml
 from sparsurf import InputError
 
 MERGE = "tag:yaml.org,2002:merge"
-MOST_VALUES = 200_000  # of a config with its aliases written out; a table of 100,000 proteins has fewer
+MOST_VALUES, MOST_BYTES = 40_000, 2**21  # of a config with its aliases written out; both are read in about 2 s
+OTHER_BASE = re.compile(r"[+-]?(\d[\d_]*(:\d[\d_]*)+(\.\d*)?|0[0-7_]+)")  # 1:30 is 90 to YAML, 010 is 8
 
 
 class _Strict(yaml.SafeLoader):
@@ -22,10 +24,16 @@ class _Strict(yaml.SafeLoader):
 
     def construct_object(self, node, deep=False):
         try:
-            return super().construct_object(node, deep)
+            value = super().construct_object(node, deep)
         except (KeyError, AttributeError, TypeError):  # PyYAML's, of a value that its tag does not allow
             tag, line = node.tag.rpartition(":")[2], node.start_mark.line + 1
             raise InputError(f"the value in line {line} is no {tag}; correct it or remove !!{tag}.") from None
+        if type(value) in (int, float) and OTHER_BASE.fullmatch(node.value):
+            raise InputError(
+                f"{node.value} in line {node.start_mark.line + 1} is the number {value} to YAML; "
+                "write that number, or put it in quotes."
+            )
+        return value
 
     def construct_mapping(self, node, deep=False):
         seen = set()
@@ -78,6 +86,10 @@ def read_config(path):
     name = Path(path).name
     try:
         content = Path(path).read_bytes()
+        if len(content) > MOST_BYTES or content.count(b",") + content.count(b"\n") > MOST_VALUES:
+            raise InputError(
+                f"it has more than {MOST_VALUES} values or {MOST_BYTES} bytes; list proteins or pairs in a CSV file."
+            )
         config = yaml.load(content.decode("utf-8-sig"), _Strict)
     except OSError as error:
         raise InputError(f"config: {path} cannot be read: {error.strerror}.") from None
