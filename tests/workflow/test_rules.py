@@ -259,7 +259,7 @@ def test_a_run_asks_for_all_that_its_rules_make(plans):
 def test_a_rule_reads_and_goes_by_what_it_should(plans, rule):
     path, inputs, sections, others = RULES[rule]
     folder, both = plans
-    ((job, config),) = (
+    job, config = next(
         (job, config)
         for config, jobs in both
         for job in jobs
