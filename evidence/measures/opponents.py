@@ -13,6 +13,7 @@ import pandas as pd
 
 from measures.recovery import ERRORS, errors, truth
 from sparsurf.patches.index import apart, build_grid, build_index
+from sparsurf.recovery.errors import DENSE, curvature, off, tails
 from sparsurf.recovery.recovering import APART, recover
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.samplers import SAMPLERS
@@ -55,13 +56,15 @@ def measure(name, xyz, radii, simplify, n_tests, percents, seed=20261120, thread
 
     Returns
     -------
-    DataFrame: protein, sampler (the opponent), percent, n_S, bytes, Z and `recovery.ERRORS`
+    two DataFrames: protein, sampler (the opponent), percent, n_S, bytes, Z and `recovery.ERRORS`; and protein, sampler,
+    percent and what `errors.tails` tells of the dots of the surface itself, in clefts, on flats and on ridges
     """
     surface = molecular_surface(xyz, radii)
     flat = np.zeros(len(surface))
     evaluator = Evaluator(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
-    tests, true, rows = evaluator.draw_tests(n_tests), truth(xyz, radii, evaluator.area), []
+    tests, true, rows, where = evaluator.draw_tests(n_tests), truth(xyz, radii, evaluator.area), [], []
     z_tot, _ = evaluator.describe(tests)
+    bend = curvature(evaluator.index, threads=threads)
     mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
 
     def add(opponent, percent, n, size, dots):
@@ -71,35 +74,38 @@ def measure(name, xyz, radii, simplify, n_tests, percents, seed=20261120, thread
 
     for percent in percents:
         n = max(4, round(percent / 100 * len(surface)))
-        for opponent, number, size, dots in _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
-            add(opponent, percent, number, size, dots)
+        for opponent, number, size, lay in _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
+            add(opponent, percent, number, size, lay(DENSITY))
+            gap = off(surface.points, *lay(DENSE), threads)
+            where.append(tails(gap, bend).assign(protein=name, sampler=opponent, percent=percent))
     for opponent, size, places in ((ATOMS, ATOM, xyz), (ROUNDED_ATOMS, ROUNDED_ATOM, rounded_places(xyz))):
         turned = dotted(places, radii, len(surface), evaluator.stream("recovery", "atoms"))
         add(opponent, 100 * len(xyz) / len(surface), len(xyz), size * len(xyz), turned)
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows), pd.concat(where)
 
 
 def _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
-    """Opponent, number of its dots or corners, bytes, and the dense dots that it stands for, of those of n dots' bytes."""
+    """Opponent, number of its dots or corners, bytes, and what lays the dense dots that it stands for at a density."""
     points, normals = evaluator.points, evaluator.normals
     farthest = partial(SAMPLERS["farthest"], evaluator)
     chosen = farthest(n, evaluator.stream("recovery", "farthest"))
     kept = points[chosen], normals[chosen]
-    yield KEPT, n, DOT * n, recover(*kept)
+    yield KEPT, n, DOT * n, partial(recover, *kept)
     settled = settle(*kept, points, normals, threads=evaluator.threads)
-    yield SETTLED, n, DOT * n, recover(*settled)
-    yield ROUNDED, n, ROUNDED_DOT * n, recover(*rounded(*kept))
+    yield SETTLED, n, DOT * n, partial(recover, *settled)
+    yield ROUNDED, n, ROUNDED_DOT * n, partial(recover, *rounded(*kept))
     many = farthest(min(3 * n, len(points)), evaluator.stream("recovery", "farthest"))
-    yield QUANTISED, len(many), ROUNDED_DOT * len(many), recover(*rounded(points[many], normals[many]))
+    dots = rounded(points[many], normals[many])
+    yield QUANTISED, len(many), ROUNDED_DOT * len(many), partial(recover, *dots)
     few = sparse(xyz, radii, n, evaluator.stream("recovery", "sparse"))
-    yield SPARSE, len(few[0]), DOT * len(few[0]), recover(*few)
+    yield SPARSE, len(few[0]), DOT * len(few[0]), partial(recover, *few)
     if mesh is None:
         return
     corners, triangles = simplify(mesh.vertices.points, mesh.triangles, 2 * n)
     size = VERTEX * len(corners) + TRIANGLE * len(triangles)
-    yield MESH, len(corners), size, dots_on(corners, triangles, evaluator.stream("recovery", "mesh"))
+    yield MESH, len(corners), size, partial(dots_on, corners, triangles, evaluator.stream("recovery", "mesh"))
     _, near = true.tree.query(corners)
-    yield CORNERS, len(corners), DOT * len(corners), recover(true.points[near], true.normals[near])
+    yield CORNERS, len(corners), DOT * len(corners), partial(recover, true.points[near], true.normals[near])
 
 
 def sparse(xyz, radii, n, rng):

@@ -6,10 +6,12 @@ RECOVERED = list(dict.fromkeys([*NAMES["recover"], config["recover"]["a1"]]))
 
 recover = chains.add(
     "recover",
-    config["recover"],
-    scripts=["measure_recovery.py", "measure_opponents.py", "measure_cost.py", "tabulate_recovery.py"],
+    config["recover"] | {"structures": [RECOVERED, NAMES["dense"]]},
+    scripts=[f"measure_{each}.py" for each in ("recovery", "opponents", "cost", "dense")]
+    + ["tabulate_recovery.py"],
     tables=["recover", "recover_floors", "recover_means", "recover_pairs", "recover_opponents"]
-    + ["recover_opponents_means", "recover_atoms_means", "recover_a1", "recover_cpu"],
+    + ["recover_opponents_means", "recover_atoms_means", "recover_where", "recover_where_means"]
+    + ["recover_dense", "recover_dense_means", "recover_a1", "recover_cpu"],
 )
 
 
@@ -34,6 +36,7 @@ rule measure_opponents:
         structure=structure,
     output:
         table=f"{RECOVER}/opponents.csv",
+        where=f"{RECOVER}/where.csv",
     log:
         f"{LOGS}/recover/{{protein}}/measure_opponents.log",
     params:
@@ -59,11 +62,28 @@ rule measure_cost:
         "../measure_cost.py"
 
 
+rule measure_dense:
+    input:
+        structure=structure,
+    output:
+        table=f"{RECOVER}/dense.csv",
+    log:
+        f"{LOGS}/recover/{{protein}}/measure_dense.log",
+    params:
+        **chains.made_by("measure_dense.py", config["recover"]["dense"] | {"seed": config["seed"]}),
+    message:
+        "Subsets of {wildcards.protein} at several densities"
+    script:
+        "../measure_dense.py"
+
+
 rule tabulate_recovery:
     input:
         subsets=expand(f"{RECOVER}/subsets.csv", protein=RECOVERED),
         floors=expand(f"{RECOVER}/floors.csv", protein=RECOVERED),
         opponents=expand(f"{RECOVER}/opponents.csv", protein=RECOVERED),
+        where=expand(f"{RECOVER}/where.csv", protein=RECOVERED),
+        dense=expand(f"{RECOVER}/dense.csv", protein=NAMES["dense"]),
         cost=f"{RECOVER}/cost.csv".format(protein=config["recover"]["a1"]),
     output:
         touch(recover.mark),

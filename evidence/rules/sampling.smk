@@ -63,3 +63,68 @@ rule draw_exponents:
         "Figure of the exponent"
     script:
         "../draw_exponents.py"
+
+
+OF_CENTRES = config["centres"] | {"seed": config["seed"]}
+centres = chains.add(
+    "centres",
+    OF_CENTRES | {"structures": NAMES["coverage"]},
+    scripts=["measure_centres.py", "tabulate_centres.py"],
+    tables=["centres", "centres_means", "centres_cpu"],
+)
+
+
+rule measure_centres:
+    input:
+        **{key: f"{POOLED}/{key}.csv" for key in ("roughness", "grid", "ranges")},
+        surface=f"{POOLED}/surface.npz",
+    output:
+        table=f"{OUT}/centres/{{protein}}.csv",
+    log:
+        f"{LOGS}/centres/{{protein}}/measure_centres.log",
+    params:
+        **chains.made_by("measure_centres.py", OF_CENTRES),
+    message:
+        "What the centres of patches give on {wildcards.protein}"
+    script:
+        "../measure_centres.py"
+
+
+rule tabulate_centres:
+    input:
+        tables=expand(f"{OUT}/centres/{{protein}}.csv", protein=NAMES["coverage"]),
+    output:
+        touch(centres.mark),
+        **centres.tables,
+    log:
+        f"{LOGS}/tabulate_centres.log",
+    localrule: True
+    params:
+        **chains.made_by("tabulate_centres.py"),
+        logs=f"{LOGS}/centres",
+    message:
+        "Tables of the centres"
+    script:
+        "../tabulate_centres.py"
+
+
+drawn_centres = chains.add(
+    "centres_figure", {}, scripts=["draw_centres.py"], figures=["centres"], of=[centres]
+)
+
+
+rule draw_centres:
+    input:
+        **{name: ancient(path) for name, path in centres.tables.items()},
+    output:
+        touch(drawn_centres.mark),
+        **drawn_centres.figures,
+    log:
+        f"{LOGS}/draw_centres.log",
+    localrule: True
+    params:
+        **chains.made_by("draw_centres.py"),
+    message:
+        "Figure of the centres"
+    script:
+        "../draw_centres.py"

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from measures import opponents
 from measures.recovery import errors, truth
+from sparsurf.recovery.errors import DENSE, off_recovered
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.evaluator import Evaluator
@@ -52,7 +53,8 @@ def test_bytes_and_errors():
         mesh = molecular_mesh(ATOMS, RADII, step=0.7)
         return mesh.vertices.points, mesh.triangles
 
-    rows = opponents.measure("three atoms", ATOMS, RADII, coarser, 40, (10.0,)).set_index("sampler")
+    rows, where = opponents.measure("three atoms", ATOMS, RADII, coarser, 40, (10.0,))
+    rows = rows.set_index("sampler")
     kept, mesh = rows.loc[opponents.KEPT], rows.loc[opponents.MESH]
     assert kept["bytes"] == 24 * kept["n_S"]
     assert asked == [2 * kept["n_S"]]  # triangles, two for every corner
@@ -80,9 +82,12 @@ def test_bytes_and_errors():
         rows.loc[opponents.ROUNDED_ATOMS, "bytes"] == 18
         and rows.loc[opponents.ROUNDED_ATOMS, "distance"] < 0.01
     )
-    few = opponents.measure("no mesh", ATOMS, RADII, None, 40, (100 * 30.6 / len(surface),)).set_index(
-        "sampler"
-    )
+    own = where[where["sampler"] == opponents.KEPT].set_index("where")
+    off = off_recovered(surface.points, surface.points[chosen], surface.normals[chosen], density=DENSE)
+    assert own.loc["everywhere", ["mean", "largest"]].to_list() == pytest.approx([off.mean(), off.max()])
+    assert own.loc[["clefts", "flats", "ridges"], "dots"].sum() == len(surface)
+    few, _ = opponents.measure("no mesh", ATOMS, RADII, None, 40, (100 * 30.6 / len(surface),))
+    few = few.set_index("sampler")
     assert opponents.MESH not in few.index and few.loc[opponents.KEPT, "n_S"] == 31
 
 

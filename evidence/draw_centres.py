@@ -1,0 +1,39 @@
+"""The figure of the centres: d of the best combination of each range, and of a control that has nothing but the centres."""
+
+import pandas as pd
+
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.layout import PALETTE, styled
+from sparsurf.workflow.jobs import run
+
+LINES = {"d": "the best combination", "d_centres": "centres of patches, filled up uniformly"}
+TITLES = {"as_coded": "as coded", "as_written": "as written"}
+
+
+@styled
+def centres(table):
+    """A panel for each reading: means over proteins with 95 % intervals against n_S."""
+    figure = layout.sheet(layout.PAGE, 70)
+    for column, (reading, title) in enumerate(TITLES.items()):
+        ax = layout.axes(figure, 18 + 88 * column, 9, 70, 46)
+        own = table[table["reading"] == reading]
+        for colour, (key, label) in zip(PALETTE, LINES.items(), strict=False):
+            error = [own[key] - own[f"{key}_low"], own[f"{key}_high"] - own[key]]
+            ax.errorbar(own["n_S_percent"], own[key], error, color=colour, marker="o", capsize=2, label=label)
+        ax.axhline(0, color="black", linewidth=0.5)
+        ax.set(xlabel="dots kept / %", ylabel="d" if not column else "", title=title)
+        if not column:
+            ax.legend()
+        layout.letter(figure, 4 + 88 * column, 3, "ab"[column])
+    return figure
+
+
+def main(inputs, outputs):
+    """Draw it."""
+    centres(pd.read_csv(inputs["centres_means"])).savefig(
+        outputs["centres"], dpi=200, metadata={"Software": None}
+    )
+
+
+if __name__ == "__main__":
+    run(main, snakemake)
