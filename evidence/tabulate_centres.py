@@ -10,7 +10,7 @@ MEASURES = ("n_S_percent", "d_mean", "d_centres_mean", "d", "d_centres")
 
 
 def means(table):
-    """Means over proteins with 95 % intervals, by reading and range: d and that of the control, of all combinations and the best."""
+    """Means over proteins with 95 % intervals, by reading and range: d and the control's, of all combinations and the best."""
     rows = []
     for (reading, number), part in table.groupby(["reading", "range"], sort=False):
         row = {"reading": reading, "range": number, "n": int(part["d"].notna().sum())}
