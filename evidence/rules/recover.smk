@@ -6,12 +6,24 @@ RECOVERED = list(dict.fromkeys([*NAMES["recover"], config["recover"]["a1"]]))
 
 recover = chains.add(
     "recover",
-    config["recover"] | {"structures": [RECOVERED, NAMES["dense"]]},
-    scripts=[f"measure_{each}.py" for each in ("recovery", "opponents", "cost", "dense")]
-    + ["tabulate_recovery.py"],
-    tables=["recover", "recover_floors", "recover_means", "recover_pairs", "recover_opponents"]
-    + ["recover_opponents_means", "recover_atoms_means", "recover_where", "recover_where_means"]
-    + ["recover_dense", "recover_dense_means", "recover_a1", "recover_cpu"],
+    OF_RECOVER | {"dots": config["recover"]["dots"], "structures": RECOVERED},
+    scripts=["measure_recovery.py", "measure_cost.py", "tabulate_recovery.py"],
+    tables=["recover", "recover_floors", "recover_means", "recover_pairs", "recover_a1", "recover_cpu"],
+)
+OF_OPPONENTS = OF_RECOVER | {"percents": config["recover"]["opponents"]}
+opponents = chains.add(
+    "opponents",
+    OF_OPPONENTS | {"structures": NAMES["opponents"]},
+    scripts=["measure_opponents.py", "tabulate_opponents.py"],
+    tables=["recover_opponents", "recover_opponents_means", "recover_opponents_pairs"]
+    + ["recover_atoms_means", "recover_where", "recover_where_means", "opponents_cpu"],
+)
+OF_DENSE = config["recover"]["dense"] | {"seed": config["seed"]}
+dense = chains.add(
+    "dense",
+    OF_DENSE | {"structures": NAMES["dense"]},
+    scripts=["measure_dense.py", "tabulate_dense.py"],
+    tables=["recover_dense", "recover_dense_means", "dense_cpu"],
 )
 
 
@@ -38,9 +50,9 @@ rule measure_opponents:
         table=f"{RECOVER}/opponents.csv",
         where=f"{RECOVER}/where.csv",
     log:
-        f"{LOGS}/recover/{{protein}}/measure_opponents.log",
+        f"{LOGS}/opponents/{{protein}}/measure_opponents.log",
     params:
-        **chains.made_by("measure_opponents.py", OF_RECOVER | {"percents": config["recover"]["opponents"]}),
+        **chains.made_by("measure_opponents.py", OF_OPPONENTS),
     message:
         "Other ways to keep {wildcards.protein} in as many bytes"
     script:
@@ -68,9 +80,9 @@ rule measure_dense:
     output:
         table=f"{RECOVER}/dense.csv",
     log:
-        f"{LOGS}/recover/{{protein}}/measure_dense.log",
+        f"{LOGS}/dense/{{protein}}/measure_dense.log",
     params:
-        **chains.made_by("measure_dense.py", config["recover"]["dense"] | {"seed": config["seed"]}),
+        **chains.made_by("measure_dense.py", OF_DENSE),
     message:
         "Subsets of {wildcards.protein} at several densities"
     script:
@@ -81,9 +93,6 @@ rule tabulate_recovery:
     input:
         subsets=expand(f"{RECOVER}/subsets.csv", protein=RECOVERED),
         floors=expand(f"{RECOVER}/floors.csv", protein=RECOVERED),
-        opponents=expand(f"{RECOVER}/opponents.csv", protein=RECOVERED),
-        where=expand(f"{RECOVER}/where.csv", protein=RECOVERED),
-        dense=expand(f"{RECOVER}/dense.csv", protein=NAMES["dense"]),
         cost=f"{RECOVER}/cost.csv".format(protein=config["recover"]["a1"]),
     output:
         touch(recover.mark),
@@ -99,6 +108,43 @@ rule tabulate_recovery:
         "Tables of recovering"
     script:
         "../tabulate_recovery.py"
+
+
+rule tabulate_opponents:
+    input:
+        opponents=expand(f"{RECOVER}/opponents.csv", protein=NAMES["opponents"]),
+        where=expand(f"{RECOVER}/where.csv", protein=NAMES["opponents"]),
+    output:
+        touch(opponents.mark),
+        **opponents.tables,
+    log:
+        f"{LOGS}/tabulate_opponents.log",
+    localrule: True
+    params:
+        **chains.made_by("tabulate_opponents.py"),
+        logs=f"{LOGS}/opponents",
+    message:
+        "Tables of other ways to keep a surface"
+    script:
+        "../tabulate_opponents.py"
+
+
+rule tabulate_dense:
+    input:
+        tables=expand(f"{RECOVER}/dense.csv", protein=NAMES["dense"]),
+    output:
+        touch(dense.mark),
+        **dense.tables,
+    log:
+        f"{LOGS}/tabulate_dense.log",
+    localrule: True
+    params:
+        **chains.made_by("tabulate_dense.py"),
+        logs=f"{LOGS}/dense",
+    message:
+        "Tables of dense surfaces"
+    script:
+        "../tabulate_dense.py"
 
 
 drawing = chains.add("recover_figure", {}, scripts=["draw_recovery.py"], figures=["recover"], of=[recover])
