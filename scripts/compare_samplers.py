@@ -56,16 +56,17 @@ def main(inputs, outputs, settings, name, threads):
         "pairs": fewer.paired(raw, percents, against=against),
         "fewer": fewer.times_fewer_intervals(raw, table, evaluator.stream("times fewer")),
         "alone": stand_alone(evaluator, own, lay, percents, n_tests, draws),
+        "centres": centres_table(evaluator, grid, ranges, n_tests, draws),
     }
-    centres = centres_table(evaluator, grid, ranges, n_tests, draws)
-    for key, each in (more | {"centres": centres}).items():
+    for key, each in more.items():
         each.to_csv(outputs[key], index=False)
     table.to_csv(outputs["table"], index=False)
     fewer.all_needed(table).to_csv(outputs["needed"], index=False)
     area, estimated = area_of(surface)
     facts = {"n_dots": len(surface), "area": area, "estimated": estimated, "n_tests": n_tests, "draws": draws}
     facts["of_paper"] = choices_of(ranges) is OF_PAPER
-    page = comparison_page.comparison_page(name, table, more["fewer"], more["pairs"], more["alone"], **facts)
+    shown = (more[key] for key in ("fewer", "pairs", "alone", "centres"))
+    page = comparison_page.comparison_page(name, table, *shown, **facts)
     write(outputs["page"], comparison_page.TEMPLATE, **page)
     figure = comparison_figure.comparison_figure(table, name)
     layout.save(figure, outputs["png"].removesuffix(".png"))

@@ -330,7 +330,15 @@ def test_page_says_what_the_numbers_say(table):
     fewer = pd.DataFrame(
         columns=["use", "measure", "sampler", "than", "percent", "factor", "low", "high", "bound"]
     )
-    page = comparison_page("blob/c1", table, fewer)
+    centres = pd.DataFrame(
+        {"reading": ["as_coded", "as_written", "as_written"], "n_S_percent": [1.3, 1.4, np.nan]}
+        | {"d": [0.9, 0.12, np.nan], "d_low": [0.8, 0.1, np.nan], "d_high": [1.0, 0.14, np.nan]}
+        | {"d_centres": [0.7, 0.15, 0.2], "d_centres_low": 0.11, "d_centres_high": 0.19}
+    )
+    page = comparison_page("blob/c1", table, fewer, centres=centres)
+    assert page["centres"] == [["1.4", "0.12 (0.10 to 0.14)", "0.15 (0.11 to 0.19)"]]
+    page = comparison_page("blob/c1", table, fewer, centres=centres[:1])
+    assert page["centres"] == [["1.3", "0.90 (0.80 to 1.00)", "0.70 (0.11 to 0.19)"]]
     z, back = (values_of(table, measure) for measure in ("Z as_written", "Z recovered"))
     at = float(page["at"])
     assert at == z.columns[np.abs(z.columns - 10).argmin()]

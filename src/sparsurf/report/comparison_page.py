@@ -3,6 +3,7 @@
 import numpy as np
 
 from sparsurf.report.numbers import interval, number, share
+from sparsurf.patches.readings import TEXT
 from sparsurf.sampling.samplers import called
 
 TEMPLATE = "compare.html.j2"
@@ -14,7 +15,7 @@ MEASURES = (AS_WRITTEN, RECOVERED, "Z as_coded", "Z centres")  # that get a tabl
 BOUNDS = {"more than ": "> ", "less than ": "< ", "about ": "≈ "}
 
 
-def comparison_page(name, table, fewer, pairs=None, alone=None, of=None, **facts):
+def comparison_page(name, table, fewer, pairs=None, alone=None, centres=None, of=None, **facts):
     """What the template asks for.
 
     Parameters
@@ -27,6 +28,8 @@ def comparison_page(name, table, fewer, pairs=None, alone=None, of=None, **facts
         How many times fewer dots a sampler needs than another for the same Z.
     pairs, alone : DataFrame, optional
         Differences between samplers with paired intervals; Z where nothing of the full surface is known.
+    centres : DataFrame, optional
+        centres.csv: d of the best combinations beside that of the always-kept centres.
     of : str, optional
         What the limits of a page over several surfaces are between.
     facts
@@ -49,6 +52,7 @@ def comparison_page(name, table, fewer, pairs=None, alone=None, of=None, **facts
             measure: rows_of(table, measure) for measure in MEASURES if measure in set(table["measure"])
         },
         "alone": alone_rows(_named(alone), at) if alone is not None else [],
+        "centres": centre_rows(centres) if centres is not None else [],
         "null_model": number(table["null_model"].mean()),
         "facts": facts,
     }
@@ -121,6 +125,17 @@ def against(fewer, at):
     own = own[(own["sampler"] == "farthest") & (own["than"] == REFERENCE)]
     own = own[~own["bound"].astype(str).str.startswith("more") | (own["factor"] >= LEAST)]
     return None if own.empty else bounded(own.iloc[0])
+
+
+def centre_rows(centres):
+    """Ranges of n_S, as written where that was evaluated: the n_S in % of the best combination, its d, and that of the centres."""
+    own = centres.dropna(subset="d")
+    own = own[own["reading"] == (TEXT if TEXT in set(own["reading"]) else own["reading"].iloc[0])]
+    return [
+        [share(row["n_S_percent"])]
+        + [interval(*(row[f"{key}{end}"] for end in ("", "_low", "_high"))) for key in ("d", "d_centres")]
+        for _, row in own.iterrows()
+    ]
 
 
 def alone_rows(alone, at):
