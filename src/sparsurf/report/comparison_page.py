@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from sparsurf.report.numbers import interval, number, share
 from sparsurf.patches.readings import TEXT
+from sparsurf.report.numbers import interval, number, share
 from sparsurf.sampling.samplers import called
 
 TEMPLATE = "compare.html.j2"
@@ -128,7 +128,7 @@ def against(fewer, at):
 
 
 def centre_rows(centres):
-    """Ranges of n_S, as written where that was evaluated: the n_S in % of the best combination, its d, and that of the centres."""
+    """By range of n_S, as written where that was evaluated: n_S in % and d of the best combination, and d of the centres."""
     own = centres.dropna(subset="d")
     own = own[own["reading"] == (TEXT if TEXT in set(own["reading"]) else own["reading"].iloc[0])]
     return [
