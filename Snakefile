@@ -22,6 +22,7 @@ from sparsurf.workflow import code_digests
 from sparsurf.workflow.config import checked, completed
 from sparsurf.workflow.files_of_a_run import FilesOfARun
 from sparsurf.workflow.files_of_pairs import FilesOfPairs
+from sparsurf.workflow.files_of_sites import FilesOfSites
 from sparsurf.workflow.jobs import in_one_environment, one_of, use_this_library
 from sparsurf.workflow.needs import needs
 from sparsurf.workflow.outputs import IN_REPORT, Outputs, figure, inside, shown
@@ -35,7 +36,8 @@ made_by = partial(code_digests.made_by, config)
 
 files = FilesOfARun(config, checkpoints)
 pairs = FilesOfPairs(config, files)
-outputs = Outputs(workflow, files, pairs)  # of the rules below
+sites = FilesOfSites(config, files)
+outputs = Outputs(workflow, files, pair=pairs, site=sites)  # of the rules below
 defects = ("sampling.moved_centre", "sampling.every_patch")  # what a sampling goes by beside its combination
 KERNEL_PARTS = ("surfaces", "patches")
 of_each = shown if len(files.proteins) <= IN_REPORT else lambda path, *_: path  # of a conformation
@@ -81,6 +83,7 @@ rule all:
         KERNELS.values(),  # at once: they are compiled while the frames are chosen
         [f"{RUN}/{name}/.complete" for name in files.proteins],
         [f"{RUN}/pairs/{name}/.complete" for name in pairs.names],
+        [f"{RUN}/sites/{name}/.complete" for name in sites.names],
         outputs.of_run,
         *outputs.each(),
 
@@ -375,6 +378,11 @@ if pairs.names:
     include: "rules/pairs.smk"
 
 
+if sites.names:
+
+    include: "rules/sites.smk"
+
+
 if files.goes_on_with(config.get("paper"), "c1"):
 
     include: "rules/paper.smk"
@@ -391,7 +399,11 @@ rule collect_warnings:  # of all jobs, so that the first page can show them
     params:
         **made_by("collect_warnings.py"),
         logs=LOGS,
-        places=[*files.proteins, *(f"pairs/{name}" for name in pairs.names)],
+        places=[
+            *files.proteins,
+            *(f"pairs/{name}" for name in pairs.names),
+            *(f"sites/{name}" for name in sites.names),
+        ],
     message:
         "Warnings of the run"
     script:

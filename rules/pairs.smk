@@ -11,7 +11,7 @@ wildcard_constraints:
 
 rule complete_pair:
     input:
-        outputs.of_pair,
+        outputs.of_named,
     output:
         touch(f"{PAIR}/.complete"),
 

@@ -183,7 +183,7 @@ def small(tmp_path_factory):
         ("a.sites fields.sites --residues 209-212 -o h.csv", "a has no volume, aromaticity"),
         ("a.sites damaged.sites --residues 209-212 -o h.csv", "damaged.sites holds no Sites"),
         ("a.sites nan.sites --residues 209-212 -o h.csv", "nan.sites holds no Sites"),
-        ("a.sites dots.csv --residues 209-212 -o h.csv", "the dots have no hydropathy"),
+        ("a.sites dots.csv --residues 209-212 -o h.csv", "dots: its dots have no hydropathy"),
         ("a.sites a.sites --residues B:209 -o h.csv", "'B:209' is not in a"),
         ("a.sites a.sites --residues x -o h.csv", "'x' is not of the form"),
         ("a.sites a.sites -o h.csv", "--residues says which site"),

@@ -43,7 +43,8 @@ def given(folder, address):
         "got": {"url": f"{address}/got.pdb", "sha256": digest},
     }
     pairs = {"both": {"proteins": ["moving", "got"]}, "two": {"files": ["one.pdb", "two.pdb"]}}
-    return RULES | {"run": "all", "proteins": proteins, "pairs": pairs, "paper": "A1"}
+    sites = {"turn": {"query": "moving/f1", "residues": "2-4", "targets": ["got"]}}
+    return RULES | {"run": "all", "proteins": proteins, "pairs": pairs, "sites": sites, "paper": "A1"}
 
 
 def run(folder):

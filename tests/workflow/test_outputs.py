@@ -4,6 +4,7 @@ import re
 from types import SimpleNamespace
 
 from snakemake.io import IOFile, temp, touch
+from snakemake.iocontainers import Wildcards
 
 from conftest import ROOT, WORKFLOW
 from sparsurf.workflow.outputs import CAPTIONS, Outputs, figure, inside, shown
@@ -40,7 +41,7 @@ def test_a_figure_is_two_files():
 
 def test_the_guide_to_the_results_names_what_the_rules_make_and_nothing_else():
     said = (ROOT / "results" / "README.md").read_text(encoding="utf-8")
-    ends = "csv|json|html|ply|npz|pdb|cif|dms|png|pml|cxc|bild"  # beside each png lies its svg
+    ends = "csv|json|html|ply|npz|pdb|cif|dms|png|pml|cxc|bild|sites"  # beside each png lies its svg
     named = set(re.findall(rf"`(?:[^`]*/)?(\w+\.(?:{ends}))`", said)) - {"report.html"}  # made from them all
     made = set(re.findall(rf'[/"](\w[\w{{}}]*\.(?:{ends}))"', WORKFLOW))
     made |= {f"{name}.png" for name in re.findall(r'figure\(\s*f?"[^"]*?(\w+)"', WORKFLOW)} | {"grid.csv"}
@@ -61,7 +62,7 @@ def outputs(without=(), has_frames=lambda name: True, **rules):
         has_frames=has_frames,
         goes_without=lambda *place: "/".join(place) in without,
     )
-    return Outputs(SimpleNamespace(rules=found), files, SimpleNamespace(names=["one"]))
+    return Outputs(SimpleNamespace(rules=found), files, pair=SimpleNamespace(names=["one"]))
 
 
 RULES = {
@@ -79,7 +80,7 @@ def test_what_a_run_has_follows_from_its_rules():
     own, p, q = outputs(**RULES), SimpleNamespace(protein="p"), SimpleNamespace(protein="q")
     assert own.of_protein(p) == ["r/p/frames.csv", "r/p/frames.png", "r/p/f0/grid.csv", "r/p/f7/grid.csv"]
     assert own.of_protein(q) == ["r/q/c1/grid.csv"]
-    assert own.of_pair(SimpleNamespace(pair="one")) == ["r/pairs/one/dots.csv"]
+    assert own.of_named(Wildcards(fromdict={"pair": "one"})) == ["r/pairs/one/dots.csv"]
     assert own.of_run() == ["r/summary.csv", "r/index.html"]
     p_alone = ["r/p/frames.csv", "r/p/frames.png"]  # before the conformations are chosen
     each = [p_alone, own.of_protein(p), [], own.of_protein(q), ["r/pairs/one/dots.csv"]]

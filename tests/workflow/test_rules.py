@@ -25,6 +25,8 @@ SURFACE, KERNELS = {"surface.npz"}, {".kernels_of_surfaces", ".kernels_of_patche
 ROUGH = SURFACE | {"roughness.csv"} | KERNELS
 FRAMES = {"frames.csv", "silhouette.csv", "projection.csv", "explained.csv"}
 PARTNERS = [{f"{place}/{file}" for place in (F0, "got/f0")} for file in ("surface.npz", "structure.pdb")]
+SITE, PLACES = "sites/turn", {"moving/f1/places.sites", "got/f0/places.sites"}
+TURN = {"query": "moving/f1", "residues": "2-4", "targets": ["got"]}
 ENOUGH = {"enough.csv", "curves.csv", "floors.csv"}
 OVER_TIME = {"ensemble.csv", "residues.csv", "residues_over_time.csv"}
 DEFECTS = ("sampling.moved_centre", "sampling.every_patch")
@@ -134,6 +136,16 @@ RULES = {
     ),
     "tabulate_pair_residues": (f"{PAIR}/residues.csv", {*PARTNERS[1], "propensity.csv"}, (), []),
     "summarise_pairs": ("pairs/pairs.csv", {"agreement.csv"}, (), []),
+    "describe_places": (f"{F0}/places.sites", SURFACE | {"structure.pdb"} | KERNELS, (), []),
+    "find_site": (f"{SITE}/hits.csv", {*PLACES, "moving/f1/structure.pdb"}, (), [TURN]),
+    "draw_site": (
+        f"{SITE}/site.svg",
+        {*PLACES, "moving/f1/surface.npz", "got/f0/surface.npz", "moving/f1/structure.pdb"}
+        | {"hits.csv", "matches.csv", "poses.csv"}
+        | KERNELS,
+        (),
+        [TURN],
+    ),
     "reproduce_paper": (
         "paper_rows.csv",
         ROUGH | {"grid.csv", "ranges.csv", "best.json", "rough_and_flat.csv"} | ENOUGH,
@@ -220,7 +232,8 @@ def jobs(plans):
 def test_every_rule_is_planned_and_has_its_row(jobs):
     found = {job["rule"] for job in jobs}
     assert found - {"choose_only_frame"} == {*re.findall(r"^ *(?:rule|checkpoint) (\w+):", WORKFLOW, re.M)}
-    assert found - {"choose_only_frame", "all", "complete_protein", "complete_pair"} == {*RULES}
+    marks = {"complete_protein", "complete_pair", "complete_site"}
+    assert found - marks - {"choose_only_frame", "all"} == {*RULES}
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -243,7 +256,7 @@ def test_a_run_asks_for_all_that_its_rules_make(plans):
     made = {file for job in jobs if job["rule"] not in ONLY_READ for file in job["output"]}
     marks = {file for file in made if file.endswith(".complete")}
     asked = inputs["all",]
-    assert asked == made and len(marks) == 5
+    assert asked == made and len(marks) == 6
     first = {f"results/all/{name}" for name in ("index.html", "failures.csv", ".front_page.html")}
     kernels = {f"results/all/{name}" for name in KERNELS}
     results = asked - marks - kernels - first
@@ -251,7 +264,9 @@ def test_a_run_asks_for_all_that_its_rules_make(plans):
     assert inputs["collect_warnings", "results/all/warnings.csv"] == results - {"results/all/warnings.csv"}
     for mark in marks:
         of_it = {file for file in results if file.startswith(mark.removesuffix(".complete"))}
-        rule = "complete_pair" if "/pairs/" in mark else "complete_protein"
+        rule = {"pairs": "complete_pair", "sites": "complete_site"}.get(
+            mark.split("/")[2], "complete_protein"
+        )
         assert inputs[rule, mark] == of_it and len(of_it) > 4, mark
 
 

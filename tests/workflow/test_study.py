@@ -129,11 +129,12 @@ def test_what_snakemake_alone_complains_of_is_found_in_its_log(checkout, capsys)
 @pytest.mark.parametrize(
     ("logs", "without"),
     [
-        (["p/c2/make_surface"], {"p/c2": "make_surface: ?", "pairs/both": "?"}),
-        (["p/fetch_x.pdb"], {"p": "fetch_x.pdb: ?", "pairs/both": "?"}),
+        (["p/c2/make_surface"], {"p/c2": "make_surface: ?", "pairs/both": "?", "sites/one": "?"}),
+        (["p/fetch_x.pdb"], {"p": "fetch_x.pdb: ?", "pairs/both": "?", "sites/one": "?", "sites/two": "?"}),
         (["p/draw_frames"], {"p/*": "draw_frames: ?"}),
-        (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_figures: ?"}),
+        (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_figures: ?", "sites/two": "?"}),
         (["pairs/files/draw_pair"], {"pairs/files": "draw_pair: ?"}),
+        (["sites/two/find_site"], {"sites/two": "find_site: ?"}),
         (["reproduce_paper"], {"reproduce_paper": "reproduce_paper: ?"}),
     ],
 )
@@ -142,6 +143,7 @@ def test_what_failed_is_left_out_with_what_needs_it(tmp_path, logs, without):
     (tmp_path / "p" / "frames.csv").write_text("conformation\nc2\nc3\n")
     pairs = {"both": {"proteins": ["q", "p"]}, "files": {"files": ["a", "b"]}}
     config = {"without": {}, "proteins": {"p": {}, "q": {"surface": "x"}}, "pairs": pairs}
+    config["sites"] = {"one": {"query": "p"}, "two": {"query": "p/c3", "targets": ["q"]}}
     found = ending.left_out(config, tmp_path, [tmp_path / "logs" / f"{log}.log" for log in logs])
     assert found.keys() == without.keys()
     assert all(found[key].startswith(said.rstrip("?")) for key, said in without.items())

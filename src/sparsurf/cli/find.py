@@ -1,23 +1,16 @@
 """`describe_sites` and `find`: the same site on other surfaces, as functions and as `sparsurf find`."""
 
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.cli import options, outputs
 from sparsurf.cli.inputs import MOLECULES, PERCENT, Limits, as_molecule, is_structure
 from sparsurf.cli.making import surface as surface_of
-from sparsurf.dot_fields.registry import values
 from sparsurf.molecules.formats import suffix
-from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.patches.index import build_grid
-from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.sites.describing import FIELDS, LABELS, Sites, load_sites, sites_of
+from sparsurf.sites.describing import FIELDS, Sites, describe_surface, load_sites, places_of_residues
 from sparsurf.sites.finding import find_places, find_site
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -74,19 +67,8 @@ def describe_sites(surface, *, percent=10, fields=FIELDS, at=None, name=None):
     percent, fields = PERCENT.check(percent, "percent"), _names(fields)
     at = None if at is None else _places(at)
     dots, molecule = _dots_of(surface)
-    kept = _kept(dots, percent)
-    if molecule is not None:
-        table = values(fields, molecule, kept.points) if fields else {}
-        kept = replace(kept, fields={key: np.asarray(table[key]) for key in table})
-    lacking = [key for key in fields if key not in kept.fields]
-    if lacking:
-        raise InputError(
-            f"describe_sites: the dots have no {', '.join(lacking)}; give a structure, or fewer fields."
-        )
-    kept = replace(kept, fields={key: kept.fields[key] for key in fields})
-    labels = molecule.labels(kept.atom) if molecule is not None else _no_labels(len(kept))
     name = name or (Path(surface).name.split(".")[0] if isinstance(surface, str | Path) else "surface")
-    return sites_of(kept, labels, name, percent, at, threads=available_cores())
+    return describe_surface(dots, molecule, name, percent, fields, at, available_cores())
 
 
 def find(query, targets, *, at=None, residues=None, n=10, percent=10, fields=FIELDS):
@@ -148,33 +130,6 @@ def as_sites(given, percent=10, fields=FIELDS):
     return describe_sites(given, percent=percent, fields=fields)
 
 
-def places_of_residues(sites, residues):
-    """Places (n,) int of Sites that belong to residues such as 'A:10-25,40'.
-
-    Raises
-    ------
-    InputError : residues that are not there or have no places, or dots without residues
-    """
-    labels = sites.labels
-    if not (labels["residue"] != "").any():
-        raise InputError(f"{sites.name}: its dots have no residues; describe the sites of a structure.")
-    first = labels.drop_duplicates(list(LABELS)).reset_index(drop=True)
-    n = len(first)
-    columns = {"name": np.full(n, "CA"), "element": np.full(n, "C"), "kind": np.full(n, "protein")}
-    columns |= {key: first[key].to_numpy(str) for key in LABELS}
-    shown = Molecule(
-        np.zeros((1, n, 3)),
-        np.zeros(1),
-        np.zeros(1, int),
-        residue_index=np.arange(n),
-        b_factor=np.zeros(n),
-        **columns,
-    )
-    chosen = shown.select(sites.name, selection="all", residues=residues).residues
-    wanted = set(chosen.itertuples(index=False, name=None))
-    return np.flatnonzero([row in wanted for row in labels[list(LABELS)].itertuples(index=False, name=None)])
-
-
 def _dots_of(given):
     """Dots of a structure with its molecule; of anything else without."""
     if isinstance(given, Surface):
@@ -183,17 +138,6 @@ def _dots_of(given):
         return read_surface(given), None
     molecule = as_molecule(given).frame(0)
     return surface_of(molecule), molecule
-
-
-def _kept(dots, percent):
-    """The dots that stand for a surface: the given share of them, each the farthest from those before."""
-    if percent == 100:
-        return dots
-    ready = SimpleNamespace(
-        points=dots.points, index=build_grid(dots.points)
-    )  # all that the sampler asks for
-    n = max(1, round(percent / 100 * len(dots)))
-    return dots.take(SAMPLERS["farthest"](ready, n, np.random.default_rng(0)))
 
 
 def _names(fields):
@@ -215,10 +159,6 @@ def _places(at):
 def _short(at):
     """What is wrong with an array of places."""
     return "NaN" if at.dtype.kind == "f" and at.ndim == 2 and at.shape[1] == 3 else f"shape {at.shape}"
-
-
-def _no_labels(n):
-    return pd.DataFrame({key: np.full(n, "") for key in LABELS})
 
 
 def _at(query, whole, at):

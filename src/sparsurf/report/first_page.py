@@ -6,6 +6,7 @@ import pandas as pd
 
 from sparsurf.recovery.readings import RECOVERED, readings_in
 from sparsurf.report.numbers import against_zero, combination, interval, number, share, span
+from sparsurf.report.site_page import found_on
 
 TEMPLATE = "first.html.j2"
 NAMES = ["protein", "conformation"]
@@ -41,7 +42,7 @@ def first_page(folder, held, beside, without=(), floor=FRESH):
     folder : Path, results/<run>
     held, beside : sequence of str
         Files that the page may read and lead to, paths from `folder`: those that the report holds, and others.
-    without : sequence of (protein or pairs/<name>, reason)
+    without : sequence of (protein, pairs/<name> or sites/<name>, reason)
         What could not be finished.
     floor : str or None
         The noise floor that the minimal subset goes by, None where the config asks for another one.
@@ -64,13 +65,18 @@ def first_page(folder, held, beside, without=(), floor=FRESH):
         "pairs": of_pairs(read(folder, "pairs/means.csv"), read(folder, "pairs/pairs.csv"))
         if "pairs/means.csv" in files
         else None,
+        "sites": [
+            (path.split("/")[1], of_site(read(folder, path))) for path in files if path.endswith("/hits.csv")
+        ],
         "ensembles": [
             (path.split("/")[0], of_ensemble(read(folder, path.replace(".html", ".csv"))))
             for path in files
             if path.endswith("/ensemble.html")
         ],
         "main_figure": main_figure(folder, files, first),
-        "galleries": galleries(places, files if sampled else other) + pair_galleries(files),
+        "galleries": galleries(places, files if sampled else other)
+        + pair_galleries(files)
+        + site_galleries(files),
         "taken_from": first,
         "taken": [(f"{first}/{name}", words) for name, words in TAKEN.items() if f"{first}/{name}" in files],
     }
@@ -258,6 +264,11 @@ def of_pairs(means, table):
     return found
 
 
+def of_site(hits):
+    """On how many targets a site is found, and the best of them."""
+    return {"n": found_on(hits), "targets": len(hits), "best": hits["target"].iloc[0]}
+
+
 def of_ensemble(table):
     """d of one combination over the frames of a trajectory, under the first reading of the table."""
     d = table[f"d_{readings_in(table, 'd_')[0]}"].dropna()
@@ -309,6 +320,17 @@ def pair_galleries(files):
         led = [(f"{start}pair.html", "pair")] * (f"{start}pair.html" in files)
         found.append((name, led, [each for each in shown if each[0] in files]))
     return [each for each in found if each[2]]
+
+
+def site_galleries(files):
+    """The same of sites."""
+    names = [
+        path.split("/")[1] for path in files if path.startswith("sites/") and path.endswith("/site.html")
+    ]
+    return [
+        (name, [(f"sites/{name}/site.html", "site")], [(f"sites/{name}/site.png",) * 2 + ("site",)])
+        for name in names[:SHOWN]
+    ]
 
 
 def warned(path):

@@ -3,19 +3,24 @@
 Patches are cut from the kept dots alone, so that a subset of a surface, with its fields, is all that is needed.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.dot_fields.registry import values
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import describe, describe_fields
-from sparsurf.patches.index import D_LINK
+from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
+from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.texts import read_bytes
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
+PERCENT = 10  # of the dots that are kept and described
 RADIUS = 10.0  # Å, of the patches; with 6 Å the first hit is right in 72 of 100, with 10 Å in 80
 ORDER = 10  # highest order n of the moments; finer detail differs between two forms of a protein
 SHAPE = "shape"  # the channel besides the fields: r of the steady descriptor
@@ -108,6 +113,92 @@ def load_sites(path):
 
 def _settings(fields, percent, radius):
     return {"fields": list(fields), "percent": percent, "radius": radius, "order": ORDER, "version": VERSION}
+
+
+def describe_surface(dots, molecule, name, percent=PERCENT, fields=FIELDS, at=None, threads=1):
+    """Sites of a surface: of its dots some are kept, each the farthest from those before.
+
+    Parameters
+    ----------
+    dots : Surface, without a molecule with the fields to describe
+    molecule : molecules.Molecule or None, which `dots.atom` counts
+    name : str
+    percent : float
+    fields : sequence of str
+    at, threads : as for `sites_of`
+
+    Returns
+    -------
+    Sites
+
+    Raises
+    ------
+    InputError : dots without these fields, or of no place with numbers
+    """
+    kept = _kept(dots, percent)
+    if molecule is not None:
+        table = values(fields, molecule, kept.points) if fields else {}
+        kept = replace(kept, fields={key: np.asarray(table[key]) for key in table})
+    lacking = [key for key in fields if key not in kept.fields]
+    if lacking:
+        raise InputError(
+            f"{name}: its dots have no {', '.join(lacking)}; take a structure, or dots with such columns."
+        )
+    kept = replace(kept, fields={key: kept.fields[key] for key in fields})
+    labels = molecule.labels(kept.atom) if molecule is not None else _no_labels(len(kept))
+    return sites_of(kept, labels, name, percent, at, threads=threads)
+
+
+def _kept(dots, percent):
+    """The dots that stand for a surface: the given share of them, each the farthest from those before."""
+    if percent == 100:
+        return dots
+    ready = SimpleNamespace(
+        points=dots.points, index=build_grid(dots.points)
+    )  # all that the sampler asks for
+    n = max(1, round(percent / 100 * len(dots)))
+    return dots.take(SAMPLERS["farthest"](ready, n, np.random.default_rng(0)))
+
+
+def _no_labels(n):
+    return pd.DataFrame({key: np.full(n, "") for key in LABELS})
+
+
+def places_of_residues(sites, residues):
+    """Places (n,) int of Sites that belong to residues such as 'A:10-25,40'.
+
+    Raises
+    ------
+    InputError : residues that are not there or have no places, or dots without residues
+    """
+    labels = sites.labels
+    if not (labels["residue"] != "").any():
+        raise InputError(f"{sites.name}: its dots have no residues; describe the sites of a structure.")
+    return np.flatnonzero(numbered_residues(labels, _residues_of(labels, sites.name, residues)) >= 0)
+
+
+def _residues_of(labels, name, residues):
+    """Those of the residues of labels that are asked for, DataFrame with LABELS."""
+    first = labels.drop_duplicates(list(LABELS)).reset_index(drop=True)
+    n = len(first)
+    columns = {"name": np.full(n, "CA"), "element": np.full(n, "C"), "kind": np.full(n, "protein")}
+    columns |= {key: first[key].to_numpy(str) for key in LABELS}
+    shown = Molecule(
+        np.zeros((1, n, 3)),
+        np.zeros(1),
+        np.zeros(1, int),
+        residue_index=np.arange(n),
+        b_factor=np.zeros(n),
+        **columns,
+    )
+    return shown.select(name, selection="all", residues=residues).residues
+
+
+def numbered_residues(labels, residues):
+    """Which of some residues each row of labels is of, (N,) int; -1 for none. Both are DataFrames with LABELS."""
+    number = {row: k for k, row in enumerate(residues[list(LABELS)].itertuples(index=False, name=None))}
+    rows = labels[list(LABELS)].itertuples(index=False, name=None)
+    return np.array([number.get(row, -1) for row in rows], int)
 
 
 def sites_of(kept, labels, name, percent, at=None, radius=RADIUS, threads=1):

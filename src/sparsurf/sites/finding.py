@@ -9,7 +9,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.sites.arrangement import best_pose
-from sparsurf.sites.describing import FIELDS, LABELS, RADIUS
+from sparsurf.sites.describing import FIELDS, LABELS, PERCENT, RADIUS, Sites
 from sparsurf.sites.weighing import weighed
 from sparsurf.threads import over_slices
 
@@ -20,7 +20,7 @@ LIKELY = 1.0  # score of a match from which on it speaks for a pose
 BLOCK = 16384  # places that are searched at once: with 50 queries 3 MB of distances
 CALIBRATED = {
     "fields": list(FIELDS),
-    "percent": 10.0,
+    "percent": float(PERCENT),
     "radius": RADIUS,
 }  # settings of Sites for which p is known
 COLUMNS = ("query", "rank", "target", *LABELS, "x", "y", "z", "score")
@@ -31,10 +31,12 @@ class Found(NamedTuple):
 
     table : DataFrame with COLUMNS, `p` (see `chance`) and `places`, the number of places of the site that agree
     poses : list of arrangement.Pose, one for each row
+    places : Sites, the places of the site that the poses lay on the targets
     """
 
     table: pd.DataFrame
     poses: list
+    places: Sites
 
 
 def find_places(query, targets, n=10, threads=1, learned=None):
@@ -150,7 +152,33 @@ def find_site(query, targets, n=10, learned=None):
         nearest = int(np.argmin(np.linalg.norm(target.points - centre, axis=1)))
         row = _row(0, rank, target, nearest, scores[k])
         rows.append((*row[:6], *centre, *row[9:], p[k], int((pose.match >= 0).sum())))
-    return Found(pd.DataFrame(rows, columns=(*COLUMNS, "p", "places")), [hits[k] for k in order])
+    return Found(pd.DataFrame(rows, columns=(*COLUMNS, "p", "places")), [hits[k] for k in order], query)
+
+
+def matched(hits, targets):
+    """Which place of a site meets which place of each target.
+
+    Parameters
+    ----------
+    hits : Found
+    targets : list of Sites, those that were searched
+
+    Returns
+    -------
+    DataFrame, a row per place that agrees: rank, target; LABELS, x, y, z of the site's place; the same of the target's place,
+    with `_there` behind the name
+    """
+    rows, by_name = [], {target.name: target for target in targets}
+    for row, pose in zip(hits.table.itertuples(), hits.poses, strict=True):
+        own = np.flatnonzero(pose.match >= 0)
+        here, there = hits.places.take(own), by_name[row.target].take(pose.match[own])
+        parts = (each for one in (here, there) for each in (one.labels, pd.DataFrame(one.points)))
+        table = pd.concat(parts, axis=1).set_axis(_MATCHED, axis=1)
+        rows.append(table.assign(rank=row.rank, target=row.target))
+    return pd.concat(rows)[["rank", "target", *_MATCHED]]
+
+
+_MATCHED = [f"{key}{end}" for end in ("", "_there") for key in (*LABELS, "x", "y", "z")]
 
 
 @cache

@@ -11,6 +11,7 @@ from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.texts import short
 from sparsurf.workflow import listing
 from sparsurf.workflow.download import ONLY, allowed, variable
+from sparsurf.workflow.files_of_sites import named_in
 from sparsurf.workflow.needs import too_large
 from sparsurf.workflow.registries import names, surface_suffixes
 from sparsurf.workflow.schema import SCHEMA, Protein, keys_of_protein, whole, with_defaults
@@ -18,7 +19,7 @@ from sparsurf.workflow.sentences import sentence
 from sparsurf.workflow.yaml_file import read_config
 
 # What a run has of its own beside its proteins: folders, and endings of files.
-OWN_FOLDERS = ("logs", "pairs")
+OWN_FOLDERS = ("logs", "pairs", "sites")
 OF_PAPER = ("as_coded", "as_written")  # readings that its verdict needs
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes one of them
@@ -166,7 +167,9 @@ def _no_values(value, key="the config"):
     inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for name, each in inside:
         if isinstance(value, dict) and not isinstance(name, str):
-            yield f"the key {name!r} in {key} is not read as a string; put it in quotes."
+            comma = value[name] is None  # {residues: A:57,102}
+            what = "has no value; put a value with commas" if comma else "is not read as a string; put it"
+            yield f"the key {name!r} in {key} {what} in quotes."
         yield from _no_values(each, f"{key}.{name}".removeprefix("the config."))
 
 
@@ -176,6 +179,7 @@ def _second_check(config):
         yield "proteins is empty; name at least one protein."
     yield from _check_names(config)
     yield from _check_pairs(config)
+    yield from _check_sites(config)
     for name, protein in config["proteins"].items():
         for key in FILES:
             if key in protein and not os.path.isfile(protein[key]):
@@ -220,7 +224,7 @@ def _second_check(config):
 
 def _check_names(config):
     """Sentences for names that are folders of results: unlike in more than case, and not the study's own."""
-    for key in ("proteins", "pairs"):
+    for key in ("proteins", "pairs", "sites"):
         names = {}
         for name in config[key]:
             twin = names.setdefault(name.lower(), name)
@@ -249,3 +253,17 @@ def _check_pairs(config):
     thinning = config["complementarity"]["thinning"]
     if thinning["run"] and not config["pairs"]:
         yield "complementarity.thinning.run is true, but there are no pairs to thin; name one under pairs."
+
+
+def _check_sites(config):
+    """Sentences for what the schema cannot say of sites."""
+    for name, site in config["sites"].items():
+        named = named_in(site)
+        for each in named:
+            if each.partition("/")[0] not in config["proteins"]:
+                known = ", ".join(config["proteins"]) or "none"
+                yield f"sites.{name}: {each!r} is none of the proteins; these are {known}."
+        if "surface" in config["proteins"].get(named[0].partition("/")[0], ()):
+            yield f"sites.{name}: {named[0]!r} is a ready surface without residues; it can only be a target."
+        if named[0] in named[1:]:
+            yield f"sites.{name}: {named[0]!r} is the query and a target; name other targets."

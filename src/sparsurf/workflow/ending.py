@@ -13,6 +13,7 @@ from pathlib import Path
 import yaml
 
 from sparsurf import InputError
+from sparsurf.workflow.files_of_sites import named_in
 from sparsurf.workflow.job_logs import FULL, failure, place
 from sparsurf.workflow.jobs import conformations_of
 from sparsurf.workflow.outputs import ALL_FRAMES
@@ -47,7 +48,7 @@ def failed_jobs():
 
 
 def left_out(config, results, logs_of_failed):
-    """The config's `without` for a second try, with the failed places and the pairs that need them.
+    """The config's `without` for a second try, with the failed places and the pairs and sites that need them.
 
     Parameters
     ----------
@@ -61,10 +62,13 @@ def left_out(config, results, logs_of_failed):
         known = not job.startswith(BEFORE_FRAMES)
         names = (protein, conformation or (ALL_FRAMES if known and protein in config["proteins"] else ""))
         without["/".join(filter(None, names)) or job] = f"{job}: {failure(path)}"
-    for name, pair in config["pairs"].items():
-        for partner in pair.get("proteins", ()):
-            if partner in without or f"{partner}/{_first(results / partner)}" in without:
-                without.setdefault(f"pairs/{name}", f"{partner} could not be finished.")
+    needed = {f"pairs/{name}": pair.get("proteins", ()) for name, pair in config["pairs"].items()}
+    needed |= {f"sites/{name}": named_in(site) for name, site in config["sites"].items()}
+    for asked, named in needed.items():
+        for each in named:
+            protein, _, conformation = each.partition("/")
+            if protein in without or f"{protein}/{conformation or _first(results / protein)}" in without:
+                without.setdefault(asked, f"{each} could not be finished.")
     return without
 
 

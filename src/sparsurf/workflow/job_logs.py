@@ -48,6 +48,6 @@ def progress(path):
 def place(path, logs):
     """(protein, conformation, job) that a log is of; empty strings where it is of none."""
     *above, job = Path(path).relative_to(logs).with_suffix("").parts
-    if above[:1] == ["pairs"]:
+    if above[:1] in (["pairs"], ["sites"]):
         return "/".join(above), "", job
     return *[*above, "", ""][:2], job

@@ -22,6 +22,7 @@ NAMED = (
     "protein",
     "conformation",
     "pair",
+    "site",
 )  # wildcards that say what a job is about; a stage or a file is none
 
 

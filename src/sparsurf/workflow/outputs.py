@@ -36,7 +36,7 @@ def figure(path, label, caption, category=None):
 
 
 class Outputs:
-    """What a run has in the end: the outputs of every rule, for every protein, conformation and pair that it is for.
+    """What a run has in the end: the outputs of every rule, for every protein, conformation, pair and site that it is for.
 
     A rule is for those that its wildcard constraints let through. Temporary files, marks, and files with other wildcards, which
     only lead to those, are not asked for. The functions of `wildcards` are input functions of Snakemake.
@@ -45,11 +45,12 @@ class Outputs:
     ----------
     workflow : Snakemake's; all of its rules are there once an input function is called
     files : `FilesOfARun`
-    pairs : `FilesOfPairs`
+    pair, site : `FilesOfPairs` and `FilesOfSites`, by the name of their wildcard
     """
 
-    def __init__(self, workflow, files, pairs):
-        self._workflow, self._files, self._pairs = workflow, files, pairs
+    def __init__(self, workflow, files, **named):
+        self._workflow, self._files = workflow, files
+        self._named = [{what: name} for what, each in named.items() for name in each.names]
 
     @cached_property
     def _by_wildcards(self):
@@ -86,21 +87,21 @@ class Outputs:
         """Outputs for a protein and for each of its conformations."""
         return list(self._of_protein(wildcards.protein))
 
-    def of_pair(self, wildcards):
-        """Outputs for a pair."""
-        return list(self._made(pair=wildcards.pair))
+    def of_named(self, wildcards):
+        """Outputs for a pair, or for a site."""
+        return list(self._made(**dict(wildcards.items())))
 
     def of_run(self, wildcards=None):
-        """Outputs over all proteins and pairs."""
+        """Outputs over all proteins, pairs and sites."""
         return list(self._made())
 
     def each(self):
-        """Input functions of each protein and pair; a mark stays where one of their files is deleted."""
+        """Input functions of each protein, pair and site; a mark stays where one of their files is deleted."""
         parts = (self._of_frames, self._of_protein)
         proteins = [
             lambda _, of=of, name=name: list(of(name)) for name in self._files.proteins for of in parts
         ]
-        return proteins + [lambda _, name=name: list(self._made(pair=name)) for name in self._pairs.names]
+        return proteins + [lambda _, named=named: list(self._made(**named)) for named in self._named]
 
     def all_but(self, *after, shown=None):
         """Input function: all outputs but for files that come `after` them; with `shown` only those in the report, or not."""
@@ -109,8 +110,8 @@ class Outputs:
             found = self._made()
             for name in self._files.proteins:
                 found |= self._of_protein(name)
-            for name in self._pairs.names:
-                found |= self._made(pair=name)
+            for named in self._named:
+                found |= self._made(**named)
             return [
                 path for path, is_shown in found.items() if path not in after and shown in (None, is_shown)
             ]

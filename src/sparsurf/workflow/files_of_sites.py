@@ -1,0 +1,91 @@
+"""Which files the sites of a run come from: what is known of the conformations that they name.
+
+The functions of `wildcards` are input functions of Snakemake.
+"""
+
+ALL = "all"  # targets: every other conformation of the study
+
+
+class FilesOfSites:
+    """Sites of a run and their files.
+
+    Parameters
+    ----------
+    config : dict, as `config.check` gives it
+    files : `FilesOfARun`, of the proteins that may be named
+
+    Attributes
+    ----------
+    names : list of all
+    sought, compared : lists of those that look for a site, and of those that compare two conformations
+    proteins : list of the proteins that are described
+    """
+
+    def __init__(self, config, files):
+        self._sites = {
+            name: site for name, site in config["sites"].items() if f"sites/{name}" not in config["without"]
+        }
+        self._files = files
+        self.names = list(self._sites)
+        self.sought = [name for name, site in self._sites.items() if "query" in site]
+        self.compared = [name for name in self.names if name not in self.sought]
+        searched = [targets_of(self._sites[name]) for name in self.sought]
+        named = [self._sites[name]["query"] for name in self.sought]
+        named += [each for targets in searched if targets != ALL for each in targets]
+        self.proteins = [
+            name
+            for name in files.proteins
+            if ALL in searched or name in {each.partition("/")[0] for each in named}
+        ]
+
+    def site(self, wildcards):
+        """What the config says about a site."""
+        return self._sites[wildcards.site]
+
+    def places(self, wildcards):
+        """The described places of the `query` and of the `targets`; none where a conformation is named that is not there."""
+        site = self.site(wildcards)
+        if not self.there(wildcards):
+            return {}
+        query, *named = map(self._folder, named_in(site))
+        if targets_of(site) == ALL:
+            conformations = [
+                f"{self._files.run}/{name}/{each}"
+                for name in self._files.proteins
+                for each in self._files.conformations(name)
+            ]
+            named = [each for each in conformations if each != query]
+        return {
+            "query": f"{query}/places.sites",
+            "structure": f"{query}/structure.pdb",
+            "targets": [f"{each}/places.sites" for each in named],
+        }
+
+    def surfaces(self, wildcards):
+        """The surfaces of all of these, and the site's places and structure."""
+        found = self.places(wildcards)
+        every = [found["query"], *found["targets"]] if found else []
+        return {"surfaces": [path.replace("places.sites", "surface.npz") for path in every]} | found
+
+    def there(self, wildcards):
+        """Whether all conformations that a site names are those of the study."""
+        named = (each.partition("/") for each in named_in(self.site(wildcards)))
+        return all(not own or own in self._files.conformations(protein) for protein, _, own in named)
+
+    def _folder(self, named):
+        """Folder of a protein's first conformation, or of the one that is named."""
+        protein, _, conformation = named.partition("/")
+        return f"{self._files.run}/{protein}/{conformation or self._files.first(protein)}"
+
+
+def targets_of(site):
+    """Names of the targets of a site, or ALL."""
+    return site.get("targets", ALL)
+
+
+def named_in(site):
+    """Proteins and conformations that a site of the config names, the query first."""
+    if "changes" in site:
+        return [*site["changes"]]
+    targets = targets_of(site)
+    return [site["query"], *(targets if targets != ALL else ())]

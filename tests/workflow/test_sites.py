@@ -1,0 +1,127 @@
+"""Sites of a study: what the config may say of them, the files that they come from, and a study that seeks one."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from snakemake.iocontainers import Wildcards
+
+import sparsurf
+from peptides import peptide, write
+from small_study import output, snakemake
+from sparsurf import InputError
+from sparsurf.workflow.config import check
+from sparsurf.workflow.files_of_sites import FilesOfSites
+
+SEQUENCE = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
+SITE = {"query": "one", "residues": "2-4"}
+TABLE = ["rank", "target", "chain", "residue", "residue_name", "x", "y", "z", "score", "p", "places"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two peptides, the second turned."""
+    folder = tmp_path_factory.mktemp("sites")
+    write(folder / "one.pdb", peptide(SEQUENCE) + "END\n")
+    molecule = sparsurf.read_molecule(folder / "one.pdb")
+    molecule.xyz[0] = molecule.xyz[0][:, [1, 2, 0]] + [3.0, -2.0, 7.0]
+    molecule.write_pdb(folder / "two.pdb")
+    write(folder / "dots.csv", "Res,x,y,z,Nx,Ny,Nz\nX,0,0,0,0,0,1\n")
+    return folder
+
+
+def proteins(folder):
+    return {name: {"structure": str(folder / f"{name}.pdb")} for name in ("one", "two")}
+
+
+@pytest.mark.parametrize(
+    ("sites", "said"),
+    [
+        (
+            {"s": SITE | {"query": "three"}},
+            "sites.s: 'three' is none of the proteins; these are one, two, dots",
+        ),
+        ({"s": SITE | {"targets": ["two", "Two"]}}, "'Two' is none of the proteins"),
+        ({"s": SITE | {"targets": ["one"]}}, "'one' is the query and a target"),
+        ({"s": SITE | {"query": "dots"}}, "'dots' is a ready surface without residues"),
+        ({"s": SITE | {"query": "one/7"}}, "sites.s.query is 'one/7', but must be of the form my_protein"),
+        ({"s": {"query": "one"}}, "sites.s lacks the key 'residues'"),
+        ({"s": SITE | {"target": ["two"]}}, "did you mean 'targets'"),
+        ({"s": SITE | {"targets": "two"}}, "or a list of proteins and conformations"),
+        ({"s": SITE | {"targets": []}}, "needs at least 1 value"),
+        ({"s": SITE, "S": SITE}, "differ in upper and lower case only"),
+        ({"a/b": SITE}, "cannot name a folder"),
+        ({"x.csv": SITE}, "a file or folder of its own"),
+        ({"s": {"query": "one", "residues": "A:57", 102: None}}, "put a value with commas in quotes"),
+    ],
+)
+def test_a_mistake_in_a_site_is_answered_with_a_sentence(folder, sites, said):
+    own = proteins(folder) | {"dots": {"surface": str(folder / "dots.csv")}}
+    with pytest.raises(InputError) as error:
+        check({"proteins": own, "sites": sites})
+    assert said in str(error.value)
+
+
+def files_of(without=(), **sites):
+    conformations = {"one": ["f0"], "two": ["c1", "c2"], "dots": ["c1"]}
+    files = SimpleNamespace(
+        run="r",
+        proteins=conformations,
+        conformations=conformations.get,
+        first=lambda name: conformations[name][0],
+    )
+    return FilesOfSites({"sites": sites, "without": dict.fromkeys(without, "why")}, files)
+
+
+def test_a_site_needs_the_places_of_the_conformations_that_it_names():
+    own = files_of(few=SITE | {"targets": ["two/c2", "dots"]}, every=SITE | {"query": "two"})
+    few, every = (own.places(Wildcards(fromdict={"site": name})) for name in ("few", "every"))
+    assert few["query"] == "r/one/f0/places.sites" and few["structure"] == "r/one/f0/structure.pdb"
+    assert few["targets"] == ["r/two/c2/places.sites", "r/dots/c1/places.sites"]
+    assert every["targets"] == [f"r/{each}/places.sites" for each in ("one/f0", "two/c2", "dots/c1")]
+    surfaces = own.surfaces(Wildcards(fromdict={"site": "few"}))["surfaces"]
+    assert surfaces == [f"r/{each}/surface.npz" for each in ("one/f0", "two/c2", "dots/c1")]
+    assert own.proteins == ["one", "two", "dots"]
+    assert files_of(few=SITE | {"targets": ["two/c2"]}).proteins == ["one", "two"]
+    assert files_of(few=SITE, without=["sites/few"]).names == []
+    absent = files_of(few=SITE | {"targets": ["two/c3"]})
+    assert absent.places(Wildcards(fromdict={"site": "few"})) == {}
+
+
+@pytest.fixture(scope="module")
+def study(folder, tmp_path_factory):
+    """A study that seeks one site, and what it said."""
+    place = tmp_path_factory.mktemp("study") / "x"
+    sites = {"loop": SITE, "gone": SITE | {"residues": "90"}, "late": SITE | {"targets": ["two/f5"]}}
+    config = {"run": "s", "sampling": False, "frames": {"use": "all"}, "evaluation": {"test_dots": 20}}
+    process = snakemake(place, config | {"proteins": proteins(folder), "sites": sites}, "--keep-going")
+    return place / "results" / "s", output(process)
+
+
+def test_a_study_finds_what_find_finds(study):
+    run, said = study
+    hits = pd.read_csv(run / "sites/loop/hits.csv")
+    structures = [run / name / "f0" / "structure.pdb" for name in ("one", "two")]
+    wanted = sparsurf.find(structures[0], structures[1], residues="2-4").assign(target="two/f0")
+    assert hits["target"].tolist() == ["two/f0"] and hits["places"][0] > 20, said
+    np.testing.assert_array_equal(hits[["x", "y", "z", "score", "p"]], wanted[["x", "y", "z", "score", "p"]])
+    laid = sparsurf.read_molecule(run / "sites/loop/superposed/01_two_f0.pdb").xyz
+    two = sparsurf.read_molecule(structures[1]).xyz
+    assert np.sqrt(((laid - two) ** 2).sum(axis=2).mean()) < 1.0  # as of the turned molecule in test_sites.py
+    pose = pd.read_csv(run / "sites/loop/poses.csv").iloc[0, 2:].to_numpy(float)
+    one = sparsurf.read_molecule(structures[0]).xyz
+    np.testing.assert_allclose(
+        one @ pose[:9].reshape(3, 3) + pose[9:], laid, atol=2e-3
+    )  # Å, a PDB's decimals
+    pairs = pd.read_csv(run / "sites/loop/matches.csv")
+    assert len(pairs) == hits["places"][0] and set(pairs["residue"]) == {2, 3, 4}
+    page = (run / "sites/loop/site.html").read_text()
+    assert "is found on 1 of 1" in page and 'href="superposed/01_two_f0.pdb"' in page
+
+
+def test_what_a_study_cannot_find_is_a_sentence(study):
+    said = study[1]
+    assert "residues: '90' is not in one/f0" in said
+    assert "sites.late names a conformation that this study has not" in said
+    assert "Traceback" not in said and not (study[0] / "sites/gone/hits.csv").exists()
