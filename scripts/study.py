@@ -14,6 +14,7 @@ from pathlib import Path
 from sparsurf import InputError
 from sparsurf.workflow import cluster, ending, results
 from sparsurf.workflow.config import check, completed
+from sparsurf.workflow.jobs import DISK
 from sparsurf.workflow.needs import limit, memory_of_grid
 from sparsurf.workflow.running import locked, snakemake
 from sparsurf.workflow.yaml_file import read_config
@@ -47,6 +48,12 @@ def main(path_to_config="config.yaml", *options):
             return study(config, folder, files, options)
     except InputError as error:
         print(error, file=sys.stderr)
+        return 2
+    except OSError as error:
+        if error.errno not in DISK:
+            raise
+        where = error.filename or "results/"
+        print(f"{where}: {error.strerror}. Free or repair the disk and run again.", file=sys.stderr)
         return 2
     except KeyboardInterrupt as stop:
         print("\nStopped. What was made stays; the same command continues where it was.", file=sys.stderr)
@@ -97,9 +104,9 @@ def study(config, folder, files, options):
             run(files, "--logger", "sparsurf", *options)
     if not ending.is_complete(folder):
         return ending.incomplete(folder, code, failed)
-    if ending.is_older(folder / "report.html", folder):
-        code = run(files, "--quiet", "all", "--report", folder / "report.html") or code
-    return ending.summary(config, folder, code, failed, begin)
+    report = folder / ending.REPORT
+    torn = ending.is_older(report, folder) and run(files, "--quiet", "all", "--report", report)
+    return ending.summary(config, folder, code, failed, begin, torn)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,10 @@ from operators import mistakes
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = Path("src", "sparsurf")
 LEAST = {"rules": 20, "viewer": 6}  # mistakes of a part; of the others 4
+OF_RULES = (
+    ("rules", "needs", "outputs"),
+    ("workflow", "pairs", "own_proteins"),
+)  # plans take seconds, runs minutes
 PATIENCE = 60, 5  # s, and times what the tests take without a mistake: one that hangs is noticed
 
 
@@ -38,9 +42,8 @@ def part_of(path):
 
 def tests_of(part, path):
     """Where the mistakes of a part should be noticed: arguments of pytest, in turn until one notices."""
-    if part == "rules":  # the plan in seconds, and what runs only of those that pass it
-        plan, runs = "tests/workflow/test_rules.py", "tests/workflow/test_every_rule.py"
-        return [[plan], ["tests/workflow", f"--ignore={plan}", f"--ignore={runs}"]]
+    if part == "rules":
+        return [[f"tests/workflow/test_{name}.py" for name in names] for names in OF_RULES]
     return [tests_of_package(part, path)]
 
 

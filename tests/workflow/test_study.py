@@ -1,5 +1,6 @@
 """`make run` from its outside: what is said before and after, signals, the exit code; Snakemake itself is played."""
 
+import errno
 import fcntl
 import os
 import shutil
@@ -172,7 +173,36 @@ def test_a_full_disk_is_told(checkout, capsys, monkeypatch):
     monkeypatch.setattr(ending.shutil, "disk_usage", lambda _: needs_free(0))
     checkout.codes = [1]
     assert study.main(checkout.config()) == 1
-    assert "The disk of results/mine/ is full. Free some space and run again" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "The disk of results/mine/ is full. Free some space and run again" in said
+    assert "snakemake.err" not in said and said.count("is full") == 1
+
+
+def test_a_full_disk_of_snakemake_alone_is_told(checkout, capsys, monkeypatch):
+    monkeypatch.setattr(
+        ending.shutil, "disk_usage", lambda path: needs_free(0 if str(path) == ".snakemake" else 10**9)
+    )
+    checkout.codes = [1]
+    assert study.main(checkout.config()) == 1
+    assert "The disk of .snakemake/ is full." in capsys.readouterr().err
+
+
+def test_a_disk_that_is_full_at_once_or_while_a_report_is_written_is_a_sentence(
+    checkout, capsys, monkeypatch
+):
+    def without_room():
+        raise OSError(errno.ENOSPC, "No space left on device", "results/mine/x")
+
+    checkout.work = [without_room]
+    assert study.main(checkout.config()) == 2
+    said = capsys.readouterr().err
+    assert said == "results/mine/x: No space left on device. Free or repair the disk and run again.\n"
+    files = ("surfaces.csv", "warnings.csv", "index.html")
+    checkout.work = [lambda: checkout.make(*files), lambda: checkout.make("report.html")]
+    checkout.codes = [0, 1]
+    assert study.main(checkout.config()) == 1
+    assert "no report could be written" in capsys.readouterr().out
+    assert not (checkout.root / "results/mine/report.html").exists()
 
 
 def needs_free(free):

@@ -29,7 +29,8 @@ def make_writable(folder):
     """Create a folder, or say why nothing can be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(FULL // 10))
     except OSError as error:
         raise InputError(f"{folder}/ cannot be written ({error.strerror}). Repair that first.") from None
 
@@ -118,13 +119,19 @@ def incomplete(folder, code, failed):
 
 def _unsuccessful(folder, code, failed):
     """Say why not everything could be made."""
-    if shutil.disk_usage(folder).free < FULL:
+    places = (each for each in (folder, Path(".snakemake")) if each.is_dir())
+    full = next((each for each in places if shutil.disk_usage(each).free < FULL), None)
+    if full:
         print(
-            f"The disk of {folder}/ is full. Free some space and run again: what was made stays.",
+            f"The disk of {full}/ is full. Free some space and run again: what was made stays.",
             file=sys.stderr,
         )
     reasons = [f"- {Path(log).relative_to(folder / LOGS).with_suffix('')}: {failure(log)}" for log in failed]
-    more = "" if reasons else f" See {folder / LOGS}/snakemake.err and the newest file of .snakemake/log/."
+    more = (
+        ""
+        if reasons or full
+        else f" See {folder / LOGS}/snakemake.err and the newest file of .snakemake/log/."
+    )
     print(
         f"\nNot everything could be made. What was made is in {folder}/.{more}",
         *reasons,
@@ -134,9 +141,14 @@ def _unsuccessful(folder, code, failed):
     return code
 
 
-def summary(config, folder, code, failed, begin):
-    """Say how long a run took, what came out, what it warned of and where to look; returns the exit code."""
-    code = _unsuccessful(folder, code or 1, failed) if failed or code else 0
+def summary(config, folder, code, failed, begin, torn=0):
+    """Say how long a run took, what came out, what it warned of and where to look; returns the exit code.
+
+    A report that is `torn` is removed.
+    """
+    code = _unsuccessful(folder, code or 1, failed) if failed or code or torn else 0
+    if torn:
+        (folder / REPORT).unlink(missing_ok=True)
     seconds = round(time.time() - begin)
     print(f"\nTime      {seconds // 60} min {seconds % 60} s")
     if parts := [*_minimal_percents(folder / SURFACES)]:

@@ -3,6 +3,7 @@
 Snakemake hands its events to `Terminal`; all that it says itself goes to .snakemake/log/. What a job says is in its log.
 """
 
+import errno
 import logging
 import os
 import shutil
@@ -19,7 +20,12 @@ from sparsurf.workflow.job_logs import failure, progress, warnings_in
 
 LONG = 10  # seconds from which on a job has a bar
 WIDTH = 24  # letters of the bar
-ECHOES = ("Exiting because a job execution failed", "At least one job did not complete", "RuleException")
+ECHOES = (  # of what is told elsewhere: in the line of the job, on a full disk at the end
+    "Exiting because a job execution failed",
+    "At least one job did not complete",
+    "RuleException",
+    f"[Errno {errno.ENOSPC}]",
+)
 
 
 class Terminal(LogHandlerBase):
