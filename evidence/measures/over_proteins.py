@@ -1,4 +1,4 @@
-"""What holds over many proteins: each counts once, and every interval is Student's t over them."""
+"""What holds over many proteins: each counts once, and every interval of a mean is `statistics.mean_interval`."""
 
 import numpy as np
 import pandas as pd
@@ -243,13 +243,13 @@ def power(n, rng, requested=0.8, runs=4000):
     return {"n": n, "requested": requested, "critical": critical, "rho": np.nan}
 
 
-def coverage_of_mean(values, rng):
-    """Share of samples of as many proteins, drawn again from these, whose Student's t interval holds the mean of all."""
+def coverage_of_mean(values, rng, n=None, interval=mean_interval):
+    """Share of samples of n proteins (as many, unless given), drawn again from these, whose interval holds the mean of all."""
     values = np.asarray(values, float)
     values = values[np.isfinite(values)]
     held = 0
     for _ in range(RESAMPLED):
-        _, low, high = mean_interval(values[rng.integers(0, len(values), len(values))])
+        _, low, high = interval(values[rng.integers(0, len(values), n or len(values))])
         held += low <= values.mean() <= high
     return held / RESAMPLED
 

@@ -5,7 +5,7 @@ POOLED = f"results/{STUDIES['proteins']['run']}/{{protein}}/c1"
 
 covered = chains.add(
     "coverage",
-    COVER | {"structures": NAMES["coverage"]},
+    {key: COVER[key] for key in COVER if key != "drawn"} | {"structures": NAMES["coverage"]},
     scripts=["pool_draws.py", "measure_coverage.py", "tabulate_coverage.py"],
     tables=["coverage", "coverage_surfaces", "coverage_designs", "coverage_cpu"],
 )
@@ -63,3 +63,31 @@ rule tabulate_coverage:
         "Tables of coverage"
     script:
         "../tabulate_coverage.py"
+
+
+OF_INTERVALS = {"drawn": COVER["drawn"], "seed": config["seed"]}
+intervals = chains.add(
+    "intervals",
+    OF_INTERVALS,
+    scripts=["tabulate_intervals.py"],
+    tables=["coverage_means"],
+    of=[recover, proteins],
+)
+
+
+rule tabulate_intervals:
+    input:
+        recover=ancient(recover.tables["recover"]),
+        enough=ancient(proteins.tables["proteins_enough"]),
+    output:
+        touch(intervals.mark),
+        **intervals.tables,
+    log:
+        f"{LOGS}/tabulate_intervals.log",
+    localrule: True
+    params:
+        **chains.made_by("tabulate_intervals.py", OF_INTERVALS),
+    message:
+        "How often intervals of means over few structures hold"
+    script:
+        "../tabulate_intervals.py"

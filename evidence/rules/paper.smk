@@ -1,7 +1,8 @@
 # docs/paper.md, and the README's figures: the paper's tables beside ours, and which wrong rules the test of its Table I would notice.
 
 OF_PAPER = {
-    f"paper_{key}": f"results/{STUDIES['paper']['run']}/paper_{key}.csv" for key in ("rows", "places", "tests")
+    f"paper_{key}": f"results/{STUDIES['paper']['run']}/paper_{key}.csv"
+    for key in ("rows", "places", "tests")
 }
 OF_PAPER["default_ranges"] = f"results/{STUDIES['default']['run']}/{config['example']}/ranges.csv"
 PICTURES = {

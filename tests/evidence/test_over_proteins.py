@@ -197,6 +197,11 @@ def test_coverage_tells_normal_numbers_from_skewed_ones():
     rng = np.random.default_rng(4)
     normal = over_proteins.coverage_of_mean(rng.normal(size=40), rng)
     skewed = over_proteins.coverage_of_mean(np.append(np.zeros(39), 1.0), rng)
+    sizes = []
+    over_proteins.coverage_of_mean(
+        np.arange(5.0), rng, 3, lambda drawn: sizes.append(len(drawn)) or (0, 2, 2)
+    )
+    assert {*sizes} == {3} and over_proteins.coverage_of_mean([1.0, np.nan], rng, 2, lambda _: (0, 1, 1)) == 1
     assert normal == pytest.approx(0.95, abs=0.02) and skewed < 0.75
 
 
