@@ -138,6 +138,7 @@ rule summarise_pairs:
         tables=expand(f"{PAIR}/agreement.csv", pair=pairs.names),
     output:
         **inside(pairs.folder, table="pairs.csv", page="pairs.html"),
+        **figure(f"{pairs.folder}/pairs", "All pairs", "pairs", "Pairs"),
         means=shown(f"{pairs.folder}/means.csv", "Means over pairs", "pairs", "Pairs"),
     log:
         f"{LOGS}/summarise_pairs.log",

@@ -10,7 +10,7 @@ from drawn import bars_of, colour_of, legend_of, words_of
 from measures import protein_figures
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import comparison_figure, layout
-from sparsurf.report.figures.pair_figures import thinning_figure
+from sparsurf.report.figures.pair_figures import over_pairs, thinning_figure
 
 TABLES = ROOT / "evidence" / "tables"
 BLUE, BLACK, VERMILLION, INDIGO = "#0072B2", "#000000", "#D55E00", "#332288"
@@ -263,3 +263,29 @@ def test_thinning_shows_means_over_sides_and_draws():
         assert [t.get_text() for t in ax.texts] == ["none: the partners do not touch\n(or touch everywhere)"]
         assert not [*ax.get_xticks(), *ax.get_xticks(minor=True), *ax.get_yticks()]
     assert not a.texts and "AUC" in empty[0].get_ylabel() and "CPU seconds" in empty[1].get_xlabel()
+
+
+def test_every_pair_has_its_dot_beside_the_mean_of_all():
+    """The two partners of a pair count as one; the best score is on top, under its words."""
+    rows = [
+        (name, score, auc + 0.1 * side)
+        for side in (0, 1)
+        for name, score, auc in (
+            ("a", "mine", 0.5),
+            ("b", "mine", 0.7),
+            ("a", "hydropathy", 0.6),
+            ("b", "hydropathy", 0.8),
+        )
+    ]
+    table = pd.DataFrame(rows, columns=["complex", "score", "auc"])
+    means = pd.DataFrame(
+        {"score": ["hydropathy", "mine"], "mean": [0.75, 0.65], "low": [0.6, 0.5], "high": [0.9, 0.8]}
+    )
+    ax = over_pairs("run", table, means).axes[0]
+    assert [label.get_text() for label in ax.get_yticklabels()] == [
+        "mine",
+        "hydropathy over 10 Å (Kyte-Doolittle)",
+    ]
+    drawn = [line.get_xydata().tolist() for line in ax.lines[:6]]
+    assert drawn[:3] == [[[0.55, 0], [0.75, 0]], [[0.5, 0], [0.8, 0]], [[0.65, 0]]]
+    assert np.allclose(drawn[3], [[0.65, 1], [0.85, 1]]) and drawn[5] == [[0.75, 1]]

@@ -319,8 +319,8 @@ SETTINGS = {"complementarity": {"interface": 3.5}}
 def test_a_pair_has_the_numbers_of_its_tables():
     known = pair_page.pair_page("one", AGREEMENT, CONTACTS, BEST, SETTINGS, ("a.pdb", "b.pdb"), ["2"])
     assert [(own["auc"], own["place"], own["baseline"], own["baseline_auc"]) for own in known["sides"]] == [
-        ("0.65", "above", "planarity", "0.70"),
-        ("0.55", "around", "planarity", "0.50"),
+        ("0.65", "above", "planarity over 10 Å", "0.70"),
+        ("0.55", "around", "planarity over 10 Å", "0.50"),
     ]
     page = Page(render(pair_page.TEMPLATE, **known))
     assert ["complementarity, smoothed", "0.65 (0.55 to 0.75)", "0.55 (0.45 to 0.65)"] in page.rows
@@ -339,7 +339,7 @@ def test_means_over_pairs_are_told_with_their_interval():
     assert (
         known["auc"] == "0.550 (0.510 to 1.000)"
         and known["place"] == "above"
-        and known["baseline"] == "flatness"
+        and known["baseline"] == "roughness of the patch"
     )
     assert known["pairs"] == [("a", "0.50"), ("b", "0.70")]
     nothing = render(pair_page.OF_ALL, **pair_page.pairs_page("run", means.head(0), 3, 0, table.head(0)))

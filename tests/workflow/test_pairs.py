@@ -263,7 +263,9 @@ def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, to
     assert "residue" not in pd.read_csv(files["dots"]).columns
     assert 'href="residues.csv"' not in Path(files["page"]).read_text(encoding="utf-8")
 
-    summary = {key: str(out / f"{key}.csv") for key in ("table", "means", "page")}
+    summary = {key: str(out / f"{key}.csv") for key in ("table", "means", "page")} | {
+        "png": str(out / "pairs.png")
+    }
     summarise_pairs.main({"tables": [touching[2]["agreement"], files["agreement"]]}, summary)
     means = pd.read_csv(summary["means"]).set_index("score")["mean"]
     assert means["propensity_smoothed"] > 0 and len(told(summary["page"])) == 1

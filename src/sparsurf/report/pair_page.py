@@ -5,7 +5,25 @@ from sparsurf.report.numbers import against_zero, interval, number
 TEMPLATE, OF_ALL = "pair.html.j2", "pairs.html.j2"
 MAP = "propensity_smoothed"  # the score that the answer speaks of
 OWN = ("propensity", "similarity")  # begin the scores that compare patches; the others are baselines
+SCORES = {
+    "propensity": "complementarity, nearest patch",
+    "propensity_smoothed": "complementarity, smoothed",
+    "propensity_k": "complementarity, mean of the nearest",
+    "propensity_k_smoothed": "complementarity, mean smoothed",
+    "similarity": "similarity, nearest patch",
+    "similarity_smoothed": "similarity, smoothed",
+    "flatness": "roughness of the patch",
+    "planarity": "planarity over 10 Å",
+    "centroid": "distance from the centroid",
+    "protrusion": "protrusion: few heavy atoms within 10 Å",
+    "hydropathy": "hydropathy over 10 Å (Kyte-Doolittle)",
+}
 SHOWN = 10  # best-matching pairs of patches, or pairs by name
+
+
+def called(score):
+    """What a score is called on pages and in figures."""
+    return SCORES.get(score, score)
 
 
 def pair_page(name, agreement, contacts, best, settings, partners, bare=()):
@@ -49,7 +67,7 @@ def side_of(side, own):
         "side": side,
         "auc": number(own.loc[MAP, "auc"]),
         "place": against_zero(own.loc[MAP, "low"] - 0.5, own.loc[MAP, "high"] - 0.5),
-        "baseline": simple.idxmax(),
+        "baseline": called(simple.idxmax()),
         "baseline_auc": number(simple.max()),
     }
 
@@ -61,7 +79,7 @@ def score_rows(agreement):
         found.setdefault(row["score"], {})[int(row["partner"])] = interval(
             row["auc"], row["low"], row["high"]
         )
-    return [(score, [own.get(side, "") for side in (1, 2)]) for score, own in found.items()]
+    return [(called(score), [own.get(side, "") for side in (1, 2)]) for score, own in found.items()]
 
 
 def pairs_page(run, means, n_pairs, n_touching, table):
@@ -86,7 +104,7 @@ def pairs_page(run, means, n_pairs, n_touching, table):
         known = {
             "auc": interval(by.loc[MAP, "mean"], low, high, 3),
             "place": against_zero(low - 0.5, high - 0.5),
-            "baseline": simple.idxmax(),
+            "baseline": called(simple.idxmax()),
             "baseline_auc": number(simple.max(), 3),
         }
     own = table[table["score"] == MAP].groupby("complex", sort=False)["auc"].mean()
@@ -95,7 +113,7 @@ def pairs_page(run, means, n_pairs, n_touching, table):
         "n_pairs": n_pairs,
         "n_touching": n_touching,
         "scores": [
-            (score, interval(row["mean"], row["low"], row["high"], 3)) for score, row in by.iterrows()
+            (called(score), interval(row["mean"], row["low"], row["high"], 3)) for score, row in by.iterrows()
         ],
         "pairs": [(name, number(auc)) for name, auc in own.items()],
     }

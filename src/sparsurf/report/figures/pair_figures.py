@@ -1,4 +1,4 @@
-"""Figures of a pair: both partners opened like a book, and what maps from few centres are worth."""
+"""Figures of pairs: both partners opened like a book, what maps from few centres are worth, and AUC over all pairs."""
 
 from string import ascii_uppercase
 
@@ -9,6 +9,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import LINES, SPARE, styled
+from sparsurf.report.pair_page import called as called_score
 from sparsurf.sampling.samplers import called
 
 INSIDE, OUTSIDE = "#D55E00", "#DDDDDD"  # of the interface
@@ -106,6 +107,34 @@ def opened(surfaces, touching=None):
     up = np.linalg.eigh(x.T @ x - 1e6 * len(x) * np.outer(facing, facing))[1][:, -1]
     up = up if up[np.argmax(np.abs(up))] > 0 else -up
     return [np.array([np.cross(up, front), up, front]) for front in (facing, -facing)]
+
+
+@styled
+def over_pairs(run, table, means):
+    """AUC of every score, from the highest mean down: a dot for each pair, and the mean with its 95 % interval.
+
+    Parameters
+    ----------
+    run : str
+    table, means : DataFrames of pairs.csv and means.csv
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    means = means.sort_values("mean")
+    figure = layout.sheet(layout.COLUMN + 50, 24 + 7 * len(means), run)
+    ax = layout.axes(figure, 60, 8, layout.COLUMN - 14, 4 + 7 * len(means))
+    by = table.groupby(["score", "complex"], sort=False)["auc"].mean()
+    for place, row in enumerate(means.to_dict("records")):
+        own = by[row["score"]]
+        ax.plot(own, np.full(len(own), place), ".", color="#999999", markersize=3)
+        ax.plot([row["low"], row["high"]], [place, place], color="black", linewidth=1.2)
+        ax.plot(row["mean"], place, "o", color=INSIDE, markersize=4)
+    ax.axvline(0.5, color="black", linewidth=0.5, linestyle=":")
+    ax.set_yticks(range(len(means)), map(called_score, means["score"]))
+    ax.set(xlabel="AUC for the interface", xlim=(0, 1), ylim=(-0.6, len(means) - 0.4))
+    return figure
 
 
 @styled
