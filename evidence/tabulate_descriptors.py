@@ -1,6 +1,6 @@
 """Tables of both descriptors over several structures."""
 
-from measures.steadiness import means
+from measures.steadiness import grid_means, means
 from measures.tables import joined, of_logs, store
 from sparsurf.workflow.jobs import run
 
@@ -13,6 +13,7 @@ def main(inputs, outputs, logs):
     found["changes_means"] = means(found["changes"], ["density", "descriptor", "change"])
     found["linked_means"] = means(found["linked"], ["D_link", "descriptor", "change"])
     found["orders_means"] = means(found["orders"], ["density", "descriptor", "n"])
+    found["grid_means"] = grid_means(found["grid"])
     store({f"descriptors_{key}": each for key, each in (found | {"cpu": of_logs(logs)}).items()}, outputs)
 
 

@@ -142,3 +142,18 @@ def means(table, keys):
         )
         rows.append(row | {"lowest": part["ratio"].min(), "highest": part["ratio"].max()})
     return pd.DataFrame(rows)
+
+
+def grid_means(table):
+    """What each descriptor makes of the paper's grid, over the structures: means, `_lowest` and `_highest` of each number."""
+    rows = []
+    for group, part in table.groupby(["descriptor", "reading"], sort=False):
+        row = dict(zip(("descriptor", "reading"), group, strict=True)) | {"structures": len(part)}
+        for key in ("percent_above_0", "best_d", "correlation"):
+            row |= {
+                key: part[key].mean(),
+                f"{key}_lowest": part[key].min(),
+                f"{key}_highest": part[key].max(),
+            }
+        rows.append(row)
+    return pd.DataFrame(rows)

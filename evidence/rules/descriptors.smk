@@ -8,7 +8,8 @@ described = chains.add(
     OF_DESCRIPTORS | {"structures": NAMES["descriptors"]},
     scripts=["measure_descriptors.py", "tabulate_descriptors.py"],
     tables=[
-        f"descriptors_{key}" for key in (*DESCRIBED, "changes_means", "linked_means", "orders_means", "cpu")
+        f"descriptors_{key}"
+        for key in (*DESCRIBED, "cpu", *(f"{each}_means" for each in ("changes", "linked", "orders", "grid")))
     ],
 )
 

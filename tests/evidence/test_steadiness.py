@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
@@ -111,3 +112,16 @@ def test_tables_of_rows_grid_and_samplers_agree_with_the_evaluator(blob, monkeyp
     first = found.iloc[0]
     assert first["best_d"] == pytest.approx(d.max(), abs=1e-6) and first["gamma"] == [0, 6][d.argmax()]
     assert first["percent_above_0"] == 50 * (d > 0).sum()
+
+
+def test_the_grid_is_told_by_its_mean_and_its_ends():
+    rows = [("steady", "as_written", percent, d, 0.5) for percent, d in ((1.0, 0.1), (3.0, 0.4), (8.0, 0.1))]
+    columns = ["descriptor", "reading", "percent_above_0", "best_d", "correlation"]
+    table = pd.DataFrame([*rows, ("published", "as_written", 50.0, 2.0, 1.0)], columns=columns)
+    found = steadiness.grid_means(table).set_index("descriptor").loc["steady"]
+    assert found["structures"] == 3 and found["best_d"] == pytest.approx(0.2)
+    assert found[["percent_above_0", "percent_above_0_lowest", "percent_above_0_highest"]].to_list() == [
+        4,
+        1,
+        8,
+    ]
