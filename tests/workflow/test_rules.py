@@ -156,7 +156,7 @@ RULES = {
         "warnings.csv",
         None,
         (),
-        ["results/all/logs", ["A1", "got", "moving", "pairs/both", "pairs/two"]],
+        ["results/all/logs", ["A1", "got", "moving", "pairs/both", "pairs/two", SITE]],
     ),
     "write_front_page": ("index.html", None, (), [{}, "fresh dots"]),
     "prepare_system": (
