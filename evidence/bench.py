@@ -24,7 +24,7 @@ import yaml
 from threadpoolctl import threadpool_limits
 
 from measures.timing import Table, machine, peak_memory, timed
-from sparsurf import InputError
+from sparsurf import InputError, describe_sites
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.nearest import nearest
 from sparsurf.patches import descriptors
@@ -36,6 +36,8 @@ from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
 from sparsurf.sampling import law
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sites.finding import nearest_places
+from sparsurf.sites.weighing import WIDTH
 from sparsurf.study import grid
 from sparsurf.study.ensemble import frame_row
 from sparsurf.study.evaluator import Evaluator
@@ -64,6 +66,9 @@ GRIDS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that it ma
 PIECE = "209-214"  # residues of the quick surface
 GAP = 10.0  # Å between the copies on the lattice, so that no patch holds dots of two
 REFERENCE_PATCHES = 5
+QUERY, HITS = 50, 80  # places that are sought at once, and the nearest that each gets
+PLACES = 1_000_000  # made-up places, of 240 proteins of 1000 atoms
+OF_PLACE = 700  # bytes that a place may take in a file
 PAIRS = {720: None, 14_400: 8, 50_000: 120}  # dots of each partner: CPU seconds that comparing them may take
 
 
@@ -154,6 +159,24 @@ def measure_pairs(table, sizes, repeats):
         both = rng.random((2, n, 121))
         times = repeats if n < 20_000 else 1
         table.time("nearest patches of two surfaces, both ways", n, partial(nearest, *both), times, most=most)
+
+
+def measure_sites(table, places, repeats, promised):
+    """Sites of a structure, and the places nearest to a query's, exactly, among made-up ones; all cores."""
+    molecule = read_molecule(EMBEDDED, residues=None if promised else PIECE)
+    sites = describe_sites(molecule)
+    what = f"sites of {molecule.n_atoms} atoms, a tenth of the dots"
+    table.time(what, len(sites), partial(describe_sites, molecule), repeats, most=1 if promised else None)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "bench.sites")
+        sites.save(path)
+        table.add(
+            "a place in a file of sites", len(sites), path.stat().st_size / len(sites), "bytes", most=OF_PLACE
+        )
+    rng = np.random.default_rng(0)
+    every, query = (rng.standard_normal((n, WIDTH), dtype=np.float32) for n in (places, QUERY))
+    run = partial(nearest_places, query, every, HITS, available_cores())
+    table.time(f"{QUERY} places sought among {places:,}", None, run, repeats, most=1 if promised else None)
 
 
 def measure_grids(table, surface, combinations, limits, repeats):
@@ -378,6 +401,7 @@ def main(path_to_output, quick=False, reference=None):
         combinations = law.grid(*FEW)[:2] if quick else law.grid(*FULL)
         measure_grids(table, surface, combinations, {n_tests: None} if quick else GRIDS, repeats)
         measure_pairs(table, {500: None} if quick else PAIRS, repeats)
+        measure_sites(table, 10_000 if quick else PLACES, repeats, not quick)
         measure_surface(table, copies, repeats, PIECE if quick else None)
         measure_frames(table, quick)
         measure_peers(table, surface, repeats)
