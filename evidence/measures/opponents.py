@@ -17,6 +17,7 @@ from sparsurf.recovery.errors import DENSE, curvature, off, tails
 from sparsurf.recovery.recovering import APART, recover
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.spreading import spread
 from sparsurf.study.comparison.contestants import dotted
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.mesh import molecular_mesh
@@ -26,7 +27,10 @@ from sparsurf.surfaces.spacing import DENSITY
 DOT, ROUNDED_DOT, VERTEX, TRIANGLE, ATOM, ROUNDED_ATOM = 24, 8, 12, 6, 16, 6  # bytes
 STEP, ANGLES, BOX = 0.005, 2**8 - 1, 2**15 - 1  # Å; steps of a normal's two numbers; of a place in the box
 CANDIDATES = 8  # places on a mesh per dot that is laid on it
-TRIES, CLOSE = 8, 0.01  # turns of the molecule that is dotted sparsely, until the number of dots is so near
+TRIES, MORE = (
+    8,
+    1.1,
+)  # turns of the molecule that is dotted sparsely; times as many dots are asked for where too few came
 KEPT, SETTLED, SPARSE, MESH, CORNERS, QUANTISED, ROUNDED, ATOMS, ROUNDED_ATOMS = (
     "farthest dots",
     "settled dots",
@@ -109,15 +113,17 @@ def _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
 
 
 def sparse(xyz, radii, n, rng):
-    """A surface laid with about n dots from the first: the turn of the molecule that comes nearest."""
-    best = None
-    for _ in range(TRIES):
-        found = dotted(xyz, radii, n, rng)
-        if best is None or abs(len(found[0]) - n) < abs(len(best[0]) - n):
+    """A surface laid with n dots from the first: the turn of the molecule with the fewest dots above n, less those that lie
+    closest to others."""
+    best, asked, tries = None, n, 0
+    while best is None or tries < TRIES:
+        found, tries = dotted(xyz, radii, asked, rng), tries + 1
+        if len(found[0]) < n:
+            asked *= MORE
+        elif best is None or len(found[0]) < len(best[0]):
             best = found
-        if abs(len(best[0]) - n) <= CLOSE * n:
-            break
-    return best
+    kept = spread(build_grid(best[0], side=1.0), n, rng)
+    return best[0][kept], best[1][kept]
 
 
 def rounded(points, normals):
