@@ -7,13 +7,14 @@ from sparsurf.report.figures.layout import PALETTE, styled
 from sparsurf.workflow.jobs import run
 
 LINES = {"d": "the best combination", "d_centres": "centres of patches, filled up uniformly"}
+TICKS = (2, 5, 10, 20, 50, 100)  # % of the dots
 TITLES = {"as_coded": "as coded", "as_written": "as written"}
 
 
 @styled
 def centres(table):
     """A panel for each reading: means over proteins with 95 % intervals against n_S."""
-    figure = layout.sheet(layout.PAGE, 70)
+    figure = layout.sheet(layout.PAGE, 76)
     for column, (reading, title) in enumerate(TITLES.items()):
         ax = layout.axes(figure, 18 + 88 * column, 9, 70, 46)
         own = table[table["reading"] == reading]
@@ -21,10 +22,11 @@ def centres(table):
             error = [own[key] - own[f"{key}_low"], own[f"{key}_high"] - own[key]]
             ax.errorbar(own["n_S_percent"], own[key], error, color=colour, marker="o", capsize=2, label=label)
         ax.axhline(0, color="black", linewidth=0.5)
-        ax.set(xlabel="dots kept / %", ylabel="d" if not column else "", title=title)
-        if not column:
-            ax.legend()
+        ax.set(xlabel="dots kept / %", ylabel="d" if not column else "", title=title, xscale="log")
+        ax.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS], minor=False)
+        ax.minorticks_off()
         layout.letter(figure, 4 + 88 * column, 3, "ab"[column])
+    layout.legend(figure, 18, 70, ax.get_legend_handles_labels()[0], ncols=2)
     return figure
 
 
