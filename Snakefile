@@ -81,9 +81,7 @@ rule all:
     default_target: True
     input:
         KERNELS.values(),  # at once: they are compiled while the frames are chosen
-        [f"{RUN}/{name}/.complete" for name in files.proteins],
-        [f"{RUN}/pairs/{name}/.complete" for name in pairs.names],
-        [f"{RUN}/sites/{name}/.complete" for name in sites.names],
+        [f"{RUN}/{place}/.complete" for place in [*files.proteins, *outputs.places]],
         outputs.of_run,
         *outputs.each(),
 
@@ -93,6 +91,15 @@ rule complete_protein:  # each by itself, so that one that fails does not keep t
         outputs.of_protein,
     output:
         touch(f"{PROTEIN}/.complete"),
+
+
+rule complete_place:  # a pair, or a site
+    input:
+        outputs.of_place,
+    output:
+        touch(f"{RUN}/{{place}}/.complete"),
+    wildcard_constraints:
+        place=one_of(outputs.places),
 
 
 # From structures to conformations: fetched, simulated where asked for, chosen from the frames
@@ -399,11 +406,7 @@ rule collect_warnings:  # of all jobs, so that the first page can show them
     params:
         **made_by("collect_warnings.py"),
         logs=LOGS,
-        places=[
-            *files.proteins,
-            *(f"pairs/{name}" for name in pairs.names),
-            *(f"sites/{name}" for name in sites.names),
-        ],
+        places=[*files.proteins, *outputs.places],
     message:
         "Warnings of the run"
     script:

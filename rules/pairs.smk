@@ -9,13 +9,6 @@ wildcard_constraints:
     pair=one_of(pairs.names),
 
 
-rule complete_pair:
-    input:
-        outputs.of_named,
-    output:
-        touch(f"{PAIR}/.complete"),
-
-
 rule make_partners:
     input:
         unpack(pairs.given),

@@ -11,6 +11,7 @@ from sparsurf.report.page import write
 from sparsurf.report.site_page import TEMPLATE, site_page
 from sparsurf.sites.describing import load_sites, places_of_residues
 from sparsurf.sites.finding import find_site, matched
+from sparsurf.workflow.files_of_sites import refuse_absent
 from sparsurf.workflow.jobs import run
 
 MOST = 10  # hits that the query is laid on
@@ -19,10 +20,7 @@ POSE = [f"{name}_{k}" for name in ("turn_1", "turn_2", "turn_3", "shift") for k 
 
 def main(inputs, outputs, site, name):
     """Write a row for each target, which places meet, the poses, the page, and the query laid on the best hits."""
-    if "query" not in inputs:
-        raise InputError(
-            f"sites.{name} names a conformation that this study has not; see frames.csv of its protein."
-        )
+    refuse_absent(inputs, "query", name)
     query = load_sites(inputs["query"])
     targets = [load_sites(path) for path in inputs.get("targets", [])]
     if not targets or query.name in {target.name for target in targets}:

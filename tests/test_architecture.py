@@ -59,7 +59,7 @@ def test_imports_point_one_way(module):
     assert {package(other) for other in imported(LIBRARY / module)} <= set(above)
 
 
-SIZES = {"library, modules": 174, "lines of Snakemake": 1000, "files of a package": 25}  # at most
+SIZES = {"library, modules": 175, "lines of Snakemake": 1030, "files of a package": 25}  # at most
 
 
 def outer_imports(path):

@@ -44,6 +44,7 @@ def given(folder, address):
     }
     pairs = {"both": {"proteins": ["moving", "got"]}, "two": {"files": ["one.pdb", "two.pdb"]}}
     sites = {"turn": {"query": "moving/f1", "residues": "2-4", "targets": ["got"]}}
+    sites["bend"] = {"changes": ["moving", "got"]}
     return RULES | {"run": "all", "proteins": proteins, "pairs": pairs, "sites": sites, "paper": "A1"}
 
 

@@ -4,7 +4,6 @@ import re
 from types import SimpleNamespace
 
 from snakemake.io import IOFile, temp, touch
-from snakemake.iocontainers import Wildcards
 
 from conftest import ROOT, WORKFLOW
 from sparsurf.workflow.outputs import CAPTIONS, Outputs, figure, inside, shown
@@ -80,8 +79,8 @@ def test_what_a_run_has_follows_from_its_rules():
     own, p, q = outputs(**RULES), SimpleNamespace(protein="p"), SimpleNamespace(protein="q")
     assert own.of_protein(p) == ["r/p/frames.csv", "r/p/frames.png", "r/p/f0/grid.csv", "r/p/f7/grid.csv"]
     assert own.of_protein(q) == ["r/q/c1/grid.csv"]
-    assert own.of_named(Wildcards(fromdict={"pair": "one"})) == ["r/pairs/one/dots.csv"]
-    assert own.of_run() == ["r/summary.csv", "r/index.html"]
+    assert own.of_place(SimpleNamespace(place="pairs/one")) == ["r/pairs/one/dots.csv"]
+    assert own.of_run() == ["r/summary.csv", "r/index.html"] and own.places == ["pairs/one"]
     p_alone = ["r/p/frames.csv", "r/p/frames.png"]  # before the conformations are chosen
     each = [p_alone, own.of_protein(p), [], own.of_protein(q), ["r/pairs/one/dots.csv"]]
     assert [ask(None) for ask in own.each()] == each

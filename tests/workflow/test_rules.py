@@ -140,11 +140,27 @@ RULES = {
     "find_site": (f"{SITE}/hits.csv", {*PLACES, "moving/f1/structure.pdb"}, (), [TURN]),
     "draw_site": (
         f"{SITE}/site.svg",
-        {*PLACES, "moving/f1/surface.npz", "got/f0/surface.npz", "moving/f1/structure.pdb"}
-        | {"hits.csv", "matches.csv", "poses.csv"}
+        {*PLACES, "hits.csv", "poses.csv", "matches.csv"}
+        | {
+            f"{place}/{file}"
+            for place in ("moving/f1", "got/f0")
+            for file in ("surface.npz", "structure.pdb")
+        }
         | KERNELS,
-        (),
+        ("patches", *DEFECTS, "seed"),
         [TURN],
+    ),
+    "compare_forms": (
+        "sites/bend/changes.csv",
+        PARTNERS[0] | PARTNERS[1] | KERNELS,
+        ("surface", "patches.D_link", "seed"),
+        [{"changes": ["moving", "got"]}],
+    ),
+    "draw_changes": (
+        "sites/bend/changes.svg",
+        {*PARTNERS[0], *PARTNERS[1], "changes.csv"},
+        ("patches", *DEFECTS, "seed"),
+        [{"changes": ["moving", "got"]}],
     ),
     "reproduce_paper": (
         "paper_rows.csv",
@@ -156,7 +172,7 @@ RULES = {
         "warnings.csv",
         None,
         (),
-        ["results/all/logs", ["A1", "got", "moving", "pairs/both", "pairs/two", SITE]],
+        ["results/all/logs", ["A1", "got", "moving", "pairs/both", "pairs/two", "sites/bend", SITE]],
     ),
     "write_front_page": ("index.html", None, (), [{}, "fresh dots"]),
     "prepare_system": (
@@ -232,7 +248,7 @@ def jobs(plans):
 def test_every_rule_is_planned_and_has_its_row(jobs):
     found = {job["rule"] for job in jobs}
     assert found - {"choose_only_frame"} == {*re.findall(r"^ *(?:rule|checkpoint) (\w+):", WORKFLOW, re.M)}
-    marks = {"complete_protein", "complete_pair", "complete_site"}
+    marks = {"complete_protein", "complete_place"}
     assert found - marks - {"choose_only_frame", "all"} == {*RULES}
 
 
@@ -256,7 +272,7 @@ def test_a_run_asks_for_all_that_its_rules_make(plans):
     made = {file for job in jobs if job["rule"] not in ONLY_READ for file in job["output"]}
     marks = {file for file in made if file.endswith(".complete")}
     asked = inputs["all",]
-    assert asked == made and len(marks) == 6
+    assert asked == made and len(marks) == 7
     first = {f"results/all/{name}" for name in ("index.html", "failures.csv", ".front_page.html")}
     kernels = {f"results/all/{name}" for name in KERNELS}
     results = asked - marks - kernels - first
@@ -264,9 +280,7 @@ def test_a_run_asks_for_all_that_its_rules_make(plans):
     assert inputs["collect_warnings", "results/all/warnings.csv"] == results - {"results/all/warnings.csv"}
     for mark in marks:
         of_it = {file for file in results if file.startswith(mark.removesuffix(".complete"))}
-        rule = {"pairs": "complete_pair", "sites": "complete_site"}.get(
-            mark.split("/")[2], "complete_protein"
-        )
+        rule = "complete_place" if mark.split("/")[2] in ("pairs", "sites") else "complete_protein"
         assert inputs[rule, mark] == of_it and len(of_it) > 4, mark
 
 

@@ -43,10 +43,19 @@ def proteins(folder):
             "sites.s: 'three' is none of the proteins; these are one, two, dots",
         ),
         ({"s": SITE | {"targets": ["two", "Two"]}}, "'Two' is none of the proteins"),
-        ({"s": SITE | {"targets": ["one"]}}, "'one' is the query and a target"),
+        ({"s": SITE | {"targets": ["one"]}}, "'one' stands on both sides"),
         ({"s": SITE | {"query": "dots"}}, "'dots' is a ready surface without residues"),
         ({"s": SITE | {"query": "one/7"}}, "sites.s.query is 'one/7', but must be of the form my_protein"),
-        ({"s": {"query": "one"}}, "sites.s lacks the key 'residues'"),
+        ({"s": {"query": "one"}}, "sites.s needs either 'query' and 'residues'"),
+        ({"s": {}}, "sites.s needs either 'query' and 'residues'"),
+        ({"s": SITE | {"changes": ["one", "two"]}}, "sites.s needs either 'query' and 'residues'"),
+        (
+            {"s": {"changes": ["one", "two"], "targets": ["two"]}},
+            "sites.s needs either 'query' and 'residues'",
+        ),
+        ({"s": {"changes": ["one"]}}, "sites.s.changes is ['one'], but needs at least 2 values"),
+        ({"s": {"changes": ["one", "one"]}}, "'one' stands on both sides"),
+        ({"s": {"changes": ["one", "dots"]}}, "'dots' is a ready surface without residues"),
         ({"s": SITE | {"target": ["two"]}}, "did you mean 'targets'"),
         ({"s": SITE | {"targets": "two"}}, "or a list of proteins and conformations"),
         ({"s": SITE | {"targets": []}}, "needs at least 1 value"),
@@ -67,6 +76,7 @@ def files_of(without=(), **sites):
     conformations = {"one": ["f0"], "two": ["c1", "c2"], "dots": ["c1"]}
     files = SimpleNamespace(
         run="r",
+        molecules=["one", "two"],
         proteins=conformations,
         conformations=conformations.get,
         first=lambda name: conformations[name][0],
@@ -80,8 +90,17 @@ def test_a_site_needs_the_places_of_the_conformations_that_it_names():
     assert few["query"] == "r/one/f0/places.sites" and few["structure"] == "r/one/f0/structure.pdb"
     assert few["targets"] == ["r/two/c2/places.sites", "r/dots/c1/places.sites"]
     assert every["targets"] == [f"r/{each}/places.sites" for each in ("one/f0", "two/c2", "dots/c1")]
-    surfaces = own.surfaces(Wildcards(fromdict={"site": "few"}))["surfaces"]
-    assert surfaces == [f"r/{each}/surface.npz" for each in ("one/f0", "two/c2", "dots/c1")]
+    drawn = own.surfaces(Wildcards(fromdict={"site": "few"}))
+    assert drawn["surfaces"] == [f"r/{each}/surface.npz" for each in ("one/f0", "two/c2", "dots/c1")]
+    assert drawn["structures"] == [f"r/{each}/structure.pdb" for each in ("one/f0", "two/c2")]
+    forms = files_of(both={"changes": ["two/c2", "one"]}, late={"changes": ["one", "two/c7"]})
+    assert forms.forms(Wildcards(fromdict={"site": "both"})) == {
+        f"{what}_{side}": f"r/{place}/{what}.{end}"
+        for what, end in (("surface", "npz"), ("structure", "pdb"))
+        for side, place in ((1, "two/c2"), (2, "one/f0"))
+    }
+    assert forms.forms(Wildcards(fromdict={"site": "late"})) == {} and forms.compared == ["both", "late"]
+    assert forms.sought == forms.proteins == []
     assert own.proteins == ["one", "two", "dots"]
     assert files_of(few=SITE | {"targets": ["two/c2"]}).proteins == ["one", "two"]
     assert files_of(few=SITE, without=["sites/few"]).names == []
@@ -94,6 +113,7 @@ def study(folder, tmp_path_factory):
     """A study that seeks one site, and what it said."""
     place = tmp_path_factory.mktemp("study") / "x"
     sites = {"loop": SITE, "gone": SITE | {"residues": "90"}, "late": SITE | {"targets": ["two/f5"]}}
+    sites |= {"bend": {"changes": ["one", "two"]}, "lost": {"changes": ["one", "two/f7"]}}
     config = {"run": "s", "sampling": False, "frames": {"use": "all"}, "evaluation": {"test_dots": 20}}
     process = snakemake(place, config | {"proteins": proteins(folder), "sites": sites}, "--keep-going")
     return place / "results" / "s", output(process)
@@ -123,5 +143,23 @@ def test_a_study_finds_what_find_finds(study):
 def test_what_a_study_cannot_find_is_a_sentence(study):
     said = study[1]
     assert "residues: '90' is not in one/f0" in said
-    assert "sites.late names a conformation that this study has not" in said
+    for name in ("late", "lost"):
+        assert f"sites.{name} names a conformation that this study has not" in said
     assert "Traceback" not in said and not (study[0] / "sites/gone/hits.csv").exists()
+
+
+def test_a_study_compares_two_forms(study):
+    """The second is the first, turned."""
+    folder, said = study[0] / "sites/bend", study[1]
+    table = pd.read_csv(folder / "changes.csv", dtype={"residue": str})
+    assert table["residue"].tolist() == [*"123456"], said
+    assert (table["total"] > 0).all() and table["above"].sum() <= 2  # 0.3 by chance, and neighbours are alike
+    assert (table["above"] == (table["total"] > table["total_floor"])).all()
+    one, laid = (sparsurf.read_molecule(folder / f"changed_{side}.pdb") for side in (1, 2))
+    np.testing.assert_allclose(laid.xyz, one.xyz, atol=0.002)  # Å, a PDB's decimals
+    for molecule in (one, laid):
+        shown = dict(zip(molecule.residue.tolist(), molecule.b_factor.tolist(), strict=True))
+        assert shown == pytest.approx(dict(zip(table["residue"], table["total"], strict=True)), abs=0.005)
+    page = (folder / "changes.html").read_text()
+    assert f"{table['above'].sum()} of 6 residues change" in page
+    assert all((folder / name).is_file() for name in ("changes.svg", "view_1.html", "view_2.html"))

@@ -19,12 +19,13 @@ BINS = 10  # of roughness, in which a patch's expected distance is a mean
 FEWEST_COMMON = 10  # residues that two forms must share to be laid on each other
 
 
-def laid_on(molecule, reference):
+def laid_on(molecule, reference, fewest=FEWEST_COMMON):
     """Another form of a protein, moved onto it by the C-alpha atoms of the residues that both have.
 
     Parameters
     ----------
     molecule, reference : molecules.Molecule
+    fewest : int, residues that both must have
 
     Returns
     -------
@@ -38,9 +39,9 @@ def laid_on(molecule, reference):
         {(m.chain[i], m.residue[i]): i for i in np.flatnonzero(m.name == "CA")} for m in (molecule, reference)
     ]
     common = [key for key in places[0] if key in places[1]]
-    if len(common) < FEWEST_COMMON:
+    if len(common) < fewest:
         raise InputError(
-            f"the two forms share {len(common)} residues by chain and number, but need {FEWEST_COMMON} to be laid on "
+            f"the two forms share {len(common)} residues by chain and number, but need {fewest} to be laid on "
             "each other: number their residues alike."
         )
     mine, theirs = ([each[key] for key in common] for each in places)

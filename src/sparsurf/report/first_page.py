@@ -18,6 +18,7 @@ OF_ALL = ("surfaces", "summary", "relation")  # tables over all surfaces; the la
 OF_ROW = ("minimal.csv", "residues.csv")  # files of a surface that its row leads to
 OF_EACH = 3  # surfaces that get a table of ranges of their own
 PAGES = ("ranges", "compare", "ensemble")  # of a surface or a protein, that its heading leads to
+OF_SITE = ("site", "changes")  # pages of a site, and their figures
 TAKEN = {  # files of a surface to take along, what each is
     "minimal.csv": "the minimal subset: places, normals, weights",
     "minimal.ply": "the same for 3D programs",
@@ -67,6 +68,11 @@ def first_page(folder, held, beside, without=(), floor=FRESH):
         else None,
         "sites": [
             (path.split("/")[1], of_site(read(folder, path))) for path in files if path.endswith("/hits.csv")
+        ],
+        "changes": [
+            (path.split("/")[1], of_changes(read(folder, path)))
+            for path in files
+            if path.endswith("/changes.csv")
         ],
         "ensembles": [
             (path.split("/")[0], of_ensemble(read(folder, path.replace(".html", ".csv"))))
@@ -269,6 +275,11 @@ def of_site(hits):
     return {"n": found_on(hits), "targets": len(hits), "best": hits["target"].iloc[0]}
 
 
+def of_changes(table):
+    """How many residues change from one form to another, by more than moved atoms do."""
+    return {"n": int(table["above_moved"].sum()), "residues": int(table["total"].count())}
+
+
 def of_ensemble(table):
     """d of one combination over the frames of a trajectory, under the first reading of the table."""
     d = table[f"d_{readings_in(table, 'd_')[0]}"].dropna()
@@ -323,14 +334,15 @@ def pair_galleries(files):
 
 
 def site_galleries(files):
-    """The same of sites."""
-    names = [
-        path.split("/")[1] for path in files if path.startswith("sites/") and path.endswith("/site.html")
-    ]
-    return [
-        (name, [(f"sites/{name}/site.html", "site")], [(f"sites/{name}/site.png",) * 2 + ("site",)])
-        for name in names[:SHOWN]
-    ]
+    """The same of sites, and of forms that were compared."""
+    found = []
+    for path in files:
+        folder, _, name = path.removesuffix(".html").rpartition("/")
+        if folder.startswith("sites/") and name in OF_SITE and path.endswith(".html"):
+            shown = [(f"{folder}/{name}.png",) * 2 + (name,)]
+            shown += [(f"{folder}/view_{side}.html", "", f"view_{side}") for side in (1, 2)]
+            found.append((folder.split("/")[1], [(path, name)], [each for each in shown if each[0] in files]))
+    return found[:SHOWN]
 
 
 def warned(path):

@@ -1,9 +1,14 @@
-"""The page of a site that was sought on other surfaces."""
+"""The pages of sites: one that was sought on other surfaces, and two forms compared."""
+
+import math
+
+import pandas as pd
 
 from sparsurf.report.numbers import number
 
-TEMPLATE = "site.html.j2"
-SHOWN = 10  # hits
+TEMPLATE, OF_FORMS = "site.html.j2", "changes.html.j2"
+SHOWN = 10  # hits, or residues
+CHANNELS = ("shape", "hydropathy", "volume", "aromaticity", "charge", "potential")
 RARE = 0.05  # p times targets below which a hit counts
 FITTED = 12  # places of the smallest sites that p was fitted on
 
@@ -69,3 +74,53 @@ def met(pairs):
         there = residue_text(row.chain_there, row.residue_name_there, row.residue_there)
         found.setdefault(residue_text(row.chain, row.residue_name, row.residue), []).append(there)
     return [(own, ", ".join(dict.fromkeys(filter(None, others)))) for own, others in found.items()]
+
+
+def read_residues(path):
+    """A table of residues, "" where a chain has no name."""
+    return pd.read_csv(path, dtype=dict.fromkeys(["chain", "residue"], str)).fillna({"chain": ""})
+
+
+def changes_page(name, forms, table):
+    """What the template of two forms asks for.
+
+    Parameters
+    ----------
+    name : str
+    forms : two str, the conformations
+    table : DataFrame of changes.csv
+    """
+    known = table.dropna(subset=["total"])
+    order = (known["total"] / known[["total_floor", "total_moved"]].max(axis=1)).sort_values(ascending=False)
+    return {
+        "name": name,
+        "forms": list(forms),
+        "n": len(known),
+        "n_buried": len(table) - len(known),
+        "n_above": int(known["above"].sum()),
+        "n_moved": int(known["above_moved"].sum()),
+        "n_chance": f"{RARE * len(known):.0f}",
+        "n_mutated": int((table["residue_name"] != table["residue_name_second"]).sum()),
+        "most": [change_row(table.loc[k]) for k in order.index[:SHOWN]],
+    }
+
+
+def change_row(row):
+    """Cells of one residue: its name, change and floors, the two channels farthest above theirs, differences of two fields."""
+    named = residue_text(row["chain"], row["residue_name"], row["residue"])
+    changed = row["residue_name_second"] != row["residue_name"]
+    over = sorted(CHANNELS, key=lambda each: -row[each] / row[f"{each}_floor"])
+    own = [each for each in over[:2] if row[each] > row[f"{each}_floor"]]
+    return [
+        f"{named} → {row['residue_name_second']}" if changed else named,
+        *(number(row[key]) for key in ("total", "total_floor", "total_moved")),
+        ", ".join(own),
+        signed(row["potential_difference"], 1),
+        signed(row["hydropathy_difference"], 1),
+    ]
+
+
+def signed(x, digits):
+    """A number with its sign."""
+    text = number(x, digits)
+    return text if math.isnan(x) or x <= 0 or not text.strip("0.") else f"+{text}"

@@ -135,7 +135,7 @@ def describe_surface(dots, molecule, name, percent=PERCENT, fields=FIELDS, at=No
     ------
     InputError : dots without these fields, or of no place with numbers
     """
-    kept = _kept(dots, percent)
+    kept = few_of(dots, percent)
     if molecule is not None:
         table = values(fields, molecule, kept.points) if fields else {}
         kept = replace(kept, fields={key: np.asarray(table[key]) for key in table})
@@ -149,7 +149,7 @@ def describe_surface(dots, molecule, name, percent=PERCENT, fields=FIELDS, at=No
     return sites_of(kept, labels, name, percent, at, threads=threads)
 
 
-def _kept(dots, percent):
+def few_of(dots, percent):
     """The dots that stand for a surface: the given share of them, each the farthest from those before."""
     if percent == 100:
         return dots

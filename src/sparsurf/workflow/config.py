@@ -263,7 +263,8 @@ def _check_sites(config):
             if each.partition("/")[0] not in config["proteins"]:
                 known = ", ".join(config["proteins"]) or "none"
                 yield f"sites.{name}: {each!r} is none of the proteins; these are {known}."
-        if "surface" in config["proteins"].get(named[0].partition("/")[0], ()):
-            yield f"sites.{name}: {named[0]!r} is a ready surface without residues; it can only be a target."
+        for each in named if "changes" in site else named[:1]:
+            if "surface" in config["proteins"].get(each.partition("/")[0], ()):
+                yield f"sites.{name}: {each!r} is a ready surface without residues; it can only be a target."
         if named[0] in named[1:]:
-            yield f"sites.{name}: {named[0]!r} is the query and a target; name other targets."
+            yield f"sites.{name}: {named[0]!r} stands on both sides; name another."

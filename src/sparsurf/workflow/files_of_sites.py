@@ -3,6 +3,10 @@
 The functions of `wildcards` are input functions of Snakemake.
 """
 
+from pathlib import Path
+
+from sparsurf import InputError
+
 ALL = "all"  # targets: every other conformation of the study
 
 
@@ -55,17 +59,30 @@ class FilesOfSites:
                 for each in self._files.conformations(name)
             ]
             named = [each for each in conformations if each != query]
+        targets = [f"{each}/places.sites" for each in named]
         return {
-            "query": f"{query}/places.sites",
-            "structure": f"{query}/structure.pdb",
-            "targets": [f"{each}/places.sites" for each in named],
-        }
+            "query": f"{query}/places.sites", "structure": f"{query}/structure.pdb", "targets": targets,
+        }  # fmt: skip
 
     def surfaces(self, wildcards):
-        """The surfaces of all of these, and the site's places and structure."""
+        """The same with the surfaces of all of these, and the structures of those that have one."""
         found = self.places(wildcards)
-        every = [found["query"], *found["targets"]] if found else []
-        return {"surfaces": [path.replace("places.sites", "surface.npz") for path in every]} | found
+        folders = [Path(path).parent for path in ([found["query"], *found["targets"]] if found else [])]
+        atoms = [folder for folder in folders if folder.parent.name in self._files.molecules]
+        return found | {
+            "surfaces": [str(folder / "surface.npz") for folder in folders],
+            "structures": [str(folder / "structure.pdb") for folder in atoms],
+        }
+
+    def forms(self, wildcards):
+        """The surfaces and structures of two conformations that are compared; none where one is not there."""
+        if not self.there(wildcards):
+            return {}
+        return {
+            f"{what}_{side}": f"{self._folder(name)}/{what}.{end}"
+            for side, name in enumerate(named_in(self.site(wildcards)), 1)
+            for what, end in (("surface", "npz"), ("structure", "pdb"))
+        }
 
     def there(self, wildcards):
         """Whether all conformations that a site names are those of the study."""
@@ -76,6 +93,14 @@ class FilesOfSites:
         """Folder of a protein's first conformation, or of the one that is named."""
         protein, _, conformation = named.partition("/")
         return f"{self._files.run}/{protein}/{conformation or self._files.first(protein)}"
+
+
+def refuse_absent(inputs, key, name):
+    """Raise InputError where a site has not the input that each has whose conformations are there."""
+    if key not in inputs:
+        raise InputError(
+            f"sites.{name} names a conformation that this study has not; frames.csv of its protein lists them."
+        )
 
 
 def targets_of(site):

@@ -46,11 +46,16 @@ class Outputs:
     workflow : Snakemake's; all of its rules are there once an input function is called
     files : `FilesOfARun`
     pair, site : `FilesOfPairs` and `FilesOfSites`, by the name of their wildcard
+
+    Attributes
+    ----------
+    places : list of the pairs and sites as paths in the run's folder, like pairs/<name>
     """
 
     def __init__(self, workflow, files, **named):
         self._workflow, self._files = workflow, files
-        self._named = [{what: name} for what, each in named.items() for name in each.names]
+        self._named = {f"{what}s/{name}": {what: name} for what, each in named.items() for name in each.names}
+        self.places = [*self._named]
 
     @cached_property
     def _by_wildcards(self):
@@ -87,9 +92,9 @@ class Outputs:
         """Outputs for a protein and for each of its conformations."""
         return list(self._of_protein(wildcards.protein))
 
-    def of_named(self, wildcards):
+    def of_place(self, wildcards):
         """Outputs for a pair, or for a site."""
-        return list(self._made(**dict(wildcards.items())))
+        return list(self._made(**self._named[wildcards.place]))
 
     def of_run(self, wildcards=None):
         """Outputs over all proteins, pairs and sites."""
@@ -101,7 +106,7 @@ class Outputs:
         proteins = [
             lambda _, of=of, name=name: list(of(name)) for name in self._files.proteins for of in parts
         ]
-        return proteins + [lambda _, named=named: list(self._made(**named)) for named in self._named]
+        return proteins + [lambda _, named=named: list(self._made(**named)) for named in self._named.values()]
 
     def all_but(self, *after, shown=None):
         """Input function: all outputs but for files that come `after` them; with `shown` only those in the report, or not."""
@@ -110,7 +115,7 @@ class Outputs:
             found = self._made()
             for name in self._files.proteins:
                 found |= self._of_protein(name)
-            for named in self._named:
+            for named in self._named.values():
                 found |= self._made(**named)
             return [
                 path for path, is_shown in found.items() if path not in after and shown in (None, is_shown)

@@ -36,6 +36,8 @@ def sentence(error):
     listed = key.partition(".")[0]
     if error.validator in ("oneOf", "dependentRequired") and listed == "pairs":
         return f"{key} needs exactly one of 'proteins', 'files' and 'complex' (with 'chains')."
+    if error.validator in ("oneOf", "dependentRequired") and listed == "sites":
+        return f"{key} needs either 'query' and 'residues' (with or without 'targets') or 'changes'."
     if error.validator == "oneOf" and listed == "proteins":
         return f"{key} needs exactly one of 'structure' (with or without 'trajectory'), 'pdb', 'url' and 'surface'."
     if error.validator == "minProperties":

@@ -1,14 +1,17 @@
-"""Figures of sites: the site and its hits side by side, all seen from the same side."""
+"""Figures of sites: the site and its hits side by side, all seen from the same side; two forms and where they differ."""
 
 import numpy as np
 from matplotlib import colors
 from scipy.spatial import cKDTree
 
+from sparsurf.pairs.changes import laid
 from sparsurf.report.figures import layout, render
-from sparsurf.report.figures.layout import PALETTE, styled
+from sparsurf.report.figures.layout import DARK, GREY, PALETTE, SAMPLED, styled
+from sparsurf.sites.arrangement import rigid_fit
 
 AROUND = 12.0  # Å around the site that the pictures show
 ON_IT = 1.5  # Å; dots of a hit nearer to the site laid on it take its colour
+FAR = 20.0  # Å, where the colours of distances end
 WIDTH, HEIGHT = 86, 60  # mm of a picture
 LEGEND = 6  # residues that a line names
 REST = render.PALE
@@ -33,6 +36,18 @@ def carried(surface, site, pose):
     return points, normals, np.where(np.isfinite(gap), site[1][np.minimum(nearest, len(site[1]) - 1)], -1)
 
 
+def distance_from(points, site):
+    """Distance of each dot (N, 3) from the nearest of some of them, Å, at most FAR; NaN of none."""
+    if not site.any():
+        return np.full(len(points), np.nan)
+    return np.minimum(cKDTree(points[site]).query(points)[0], FAR)
+
+
+def facing(points, normals, site):
+    """Rotation that looks at some dots (N,) bool of a surface from above."""
+    return render.oblique(points[site], normals[site], 90)
+
+
 @styled
 def site_figure(name, panels, residues):
     """The site and its best hits.
@@ -49,7 +64,7 @@ def site_figure(name, panels, residues):
     """
     _, points, normals, residue = panels[0]
     site = residue >= 0
-    rotation = render.oblique(points[site], normals[site], 90)
+    rotation = facing(points, normals, site)
     middle = points[site].mean(axis=0)
     reach = np.linalg.norm(points[site] - middle, axis=1).max() + AROUND
     near = np.linalg.norm(points - middle, axis=1) < reach
@@ -68,3 +83,57 @@ def site_figure(name, panels, residues):
         x, y = 2 + 30 * (k % LEGEND), rows * (HEIGHT + 12) + 4 * (k // LEGEND)
         layout.text(figure, x, y, f"■ {residue}", color=PALETTE[k % len(PALETTE)])
     return figure
+
+
+@styled
+def changes_figure(name, forms, table):
+    """Two forms in the colours of their change, and the change along the residues.
+
+    Parameters
+    ----------
+    name : str
+    forms : two (title, Surface, Molecule, change (N,)), NaN where there is none
+    table : DataFrame of changes.csv
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    (_, surface, molecule, change), (_, other, moved, _) = forms
+    scale = layout.scale(0, max(np.nanquantile(change, 0.98), 1e-6))
+    most = change >= np.nanquantile(change, 0.9)
+    rotation = facing(surface.points, surface.normals, most)
+    turn, shift = rigid_fit(moved.xyz[0], laid(moved, molecule).xyz[0], np.ones(moved.n_atoms))
+    places = [(surface.points, surface.normals), (other.points @ turn + shift, other.normals @ turn)]
+    shape = layout.pixels(WIDTH - 8, HEIGHT)
+    camera = render.aim(np.concatenate([points for points, _ in places]), rotation, shape)
+    figure = layout.sheet(layout.PAGE, HEIGHT + 65, name)
+    for k, ((title, *_, change), (points, normals)) in enumerate(zip(forms, places, strict=True)):
+        x = 2 + (WIDTH - 4) * k
+        colours = np.where(np.isnan(change)[:, None], REST, layout.colours(scale, np.nan_to_num(change)))
+        scene = render.draw_surface(points, normals, colours, camera)
+        layout.text(figure, x, 1, title)
+        layout.show(layout.axes(figure, x, 5, WIDTH - 8, HEIGHT), render.picture(scene), camera, k == 0)
+    figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label("change")
+    _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE - 18, 35), table)
+    return figure
+
+
+def _along(ax, table):
+    """The change of each residue, in their order, and its floors."""
+    place = np.arange(len(table))
+    above = table["above_moved"] == 1
+    ax.bar(place, table["total"].where(~above), 1.0, color=layout.PALE)
+    ax.bar(place, table["total"].where(above), 1.0, color=SAMPLED, label="more than moved atoms")
+    for key, colour, words in (
+        ("total_floor", GREY, "floor: fresh dots"),
+        ("total_moved", DARK, "floor: moved atoms"),
+    ):
+        ax.step(place, table[key], where="mid", color=colour, linewidth=0.6, label=words)
+    begin = np.flatnonzero(table["chain"] != table["chain"].shift())
+    shown = layout.thinned(place, 12.0, layout.PAGE - 18)
+    shown = shown if len(begin) < 2 else np.unique(np.concatenate([begin, shown]))
+    names = (table["chain"] + ":" if len(begin) > 1 else "") + table["residue"]
+    ax.set_xticks(shown, np.asarray(names)[shown])
+    ax.set(xlabel="residue", ylabel="change", xlim=(-0.5, len(table) - 0.5), ylim=(0, None))
+    ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0)

@@ -11,7 +11,8 @@ from matplotlib import colormaps
 from sparsurf.recovery.readings import READINGS, readings_in
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import called, farthest
+from sparsurf.study.evaluator import Evaluator
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS
 from sparsurf.surfaces.spacing import spacing
 
@@ -110,6 +111,24 @@ def page(
         if len(text.encode()) <= MOST_BYTES:
             return text
         most = int(0.95 * len(dots) * MOST_BYTES / len(text))
+
+
+def coloured_page(title, name, surface, settings, values, residues=()):
+    """The page of a surface without a grid, which opens with all dots in the colours of the first of some values.
+
+    Parameters
+    ----------
+    title : str
+    name : str, of the surface, which its order of dots follows from
+    surface, values, residues : as for `page`
+    settings : dict, see `Evaluator.from_settings`
+    """
+    evaluator = Evaluator.from_settings(surface, settings, None, name, 1)
+    order = farthest(evaluator, min(len(surface), MOST_DOTS), evaluator.stream("view"))
+    return page(
+        title, surface, evaluator.roughness, evaluator.cover, evaluator.r_patch, {"farthest": order},
+        residues=residues, values=values, opens=("all", 1),
+    )  # fmt: skip
 
 
 def _read(name):

@@ -1,0 +1,164 @@
+"""Two forms residue by residue: distances as written, floors that 5 % exceed, changes where something changed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from sparsurf import InputError
+from sparsurf.pairs import changes as module
+from sparsurf.pairs.changes import (
+    CHANNELS,
+    Form,
+    changes,
+    common_residues,
+    distances,
+    floor_of,
+    noise,
+    numbered_alike,
+    residues_of,
+)
+from sparsurf.sites.describing import FIELDS, describe_surface
+from sparsurf.sites.weighing import weights
+from sparsurf.study.floors import turning
+
+TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
+LYSINE = 15  # LYS 224
+CHARGE = CHANNELS.index("charge")
+
+
+def form_of(molecule, name="one"):
+    def lay(xyz):
+        return sparsurf.surface(replace(molecule, xyz=xyz[None]))
+
+    return Form(name, sparsurf.surface(molecule), molecule, lay)
+
+
+@pytest.fixture(scope="module")
+def form():
+    return form_of(sparsurf.read_molecule(TOPOLOGY, residues="209-238"))
+
+
+@pytest.fixture(scope="module")
+def own(form):
+    return residues_of(form.surface, form.molecule, "one")
+
+
+@pytest.fixture(scope="module")
+def found(form, own):
+    """Distances of the form to itself on fresh dots."""
+    return noise(form, own, np.random.default_rng(1))
+
+
+def test_residues_have_the_means_of_their_places(form, own):
+    sites = describe_surface(form.surface, form.molecule, "one")
+    alone = (sites.labels["residue"] == "224").to_numpy()
+    mean = sites.numbers[alone].astype(float).mean(axis=0)
+    np.testing.assert_allclose(
+        own.numbers[LYSINE, :, 1:], mean[:, 1:], atol=0.02
+    )  # fields are lifted: float16 of more
+    np.testing.assert_allclose(own.numbers[LYSINE, 0], mean[0], rtol=1e-6)
+    assert own.places[LYSINE] == alone.sum() and own.places.sum() == len(sites)
+    # n = 0 is the mean of a field over the patch and keeps its sign; the field's own mean is over the residue's dots
+    first = own.numbers[:, 1 + FIELDS.index("charge"), 0]
+    assert first[LYSINE] > 0 > first.min()
+    assert np.corrcoef(first, own.fields[:, FIELDS.index("charge")])[0, 1] > 0.7
+
+
+def test_distances_are_standard_deviations_over_many_places():
+    rng = np.random.default_rng(0)
+    first, second = rng.normal(size=(2, 4, *weights()["mean"].shape))
+    sd = np.sqrt(np.diag(weights()["total"])).reshape(weights()["mean"].shape)
+    got = distances(first, second)
+    for k, channel in enumerate(CHANNELS):
+        c = weights()["channels"].tolist().index(channel)
+        each = [((a - b) / s) ** 2 for a, b, s in zip(first[2, k], second[2, k], sd[c], strict=True)]
+        assert got[2, k] == pytest.approx(np.sqrt(np.mean(each)))
+    np.testing.assert_allclose(got[:, -1], np.sqrt((got[:, :-1] ** 2).mean(axis=1)))
+
+
+def test_a_floor_is_exceeded_by_one_draw_in_twenty():
+    """Residues that scatter unlike, with as many draws as a study has; some without places in some draws."""
+    rng = np.random.default_rng(2)
+    scale = rng.uniform(0.05, 0.5, 400)[:, None]
+    draws = scale * np.sqrt(rng.chisquare(20, (11, 400, 7)) / 20)
+    draws[:3, :40] = np.nan
+    floor = floor_of(draws[1:])
+    above = draws[0, 40:] > floor[40:]
+    assert (
+        0.04 < above.mean() < 0.07
+    )  # 2,520 draws: 0.05 +- 0.009 (2 sd), a little more for a scale from ten draws
+    assert np.isfinite(floor).all() and np.isnan(floor_of(np.full((5, 3, 7), np.nan))).all()
+
+
+def test_a_form_turned_stays_below_its_floor(form, own, found):
+    turn = turning(np.random.default_rng(9))
+    molecule = replace(form.molecule, xyz=form.molecule.xyz @ turn + 20.0)
+    other = residues_of(form_of(molecule).surface, molecule, "turned")
+    above = distances(own.numbers, other.numbers) > floor_of(found)
+    # 30 residues x 7: 10.5 by chance, and neighbours are alike
+    assert above.sum() <= 30 and above[:, -1].sum() <= 5
+    assert (distances(own.numbers, own.numbers) == 0).all()
+
+
+def test_a_mutation_shows_where_it_is(form, own, found):
+    molecule, floor = form.molecule, floor_of(found)
+    names = np.where(molecule.residue_index == LYSINE, "GLU", molecule.residue_name)
+    mutant = residues_of(form.surface, replace(molecule, residue_name=names), "mutant")
+    change = distances(own.numbers, mutant.numbers)
+    assert (change[:, 0] == 0).all()  # the same dots: only fields can change
+    assert change[LYSINE, CHARGE] > 3 * floor[LYSINE, CHARGE] and change[LYSINE, -1] > floor[LYSINE, -1]
+    assert mutant.fields[LYSINE, FIELDS.index("charge")] < own.fields[LYSINE, FIELDS.index("charge")] - 0.5
+    atoms = [molecule.xyz[0][molecule.residue_index == k] for k in range(30)]
+    gap = np.array([np.linalg.norm(each[:, None] - atoms[LYSINE], axis=2).min() for each in atoms])
+    far = gap > 16  # Å: patches of 10 Å, and a field that is smooth over some Å
+    assert far.sum() >= 5 and (change[far] < floor[far]).all()
+
+
+def test_a_moved_side_chain_shows_where_it_is(form, own, found):
+    molecule, floor = form.molecule, floor_of(found)
+    side = (molecule.residue_index == LYSINE) & ~np.isin(
+        molecule.name, ["N", "CA", "C", "O", "H", "HA", "CB"]
+    )
+    out = molecule.xyz[0][side].mean(axis=0) - molecule.xyz[0].mean(axis=0)
+    xyz = molecule.xyz.copy()
+    xyz[0][side] += 2.5 * out / np.linalg.norm(out)
+    moved = replace(molecule, xyz=xyz)
+    change = distances(own.numbers, residues_of(form_of(moved).surface, moved, "moved").numbers)
+    assert change[LYSINE, 0] > 1.5 * floor[LYSINE, 0] and change[LYSINE, -1] > 1.5 * floor[LYSINE, -1]
+    gap = np.linalg.norm(
+        [xyz[0][molecule.residue_index == k].mean(axis=0) for k in range(30)] - xyz[0][side].mean(axis=0),
+        axis=1,
+    )
+    assert (gap > 25).sum() >= 3 and (change[gap > 25, -1] > floor[gap > 25, -1]).sum() <= 1
+
+
+def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
+    monkeypatch.setattr(
+        module, "noise", lambda form, own, rng, moved, draws, threads: np.ones((draws, 30, 7)) * (1 + moved)
+    )
+    names = np.where(form.molecule.residue_index == LYSINE, "GLU", form.molecule.residue_name)
+    kept = form.molecule.take(form.molecule.residue_index != 29)
+    other = form_of(replace(kept, residue_name=names[form.molecule.residue_index != 29]), "two")
+    table = changes(form, other, np.random.default_rng(0))
+    assert len(table) == 29 and table["residue"].tolist() == [str(k) for k in range(209, 238)]
+    both = own, residues_of(other.surface, other.molecule, "two")
+    wanted = distances(own.numbers[:29], both[1].numbers)
+    np.testing.assert_allclose(table[[*CHANNELS, "total"]], wanted)
+    assert (table["total_floor"] == 1).all() and (table["total_moved"] == 1 + module.MOVED).all()
+    assert (table["above"] == (wanted[:, -1] > 1)).all()
+    assert table["residue_name_second"][LYSINE] == "GLU" and table["residue_name"][LYSINE] == "LYS"
+    difference = both[1].fields - both[0].fields[:29]
+    np.testing.assert_allclose(table[[f"{field}_difference" for field in FIELDS]], difference)
+
+
+def test_forms_share_residues_by_chain_and_number(form):
+    molecule = form.molecule
+    other = replace(molecule, chain=np.full_like(molecule.chain, "Z"))
+    assert (numbered_alike(other, molecule).chain == molecule.chain).all()
+    two = replace(molecule, chain=np.where(molecule.residue_index < 9, "X", "Y"))
+    assert (numbered_alike(two, molecule).chain == two.chain).all()
+    with pytest.raises(InputError, match="one and two share 0 residues by chain and number"):
+        common_residues(form, form._replace(name="two", molecule=two))
