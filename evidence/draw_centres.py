@@ -8,7 +8,7 @@ from sparsurf.workflow.jobs import run
 
 LINES = {"d": "the best combination", "d_centres": "centres of patches, filled up uniformly"}
 TICKS = (2, 5, 10, 20, 50, 100)  # % of the dots
-TITLES = {"as_coded": "as coded", "as_written": "as written"}
+TITLES = {"as_coded": "as coded", "as_written": "as written", "recovered": "recovered"}
 
 
 @styled
@@ -16,7 +16,7 @@ def centres(table):
     """A panel for each reading: means over proteins with 95 % intervals against n_S."""
     figure = layout.sheet(layout.PAGE, 76)
     for column, (reading, title) in enumerate(TITLES.items()):
-        ax = layout.axes(figure, 18 + 88 * column, 9, 70, 46)
+        ax = layout.axes(figure, 16 + 59 * column, 9, 46, 46)
         own = table[table["reading"] == reading]
         for colour, (key, label) in zip(PALETTE, LINES.items(), strict=False):
             error = [own[key] - own[f"{key}_low"], own[f"{key}_high"] - own[key]]
@@ -25,8 +25,8 @@ def centres(table):
         ax.set(xlabel="dots kept / %", ylabel="d" if not column else "", title=title, xscale="log")
         ax.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS], minor=False)
         ax.minorticks_off()
-        layout.letter(figure, 4 + 88 * column, 3, "ab"[column])
-    layout.legend(figure, 18, 70, ax.get_legend_handles_labels()[0], ncols=2)
+        layout.letter(figure, 3 + 59 * column, 3, "abc"[column])
+    layout.legend(figure, 16, 70, ax.get_legend_handles_labels()[0], ncols=2)
     return figure
 
 

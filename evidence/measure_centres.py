@@ -8,12 +8,13 @@ from sparsurf.workflow.jobs import run
 
 
 def main(inputs, outputs, settings, name, threads):
-    """Write a row for each reading and range."""
+    """Write a row for each reading that the settings name, and each range."""
     surface = read_npz(inputs["surface"])
     rough = read_roughness(inputs["roughness"], surface)
     evaluator = Evaluator(surface, roughness_values=rough, seed=settings["seed"], name=name, threads=threads)
-    tables = (read_table(inputs[key]) for key in ("grid", "ranges"))
-    table = centres_table(evaluator, *tables, settings["test_dots"], settings["draws"])
+    grid, ranges = (read_table(inputs[key]) for key in ("grid", "ranges"))
+    ranges = ranges[ranges["reading"].isin(settings["readings"])]
+    table = centres_table(evaluator, grid, ranges, settings["test_dots"], settings["draws"])
     table.assign(protein=name).to_csv(outputs["table"], index=False)
 
 

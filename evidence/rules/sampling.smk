@@ -65,7 +65,7 @@ rule draw_exponents:
         "../draw_exponents.py"
 
 
-OF_CENTRES = config["centres"] | {"seed": config["seed"]}
+OF_CENTRES = {study: own | {"seed": config["seed"]} for study, own in config["centres"].items()}
 centres = chains.add(
     "centres",
     OF_CENTRES | {"structures": NAMES["coverage"]},
@@ -74,25 +74,34 @@ centres = chains.add(
 )
 
 
+def of_surface(wildcards):
+    """What a study made of a protein."""
+    files = ("surface.npz", "roughness.csv", "grid.csv", "ranges.csv")
+    run = STUDIES[wildcards.study]["run"]
+    return {file.split(".")[0]: f"results/{run}/{wildcards.protein}/c1/{file}" for file in files}
+
+
 rule measure_centres:
     input:
-        **{key: f"{POOLED}/{key}.csv" for key in ("roughness", "grid", "ranges")},
-        surface=f"{POOLED}/surface.npz",
+        unpack(of_surface),
     output:
-        table=f"{OUT}/centres/{{protein}}.csv",
+        table=f"{OUT}/centres/{{study}}/{{protein}}.csv",
     log:
-        f"{LOGS}/centres/{{protein}}/measure_centres.log",
+        f"{LOGS}/centres/{{study}}/{{protein}}/measure_centres.log",
+    wildcard_constraints:
+        study=one_of(OF_CENTRES),
     params:
-        **chains.made_by("measure_centres.py", OF_CENTRES),
+        **chains.made_by("measure_centres.py"),
+        settings=lambda wildcards: OF_CENTRES[wildcards.study],
     message:
-        "What the centres of patches give on {wildcards.protein}"
+        "What the centres of patches give on {wildcards.protein}, {wildcards.study}"
     script:
         "../measure_centres.py"
 
 
 rule tabulate_centres:
     input:
-        tables=expand(f"{OUT}/centres/{{protein}}.csv", protein=NAMES["coverage"]),
+        tables=expand(f"{OUT}/centres/{{study}}/{{protein}}.csv", study=OF_CENTRES, protein=NAMES["coverage"]),
     output:
         touch(centres.mark),
         **centres.tables,
