@@ -27,6 +27,8 @@ def as_path(given):
     """A Path of a string or a path; raises InputError for anything else."""
     if not isinstance(given, str | os.PathLike):
         raise InputError(f"a path is a string or a Path, not {type(given).__name__}: name the file.")
+    if not os.fspath(given):
+        raise InputError("a path is empty: name the file.")
     return Path(given)
 
 
@@ -63,6 +65,12 @@ def _begins_as_gzip(path):
 
 def text_of(content, path):
     """Text of the bytes of a file: Latin-1 without a byte-order mark, lines end in '\\n'; `path` is named in messages."""
+    if content.startswith(b"\x1f\x8b"):
+        raise InputError(
+            f"{path} holds a gzip file within: unpack it, and name it .gz if it stays packed once."
+        )
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise InputError(f"{path} is stored as UTF-16: store it as UTF-8.")
     if b"\0" in content:
         raise InputError(f"{path} is damaged or no text file: it contains bytes of zero; copy it again.")
     return content.removeprefix(codecs.BOM_UTF8).decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")

@@ -189,7 +189,7 @@ def test_doubled_dots_are_removed_with_a_warning(tmp_path, caplog):
     with caplog.at_level(logging.WARNING, "sparsurf"):
         surface = read_surface(written(tmp_path, LINE + other + LINE + other.replace("SS0", "SR0")))
     assert (
-        "2 dots that occur twice are removed; numbers of dots count those that remain, from 0\n"
+        "dots that occur twice are removed (2); numbers of dots count those that remain, from 0\n"
         in caplog.text
     )
     assert surface.points[:, 0].tolist() == [59.267, 58.267]  # the order of the file

@@ -84,7 +84,7 @@ def choose_altlocs(atoms, altloc, path):
     occupancy ('highest') or the given letter where the residue has it, else the first. An atom that only
     other locations of the same residue hold is kept too, so that no hole arises.
     """
-    if altloc not in ("first", "highest") and not (isinstance(altloc, str) and len(altloc) == 1):
+    if altloc not in ("first", "highest") and not (isinstance(altloc, str) and len(altloc.strip()) == 1):
         raise InputError(f"altloc: '{altloc}' is neither first, highest nor one letter: choose one of them.")
     letters = sorted(set(atoms.altloc) - {""})
     if not letters:

@@ -149,7 +149,9 @@ def _linked(line):
 
 
 def _is_damaged_atom(line):
-    """Whether a line holds coordinates under another name than ATOM or HETATM, or only a piece of the name."""
+    """Whether a line holds coordinates under another name than ATOM or HETATM, or a piece of the name or one with a tab."""
+    if line.startswith(("ATOM\t", "HETATM\t")):
+        return True
     if line[34:35] + line[42:43] + line[50:51] == "..." and not line.startswith(("REMARK", "SIGATM")):
         return all(map(NUMBER.fullmatch, (line[30:38], line[38:46], line[46:54])))
     return 0 < len(line) < 6 and any(record.startswith(line) for record in ATOM_RECORDS)

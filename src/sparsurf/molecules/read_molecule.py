@@ -198,7 +198,7 @@ def _models(atoms, model, path):
         return tables
     numbers = [int(table.model[0]) for table in tables.values()]
     listed = ", ".join(map(str, numbers[:9])) + (", ..." if len(numbers) > 9 else "")
-    if not isinstance(model, Integral):
+    if not isinstance(model, Integral) or isinstance(model, bool):
         raise InputError(f"model: {model!r} is not a whole number: {path} has {listed}.")
     if model not in numbers:
         raise InputError(f"{path} has no model {model}: it has {listed}.")

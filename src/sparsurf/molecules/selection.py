@@ -128,6 +128,8 @@ def _in_residues(molecule, path, residues, report):
         inside = (place >= first) & (place <= last)
         if chain is not None:
             inside &= molecule.chain == chain
+        if last < first:
+            raise InputError(f"residues: '{short(item)}' ends before it begins: exchange both ends.")
         if not inside.any():
             raise InputError(f"residues: '{short(item)}' is not in {path}, which has {_extents(molecule)}.")
         there = set(labels[np.unique(inverse[inside])].tolist())

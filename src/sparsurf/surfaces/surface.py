@@ -176,7 +176,9 @@ def surface_of_columns(columns, path, lines=None):
     refuse_implausible(points, columns["normals"], path, where)
     _, first = np.unique(np.hstack([points, normals]), axis=0, return_index=True)
     if len(first) < len(points):
-        message = "%s: %d dots that occur twice are removed; numbers of dots count those that remain, from 0"
+        message = (
+            "%s: dots that occur twice are removed (%d); numbers of dots count those that remain, from 0"
+        )
         log.warning(message, path, len(points) - len(first))
         columns = {name: value[np.sort(first)] for name, value in columns.items()}
     fields = {name: columns.pop(name) for name in list(columns) if name not in ARRAYS}

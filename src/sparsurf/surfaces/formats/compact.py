@@ -44,7 +44,10 @@ def write_compact(path, surface):
 def read_compact(content, path):
     """Surface of the bytes of such a file."""
     rest = content[HEAD:]
-    if zlib.crc32(rest) != int.from_bytes(content[len(MAGIC) : HEAD], "little") or len(rest) < 24:
+    if not content.startswith(MAGIC):
+        raise InputError(f"{path} is of another version of this program: write it again, or update sparsurf.")
+    whole = len(rest) >= 24 and (len(rest) - 24) % DOT.itemsize == 0
+    if not whole or zlib.crc32(rest) != int.from_bytes(content[len(MAGIC) : HEAD], "little"):
         raise InputError(f"{path} is cut short or damaged: copy it again.")
     dots = np.frombuffer(rest, DOT, offset=24)
     mask = np.uint64(2**BITS - 1)
@@ -74,7 +77,7 @@ def _signs(values):
 
 
 def _sniff(head):
-    return head.startswith(MAGIC)
+    return head.startswith(MAGIC[:-2])
 
 
 FORMAT = Format("compact", (".minimal",), _sniff, read_compact, write_compact)

@@ -12,6 +12,7 @@ from sparsurf.surfaces.surface import Format, is_field, surface_of_columns
 from sparsurf.texts import text_of
 
 DIGITS = "%.4f"  # of the floats of dots that are written: places to 0.00005 Å
+MOST_COLUMNS = 1000
 LAST = 10  # lines whose decimals tell how numbers are written
 # Lines before the header that are empty or begin with #, but for a header whose first column does (#,x,y,z or #id,x,y,z).
 REMARKS = re.compile(r"(?:[ \t]*\n|#(?!.*,[ \t]*[zZ][ \t]*[,\n]).*\n)*")
@@ -51,6 +52,8 @@ def _columns(content, path, names):
         raise InputError(
             f"{path} has no commas in its header: put commas between columns, and points into numbers."
         )
+    if max(line.count(",") for line in text.split("\n")) > MOST_COLUMNS:
+        raise InputError(f"{path} has a line of more than {MOST_COLUMNS} values: repair it.")
     try:
         table = pd.read_csv(io.StringIO(text), skipinitialspace=True)
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
@@ -72,8 +75,11 @@ def _columns(content, path, names):
     if wrong:
         raise InputError(f"{path} needs one column {wrong[0]}; its header must name {', '.join(names)}.")
     numbers = [k for k in range(len(given)) if pd.api.types.is_numeric_dtype(table.dtypes.iloc[k])]
-    fields = {given[k]: table.iloc[:, k].to_numpy(float) for k in numbers if is_field(table.columns[k])}
-    values = table[names].apply(pd.to_numeric, errors="coerce").to_numpy(float)
+    try:
+        fields = {given[k]: table.iloc[:, k].to_numpy(float) for k in numbers if is_field(table.columns[k])}
+        values = table[names].apply(pd.to_numeric, errors="coerce").to_numpy(float)
+    except OverflowError:
+        raise InputError(f"{path} holds a number above 1e308: repair it.") from None
     lines = (
         lines if len(lines) == len(values) else range(1, len(values) + 1)
     )  # a quoted cell of several lines

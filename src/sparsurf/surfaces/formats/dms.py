@@ -33,7 +33,10 @@ def read_dms(content, path):
     for number, line in enumerate(text.split("\n"), 1):
         found = list(DOT_TYPE.finditer(line))
         if not found:
-            atom += line.rstrip().endswith(" A")
+            is_atom = line.rstrip().endswith(" A")
+            if not is_atom and _floats(line.split()[-4:]) and len(line.split()) > 7:
+                raise InputError(f"{path}: line {number} is a dot of no type SC, SS or SR; repair it.")
+            atom += is_atom
             continue
         head, rest = line[: found[-1].start()], line[found[-1].end() :].split()
         if len(rest) == 1:

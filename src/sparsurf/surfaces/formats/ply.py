@@ -187,13 +187,18 @@ def read_ply(content, path):
     try:
         if order:
             types = np.dtype([(str(k), order + kind) for k, (kind, _) in enumerate(properties)])
-            table = np.frombuffer(rest[rest.index(b"\n") + 1 :], types, n)
-            columns = [table[key].astype(float) for key in types.names]
+            rest = rest[rest.index(b"\n") + 1 :]
+            table, more = np.frombuffer(rest, types, n), len(rest) >= (n + 1) * types.itemsize
+            with np.errstate(invalid="ignore"):
+                columns = [table[key].astype(float) for key in types.names]
         else:
-            words = rest.split(None, n * len(names))[: n * len(names)]
-            columns = np.array(words, float).reshape(n, len(names)).T
+            words = rest.split(None, n * len(names))
+            more = words[n * len(names) :]
+            columns = np.array(words[: n * len(names)], float).reshape(n, len(names)).T
     except ValueError:
         raise InputError(f"{path} is cut short or damaged: its {n} vertices cannot be read.") from None
+    if more and head.count(b"\nelement ") == 1:
+        raise InputError(f"{path} holds more than the {n} vertices that its header announces: copy it again.")
     x, y, z, u, v, w = (columns[names.index(axis)] for axis in AXES)
     fields = {name: column for name, column in zip(names, columns, strict=True) if is_field(name)}
     return surface_of_columns(
