@@ -80,16 +80,17 @@ def files_of(without=(), **sites):
         proteins=conformations,
         conformations=conformations.get,
         first=lambda name: conformations[name][0],
+        goes_without=lambda *place: "/".join(place) == "two/c2/describe_places",
     )
     return FilesOfSites({"sites": sites, "without": dict.fromkeys(without, "why")}, files)
 
 
 def test_a_site_needs_the_places_of_the_conformations_that_it_names():
-    own = files_of(few=SITE | {"targets": ["two/c2", "dots"]}, every=SITE | {"query": "two"})
+    own = files_of(few=SITE | {"targets": ["two/c02", "dots"]}, every=SITE | {"query": "two"})
     few, every = (own.places(Wildcards(fromdict={"site": name})) for name in ("few", "every"))
     assert few["query"] == "r/one/f0/places.sites" and few["structure"] == "r/one/f0/structure.pdb"
     assert few["targets"] == ["r/two/c2/places.sites", "r/dots/c1/places.sites"]
-    assert every["targets"] == [f"r/{each}/places.sites" for each in ("one/f0", "two/c2", "dots/c1")]
+    assert every["targets"] == ["r/one/f0/places.sites"]  # the dots have no atoms, and two/c2 failed
     drawn = own.surfaces(Wildcards(fromdict={"site": "few"}))
     assert drawn["surfaces"] == [f"r/{each}/surface.npz" for each in ("one/f0", "two/c2", "dots/c1")]
     assert drawn["structures"] == [f"r/{each}/structure.pdb" for each in ("one/f0", "two/c2")]

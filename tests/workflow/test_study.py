@@ -135,6 +135,7 @@ def test_what_snakemake_alone_complains_of_is_found_in_its_log(checkout, capsys)
         (["p/draw_frames"], {"p/*": "draw_frames: ?"}),
         (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_figures: ?", "sites/two": "?"}),
         (["pairs/files/draw_pair"], {"pairs/files": "draw_pair: ?"}),
+        (["p/c3/describe_places"], {"p/c3/describe_places": "describe_places: ?", "sites/two": "?"}),
         (["sites/two/find_site"], {"sites/two": "find_site: ?"}),
         (["reproduce_paper"], {"reproduce_paper": "reproduce_paper: ?"}),
     ],

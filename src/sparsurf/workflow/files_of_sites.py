@@ -7,7 +7,8 @@ from pathlib import Path
 
 from sparsurf import InputError
 
-ALL = "all"  # targets: every other conformation of the study
+ALL = "all"  # targets: every other conformation of the study that comes with atoms
+DESCRIBE = "describe_places"  # the rule that puts a conformation's places into numbers
 
 
 class FilesOfSites:
@@ -39,7 +40,8 @@ class FilesOfSites:
         self.proteins = [
             name
             for name in files.proteins
-            if ALL in searched or name in {each.partition("/")[0] for each in named}
+            if (ALL in searched and name in files.molecules)
+            or name in {each.partition("/")[0] for each in named}
         ]
 
     def site(self, wildcards):
@@ -55,8 +57,9 @@ class FilesOfSites:
         if targets_of(site) == ALL:
             conformations = [
                 f"{self._files.run}/{name}/{each}"
-                for name in self._files.proteins
+                for name in self._files.molecules
                 for each in self._files.conformations(name)
+                if not self._files.goes_without(name, each, DESCRIBE)
             ]
             named = [each for each in conformations if each != query]
         targets = [f"{each}/places.sites" for each in named]
@@ -86,13 +89,19 @@ class FilesOfSites:
 
     def there(self, wildcards):
         """Whether all conformations that a site names are those of the study."""
-        named = (each.partition("/") for each in named_in(self.site(wildcards)))
-        return all(not own or own in self._files.conformations(protein) for protein, _, own in named)
+        return all(map(self._conformation, named_in(self.site(wildcards))))
+
+    def _conformation(self, named):
+        """The one that is named, f7 or f0007, or a protein's first; None where it is not there."""
+        protein, _, own = named.partition("/")
+        if not own:
+            return self._files.first(protein)
+        same = (each for each in self._files.conformations(protein) if each[0] == own[0])
+        return next((each for each in same if int(each[1:]) == int(own[1:])), None)
 
     def _folder(self, named):
-        """Folder of a protein's first conformation, or of the one that is named."""
-        protein, _, conformation = named.partition("/")
-        return f"{self._files.run}/{protein}/{conformation or self._files.first(protein)}"
+        """Its folder."""
+        return f"{self._files.run}/{named.partition('/')[0]}/{self._conformation(named)}"
 
 
 def refuse_absent(inputs, key, name):
