@@ -1,6 +1,7 @@
-"""Compile the numba kernels once, into the cache that all later jobs read: in two parts that take as long.
+"""Compile the numba kernels once, into the cache that later jobs read: in two parts that take as long.
 
-What runs them is imported where it is needed: where all are compiled, a study need not wait for it.
+What runs them is imported where it is needed: where all are compiled, a study need not wait for it. Those of pairs are
+compiled by the first job of a pair.
 """
 
 import gc
@@ -24,7 +25,7 @@ def main(outputs, part, descriptor):
                 _recovery()
             else:
                 _patches(descriptor)
-                _choices_and_pairs()
+                _choices()
         finally:
             gc.enable()
         before.touch()
@@ -55,17 +56,13 @@ def _recovery():
     recover(dots.points, dots.normals)
 
 
-def _choices_and_pairs():
-    from sparsurf.pairs import matching
-    from sparsurf.pairs.partners import partner_of
+def _choices():
     from sparsurf.sampling import samplers
     from sparsurf.study.evaluator import Evaluator
 
     evaluator = Evaluator(_ball())
     for choose in samplers.SAMPLERS.values():
         choose(evaluator, 20, np.random.default_rng(0))
-    partner = partner_of(evaluator.surface)
-    matching.maps(matching.match(partner, partner), 0)
 
 
 def _ball():

@@ -70,15 +70,15 @@ def test_sources_are_those_of_kernels_and_of_what_they_import(monkeypatch, tmp_p
 def test_kernels_that_were_compiled_are_not_run_again(monkeypatch, tmp_path):
     """A mark of each part, descriptor, numba and machine beside the kernels; the rule's own output comes either way."""
     ran, out = [], {"mark": tmp_path / "out"}
-    for name in ("_surfaces_and_pictures", "_recovery", "_patches", "_choices_and_pairs"):
+    for name in ("_surfaces_and_pictures", "_recovery", "_patches", "_choices"):
         monkeypatch.setattr(compile_kernels, name, lambda *given, name=name: ran.append((name, *given)))
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     surfaces = [("_surfaces_and_pictures",), ("_recovery",)]
     for part, descriptor, expected in (
         ("surfaces", "published", surfaces),
         ("surfaces", "published", []),
-        ("patches", "published", [("_patches", "published"), ("_choices_and_pairs",)]),
-        ("patches", "steady", [("_patches", "steady"), ("_choices_and_pairs",)]),
+        ("patches", "published", [("_patches", "published"), ("_choices",)]),
+        ("patches", "steady", [("_patches", "steady"), ("_choices",)]),
         ("patches", "published", []),
     ):
         compile_kernels.main(out, part, descriptor)

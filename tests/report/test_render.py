@@ -150,8 +150,8 @@ def test_kernels_equal_a_slow_twin(seed, n, radius):
     depth = np.full((62, 80), -np.inf)
     sums = np.zeros((62, 80, 7))
     xyz, turned = render._project(points, normals, view)
-    render.raise_depth(xyz, turned, radius * 14, depth)
-    render.blend(xyz, turned, colours, radius * 14, 0.7 * radius * 14, depth, sums)
+    render.draw_discs(xyz, turned, radius * 14, depth)
+    render.draw_discs(xyz, turned, radius * 14, depth, colours, 0.7 * radius * 14, sums)
     slow_depth, slow_sums = slow_twin(points, normals, colours, view, radius, 0.7 * radius)
     # the same numbers in pixels and in Å; steep discs lose up to three digits in dz
     np.testing.assert_allclose(depth / 14, slow_depth, atol=1e-9)

@@ -126,7 +126,7 @@ def draw_surface(points, normals, colours, camera, radius=None):
     scale = camera.scale * SUPERSAMPLING
     disc = max((closing_radius(points) if radius is None else radius) * scale, 1.0)
     depth = np.full([n * SUPERSAMPLING for n in camera.shape], -np.inf)
-    raise_depth(*_project(points, normals, camera), disc, depth)
+    draw_discs(*_project(points, normals, camera), disc, depth)
     scene = Scene(camera, np.ones((*depth.shape, 3), np.float32), depth, _darkness(depth, scale), disc)
     return _paint(scene, points, normals, colours, disc)
 
@@ -172,27 +172,11 @@ def _box(middle, half, pixels):
 
 
 @njit(cache=True, nogil=True)
-def raise_depth(xyz, normals, radius, depth):
-    """Raise `depth` (R, C) to the discs at `xyz` (N, 3); all lengths in drawn pixels."""
-    for i in range(len(xyz)):
-        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        a, b, c = normals[i, 0], normals[i, 1], normals[i, 2]
-        if c < EDGE_ON:
-            continue
-        left, right = _box(x, radius * math.sqrt(max(0.0, 1 - a * a)), depth.shape[1])
-        top, bottom = _box(y, radius * math.sqrt(max(0.0, 1 - b * b)), depth.shape[0])
-        for row in range(top, bottom + 1):
-            dy = row + 0.5 - y
-            for column in range(left, right + 1):
-                dx = column + 0.5 - x
-                dz = -(a * dx + b * dy) / c
-                if dx * dx + dy * dy + dz * dz <= radius * radius:
-                    depth[row, column] = max(depth[row, column], z + dz)
+def draw_discs(xyz, normals, radius, depth, colours=None, slack=0.0, sums=None):
+    """Raise `depth` (R, C) to the discs at `xyz` (N, 3), without `sums`; all lengths in drawn pixels.
 
-
-@njit(cache=True, nogil=True)
-def blend(xyz, normals, colours, radius, slack, depth, sums):
-    """Add weight, normal and colour of the discs at most `slack` below `depth` to `sums` (R, C, 7)."""
+    With `sums` (R, C, 7), add weight, normal and colour of those that lie at most `slack` below `depth`.
+    """
     for i in range(len(xyz)):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
         a, b, c = normals[i, 0], normals[i, 1], normals[i, 2]
@@ -206,6 +190,10 @@ def blend(xyz, normals, colours, radius, slack, depth, sums):
                 dx = column + 0.5 - x
                 dz = -(a * dx + b * dy) / c
                 r2 = dx * dx + dy * dy + dz * dz
+                if sums is None:  # known to the compiler: two kernels of one text
+                    if r2 <= radius * radius:
+                        depth[row, column] = max(depth[row, column], z + dz)
+                    continue
                 if r2 > radius * radius or z + dz < depth[row, column] - slack:
                     continue
                 near = 1.0 - r2 / (radius * radius)
@@ -221,7 +209,7 @@ def _paint(scene, points, normals, colours, disc):
     """Scene with shaded discs (radius in drawn pixels) on those of its pixels that they reach."""
     sums = np.zeros((*scene.depth.shape, 7), np.float32)
     colours = np.ascontiguousarray(np.broadcast_to(np.asarray(colours, np.float64), points.shape))
-    blend(*_project(points, normals, scene.camera), colours, disc, scene.slack, scene.depth, sums)
+    draw_discs(*_project(points, normals, scene.camera), disc, scene.depth, colours, scene.slack, sums)
     image = scene.colour.copy()
     lamp = LIGHT * np.array([1, -1, 1]) / np.linalg.norm(LIGHT)
     _shade(sums, scene.depth, lamp, image)
