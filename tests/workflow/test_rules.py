@@ -62,7 +62,7 @@ RULES = {
     ),
     "take_minimal": (
         f"{F0}/minimal.csv",
-        ROUGH | {"floors.csv", "structure.pdb"},
+        ROUGH | {"floors.csv", "ranges.csv", "structure.pdb"},
         ("patches", *DEFECTS, "evaluation.test_dots", "minimal", "fields", "seed"),
         [],
     ),
@@ -197,7 +197,6 @@ RULES = {
 }
 SOMETIMES = {  # inputs that no job of these studies has
     "measure_floors": {"frames", "structure", "trajectory"},
-    "take_minimal": {"ranges"},
     "make_partners": {"complex"},
 }
 ONLY_READ = {"all", "fetch_structure", "follow_frames"}  # rules of which nothing is asked for in the end
@@ -210,7 +209,7 @@ def plans(tmp_path_factory):
     The other has a simulation and does without the sampling. Of the first, frames are chosen: of files made up here.
     """
     folder = tmp_path_factory.mktemp("planned")
-    given = everything.given(folder, "http://127.0.0.1:9")
+    given = everything.given(folder, "http://127.0.0.1:9") | {"minimal": {"sampler": "paper"}}
     for name, frames in (("got", 1), ("moving", 2)):
         place = folder / "results" / "all" / name
         for part in ("download", "structures"):
