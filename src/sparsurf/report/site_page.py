@@ -58,8 +58,8 @@ def where(row):
 
 
 def residue_text(chain, name, number):
-    """Chain, name and number of a residue; '' where they are unknown."""
-    return f"{chain}:{name}{number}" if name else ""
+    """Name and number of a residue behind its chain, as far as they are known."""
+    return (f"{chain}:" if chain else "") + f"{name}{number}" if name else ""
 
 
 def p_value(p):

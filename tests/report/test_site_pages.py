@@ -1,0 +1,151 @@
+"""Pages and figures of sites: their numbers are those of the tables, dots take the colours that they should."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+from scipy.spatial.transform import Rotation
+from test_html import Page
+
+from sparsurf.report.figures.site_figures import FAR, carried, distance_from
+from sparsurf.report.first_page import of_changes, of_site, site_galleries
+from sparsurf.report.page import render
+from sparsurf.report.site_page import (
+    CHANNELS,
+    OF_FORMS,
+    TEMPLATE,
+    change_row,
+    changes_page,
+    found_on,
+    met,
+    p_value,
+    read_residues,
+    signed,
+    site_page,
+)
+
+SITE = {"query": "bound", "residues": "A:57,102,195"}
+HITS = pd.DataFrame(
+    {
+        "rank": [1, 2, 3],
+        "target": ["unbound/c1", "other/c1", "dots/c1"],
+        "chain": ["A", "B", ""],
+        "residue": ["57", "8A", ""],
+        "residue_name": ["HIS", "GLY", ""],
+        "score": [6.891, 2.0, 0.4],
+        "p": [2e-9, 0.016, 0.9],
+        "places": [35, 20, 9],
+    }
+)
+THERE = {
+    "chain_there": "A",
+    "residue_there": ["57", "58", "57", "102"],
+    "residue_name_there": ["HIS", "CYS", "HIS", "ASP"],
+}
+PAIRS = pd.DataFrame(
+    {
+        "rank": 1,
+        "chain": "A",
+        "residue": ["57", "57", "57", "102"],
+        "residue_name": ["HIS"] * 3 + ["ASP"],
+        **THERE,
+    }
+)
+
+
+def test_a_site_is_found_where_p_times_targets_is_rare():
+    assert found_on(HITS) == 2 and found_on(pd.concat([HITS, HITS.tail(1)])) == 1  # 0.016 x 3 and x 4
+    assert of_site(HITS) == {"n": 2, "targets": 3, "best": "unbound/c1"}
+    assert [p_value(p) for p in (0.0161, 0.9, 2e-9, 1e-4)] == ["0.02", "0.9", "below 0.0001", "0.0001"]
+
+
+def test_the_page_of_a_site_has_the_numbers_of_its_tables():
+    page = Page(render(TEMPLATE, **site_page("active", SITE, "bound/c1", HITS, PAIRS, 40)))
+    answer = " ".join(page.text["answer"].split())
+    assert answer == (
+        "The site A:57,102,195 of bound/c1 is found on 2 of 3 targets. The best hit is on unbound/c1, around A:HIS57: "
+        "35 of 40 places agree, p below 0.0001."
+    )
+    assert ["1", "unbound/c1", "A:HIS57", "6.89", "below 0.0001", "35", "PDB"] in page.rows
+    assert ["2", "other/c1", "B:GLY8A", "2.00", "0.02", "20", "PDB"] in page.rows
+    assert ["3", "dots/c1", "–", "0.40", "0.9", "9", "PDB"] in page.rows
+    assert met(PAIRS) == [("A:HIS57", "A:HIS57, A:CYS58"), ("A:ASP102", "A:ASP102")]
+    assert {"superposed/02_other_c1.pdb", "hits.csv", "view_1.html", "view_2.html"} <= {*page.links}
+    assert "fitted on sites of 12" not in render(TEMPLATE, **site_page("a", SITE, "b/c1", HITS, PAIRS, 12))
+    few = render(TEMPLATE, **site_page("a", SITE, "b/c1", HITS.assign(p=0.4), PAIRS, 11))
+    assert "fitted on sites of 12" in few
+    assert "is found on none of 3 targets" in " ".join(Page(few).text["answer"].split())
+    assert len(answer.split()) <= 60
+
+
+def changed():
+    """Three residues of two forms; the second is buried on one of them."""
+    table = pd.DataFrame({"chain": "", "residue": ["7", "8", "9"], "residue_name": ["LYS", "ALA", "GLY"]})
+    table["residue_name_second"] = ["GLU", "ALA", "GLY"]
+    table = table.assign(
+        total=[0.6, np.nan, 0.3], total_floor=[0.2, np.nan, 0.2], total_moved=[0.3, np.nan, 0.1]
+    )
+    for k, channel in enumerate(CHANNELS):
+        table[channel], table[f"{channel}_floor"] = 0.1 * k, 0.25
+    return table.assign(above=[1, 0, 1], above_moved=[1, 0, 1], potential_difference=[-1.26, np.nan, 0.04],
+                        hydropathy_difference=[0.5, np.nan, -0.04])  # fmt: skip
+
+
+def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
+    changed().to_csv(tmp_path / "changes.csv", index=False)
+    table = read_residues(tmp_path / "changes.csv")
+    known = changes_page("opening", ["open", "closed/f7"], table)
+    assert (known["n"], known["n_above"], known["n_moved"], known["n_buried"], known["n_mutated"]) == (
+        2,
+        2,
+        2,
+        1,
+        1,
+    )
+    # by change over the larger floor; of the channels above their floor the two that are most; a rounded 0 has no sign
+    assert known["most"][0] == ["LYS7 → GLU", "0.60", "0.20", "0.30", "potential, charge", "−1.3", "+0.5"]
+    assert known["most"][1] == ["GLY9", "0.30", "0.20", "0.10", "potential, charge", "0.0", "0.0"]
+    assert change_row(table.iloc[0] * 1)[0] == "LYS7 → GLU" and signed(float("nan"), 1) == ""
+    page = Page(render(OF_FORMS, **known))
+    answer = " ".join(page.text["answer"].split())
+    assert answer.startswith(
+        "From open to closed/f7, 2 of 2 residues change by more than fresh dots do; 0 would by chance."
+    )
+    assert (
+        len(answer.split()) <= 60
+        and ["GLY9", "0.30", "0.20", "0.10", "potential, charge", "0.0", "0.0"] in page.rows
+    )
+    assert of_changes(table) == {"n": 2, "residues": 2}
+
+
+def test_sites_and_forms_have_their_pictures_on_the_first_page():
+    files = [
+        f"sites/{name}"
+        for name in ("a/site.html", "a/site.png", "a/view_1.html", "b/changes.html", "b/changes.csv")
+    ]
+    assert site_galleries([*files, "p/site.html"]) == [
+        (
+            "a",
+            [("sites/a/site.html", "site")],
+            [("sites/a/site.png",) * 2 + ("site",), ("sites/a/view_1.html", "", "view_1")],
+        ),
+        ("b", [("sites/b/changes.html", "changes")], []),
+    ]
+
+
+def test_a_hit_is_seen_as_the_site_and_takes_its_colours():
+    rng = np.random.default_rng(0)
+    site, residue = rng.uniform(-5, 5, (30, 3)), np.arange(30) % 3
+    turn, shift = (
+        Rotation.from_euler("xyz", [10, 80, 200], degrees=True).as_matrix(),
+        np.array([5.0, -3.0, 9.0]),
+    )
+    points = np.concatenate([site @ turn + shift, [[100.0, 0, 0]]])
+    hit = SimpleNamespace(points=points, normals=np.tile([0.0, 0, 1], (31, 1)))
+    back, normals, colour = carried(hit, (site, residue), (turn, shift))
+    np.testing.assert_allclose(back[:30], site, atol=1e-9)
+    np.testing.assert_allclose(normals[0] @ turn, [0, 0, 1], atol=1e-9)
+    assert colour.tolist() == [*residue, -1]
+    gap = distance_from(back, colour >= 0)
+    assert (gap[:30] == 0).all() and gap[30] == FAR
+    assert np.isnan(distance_from(back, np.zeros(31, bool))).all()
