@@ -136,9 +136,10 @@ def test_a_moved_side_chain_shows_where_it_is(form, own, found):
 
 
 def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
-    monkeypatch.setattr(
-        module, "noise", lambda form, own, rng, moved, draws, threads: np.ones((draws, 30, 7)) * (1 + moved)
-    )
+    def noise(form, own, rng, moved, draws, threads):
+        return np.full((draws, 30, 7), 0.02 + moved)
+
+    monkeypatch.setattr(module, "noise", noise)
     names = np.where(form.molecule.residue_index == LYSINE, "GLU", form.molecule.residue_name)
     kept = form.molecule.take(form.molecule.residue_index != 29)
     other = form_of(replace(kept, residue_name=names[form.molecule.residue_index != 29]), "two")
@@ -147,8 +148,13 @@ def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
     both = own, residues_of(other.surface, other.molecule, "two")
     wanted = distances(own.numbers[:29], both[1].numbers)
     np.testing.assert_allclose(table[[*CHANNELS, "total"]], wanted)
-    assert (table["total_floor"] == 1).all() and (table["total_moved"] == 1 + module.MOVED).all()
-    assert (table["above"] == (wanted[:, -1] > 1)).all()
+    for above, key, floor in (
+        ("above", "total_floor", 0.02),
+        ("above_moved", "total_moved", 0.02 + module.MOVED),
+    ):
+        np.testing.assert_allclose(table[key], floor)
+        assert (table[above] == (wanted[:, -1] > floor)).all()
+    assert table["above"].sum() > table["above_moved"].sum() > 0
     assert table["residue_name_second"][LYSINE] == "GLU" and table["residue_name"][LYSINE] == "LYS"
     difference = both[1].fields - both[0].fields[:29]
     np.testing.assert_allclose(table[[f"{field}_difference" for field in FIELDS]], difference)
