@@ -108,6 +108,10 @@ def test_every_job_that_holds_all_distances_asks_for_them():
         assert f'needs("{name}", files.dots, besides=files.distances)' in rules[name]
 
 
+def test_jobs_that_share_the_frames_ask_for_the_time_of_their_share():
+    assert 'needs("follow_frames", files.megabytes(config["ensemble"]["stride"]), 1 / JOBS)' in WORKFLOW
+
+
 def test_what_takes_seconds_is_not_worth_a_queue(tmp_path, monkeypatch):
     (tmp_path / "needs.csv").write_text(
         "rule,unit,mb,mb_per_unit,seconds,seconds_per_unit\nwork,MB of input,600,20,5,0.1\n"

@@ -265,6 +265,11 @@ def test_a_rule_has_what_its_script_asks_for_by_name(jobs, rule):
     assert needed <= names["params"]
 
 
+def test_every_figure_is_drawn(jobs):
+    names = [{*job["names"]["output"]} for job in jobs if job["rule"] == "draw_figures"]
+    assert len(FIGURES) == 7 and all(each == {*FIGURES, "bins", "svgs"} for each in names)
+
+
 def test_a_run_asks_for_all_that_its_rules_make(plans):
     (_, jobs), _ = plans[1]
     inputs = {(job["rule"], *job["output"][:1]): {*job["input"]} for job in jobs}
