@@ -106,6 +106,10 @@ def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
     assert known["most"][0] == ["LYS7 → GLU", "0.60", "0.20", "0.30", "potential, charge", "−1.3", "+0.5"]
     assert known["most"][1] == ["GLY9", "0.30", "0.20", "0.10", "potential, charge", "0.0", "0.0"]
     assert change_row(table.iloc[0] * 1)[0] == "LYS7 → GLU" and signed(float("nan"), 1) == ""
+    assert (
+        "differ all over" in render(OF_FORMS, **known),
+        "differ all over" in render(OF_FORMS, **known | {"n": 4}),
+    ) == (True, False)
     page = Page(render(OF_FORMS, **known))
     answer = " ".join(page.text["answer"].split())
     assert answer.startswith(
