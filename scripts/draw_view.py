@@ -3,18 +3,20 @@
 import json
 from pathlib import Path
 
-from matplotlib import image
+import numpy as np
+from PIL import Image  # matplotlib takes longer to import than all of this to draw
 
 from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.molecules.read_molecule import residue_names
 from sparsurf.recovery.errors import off_recovered
-from sparsurf.report.figures import layout, render
+from sparsurf.report.figures import render
 from sparsurf.report.viewer.page import MOST_DOTS, Values, page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.components import FIELD, fields_alone
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
+from sparsurf.surfaces.formats.ply import viridis
 from sparsurf.workflow.jobs import run
 
 PICTURE = 180, 240  # pixels, rows and columns
@@ -55,9 +57,9 @@ def main(inputs, outputs, settings, name, threads):
     )
     Path(outputs["page"]).write_text(text, encoding="utf-8")
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), PICTURE)
-    colours = layout.colours(layout.scale(*layout.ROUGH), rough)
+    colours = viridis(np.append(rough.clip(*render.ROUGH), render.ROUGH))[:-2] / 255  # whatever the surface
     scene = render.draw_surface(surface.points, surface.normals, colours, camera)
-    image.imsave(outputs["picture"], render.picture(scene), metadata={"Software": None})
+    Image.fromarray(render.picture(scene)).save(outputs["picture"])
 
 
 if __name__ == "__main__":

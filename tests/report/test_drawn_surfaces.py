@@ -301,7 +301,7 @@ def test_the_surface_has_the_colours_of_the_histogram():
     np.testing.assert_allclose([p.get_x() for p in histogram.patches], edges[:-1])
     assert histogram.lines[0].get_xdata()[0] == pytest.approx(rough.mean())
     assert histogram.texts[0].get_text() == f"mean {rough.mean():.2f}"
-    low, high = layout.ROUGH
+    low, high = render.ROUGH
     assert bar.get_ylim() == pytest.approx((low, high))  # whatever the surface
     middles = (edges[[0, 25, 49]] + edges[[1, 26, 50]]) / 2
     wanted = colormaps["viridis"](np.clip((middles - low) / (high - low), 0, 1))

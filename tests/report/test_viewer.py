@@ -620,6 +620,10 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     monkeypatch.setattr(draw_view, "residue_names", lambda _: RESIDUES)
     monkeypatch.setattr(draw_view, "off_recovered", lambda dots, kept, *_: len(dots) / len(kept))
     monkeypatch.setattr(draw_view, "page", lambda *given: shown.append(given) or "the page")
+    draw, drawn = draw_view.render.draw_surface, []
+    monkeypatch.setattr(
+        draw_view.render, "draw_surface", lambda *given: drawn.append(given[2]) or draw(*given)
+    )
     inputs["structure"] = ""
     outputs = {"page": tmp_path / "view.html", "picture": tmp_path / "view.png"}
     draw_view.main(inputs, outputs, SETTINGS, "p/c1", 1)
@@ -629,6 +633,9 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     np.testing.assert_array_equal(field.values, charge)
     assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
     assert list(dots) == MINIMAL
+    low, high = draw_view.render.ROUGH
+    wanted = matplotlib.colormaps["viridis"](((evaluator.roughness - low) / (high - low)).clip(0, 1))[:, :3]
+    np.testing.assert_allclose(drawn[0], wanted, atol=1 / 255)  # of whole numbers, cut off
 
 
 def test_partners_are_coloured_by_propensity_and_gap(evaluator, tmp_path, monkeypatch):
@@ -640,12 +647,12 @@ def test_partners_are_coloured_by_propensity_and_gap(evaluator, tmp_path, monkey
     dots.assign(propensity_smoothed=0.5 * dots["partner"], gap=10 * dots["partner"]).to_csv(inputs["dots"])
     shown = []
     monkeypatch.setattr(
-        draw_pair_views, "page", lambda title, *_, **keys: shown.append((title, keys)) or title
+        draw_pair_views, "coloured_page", lambda title, *given: shown.append((title, given[3])) or title
     )
     draw_pair_views.main(inputs, outputs, SETTINGS, "pair")
-    for side, (title, keys) in enumerate(shown, 1):
+    for side, (title, values) in enumerate(shown, 1):
         assert title == outputs[f"view_{side}"].read_text() == f"pair, partner {side}"
-        found = [(each.values[0], len(each.values), each.low_is, each.high_is) for each in keys["values"]]
+        found = [(each.values[0], len(each.values), each.low_is, each.high_is) for each in values]
         assert found == [
             (0.5 * side, 3000, "good match", "poor match"),
             (10 * side, 3000, "touching", "far"),

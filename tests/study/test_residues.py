@@ -14,7 +14,7 @@ import tabulate_residues
 from peptides import peptide, write
 from sparsurf.molecules.mmcif import write_mmcif
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.report.figures import layout
+from sparsurf.report.figures import render
 from sparsurf.study.residues import over_frames, residue_table
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -104,7 +104,7 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
         "minimal.csv",
         "minimal.bild",
     }  # which stand beside them
-    low, high = layout.ROUGH
+    low, high = render.ROUGH
     assert f"structure, {low}, {high}" in outputs["pml"].read_text()
     assert f"range {low},{high}" in outputs["cxc"].read_text()
     for kind in ("pdb", "cif"):

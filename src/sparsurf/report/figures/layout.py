@@ -28,7 +28,6 @@ PALETTE += ["#332288", "#882255", "#999933", "#888888"]
 SAMPLED, RANDOM, WHOLE = "#D55E00", "#0072B2", "#4D4D4D"  # vermillion and blue of Okabe and Ito; grey
 DARK, PALE = PALETTE[0], "#B9D3E6"  # blue, and the same lighter
 GREY = "#4D4D4D"
-ROUGH = 0.2, 0.9  # R_i at the ends of the colours: the same for all surfaces, so that they can be compared
 # Samplers: colour, width and marker; the three of the ranking are drawn boldly
 LINES = {
     "farthest": ("#0072B2", 1.6, "o"),

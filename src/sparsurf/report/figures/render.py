@@ -22,6 +22,7 @@ HOLLOW = 1.2  # Å, size and depth of the hollows that are darkened
 STEP = 2.0  # Å, jump in depth from which on a contour is drawn
 DOT = 0.2  # Å, radius of the disc of a kept dot
 LARGEST = 1.2  # Å, of discs that stand for the surface around a dot: the curvature of a hydrogen
+ROUGH = 0.2, 0.9  # R_i at the ends of the colours: the same for all surfaces, so that they can be compared
 PALE = (0.92, 0.92, 0.92)  # surface behind the dots of a subset
 
 

@@ -26,7 +26,7 @@ def figure(points, normals, roughness, name=""):
     matplotlib.figure.Figure
     """
     figure = layout.sheet(layout.COLUMN, 105, name)
-    scale = layout.scale(*layout.ROUGH)
+    scale = layout.scale(*render.ROUGH)
     camera = render.aim(points, render.along_smallest_axis(points), layout.pixels(68, 55))
     scene = render.draw_surface(points, normals, layout.colours(scale, roughness), camera)
     layout.show(layout.axes(figure, 4, 3, 68, 55), render.picture(scene), camera)

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from matplotlib import colormaps
 
 from sparsurf.recovery.readings import READINGS, readings_in
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import called, farthest
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS
+from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import spacing
 
 MOST_DOTS = 100_000
@@ -155,7 +154,7 @@ def _header(surface, dots, radius, orders, grid, best, values, minimal):
         "presets": _presets(best),
         "values": [_scale(each) for each in values],
         "kinds": [[name, rgb.tolist()] for name, rgb in zip(KINDS, [*KIND_COLOURS[:3], GREY], strict=True)],
-        "stops": colormaps["viridis"](np.linspace(0, 1, STOPS), bytes=True)[:, :3].tolist(),
+        "stops": viridis(np.linspace(0, 1, STOPS)).tolist(),
     }
 
 
