@@ -69,6 +69,7 @@ def test_the_page_of_a_site_has_the_numbers_of_its_tables():
     assert ["1", "unbound/c1", "A:HIS57", "6.89", "below 0.0001", "35", "PDB"] in page.rows
     assert ["2", "other/c1", "B:GLY8A", "2.00", "0.02", "20", "PDB"] in page.rows
     assert ["3", "dots/c1", "–", "0.40", "0.9", "9", "PDB"] in page.rows
+    assert met(PAIRS[::-1]) == [("A:HIS57", "A:HIS57, A:CYS58"), ("A:ASP102", "A:ASP102")]
     assert met(PAIRS) == [("A:HIS57", "A:HIS57, A:CYS58"), ("A:ASP102", "A:ASP102")]
     assert {"superposed/02_other_c1.pdb", "hits.csv", "view_1.html", "view_2.html"} <= {*page.links}
     assert "fitted on sites of 12" not in render(TEMPLATE, **site_page("a", SITE, "b/c1", HITS, PAIRS, 12))

@@ -69,8 +69,11 @@ def p_value(p):
 
 def met(pairs):
     """Of each residue of the site, the residues that its places meet: list of (residue, residues)."""
+    number_of = pairs["residue"].str.extract(r"(-?\d+)", expand=False).astype(float)
     found = {}
-    for row in pairs.itertuples():
+    for row in (
+        pairs.assign(number_of=number_of).sort_values(["chain", "number_of"], kind="stable").itertuples()
+    ):
         there = residue_text(row.chain_there, row.residue_name_there, row.residue_there)
         found.setdefault(residue_text(row.chain, row.residue_name, row.residue), []).append(there)
     return [(own, ", ".join(dict.fromkeys(filter(None, others)))) for own, others in found.items()]
