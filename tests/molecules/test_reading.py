@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from peptides import ALANINE, STEP, atom_line, peptide, write
 from sparsurf import InputError
+from sparsurf.molecules import pdb
 from sparsurf.molecules import trajectory as trajectories
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
@@ -606,6 +607,11 @@ def test_whole_agrees_with_mdtraj(example, tmp_path):
     ours = read_molecule(topology, tmp_path / "cut.trr").xyz
     moved = ours - theirs.make_molecules_whole(inplace=False).xyz.astype(float) * 10
     assert np.ptp(moved, axis=1).max() < 1e-3  # float32 of 100 Å, and sums of lattice vectors
+
+
+def test_the_edges_of_a_box_may_touch_in_their_columns():
+    box = pdb._box("CRYST111111.11122222.22233333.333  90.00  90.00  90.00 P 1           1")
+    np.testing.assert_allclose(box, np.diag([11111.111, 22222.222, 33333.333]), rtol=0, atol=1e-5)
 
 
 def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path):
