@@ -13,8 +13,8 @@ def main(inputs, outputs, settings, name, threads):
     rough = read_roughness(inputs["roughness"], surface)
     evaluator = Evaluator(surface, roughness_values=rough, seed=settings["seed"], name=name, threads=threads)
     grid, ranges = (read_table(inputs[key]) for key in ("grid", "ranges"))
-    ranges = ranges[ranges["reading"].isin(settings["readings"])]
     table = centres_table(evaluator, grid, ranges, settings["test_dots"], settings["draws"])
+    table = table[table["reading"].isin(settings["readings"])]
     table.assign(protein=name).to_csv(outputs["table"], index=False)
 
 
