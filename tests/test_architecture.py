@@ -124,6 +124,11 @@ def test_each_package_has_the_tests_in_the_folder_of_its_name():
     assert packages <= folders and folders - packages <= {"docs", "evidence"}
 
 
+def test_every_file_of_tests_has_a_name_of_its_own():
+    names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
+    assert len(names) == len({*names})
+
+
 def test_every_name_that_is_imported_from_the_library_is_there():
     files = [*SCRIPTS, *(ROOT / "tests").rglob("*.py"), *(LIBRARY / module for module in MODULES)]
     for path in files:
