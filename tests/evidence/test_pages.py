@@ -1,10 +1,13 @@
 """The numbers and tables of README.md and docs/ are those of evidence/tables (how they name a cell: evidence/pages.py)."""
 
+import re
+
 import pytest
 
 import pages
 from conftest import ROOT
 from sparsurf import InputError
+from sparsurf.cli.recover import EXAMPLES
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 TABLE = "name,percent,Z,low\nfarthest,5,0.564,-0.02\nfarthest,10,0.514,\nuniform,10,1234.56,0.5\n"
@@ -58,3 +61,10 @@ def test_a_table_is_filled_up_to_the_blank_line(folder):
         == f"Before.\n\n{mark}| dots / % | Z |\n| --- | --- |\n| 5 | 0.56 (−0.02) |\n| 10 |  |\n\nBehind.\n"
     )
     assert pages.filled(made, folder) == made
+
+
+def test_the_help_of_recover_has_the_errors_of_the_table():
+    rows = [pages.rows_of("recover_where_means.csv", ["sampler=farthest dots", "where=everywhere", f"percent={p}"])
+            for p in (10, 2.5)]  # fmt: skip
+    told = [f"{row[key].iloc[0]:.2f}" for row in rows for key in ("mean", "high_99", "largest")]
+    assert re.findall(r"\d\.\d\d(?= |,)", EXAMPLES) == told
