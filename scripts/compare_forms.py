@@ -3,7 +3,7 @@
 import numpy as np
 
 from sparsurf.molecules.read_molecule import read_own
-from sparsurf.pairs.changes import Form, changes, laid, numbered_alike
+from sparsurf.pairs.changes import RARE, Form, changes, laid, numbered_alike
 from sparsurf.pairs.matching import on_atoms
 from sparsurf.report.page import write
 from sparsurf.report.site_page import OF_FORMS, changes_page
@@ -33,7 +33,7 @@ def main(inputs, outputs, settings, site, name, threads):
     for side, molecule in zip(SIDES, (molecules[0], laid(molecules[1], molecules[0])), strict=True):
         shown = on_atoms(molecule, table, "total", BURIED)
         molecule.write_pdb(outputs[f"pdb_{side}"], b_factor=np.nan_to_num(shown, nan=BURIED))
-    write(outputs["page"], OF_FORMS, **changes_page(name, site["changes"], table))
+    write(outputs["page"], OF_FORMS, **changes_page(name, site["changes"], table, RARE))
 
 
 if __name__ == "__main__":

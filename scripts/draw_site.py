@@ -27,7 +27,8 @@ def main(inputs, outputs, settings, site, name):
     hits = pd.read_csv(inputs["hits"], keep_default_na=False, nrows=PICTURES)
     poses = pd.read_csv(inputs["poses"], nrows=PICTURES).drop(columns=["rank", "target"]).to_numpy()
     query = load_sites(inputs["query"])
-    own, molecule = read_npz(surfaces[query.name]), read_own(inputs["structure"])
+    loaded = {place: read_npz(surfaces[place]) for place in (query.name, *hits["target"])}
+    own, molecule = loaded[query.name], read_own(inputs["structure"])
     wanted = query.labels.iloc[places_of_residues(query, site["residues"])].drop_duplicates()
     residues = molecule.residues[numbered_residues(molecule.residues, wanted) >= 0]
     residue = numbered_residues(molecule.labels(own.atom), residues)
@@ -36,12 +37,12 @@ def main(inputs, outputs, settings, site, name):
     for row, pose in zip(hits.itertuples(), poses, strict=True):
         pose = pose[:9].reshape(3, 3), pose[9:]
         title = f"hit {row.rank}: {row.target}, p {p_value(float(row.p))}"
-        panels.append((title, *carried(read_npz(surfaces[row.target]), dots, pose)))
+        panels.append((title, *carried(loaded[row.target], dots, pose)))
     names = [residue_text(*row) for row in residues[["chain", "residue_name", "residue"]].to_numpy()]
     turn = facing(own.points, own.normals, residue >= 0).T
     for side, place, panel in zip(SIDES, (query.name, hits["target"][0]), panels, strict=False):
         _, points, normals, on_site = panel
-        surface = replace(read_npz(surfaces[place]), points=points @ turn, normals=normals @ turn)
+        surface = replace(loaded[place], points=points @ turn, normals=normals @ turn)
         gap = distance_from(points, on_site >= 0)
         values = [Values("distance from the site", "distance", " Å", gap, "on it", "far")]
         atoms = residue_names(structures.get(place))

@@ -8,7 +8,7 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_own
 from sparsurf.report.page import write
-from sparsurf.report.site_page import TEMPLATE, site_page
+from sparsurf.report.site_page import TEMPLATE, laid_file, site_page
 from sparsurf.sites.describing import load_sites, places_of_residues
 from sparsurf.sites.finding import find_site, matched
 from sparsurf.workflow.files_of_sites import refuse_absent
@@ -36,7 +36,7 @@ def main(inputs, outputs, site, name):
     molecule = read_own(inputs["structure"])
     for row, pose in zip(found.table.head(MOST).itertuples(), found.poses, strict=False):
         laid = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
-        laid.write_pdb(Path(outputs["superposed"], f"{row.rank:02d}_{row.target.replace('/', '_')}.pdb"))
+        laid.write_pdb(Path(outputs["superposed"], laid_file(row.rank, row.target)))
     page = site_page(name, site, query.name, found.table, pairs, len(found.places))
     write(outputs["page"], TEMPLATE, **page)
 

@@ -27,10 +27,8 @@ from sparsurf.surfaces.spacing import DENSITY
 DOT, ROUNDED_DOT, VERTEX, TRIANGLE, ATOM, ROUNDED_ATOM = 24, 8, 12, 6, 16, 6  # bytes
 STEP, ANGLES, BOX = 0.005, 2**8 - 1, 2**15 - 1  # Å; steps of a normal's two numbers; of a place in the box
 CANDIDATES = 8  # places on a mesh per dot that is laid on it
-TRIES, MORE = (
-    8,
-    1.1,
-)  # turns of the molecule that is dotted sparsely; times as many dots are asked for where too few came
+TRIES = 8  # turns of the molecule that is dotted sparsely
+MORE = 1.1  # times as many dots are asked for where too few came
 KEPT, SETTLED, SPARSE, MESH, CORNERS, QUANTISED, ROUNDED, ATOMS, ROUNDED_ATOMS = (
     "farthest dots",
     "settled dots",

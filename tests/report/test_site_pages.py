@@ -7,11 +7,11 @@ import pandas as pd
 from scipy.spatial.transform import Rotation
 from test_html import Page
 
+from sparsurf.pairs.changes import CHANNELS, RARE
 from sparsurf.report.figures.site_figures import FAR, carried, distance_from
 from sparsurf.report.first_page import of_changes, of_site, site_galleries
 from sparsurf.report.page import render
 from sparsurf.report.site_page import (
-    CHANNELS,
     OF_FORMS,
     TEMPLATE,
     change_row,
@@ -95,7 +95,7 @@ def changed():
 def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
     changed().to_csv(tmp_path / "changes.csv", index=False)
     table = read_residues(tmp_path / "changes.csv")
-    known = changes_page("opening", ["open", "closed/f7"], table)
+    known = changes_page("opening", ["open", "closed/f7"], table, RARE)
     assert (known["n"], known["n_above"], known["n_moved"], known["n_buried"], known["n_mutated"]) == (
         2,
         2,

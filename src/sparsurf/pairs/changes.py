@@ -63,12 +63,9 @@ def residues_of(dots, molecule, name, threads=1):
     """
     kept = few_of(dots, PERCENT)
     table = values(FIELDS, molecule, kept.points)
-    lift = np.ceil(
-        np.nanmax(np.abs(table.to_numpy()), axis=0)
-    )  # above it, a mean and its modulus are the same
-    kept = replace(
-        kept, fields={key: table[key].to_numpy() + by for key, by in zip(table, lift, strict=True)}
-    )
+    # Lifted so far, a mean and its modulus are the same
+    lift = np.ceil(np.nanmax(np.abs(table.to_numpy()), axis=0))
+    kept = replace(kept, fields=dict(table + lift))
     sites = sites_of(kept, molecule.labels(kept.atom), name, PERCENT, threads=threads)
     numbers = sites.numbers.astype(float)
     numbers[:, 1:, 0] -= lift

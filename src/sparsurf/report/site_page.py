@@ -8,7 +8,6 @@ from sparsurf.report.numbers import number
 
 TEMPLATE, OF_FORMS = "site.html.j2", "changes.html.j2"
 SHOWN = 10  # hits, or residues
-CHANNELS = ("shape", "hydropathy", "volume", "aromaticity", "charge", "potential")
 RARE = 0.05  # p times targets below which a hit counts
 FITTED = 12  # places of the smallest sites that p was fitted on
 
@@ -39,12 +38,17 @@ def site_page(name, site, query, hits, pairs, n_places):
         "rows": [
             (
                 row["rank"], row["target"], where(row), number(row["score"]), p_value(row["p"]), row["places"],
-                f"superposed/{row['rank']:02d}_{row['target'].replace('/', '_')}.pdb",
+                f"superposed/{laid_file(row['rank'], row['target'])}",
             )
             for row in hits.head(SHOWN).to_dict("records")
         ],
         "met": met(own),
     }  # fmt: skip
+
+
+def laid_file(rank, target):
+    """Name of the file of the query laid on a hit."""
+    return f"{rank:02d}_{target.replace('/', '_')}.pdb"
 
 
 def found_on(hits):
@@ -84,7 +88,7 @@ def read_residues(path):
     return pd.read_csv(path, dtype=dict.fromkeys(["chain", "residue"], str)).fillna({"chain": ""})
 
 
-def changes_page(name, forms, table):
+def changes_page(name, forms, table, rare):
     """What the template of two forms asks for.
 
     Parameters
@@ -92,6 +96,7 @@ def changes_page(name, forms, table):
     name : str
     forms : two str, the conformations
     table : DataFrame of changes.csv
+    rare : float, share of the residues of one form that lie above a floor by chance
     """
     known = table.dropna(subset=["total"])
     order = (known["total"] / known[["total_floor", "total_moved"]].max(axis=1)).sort_values(ascending=False)
@@ -102,7 +107,7 @@ def changes_page(name, forms, table):
         "n_buried": len(table) - len(known),
         "n_above": int(known["above"].sum()),
         "n_moved": int(known["above_moved"].sum()),
-        "n_chance": f"{RARE * len(known):.0f}",
+        "n_chance": f"{rare * len(known):.0f}",
         "n_mutated": int((table["residue_name"] != table["residue_name_second"]).sum()),
         "most": [change_row(table.loc[k]) for k in order.index[:SHOWN]],
     }
@@ -112,7 +117,9 @@ def change_row(row):
     """Cells of one residue: its name, change and floors, the two channels farthest above theirs, differences of two fields."""
     named = residue_text(row["chain"], row["residue_name"], row["residue"])
     changed = row["residue_name_second"] != row["residue_name"]
-    over = sorted(CHANNELS, key=lambda each: -row[each] / row[f"{each}_floor"])
+    channels = [key.removesuffix("_floor") for key in row.index[::-1] if key.endswith("_floor")]
+    over = sorted(channels, key=lambda each: -row[each] / row[f"{each}_floor"])
+    over.remove("total")
     own = [each for each in over[:2] if row[each] > row[f"{each}_floor"]]
     return [
         f"{named} → {row['residue_name_second']}" if changed else named,

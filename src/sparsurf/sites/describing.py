@@ -4,7 +4,6 @@ Patches are cut from the kept dots alone, so that a subset of a surface, with it
 """
 
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -16,7 +15,7 @@ from sparsurf.patches.descriptors import describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
-from sparsurf.sampling.samplers import SAMPLERS
+from sparsurf.sampling.spreading import spread
 from sparsurf.texts import read_bytes
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
@@ -153,11 +152,8 @@ def few_of(dots, percent):
     """The dots that stand for a surface: the given share of them, each the farthest from those before."""
     if percent == 100:
         return dots
-    ready = SimpleNamespace(
-        points=dots.points, index=build_grid(dots.points)
-    )  # all that the sampler asks for
     n = max(1, round(percent / 100 * len(dots)))
-    return dots.take(SAMPLERS["farthest"](ready, n, np.random.default_rng(0)))
+    return dots.take(spread(build_grid(dots.points), n, np.random.default_rng(0)))
 
 
 def _no_labels(n):

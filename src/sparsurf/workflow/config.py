@@ -23,8 +23,8 @@ OWN_FOLDERS = ("logs", "pairs", "sites")
 OF_PAPER = ("as_coded", "as_written")  # readings that its verdict needs
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes one of them
-# Samplers that may stand beside a combination: those that draw by one, and the default, which asks for nothing.
 MOST_TOLD = 20  # mistakes
+# Samplers that may stand beside a combination: those that draw by one, and the default, which asks for nothing.
 WITH_COMBINATION = ("farthest", *names("samplers", "choosing"))
 FILES = keys_of_protein("file")
 LISTS = (

@@ -18,12 +18,8 @@ from sparsurf.workflow.results import damaged, made
 
 # A full disk, a folder that may not be written
 DISK = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS)
-NAMED = (
-    "protein",
-    "conformation",
-    "pair",
-    "site",
-)  # wildcards that say what a job is about; a stage or a file is none
+# Wildcards that say what a job is about; a stage or a file is none
+NAMED = ("protein", "conformation", "pair", "site")
 
 
 def run(main, snakemake):

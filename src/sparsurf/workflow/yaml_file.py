@@ -9,10 +9,7 @@ import yaml
 from sparsurf import InputError
 
 MERGE = "tag:yaml.org,2002:merge"
-MOST_VALUES, MOST_BYTES = (
-    40_000,
-    2**21,
-)  # of a config with its aliases written out; both are read in about 2 s
+MOST_VALUES, MOST_BYTES = 40_000, 2**21  # of a config, values with its aliases written out; read in about 2 s
 OTHER_BASE = re.compile(r"[+-]?(\d[\d_]*(:\d[\d_]*)+(\.\d*)?|0[0-7_]+)")  # 1:30 is 90 to YAML, 010 is 8
 
 
