@@ -13,22 +13,22 @@ SHOWN = ("farthest", "poisson", "uniform", "paper")  # samplers
 
 @styled
 def samplers(tables):
-    """Z of the samplers against n_S in units of the descriptor's own floor, a panel per descriptor; first surface."""
-    surface = tables["samplers"]["surface"].iloc[0]
-    rows = tables["samplers"][tables["samplers"]["surface"] == surface]
+    """Z of the samplers against n_S in units of the descriptor's own floor, a panel per descriptor; means over surfaces."""
     figure = sheet(PAGE, 68)
     for d, name in enumerate(COLOURS):
         panel = axes(figure, 16 + 88 * d, 8, 74, 42)
-        floor = floor_of(tables["changes"], surface, name)
+        floors = floors_of(tables["changes"], name)
+        rows = tables["samplers"][tables["samplers"]["descriptor"] == name]
+        rows = rows.assign(ratio=rows["Z"] / rows["surface"].map(floors))
         for sampler, colour, mark in zip(SHOWN, PALETTE, MARKS, strict=False):
-            own = rows[(rows["descriptor"] == name) & (rows["sampler"] == sampler)]
+            own = rows[rows["sampler"] == sampler].groupby("percent")[["n_S_percent", "ratio"]].mean()
             size = 7 if sampler == SHOWN[0] else 4  # the next one lies upon it
-            panel.plot(own["n_S_percent"], own["Z"] / floor, color=colour, marker=mark, markersize=size)
+            panel.plot(own["n_S_percent"], own["ratio"], color=colour, marker=mark, markersize=size)
         panel.axhline(1, color="0.5", linewidth=0.5, linestyle=":")
         panel.set(
             xscale="log", yscale="log", xlabel="n_S / % of the dots", ylabel="Z / floor", ylim=(0.7, 15)
         )
-        panel.set_title(f"{name}: floor {floor:.2f}")
+        panel.set_title(f"{name}: floor {floors.mean():.2f}")
         panel.set_xticks([2.5, 5, 10, 20, 40], ["2.5", "5", "10", "20", "40"])
         panel.set_yticks([1, 2, 5, 10], ["1", "2", "5", "10"])
         for axis in (panel.xaxis, panel.yaxis):
@@ -43,8 +43,7 @@ def samplers(tables):
     return figure
 
 
-def floor_of(changes, surface, descriptor, change="turned, fresh dots"):
-    """Z between two descriptions of the same surface at the lowest density."""
-    rows = changes[(changes["surface"] == surface) & (changes["descriptor"] == descriptor)]
-    rows = rows[(rows["density"] == rows["density"].min()) & (rows["change"] == change)]
-    return float(rows["Z"].iloc[0])
+def floors_of(changes, descriptor, change="turned, fresh dots"):
+    """Z between two descriptions of the same surface at the lowest density, by surface."""
+    rows = changes[(changes["descriptor"] == descriptor) & (changes["change"] == change)]
+    return rows[rows["density"] == rows["density"].min()].set_index("surface")["Z"]
