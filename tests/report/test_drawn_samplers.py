@@ -6,7 +6,7 @@ import pytest
 from matplotlib.colors import to_hex
 
 from conftest import ROOT
-from drawn import bars_of, colour_of, legend_of, words_of
+from drawn import bars_of, check_texts, colour_of, legend_of, words_of
 from measures import protein_figures
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import comparison_figure, layout
@@ -101,7 +101,7 @@ def test_an_arrow_tells_how_many_times_fewer_dots():
     ax = comparison_figure.comparison_figure(comparison(), "q").axes[0]
     (said,) = [t for t in ax.texts if t.get_text().startswith("same Z")]
     z = 1.6 * 10 / np.sqrt(20)
-    assert said.get_text() == "same Z with 2.6\ntimes fewer dots"
+    assert said.get_text() == "same Z:\n2.6 times\nfewer dots"
     assert said.xy == pytest.approx((20, z))
     (arrow,) = [t for t in ax.texts if t.get_text() == "" and t.xy[1] == pytest.approx(z) and t.xy[0] != 40]
     assert arrow.xy == pytest.approx((20 / 2.56, z)) and arrow.get_position() == pytest.approx((20, z))
@@ -111,6 +111,12 @@ def test_an_arrow_tells_how_many_times_fewer_dots():
     worse = comparison({"farthest": 1.1, "uniform": 1.25, "paper": 1.0})
     texts = comparison_figure.comparison_figure(worse, "q").axes[0].texts
     assert not [t for t in texts if t.get_text().startswith("same Z")]
+
+
+def test_no_text_lies_on_another_where_the_arrow_is_as_high_as_the_reference(monkeypatch):
+    percents = comparison()["percent"].replace({5.0: 2.5, 40.0: 60.0})  # little room to the right of the arrow
+    table = comparison().assign(percent=percents, n_S_percent=percents, empty_patch=90.0)
+    check_texts(comparison_figure.comparison_figure(table, "q"), monkeypatch)
 
 
 @pytest.fixture(scope="module")
