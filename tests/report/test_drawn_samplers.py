@@ -114,7 +114,7 @@ def test_an_arrow_tells_how_many_times_fewer_dots():
 
 
 def test_no_text_lies_on_another_where_the_arrow_is_as_high_as_the_reference(monkeypatch):
-    percents = comparison()["percent"].replace({5.0: 2.5, 40.0: 60.0})  # little room to the right of the arrow
+    percents = comparison()["percent"].replace({5.0: 2.5, 40.0: 60.0})  # little room right of the arrow
     table = comparison().assign(percent=percents, n_S_percent=percents, empty_patch=90.0)
     check_texts(comparison_figure.comparison_figure(table, "q"), monkeypatch)
 
