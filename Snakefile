@@ -282,6 +282,7 @@ rule take_minimal:
         **(ROUGH_SURFACE | FLOORS),
         **(RANGES if config["minimal"]["sampler"] in names("samplers", "choosing") else {}),
         structure=files.structure,
+        table=files.table,
     output:
         **(ENOUGH | FIELDS | inside(CONFORMATION, table="minimal.csv", recovered="recovered.csv")),
         **inside(CONFORMATION, ply="minimal.ply", whole="surface.ply"),
@@ -291,6 +292,7 @@ rule take_minimal:
         **needs("take_minimal", files.dots),
     params:
         **made_by("take_minimal.py", "patches", *defects, "evaluation.test_dots", "minimal", "fields", "seed"),
+        contents=lambda wildcards: code_digests.content(files.protein(wildcards).table or ""),
     message:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:

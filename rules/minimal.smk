@@ -19,6 +19,7 @@ rule take_all_steps:
         unpack(files.frames),
         **KERNELS,
         structures=f"{PROTEIN}/structures",
+        table=files.table,
     output:
         **{f"{step}_{key}": path for step in STEPS for key, path in getattr(rules, step).output.items()},
     log:
@@ -29,6 +30,7 @@ rule take_all_steps:
         **needs("measure_floors", files.dots),
     params:
         **made_by("take_all_steps.py", *OF_STEPS, *defects, "evaluation.test_dots"),
+        contents=rules.take_minimal.params.contents,
         molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
     message:
         "Surface and minimal subset of {wildcards.protein}/{wildcards.conformation}"

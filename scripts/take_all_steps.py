@@ -21,7 +21,9 @@ def main(inputs, outputs, settings, molecule_options, name, threads):
     measure_roughness.main(made, own[measure_roughness], settings, name, threads)
     atoms = inputs | {key: made[key] for key in ("surface", "roughness")} | {"own": made["structure"]}
     measure_floors.main(atoms, own[measure_floors], settings, molecule_options, name, threads)
-    take_minimal.main(made, own[take_minimal], settings, name, threads, whole=False)
+    take_minimal.main(
+        made | {"table": inputs.get("table")}, own[take_minimal], settings, name, threads, whole=False
+    )
     draw_view.main(made, own[draw_view], settings, name, threads)
     tabulate_residues.main(made, own[tabulate_residues], name)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from sparsurf.dot_fields.registry import values
+from sparsurf.dot_fields.registry import FIELDS, values
 from sparsurf.molecules.read_molecule import read_own
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.errors import DENSE, curvature, off_recovered, tails
@@ -34,7 +34,9 @@ def main(inputs, outputs, settings, name, threads=1, whole=True):
     fields = fields_alone(surface)
     parts = {FIELD: surface.fields[FIELD].astype(int)} if FIELD in surface.fields else {}
     if molecule is not None:
-        fields |= values(settings["fields"], molecule, surface.points)
+        table = inputs.get("table") or None
+        names = [name for name in settings["fields"] if table or name in FIELDS]
+        fields |= values(names, molecule, surface.points, table=table)
     surface = replace(surface, fields=fields)
     rough = read_roughness(inputs["roughness"], surface)
     asked = settings["minimal"]

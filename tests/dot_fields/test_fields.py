@@ -145,6 +145,13 @@ def test_a_column_that_cannot_be_a_field_is_refused(tmp_path, molecule, name):
 PEPTIDE_DOTS = (np.zeros((1, 3)), np.array([[0, 0, 1.0]]))
 
 
+def test_a_column_that_is_called_like_a_field_is_refused(tmp_path, molecule):
+    path = tmp_path / "scores.csv"
+    path.write_text("residue,charge,score\n209,1,2\n")
+    with pytest.raises(InputError, match=r"scores\.csv has the column 'charge'"):
+        sparsurf.fields(molecule, PEPTIDE_DOTS, ("charge",), table=path)
+
+
 def test_an_unknown_field_is_refused_with_the_known_ones(molecule):
     with pytest.raises(InputError, match="hydropathy, volume"):
         sparsurf.fields(molecule, PEPTIDE_DOTS, ("colour",))

@@ -18,7 +18,7 @@ RULES = {
     "sampling": {"alpha": [0.5, 1.0], "beta": [0.0], "gamma": [0, 6], "delta": [0]},
     "evaluation": {"test_dots": 20, "draws": 2},
     "tables": {"ranges": 2},
-    "fields": ["hydropathy", "charge"],
+    "fields": ["hydropathy", "score"],
     "compare": {"run": True, "percents": [20, 40], "samplers": ["paper", "uniform", "farthest"]},
     "ensemble": {"run": True, "jobs": 2, "test_dots": 20},
     "complementarity": {
@@ -34,11 +34,12 @@ def given(folder, address):
     write(folder / "moving.pdb", text + "END\n")
     for name, chain, y in (("got", "A", 0.0), ("one", "A", 0.0), ("two", "B", 9.0)):
         write(folder / f"{name}.pdb", peptide(SEQUENCE, chain, origin=(0, y, 0)) + "END\n")
+    (folder / "scores.csv").write_text("residue,score\n2,1\n5,0\n")
     molecule = read_molecule(folder / "one.pdb")
     write_npz(folder / "a1.npz", molecular_surface(molecule.xyz[0], radii(molecule, "dms"), density=9.0))
     digest = hashlib.sha256((folder / "got.pdb").read_bytes()).hexdigest()
     proteins = {
-        "moving": {"structure": "moving.pdb", "residues": "1-6"},
+        "moving": {"structure": "moving.pdb", "residues": "1-6", "table": "scores.csv"},
         "A1": {"surface": "a1.npz"},
         "got": {"url": f"{address}/got.pdb", "sha256": digest},
     }

@@ -198,6 +198,25 @@ def test_a_mistake_is_answered_with_a_sentence(path, value, words):
         assert word in str(error.value)
 
 
+def test_a_field_may_be_a_column_of_every_table(tmp_path):
+    for name, head in (("a", "chain, residue ,score\n"), ("b", 'residue,score,"other"\n')):
+        (tmp_path / f"{name}.csv").write_text(f"{head}A,1,2\n")
+    plain = DEFAULT["proteins"]["tdp43"]
+    entries = {name: plain | {"table": str(tmp_path / f"{name}.csv")} for name in "ab"} | {"c": plain}
+    assert check({"proteins": entries, "fields": ["score", "charge"]})["fields"] == ["score", "charge"]
+    for config, said in (
+        ({"proteins": entries, "fields": ["other"]}, "fields.0 is 'other', but must be one of hydropathy"),
+        ({"proteins": {"c": plain}, "fields": ["charge", "score"]}, "fields.1 is 'score'"),
+        ({"proteins": entries, "fields": ["score"], "seed": -1}, "seed is -1, but must be 0 or more"),
+        ({"proteins": {"a": {"surface": "x.dms", "table": "t.csv"}}}, "remove `table`: it applies to"),
+        ({"proteins": {"a": plain | {"table": "no.csv"}}}, "proteins.a.table: there is no file 'no.csv'"),
+        ({"proteins": {"a": plain | {"table": 3}}, "fields": ["score"]}, "proteins.a.table is 3"),
+    ):
+        with pytest.raises(InputError, match=re.escape(said)) as error:
+            check(config)
+        assert said[:6] == "fields" or "fields." not in str(error.value)
+
+
 def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
     for own in ({"sampler": "poisson"}, {"settle": True}, {}):
         assert check(DEFAULT | {"minimal": own})["minimal"] == DEFAULT["minimal"] | own
@@ -394,6 +413,7 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
         "structure": "x.gro",
         "trajectory": "x.xtc",
     }
+    assert Protein(structure="x.pdb", table="t.csv").files == {"structure": "x.pdb"}
     asked = {"selection": "all", "chains": ["A"], "residues": "1-9", "model": 2, "altloc": "B"}
     asked |= {"hydrogens": "remove", "ligands": True}
     assert Protein(structure="x.pdb", **asked).chosen == asked

@@ -1,5 +1,8 @@
 """Sites of a study: what the config may say of them, the files that they come from, and a study that seeks one."""
 
+import base64
+import re
+import zlib
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,11 +14,15 @@ import sparsurf
 from peptides import peptide, write
 from small_study import output, snakemake
 from sparsurf import InputError
+from sparsurf.dot_fields.smoothing import smoothed
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.workflow.config import check
 from sparsurf.workflow.files_of_sites import FilesOfSites
 
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
 SITE = {"query": "one", "residues": "2-4"}
+SCORES = (0.0, 3.0, 3.0, 7.0, 1.0, 2.0)  # of residues 1 to 6
 TABLE = ["rank", "target", "chain", "residue", "residue_name", "x", "y", "z", "score", "p", "places"]
 
 
@@ -27,6 +34,7 @@ def folder(tmp_path_factory):
     molecule = sparsurf.read_molecule(folder / "one.pdb")
     molecule.xyz[0] = molecule.xyz[0][:, [1, 2, 0]] + [3.0, -2.0, 7.0]
     molecule.write_pdb(folder / "two.pdb")
+    pd.DataFrame({"residue": range(1, 7), "score": SCORES}).to_csv(folder / "scores.csv", index=False)
     write(folder / "dots.csv", "Res,x,y,z,Nx,Ny,Nz\nX,0,0,0,0,0,1\n")
     return folder
 
@@ -111,12 +119,14 @@ def test_a_site_needs_the_places_of_the_conformations_that_it_names():
 
 @pytest.fixture(scope="module")
 def study(folder, tmp_path_factory):
-    """A study that seeks one site, and what it said."""
+    """A study that seeks one site, with a field of its own on one protein, and what it said."""
     place = tmp_path_factory.mktemp("study") / "x"
     sites = {"loop": SITE, "gone": SITE | {"residues": "90"}, "late": SITE | {"targets": ["two/f5"]}}
     sites |= {"bend": {"changes": ["one", "two"]}, "lost": {"changes": ["one", "two/f7"]}}
     config = {"run": "s", "sampling": False, "frames": {"use": "all"}, "evaluation": {"test_dots": 20}}
-    process = snakemake(place, config | {"proteins": proteins(folder), "sites": sites}, "--keep-going")
+    config |= {"fields": ["score", "charge"], "proteins": proteins(folder), "sites": sites}
+    config["proteins"]["one"]["table"] = str(folder / "scores.csv")
+    process = snakemake(place, config, "--keep-going")
     return place / "results" / "s", output(process)
 
 
@@ -139,6 +149,24 @@ def test_a_study_finds_what_find_finds(study):
     assert len(pairs) == hits["places"][0] and set(pairs["residue"]) == {2, 3, 4}
     page = (run / "sites/loop/site.html").read_text()
     assert "is found on 1 of 1" in page and 'href="superposed/01_two_f0.pdb"' in page
+
+
+def test_a_column_of_a_proteins_table_is_a_field_of_that_protein(folder, study):
+    one, two = (study[0] / name / "f0" for name in ("one", "two"))
+    molecule = sparsurf.read_molecule(one / "structure.pdb", selection="all", whole=False)
+    dots = read_npz(one / "surface.npz")
+    score = smoothed(np.array(SCORES)[molecule.residue_index], molecule.xyz[0], dots.points)
+    assert np.ptp(score) > 4
+    np.testing.assert_array_equal(np.load(one / "fields.npz")["score"], score)
+    whole, minimal = read_surface(one / "surface.ply"), pd.read_csv(one / "minimal.csv")
+    np.testing.assert_allclose(whole.fields["score"], score, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(minimal["score"], score[minimal["dot"]], atol=1e-4)
+    mean = pd.Series(score).groupby(molecule.residue_index[dots.atom]).mean()
+    np.testing.assert_allclose(pd.read_csv(one / "residues.csv")["mean_score"], mean, rtol=1e-12)
+    held = max(re.findall(r"[A-Za-z0-9+/=]+", (one / "view.html").read_text()), key=len)
+    assert b'"score"' in zlib.decompress(base64.b64decode(held))
+    assert set(pd.read_csv(one / "fields.csv")["field"]) == {"score", "charge"}
+    assert set(pd.read_csv(two / "fields.csv")["field"]) == {"charge"}  # it has no table
 
 
 def test_what_a_study_cannot_find_is_a_sentence(study):

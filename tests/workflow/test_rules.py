@@ -62,9 +62,9 @@ RULES = {
     ),
     "take_minimal": (
         f"{F0}/minimal.csv",
-        ROUGH | {"floors.csv", "ranges.csv", "structure.pdb"},
+        ROUGH | {"floors.csv", "ranges.csv", "structure.pdb", "scores.csv"},
         ("patches", *DEFECTS, "evaluation.test_dots", "minimal", "fields", "seed"),
-        [],
+        ["CONTENT scores.csv"],
     ),
     "draw_view": (
         f"{F0}/view.html",
@@ -190,9 +190,9 @@ RULES = {
     "judge_simulation": ("water/simulation/quality.csv", {"system", *STAGES}, (), [{"ns": 1}]),
     "take_all_steps": (
         "one/c1/surface.npz",
-        {"structures"} | KERNELS,
+        {"structures", "scores.csv"} | KERNELS,
         ("surface", "patches", "minimal", "fields", "seed", *DEFECTS, "evaluation.test_dots"),
-        [{"residues": "1-6"}],
+        [{"residues": "1-6"}, "CONTENT scores.csv"],
     ),
 }
 SOMETIMES = {  # inputs that no job of these studies has
@@ -218,7 +218,7 @@ def plans(tmp_path_factory):
             (place / "download" / file).touch()
         for table in FRAMES:
             (place / table).write_text("conformation\n" + "".join(f"f{k}\n" for k in range(frames)))
-    once = {"structure": "one.pdb", "residues": "1-6"}
+    once = {"structure": "one.pdb", "residues": "1-6", "table": "scores.csv"}
     water = {"structure": "one.pdb", "simulate": {"ns": 1}}
     steps = {"run": "all", "proteins": {"one": once, "water": water}, "sampling": False}
     before = Path.cwd()

@@ -62,6 +62,11 @@ def column_of_atoms(path, name, molecule):
     return found
 
 
+def columns_of(path):
+    """Names of the columns of a table, see `column_of_atoms`."""
+    return [*_read(path).columns]
+
+
 def _read(path):
     try:
         table = pd.read_csv(

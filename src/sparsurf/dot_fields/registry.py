@@ -11,7 +11,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
-from sparsurf.dot_fields.columns import column_of_atoms
+from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.potential import potential_of_charges
 from sparsurf.dot_fields.smoothing import smoothed
 from sparsurf.molecules.residues import standard_name
@@ -124,10 +124,14 @@ def values(names, molecule, points, charges="table", table=None):
 
     Raises
     ------
-    InputError : a field that neither has, or one that says nothing at any dot
+    InputError : a field that neither has, or both, or one that says nothing at any dot
     """
-    out = {}
+    out, own = {}, columns_of(table) if table is not None else ()
     for name in names:
+        if name in FIELDS and name in own:
+            raise InputError(
+                f"{table} has the column {name!r}, which is a field without it; rename the column."
+            )
         if name in FIELDS:
             options = {"charges": charges} if name == "potential" else {}
             out[name] = FIELDS[name].function(molecule, points, **options)

@@ -1,5 +1,6 @@
 """The config of a study: schema, defaults, and what a schema cannot say, in sentences."""
 
+import csv
 import math
 import os
 from pathlib import Path
@@ -8,7 +9,7 @@ from jsonschema import Draft202012Validator
 
 from sparsurf import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
-from sparsurf.texts import short
+from sparsurf.texts import read_text, short
 from sparsurf.workflow import listing
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.files_of_sites import named_in
@@ -75,7 +76,8 @@ def check(config, files=(), home=".", here=True):
         if isinstance(config["minimal"], dict) and not set(WISHES) & set(config["minimal"]):
             config["minimal"]["floor"] = SCHEMA["properties"]["minimal"]["default"]["floor"]
         config = _with_files_at_home(_with_local_copies(config), Path(home))
-        errors = [sentence(error) for error in Draft202012Validator(SCHEMA).iter_errors(config)]
+        found = _but_own_fields([*Draft202012Validator(SCHEMA).iter_errors(config)], config)
+        errors = [sentence(error) for error in found]
     errors = errors or list(_second_check(config)) + list(too_large(config) if here else ())
     if errors:
         told = [*dict.fromkeys(errors)]
@@ -171,6 +173,17 @@ def _no_values(value, key="the config"):
             what = "has no value; put a value with commas" if comma else "is not read as a string; put it"
             yield f"the key {name!r} in {key} {what} in quotes."
         yield from _no_values(each, f"{key}.{name}".removeprefix("the config."))
+
+
+def _but_own_fields(errors, config):
+    """Errors of the schema without those of a field that is a column of every protein's table, of one at least."""
+    unknown = [error for error in errors if error.validator == "enum" and error.absolute_path[0] == "fields"]
+    if len(unknown) < len(errors):
+        return [error for error in errors if error not in unknown]  # a table may be among the mistakes
+    tables = [entry["table"] for entry in config["proteins"].values() if "table" in entry] if unknown else []
+    heads = [next(csv.reader(read_text(path).splitlines()[:1]), []) for path in tables]
+    own = [{*map(str.strip, head)} for head in heads]
+    return [error for error in unknown if not (own and all(error.instance in head for head in own))]
 
 
 def _second_check(config):

@@ -125,6 +125,10 @@ class FilesOfARun:
         protein = self.protein(wildcards)
         return [content(path) for path in [*protein.files.values(), protein.surface] if path]
 
+    def table(self, wildcards):
+        """The table of a protein's own fields; none where it has none."""
+        return self.protein(wildcards).table or []
+
     def molecule(self, wildcards):
         """The files of a structure or trajectory that enter the study, simulated or not."""
         if wildcards.protein in self.simulated:

@@ -89,7 +89,7 @@ class Protein(Entry):
     @property
     def files(self):
         """Local files of a structure, by key."""
-        return {key: path for key, path in self._given(keys_of_protein("file")).items() if key != "surface"}
+        return self._given(key for key in keys_of_protein("file") if key not in ("surface", "table"))
 
     @property
     def chosen(self):
@@ -105,7 +105,7 @@ class Protein(Entry):
     @property
     def without_meaning(self):
         """Keys that say nothing about a ready surface, where the protein is one."""
-        of_atoms = (*keys_of_protein("chosen"), "simulate", "trajectory")
+        of_atoms = (*keys_of_protein("chosen"), "simulate", "trajectory", "table")
         return [*self._given(of_atoms)] if self.surface else []
 
     def _given(self, keys):
