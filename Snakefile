@@ -74,6 +74,7 @@ FIRST_PAGE = inside(RUN, html="index.html", failures="failures.csv", part=".fron
 wildcard_constraints:
     protein=one_of(files.proteins),
     conformation="[cf][0-9]+",
+    pair=one_of(pairs.names),
 
 
 # What a run is asked for

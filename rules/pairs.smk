@@ -5,10 +5,6 @@ PAIR_LOGS = f"{LOGS}/pairs/{{pair}}"
 DOTS = inside(PAIR, dots="propensity.csv")
 
 
-wildcard_constraints:
-    pair=one_of(pairs.names),
-
-
 rule make_partners:
     input:
         unpack(pairs.given),
@@ -74,37 +70,21 @@ rule tabulate_pair_residues:
 
 rule draw_pair:
     input:
-        unpack(pairs.partners("surface")),
+        unpack(pairs.partners("surface", "structure")),
         **(DOTS | KERNELS),
     output:
         **figure(f"{PAIR}/book", "{pair}", "book", "Pairs"),
+        view_1=shown(f"{PAIR}/view_1.html", "{pair}, partner 1 to turn", "pair_view", "Pairs"),
+        view_2=shown(f"{PAIR}/view_2.html", "{pair}, partner 2 to turn", "pair_view", "Pairs"),
     log:
         f"{PAIR_LOGS}/draw_pair.log",
     localrule: True
     params:
-        **made_by("draw_pair.py"),
+        **made_by("draw_pair.py", "patches", *defects, "seed"),
     message:
-        "Picture of both partners of {wildcards.pair}"
+        "Pictures of both partners of {wildcards.pair}"
     script:
         "../scripts/draw_pair.py"
-
-
-rule draw_pair_views:
-    input:
-        unpack(pairs.partners("surface", "structure")),
-        **(DOTS | KERNELS),
-    output:
-        view_1=shown(f"{PAIR}/view_1.html", "{pair}, partner 1 to turn", "pair_view", "Pairs"),
-        view_2=shown(f"{PAIR}/view_2.html", "{pair}, partner 2 to turn", "pair_view", "Pairs"),
-    log:
-        f"{PAIR_LOGS}/draw_pair_views.log",
-    localrule: True
-    params:
-        **made_by("draw_pair_views.py", "patches", *defects, "seed"),
-    message:
-        "Pages of both partners of {wildcards.pair} to look at"
-    script:
-        "../scripts/draw_pair_views.py"
 
 
 if config["complementarity"]["thinning"]["run"]:

@@ -67,6 +67,25 @@ rule draw_site:
         "../scripts/draw_site.py"
 
 
+if len(sites.sought) > 1:
+
+    rule summarise_sites:
+        input:
+            hits=expand(HITS["hits"], site=sites.sought),
+        output:
+            **figure(f"{RUN}/sites/matrix", "All sites on all surfaces", "matrix", "Sites"),
+            matrix=f"{RUN}/sites/matrix.csv",
+        log:
+            f"{LOGS}/summarise_sites.log",
+        localrule: True
+        params:
+            **made_by("summarise_sites.py"),
+        message:
+            "All sites on all surfaces"
+        script:
+            "../scripts/summarise_sites.py"
+
+
 rule compare_forms:
     input:
         unpack(sites.forms),

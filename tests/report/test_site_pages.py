@@ -7,8 +7,9 @@ import pandas as pd
 from scipy.spatial.transform import Rotation
 from test_html import Page
 
+import summarise_sites
 from sparsurf.pairs.changes import CHANNELS, RARE
-from sparsurf.report.figures.site_figures import FAR, carried, distance_from
+from sparsurf.report.figures.site_figures import FAR, carried, distance_from, matrix_figure
 from sparsurf.report.first_page import of_changes, of_site, site_galleries
 from sparsurf.report.page import render
 from sparsurf.report.site_page import (
@@ -135,6 +136,37 @@ def test_sites_and_forms_have_their_pictures_on_the_first_page():
             [("sites/a/site.png",) * 2 + ("site",), ("sites/a/view_1.html", "", "view_1")],
         ),
         ("b", [("sites/b/changes.html", "changes")], []),
+    ]
+
+
+def test_all_sites_stand_against_all_surfaces(tmp_path):
+    outputs = {"matrix": tmp_path / "run/sites/matrix.csv", "png": str(tmp_path / "run/sites/matrix.png")}
+    rows = {"a": [("b/c1", 9.0, 0.001, 5), ("c/c1", 2.0, 0.2, 3)], "b": [("a/c1", 7.0, 0.04, 4)]}
+    for site, own in rows.items():
+        (tmp_path / "run/sites" / site).mkdir(parents=True)
+        hits = pd.DataFrame(own, columns=["target", "score", "p", "places"]).assign(residue="A")
+        hits.to_csv(tmp_path / "run/sites" / site / "hits.csv", index=False)
+    summarise_sites.main({"hits": [str(tmp_path / f"run/sites/{site}/hits.csv") for site in rows]}, outputs)
+    table = pd.read_csv(outputs["matrix"])
+    assert table.to_numpy().tolist() == [
+        ["a", "b/c1", 9.0, 0.001, 5, 1],
+        ["a", "c/c1", 2.0, 0.2, 3, 0],
+        ["b", "a/c1", 7.0, 0.04, 4, 1],  # of one target, of two it would not count
+    ]
+    ax = matrix_figure("run", table).axes[0]
+    np.testing.assert_allclose(
+        ax.images[0].get_array().filled(np.nan),
+        [[np.nan, 3, -np.log10(0.2)], [-np.log10(0.04), np.nan, np.nan]],
+    )
+    assert ax.lines[0].get_xydata().tolist() == [[1, 0], [0, 1]]
+    assert [each.get_text() for each in ax.get_xticklabels()] == ["a/c1", "b/c1", "c/c1"]
+    assert [each.get_text() for each in ax.get_yticklabels()] == ["a", "b"]
+    assert site_galleries(["sites/matrix.csv", "sites/matrix.png"]) == [
+        (
+            "all sites",
+            [("sites/matrix.csv", "matrix")],
+            [("sites/matrix.png", "sites/matrix.png", "matrix")],
+        )
     ]
 
 

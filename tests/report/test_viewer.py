@@ -11,10 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import draw_pair_views
+import draw_pair
 import draw_view
 from browser import Browser, programs
 from sparsurf.recovery.readings import READINGS
+from sparsurf.report.figures import layout
 from sparsurf.report.viewer import packing
 from sparsurf.report.viewer import page as viewer
 from sparsurf.sampling import law
@@ -647,9 +648,10 @@ def test_partners_are_coloured_by_propensity_and_gap(evaluator, tmp_path, monkey
     dots.assign(propensity_smoothed=0.5 * dots["partner"], gap=10 * dots["partner"]).to_csv(inputs["dots"])
     shown = []
     monkeypatch.setattr(
-        draw_pair_views, "coloured_page", lambda title, *given: shown.append((title, given[3])) or title
+        draw_pair, "coloured_page", lambda title, *given: shown.append((title, given[3])) or title
     )
-    draw_pair_views.main(inputs, outputs, SETTINGS, "pair")
+    monkeypatch.setattr(draw_pair, "book_figure", lambda *_: layout.sheet(9, 9))  # seen in test_pairs.py
+    draw_pair.main(inputs, outputs | {"png": str(tmp_path / "book.png")}, SETTINGS, "pair")
     for side, (title, values) in enumerate(shown, 1):
         assert title == outputs[f"view_{side}"].read_text() == f"pair, partner {side}"
         found = [(each.values[0], len(each.values), each.low_is, each.high_is) for each in values]

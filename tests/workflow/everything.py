@@ -45,6 +45,7 @@ def given(folder, address):
     }
     pairs = {"both": {"proteins": ["moving", "got"]}, "two": {"files": ["one.pdb", "two.pdb"]}}
     sites = {"turn": {"query": "moving/f1", "residues": "2-4", "targets": ["got"]}}
+    sites |= {"back": {"query": "got", "residues": "2-4", "targets": ["moving/f1"]}}
     sites["bend"] = {"changes": ["moving", "got"]}
     return RULES | {"run": "all", "proteins": proteins, "pairs": pairs, "sites": sites, "paper": "A1"}
 

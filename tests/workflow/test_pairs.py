@@ -129,7 +129,7 @@ def settings(folder):
         "recovered": False,
         "draws": 1,
     }
-    keys = ("surface", "patches", "seed")
+    keys = ("surface", "patches", "sampling", "seed")
     return {key: checked[key] for key in keys} | {"complementarity": rules}
 
 
@@ -234,7 +234,8 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
     written = [line for line in Path(outputs["pdb_2"]).read_text().split("\n") if line[17:20] == "LYS"]
     assert len(written) > 0 and {line[60:66] for line in written} == {" -1.00"}
 
-    draw_pair.main(sides | {"dots": files["dots"]}, {"png": str(out / "book.png")}, "touching")
+    drawn = {"png": str(out / "book.png")} | {f"view_{k}": str(out / f"view_{k}.html") for k in (1, 2)}
+    draw_pair.main(sides | {"dots": files["dots"]}, drawn, settings, "touching")
     picture = imread(out / "book.png")[..., :3]
     assert ((picture[..., 0] > 0.55) & (picture[..., 2] < 0.15)).mean() > 0.003  # the interface in vermillion
 
@@ -255,7 +256,8 @@ def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, to
     assert 'href="residues.csv"' in Path(files["page"]).read_text(encoding="utf-8")
     assert len(pd.read_csv(files["agreement"])) == 0
     assert pd.read_csv(files["dots"])["propensity_smoothed"].notna().all()
-    draw_pair.main(sides | {"dots": files["dots"]}, {"png": str(out / "book.png")}, "apart")
+    drawn = {"png": str(out / "book.png")} | {f"view_{k}": str(out / f"view_{k}.html") for k in (1, 2)}
+    draw_pair.main(sides | {"dots": files["dots"]}, drawn, settings, "apart")
 
     # a ready surface: the same without atoms
     bare = {key: path for key, path in sides.items() if key.startswith("surface")}

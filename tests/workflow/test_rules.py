@@ -127,9 +127,8 @@ RULES = {
         ("patches", "complementarity", "seed"),
         [],
     ),
-    "draw_pair": (f"{PAIR}/book.svg", {*PARTNERS[0], "propensity.csv"} | KERNELS, (), []),
-    "draw_pair_views": (
-        f"{PAIR}/view_1.html",
+    "draw_pair": (
+        f"{PAIR}/book.svg",
         {*PARTNERS[0], *PARTNERS[1], "propensity.csv"} | KERNELS,
         ("patches", *DEFECTS, "seed"),
         [],
@@ -150,6 +149,7 @@ RULES = {
         ("patches", *DEFECTS, "seed"),
         [TURN],
     ),
+    "summarise_sites": ("sites/matrix.csv", {f"{SITE}/hits.csv", "sites/back/hits.csv"}, (), []),
     "compare_forms": (
         "sites/bend/changes.csv",
         PARTNERS[0] | PARTNERS[1] | KERNELS,
@@ -172,7 +172,10 @@ RULES = {
         "warnings.csv",
         None,
         (),
-        ["results/all/logs", ["A1", "got", "moving", "pairs/both", "pairs/two", "sites/bend", SITE]],
+        [
+            "results/all/logs",
+            ["A1", "got", "moving", "pairs/both", "pairs/two", "sites/back", "sites/bend", SITE],
+        ],
     ),
     "write_front_page": ("index.html", None, (), [{}, "fresh dots"]),
     "prepare_system": (
@@ -276,7 +279,7 @@ def test_a_run_asks_for_all_that_its_rules_make(plans):
     made = {file for job in jobs if job["rule"] not in ONLY_READ for file in job["output"]}
     marks = {file for file in made if file.endswith(".complete")}
     asked = inputs["all",]
-    assert asked == made and len(marks) == 7
+    assert asked == made and len(marks) == 8
     first = {f"results/all/{name}" for name in ("index.html", "failures.csv", ".front_page.html")}
     kernels = {f"results/all/{name}" for name in KERNELS}
     results = asked - marks - kernels - first

@@ -335,7 +335,8 @@ def pair_galleries(files):
 
 def site_galleries(files):
     """The same of sites, and of forms that were compared."""
-    found = []
+    matrix = "sites/matrix.csv", "sites/matrix.png"
+    found = [("all sites", [(matrix[0], "matrix")], [(matrix[1],) * 2 + ("matrix",)])] * (matrix[1] in files)
     for path in files:
         folder, _, name = path.removesuffix(".html").rpartition("/")
         if folder.startswith("sites/") and name in OF_SITE and path.endswith(".html"):

@@ -53,7 +53,12 @@ def laid_file(rank, target):
 
 def found_on(hits):
     """On how many targets a site is found: p times their number is rare."""
-    return int((hits["p"] * len(hits) < RARE).sum())
+    return int(is_found(hits).sum())
+
+
+def is_found(hits):
+    """Which rows of a hits.csv count, bool."""
+    return hits["p"] * len(hits) < RARE
 
 
 def where(row):

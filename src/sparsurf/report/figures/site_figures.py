@@ -1,6 +1,7 @@
 """Figures of sites: the site and its hits side by side, all seen from the same side; two forms and where they differ."""
 
 import numpy as np
+import pandas as pd
 from matplotlib import colors
 from scipy.spatial import cKDTree
 
@@ -13,6 +14,7 @@ AROUND = 12.0  # Å around the site that the pictures show
 ON_IT = 1.5  # Å; dots of a hit nearer to the site laid on it take its colour
 FAR = 20.0  # Å, where the colours of distances end
 WIDTH, HEIGHT = 86, 60  # mm of a picture
+RAREST = 1e-4  # p, where the colours of a matrix end
 LEGEND = 6  # residues that a line names
 REST = render.PALE
 
@@ -82,6 +84,42 @@ def site_figure(name, panels, residues):
     for k, residue in enumerate(residues):
         x, y = 2 + 30 * (k % LEGEND), rows * (HEIGHT + 12) + 4 * (k // LEGEND)
         layout.text(figure, x, y, f"■ {residue}", color=PALETTE[k % len(PALETTE)])
+    return figure
+
+
+@styled
+def matrix_figure(name, table):
+    """How rarely chance matches each site on each target as well.
+
+    Parameters
+    ----------
+    name : str
+    table : DataFrame of matrix.csv: site, target, p, found
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    sites, targets = table["site"].unique(), np.unique(table["target"])
+    rows, columns = pd.Index(sites).get_indexer(table["site"]), np.searchsorted(targets, table["target"])
+    shown = np.full((len(sites), len(targets)), np.nan)
+    shown[rows, columns] = -np.log10(table["p"].clip(lower=RAREST))
+    left, top = (2 + layout.LETTER * max(map(len, names)) for names in (sites, targets))
+    one = min(6.0, (layout.PAGE - left - 20) / len(targets))
+    width, height = one * len(targets), one * len(sites)
+    figure = layout.sheet(left + width + 20, top + max(height, 30) + 4, name)
+    ax = layout.axes(figure, left, top, width, height)
+    scale = layout.scale(0, -np.log10(RAREST))
+    ax.imshow(shown, cmap=scale.cmap, norm=scale.norm, aspect="auto")
+    found = table["found"] == 1
+    ax.plot(columns[found], rows[found], "o", color="white", markeredgecolor="black", markersize=one / 2)
+    for axis, names, room in ((ax.xaxis, targets, width), (ax.yaxis, sites, height)):
+        own = layout.thinned(np.arange(len(names)), 3.0, room)
+        axis.set_ticks(own, names[own], rotation=90 if axis is ax.xaxis else 0)
+    ax.xaxis.tick_top()
+    bar = figure.colorbar(scale, cax=layout.axes(figure, left + width + 4, top, 2.5, 30))
+    bar.set_ticks(range(5), labels=["1", "0.1", "0.01", "0.001", "0.0001"])
+    bar.set_label("p")
     return figure
 
 
