@@ -11,7 +11,6 @@ from sparsurf.study.enough import smallest_n_s
 from sparsurf.study.statistics import LEVEL, estimate
 
 REFERENCE = "uniform"  # sampler that the others are set against
-RANKING = ("farthest", "uniform", "paper")  # expected order of Z, best first
 # What a factor is whose n_S `smallest_n_s` finds beyond those that were measured
 BOUND = {0.0: "more than ", np.inf: "less than "}
 OF_ERROR = ("Z as_written", "Z centres")  # the Z of each use that `needed` speaks of
@@ -60,23 +59,6 @@ def all_needed(table):
     return pd.concat([needed(table, measure) for measure in OF_ERROR], ignore_index=True)
 
 
-def times_fewer(table, of, than, percent):
-    """How many times fewer dots `of` needs for the Z that `than` reaches at a requested n_S.
-
-    Parameters
-    ----------
-    table : DataFrame
-        See `measuring.compare`.
-
-    Returns
-    -------
-    float, and '' or, where the n_S lies beyond those that were measured, 'more than ' or 'less than '.
-    """
-    rows = needed(table)
-    row = rows[(rows["sampler"] == than) & (rows["percent"] == percent)].iloc[0]
-    return factor_of(row, of, ends_of(table))
-
-
 def ends_of(table, measure="Z as_written"):
     """The smallest and the largest n_S in % that were measured, (2,), of each sampler."""
     own = table[table["measure"] == measure].groupby("sampler")["n_S_percent"]
@@ -84,17 +66,14 @@ def ends_of(table, measure="Z as_written"):
 
 
 def factor_of(row, of, ends):
-    """`times_fewer` from a row of `needed`, with what `ends_of` gives."""
+    """How many times fewer dots the sampler `of` needs for the Z of a row of `needed`, with what `ends_of` gives.
+
+    Returns
+    -------
+    float, and '' or, where the n_S lies beyond those that were measured, 'more than ' or 'less than '.
+    """
     own, other = row[row["sampler"]], row[of]
     return float(own / np.clip(other, *ends[of])), BOUND.get(other, "")
-
-
-def ranking(table, measure="Z as_written", order=RANKING):
-    """Whether Z rises in the given order at each requested n_S: Series of bool; empty where a sampler is missing."""
-    matrix = values_of(table, measure)
-    if not set(order) <= set(matrix.index):
-        return pd.Series(dtype=bool)
-    return matrix.loc[list(order)].diff().iloc[1:].gt(0).all()
 
 
 def paired(raw, percents, measures=("Z as_written", "Z scaled", "Z centres"), against=AGAINST):
