@@ -3,6 +3,7 @@
 import gzip
 import logging
 import os
+import re
 import signal
 import tempfile
 import zlib
@@ -14,7 +15,10 @@ import pytest
 from conftest import ROOT, make_blob
 from peptides import STEP, peptide
 from sparsurf import InputError
+from sparsurf.dot_fields.charges import pqr_charges
+from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.sites.describing import load_sites
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -176,6 +180,42 @@ def test_an_empty_path_or_a_circle_of_links_is_a_sentence(tmp_path):
         for reader in (read_molecule, read_surface):
             with pytest.raises(InputError, match=words):
                 reader(path)
+
+
+EXAMPLE = ROOT / "data" / "tdp43" / "topology.pdb"
+READERS = {  # of every kind of file that a command takes
+    **dict.fromkeys(["pdb", "cif", "gro", "h5"], read_molecule),
+    **dict.fromkeys(["psf", "prmtop"], lambda path: read_molecule(path, path.with_suffix(".xtc"))),
+    **dict.fromkeys(["xtc", "dcd", "nc", "mdcrd", "rst7"], lambda path: read_molecule(EXAMPLE, path)),
+    **dict.fromkeys(["csv", "npz", "dms", "minimal"], read_surface),
+    "sites": load_sites,
+    "pqr": pqr_charges,
+    "table": lambda path: column_of_atoms(path, "value", read_molecule(EXAMPLE)),
+}
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_a_pipe_a_device_a_folder_or_nothing_is_a_sentence_at_once(tmp_path, kind):
+    path = tmp_path / f"a.{kind}"
+    signal.signal(signal.SIGALRM, lambda *_: pytest.fail("it is read without end"))
+    signal.alarm(SECONDS)
+    try:
+        for begin, end, words in (
+            (lambda: None, lambda: None, f"{path} does not exist"),
+            (
+                lambda: os.mkfifo(path),
+                path.unlink,
+                f"{path} is a pipe or a device: store what it gives in a file",
+            ),
+            (lambda: path.symlink_to(os.devnull), path.unlink, f"{path} is a pipe or a device"),
+            (path.mkdir, path.rmdir, f"{path} is a folder: give one file"),
+        ):
+            begin()
+            with pytest.raises(InputError, match=re.escape(words)):
+                READERS[kind](path)
+            end()
+    finally:
+        signal.alarm(0)
 
 
 N = 300

@@ -3,6 +3,7 @@
 import codecs
 import gzip
 import os
+import stat
 import zlib
 from pathlib import Path
 
@@ -32,27 +33,45 @@ def as_path(given):
     return Path(given)
 
 
+def as_file(given):
+    """A Path of what can be read to its end; InputError for a folder, a pipe, a device, and where nothing is."""
+    path = as_path(given)
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        raise InputError(f"{short(path)} does not exist: check the path.") from None
+    except (OSError, ValueError) as error:  # a name with a byte of zero is a ValueError
+        raise _unreadable(path, error) from None
+    if stat.S_ISDIR(mode):
+        raise InputError(
+            f"{short(path)} is a folder: give one file, or let a study take all, `proteins: {{folder: {short(path)}}}`."
+        )
+    if not stat.S_ISREG(mode):
+        raise InputError(
+            f"{short(path)} is a pipe or a device: store what it gives in a file, and give that."
+        )
+    return path
+
+
+def _unreadable(path, error):
+    return InputError(f"{short(path)} cannot be read: {getattr(error, 'strerror', None) or error}.")
+
+
 def read_bytes(path):
     """Bytes of a file, unpacked if its name ends in .gz."""
-    path = as_path(path)
+    path = as_file(path)
     name = short(path)
     try:
         with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as stream:
             content = stream.read(MOST_BYTES + 1)
-    except IsADirectoryError:
-        raise InputError(
-            f"{name} is a folder: give one file, or let a study take all, `proteins: {{folder: {name}}}`."
-        ) from None
-    except FileNotFoundError:
-        raise InputError(f"{name} does not exist: check the path.") from None
     except gzip.BadGzipFile as error:
         if "Not a gzipped file" in str(error) and not _begins_as_gzip(path):
             raise InputError(f"{name} is named .gz but is not gzip: rename or compress it.") from None
         raise InputError(f"{name} is damaged inside its gzip: copy it again.") from None
     except (EOFError, zlib.error):
         raise InputError(f"{name} is cut short or damaged inside its gzip: copy it again.") from None
-    except (OSError, ValueError) as error:  # a name with a byte of zero is a ValueError
-        raise InputError(f"{name} cannot be read: {getattr(error, 'strerror', None) or error}.") from None
+    except OSError as error:
+        raise _unreadable(path, error) from None
     if len(content) > MOST_BYTES:
         raise InputError(f"{name} holds more than {MOST_BYTES // 2**20} MB (unpacked): give a smaller file.")
     return content

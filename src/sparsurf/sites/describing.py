@@ -85,8 +85,9 @@ def load_sites(path):
     import io
     import zipfile
 
+    content = read_bytes(path)
     try:
-        with np.load(io.BytesIO(read_bytes(path)), allow_pickle=False) as file:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
             held = {key: file[key] for key in file.files}
         version = int(held["version"])
         n, wide = len(held["points"]), 1 + len(held["fields"])
