@@ -2,9 +2,11 @@
 
 import codecs
 import gzip
+import logging
 import os
 import stat
 import zlib
+from contextlib import contextmanager
 from pathlib import Path
 
 from sparsurf import InputError
@@ -98,3 +100,14 @@ def text_of(content, path):
 def read_text(path):
     """Text of a file, see `read_bytes` and `text_of`."""
     return text_of(read_bytes(path), path)
+
+
+@contextmanager
+def said_before():
+    """Warn of nothing: of what a study wrote itself, it was said of the file that it came from."""
+    log = logging.getLogger("sparsurf")
+    before, log.disabled = log.disabled, True
+    try:
+        yield
+    finally:
+        log.disabled = before

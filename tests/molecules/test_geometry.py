@@ -14,6 +14,7 @@ from sparsurf.molecules import geometry
 from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, read_own
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
+USED = ("N", "CA", "C", "CB")  # whose places make a residue L or D
 
 
 @pytest.fixture(scope="module")
@@ -67,12 +68,25 @@ def test_another_order_of_the_atoms_is_refused(molecule):
     refused(replace(molecule, xyz=molecule.xyz[:, inside]), "of the bonds that its names imply")
 
 
-def test_equal_residues_in_another_order_are_refused(tmp_path):
+def test_equal_residues_in_another_order_are_refused(tmp_path, caplog):
     lines = peptide(["ALA"] * 20).splitlines(keepends=True)
-    atoms = np.arange(100).reshape(20, 5)[np.random.default_rng(5).permutation(20)].ravel()
-    mixed = "".join(line[:30] + lines[atom][30:] for line, atom in zip(lines, atoms, strict=True))
-    with pytest.raises(InputError, match="of the bonds that its names imply are there in frame 0; copy it"):
-        read_molecule(write(tmp_path / "a.pdb", mixed + "END\n"))
+
+    def mixed(order):
+        atoms = np.arange(100).reshape(20, 5)[order].ravel()
+        text = "".join(line[:30] + lines[atom][30:] for line, atom in zip(lines, atoms, strict=True))
+        return read_molecule(write(tmp_path / "a.pdb", text + "END\n"))
+
+    swapped = [1, 0, 2, 4, 3, 5, 7, 6, 8, 10, 9]  # three bonds of each swap are gone, two of the first
+    for order, share in (
+        (np.random.default_rng(5).permutation(20), r"\d"),
+        ([*swapped, *range(11, 20)], "42"),
+    ):
+        words = f"only {share}% of the bonds that its names imply are there in frame 0; copy it"
+        with pytest.raises(InputError, match=words):
+            mixed(order)
+    assert (
+        mixed([*swapped[:5], *range(5, 20)]).n_residues == 20 and "5 peptide bonds are missing" in caplog.text
+    )
 
 
 def test_a_part_far_away_is_refused_and_two_chains_of_a_crystal_are_not(tmp_path):
@@ -116,10 +130,20 @@ def test_alternate_locations_that_are_not_there_are_told(caplog):
     assert "altloc" not in warned(caplog, TOPOLOGY, altloc="highest")
 
 
+@pytest.mark.parametrize(
+    ("again", "words"),
+    [((4,), "1 atom stands twice in its residue"), ((3, 4), "2 atoms stand twice in their")],
+)
+def test_atoms_that_stand_twice_are_counted(tmp_path, caplog, again, words):
+    lines = peptide().splitlines(keepends=True)
+    text = "".join([*lines[:5], *(lines[k] for k in again), *lines[5:], "END\n"])
+    assert f"a.pdb: {words}" in warned(caplog, write(tmp_path / "a.pdb", text))
+
+
 def test_models_that_are_announced_and_missing_are_told(tmp_path, caplog):
     models = "".join(f"MODEL        {k}\n{peptide()}ENDMDL\n" for k in (1, 2)) + "END\n"
-    path = write(tmp_path / "a.pdb", f"NUMMDL    20\n{models}")
-    assert "a.pdb announces 20 models and holds 2" in warned(caplog, path)
+    path = write(tmp_path / "a.pdb", f"NUMMDL    3\n{models}")
+    assert "a.pdb announces 3 models and holds 2" in warned(caplog, path)
     assert "announces" not in warned(caplog, write(tmp_path / "b.pdb", f"NUMMDL    2\n{models}"))
 
 
@@ -145,6 +169,9 @@ def test_time_that_goes_back_is_told(tmp_path, caplog):
     frames.time = np.array([0.0, 1, 0, 1])
     frames.save(str(tmp_path / "a.xtc"))
     assert "time goes back to 0 ps at frame 2" in warned(caplog, TOPOLOGY, tmp_path / "a.xtc")
+    frames.time = np.array([0.0, 1, 1, 2])
+    frames.save(str(tmp_path / "b.xtc"))
+    assert np.isnan(read_molecule(TOPOLOGY, tmp_path / "b.xtc").time_ps).all()  # no time of any frame is sure
 
 
 def test_a_lactam_bridge_is_no_missing_atom(tmp_path, caplog):
@@ -205,6 +232,19 @@ def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
         replace(molecule, xyz=1.1 * molecule.xyz)
     )
     assert "mirror image" in told(replace(molecule, xyz=molecule.xyz * [1, 1, -1]))
+    for most, words in ((220, "mirror image"), (212, "")):  # D-amino acids up to there: 11 and 3 of 13
+        xyz = molecule.xyz.copy()
+        for residue in range(209, most + 1):
+            own = {
+                name: np.flatnonzero((molecule.residue == str(residue)) & (molecule.name == name))
+                for name in USED
+            }
+            if all(map(len, own.values())):
+                n, ca, c, cb = (xyz[:, own[name][0]] for name in USED)
+                across = np.cross(n - ca, c - ca)
+                across /= np.linalg.norm(across, axis=1)[:, None]
+                xyz[:, own["CB"][0]] -= 2 * ((cb - ca) * across).sum(axis=1)[:, None] * across
+        assert words in told(replace(molecule, xyz=xyz)) and bool(words) == ("mirror" in caplog.text)
     assert "one atom alone" in told(molecule.take([4]))
     names = {
         key: np.tile(getattr(molecule, key), 2)

@@ -124,6 +124,7 @@ def test_trajectory_and_topology_have_to_fit(shared):
     refused(folder / "tz2.parm7", "DPDP.nc .*332 .*223", folder / "DPDP.nc", selection="name CA CB")
     refused(shared / "example" / "topology.pdb", "has 22 atoms and", folder / "ala2.h5")
     refused(folder / "tz2.parm7", "holds no coordinates: give the trajectory")
+    assert read_molecule(folder / "tz2.parm7", folder / "tz2.nc").residue[[0, -1]].tolist() == ["1", "13"]
     refused(
         folder / "tz2.nc", "is a trajectory: give it as the trajectory, and its topology as the structure"
     )

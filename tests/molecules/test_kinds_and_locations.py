@@ -12,7 +12,7 @@ from sparsurf.molecules.atom_table import choose_altlocs, missing_residues, numb
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.pdb import _decoded, _encoded, read_pdb
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.molecules.residues import element_of, heavy_atoms_found, residue_kinds
+from sparsurf.molecules.residues import HEAVY_ATOMS, element_of, heavy_atoms_found, residue_kinds
 
 NUCLEOTIDE = {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}
 
@@ -63,6 +63,18 @@ def test_heavy_atoms_are_counted_against_the_standard_residue():
     elements = np.array(["N", "C", "C", "O", "C", "H", "N", "D"])
     found, expected = heavy_atoms_found(names, index, elements)
     assert (found.tolist(), expected.tolist()) == ([5, 1], [5, 10])
+
+
+def test_heavy_atoms_are_those_that_most_residues_of_real_structures_have(shared):
+    counts = {}
+    for name in ("1BD2.pdb.gz", "1a8o_mse.pdb", "3mht_dna.pdb"):
+        molecule = read_molecule(shared / "data" / "structures" / name, selection="all")
+        heavy = ~np.isin(molecule.element, ["H", "D"]) & (molecule.name != "OXT")
+        for residue in np.unique(molecule.residue_index):
+            own = molecule.residue_index == residue
+            counts.setdefault(molecule.residue_name[own][0], []).append(int((own & heavy).sum()))
+    usual = {name: max(set(found), key=found.count) for name, found in counts.items() if name in HEAVY_ATOMS}
+    assert usual == {name: HEAVY_ATOMS[name] for name in usual} and HEAVY_ATOMS.keys() - usual == set("ACGU")
 
 
 # ---- elements
@@ -119,6 +131,11 @@ ROWS = (
             ["CB B", "OG B"],
         ),
         ("highest", (("CB", "B", 0.3), ("CB", "A", 0.7)), ["CB A"]),
+        (
+            "highest",
+            (("CB", "A", 0.7), ("OG", "A", 0.1), ("CB", "B", 0.5), ("OG", "B", 0.5)),
+            ["CB B", "OG B"],
+        ),
     ],
 )
 def test_one_location_of_each_atom(altloc, rows, expected):
@@ -147,6 +164,11 @@ def test_a_complete_sequence_lacks_nothing():
 def test_hybrid_36_at_its_limits(number, field):
     assert _encoded(str(number)) == f"{field} "
     assert _decoded(field) == str(number)
+
+
+def test_a_line_that_ends_behind_its_place_has_an_occupancy_of_1_and_no_b_factor():
+    atoms = read_pdb(atom_line("CA")[:54] + "\n" + atom_line("CB", occupancy=0.5), "a.pdb").atoms
+    assert atoms.occupancy.tolist() == [1.0, 0.5] and np.isnan(atoms.b_factor).tolist() == [True, False]
 
 
 def test_two_letters_of_a_chain_or_four_of_a_residue(tmp_path):

@@ -415,6 +415,7 @@ def test_nucleic_acids_are_chosen_by_chain(shared):
         ("A:3-52", ["3", "52"]),
         ("A:3-52A", ["3", "52", "52A"]),
         ("52A-52B", ["52A", "52B"]),
+        ("52a-52b", ["52A", "52B"]),  # as in the file or not
         ("A:3,52B,B:60", ["3", "52B", "60"]),
         (["A:3", "B:60"], ["3", "60"]),
         ("3,60", ["A 3", "A 60", "B 3", "B 60"]),  # no chain: all of them

@@ -8,7 +8,7 @@ import pytest
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.formats.npz import read_npz, write_npz
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
@@ -58,10 +58,14 @@ def test_directions_are_judged(dots, caplog):
     assert "normals point inwards" in judged(caplog, dots.points, -dots.normals)
 
 
-def test_a_surface_that_does_not_close_is_told(dots, caplog):
-    """The first half of the dots, which are in the order of the atoms."""
+def test_a_surface_that_does_not_close_is_told_once(dots, caplog, tmp_path):
+    """The first half of the dots, which are in the order of the atoms; a study's own file repeats nothing."""
     half = slice(len(dots) // 2)
     assert "do not close around a molecule" in judged(caplog, dots.points[half], dots.normals[half])
+    write_npz(tmp_path / "a.npz", dots.take(half))
+    caplog.clear()
+    assert len(read_npz(tmp_path / "a.npz")) == len(dots) // 2 and not caplog.text
+    assert len(read_surface(tmp_path / "a.npz")) == len(dots) // 2 and "do not close" in caplog.text
 
 
 def test_a_dot_far_from_the_others_is_refused(dots, caplog):

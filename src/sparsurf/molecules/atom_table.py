@@ -107,7 +107,8 @@ def report_duplicates(atoms, path):
     identity = first_model.assign(number=number_residues(first_model))[["number", "residue_name", "name"]]
     count = int(identity.duplicated().sum())
     if count:
-        log.warning("%s: %s twice in their residue", path, counted(count, "atom"))
+        words = "stands twice in its residue" if count == 1 else "stand twice in their residues"
+        log.warning("%s: %s %s", path, counted(count, "atom"), words)
 
 
 def _kept_of_residue(residue, altloc):

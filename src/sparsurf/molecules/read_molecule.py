@@ -42,7 +42,7 @@ from sparsurf.molecules.trajectory import (
     table_of,
 )
 from sparsurf.molecules.unwrapping import make_whole
-from sparsurf.texts import counted, read_text
+from sparsurf.texts import counted, read_text, said_before
 
 log = logging.getLogger("sparsurf")
 
@@ -310,11 +310,8 @@ def _report_missing(molecule, missing, path):
 
 def read_own(path):
     """The Molecule of a structure that a study wrote itself: what there is to warn of was said of the file it came from."""
-    before, log.disabled = log.disabled, True
-    try:
+    with said_before():
         return read_molecule(path, selection="all", whole=False)
-    finally:
-        log.disabled = before
 
 
 def residue_names(path):

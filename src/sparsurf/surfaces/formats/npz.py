@@ -8,7 +8,7 @@ import numpy as np
 
 from sparsurf import InputError
 from sparsurf.surfaces.surface import ARRAYS, Format, is_field, surface_of_columns
-from sparsurf.texts import MOST_BYTES, read_bytes
+from sparsurf.texts import MOST_BYTES, read_bytes, said_before
 
 
 def _sniff(head):
@@ -17,8 +17,9 @@ def _sniff(head):
 
 
 def read_npz(path):
-    """Surface of a file of `write_npz`."""
-    return _read(read_bytes(path), path)
+    """Surface of a file of `write_npz` that a study wrote itself: what there is to warn of was said before."""
+    with said_before():
+        return _read(read_bytes(path), path)
 
 
 def _read(content, path):
