@@ -85,7 +85,8 @@ def _begins_as_gzip(path):
 
 
 def text_of(content, path):
-    """Text of the bytes of a file: Latin-1 without a byte-order mark, lines end in '\\n'; `path` is named in messages."""
+    """Text of the bytes of a file: UTF-8 with or without a byte-order mark, or else Latin-1; lines end in '\\n'; `path` is
+    named in messages."""
     if content.startswith(b"\x1f\x8b"):
         raise InputError(
             f"{path} holds a gzip file within: unpack it, and name it .gz if it stays packed once."
@@ -94,7 +95,11 @@ def text_of(content, path):
         raise InputError(f"{path} is stored as UTF-16: store it as UTF-8.")
     if b"\0" in content:
         raise InputError(f"{path} is damaged or no text file: it contains bytes of zero; copy it again.")
-    return content.removeprefix(codecs.BOM_UTF8).decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_text(path):

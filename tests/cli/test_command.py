@@ -364,6 +364,21 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (["surface", "protein.pdb", "--frame", "1", "-o", "x.csv"], 1, "there is no frame 1"),
         (["surface", "protein.pdb", "--frames", "::0", "-o", "x.csv"], 2, "'::0' must be all"),
         (["surface", "protein.pdb", "--model", "x", "-o", "x.csv"], 2, "'x' must be the number of a model"),
+        (
+            ["surface", "protein.pdb", "--table", "t.csv", "-o", "x.csv"],
+            1,
+            "--fields names no column of t.csv",
+        ),
+        (
+            ["surface", "protein.pdb", "--fields", "hydropathy", "--table", "t.csv", "-o", "x.csv"],
+            1,
+            "--table: --fields names no column of t.csv; name one, or leave out --table.",
+        ),
+        (
+            ["surface", "protein.pdb", "--charges", "q.pqr", "-o", "x.csv"],
+            1,
+            "add --fields potential, or leave",
+        ),
         (["surface", "protein.pdb", "-o", f"{'é' * 126}.csv"], 1, "cannot name a file"),
         (["surface", "protein.pdb", "-o", "a\0.csv"], 1, "cannot name a file"),
         (["surface", "protein.pdb", "--chains", "Q", "-o", "x.csv"], 1, "has no chain Q"),

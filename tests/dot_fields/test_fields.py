@@ -11,6 +11,7 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.dot_fields.charges import pqr_charges, table_charges
+from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.dot_fields.potential import COULOMB, DEBYE, SOFT, potential_of_charges, term
 from sparsurf.dot_fields.smoothing import smoothed
 
@@ -124,6 +125,11 @@ def test_columns_of_a_table_and_b_factors_reach_the_dots(tmp_path, molecule):
         ("residue,score\n209,1\n209,2\n", "two rows"),
         ("residue,other\n209,1\n", "no column 'score'"),
         ("residue,score\n209,inf\n", "row 1: score is 'inf'"),
+        ("", "no column residue"),
+        ("residue,score,score\n209,1,2\n", "has the column 'score' twice"),
+        ("residue,score\n209,1\n210\n", "row 2: it has 1 values, not 2; repair it"),
+        ("residue,score\n209,1\n210,2,3\n", "row 2: it has 3 values, not 2; repair it"),
+        ('residue,score\n209,"1\n', "no table with commas between its columns"),
     ],
 )
 def test_a_table_that_does_not_fit_is_refused(tmp_path, molecule, content, said):
@@ -133,13 +139,23 @@ def test_a_table_that_does_not_fit_is_refused(tmp_path, molecule, content, said)
         sparsurf.fields(molecule, PEPTIDE_DOTS, ("score",), table=path)
 
 
-@pytest.mark.parametrize("name", ["kind", "area", "x", "component", "two words", "a/b"])
+@pytest.mark.parametrize("name", ["kind", "area", "x", "component", "two words", "a/b", "größe"])
 def test_a_column_that_cannot_be_a_field_is_refused(tmp_path, molecule, name):
     """Its values would be lost among the columns of the dots, or damage a PLY file."""
     path = tmp_path / "scores.csv"
-    path.write_text(f"residue,{name}\n209,1\n")
-    with pytest.raises(InputError, match=f"'{name}' cannot name a field"):
-        sparsurf.fields(molecule, PEPTIDE_DOTS, (name,), table=path)
+    for encoding in ("utf-8-sig", "latin-1"):
+        path.write_text(f"residue,{name}\n209,1\n", encoding=encoding)
+        with pytest.raises(InputError, match=f"'{name}' cannot name a field"):
+            sparsurf.fields(molecule, PEPTIDE_DOTS, (name,), table=path)
+
+
+def test_cells_of_a_table_may_be_quoted_and_hold_lines(tmp_path, molecule):
+    path = tmp_path / "scores.csv"
+    path.write_text('residue, note ,"score"\r\n209,"a\r\nb, c", 7 \r\n\r\n210,,8\r\n', newline="")
+    found = column_of_atoms(path, "score", molecule)
+    for residue, value in (("209", 7), ("210", 8)):
+        assert set(found[molecule.residue == residue]) == {value}
+    assert np.isnan(found[~np.isin(molecule.residue, ["209", "210"])]).all()
 
 
 PEPTIDE_DOTS = (np.zeros((1, 3)), np.array([[0, 0, 1.0]]))

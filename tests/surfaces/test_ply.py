@@ -3,6 +3,7 @@
 import ast
 import os
 import shutil
+import struct
 import subprocess
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, triangles, viridis, write_ply
+from sparsurf.surfaces.formats.ply import AXES, GREY, KIND_COLOURS, triangles, viridis, write_ply
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -116,6 +117,27 @@ def test_vertices_of_other_programs_are_read(tmp_path, order):
         found = read_surface(tmp_path / "a.ply")
         np.testing.assert_array_equal(found.points, POINTS)
         np.testing.assert_allclose(found.normals, NORMALS, rtol=0, atol=1e-7)
+        assert {name: values.tolist() for name, values in found.fields.items()} == {"charge": [-1, 2]}
+
+
+WORDS = {
+    "char int8": "b", "uchar uint8": "B", "short int16": "h", "ushort uint16": "H", "int int32": "i",
+    "uint uint32": "I", "float float32": "f", "double float64": "d",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("word", "code"), [(word, WORDS[words]) for words in WORDS for word in words.split()]
+)
+def test_numbers_of_every_type_are_read(tmp_path, word, code):
+    bits = 8 * struct.calcsize(code)
+    value = {"f": -1.5, "d": -1e300}.get(code, -(2 ** (bits - 1)) if code.islower() else 2**bits - 1)
+    head = HEAD.split("property")[0].format("binary_big_endian").replace("vertex 2", "vertex 1")
+    head += (
+        f"property {word} number\n" + "".join(f"property float {axis}\n" for axis in AXES) + "end_header\n"
+    )
+    (tmp_path / "a.ply").write_bytes(head.encode() + struct.pack(f">{code}6f", value, 1, 2, 3, 0, 0, 1))
+    assert read_surface(tmp_path / "a.ply").fields["number"].tolist() == [value]
 
 
 TEXT = made("").decode()

@@ -228,6 +228,17 @@ def test_bad_csv_is_one_sentence(tmp_path, text, word):
         read_surface(written(tmp_path, text, "a.csv"))
 
 
+def test_columns_that_mean_nothing_else_are_fields(tmp_path):
+    """Whatever the case of their names; whole numbers, too, and not words or what a file of dots says otherwise."""
+    others = "Area,KIND,Residue,atom,Index,ID,Weight,kept,red"
+    text = f"x,y,z,nx,ny,nz,Charge,count,word,{others}\n1,2,3,0,0,1,-0.5,7,CA{9 * ',1'}\n"
+    found = read_surface(written(tmp_path, text, "a.csv"))
+    assert {name: values.tolist() for name, values in found.fields.items()} == {
+        "Charge": [-0.5],
+        "count": [7],
+    }
+
+
 def test_normals_far_from_unit_length_are_scaled_and_told(tmp_path, caplog):
     for long, told in ((1.04, []), (40.0, ["normals of length 1 to 40 are scaled to 1"])):
         path = written(tmp_path, f"x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,{long},0\n", "a.csv")
@@ -302,6 +313,13 @@ def test_npz_returns_the_same_surface(tmp_path, small):
     again = read_surface(tmp_path / "a.npz")
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(again, name), getattr(small, name))
+    arrays = {name: getattr(small, name)[:2] for name in FIELDS}
+    numbers = {"charge": np.array([0.5, -1]), "count": np.array([3, 4]), "small": np.array([5, 6], np.uint8)}
+    np.savez(tmp_path / "b.npz", **arrays, **numbers, word=np.array(["a", "b"]), kept=np.ones(2))
+    fields = read_surface(tmp_path / "b.npz").fields
+    assert {name: values.tolist() for name, values in fields.items()} == {
+        name: values.tolist() for name, values in numbers.items()
+    }
 
 
 def test_npz_has_the_same_bytes_at_any_time(tmp_path, small, monkeypatch):

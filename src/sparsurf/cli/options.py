@@ -87,15 +87,23 @@ def add_fields(parser):
 
 def with_fields(asked, surface, molecule, frame=0):
     """The surface with the fields that a command is asked for."""
-    if not asked.fields:
+    if not (asked.fields or asked.table or asked.charges != "table"):
         return surface
+    from sparsurf.dot_fields.registry import FIELDS, values  # here: few ask for fields
+
+    names = [name.strip() for name in (asked.fields or "").split(",") if name.strip()]
+    if asked.table and not set(names) - FIELDS.keys():
+        raise InputError(
+            f"--table: --fields names no column of {asked.table}; name one, or leave out --table."
+        )
+    if asked.charges != "table" and "potential" not in names:
+        raise InputError(
+            "--charges: they are of the potential; add --fields potential, or leave out --charges."
+        )
     if molecule is None:
         raise InputError(
             f"--fields: {asked.file} holds dots, and fields follow from atoms; give a structure."
         )
-    from sparsurf.dot_fields.registry import values  # here: few ask for fields
-
-    names = [name.strip() for name in asked.fields.split(",")]
     table = values(names, molecule.frame(frame), surface.points, asked.charges, asked.table)
     return replace(surface, fields=surface.fields | dict(table))
 

@@ -1,5 +1,6 @@
 """A column of a user's table, a value for each residue or atom, as values of a molecule's atoms."""
 
+import csv
 import io
 import logging
 
@@ -68,13 +69,24 @@ def columns_of(path):
 
 
 def _read(path):
+    """The cells of a table, without blanks around them."""
+    lines = io.StringIO(read_text(path), "")
     try:
-        table = pd.read_csv(
-            io.StringIO(read_text(path)), dtype=str, skipinitialspace=True, keep_default_na=False
-        )
-    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise InputError(f"{path} is not a table: {str(error).strip()}.") from None
-    table.columns = [str(column).strip() for column in table.columns]
-    if "residue" not in table.columns:
+        rows = [
+            [cell.strip() for cell in row]
+            for row in csv.reader(lines, skipinitialspace=True, strict=True)
+            if row
+        ]
+    except csv.Error as error:
+        raise InputError(
+            f"{path} is no table with commas between its columns ({error}): repair it."
+        ) from None
+    header, rows = (rows[0], rows[1:]) if rows else ([], [])
+    if "residue" not in header:
         raise InputError(f"{path} has no column residue; it must say which residue a row is about.")
-    return table.apply(lambda column: column.str.strip())
+    if twice := [name for name in header if header.count(name) > 1]:
+        raise InputError(f"{path} has the column {twice[0]!r} twice; remove or rename one.")
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(header):
+            raise InputError(f"{path}, row {number}: it has {len(row)} values, not {len(header)}; repair it.")
+    return pd.DataFrame(rows, columns=header, dtype=str)

@@ -60,7 +60,7 @@ def read_mmcif(text, path):
     try:
         document = cif.read_string(text)
     except (ValueError, RuntimeError) as error:
-        reason = str(error).splitlines()[0].removeprefix("string:")
+        reason = str(error).splitlines()[0].removeprefix("string:").strip()
         raise InputError(
             f"{path} is no readable mmCIF file ({reason}): copy it again or rename it."
         ) from None

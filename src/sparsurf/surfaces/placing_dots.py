@@ -118,7 +118,9 @@ def _distinct(xyz, radii):
         told = len(left_out), int(left_out[0]) + 1
         if told not in _told:
             _told.add(told)
-            message = "surface: %d atoms lie at the place of another and are left out, the first is number %d"
+            message = (
+                "surface: atoms that lie at the place of another are left out (%d), the first is number %d"
+            )
             log.warning(message, *told)
     return np.sort(by_place[first])
 

@@ -187,7 +187,7 @@ def surface_of_columns(columns, path, lines=None):
 
 def is_field(name):
     """Whether a column of a file of dots is taken for a field, by its name."""
-    return name not in NO_FIELDS and re.fullmatch(r"[A-Za-z]\w*", name) is not None
+    return name not in NO_FIELDS and re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) is not None
 
 
 def _checked_lengths(points, normals, path, where):
