@@ -538,6 +538,7 @@ def test_where_nothing_can_be_written_is_told_before_anything_is_read(
         "surface a.pdb -o ./a.pdb --format csv",
         "surface a.pdb --trajectory over.csv -o over.csv",
         "recover dots.csv --around over.csv -o over.csv",
+        "surface a.pdb --fields v --table over.csv -o over.csv",
     ],
 )
 def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, words):

@@ -1,5 +1,6 @@
 """Sites: exact search and poses against plain references, the same site on a turned molecule, files and refusals."""
 
+import gzip
 from dataclasses import replace
 
 import numpy as np
@@ -170,7 +171,19 @@ def small(tmp_path_factory):
     replace(sites, numbers=sites.numbers[:5]).save(folder / "damaged.sites")
     replace(sites, points=sites.points * np.nan).save(folder / "nan.sites")
     sparsurf.write(sparsurf.surface(molecule), folder / "dots.csv")
-    (folder / "empty").mkdir()
+    held = dict(np.load(folder / "a.sites"))
+    for name, change in {
+        "versions": {"version": np.ones(2, int)},
+        "words": {"points": held["points"].astype(str)},
+        "complex": {"numbers": held["numbers"].astype(complex)},
+        "none": {key: value[:0] for key, value in held.items() if len(value.shape) and key != "fields"},
+    }.items():
+        with open(folder / f"{name}.sites", "wb") as stream:
+            np.savez(stream, **held | change)
+    for path in (folder / "empty" / "a.pdb", folder / "one" / "b.pdb"):
+        path.mkdir(parents=True)
+    (folder / "empty" / ".a.pdb").write_text("what a Finder leaves")
+    (folder / "one" / "a.sites.gz").write_bytes(gzip.compress((folder / "a.sites").read_bytes()))
     return folder
 
 
@@ -183,6 +196,10 @@ def small(tmp_path_factory):
         ("a.sites fields.sites --residues 209-212 -o h.csv", "a has no volume, aromaticity"),
         ("a.sites damaged.sites --residues 209-212 -o h.csv", "damaged.sites holds no Sites"),
         ("a.sites nan.sites --residues 209-212 -o h.csv", "nan.sites holds no Sites"),
+        ("a.sites versions.sites --residues 209-212 -o h.csv", "versions.sites holds no Sites"),
+        ("a.sites words.sites --residues 209-212 -o h.csv", "words.sites holds no Sites"),
+        ("a.sites complex.sites --residues 209-212 -o h.csv", "complex.sites holds no Sites"),
+        ("a.sites none.sites --residues 209-212 -o h.csv", "none.sites holds no Sites"),
         ("a.sites dots.csv --residues 209-212 -o h.csv", "dots: its dots have no hydropathy"),
         ("a.sites a.sites --residues B:209 -o h.csv", "'B:209' is not in a"),
         ("a.sites a.sites --residues x -o h.csv", "'x' is not of the form"),
@@ -191,6 +208,7 @@ def small(tmp_path_factory):
         ("a.sites a.sites --residues 209 -o h.csv --superpose laid", "a.sites is no structure"),
         ("a.pdb a.sites --residues 209 -o h.csv --superpose a.pdb", "a.pdb is a file"),
         ("a.pdb -o none/a.sites", "there is no folder"),
+        ("a.sites a.sites dots.csv --residues 209 -o dots.csv", "dots.csv is a file that is read"),
         ("a.pdb -o a.csv", "name at least one TARGET"),
         ("a.pdb a.sites --residues 209 -o h.csv --fields colour", "there is no field 'colour'"),
         ("a.pdb a.pdb --residues 209 -o h.csv --percent 0.1", "no patch has 12 dots"),
@@ -201,6 +219,16 @@ def test_a_wrong_call_is_answered_in_one_sentence(small, monkeypatch, capsys, ca
     assert main(["find", *call.split()]) == 1
     error = capsys.readouterr().err
     assert said in error and "Traceback" not in error and not (small / "h.csv").exists()
+
+
+def test_packed_sites_of_a_folder_are_searched_and_what_is_no_file_is_passed_over(small, tmp_path):
+    names = str(small / "a.sites"), str(small / "one"), "--residues", "209-212", "-o", str(tmp_path / "h.csv")
+    assert main(["find", *names]) == 0
+    assert pd.read_csv(tmp_path / "h.csv")["target"].tolist() == ["a"]
+    assert (
+        main(["find", str(small / "a.pdb"), "-o", str(tmp_path / "a.sites.gz")]) == 0
+    )  # as they are written
+    assert np.array_equal(load_sites(tmp_path / "a.sites.gz").points, load_sites(small / "a.sites").points)
 
 
 @pytest.mark.parametrize(

@@ -125,9 +125,14 @@ def as_sites(given, percent=10, fields=FIELDS):
     """Sites from themselves, the path of a file of them, or what `describe_sites` takes."""
     if isinstance(given, Sites):
         return given
-    if isinstance(given, str | Path) and Path(given).suffix == ".sites":
+    if _is_sites(given):
         return load_sites(given)
     return describe_sites(given, percent=percent, fields=fields)
+
+
+def _is_sites(given):
+    """Whether something is the path of a file of Sites."""
+    return isinstance(given, str | Path) and suffix(given) == ".sites"
 
 
 def _dots_of(given):
@@ -169,7 +174,7 @@ def _at(query, whole, at):
             raise InputError(f"at: the query has the places 0 to {len(whole) - 1}.")
         return whole.take(at)
     at = _places(at)
-    if isinstance(query, Sites) or (isinstance(query, str | Path) and Path(query).suffix == ".sites"):
+    if isinstance(query, Sites) or _is_sites(query):
         from scipy.spatial import cKDTree
 
         gap, nearest = cKDTree(whole.points).query(at)
@@ -211,7 +216,7 @@ def run(asked):
             raise InputError("name at least one TARGET, or write the Sites of QUERY to a file named .sites.")
         outputs.check(asked, (".sites",))
         sites = as_sites(asked.file, asked.percent, fields)
-        sites.save(asked.output)
+        outputs.write(asked.output, None, (".sites",), {".sites": sites.save})
         outputs.wrote(asked, asked.output, f"{len(sites):,} places")
         return
     outputs.check(asked, outputs.TABLES)
@@ -236,7 +241,8 @@ def _files(target):
     if not path.is_dir():
         return [path]
     known = (*MOLECULES, ".sites")
-    files = sorted(file for file in path.iterdir() if suffix(file) in known)
+    there = sorted(file for file in path.iterdir() if file.is_file() and file.name[:1] != ".")
+    files = [file for file in there if suffix(file) in known]
     if not files:
         raise InputError(f"{target} holds no structure and no Sites; name another folder.")
     return files

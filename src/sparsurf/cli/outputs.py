@@ -80,7 +80,8 @@ def check(asked, formats):
     asked : namespace with `output`, `format` and the files that it reads
     formats : tuple of suffixes
     """
-    for given in (getattr(asked, key, None) for key in ("file", "trajectory", "around")):
+    read = [getattr(asked, key, None) for key in ("file", "trajectory", "around", "table", "charges")]
+    for given in [*read, *getattr(asked, "targets", ())]:
         there = given and os.path.isfile(asked.output) and os.path.exists(given)
         if there and os.path.samefile(given, asked.output):
             raise InputError(f"{asked.output} is a file that is read; name another one to write.")

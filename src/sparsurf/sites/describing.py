@@ -93,11 +93,16 @@ def load_sites(path):
         n, wide = len(held["points"]), 1 + len(held["fields"])
         shapes = {"points": (n, 3), "normals": (n, 3), "numbers": (n, wide, *held["numbers"].shape[2:])}
         shapes |= {f"label_{key}": (n,) for key in LABELS}
-        if any(held[key].shape != shape for key, shape in shapes.items()) or held["numbers"].ndim != 3:
+        if (
+            any(held[key].shape != shape for key, shape in shapes.items())
+            or held["numbers"].ndim != 3
+            or not n
+        ):
             raise ValueError
-        if not all(np.isfinite(held[key]).all() for key in ("points", "normals", "numbers")):
+        floats = [held[key] for key in ("points", "normals", "numbers")]
+        if not all(each.dtype.kind == "f" and np.isfinite(each).all() for each in floats):
             raise ValueError
-    except (KeyError, ValueError, OSError, EOFError, zipfile.BadZipFile):
+    except (KeyError, ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile):
         raise InputError(f"{path} holds no Sites, or is damaged: write it with Sites.save.") from None
     if version != VERSION:
         raise InputError(f"{path} holds Sites of version {version}, not {VERSION}: describe them again.")
