@@ -336,7 +336,13 @@ def test_page_says_what_the_numbers_say(table):
     )
     page = comparison_page("blob/c1", table, fewer, centres=centres)
     assert page["centres"] == [["1.4", "0.12 (0.10 to 0.14)", "0.15 (0.11 to 0.19)"]]
-    page = comparison_page("blob/c1", table, fewer, centres=centres[:1])
+    alone = {"sampler": ["uniform", "dotted"] * 3, "percent": 5, "n_S_percent": 10.2, "Z": [2, 1] * 3}
+    alone = pd.DataFrame(alone | {"scale": [1, 1, 2, 2, 3, 3], "low": 0.5, "high": 2.5})
+    page = comparison_page("blob/c1", table, fewer, centres=centres[:1], alone=alone)
+    assert page["alone"] == [
+        ["sparsely laid dots", "10", "1.00 (0.50 to 2.50)"],
+        ["uniform draw", "10", "2.00 (0.50 to 2.50)"],
+    ]
     assert page["centres"] == [["1.3", "0.90 (0.80 to 1.00)", "0.70 (0.11 to 0.19)"]]
     z, back = (values_of(table, measure) for measure in ("Z as_written", "Z recovered"))
     at = float(page["at"])

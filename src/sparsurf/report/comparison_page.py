@@ -5,6 +5,7 @@ import numpy as np
 from sparsurf.patches.readings import TEXT
 from sparsurf.report.numbers import interval, number, share
 from sparsurf.sampling.samplers import called
+from sparsurf.study.comparison.measuring import DOTTED
 
 TEMPLATE = "compare.html.j2"
 AT = 10.0  # n_S in % that the answer speaks of, or the nearest that was measured
@@ -142,7 +143,8 @@ def alone_rows(alone, at):
     """Z of dots that stand alone, nothing known of the full surface, at one n_S and the middle linking distance."""
     scales = sorted(alone["scale"].unique())
     own = alone[(alone["percent"] == at) & (alone["scale"] == scales[len(scales) // 2])].sort_values("Z")
+    words = {name: called(name).words for name in own["sampler"]} | {DOTTED: "sparsely laid dots"}
     return [
-        [called(row["sampler"]).words, share(row["n_S_percent"]), interval(row["Z"], row["low"], row["high"])]
+        [words[row["sampler"]], share(row["n_S_percent"]), interval(row["Z"], row["low"], row["high"])]
         for _, row in own.iterrows()
     ]
