@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_own
 from sparsurf.pairs.changes import RARE, Form, changes, laid, numbered_alike
 from sparsurf.pairs.matching import on_atoms
@@ -21,6 +22,8 @@ BURIED = -1.0  # in the B-factor column, of residues without a change
 def main(inputs, outputs, settings, site, name, threads):
     """Write changes.csv, a page, and both structures with the change as B factor, the second laid on the first."""
     refuse_absent(inputs, "structure_1", name)
+    if inputs["structure_1"] == inputs["structure_2"]:
+        raise InputError(f"sites.{name}: both names mean one conformation; name another.")
     molecules = [read_own(inputs[f"structure_{side}"]) for side in SIDES]
     molecules[1] = numbered_alike(molecules[1], molecules[0])
     rules, forms = settings["surface"], []

@@ -144,6 +144,13 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         ("tables.max_n_S_percent", 120, ["tables.max_n_S_percent is 120", "100 or less"]),
         ("surface.method", "msms", ["surface.method is 'msms'", "analytic, dms"]),
         ("patches", 7, ["patches is 7", "must be a mapping"]),
+        ("fields", ["colour"], ["fields.0 is 'colour'", "did you mean 'volume'?"]),
+        (
+            "proteins.tdp43.residues",
+            "209-",
+            ["residues is '209-', but must be of the form A:10-52A,60,-5--3."],
+        ),
+        ("proteins.tdp43.residues", "A:209-222,", ["residues is 'A:209-222,', but must be of the form"]),
         ("minimal.sampler", "farthst", ["minimal.sampler is 'farthst'", "did you mean 'farthest'?"]),
         ("compare.percents", [10, 100], ["compare.percents.1 is 100, but must be less than 100"]),
         ("compare.samplers", ["uniform", "best"], ["compare.samplers.1 is 'best'", "one of paper,"]),
@@ -479,6 +486,11 @@ def test_numbers_in_plain_digits_stay_numbers(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text("a: [0, -7, 1_000, 0x1F, 0.50, 1.5e+3, .5, '1:30', 10-52, A:10-52, 1:a]")
     assert read_config(path)["a"] == [0, -7, 1000, 31, 0.5, 1500, 0.5, "1:30", "10-52", "A:10-52", "1:a"]
+
+
+@pytest.mark.parametrize("residues", ["209", "A:209-222", " 209-212A, B:-5--3 ,:7", "AA:1,-5-3"])
+def test_residues_may_be_ranges_of_chains_or_of_all(residues):
+    assert check(changed("proteins.tdp43.residues", residues))["proteins"]["tdp43"]["residues"] == residues
 
 
 def test_of_many_mistakes_the_first_are_told():

@@ -65,6 +65,10 @@ def proteins(folder):
         ({"s": {"changes": ["one", "one"]}}, "'one' stands on both sides"),
         ({"s": {"changes": ["one", "dots"]}}, "'dots' is a ready surface without residues"),
         ({"s": SITE | {"target": ["two"]}}, "did you mean 'targets'"),
+        (
+            {"s": SITE | {"residues": "57;60"}},
+            "sites.s.residues is '57;60', but must be of the form A:10-52A,60",
+        ),
         ({"s": SITE | {"targets": "two"}}, "or a list of proteins and conformations"),
         ({"s": SITE | {"targets": []}}, "needs at least 1 value"),
         ({"s": SITE, "S": SITE}, "differ in upper and lower case only"),
@@ -123,6 +127,7 @@ def study(folder, tmp_path_factory):
     place = tmp_path_factory.mktemp("study") / "x"
     sites = {"loop": SITE, "gone": SITE | {"residues": "90"}, "late": SITE | {"targets": ["two/f5"]}}
     sites |= {"bend": {"changes": ["one", "two"]}, "lost": {"changes": ["one", "two/f7"]}}
+    sites["same"] = {"changes": ["one", "one/f0"]}
     config = {"run": "s", "sampling": False, "frames": {"use": "all"}, "evaluation": {"test_dots": 20}}
     config |= {"fields": ["score", "charge"], "proteins": proteins(folder), "sites": sites}
     config["proteins"]["one"]["table"] = str(folder / "scores.csv")
@@ -174,6 +179,7 @@ def test_what_a_study_cannot_find_is_a_sentence(study):
     assert "residues: '90' is not in one/f0" in said
     for name in ("late", "lost"):
         assert f"sites.{name} names a conformation that this study has not" in said
+    assert "sites.same: both names mean one conformation; name another" in said
     assert "Traceback" not in said and not (study[0] / "sites/gone/hits.csv").exists()
 
 

@@ -56,9 +56,9 @@ def sentence(error):
         )
     rule = error.schema if "description" in error.schema or not error.parent else error.parent.schema
     meaning = rule.get("description", "").rstrip(".")
-    return f"{key} is {_short(error.instance)}, but must be {_allowed(error)}" + (
-        f" ({meaning})." if meaning else "."
-    )
+    words = _allowed(error)
+    end = f" ({meaning})." if meaning else "" if words.endswith("?") else "."
+    return f"{key} is {_short(error.instance)}, but must be {words}{end}"
 
 
 def _unknown(key, unknown, schema):
