@@ -40,13 +40,27 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
         ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* has a name given before"),
         ("name,structure\n,a.pdb\n", "line 2 of .* has no name"),
         ("name,structure\nx,a.pdb,more\n", "line 2 of .* has not as many cells"),
+        ('name,structure\nx,"a.pdb\n', "is not a CSV table .unexpected end of data.; store it as CSV"),
+        ("name,structure\nx,a.pdb\n".encode("utf-16"), "proteins.csv is stored as UTF-16: store it as UTF-8"),
+        ("name,structure\nx,a.pdb\n".encode("utf-16-le"), "contains bytes of zero"),
     ],
 )
 def test_a_bad_table_is_a_sentence(tmp_path, text, words):
     table = tmp_path / "proteins.csv"
-    table.write_text(text)
+    table.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(InputError, match=words):
         from_table(str(table))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_a_table_of_any_program_is_read(tmp_path, encoding, end):
+    text = 'name, structure ,residues\nx,ä.pdb,"1-3,\n5"\n\ny,b.pdb,\n'.replace("\n", end)
+    (tmp_path / "proteins.csv").write_bytes(text.encode(encoding))
+    assert from_table(str(tmp_path / "proteins.csv")) == {
+        "x": {"structure": str(tmp_path / "ä.pdb"), "residues": "1-3,\n5"},
+        "y": {"structure": str(tmp_path / "b.pdb")},
+    }
 
 
 def test_a_folder_becomes_proteins(tmp_path):

@@ -223,7 +223,7 @@ def plans(tmp_path_factory):
             (place / table).write_text("conformation\n" + "".join(f"f{k}\n" for k in range(frames)))
     once = {"structure": "one.pdb", "residues": "1-6", "table": "scores.csv"}
     water = {"structure": "one.pdb", "simulate": {"ns": 1}}
-    steps = {"run": "all", "proteins": {"one": once, "water": water}, "sampling": False}
+    steps = {"run": "all", "proteins": {"one": once, "water": water}, "sampling": False, "fields": ["score"]}
     before = Path.cwd()
     os.chdir(folder)
     try:

@@ -1,6 +1,7 @@
 """The config of a study: schema, defaults, and what a schema cannot say, in sentences."""
 
 import csv
+import io
 import math
 import os
 from pathlib import Path
@@ -181,7 +182,7 @@ def _but_own_fields(errors, config):
     if len(unknown) < len(errors):
         return [error for error in errors if error not in unknown]  # a table may be among the mistakes
     tables = [entry["table"] for entry in config["proteins"].values() if "table" in entry] if unknown else []
-    heads = [next(csv.reader(read_text(path).splitlines()[:1]), []) for path in tables]
+    heads = [next(csv.reader(io.StringIO(read_text(path), "")), []) for path in tables]
     own = [{*map(str.strip, head)} for head in heads]
     return [error for error in unknown if not (own and all(error.instance in head for head in own))]
 
@@ -201,6 +202,8 @@ def _second_check(config):
             yield f"proteins.{name}.url is {short(repr(protein['url']))}, but {ONLY}."
         if "simulate" in protein and "trajectory" in protein:
             yield f"proteins.{name} has a trajectory and asks to simulate one; remove one of the two keys."
+        if "table" in protein and "surface" not in protein and not {*config["fields"]} - {*names("fields")}:
+            yield f"proteins.{name}.table: `fields` names none of its columns; name one, or remove `table`."
         for key in Protein(**protein).without_meaning:
             yield f"proteins.{name}: remove `{key}`: it applies to structures, and this protein is a ready surface."
     if "paper" in config:

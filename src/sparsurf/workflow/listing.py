@@ -1,6 +1,7 @@
 """Proteins and pairs listed in a table or lying in a folder, as the config's mappings of them."""
 
 import csv
+import io
 import logging
 import os
 import re
@@ -9,7 +10,7 @@ from pathlib import Path
 
 from sparsurf import InputError
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, suffix
-from sparsurf.texts import short
+from sparsurf.texts import read_text, short
 from sparsurf.workflow.registries import surface_suffixes
 from sparsurf.workflow.schema import keys_of_protein
 
@@ -72,11 +73,10 @@ def _named_rows(key, path, columns):
     """
     if not os.path.isfile(path):
         raise InputError(f"config: {key} is {short(repr(path))}, but there is no such table.")
+    reader = csv.DictReader(io.StringIO(read_text(path), ""), strict=True)
     try:
-        with open(path, newline="", encoding="utf-8-sig") as stream:
-            reader = csv.DictReader(stream, strict=True)
-            rows = list(reader)
-    except (csv.Error, UnicodeDecodeError) as error:
+        rows = list(reader)
+    except csv.Error as error:
         raise InputError(f"config: {path} is not a CSV table ({error}); store it as CSV in UTF-8.") from None
     headers = [header.strip() for header in reader.fieldnames] if rows else []
     if not rows or "name" not in headers:
