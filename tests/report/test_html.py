@@ -206,11 +206,29 @@ def test_a_run_begins_with_what_failed_and_its_warnings(tmp_path):
     assert '<details class="note" open>' in text
     assert text.index('class="note"') < text.index('class="cards"')
     many = pd.DataFrame(
-        {"protein": "p", "conformation": "c1", "job": "", "sentence": [f"No {k}." for k in range(50)]}
+        {"protein": "p", "conformation": "c1", "job": "", "sentence": [f"No {'x' * k}." for k in range(50)]}
     )
     many.to_csv(folder / "warnings.csv", index=False)
     text = first(folder, files)
     assert "50 warnings" in text and '<details class="note">' in text and 'href="warnings.csv"' in text
+
+
+def test_warnings_that_differ_in_numbers_only_are_told_once(tmp_path):
+    folder = tmp_path / "run"
+    files = write_run(folder)
+    sentences = [("p", "c1", "p/c1: 5.6 dots, A/7: few"), ("q", "c1", "q/c1: 5.71 dots, A/12: few")]
+    sentences += [
+        ("q", "", f"/far/away/{name}.pdb: left out 1 {what}") for name, what in (("qX", "X"), ("qY", "Y"))
+    ]
+    sentences += [("r", "", "/far/r.pdb: left out 1 X")]
+    table = pd.DataFrame(sentences, columns=["protein", "conformation", "sentence"]).assign(job="")
+    table.to_csv(folder / "warnings.csv", index=False)
+    text = first(folder, files)
+    note = Page(text).text["note"]
+    assert "5 warnings" in note and "p/c1 and 1 other alike: 5.6 dots, A/7: few" in note
+    assert "5.71" not in note and "far" not in note and 'href="warnings.csv"' in text
+    assert "q: qX.pdb: left out 1 X" in note
+    assert '<details class="note">' in text
 
 
 def test_other_parts_of_a_run_have_a_card_each(tmp_path):

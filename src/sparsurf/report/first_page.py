@@ -1,5 +1,6 @@
 """The first page of a run: what was studied, the answers as cards, the figure, the ranges, where to look."""
 
+import re
 from pathlib import Path
 
 import pandas as pd
@@ -347,13 +348,17 @@ def site_galleries(files):
 
 
 def warned(path):
-    """(place, sentence) of the warnings.csv of a run; none where there is no such file."""
+    """(places, sentence) of the warnings.csv of a run; those that differ in numbers only are told once, as the first says it.
+
+    A file is named without its folder. None where there is no such table.
+    """
     if not path.is_file():
         return []
     table = pd.read_csv(path, dtype=str).fillna("")
     places = ["/".join(filter(None, place)) for place in table[NAMES].to_numpy().tolist()]
-    said = [
-        (place, sentence.removeprefix(f"{place}: "))
-        for place, sentence in zip(places, table["sentence"], strict=True)
-    ]
-    return list(dict.fromkeys(said))
+    alike = {}
+    for place, sentence in dict.fromkeys(zip(places, table["sentence"], strict=True)):
+        said = re.sub(r"^\S*/(?=\S+: )", "", sentence.removeprefix(f"{place}: "))
+        kind = re.sub(r"[0-9][0-9.,]*", "", said.replace(place, "") if place else said)
+        alike.setdefault(kind, (said, []))[1].append(place)
+    return [(each, said) for said, each in alike.values()]
