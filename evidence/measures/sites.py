@@ -1,10 +1,13 @@
 """Places of a protein's bound form sought on its unbound form: what is described, and how often it is found."""
 
+import logging
 import tempfile
 import time
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
+import gemmi
 import numpy as np
 import pandas as pd
 from scipy.optimize import minimize
@@ -15,16 +18,19 @@ import sparsurf
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.residues import standard_name
 from sparsurf.pairs.complexes import laid_on
-from sparsurf.sites.describing import FIELDS, SHAPE, load_sites
+from sparsurf.sites.arrangement import rigid_fit
+from sparsurf.sites.describing import FIELDS, RADIUS, SHAPE, load_sites
 from sparsurf.sites.finding import find_site, null_terms
 from sparsurf.sites.weighing import learn, weighed
+
+log = logging.getLogger("sparsurf")
 
 CHANNELS = {
     "shape": (),
     "shape, hydropathy, potential": ("hydropathy", "potential"),
     "shape, all fields": FIELDS,
 }
-COMPOSITION, PUBLISHED = "residue composition", "published descriptor"
+COMPOSITION, PUBLISHED, FPFH = OPPONENTS = "residue composition", "published descriptor", "FPFH (Open3D)"
 MAIN = 10  # % of the dots: at which weights are chosen; candidates where patches are cut from all dots
 MOST = 20  # % of the dots that are candidates at most
 AROUND = 6.0  # Å; atoms this near to a place say where it moved
@@ -40,6 +46,8 @@ SITES = (
     10**6,
 )  # places of the parts of an interface whose scores on unrelated proteins are measured
 UNRELATED = 5  # proteins for each part
+ALIGNED, FITS = 4.0, 10  # Å between C-alpha atoms of aligned residues; fits to those that lie so near
+FEW = 50  # places that weights would be learned from, of relatives, whose are the library's
 LEAST = 0.3  # score below which only the number of scores counts
 RESIDUES = sorted(HYDROPATHY.keys() - {"MSE"})
 
@@ -59,7 +67,7 @@ def forms(bound, dots, interface, unbound, percents, n, n_learned, rng):
     Returns
     -------
     arrays : dict. Of the sought places `interface` (Q,) bool, `moved` (Q,) Å, and `true` (Q, 3), where they are on the other
-        form; for each percent the numbers `query` and `target` and the targets' `place` (P, 3); the same of both opponents
+        form; for each percent the numbers `query` and `target` and the targets' `place` (P, 3); the same of the opponents
     costs : list of (percent, dots, places, bytes, CPU seconds) of describing the places of the unbound form
     target, site : Sites at MAIN, of the unbound form and of the bound interface; None for an interface of a few dots
     """
@@ -103,11 +111,48 @@ def forms(bound, dots, interface, unbound, percents, n, n_learned, rng):
             if len(own) >= 3:
                 site = sparsurf.describe_sites(few[0], percent=100, fields=FIELDS, at=dots.points[own])
                 out["true_site"] = true[own]
-    for name, describe in ((COMPOSITION, _composition), (PUBLISHED, _published)):
+    for name, describe in opponents().items():
         out[f"query {name}"] = describe(bound, dots, dots.points[sought])
         out[f"target {name}"] = describe(turned, other, other.points[kept[1]])
     out["place of all"] = other.points[kept[1]]
     return out, costs, target, site
+
+
+def numbered_as(molecule, reference):
+    """A relative of one chain numbered as the reference, by their alignment where their backbones lie on each other.
+
+    Returns
+    -------
+    Molecule; residues without a counterpart take numbers of their own; and the share of the others that are of one type
+    """
+    both, names = (molecule, reference), []
+    for each in both:
+        names.append([standard_name(str(name)) for name in each.residues["residue_name"]])
+    found = gemmi.align_string_sequences(*names, [], gemmi.AlignmentScoring("b"))
+    gapped = [found.add_gaps(gemmi.one_letter_code(own), k) for k, own in enumerate(names, 1)]
+    place = [np.cumsum([letter != "-" for letter in row]) - 1 for row in gapped]
+    paired = np.array([a != "-" != b for a, b in zip(*gapped, strict=True)])
+    rows = [own[paired] for own in place]
+    at = [each.xyz[0][_alpha(each)][own] for each, own in zip(both, rows, strict=True)]
+    near = np.ones(len(at[0]), bool)
+    for _ in range(FITS):
+        turn, shift = rigid_fit(*(each[near] for each in at), np.ones(near.sum()))
+        gap = np.linalg.norm(at[0] @ turn + shift - at[1], axis=1)
+        near = gap < max(ALIGNED, np.median(gap))
+    rows = [own[gap < ALIGNED] for own in rows]
+    number = np.array([f"own {k}" for k in range(len(names[0]))], object)
+    number[rows[0]] = reference.residues["residue"].to_numpy()[rows[1]]
+    chain = np.full(molecule.n_atoms, reference.chain[0])
+    alike = np.mean([names[0][i] == names[1][j] for i, j in zip(*rows, strict=True)])
+    return replace(molecule, residue=number[molecule.residue_index], chain=chain), alike
+
+
+def _alpha(molecule):
+    """The C-alpha atom of each residue, (R,) int; where there is none, the first atom."""
+    first = np.unique(molecule.residue_index, return_index=True)[1]
+    alpha = np.flatnonzero(molecule.name == "CA")
+    first[molecule.residue_index[alpha]] = alpha
+    return first
 
 
 def displacements(places, bound, laid):
@@ -164,6 +209,29 @@ def _composition(molecule, dots, places):
 
 def _published(molecule, dots, places):
     return sparsurf.descriptors(dots, places).astype(np.float32)
+
+
+def _fpfh(molecule, dots, places):
+    """Fast point feature histograms (Rusu, Blodow & Beetz, ICRA 2009) within RADIUS, of MOST of the dots: (P, 33)."""
+    import open3d
+
+    at = cKDTree(dots.points).query(places)[1]
+    own = np.union1d(at, sparsurf.sample(dots, percent=MOST))
+    places, normals = (open3d.utility.Vector3dVector(each[own]) for each in (dots.points, dots.normals))
+    cloud = open3d.geometry.PointCloud(places)
+    cloud.normals = normals
+    around = open3d.geometry.KDTreeSearchParamRadius(RADIUS)
+    histograms = open3d.pipelines.registration.compute_fpfh_feature(cloud, around).data.T
+    return histograms[np.searchsorted(own, at)].astype(np.float32)
+
+
+def opponents():
+    """Other descriptors by name, functions (molecule, dots, places) -> (P, M) float32; FPFH where Open3D is installed."""
+    found = {COMPOSITION: _composition, PUBLISHED: _published}
+    if find_spec("open3d"):
+        return found | {FPFH: _fpfh}
+    log.warning("Open3D is not installed: %s is left out; pip install open3d.", FPFH)
+    return found
 
 
 def described(arrays, percent, channels, learned):
@@ -240,7 +308,7 @@ def scores(arrays, weights):
     """Rows of how the places of one protein are found, by percent, channels and kind of place."""
     percents = [float(key.split()[1]) for key in arrays if key.startswith("place ") and key != "place of all"]
     for percent in percents:
-        for channels in (*CHANNELS, COMPOSITION, PUBLISHED):
+        for channels in (*CHANNELS, *(name for name in OPPONENTS if f"query {name}" in arrays)):
             query, target, at = described(arrays, percent, channels, weights)
             right = apart(arrays["true"], at) < SAME
             each = outcomes(apart(query, target), right)
@@ -296,8 +364,7 @@ def whole(names, half, queries, targets, true, weights):
         others = [replace(targets[i], name=names[i]) for i in np.flatnonzero(half == half[k])]
         hits = find_site(queries[k], others, len(others), weights[1 - half[k]])
         place = hits.table["target"].to_list().index(name)
-        pose = hits.poses[place]
-        off = np.median(np.linalg.norm(queries[k].points @ pose.turn + pose.shift - true[k], axis=1))
+        off = off_place(queries[k], hits.poses[place], true[k])
         score = hits.table["score"].to_numpy()
         rows.append({
             "protein": name, "places": len(queries[k]), "targets": len(others), "score": score[place],
@@ -305,6 +372,11 @@ def whole(names, half, queries, targets, true, weights):
             "right": place == 0 and off < SAME,
         })  # fmt: skip
     return pd.DataFrame(rows)
+
+
+def off_place(site, pose, true):
+    """Median distance of the places of a site, as laid on a target, from where they belong (Q, 3), Å."""
+    return np.median(np.linalg.norm(site.points @ pose.turn + pose.shift - true, axis=1))
 
 
 def null_scores(names, half, queries, targets, weights, rng):

