@@ -166,6 +166,7 @@ REFUSED = {
     "zeros.pdb": (GOOD + "\0", "damaged or no text file"),
     "open-model.pdb": ("MODEL        1\n" + peptide(), "its last MODEL has no ENDMDL"),
     "no-end.pdb": (SEQUENCE + peptide(), "4 of the 9 residues .* SEQRES .* no END"),
+    "connected-before.pdb": (SEQUENCE + "CONECT    1    2\n" + peptide(), "4 of the 9 residues"),
     "ca-only.pdb": ("".join(line + "\n" for line in GOOD.split("\n") if " CA " in line), "20% of the heavy atoms"),
     "backbone.pdb": (
         "".join(line + "\n" for line in peptide(["LEU"] * 4).split("\n") if line and " CB " not in line),
@@ -226,6 +227,8 @@ FINE = {
     "rstripped.pdb": ("\n".join(line.rstrip() for line in peptide().split("\n")), 4),
     "no-end.pdb": (peptide(), 4),
     "disordered.pdb": (SEQUENCE + GOOD, 4),
+    "connected.pdb": (SEQUENCE + peptide() + "CONECT    1    2\n", 4),
+    "master.pdb": (SEQUENCE + peptide() + "MASTER        0    0\n", 4),
     "one-atom.pdb": (atom_line(), 1),
     "one-residue.pdb": (peptide(["ALA"]), 1),
     "no-chain.pdb": (peptide(chain=" "), 4),

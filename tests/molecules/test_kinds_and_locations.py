@@ -232,6 +232,21 @@ def test_mmcif_tells_the_box_and_each_place_of_the_sequence_once():
     assert read_mmcif(several, "a.cif").atoms.model.tolist() == [4, 4, 7]
 
 
+def test_mmcif_tells_which_residues_a_covalent_bond_beside_the_backbone_joins():
+    """Bonds to metals and hydrogens, and those to what is no polymer, take no atom away from a residue."""
+    ends = [f"ptnr{k}_auth_{item}_id" for k in (1, 2) for item in ("asym", "seq", "comp")]
+    items = ["conn_type_id", *ends, "pdbx_ptnr2_PDB_ins_code"]
+    bonds = [
+        "covale H 1 LYS H 9 ASP A",
+        "metalc H 2 HIS H 3 HIS ?",
+        "hydrog H 4 SER H 5 SER ?",
+        "covale H 6 ASN L 7 NAG ?",
+    ]
+    text = CIF + "loop_\n" + "".join(f"_struct_conn.{item}\n" for item in items) + "\n".join(bonds) + "\n"
+    assert read_mmcif(text, "a.cif").linked == {("H", "1"), ("H", "9A")}
+    assert read_mmcif(CIF, "a.cif").linked == set()
+
+
 def test_chains_and_residues_narrow_down_ligands_too(tmp_path, caplog):
     ligands = "".join(
         atom_line("C1", "LIG", chain, "9", (0, 0, z), record="HETATM") for chain, z in (("A", 5), ("B", 25))

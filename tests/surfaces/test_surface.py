@@ -213,6 +213,9 @@ def test_read_csv(tmp_path, header):
     [
         ("x,y,z\n1,2,3\n", "column nx"),
         ("x,y,z,nx,ny,nz,NZ\n1,2,3,0,0,1,1\n", "one column nz"),
+        ("x,y,z,nx,ny,nz,nx\n1,2,3,0,0,1,0\n", "one column nx"),
+        ("x,y,z,nx,ny,nz,q,q\n1,2,3,0,0,1,4,5\n", "has the column 'q' twice; remove or rename one"),
+        (f"x,y,z,nx,ny,nz,{'a' * 200_000}\n1,2,3,0,0,1,0\n", "it is damaged"),
         ("x,y,z,nx,ny,nz\n", "no dots"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "line 3 has a normal of length 0.000"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,0\n", "length"),
@@ -320,6 +323,16 @@ def test_npz_returns_the_same_surface(tmp_path, small):
     assert {name: values.tolist() for name, values in fields.items()} == {
         name: values.tolist() for name, values in numbers.items()
     }
+
+
+def test_an_npz_of_half_precision_is_read_without_a_word(tmp_path, small, recwarn):
+    arrays = {name: getattr(small, name) for name in FIELDS}
+    arrays |= {name: arrays[name].astype(np.float16) for name in ("points", "normals", "area")}
+    np.savez(tmp_path / "a.npz", **arrays)
+    found = read_surface(tmp_path / "a.npz")
+    np.testing.assert_array_equal(found.points, arrays["points"])
+    np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1, rtol=0, atol=2e-3)
+    assert not list(recwarn)
 
 
 def test_npz_has_the_same_bytes_at_any_time(tmp_path, small, monkeypatch):

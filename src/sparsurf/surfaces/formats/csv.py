@@ -1,6 +1,7 @@
 """Tables of dots, as the authors of the method keep them: a CSV with x, y, z, nx, ny, nz in its header."""
 
 import codecs
+import csv
 import io
 import re
 
@@ -56,7 +57,10 @@ def _columns(content, path, names):
         raise InputError(f"{path} has a line of more than {MOST_COLUMNS} values: repair it.")
     try:
         table = pd.read_csv(io.StringIO(text), skipinitialspace=True)
-    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        header = next(
+            csv.reader(io.StringIO(text, ""), skipinitialspace=True)
+        )  # pandas changes one of two like names
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
         found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
         reason = (
             f"line {before + int(found[2])} has {found[3]} values, not {found[1]}"
@@ -69,14 +73,17 @@ def _columns(content, path, names):
             f"{path}: its rows have more values than its header has names; name every column, and end no row with a comma."
         )
     # numpy's savetxt names the first column "# x"
-    given = [str(name).removeprefix("# ").strip() for name in table.columns]
+    given = [name.removeprefix("# ").strip() for name in header]
     table.columns = [name.lower() for name in given]
     wrong = [name for name in names if list(table.columns).count(name) != 1]
     if wrong:
         raise InputError(f"{path} needs one column {wrong[0]}; its header must name {', '.join(names)}.")
     numbers = [k for k in range(len(given)) if pd.api.types.is_numeric_dtype(table.dtypes.iloc[k])]
+    numbers = [k for k in numbers if is_field(table.columns[k])]
+    if twice := [given[k] for k in numbers if given.count(given[k]) > 1]:
+        raise InputError(f"{path} has the column {twice[0]!r} twice; remove or rename one.")
     try:
-        fields = {given[k]: table.iloc[:, k].to_numpy(float) for k in numbers if is_field(table.columns[k])}
+        fields = {given[k]: table.iloc[:, k].to_numpy(float) for k in numbers}
         values = table[names].apply(pd.to_numeric, errors="coerce").to_numpy(float)
     except OverflowError:
         raise InputError(f"{path} holds a number above 1e308: repair it.") from None

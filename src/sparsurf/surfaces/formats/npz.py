@@ -43,6 +43,7 @@ def _read(content, path):
     ]
     if not all(sound):
         raise InputError(f"{path} is not a surface written by this program: its arrays do not fit together.")
+    columns |= {name: columns[name].astype(float) for name in ("points", "normals", "area")}
     return surface_of_columns(columns, path)
 
 
