@@ -379,6 +379,12 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             1,
             "add --fields potential, or leave",
         ),
+        (
+            ["surface", "protein.pdb", "--fields", ",", "-o", "x.csv"],
+            1,
+            "--fields names none; give names such as",
+        ),
+        (["recover", "minimal.csv", "--around", "", "-o", "x.csv"], 1, "a path is empty: name the file"),
         (["surface", "protein.pdb", "-o", f"{'é' * 126}.csv"], 1, "cannot name a file"),
         (["surface", "protein.pdb", "-o", "a\0.csv"], 1, "cannot name a file"),
         (["surface", "protein.pdb", "--chains", "Q", "-o", "x.csv"], 1, "has no chain Q"),

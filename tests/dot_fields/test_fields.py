@@ -101,6 +101,32 @@ def test_a_pqr_file_gives_places_and_charges(tmp_path):
         pqr_charges(path)
 
 
+def pqr(molecule, charge=lambda k: (-1) ** k * 0.3, radius=1.5, scale=1.0, shift=0.0):
+    places = molecule.xyz[0] * scale + shift
+    return "".join(
+        f"ATOM {k} X ALA 1 {x} {y} {z} {charge(k)} {radius}\n" for k, (x, y, z) in enumerate(places)
+    )
+
+
+def test_charges_of_a_file_lie_at_the_atoms_of_the_molecule(tmp_path, molecule):
+    path, heavy = tmp_path / "a.pqr", molecule.select(hydrogens="remove")
+    path.write_text(pqr(heavy, shift=0.4))  # as a force field that relaxes them moves them
+    points = molecule.xyz[0, :5] + 5.0
+    dots = points, np.tile([0, 0, 1.0], (5, 1))
+    found = sparsurf.fields(molecule, dots, "potential", charges=path)["potential"].to_numpy()
+    np.testing.assert_array_equal(found, potential_of_charges(*pqr_charges(path), points))
+    for text, said in (
+        (pqr(molecule, scale=0.1), "its atoms lie .* Å from those of the molecule"),
+        (pqr(molecule, shift=50.0), "its atoms lie .* Å from those of the molecule"),
+        (pqr(molecule, charge=lambda k: 1.5, radius=0.3), "exchange charge and radius"),
+        (pqr(molecule).replace("-0.3", "nan", 1), r"a\.pqr, line 2: no atom has such a place or charge"),
+        (pqr(molecule).replace("-0.3", "-11", 1), r"a\.pqr, line 2: no atom has such a place or charge"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError, match=said):
+            sparsurf.fields(molecule, dots, "potential", charges=path)
+
+
 def test_columns_of_a_table_and_b_factors_reach_the_dots(tmp_path, molecule):
     residues = molecule.residues
     table = pd.DataFrame({"residue": residues["residue"], "score": np.arange(len(residues)) % 7})

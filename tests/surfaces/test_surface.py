@@ -90,6 +90,7 @@ def test_surfaces_can_be_compared_with_each_other():
         ([[0, 0, np.nan]], [[0, 0, 1]], "NaN"),
         ([[0, 0, 0]], [[0, 0, np.inf]], "NaN"),
         ([[0, 0, 0]], [[0, 0, 0.9]], "unit"),
+        ([[0, 0, 0]], [[0, 0, 1.003]], "unit"),
         ([[0, 0]], [[0, 0, 1]], "shape"),
         ([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]], "shape"),
     ],
@@ -243,7 +244,9 @@ def test_columns_that_mean_nothing_else_are_fields(tmp_path):
 
 
 def test_normals_far_from_unit_length_are_scaled_and_told(tmp_path, caplog):
-    for long, told in ((1.04, []), (40.0, ["normals of length 1 to 40 are scaled to 1"])):
+    kept = written(tmp_path, "x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,1.001,0\n", "a.csv")
+    assert read_surface(kept).normals.tolist() == [[0, 0, 1], [0, 1.001, 0]]  # what three decimals leave
+    for long, told in ((1.003, []), (1.04, []), (40.0, ["normals of length 1 to 40 are scaled to 1"])):
         path = written(tmp_path, f"x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,{long},0\n", "a.csv")
         assert read_surface(path).normals.tolist() == [[0, 0, 1], [0, 1, 0]]
         assert caplog.messages == [f"{path}: {each}" for each in told]

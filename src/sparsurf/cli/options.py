@@ -87,12 +87,14 @@ def add_fields(parser):
 
 def with_fields(asked, surface, molecule, frame=0):
     """The surface with the fields that a command is asked for."""
-    if not (asked.fields or asked.table or asked.charges != "table"):
+    if asked.fields is asked.table is None and asked.charges == "table":
         return surface
     from sparsurf.dot_fields.registry import FIELDS, values  # here: few ask for fields
 
     names = [name.strip() for name in (asked.fields or "").split(",") if name.strip()]
-    if asked.table and not set(names) - FIELDS.keys():
+    if asked.fields is not None and not names:
+        raise InputError("--fields names none; give names such as hydropathy, or leave it out.")
+    if asked.table is not None and not set(names) - FIELDS.keys():
         raise InputError(
             f"--table: --fields names no column of {asked.table}; name one, or leave out --table."
         )

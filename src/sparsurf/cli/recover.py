@@ -117,11 +117,13 @@ def arguments(parser):
 
 def run(asked):
     """Write the dense dots, their triangles, or descriptors of their patches."""
-    if asked.mesh and asked.around:
+    if asked.mesh and asked.around is not None:
         raise InputError("--around: descriptors are no mesh; leave out --mesh or --around.")
-    outputs.check(asked, outputs.TABLES if asked.around else outputs.MESHES if asked.mesh else outputs.DOTS)
+    outputs.check(
+        asked, outputs.TABLES if asked.around is not None else outputs.MESHES if asked.mesh else outputs.DOTS
+    )
     few = read_surface(asked.file)
-    around = read_places(asked.around) if asked.around else None
+    around = None if asked.around is None else read_places(asked.around)
     if asked.mesh:
         found = _mesh(asked, few)
         outputs.write_dots(asked.output, asked.format, found, binary=asked.binary)

@@ -34,6 +34,8 @@ STATES = {
 STATE_OF = {variant: state for state, variants in STATES.items() for variant in variants.split()}
 N_TERMINUS = {"N": (-0.32, 0.99, 3), "CA": (0.33, 0.0, 0.0)}  # PARSE, BK+
 C_TERMINUS = {"C": (0.10, 0.0, 0.0), "O": (-0.55, 0.0, 0.0), "OXT": (-0.55, 0.0, 0.0)}  # PARSE, BK-
+# Of a PQR file: e, charge that no atom has; e, median that radii have and charges have not; Å, between an atom and its own
+MOST, RADIUS, ELSEWHERE = 10, 0.5, 1.0
 OTHER_NAMES = {"OT1": "O", "OT2": "OXT", "O1P": "OP1", "O2P": "OP2", "C5M": "C7"}
 
 
@@ -166,12 +168,12 @@ def _built(atom, arms, number, tree):
     ]
 
 
-def pqr_charges(path):
+def pqr_charges(path, molecule=None):
     """Places (Q, 3), Å, and charges (Q,) of a PQR file, whose last two columns are charge and radius.
 
     Raises
     ------
-    InputError : no atoms, or a line without five numbers
+    InputError : no atoms, a line without five numbers or with what no atom has, or none of the atoms of the Molecule
     """
     rows = []
     for number, line in enumerate(read_text(path).split("\n"), 1):
@@ -183,11 +185,22 @@ def pqr_charges(path):
             raise InputError(
                 f"{path}, line {number}: a PQR line ends in x, y, z, charge and radius."
             ) from None
+        if not (np.isfinite((x, y, z)).all() and abs(charge) <= MOST):
+            raise InputError(f"{path}, line {number}: no atom has such a place or charge; repair it.")
         rows.append((x, y, z, charge))
     if not rows:
         raise InputError(f"{path} holds no atoms: give a PQR file, as pdb2pqr writes it.")
     table = np.array(rows)
-    return table[:, :3].copy(), table[:, 3].copy()
+    places, charges = table[:, :3].copy(), table[:, 3].copy()
+    if np.median(charges) > RADIUS:
+        raise InputError(f"{path}: half of its charges are above {RADIUS} e; exchange charge and radius.")
+    heavy = [] if molecule is None else molecule.xyz[0, ~np.isin(molecule.element, ["H", "D"])]
+    gap = np.median(cKDTree(places).query(heavy)[0]) if len(heavy) else 0
+    if gap > ELSEWHERE:
+        raise InputError(
+            f"{path}: its atoms lie {gap:.1f} Å from those of the molecule; give charges of this structure, in Å."
+        )
+    return places, charges
 
 
 def pdb2pqr_charges(molecule):

@@ -93,7 +93,7 @@ def potential(molecule, points, charges="table"):
     if charges == "table":
         found = table_charges(molecule)
     else:
-        found = pdb2pqr_charges(molecule) if charges == "pdb2pqr" else pqr_charges(charges)
+        found = pdb2pqr_charges(molecule) if charges == "pdb2pqr" else pqr_charges(charges, molecule)
     return potential_of_charges(*found, points)
 
 
