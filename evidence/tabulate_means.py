@@ -4,14 +4,14 @@ from measures.tables import joined, store
 from sparsurf.workflow.jobs import run
 
 
-def main(inputs, outputs, table, keys, means, where=None):
+def main(inputs, outputs, table, groups, means, where=None):
     """Write `table` with the rows of all, those `where` a condition holds, and <table>_means.
 
     `means` has a column of the means for each name: what it is of, and how it is formed, as pandas says it.
     """
     rows = joined(inputs["tables"])
     rows = rows.query(where) if where else rows
-    store({table: rows, f"{table}_means": rows.groupby(keys, sort=False).agg(**means).reset_index()}, outputs)
+    store({table: rows, f"{table}_means": rows.groupby(groups, sort=False).agg(**means).reset_index()}, outputs)
 
 
 if __name__ == "__main__":

