@@ -11,7 +11,9 @@ def main(inputs, outputs, table, groups, means, where=None):
     """
     rows = joined(inputs["tables"])
     rows = rows.query(where) if where else rows
-    store({table: rows, f"{table}_means": rows.groupby(groups, sort=False).agg(**means).reset_index()}, outputs)
+    store(
+        {table: rows, f"{table}_means": rows.groupby(groups, sort=False).agg(**means).reset_index()}, outputs
+    )
 
 
 if __name__ == "__main__":
