@@ -1,15 +1,18 @@
 """Settings of the book, for Sphinx: `make docs`."""
 
+import os
 import sys
 from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.util.logging import getLogger
 from sphinx_gallery.sorting import ExplicitOrder
 
 import sparsurf
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.extend([str(Path(__file__).parent), str(Path(__file__).parents[1] / "scripts")])
+import compile_kernels
 import reference
 
 project, author, release = "sparsurf", "the sparsurf authors", sparsurf.__version__
@@ -23,6 +26,18 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 smartquotes = False  # --mesh keeps its two dashes
 numpydoc_show_class_members = False
+
+LONGEST = 20  # s, of an example
+
+
+def _mind_the_time(gallery, script, when):
+    """Refuse a script of more than LONGEST s; time of the processor, so that a busy machine refuses none."""
+    used = sum(os.times()[:4])
+    if when == "before":
+        _mind_the_time.start = used
+    elif (took := used - _mind_the_time.start) > LONGEST:
+        getLogger(__name__).warning("%s takes %.0f s, at most are %d; shorten it.", script, took, LONGEST)
+
 
 GALLERY = [
     "surface",
@@ -43,11 +58,15 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "show_signature": False,
     "capture_repr": (),
+    "notebook_extensions": set(),
+    "reset_modules": ("matplotlib", _mind_the_time),
+    "reset_modules_order": "both",
     "min_reported_time": 1e6,
     "write_computation_times": False,
 }
 
 html_theme = "furo"
+html_static_path, html_css_files = ["style"], ["gallery.css"]
 html_title = f"sparsurf {release}"
 html_show_sphinx = html_copy_source = html_show_copyright = False
 html_math_renderer = "mathml"
@@ -67,3 +86,5 @@ def setup(app):
     """Formulas as MathML, which browsers draw without a script; tables of the reference from what they describe."""
     app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
     app.connect("source-read", reference.fill)
+    for part in ("surfaces", "patches"):  # once, so that no script of the gallery pays for it
+        compile_kernels.main({"mark": os.devnull}, part, "published")

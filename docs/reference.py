@@ -16,14 +16,17 @@ CONFIG = ROOT / "config" / "README.md"
 def commands():
     """A section for each command: what it does, its options and examples, from its parser."""
     yield command.EPILOG.partition("examples:\n")[0] + "\n"
+    first = {}  # command that shows a group of options first
     for name in command.COMMANDS:
         parser = command.build_parser(name)[0]._subparsers._group_actions[0].choices[name]
         words, _, examples = parser.epilog.partition("examples:\n")
         yield f"## {name}\n\n{parser.description}\n\n```bash\n{textwrap.dedent(examples)}```\n\n{words}\n\n"
         for group in parser._action_groups:
-            rows = [_option(action) for action in group._group_actions if action.dest != "help"]
-            if rows:
-                yield f"| {group.title} | |\n|---|---|\n{''.join(rows)}\n"
+            rows = "".join(_option(action) for action in group._group_actions if action.dest != "help")
+            if rows.count("\n") > 1 and (shown := first.setdefault(rows, name)) != name:
+                yield f"*{group.title}*: as of [{shown}](#{shown})\n\n"
+            elif rows:
+                yield f"| {group.title} | |\n|---|---|\n{rows}\n"
 
 
 def _option(action):

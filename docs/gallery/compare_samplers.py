@@ -2,7 +2,7 @@
 Which sampler keeps the best dots?
 ==================================
 
-Z is the mean error of a patch's descriptor, and 0 is perfect. Each sampler keeps the same number of dots.
+Z is the mean error of a patch's descriptor, and 0 is perfect. Bars are 95 % intervals.
 """
 
 import matplotlib.pyplot as plt
@@ -20,6 +20,7 @@ for name in samplers:
     ax.errorbar(percents, table["Z"], 1.96 * table["Z_se"], label=name, marker="o")
 ax.set(xlabel="kept dots (%)", ylabel="Z", xscale="log", ylim=(0, None))
 ax.set_xticks(percents, percents)
+ax.set_xticks([], minor=True)
 ax.legend()
 
 # %%

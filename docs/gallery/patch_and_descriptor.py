@@ -29,6 +29,7 @@ z_nm = sparsurf.descriptors(dots, [dot])[0]
 fig = plt.figure(figsize=(10, 3.3), layout="constrained")
 solid = fig.add_subplot(131, projection="3d")
 solid.scatter(x, y, z, c=r, s=4)
+solid.set_aspect("equal")
 solid.set_title("patch, turned upwards")
 flat = fig.add_subplot(132)
 flat.imshow(image.T, origin="lower")

@@ -19,7 +19,6 @@ peptide = f"{{structure: {checkout}/data/tdp43/topology.pdb}}"
 (folder / "config.yaml").write_text(f"run: mine\nproteins: {{peptide: {peptide}}}\n")
 (folder / "Snakefile").write_text(f"""
 configfile: "config.yaml"
-
 module sparsurf:
     snakefile: "{checkout}/Snakefile"
     config: config
@@ -29,8 +28,7 @@ use rule * from sparsurf as sparsurf_*
 rule mine:  # of yours, with an output of the study
     default_target: True
     input: "results/mine/peptide/f0/minimal.csv"
-    output: "count.txt"
-    shell: "wc -l < {{input}} > {{output}}"
+    shell: "wc -l {{input}}"
 """)
 run = f"{sys.executable} -m snakemake --dry-run --quiet host --cores 1".split()
 done = subprocess.run(run, cwd=folder, capture_output=True, text=True, check=True)

@@ -25,6 +25,8 @@ centre         dot around which the sampling cuts a patch; always kept
 cover          the centres and their patches; every dot lies in at least one
 R, R_i         roughness of the patch of dot i: 1 is flat, 0 is rough
 n_S            number of dots that a sampling keeps
+uniform subset  dots drawn at random, each with the same chance
+minimal subset  as few dots as give the surface back as well as other dots of it; or as few as are asked for
 combination    one choice of (alpha, beta, gamma, delta)
 draw           one random realisation of a combination, or of a uniform subset
 test dot       dot at which the descriptors of two surfaces are compared
@@ -40,6 +42,8 @@ propensity     distance of a dot's patch to the nearest patch of the partner: lo
 similarity     the same with both 'up'
 interface      dots within 3 Å of the partner's surface
 baseline       a simple property of a dot, with whose AUC the propensity's is compared
+field          a number at every dot that follows from the atoms, such as hydropathy
+site           residues whose surface is sought on other surfaces; it is described in places, dots with numbers
 noise floor    Z of other dots of the same surface, of the turned molecule or of moved atoms
 conformation   one frame, structure or surface that enters the study
 """

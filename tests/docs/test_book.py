@@ -27,6 +27,11 @@ def test_every_key_of_the_config_is_in_its_readme():
     assert {"sampler", "<name>.simulate.ns", "thinning.draws", "centres"} <= shown  # below others
 
 
+def test_an_example_is_short():
+    lengths = {path.name: len(path.read_text().splitlines()) for path in ROOT.glob("docs/gallery/*.py")}
+    assert len(lengths) >= 8 and max(lengths.values()) <= 40, lengths
+
+
 def test_every_function_for_users_is_in_the_reference():
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     assert {*re.findall(r"autofunction:: (\w+)", text)} == {*sparsurf.CALLS}
