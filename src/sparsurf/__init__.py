@@ -7,9 +7,10 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     z = sparsurf.descriptors(dots, [0, 1, 2])      # (3, 121)
     kept = sparsurf.sample(dots, percent=10)       # a tenth of the dots
     sparsurf.compare(dots, kept)                   # Z and d, next to a uniform subset
-    sparsurf.fields("protein.pdb", dots)           # hydropathy and potential at every dot
+    sparsurf.fields(dots)                          # hydropathy and potential at every dot
+    few = sparsurf.minimal(dots)                   # as few dots as give the surface back
     sparsurf.find("bound.pdb", ["unbound.pdb"], residues="A:10-25")  # the same site on another form
-    sparsurf.recover((dots.points[kept], dots.normals[kept]))  # the dense surface from them alone
+    sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
 `read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one
 surface is sampled and compared many times. What a user gave wrong raises `InputError` with one sentence.

@@ -2,6 +2,7 @@
 
 import sys
 import time
+import warnings
 
 QUIET = 2.0  # s; what ends before needs no bar
 EVERY = 0.2  # s between two changes of the line
@@ -23,7 +24,9 @@ def each(items, words, total=None):
     if not shown or total < 2:
         return items
     try:
-        from tqdm.auto import tqdm
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a notebook without widgets, which gets a plain bar
+            from tqdm.auto import tqdm
     except ImportError:
         return _line(items, words, total) if sys.stderr.isatty() else items
     return tqdm(

@@ -3,6 +3,7 @@
 import argparse
 import gzip
 import os
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -391,6 +392,65 @@ def test_dots_come_back_first_and_as_dense_as_wished(blob):
     sparse, dense = (sparsurf.recover(few, density=d) for d in (3.0, 6.0))
     assert np.array_equal(dense.points[:500], few[0]) and np.allclose(dense.normals[:500], few[1])
     assert 1.6 < (len(dense) - 500) / (len(sparse) - 500) < 3
+
+
+def test_dots_know_their_molecule():
+    """So that all that follows from the atoms needs only the dots, and is the same as from the file."""
+    molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
+    how = {"probe": 1.5, "radii": "bondi"}
+    dots = sparsurf.surface(molecule, **how)
+    few, own = sparsurf.minimal(dots), sparsurf.minimal(molecule, **how)
+    assert np.array_equal(few.dots, own.dots) and few.table.equals(own.table)
+    assert sparsurf.residues(dots).equals(sparsurf.residues(dots, molecule))
+    names = ["hydropathy"]
+    assert sparsurf.fields(dots, names).equals(sparsurf.fields(molecule, dots, names))
+    assert sparsurf.fields(dots, names=names).equals(sparsurf.fields(molecule, dots, names))
+    component, table = sparsurf.components(dots)
+    again = sparsurf.components(molecule, dots, **how)
+    assert np.array_equal(component, again[0]) and table.equals(again[1])
+    assert table.equals(sparsurf.components(molecule, **how)[1])
+    assert sparsurf.mesh(dots).volume == sparsurf.mesh(molecule, **how).volume
+    frame = dots.to_frame()
+    assert (
+        list(frame)[7:10] == ["kind", "component", "chain"]
+        and frame["component"].tolist() == component.tolist()
+    )
+    assert frame["residue"].tolist() == molecule.residue[dots.atom].tolist()
+
+
+def test_a_part_of_the_dots_is_no_whole_surface():
+    molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
+    dots = sparsurf.surface(molecule)
+    part = dots.take(dots.points[:, 0] > dots.points[:, 0].mean())
+    assert "component" not in part.to_frame()
+    assert part.to_frame()["atom_name"].tolist() == molecule.name[part.atom].tolist()
+    alone = replace(part, origin=None)  # as of a file
+    assert np.array_equal(sparsurf.minimal(part).dots, sparsurf.minimal(alone).dots)
+
+
+def test_what_minimal_gave_is_taken_for_its_dots(blob):
+    few = sparsurf.minimal(blob, percent=20, d_link=D_LINK)
+    dense = sparsurf.recover(few)
+    assert np.array_equal(dense.points, sparsurf.recover(few.surface).points) and len(dense) > 2 * len(
+        few.dots
+    )
+    assert sparsurf.mesh(few).volume == pytest.approx(sparsurf.mesh(Surface(*blob)).volume, rel=0.01)
+    assert len(sparsurf.settle(few, blob)) == len(few.dots)
+
+
+def test_dots_of_a_file_know_no_molecule(blob):
+    for name in ("fields", "residues", "components"):
+        with pytest.raises(InputError, match=f"^{name}: these dots know no molecule; give it, too"):
+            getattr(sparsurf, name)(Surface(*blob))
+
+
+def test_a_recommendation_of_a_structure_is_that_of_its_bare_atoms(tmp_path, capsys):
+    path = tmp_path / "peptide.pdb"
+    sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214").write_pdb(path)
+    own = sparsurf.recommend(path)
+    assert own == sparsurf.recommend(sparsurf.surface(path)) and repr(own) == own
+    assert command.main(["recommend", str(path)]) == 0
+    assert capsys.readouterr().out.endswith(f"\n\n{own}\n")
 
 
 def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):

@@ -26,7 +26,19 @@ from sparsurf.surfaces.molecular_surface import fitting_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
 
-FILES = ("surface", "roughness", "floors", "enough", "curves", "recovered", "table", "ply", "whole")
+FILES = (
+    "surface",
+    "roughness",
+    "floors",
+    "enough",
+    "curves",
+    "recovered",
+    "table",
+    "ply",
+    "whole",
+    "fields",
+    "given_back",
+)
 EXAMPLES = sorted(
     {
         line.strip()
@@ -51,6 +63,7 @@ def folder(tmp_path_factory):
     table.to_csv(place / "dots.csv", index=False)
     table.head(1).to_csv(place / "one.csv", index=False)
     table.iloc[sparsurf.sample(dots, percent=10)].to_csv(place / "minimal.csv", index=False)
+    pd.concat([table, table]).assign(frame=np.arange(2).repeat(len(table))).to_csv(place / "frames.csv")
     (place / "structures").mkdir()
     for name in ("bound", "unbound", "structures/a", "structures/b"):
         (place / f"{name}.pdb").write_text(
@@ -167,6 +180,34 @@ def test_commands_give_what_the_functions_give(folder, tmp_path):
     assert np.allclose(table.filter(like="z_").iloc[1], sparsurf.descriptors(dots, [500])[0], rtol=1e-8)
 
 
+def test_what_python_writes_is_what_the_command_writes(folder, tmp_path):
+    dots = sparsurf.surface(folder / "protein.pdb")
+    for name in ("dots.csv", "dots.dms"):
+        assert ended("surface", folder / "protein.pdb", "-o", tmp_path / name) == 0
+        sparsurf.write(dots, tmp_path / f"own_{name}")
+        assert (tmp_path / f"own_{name}").read_bytes() == (tmp_path / name).read_bytes()
+    assert ended("recover", folder / "minimal.csv", "--mesh", "-o", tmp_path / "mesh.ply") == 0
+    sparsurf.write(sparsurf.mesh(folder / "minimal.csv"), tmp_path / "own.ply")
+    assert (tmp_path / "own.ply").read_bytes() == (tmp_path / "mesh.ply").read_bytes()
+
+
+def test_a_folder_of_targets_leaves_out_what_cannot_be_read(folder, tmp_path, capfd):
+    where = shutil.copytree(folder / "structures", tmp_path / "structures")
+    (where / "broken.pdb").write_text("HEADER\n")
+    (where / "models.pdb").write_text((folder / "models.pdb").read_text())
+    call = ["find", folder / "bound.pdb", "--residues", "A:10-57", where, "-o", tmp_path / "hits.csv"]
+    assert ended(*call) == 0
+    told = capfd.readouterr().err
+    assert f"left out: {where / 'broken.pdb'} holds no atoms" in told
+    assert f"{where / 'models.pdb'} has 3 models: the first is taken" in told
+    table = pd.read_csv(tmp_path / "hits.csv")
+    assert {*table["target"]} == {"a", "b", "models"}
+    for each in ("a", "b", "models"):
+        (where / f"{each}.pdb").unlink()
+    assert ended(*call) == 1
+    assert "holds no structure and no Sites" in capfd.readouterr().err
+
+
 def test_the_kept_dots_stand_for_all(folder, tmp_path):
     dots = sparsurf.surface(folder / "protein.pdb")
     for asked, n in (
@@ -179,8 +220,15 @@ def test_the_kept_dots_stand_for_all(folder, tmp_path):
         assert np.allclose(table[["x", "y", "z"]], dots.points[table["dot"]])
 
 
-@pytest.mark.parametrize("wishes", [{"floor": "fresh dots"}, {"n_S_percent": 7, "sampler": "poisson"}])
-def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wishes):
+@pytest.mark.parametrize(
+    ("wishes", "fields"),
+    [
+        ({"floor": "fresh dots"}, []),
+        ({"n_S_percent": 7, "sampler": "poisson"}, []),
+        ({"n_S_percent": 7}, ["hydropathy"]),
+    ],
+)
+def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wishes, fields):
     """Whatever the study calls the protein; the seed is the same by default."""
     molecule, place = read_molecule(folder / "protein.pdb"), {key: str(tmp_path / key) for key in FILES}
     rules = rules_of(1.4, "auto", "keep")
@@ -190,13 +238,14 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
     settings = {"surface": rules | {"radii": "dms"}, "seed": SEED, "evaluation": {"test_dots": 200}}
     settings["patches"] = {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.5}
     settings["sampling"] = {"moved_centre": True, "every_patch": True}
-    settings["minimal"], settings["fields"] = {"sampler": "farthest", "settle": False} | wishes, []
+    settings["minimal"], settings["fields"] = {"sampler": "farthest", "settle": False} | wishes, fields
     inputs = {key: place[key] for key in ("surface", "roughness", "floors")}
     own = str(folder / "protein.pdb")
     measure_floors.main(inputs | {"own": own}, {"floors": place["floors"]}, settings, {}, "a/f3", 1)
     take_minimal.main(inputs | {"structure": own}, place, settings, "a/f3")
     options = {"n_S_percent": "--percent", "sampler": "--sampler"}
     words = [each for key, value in wishes.items() if key in options for each in (options[key], value)]
+    words += [each for name in fields for each in ("--fields", name)]
     assert ended("minimal", own, *words, "-o", tmp_path / "own.csv") == 0
     assert (tmp_path / "own.csv").read_bytes() == (tmp_path / "table").read_bytes()
 
@@ -385,6 +434,22 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             "--fields names none; give names such as",
         ),
         (["recover", "minimal.csv", "--around", "", "-o", "x.csv"], 1, "a path is empty: name the file"),
+        (
+            ["descriptors", "protein.pdb", "--model", "all", "-o", "x.csv"],
+            2,
+            "'all' must be the number of one",
+        ),
+        (
+            ["surface", "models.pdb", "--model", "all", "-o", "x.ply"],
+            1,
+            "several frames need a CSV or {frame}",
+        ),
+        (
+            ["recover", "frames.csv", "-o", "x.csv"],
+            1,
+            "frames.csv holds the dots of 2 frames: give those of one",
+        ),
+        (["find", "bound.pdb", "--residues", "Z:1", "no.pdb", "-o", "x.csv"], 1, "'Z:1' is not in bound"),
         (["surface", "protein.pdb", "-o", f"{'é' * 126}.csv"], 1, "cannot name a file"),
         (["surface", "protein.pdb", "-o", "a\0.csv"], 1, "cannot name a file"),
         (["surface", "protein.pdb", "--chains", "Q", "-o", "x.csv"], 1, "has no chain Q"),

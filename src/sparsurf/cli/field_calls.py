@@ -1,19 +1,21 @@
 """`fields` and `residues`: numbers at the dots of a surface, and over its residues."""
 
 from sparsurf import InputError
-from sparsurf.cli.inputs import as_molecule, as_surface, check_frame
+from sparsurf.cli.inputs import as_molecule, as_surface, check_frame, origin_of
 from sparsurf.cli.roughness import roughness
 from sparsurf.dot_fields.registry import values
 from sparsurf.study.residues import residue_table
+from sparsurf.surfaces.surface import Surface
 
 
-def fields(molecule, dots, names=("hydropathy", "potential"), *, frame=0, charges="table", table=None):
+def fields(molecule, dots=None, names=("hydropathy", "potential"), *, frame=0, charges="table", table=None):
     """Numbers at the dots of a surface that follow from the molecule around them.
 
     Parameters
     ----------
     molecule : path of a structure, what `read_molecule` gave, or mdtraj.Trajectory
-    dots : what `surface` or `read_surface` gave, the path of a file of dots, or the pair (points, normals)
+    dots : what `surface` or `read_surface` gave, the path of a file of dots, or the pair (points, normals);
+        in place of the molecule, where they know theirs
     names : sequence of str
         hydropathy (Kyte-Doolittle, averaged over 2.5 Å), potential (screened Coulomb, kT/e), bfactor (Å^2, averaged
         over 2.5 Å), or columns of `table`.
@@ -37,10 +39,13 @@ def fields(molecule, dots, names=("hydropathy", "potential"), *, frame=0, charge
     --------
     >>> import sparsurf
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> fields = sparsurf.fields("data/tdp43/topology.pdb", dots)
+    >>> fields = sparsurf.fields(dots)
     >>> fields.shape, list(fields)
     ((24600, 2), ['hydropathy', 'potential'])
     """
+    if isinstance(molecule, Surface):
+        names = names if dots is None else dots
+        dots, (molecule, frame, *_) = molecule, origin_of(molecule, "fields")
     molecule, surface = as_molecule(molecule), as_surface(dots)
     check_frame(molecule, frame, "the molecule")
     if isinstance(names, str):
@@ -50,13 +55,13 @@ def fields(molecule, dots, names=("hydropathy", "potential"), *, frame=0, charge
     return values(names, molecule.frame(frame), surface.points, charges, table)
 
 
-def residues(dots, molecule, *, roughness_values=None, kept=(), weight=None):
+def residues(dots, molecule=None, *, roughness_values=None, kept=(), weight=None):
     """How much of the surface each residue makes, how rough it is there, and how many of its dots are kept.
 
     Parameters
     ----------
     dots : what `surface` gave for the molecule
-    molecule : path of a structure, what `read_molecule` gave, or mdtraj.Trajectory
+    molecule : path of a structure, what `read_molecule` gave, or mdtraj.Trajectory; that of the dots without
     roughness_values : (N,) float, optional
         R_i where they are known.
     kept, weight : (n,) int, optional
@@ -64,17 +69,17 @@ def residues(dots, molecule, *, roughness_values=None, kept=(), weight=None):
 
     Returns
     -------
-    DataFrame, one row per residue; see `study.residues.residue_table`. Of each dot: `dots.to_frame(molecule)`.
+    DataFrame, one row per residue; see `study.residues.residue_table`. Of each dot: `dots.to_frame()`.
 
     Examples
     --------
     >>> import sparsurf
-    >>> molecule = sparsurf.read_molecule("data/tdp43/topology.pdb")
-    >>> table = sparsurf.residues(sparsurf.surface(molecule), molecule)
+    >>> table = sparsurf.residues(sparsurf.surface("data/tdp43/topology.pdb"))
     >>> len(table), list(table)[:4]
     (61, ['chain', 'residue', 'residue_name', 'area'])
     """
-    dots, molecule = as_surface(dots), as_molecule(molecule)
+    dots = as_surface(dots)
+    molecule = origin_of(dots, "residues").molecule if molecule is None else as_molecule(molecule)
     if not 0 <= dots.atom.min() <= dots.atom.max() < molecule.n_atoms:
         raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
     values = roughness(dots) if roughness_values is None else roughness_values

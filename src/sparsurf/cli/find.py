@@ -1,20 +1,24 @@
 """`describe_sites` and `find`: the same site on other surfaces, as functions and as `sparsurf find`."""
 
+import logging
 from pathlib import Path
 
 import numpy as np
 
-from sparsurf import InputError
-from sparsurf.cli import options, outputs
-from sparsurf.cli.inputs import MOLECULES, PERCENT, Limits, as_molecule, is_structure
+from sparsurf import InputError, progress
+from sparsurf.cli import outputs
+from sparsurf.cli.inputs import PERCENT, Limits, as_molecule, is_structure
 from sparsurf.cli.making import surface as surface_of
-from sparsurf.molecules.formats import suffix
+from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, suffix
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.sites.describing import FIELDS, Sites, describe_surface, load_sites, places_of_residues
 from sparsurf.sites.finding import find_places, find_site
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
+from sparsurf.texts import counted
 from sparsurf.threads import available_cores
+
+log = logging.getLogger("sparsurf")
 
 FARTHEST = 5.0  # Å, between a place that is sought and the nearest place of Sites
 HITS = Limits(1, 10_000, whole=True, open_low=False)
@@ -141,7 +145,10 @@ def _dots_of(given):
         return given, None
     if isinstance(given, str | Path) and not is_structure(given):
         return read_surface(given), None
-    molecule = as_molecule(given).frame(0)
+    molecule = as_molecule(given)
+    if molecule.n_frames > 1:
+        log.warning("%s has %d models: the first is taken", given, molecule.n_frames)
+    molecule = molecule.frame(0)
     return surface_of(molecule), molecule
 
 
@@ -226,26 +233,32 @@ def run(asked):
         raise InputError(f"--superpose: {asked.superpose} is a file; name a folder.")
     if asked.superpose and not is_structure(asked.file):
         raise InputError(f"--superpose: {asked.file} is no structure; give one as QUERY.")
-    files = [file for target in asked.targets for file in _files(target)]
-    options.say(f"looking on {len(files)} targets")
-    table, poses = found(asked.file, files, None, asked.residues, asked.hits, asked.percent, fields)
+    query = as_sites(asked.file, asked.percent, fields)
+    places_of_residues(query, asked.residues)  # a mistake there is told before the targets take their time
+    others = [each for target in asked.targets for each in _sites_of(target, query)]
+    table, poses = found(query, others, None, asked.residues, asked.hits)
     outputs.write_table(asked.output, asked.format, table)
-    outputs.wrote(asked, asked.output, f"{len(table):,} hits")
+    outputs.wrote(asked, asked.output, counted(len(table), "hit"))
     if asked.superpose:
         _superpose(asked, table, poses)
 
 
-def _files(target):
-    """A target, or the structures and Sites of a folder."""
-    path = Path(target)
+def _sites_of(target, query):
+    """Sites of a target, or of all structures and Sites of a folder but for those that cannot be read, which are told."""
+    path, how = Path(target), (query.settings["percent"], query.fields)
     if not path.is_dir():
-        return [path]
-    known = (*MOLECULES, ".sites")
+        return [as_sites(path, *how)]
+    known = (*STRUCTURES, *SELF_CONTAINED, ".sites")
     there = sorted(file for file in path.iterdir() if file.is_file() and file.name[:1] != ".")
-    files = [file for file in there if suffix(file) in known]
-    if not files:
+    files, described = [file for file in there if suffix(file) in known], []
+    for file in progress.each(files, f"targets in {target}"):
+        try:
+            described.append(as_sites(file, *how))
+        except InputError as error:
+            log.warning("left out: %s", error)
+    if not described:
         raise InputError(f"{target} holds no structure and no Sites; name another folder.")
-    return files
+    return described
 
 
 def _superpose(asked, table, poses):

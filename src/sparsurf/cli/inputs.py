@@ -41,7 +41,7 @@ def as_molecule(given):
 
 
 def as_surface(given):
-    """A Surface from itself, the path of a file of dots, or the pair (points, normals) of (N, 3) arrays.
+    """A Surface from itself, what `minimal` gave, the path of a file of dots, or the pair (points, normals) of (N, 3) arrays.
 
     Normals of a file are brought to unit length, those of arrays must have it.
 
@@ -55,7 +55,10 @@ def as_surface(given):
         return read_surface(given)
     if isinstance(given, tuple) and len(given) == 2:
         return Surface(*arrays(given, "surface"))
-    if isinstance(getattr(given, "surface", None), Surface):
+    own = getattr(given, "surface", None)
+    if isinstance(own, Surface) and hasattr(given, "weight"):
+        return own  # of the kept dots that minimal() gave
+    if isinstance(own, Surface):
         raise InputError(
             "what prepare() gave serves sample and compare only: give the dots that it was made of."
         )
@@ -63,6 +66,18 @@ def as_surface(given):
         f"{_kind(given)} is no surface: give the path of a file of dots, what surface() gave, or "
         "the pair (points, normals)."
     )
+
+
+def origin_of(dots, name):
+    """Origin of dots that know their molecule.
+
+    Raises
+    ------
+    InputError : of `name`, they do not
+    """
+    if getattr(dots, "origin", None) is None:
+        raise InputError(f"{name}: these dots know no molecule; give it, too.")
+    return dots.origin
 
 
 def _kind(given):
@@ -113,6 +128,17 @@ def check_frame(molecule, frame, name):
 def is_structure(path):
     """Whether a file holds atoms rather than dots, by its suffix."""
     return suffix(path) in MOLECULES
+
+
+def is_file_of_dots(given):
+    """Whether that is the path of a file that holds dots rather than atoms."""
+    return isinstance(given, str | Path) and not is_structure(given)
+
+
+def has_atoms(given):
+    """Whether that is the path of a structure, a molecule or an mdtraj.Trajectory, rather than dots."""
+    is_path = isinstance(given, str | Path)
+    return is_structure(given) if is_path else isinstance(given, Molecule) or hasattr(given, "topology")
 
 
 def as_index(surface, d_link):

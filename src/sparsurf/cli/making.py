@@ -1,14 +1,27 @@
 """`surface` and `mesh`: from a molecule to its surface."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 from sparsurf import InputError
-from sparsurf.cli.inputs import DENSITY, LENGTH, PROBE, arrays, as_molecule, check_frame
+from sparsurf.cli.inputs import (
+    DENSITY,
+    LENGTH,
+    PROBE,
+    arrays,
+    as_molecule,
+    as_surface,
+    check_frame,
+    is_file_of_dots,
+    origin_of,
+)
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import table_of_components
 from sparsurf.surfaces.molecular_surface import components_in, fitting_surface
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED
+from sparsurf.surfaces.surface import Origin, Surface
 from sparsurf.threads import available_cores
 
 CAVITIES = ["keep", "remove"]  # a list: what a user gives may have no hash
@@ -38,7 +51,7 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
     -------
     Surface
         With `points` and `normals` (N, 3), `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and
-        `atom` (N,), the index of the atom that each dot belongs to.
+        `atom` (N,), the index of the atom that each dot belongs to; the dots know their molecule.
 
     Raises
     ------
@@ -67,16 +80,18 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
     density = DENSITY.check(density, "density", "auto")
     molecule, frame, values = _spheres(molecule, frame, radii)
     rules = rules_of(probe, density, cavities)
-    return fitting_surface(molecule, frame, values, rules, d_link, "surface")[0]
+    dots = fitting_surface(molecule, frame, values, rules, d_link, "surface")[0]
+    how = {"probe": probe, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities}
+    return replace(dots, origin=Origin(molecule, frame, how)) if isinstance(molecule, Molecule) else dots
 
 
-def components(molecule, dots, *, frame=0, probe=1.4, radii="dms"):
+def components(molecule, dots=None, *, frame=0, probe=1.4, radii="dms"):
     """Connected components of a surface: the outside of each molecule, and the closed cavities inside.
 
     Parameters
     ----------
     molecule, frame, probe, radii : as for `surface`
-    dots : what `surface` gave for the same
+    dots : what `surface` gave for the same; in place of the molecule, where they know theirs
 
     Returns
     -------
@@ -91,10 +106,15 @@ def components(molecule, dots, *, frame=0, probe=1.4, radii="dms"):
     --------
     >>> import sparsurf
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> component, table = sparsurf.components("data/tdp43/topology.pdb", dots)
+    >>> component, table = sparsurf.components(dots)
     >>> table["dots"].tolist(), table["cavity"].tolist()
     ([24376, 224], [False, True])
     """
+    if isinstance(molecule, Surface) and dots is None:
+        dots, (molecule, frame, rules, _) = molecule, origin_of(molecule, "components")
+        probe, radii = rules["probe"], rules["radii"]
+    elif dots is None:
+        dots = surface(molecule, frame=frame, probe=probe, radii=radii)
     probe = PROBE.check(probe, "probe")
     molecule, frame, values = _spheres(molecule, frame, radii)
     if not 0 <= dots.atom.min() <= dots.atom.max() < len(values):
@@ -106,11 +126,12 @@ def components(molecule, dots, *, frame=0, probe=1.4, radii="dms"):
 
 
 def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms", cavities="keep"):
-    """Solvent-excluded surface of a molecule as closed triangles.
+    """Solvent-excluded surface of a molecule, or the surface that a few dots give back, as closed triangles.
 
     Parameters
     ----------
-    molecule, frame, probe, radii, cavities : as for `surface`
+    molecule, frame, probe, radii, cavities : as for `surface`; instead of a molecule its dots, or what `minimal` gave, or
+        the path of a file of dots, from which the surface is recovered
     density : float
         Dots per Å^2 that are as fine as the triangles.
 
@@ -129,13 +150,27 @@ def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms", caviti
     >>> found = sparsurf.mesh("data/tdp43/topology.pdb")
     >>> round(found.volume, -2)
     7900.0
+    >>> few = sparsurf.minimal("data/tdp43/topology.pdb", percent=10)
+    >>> round(sparsurf.mesh(few).volume, -2)
+    7900.0
     """
     from sparsurf.surfaces.mesh import molecular_mesh, outside, step_of  # here: dots need none of its kernels
 
     density, probe = DENSITY.check(density, "density"), PROBE.check(probe, "probe")
-    molecule, frame, values = _spheres(molecule, frame, radii)
     _check_cavities(cavities)
-    found = molecular_mesh(molecule.xyz[frame].round(3), values, probe, step_of(density), available_cores())
+    if isinstance(molecule, Surface) and molecule.origin and molecule.origin.whole:
+        molecule, frame, rules, _ = molecule.origin
+        probe, radii, cavities = rules["probe"], rules["radii"], rules["cavities"]
+    if isinstance(molecule, Surface) or hasattr(molecule, "weight") or is_file_of_dots(molecule):
+        from sparsurf.recovery.mesh import recovered_mesh
+
+        few = as_surface(molecule)
+        how = {"density": density, "threads": available_cores()}
+        found = recovered_mesh(few.points, few.normals, step_of(density), **how)
+    else:
+        molecule, frame, values = _spheres(molecule, frame, radii)
+        places = molecule.xyz[frame].round(3)
+        found = molecular_mesh(places, values, probe, step_of(density), available_cores())
     return outside(found) if cavities == "remove" else found
 
 

@@ -1,14 +1,12 @@
 """`minimal`, `floors` and `settle`: the few dots that stand for a surface, as functions and as `sparsurf minimal`."""
 
 from dataclasses import replace
-from pathlib import Path
 
 from sparsurf import InputError
 from sparsurf.cli import options, outputs
-from sparsurf.cli.inputs import PERCENT, SEED, Limits, as_molecule, as_surface, is_structure
+from sparsurf.cli.inputs import PERCENT, SEED, Limits, as_molecule, as_surface, has_atoms
 from sparsurf.cli.making import rules_of, surface
 from sparsurf.cli.subsets import prepare
-from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.recovery.settling import settle as settled_places
 from sparsurf.sampling.samplers import SAMPLERS
@@ -19,6 +17,7 @@ from sparsurf.study.floors import floors as measured_floors
 from sparsurf.study.handing_out import hand_out
 from sparsurf.surfaces.molecular_surface import layer
 from sparsurf.surfaces.radii import radii as atomic_radii
+from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 EXAMPLES = """\
@@ -66,7 +65,7 @@ def minimal(
     Parameters
     ----------
     given : path of a structure, a molecule, or dots as in `prepare`
-        Without a size, other dots are placed on the atoms; for dots alone they come from the recovered surface.
+        Without a size, other dots are placed on the atoms; for dots of a file they come from the recovered surface.
     percent, n, z : float, int, float, at most one of them
         Of the dots; their number; the Z to reach. Without: as few as give the surface back.
     sampler : str
@@ -168,12 +167,10 @@ def chosen(dots, own, molecule, wishes, sampler, settled, seed, d_link):
 
 def _dots_of(given, frame, how):
     """Dots, what places others on the atoms, and the Molecule; the last two empty for dots alone."""
-    is_path = isinstance(given, str | Path)
-    if (
-        not (is_path and is_structure(given))
-        and not isinstance(given, Molecule)
-        and not hasattr(given, "topology")
-    ):
+    if isinstance(given, Surface) and given.origin and given.origin.whole:
+        molecule, frame, rules, _ = given.origin
+        return given, _laid_on(molecule, frame, **rules), molecule
+    if not has_atoms(given):
         return as_surface(given), {}, None
     molecule = as_molecule(given)
     return surface(molecule, frame=frame, **how), _laid_on(molecule, frame, **how), molecule

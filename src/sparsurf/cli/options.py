@@ -47,7 +47,7 @@ def add_molecule(parser, d_link=True, several=True):
     atoms.add_argument("--residues", help="ranges, such as A:10-52A,60")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
     words = "number of the model, of several" + "; all: each is a frame" * several
-    atoms.add_argument("--model", type=_model if several else int, help=words)
+    atoms.add_argument("--model", type=_model if several else _one_model, help=words)
     atoms.add_argument("--altloc", help="first, highest (occupancy) or a letter (default first)")
     atoms.add_argument("--hydrogens", choices=["keep", "remove"], help="hydrogens of the file (default keep)")
     atoms.add_argument("--ligands", help="residue names to take with the protein, such as HEM,ZN")
@@ -215,6 +215,13 @@ def _model(text):
     if text != ALL and not text.removeprefix("-").isdecimal():
         raise argparse.ArgumentTypeError(f"{text!r} must be the number of a model, or all")
     return text if text == ALL else int(text)
+
+
+def _one_model(text):
+    """Number of a model."""
+    if not text.removeprefix("-").isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} must be the number of one model, such as 1")
+    return int(text)
 
 
 def _frames(text):

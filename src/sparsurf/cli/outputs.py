@@ -60,9 +60,9 @@ class Dots:
 
     @property
     def _all(self):
-        """The table, after the fields of the surface."""
+        """The table, before the fields of the surface."""
         own = {name: values for name, values in self.surface.fields.items() if name not in self.table}
-        return pd.DataFrame(own, index=self.table.index).join(self.table) if own else self.table
+        return self.table.join(pd.DataFrame(own, index=self.table.index)) if own else self.table
 
     def to_frame(self):
         """DataFrame of all columns, in the order of a CSV."""
@@ -88,7 +88,8 @@ def check(asked, formats):
     suffix = _place(asked.output, asked.format, formats)[0]
     if suffix in BY_TRIMESH:
         _trimesh(asked.output)
-    if getattr(asked, "frames", None) and suffix != ".csv" and FRAME not in str(asked.output):
+    several = getattr(asked, "frames", None) or getattr(asked, "model", None) == "all"
+    if several and suffix != ".csv" and FRAME not in str(asked.output):
         raise InputError(
             f"{asked.output}: several frames need a CSV or {FRAME} in the name, such as dots_{FRAME}.ply."
         )
@@ -210,7 +211,7 @@ def write_result(thing, path, molecule=None, frame=0):
     ----------
     thing : Surface, what `minimal` gave, Mesh, or DataFrame
     path : str or Path
-    molecule : Molecule of the dots, which a DMS file needs and a table names
+    molecule : Molecule of the dots, which a DMS file needs and a table names; that of the dots without
     frame : int, of the molecule
 
     Raises
@@ -225,6 +226,8 @@ def write_result(thing, path, molecule=None, frame=0):
     if isinstance(thing, pd.DataFrame):
         write_table(path, None, thing)
         return
+    if isinstance(thing, Surface) and thing.origin and molecule is None:
+        molecule, frame, *_ = thing.origin
     if hasattr(thing, "triangles"):
         thing = mesh_dots(thing)
     elif hasattr(thing, "weight"):

@@ -7,9 +7,12 @@ relation.csv, surfaces.csv of results/<run>).
 from numbers import Real
 from pathlib import Path
 
+import numpy as np
+
 from sparsurf import InputError
 from sparsurf.cli import options
-from sparsurf.cli.inputs import PERCENT, Limits, as_surface, is_structure
+from sparsurf.cli.inputs import PERCENT, Limits, as_molecule, as_surface, has_atoms, is_structure
+from sparsurf.cli.making import surface as surface_of
 from sparsurf.cli.roughness import roughness as roughness_of
 from sparsurf.report.recommendation import EVIDENCE, read_run
 from sparsurf.report.recommendation import recommend as answer
@@ -50,12 +53,20 @@ def arguments(parser):
     options.add_molecule(parser, d_link=False, several=False)  # the evidence has its own
 
 
+class Answer(str):
+    """A text that a notebook shows as it is printed."""
+
+    def __repr__(self):
+        return str(self)
+
+
 def recommend(given, percent=N_S, results=None):
     """Which combination of the paper's sampling suits a surface, as text.
 
     Parameters
     ----------
-    given : float, the mean roughness of a surface; or dots, as in `prepare`
+    given : float, the mean roughness of a surface; path of a structure or molecule; or dots, as in `prepare`
+        A molecule, also that of dots that know theirs, is taken without its hydrogens where the evidence is.
     percent : float
         Requested n_S in % of the dots.
     results : path of results/<run>; the evidence of many proteins without
@@ -66,10 +77,22 @@ def recommend(given, percent=N_S, results=None):
     >>> print(sparsurf.recommend(0.63, 20))  # doctest: +SKIP
     """
     percent, evidence = PERCENT.check(percent, "percent"), read_run(Path(results or EVIDENCE))
-    mean = (
-        ROUGHNESS.check(given, "roughness") if isinstance(given, Real) else _mean(as_surface(given), evidence)
-    )
-    return answer(evidence, mean, percent, stream(0, "recommend"))
+    if isinstance(given, Real):
+        mean = ROUGHNESS.check(given, "roughness")
+    else:
+        mean = _mean(_bare(given, evidence["surfaces"].iloc[0]), evidence)
+    return Answer(answer(evidence, mean, percent, stream(0, "recommend")).strip())
+
+
+def _bare(given, rules):
+    """Dots of what is given, of a molecule as the evidence has them."""
+    origin = getattr(given, "origin", None)
+    if not (origin or has_atoms(given)):
+        return as_surface(given)
+    molecule, frame, how, _ = origin or (as_molecule(given), 0, {}, True)
+    if rules.get("hydrogens") == "remove":
+        molecule = molecule.take(~np.isin(molecule.element, ["H", "D"]))
+    return surface_of(molecule, frame=frame, **how | {"d_link": rules["D_link"]})
 
 
 def run(asked):

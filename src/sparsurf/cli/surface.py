@@ -40,7 +40,9 @@ def arguments(parser):
 def run(asked):
     """Write the dots or triangles."""
     if not is_structure(asked.file):
-        raise InputError(f"{asked.file} is no structure by its suffix: give one of {', '.join(STRUCTURES)}.")
+        raise InputError(
+            f"{asked.file} is no structure by its suffix: give one of {', '.join(STRUCTURES)}; frames come by --trajectory."
+        )
     outputs.check(asked, outputs.MESHES if asked.mesh else outputs.DOTS)
     outputs.write_each(asked, _meshes(asked) if asked.mesh else _dots(asked))
 

@@ -41,6 +41,9 @@ class Mesh:
     vertices: Surface
     triangles: np.ndarray
 
+    def __repr__(self):
+        return f"Mesh of {len(self.triangles):,} triangles"
+
     @property
     def volume(self):
         """Å^3; what lies in cavities does not count."""

@@ -62,9 +62,9 @@ def fitting_surface(molecule, position, atom_radii, settings, d_link, name, tell
     if tell and density > DENSITY and (name, d_link) not in _told:
         _told.add((name, d_link))
         log.warning(
-            "%s: %.2f dots per Å^2 instead of %.2f, so that D_link = %g Å is %.1f times the median spacing of the dots; "
-            "d under 'as_coded' depends on it",
-            name, density, DENSITY, d_link, SPARSE,
+            "%s: %.2f dots per Å^2 instead of %.2f, as patches of fewer fall apart at D_link = %g Å; "
+            "a density that is given stays",
+            name, density, DENSITY, d_link,
         )  # fmt: skip
     return surface, density
 

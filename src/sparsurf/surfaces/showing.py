@@ -3,26 +3,37 @@
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, triangles, viridis
+from sparsurf.surfaces.molecular_surface import components_in
+from sparsurf.surfaces.radii import radii
 
 BALL = 0.25  # Å, radius of a dot in py3Dmol
 
 
 def to_frame(surface, molecule=None, **columns):
-    """DataFrame with x, y, z (Å), nx, ny, nz, area (Å^2) and kind of every dot.
+    """DataFrame with x, y, z (Å), nx, ny, nz, area (Å^2), kind and fields of every dot.
+
+    Of what `sparsurf.surface` gave for a molecule it has the columns of the command's CSV.
 
     Parameters
     ----------
     surface : Surface
     molecule : Molecule, optional
-        Whose atoms the dots belong to: adds chain, residue, residue_name, atom_name and atom.
+        Whose atoms the dots belong to: adds chain, residue, residue_name, atom_name and atom. That of the dots without.
     columns : further columns, (N,) each
     """
     import pandas as pd
 
     place = dict(zip(("x", "y", "z", "nx", "ny", "nz"), [*surface.points.T, *surface.normals.T], strict=True))
-    table = pd.DataFrame(place | {"area": surface.area, "kind": surface.kind} | columns)
-    return table if molecule is None else table.join(molecule.labels(surface.atom))
+    table = pd.DataFrame(place | {"area": surface.area, "kind": surface.kind})
+    if surface.origin and surface.origin.whole:
+        own, frame, rules, _ = surface.origin
+        table[FIELD] = components_in(surface, own, frame, radii(own, rules["radii"]), rules["probe"])
+    table = table.assign(**columns)
+    molecule = surface.origin.molecule if molecule is None and surface.origin else molecule
+    table = table if molecule is None else table.join(molecule.labels(surface.atom))
+    return table.assign(**{name: values for name, values in surface.fields.items() if name not in table})
 
 
 def plot(surface, values=None, ax=None):

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module  # of what matplotlib and pandas draw: few ask for it
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +23,8 @@ ODD = 0.05  # normals so far from unit length may be something else
 ARRAYS = ("points", "normals", "area", "kind", "atom")
 # Columns of this program's own files, and of other programs', that are no field
 NO_FIELDS = frozenset(
-    ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "dot", "weight", "spacing", "reach", "kept", "index", "id", "chain",
-     "residue", "residue_name", "atom_name", "atom", "red", "green", "blue", "alpha"]
+    ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "dot", "weight", "spacing", "reach", "kept", "index", "id", "frame",
+     "chain", "residue", "residue_name", "atom_name", "atom", "red", "green", "blue", "alpha"]
 )  # fmt: skip
 FARTHEST = 2e6  # Å; atoms lie within half of it, a damaged number does not
 LARGEST = 1.3e5  # Å^2, the whole of the largest sphere (100 Å)
@@ -41,6 +42,21 @@ DENSE, MANY = (
 OPEN = 0.03
 
 
+class Origin(NamedTuple):
+    """The atoms that dots were placed on.
+
+    molecule : Molecule
+    frame : int, its position
+    rules : dict, probe, density, radii, d_link and cavities of the call
+    whole : whether they are all dots that were placed
+    """
+
+    molecule: object
+    frame: int
+    rules: dict
+    whole: bool = True
+
+
 @dataclass(frozen=True, eq=False)
 class Surface:
     """Dots of a molecular surface; their order is part of it, since the method sweeps them in it. The arrays are copied.
@@ -53,6 +69,7 @@ class Surface:
     kind : (N,) int8, 0 contact, 1 saddle, 2 concave; -1 where unknown
     atom : (N,) int32, index into the structure; -1 where unknown
     fields : dict, name -> (N,) float64, further numbers at the dots, such as a potential; NaN where unknown
+    origin : Origin, where `sparsurf.surface` placed the dots on a molecule
 
     Raises
     ------
@@ -65,6 +82,7 @@ class Surface:
     kind: np.ndarray = None
     atom: np.ndarray = None
     fields: dict = field(default_factory=dict)
+    origin: Origin | None = None
 
     def __repr__(self):
         return f"Surface of {len(self):,} dots"
@@ -101,7 +119,8 @@ class Surface:
     def take(self, dots):
         """The surface of only `dots`, a mask or indices, with all that is known of them."""
         fields = {name: value[dots] for name, value in self.fields.items()}
-        return Surface(*(getattr(self, name)[dots] for name in ARRAYS), fields)
+        origin = self.origin and self.origin._replace(whole=False)
+        return Surface(*(getattr(self, name)[dots] for name in ARRAYS), fields, origin)
 
     def to_frame(self, molecule=None, **columns):
         """DataFrame of the dots, see `showing.to_frame`."""

@@ -14,6 +14,7 @@ from sparsurf.texts import text_of
 
 DIGITS = "%.4f"  # of the floats of dots that are written: places to 0.00005 Å
 MOST_COLUMNS = 1000
+PLACE_AND_NORMAL = ["x", "y", "z", "nx", "ny", "nz"]
 LAST = 10  # lines whose decimals tell how numbers are written
 # Lines before the header that are empty or begin with #, but for a header whose first column does (#,x,y,z or #id,x,y,z).
 REMARKS = re.compile(r"(?:[ \t]*\n|#(?!.*,[ \t]*[zZ][ \t]*[,\n]).*\n)*")
@@ -28,7 +29,7 @@ def _sniff(head):
 
 def read_csv(content, path):
     """Surface of a table with x, y, z, nx, ny, nz in its header, in any case."""
-    values, fields, lines = _columns(content, path, ["x", "y", "z", "nx", "ny", "nz"])
+    values, fields, lines = _columns(content, path, PLACE_AND_NORMAL)
     return surface_of_columns({"points": values[:, :3], "normals": values[:, 3:]} | fields, path, lines)
 
 
@@ -75,6 +76,11 @@ def _columns(content, path, names):
     # numpy's savetxt names the first column "# x"
     given = [name.removeprefix("# ").strip() for name in header]
     table.columns = [name.lower() for name in given]
+    if names == PLACE_AND_NORMAL and "frame" in table.columns and table["frame"].nunique() > 1:
+        raise InputError(
+            f"{path} holds the dots of {table['frame'].nunique()} frames: give those of one, "
+            "such as a file that -o dots_{frame}.csv writes."
+        )
     wrong = [name for name in names if list(table.columns).count(name) != 1]
     if wrong:
         raise InputError(f"{path} needs one column {wrong[0]}; its header must name {', '.join(names)}.")
