@@ -50,6 +50,16 @@ def test_a_residue_that_is_too_wide_is_named_with_its_frame_and_atom(molecule):
     refused(moved(molecule, 4, atom, 30.0), "GLN 213 .* in frame 4 .atom CG is farthest out")
     refused(replace(molecule, xyz=10 * molecule.xyz), "GLU 209 .* in frame 0 .* give lengths in nm")
     refused(replace(molecule, xyz=10 * molecule.xyz), "in the order of top.pdb", topology="top.pdb")
+    own = molecule.residue == "213"
+    for wide in (19.9, 20.1):  # whatever is bonded in the first frame, one atom is too far
+        shift = np.array([wide, 0, 0]) * 1.2
+        for _ in range(50):
+            first = moved(molecule, 0, atom, shift)
+            shift *= wide / np.linalg.norm(np.ptp(first.xyz[0, own], axis=0))
+        if wide > 20:
+            refused(first, "GLN 213 is 20 Å wide in frame 0 .atom CG is farthest out., not below 20 Å")
+        else:
+            geometry.refuse_impossible(first, "run.xtc")
 
 
 def test_a_bond_that_breaks_in_a_later_frame_is_named(molecule):
@@ -57,6 +67,11 @@ def test_a_bond_that_breaks_in_a_later_frame_is_named(molecule):
     refused(moved(molecule, 5, tail, 6.0), "the bond C-N of .* in frame 5")
     ring = np.flatnonzero((molecule.residue == "214") & (molecule.name == "OH"))[0]
     refused(moved(molecule, 3, ring, [0, 0, 5.0]), "the bond CZ-OH of TYR 214 .* in frame 3")
+    end = molecule.xyz[3, np.flatnonzero((molecule.residue == "214") & (molecule.name == "CZ"))[0]]
+    bond = molecule.xyz[3, ring] - end
+    stretched = [end + long / np.linalg.norm(bond) * bond - molecule.xyz[3, ring] for long in (2.95, 3.05)]
+    geometry.refuse_impossible(moved(molecule, 3, ring, stretched[0]), "run.xtc")
+    refused(moved(molecule, 3, ring, stretched[1]), "the bond CZ-OH of TYR 214 is 3.[01] Å long in frame 3")
     geometry.refuse_impossible(moved(molecule, 3, ring, [0, 0, 5.0]), "run.xtc", whole=False)
 
 

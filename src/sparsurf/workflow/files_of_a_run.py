@@ -205,9 +205,8 @@ def has_one_model(path):
         return False
     if kind in PDB:
         end = text.find(b"\nEND")
-        return text.count(b"\nMODEL ") <= 1 and not (
-            end >= 0 and re.search(rb"^(ATOM|HETATM)", text[end:], re.M)
-        )
+        models = text.startswith(b"MODEL ") + text.count(b"\nMODEL ")
+        return models <= 1 and not (end >= 0 and re.search(rb"^(ATOM|HETATM)", text[end:], re.M))
     columns = re.findall(rb"^_atom_site\.(\w+)", text, re.M)
     rows = re.findall(rb"^(?:ATOM|HETATM)\s.*", text, re.M)
     if columns[-1:] != [b"pdbx_PDB_model_num"] or not rows:
