@@ -239,6 +239,7 @@ FINE = {
     "glycan.pdb": (GOOD[:-4] + peptide(["NAG"], first=9, origin=(0, 0, 9)).replace("ATOM  ", "HETATM"), 4),
     "heavy-water.pdb": (GOOD[:-4] + atom_line("D1", "DOD", residue="9", record="HETATM", element="D"), 4),
     "latin.pdb": ("REMARK Ångström naïve\n" + GOOD, 4),
+    "remark.pdb": (peptide().replace("ATOM  ", "REMARK") + peptide().replace("ATOM  ", "SIGATM") + GOOD, 4),
     "plain.cif": (CIF, 1),
     "uncertain.cif": (CIF.replace("3.0", "3.0(2)"), 1),
     "a name with blanks, Å and ü.pdb": (GOOD, 4),
@@ -251,6 +252,18 @@ def test_unusual_but_fine(tmp_path, name):
     molecule = read_molecule(write(tmp_path / name, content))
     assert molecule.n_residues == residues
     assert set(molecule.element) <= {"C", "N", "O"}
+
+
+def test_numbers_of_a_gro_file_may_touch(tmp_path):
+    atoms = [line.split() for line in peptide().splitlines()]
+    places = np.array([line[6:9] for line in atoms], float) - 2000  # Å: eight characters each, in nm
+    rows = "".join(
+        f"{line[5]:>5s}ALA  {line[2]:>5s}{k:5d}" + "".join(f"{x / 10:8.3f}" for x in place) + "\n"
+        for k, (line, place) in enumerate(zip(atoms, places, strict=True), 1)
+    )
+    path = write(tmp_path / "a.gro", f"touching\n{len(atoms)}\n{rows}   0.00000   0.00000   0.00000\n")
+    assert rows.count("-200.000-200.000-200.000") == 1
+    np.testing.assert_allclose(read_molecule(path).xyz[0], places, atol=0.006)
 
 
 def test_deuterium_is_hydrogen(tmp_path):

@@ -232,6 +232,11 @@ def test_mmcif_tells_the_box_and_each_place_of_the_sequence_once():
     assert read_mmcif(several, "a.cif").atoms.model.tolist() == [4, 4, 7]
 
 
+def test_of_two_blocks_with_atoms_the_first_is_read(caplog):
+    assert len(read_mmcif(CIF + "data_empty\n" + CIF.replace("data_x", "data_y"), "a.cif").atoms) == 3
+    assert caplog.messages == ["a.cif has 2 data blocks with atoms: the first is read"]
+
+
 def test_mmcif_tells_which_residues_a_covalent_bond_beside_the_backbone_joins():
     """Bonds to metals and hydrogens, and those to what is no polymer, take no atom away from a residue."""
     ends = [f"ptnr{k}_auth_{item}_id" for k in (1, 2) for item in ("asym", "seq", "comp")]

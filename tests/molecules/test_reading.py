@@ -469,6 +469,10 @@ def test_real_insertion_codes_and_negative_numbers(shared):
         ({"chains": 5}, "chains is 5; it must be a string such as 'A,B', or a list"),
         ({"ligands": 5}, "ligands is 5; it must be a string such as 'HEM,ZN', or a list"),
         ({"ligands": "HEM, ZN"}, "has no ligand HEM, ZN: beside"),
+        (
+            {"ligands": 999 * "Q,"},
+            r"has no ligand (Q, ){33}Q\.\.\..* \(\d+ characters\): beside the polymers it has",
+        ),
         ({"whole": "x"}, r"^whole is 'x'; it must be True or False\.$"),
         (
             {"times": [0]},

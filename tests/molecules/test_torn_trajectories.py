@@ -104,3 +104,14 @@ def test_a_dcd_file_with_fewer_frames_than_its_header_says(frames, tmp_path, cap
     with caplog.at_level(logging.WARNING, "sparsurf"):
         assert read_molecule(TOPOLOGY, path, stride=stride).n_frames == found
     assert f"its header announces 5 frames, {found} were read (stride {stride})" in caplog.text
+
+
+def test_a_dcd_file_with_a_frame_more_than_its_header_says(frames, tmp_path, caplog):
+    path = tmp_path / "a.dcd"
+    mdtraj.join([frames, frames[:2]]).save(str(path))
+    content = path.read_bytes()
+    for announced, told in ((5, False), (4, True)):
+        path.write_bytes(content[:8] + announced.to_bytes(4, "little") + content[12:])
+        with caplog.at_level(logging.WARNING, "sparsurf"):
+            assert read_molecule(TOPOLOGY, path).n_frames == 5
+        assert (f"goes on after the {announced} frames that its header announces" in caplog.text) == told

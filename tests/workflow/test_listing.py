@@ -221,7 +221,14 @@ def test_a_missing_file_is_a_sentence(server, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("url", "sha256"), [("file:///etc/passwd", "0" * 64), ("http://127.0.0.1:9/a.pdb", None)]
+    ("url", "sha256"),
+    [
+        ("file:///etc/passwd", "0" * 64),
+        ("http://127.0.0.1:9/a.pdb", None),
+        ("https:///a.pdb", None),
+        ("https://127.0.0.1:99999/a.pdb", None),
+        ("https://127.0.0.1:0/a.pdb", None),
+    ],
 )
 def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
     """Refused before anything is fetched: by the config, and by the job itself."""

@@ -183,7 +183,9 @@ def _ligands(molecule, path, ligands):
     if absent:
         others = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
         listed = ", ".join(sorted(others)) or "none"
-        raise InputError(f"{path} has no ligand {', '.join(absent)}: beside the polymers it has {listed}.")
+        raise InputError(
+            f"{path} has no ligand {short(', '.join(absent))}: beside the polymers it has {listed}."
+        )
     return np.isin(molecule.residue_name, names)
 
 

@@ -19,14 +19,15 @@ ONLY = "only complete https:// URLs are fetched, or http:// if a sha256 is given
 
 def allowed(url, sha256):
     """Whether a URL may be fetched: what travels unprotected only if its checksum is known."""
-    scheme = _parsed(url).scheme
-    return scheme == "https" or (scheme == "http" and bool(sha256))
+    parts = _parsed(url)
+    return bool(parts.hostname) and (parts.scheme == "https" or (parts.scheme == "http" and bool(sha256)))
 
 
 def _parsed(url):
-    """The parts of a URL; of what is none, those of an empty one."""
+    """The parts of a URL; of what is none, or has no such port, those of an empty one."""
     try:
-        return urlparse(url)
+        parts = urlparse(url)
+        return parts if parts.port != 0 else urlparse("")
     except ValueError:
         return urlparse("")
 
