@@ -40,7 +40,7 @@ def descriptors(surface, at=None, *, radius=R_ZERNIKE, up=True, d_link=D_LINK, d
     d_link : float
         Å; dots closer than this are linked, and a patch is the largest linked island.
     descriptor : {'published', 'steady'}
-        'steady' does not change when the molecule is turned; it does best with a `d_link` of 0.6.
+        'steady' hardly changes when the molecule is turned; it does best with a `d_link` of 0.6.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def arguments(parser):
         "--descriptor",
         choices=DESCRIPTORS,
         default=PUBLISHED,
-        help="steady: does not change when the molecule is turned (default published)",
+        help="steady: hardly changes when the molecule is turned (default published)",
     )
     options.add_molecule(parser, several=False)
 

@@ -16,10 +16,12 @@ from sparsurf.surfaces.surface import Surface
 class Subset(NamedTuple):
     """Dots that stand for a surface.
 
+    Attributes
+    ----------
     dots : (n,) int64, their numbers, in the order of choice
     weight : (n,) int64, the dots of the surface that each stands for
     surface : Surface of the kept dots alone, at better places where settled
-    table : DataFrame, the rows of minimal.csv, see `subset_table`
+    table : DataFrame, the rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å), reach; with atoms their labels
     """
 
     dots: np.ndarray

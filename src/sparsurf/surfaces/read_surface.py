@@ -25,7 +25,7 @@ def read_surface(path):
 
     Returns
     -------
-    Surface, see `surface.surface_of_columns`; normals of another length are brought to unit length
+    Surface, in the order of the file, of dots that occur twice the first; normals of another length are brought to unit length
 
     Raises
     ------

@@ -123,15 +123,15 @@ class Surface:
         return Surface(*(getattr(self, name)[dots] for name in ARRAYS), fields, origin)
 
     def to_frame(self, molecule=None, **columns):
-        """DataFrame of the dots, see `showing.to_frame`."""
+        """DataFrame of the dots: place, normal, area, kind; labels of their atoms, given the molecule; `columns`, (N,) each."""
         return import_module("sparsurf.surfaces.showing").to_frame(self, molecule, **columns)
 
     def plot(self, values=None, ax=None):
-        """Picture by matplotlib, see `showing.plot`."""
+        """Picture by matplotlib, coloured by `values` (N,) or by kind; returns the Axes."""
         return import_module("sparsurf.surfaces.showing").plot(self, values, ax)
 
     def show(self, values=None):
-        """View to turn by PyVista or py3Dmol, see `showing.show`."""
+        """View to turn by PyVista or py3Dmol, coloured as in `plot`."""
         return import_module("sparsurf.surfaces.showing").show(self, values)
 
 
