@@ -1,6 +1,9 @@
 """Settings of the book, for Sphinx: `make docs`."""
 
 import os
+import re
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -82,9 +85,22 @@ def _formula(block):
     return visit, None
 
 
+def _draw_tutorial():
+    """The figure of the tutorial, by its own words, unless it is there."""
+    here = Path(__file__).parent
+    folder = here / "_gallery" / "tutorial"
+    if not (folder / "figure.png").exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copy(here.parent / "data" / "tdp43" / "topology.pdb", folder / "protein.pdb")
+        blocks = re.findall(r"(?ms)^```python\n(.*?)^```", (here / "tutorial.md").read_text(encoding="utf-8"))
+        command = [sys.executable, "-c", "".join(blocks)]
+        subprocess.run(command, cwd=folder, env=os.environ | {"MPLBACKEND": "agg"}, check=True)
+
+
 def setup(app):
     """Formulas as MathML, which browsers draw without a script; tables of the reference from what they describe."""
     app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
     app.connect("source-read", reference.fill)
     for part in ("surfaces", "patches"):  # once, so that no script of the gallery pays for it
         compile_kernels.main({"mark": os.devnull}, part, "published")
+    _draw_tutorial()
