@@ -26,14 +26,16 @@ def commands():
             if rows.count("\n") > 1 and (shown := first.setdefault(rows, name)) != name:
                 yield f"*{group.title}*: as of [{shown}](#{shown})\n\n"
             elif rows:
-                yield f"| {group.title} | |\n|---|---|\n{rows}\n"
+                yield f"| {group.title.replace('positional arguments', 'files')} | |\n|---|---|\n{rows}\n"
 
 
 def _option(action):
-    """A row for one option."""
-    value = f"{{{','.join(action.choices)}}}" if action.choices else action.metavar or action.dest.upper()
+    """A row for one option; many choices stand in its meaning, where they can wrap."""
+    few = len(action.choices or ()) in (1, 2)
+    value = f"{{{','.join(action.choices)}}}" if few else action.metavar or action.dest.upper()
     names = [f"{name}{f' {value}' * (action.nargs != 0)}" for name in action.option_strings] or [value]
     meaning = (action.help or "").replace("%%", "%").replace("|", "\\|").replace("<", "&lt;")
+    meaning += "" if few or not action.choices else f": {', '.join(action.choices)}"
     return f"| {', '.join(f'`{name}`' for name in names)} | {meaning} |\n"
 
 

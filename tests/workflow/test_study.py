@@ -71,9 +71,12 @@ def test_a_study_ends_with_a_report_and_five_lines(checkout, capsys):
     assert report == ["--quiet", "all", "--report", "results/mine/report.html"]
     lines = capsys.readouterr().out.strip().splitlines()
     assert [line.split()[0] for line in lines] == ["Time", "Answer", "Warnings", "Look", "All"]
-    assert "4.5 % of the dots are enough (median of 1 surfaces)" in lines[1] and lines[2].split()[1] == "1"
+    assert lines[1].endswith(" 4.5 % of the dots are enough.") and lines[2].split()[1] == "1"
     checkout.calls.clear()
+    (checkout.root / "results/mine/surfaces.csv").write_text("minimal_n_S_percent\n4\n7\n5\n")
+    os.utime(checkout.root / "results/mine/surfaces.csv", (0, 0))
     assert study.main(checkout.config()) == 0 and len(checkout.calls) == 1  # nothing is newer
+    assert "5.0 % of the dots are enough (median of 3 surfaces)." in capsys.readouterr().out
     os.utime(checkout.root / "results/mine/report.html", (0, 0))
     assert study.main(checkout.config()) == 0 and len(checkout.calls) == 3
 

@@ -155,9 +155,8 @@ def summary(config, folder, code, failed, begin, torn=0):
     print(f"\nTime      {seconds // 60} min {seconds % 60} s")
     if parts := [*_minimal_percents(folder / SURFACES)]:
         what = "are enough" if "floor" in config["minimal"] else "are in minimal.csv, as the config asks"
-        print(
-            f"Answer    {statistics.median(parts):.1f} % of the dots {what} (median of {len(parts)} surfaces)."
-        )
+        median = f" (median of {len(parts)} surfaces)" if len(parts) > 1 else ""
+        print(f"Answer    {statistics.median(parts):.1f} % of the dots {what}{median}.")
     print(f"Warnings  {_rows(folder / WARNINGS)} in {folder / WARNINGS}")
     print(f"Look at   {folder / PAGE}")
     print(
