@@ -201,6 +201,9 @@ def test_a_lactam_bridge_is_no_missing_atom(tmp_path, caplog):
     caplog.clear()  # of a file that a study wrote itself, it was said before
     assert read_own(tmp_path / "a.pdb").n_atoms == 24 and not caplog.text
     assert "lack" not in warned(caplog, write(tmp_path / "b.pdb", bridge + lacking))
+    assert "lack" not in warned(
+        caplog, write(tmp_path / "two.pdb", bridge + bridge.replace("3  ", "1  ", 1) + lacking)
+    )
     assert "1 residue lacks" in warned(caplog, write(tmp_path / "c.pdb", metal + lacking))
     short = "".join(
         line

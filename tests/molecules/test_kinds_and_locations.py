@@ -12,7 +12,7 @@ from sparsurf.molecules.atom_table import choose_altlocs, missing_residues, numb
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.pdb import _decoded, _encoded, read_pdb
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.molecules.residues import HEAVY_ATOMS, element_of, heavy_atoms_found, residue_kinds
+from sparsurf.molecules.residues import HEAVY_ATOMS, element_of, heavy_atoms_found, known_kind, residue_kinds
 
 NUCLEOTIDE = {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}
 
@@ -151,6 +151,22 @@ def test_residues_are_numbered_from_0_in_each_model():
     assert number_residues(read_pdb(text, "a.pdb").atoms).tolist() == ([0] * 5 + [1] * 5) * 2
 
 
+def test_a_residue_ends_where_its_name_changes_but_between_alternate_locations():
+    for first, second, numbers in (
+        ("A", "B", [0, 0]),
+        ("", "", [0, 1]),
+        ("", "B", [0, 1]),
+        ("A", "", [0, 1]),
+    ):
+        text = atom_line("CA", "SER", altloc=first) + atom_line("CA", "THR", altloc=second, place=(0, 0, 1))
+        assert number_residues(read_pdb(text, "a.pdb").atoms).tolist() == numbers, (first, second)
+
+
+@pytest.mark.parametrize("name", ["HOH", "WAT", "DOD", "SOL", "TIP3", "SPC", "T3P", "OH2"])
+def test_water_by_any_name_is_water(name):
+    assert known_kind(name) == "water" and known_kind("ALA") == "protein" and known_kind("HEM") == "other"
+
+
 def test_a_complete_sequence_lacks_nothing():
     atoms = read_pdb(peptide(["ALA", "GLY"]) + "END\n", "a.pdb").atoms
     assert missing_residues(atoms, {"A": ["ALA", "GLY"]}) == {}
@@ -202,6 +218,7 @@ def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
     assert atoms.chain.tolist() == ["H", "H", "L"]
     assert atoms.hetero.tolist() == [False, False, True]
     assert atoms.occupancy.tolist() == [0.5, 1.0, 1.0]
+    assert np.isnan(atoms.b_factor).all() and set(atoms.element) == set(atoms.altloc) == {""}
 
 
 def test_mmcif_tells_the_box_and_each_place_of_the_sequence_once():

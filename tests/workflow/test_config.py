@@ -342,7 +342,7 @@ def test_more_memory_than_the_machine_has_is_told_before_anything_runs(monkeypat
 
 
 @pytest.mark.parametrize(
-    "name", ["summary.csv", "Verdict.HTML", "logs", "compare.png", "report.html", "x.json"]
+    "name", ["summary.csv", "Verdict.HTML", "logs", "Logs", "PAIRS", "compare.png", "report.html", "x.json"]
 )
 def test_a_protein_is_not_called_like_a_file_of_the_run(name):
     with pytest.raises(InputError, match="is what the study calls a file or folder of its own"):
