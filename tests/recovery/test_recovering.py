@@ -211,17 +211,42 @@ def test_places_go_to_the_nearest_dot_that_looks_the_same_way():
     assert len(points) == pytest.approx(40 * 1.3 * 2.1**2, rel=0.1)
 
 
+def projected(functions, place, steps, longest):
+    """Points and normals at which a place arrives on the function of dot position 7, one or none."""
+    points, normals = np.empty((1, 3)), np.empty((1, 3))
+    n = _project(functions, 7, place[None], steps, longest, points, normals, 0)
+    return points[:n], normals[:n]
+
+
 def test_a_place_takes_steps_of_a_bounded_length_and_arrives_or_not():
     functions = fit(*sphere(60))
-    x = 1.2 * functions.index.xyz[7]  # 0.6 Å above its dot
-    arrived, point, normal = _project(functions, 7, *x, 1, 0.1)
-    assert not arrived
-    assert np.linalg.norm(x - point) == pytest.approx(0.1)
-    assert np.allclose(normal, functions.index.normals[7], atol=0.01)
-    arrived, point, _ = _project(functions, 7, *x, 4, 9.0)
-    assert arrived and np.linalg.norm(point) == pytest.approx(3, abs=0.01)
+    place = 1.2 * functions.index.xyz[7]  # 0.6 Å above its dot
+    assert not len(projected(functions, place, 6, 0.1)[0])  # on the surface, but not looked at there
+    for steps, longest in ((7, 0.1), (4, 9.0)):
+        points, normals = projected(functions, place, steps, longest)
+        assert np.linalg.norm(points, axis=1) == pytest.approx([3], abs=0.01)
+        assert np.allclose(normals, functions.index.normals[7], atol=0.01)
     # about the middle of the sphere no way is nearest, though any leads to it
-    assert not _project(functions, 7, *(0.05 * functions.index.normals[7]), 8, 1.0)[0]
+    assert not len(projected(functions, 0.05 * functions.index.normals[7], 8, 1.0)[0])
+
+
+def test_close_dots_take_fewer_neighbours_and_no_places_that_are_thinned_out():
+    points, normals = sphere(600)  # 0.43 Å apart
+    wide = np.arange(600) % 12 == 0  # of which one half of the sphere keeps a twelfth
+    points, normals = (x[(points[:, 2] > 0) | wide] for x in (points, normals))
+    functions = fit(points, normals, close=0.8)
+    assert functions.count.tolist() == np.where(functions.spacing < 0.8, 8, 12).tolist()
+    assert 20 < (functions.count == 12).sum() < 60
+    few = fit(points, normals, neighbours=8)
+    i = int(np.argmin(functions.spacing))
+    place = functions.index.xyz[i] * 1.01
+    assert value(functions, i, *place)[0] == pytest.approx(value(few, i, *place)[0], abs=1e-4)
+    laid, _ = _lay(functions, 0, len(points), 20.0, 1.0, 4, 0.3)
+    nearest = np.linalg.norm(laid[:, None] - points, axis=2).min(axis=1)
+    assert 0.29 < nearest.min() < 0.31
+    assert np.linalg.norm(laid, axis=1) == pytest.approx(3, abs=0.02)
+    whole, quick = recover(points, normals, 20.0), recover(points, normals, 20.0, close=0.8)
+    assert len(quick[0]) == pytest.approx(len(whole[0]), rel=0.01)
 
 
 def test_two_dots_at_one_place_do_no_harm():

@@ -127,34 +127,32 @@ def _span(x, radius, origin, side, cells):
 
 @njit(cache=True, nogil=True)
 def _link(xyz, origin, shape, side, start, d_link):
-    """CSR rows of the positions closer than `d_link`; counted in a first pass, stored in a second."""
+    """CSR rows of the positions closer than `d_link`, padded to `ROW`."""
     n = len(xyz)
     d2 = d_link * d_link
     link_start = np.zeros(n + 1, np.int64)
-    link = np.empty(0, np.int32)
-    for store in range(2):
-        if store:
-            for i in range(n):
-                link_start[i + 1] += link_start[i]
-            link = np.full(link_start[n], n, np.int32)
-        for i in range(n):
-            x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-            a0, a1 = _span(x, d_link, origin[0], side, shape[0])
-            b0, b1 = _span(y, d_link, origin[1], side, shape[1])
-            c0, c1 = _span(z, d_link, origin[2], side, shape[2])
-            found = 0
-            for a in range(a0, a1 + 1):
-                for b in range(b0, b1 + 1):
-                    row = (a * shape[1] + b) * shape[2]
-                    for q in range(start[row + c0], start[row + c1 + 1]):
-                        d = (xyz[q, 0] - x) ** 2 + (xyz[q, 1] - y) ** 2 + (xyz[q, 2] - z) ** 2
-                        if d < d2 and q != i:
-                            if store:
-                                link[link_start[i] + found] = q
-                            found += 1
-            if not store:
-                link_start[i + 1] = max(found, ROW)
-    return link_start, link
+    link = np.full(2 * ROW * n, n, np.int32)
+    for i in range(n):
+        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
+        a0, a1 = _span(x, d_link, origin[0], side, shape[0])
+        b0, b1 = _span(y, d_link, origin[1], side, shape[1])
+        c0, c1 = _span(z, d_link, origin[2], side, shape[2])
+        first = m = link_start[i]
+        for a in range(a0, a1 + 1):
+            for b in range(b0, b1 + 1):
+                row = (a * shape[1] + b) * shape[2]
+                begin, end = start[row + c0], start[row + c1 + 1]
+                if m + end - begin + ROW > len(link):
+                    link = np.concatenate((link, np.full(len(link) + end - begin, n, np.int32)))
+                for q in range(begin, end):
+                    p = np.uintp(q)
+                    ex, ey, ez = xyz[p, 0] - x, xyz[p, 1] - y, xyz[p, 2] - z
+                    link[np.uintp(m)] = q  # without a branch: what does not count is overwritten
+                    m += 1 if (ex * ex + ey * ey + ez * ez < d2) & (q != i) else 0
+        for k in range(m, first + ROW):
+            link[k] = n
+        link_start[i + 1] = max(m, first + ROW)
+    return link_start, link[: link_start[n]].copy()
 
 
 @njit(cache=True, nogil=True)
@@ -215,7 +213,7 @@ def apart(index, order, radius, most, first):
     -------
     (m,) int64
     """
-    blocked, found = np.zeros(len(index.dot), np.bool_), np.empty(len(index.dot) + 1, np.int32)
+    blocked, r2 = np.zeros(len(index.dot), np.bool_), radius * radius
     out, m = np.empty(min(most, len(order)), np.int64), 0
     for k in range(len(order)):
         if m == len(out):
@@ -224,6 +222,15 @@ def apart(index, order, radius, most, first):
         if k < first or not blocked[p]:
             out[m] = order[k]
             m += 1
-            for e in range(ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, found)):
-                blocked[found[e]] = True
+            x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
+            a0, a1 = _span(x, radius, index.origin[0], index.side, index.shape[0])
+            b0, b1 = _span(y, radius, index.origin[1], index.side, index.shape[1])
+            c0, c1 = _span(z, radius, index.origin[2], index.side, index.shape[2])
+            for a in range(a0, a1 + 1):
+                for b in range(b0, b1 + 1):
+                    row = (a * index.shape[1] + b) * index.shape[2]
+                    for j in range(index.start[row + c0], index.start[row + c1 + 1]):
+                        q = np.uintp(j)
+                        ex, ey, ez = index.xyz[q, 0] - x, index.xyz[q, 1] - y, index.xyz[q, 2] - z
+                        blocked[q] |= ex * ex + ey * ey + ez * ez <= r2
     return out[:m].copy()

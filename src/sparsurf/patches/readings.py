@@ -26,11 +26,14 @@ class Reading:
     alone : callable, optional
         (points, normals) of the kept dots, d_link, and area and density of the full surface, Å, Å^2 and dots per Å^2 ->
         Index of the surface that the kept dots make by themselves.
+    of_many : callable, optional
+        As `alone`, in less time and with a larger error: for the thousands of subsets of a grid.
     """
 
     words: str
     among_kept: bool = False
     alone: Callable | None = None
+    of_many: Callable | None = None
 
 
 def linked_by_spacing(points, normals, d_link, area, density=None, scale=SCALE):

@@ -22,6 +22,7 @@ from sparsurf.recovery.neighbours import local_spacing, nearest
 from sparsurf.threads import over_slices
 
 NEIGHBOURS = 12  # with itself; with 8 the error is a third larger, with 24 a twentieth smaller
+FEW = 8  # of dots that lie close, see `fit`
 SUPPORT = 3.0  # of phi, in distances to the farthest neighbour; from 3 on the error no longer depends on it
 RIDGE = 1e-5  # of the diagonal; keeps two dots at one place from making the system singular
 SLICE = 512  # kept dots per task
@@ -49,7 +50,7 @@ class Interpolants(NamedTuple):
     support: np.ndarray
 
 
-def fit(points, normals, threads=1, neighbours=NEIGHBOURS):
+def fit(points, normals, threads=1, neighbours=NEIGHBOURS, close=0.0):
     """Interpolants of dots with normals.
 
     Parameters
@@ -58,6 +59,8 @@ def fit(points, normals, threads=1, neighbours=NEIGHBOURS):
     threads : int
     neighbours : int
         k, of each dot, itself included.
+    close : float
+        Å; dots whose spacing is below it take `FEW` neighbours at most, which is enough between dots so near.
 
     Returns
     -------
@@ -70,14 +73,15 @@ def fit(points, normals, threads=1, neighbours=NEIGHBOURS):
     over_slices(lambda a, b: nearest(index, a, b, first, near, gap), n, threads, SLICE)
     support = SUPPORT * np.maximum(gap[:, -1], 1e-3)
     curvature, centre, coefficient = np.zeros(n), np.zeros((n, 3, k)), np.zeros((n, 4, k))
-    count = (near >= 0).sum(axis=1)
+    count, spacing = (near >= 0).sum(axis=1), local_spacing(gap)
+    count = np.where(spacing < close, np.minimum(count, FEW), count)
     over_slices(
         lambda a, b: _fit(index, a, b, near, count, support, curvature, centre, coefficient),
         n,
         threads,
         SLICE,
     )
-    return Interpolants(index, local_spacing(gap), count, curvature, centre, coefficient, support)
+    return Interpolants(index, spacing, count, curvature, centre, coefficient, support)
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)

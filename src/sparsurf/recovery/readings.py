@@ -1,5 +1,8 @@
 """Every reading: those of one surface, and `recovered`, whose kept dots are made a dense surface again."""
 
+import math
+from functools import partial
+
 from sparsurf.patches import readings
 from sparsurf.patches.index import D_LINK, build_index
 from sparsurf.recovery.recovering import recover
@@ -7,11 +10,16 @@ from sparsurf.surfaces.spacing import DENSITY
 
 RECOVERED = "recovered"
 DENSER = 1.05  # a surface laid at DENSITY has up to 2 % more dots, which make no difference
+CLOSE = 2.0  # spacings of the full surface: up to there, fewer neighbours change Z by less than .005
 
 
-def recovered(points, normals, d_link, area, density):
-    """Index of the surface recovered from kept dots, as dense as the full one (`density`), whatever the `area`."""
-    return build_index(*recover(points, normals, fair_density(density, d_link)), d_link)
+def recovered(points, normals, d_link, area, density, close=0.0):
+    """Index of the surface recovered from kept dots, as dense as the full one (`density`), whatever the `area`.
+
+    `close` is that of `recover`, in spacings of the full surface.
+    """
+    density = fair_density(density, d_link)
+    return build_index(*recover(points, normals, density, close=close / math.sqrt(density)), d_link)
 
 
 def fair_density(density, d_link=D_LINK):
@@ -24,7 +32,8 @@ def fair_density(density, d_link=D_LINK):
     return density if density > DENSER * least else least
 
 
-READINGS = readings.READINGS | {RECOVERED: readings.Reading("recovered", alone=recovered)}
+OF_MANY = partial(recovered, close=CLOSE)
+READINGS = readings.READINGS | {RECOVERED: readings.Reading("recovered", alone=recovered, of_many=OF_MANY)}
 
 
 def readings_in(names, start=""):

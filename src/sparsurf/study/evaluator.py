@@ -129,13 +129,15 @@ class Evaluator:
             self.index, self.points[tests], self.r_zernike, up, self.threads, self.descriptor
         )
 
-    def distances(self, subsets, tests, z_tot, reading, weights=None):
+    def distances(self, subsets, tests, z_tot, reading, weights=None, many=False):
         """|z_tot - z| of subsets at the test dots under a reading: (B, T) float64, and patch sizes, (B, T).
 
-        `weights` (B, N), by position, count each kept dot; for readings of the one surface only.
+        `weights` (B, N), by position, count each kept dot; for readings of the one surface only. `many`: see `of_many` of
+        a `readings.Reading`.
         """
-        if READINGS[reading].alone:
-            one, alone = self.changed(threads=1), READINGS[reading].alone
+        alone = (many and READINGS[reading].of_many) or READINGS[reading].alone
+        if alone:
+            one = self.changed(threads=1)
             found = over_slices(
                 lambda k, _: one.distances_alone(subsets[k], tests, z_tot, alone),
                 len(subsets),

@@ -1,6 +1,8 @@
 """The grid: every combination sampled, its subsets and uniform ones compared with the whole surface.
 
 The same test dots serve all combinations unless asked otherwise, so that combinations differ by what they keep only.
+Uniform subsets that are made surfaces of their own are measured at `ON_CURVE` n_S, with as many draws, and
+interpolated at those of the combinations: Z_tR depends on nothing else.
 """
 
 from dataclasses import dataclass, fields
@@ -15,6 +17,8 @@ from sparsurf.patches.readings import OF_GRID
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import Combination
 from sparsurf.threads import over_slices
+
+ON_CURVE = 32  # n_S of a curve; between them a straight line over ln n_S lies .0005 off, draws scatter by .01
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,8 @@ def run(
     draws : int
         D, samplings and uniform subsets per combination.
     readings : tuple of str
-        Those of `readings.OF_GRID` come in one pass; each other one costs a surface of its own per subset.
+        Those of `readings.OF_GRID` come in one pass; each other one costs a surface of its own per subset: per sampling,
+        and along a curve where more than `ON_CURVE` combinations share their test dots, else per uniform subset too.
     shared : bool
         The same test dots for all combinations; False draws them anew for each, as published.
     progress : callable
@@ -94,11 +99,13 @@ def run(
     )
     if shared:
         per = max(1, descriptors.BITS // (2 * draws))
-        z_tot = None
+        z_tot, along = None, k > ON_CURVE
         for a in range(0, k, per):
-            z_tot = _fill(evaluator, out, range(a, min(a + per, k)), tests, z_tot)
+            z_tot = _fill(evaluator, out, range(a, min(a + per, k)), tests, z_tot, along)
             progress(draws * min(a + per, k), draws * k)
         out.z_tot[:] = z_tot
+        if along:
+            _fill_along_curves(evaluator, out, tests)
     else:  # combinations side by side, each with one thread
         alone, done = evaluator.changed(threads=1), []
         out.z_tot[:] = evaluator.describe(evaluator.draw_tests(n_tests))[0]
@@ -112,14 +119,16 @@ def run(
     return out
 
 
-def _fill(evaluator, out, some, tests, z_tot=None):
+def _fill(evaluator, out, some, tests, z_tot=None, along=False):
     """Draw the subsets of `some` combinations and write what they give at the test dots into a Grid.
+
+    `along`: the uniform subsets that are surfaces of their own are left to `_fill_along_curves`.
 
     Returns z_tot, which comes with the first subsets unless known: they share the patch of the whole surface.
     """
     draws = out.n_s.shape[1]
     jobs = np.array([(k, draw) for k in some for draw in range(draws)])
-    sizes = np.empty((len(out.readings), 2, len(jobs), len(tests)), np.int32)
+    sizes = np.zeros((len(out.readings), 2, len(jobs), len(tests)), np.int32)
     together = tuple(reading for reading in out.readings if reading in OF_GRID)
     for a in range(0, len(jobs), descriptors.BITS // 2):
         part = slice(a, a + descriptors.BITS // 2)
@@ -133,13 +142,37 @@ def _fill(evaluator, out, some, tests, z_tot=None):
             z_tot, z, size = evaluator.describe(tests)[0] if z_tot is None else z_tot, {}, {}
         for r, reading in enumerate(out.readings):
             if reading not in z:
+                own = subsets[: len(k)] if along else subsets
                 z[reading], size[reading] = (
-                    x.reshape(shape) for x in evaluator.distances(subsets, tests, z_tot, reading)
+                    x.reshape(-1, *shape[1:])
+                    for x in evaluator.distances(own, tests, z_tot, reading, many=True)
                 )
-            out.z_ts[r, k, draw], out.z_tr[r, k, draw] = z[reading]
-            sizes[r, :, part] = size[reading]
+            for half, values in enumerate((out.z_ts, out.z_tr)[: len(z[reading])]):
+                values[r, k, draw], sizes[r, half, part] = z[reading][half], size[reading][half]
     out.fragment[:, :, some] = np.median(sizes.reshape(*sizes.shape[:2], len(some), -1), axis=3)
     return z_tot
+
+
+def _fill_along_curves(evaluator, out, tests):
+    """Write what uniform subsets that are surfaces of their own give, by interpolation over ln n_S, draw by draw.
+
+    Each draw has a curve of its own, so that the scatter of the draws holds the error of the curves.
+    """
+    least, most = np.log(out.n_s.min()), np.log(out.n_s.max())
+    sizes = np.unique(np.round(np.exp(np.linspace(least, most, ON_CURVE))).astype(int))
+    places = np.interp(np.log(out.n_s), np.log(sizes), np.arange(len(sizes)))  # among the n_S of the curve
+    below, share = places.astype(int), (places % 1)[..., None]
+    above = np.ceil(places).astype(int)
+    for r in [r for r, reading in enumerate(out.readings) if reading not in OF_GRID]:
+        dots = np.empty(out.z_tr[r].shape)
+        for draw in range(out.n_s.shape[1]):
+            streams = (evaluator.stream("uniform", "curve", n, draw) for n in sizes)
+            subsets = [law.uniform(out.n_dots, n, rng) for n, rng in zip(sizes, streams, strict=True)]
+            curves = evaluator.distances(subsets, tests, out.z_tot, out.readings[r], many=True)
+            for values, curve in zip((out.z_tr[r], dots), curves, strict=True):
+                low, high = curve[below[:, draw]], curve[above[:, draw]]
+                values[:, draw] = low + share[:, draw] * (high - low)
+        out.fragment[r, 1] = np.median(dots.reshape(len(dots), -1), axis=1)
 
 
 def _draw(evaluator, out, jobs):
