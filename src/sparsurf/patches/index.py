@@ -119,7 +119,7 @@ def _sort_into_cells(points, origin, shape, side):
 
 
 @njit(cache=True, nogil=True)
-def _span(x, radius, origin, side, cells):
+def span(x, radius, origin, side, cells):
     """First and last cell, along one axis, that a sphere can touch."""
     first = max(0, int((x - radius - origin) / side))
     return first, min(cells - 1, int((x + radius - origin) / side))
@@ -134,9 +134,9 @@ def _link(xyz, origin, shape, side, start, d_link):
     link = np.full(2 * ROW * n, n, np.int32)
     for i in range(n):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        a0, a1 = _span(x, d_link, origin[0], side, shape[0])
-        b0, b1 = _span(y, d_link, origin[1], side, shape[1])
-        c0, c1 = _span(z, d_link, origin[2], side, shape[2])
+        a0, a1 = span(x, d_link, origin[0], side, shape[0])
+        b0, b1 = span(y, d_link, origin[1], side, shape[1])
+        c0, c1 = span(z, d_link, origin[2], side, shape[2])
         first = m = link_start[i]
         for a in range(a0, a1 + 1):
             for b in range(b0, b1 + 1):
@@ -160,9 +160,9 @@ def ball_bound(index, points, radius):
     """Upper bound on the dots within `radius` (Å) of any of `points` (T, 3): the buffer size of `ball`."""
     most = 0
     for t in range(len(points)):
-        a0, a1 = _span(points[t, 0], radius, index.origin[0], index.side, index.shape[0])
-        b0, b1 = _span(points[t, 1], radius, index.origin[1], index.side, index.shape[1])
-        c0, c1 = _span(points[t, 2], radius, index.origin[2], index.side, index.shape[2])
+        a0, a1 = span(points[t, 0], radius, index.origin[0], index.side, index.shape[0])
+        b0, b1 = span(points[t, 1], radius, index.origin[1], index.side, index.shape[1])
+        c0, c1 = span(points[t, 2], radius, index.origin[2], index.side, index.shape[2])
         n = 0
         for a in range(a0, a1 + 1):
             for b in range(b0, b1 + 1):
@@ -178,9 +178,9 @@ def ball(index, x, y, z, radius, out):
     n = 0
     r2 = radius * radius
     side = index.side
-    a0, a1 = _span(x, radius, index.origin[0], side, index.shape[0])
-    b0, b1 = _span(y, radius, index.origin[1], side, index.shape[1])
-    c0, c1 = _span(z, radius, index.origin[2], side, index.shape[2])
+    a0, a1 = span(x, radius, index.origin[0], side, index.shape[0])
+    b0, b1 = span(y, radius, index.origin[1], side, index.shape[1])
+    c0, c1 = span(z, radius, index.origin[2], side, index.shape[2])
     for a in range(a0, a1 + 1):
         low = index.origin[0] + a * side - x
         dx = max(0.0, max(low, -low - side))
@@ -223,9 +223,9 @@ def apart(index, order, radius, most, first):
             out[m] = order[k]
             m += 1
             x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
-            a0, a1 = _span(x, radius, index.origin[0], index.side, index.shape[0])
-            b0, b1 = _span(y, radius, index.origin[1], index.side, index.shape[1])
-            c0, c1 = _span(z, radius, index.origin[2], index.side, index.shape[2])
+            a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
+            b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
+            c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
             for a in range(a0, a1 + 1):
                 for b in range(b0, b1 + 1):
                     row = (a * index.shape[1] + b) * index.shape[2]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from sparsurf.patches.index import ball
+from sparsurf.patches.index import span
 
 # Cosine of two normals; dots that face each other across a cleft say nothing about each other
 SAME_SIDE = -0.5
@@ -61,15 +61,21 @@ def _sort_nearest(found, distance, m, near, gap):
 @njit(cache=True, nogil=True)
 def _on_its_side(index, i, radius, found, distance):
     """Number of dots within `radius` of position i that do not face it; their squared distances into `distance`."""
-    x, y, z = index.xyz[i]
-    u, v, w = index.normals[i]
+    x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
+    u, v, w = index.normals[i, 0], index.normals[i, 1], index.normals[i, 2]
+    a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
+    b0, b1 = span(y, radius, index.origin[1], index.side, index.shape[1])
+    c0, c1 = span(z, radius, index.origin[2], index.side, index.shape[2])
     m = 0
-    for e in range(ball(index, x, y, z, radius, found)):
-        j = found[e]
-        if index.normals[j, 0] * u + index.normals[j, 1] * v + index.normals[j, 2] * w >= SAME_SIDE:
-            found[m] = j
-            distance[m] = (index.xyz[j, 0] - x) ** 2 + (index.xyz[j, 1] - y) ** 2 + (index.xyz[j, 2] - z) ** 2
-            m += 1
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            row = (a * index.shape[1] + b) * index.shape[2]
+            for j in range(index.start[row + c0], index.start[row + c1 + 1]):
+                q = np.uintp(j)
+                d = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
+                side = index.normals[q, 0] * u + index.normals[q, 1] * v + index.normals[q, 2] * w
+                found[np.uintp(m)], distance[np.uintp(m)] = j, d  # what does not count is overwritten
+                m += 1 if (d <= radius * radius) & (side >= SAME_SIDE) else 0
     return m
 
 
