@@ -367,6 +367,13 @@ def test_every_claim_has_a_chapter_and_a_table(page):
     assert "3,000" in text and not re.search(r"\b(nan|None|inf)\b", text)
 
 
+def test_at_most_six_linking_distances_stand_on_the_page(page):
+    many = pd.concat([page["links"].query("D_link == 0.8").assign(D_link=0.5 + k / 10) for k in range(11)])
+    found = paper_page(page | {"links": many.assign(d=many["D_link"] + many["row"])})["links"]
+    assert found["distances"] == ["0.5", "0.7", "0.9", "1.1", "1.3", "1.5"]
+    assert found["table"][1] == [2, "2.50", "2.70", "2.90", "3.10", "3.30", "3.50"]
+
+
 def test_claims_follow_from_the_numbers(page):
     def holds(**changed):
         found = paper_page(page | changed)

@@ -15,6 +15,7 @@ YES, NO, PARTLY = "yes", "no", "in part"
 UNLIKELY = 0.05  # p below which published values are not taken for those of one more run
 FEW = 0.05  # share of the combinations that makes a claim hold in part
 BEST = (1, 0, 6, 0)  # the published best at alpha = 1
+LINKS = 6  # linking distances that get a column, at most
 HALVES = ("rougher half", "flatter half")
 
 
@@ -253,13 +254,11 @@ def uniform(grid, patches):
 def links(table, signs, grid):
     """d of the published rows by linking distance, and what d rests on."""
     by = {k: own.set_index("D_link") for k, own in table.groupby("row")}
-    distances = sorted(table["D_link"].unique())[:5]
+    distances = sorted(table["D_link"].unique())
+    distances = distances[:: -(-len(distances) // LINKS)]
     return {
         "distances": [f"{x:g}" for x in distances],
-        "table": [
-            [k, *(interval(*own.loc[x, ["d", "d_low", "d_high"]]) for x in distances)]
-            for k, own in by.items()
-        ],
+        "table": [[k, *(number(own.loc[x, "d"]) for x in distances)] for k, own in by.items()],
         "best": [number(x, 1) for x in (signs["D_link_best"].min(), signs["D_link_best"].max())],
         "turned": int(signs["negative_from"].notna().sum()),
         "rows": len(signs),
