@@ -459,6 +459,11 @@ def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
     for wrong in (list(blob), (blob[0],), 3):
         with pytest.raises(InputError, match="is no surface: give the path"):
             inputs.as_surface(wrong)
+    for atoms in ("a.pdb", tmp_path / "a.cif.gz"):
+        with pytest.raises(
+            InputError, match=r"a\.(pdb|cif\.gz) holds atoms: give the dots that surface\(\) places"
+        ):
+            inputs.as_surface(atoms)
     with pytest.raises(InputError, match=r"^an int is no molecule"):
         inputs.as_molecule(3)
     with pytest.raises(InputError, match=r"^a list is no surface"):

@@ -51,8 +51,11 @@ def as_surface(given):
     """
     if isinstance(given, Surface):
         return given
-    if isinstance(given, str | Path):
+    if is_file_of_dots(given):
         return read_surface(given)
+    if has_atoms(given):
+        name = given if isinstance(given, str | Path) else _kind(given)
+        raise InputError(f"{name} holds atoms: give the dots that surface() places on them.")
     if isinstance(given, tuple) and len(given) == 2:
         return Surface(*arrays(given, "surface"))
     own = getattr(given, "surface", None)
