@@ -416,6 +416,8 @@ def test_dots_know_their_molecule():
         and frame["component"].tolist() == component.tolist()
     )
     assert frame["residue"].tolist() == molecule.residue[dots.atom].tolist()
+    whole = sparsurf.surface(ROOT / "data" / "tdp43" / "topology.pdb")  # with one cavity
+    assert whole.to_frame()["component"].value_counts().tolist() == [24376, 224]
 
 
 def test_a_part_of_the_dots_is_no_whole_surface():
