@@ -1,5 +1,6 @@
 """The potential at the dots next to that of APBS, with one set of charges for both, and with the built-in ones."""
 
+import logging
 import subprocess
 import tempfile
 from pathlib import Path
@@ -22,6 +23,8 @@ ion charge -1 conc 0.15 radius 2.0
 calcenergy no calcforce no write pot dx potential
 end quit
 """  # the linear equation at 0.15 M
+log = logging.getLogger("sparsurf")
+COLUMNS = "protein", "charges", "r", "slope"
 SIZES = 65, 97, 129, 161, 193, 225  # points of a grid along an axis, of which APBS takes some
 SPACING, MARGIN = 0.6, 10.0  # Å
 
@@ -34,13 +37,17 @@ def main(inputs, outputs, name):
     with tempfile.TemporaryDirectory() as folder:
         pqr = Path(folder, "molecule.pqr")
         molecule.write_pdb(Path(folder, "molecule.pdb"))
-        _call(["pdb2pqr", "--ff=PARSE", "molecule.pdb", pqr.name], folder)
+        try:
+            _call(["pdb2pqr", "--ff=PARSE", "--whitespace", "molecule.pdb", pqr.name], folder)
+        except RuntimeError as error:  # a residue that lacks most of its atoms
+            log.warning("%s is left out: %s", name, error)
+            return pd.DataFrame(columns=COLUMNS).to_csv(outputs["table"], index=False)
         solved = solution(folder, np.ptp(molecule.xyz[0], axis=0) + 2 * MARGIN, dots.points)
         for charges, words in ((str(pqr), "those of APBS"), ("table", "built-in")):
             own = sparsurf.fields(molecule, dots, "potential", charges=charges)["potential"].to_numpy()
             r = np.corrcoef(own, solved)[0, 1]
             rows.append((name, words, r, r * solved.std() / own.std()))
-    pd.DataFrame(rows, columns=["protein", "charges", "r", "slope"]).to_csv(outputs["table"], index=False)
+    pd.DataFrame(rows, columns=COLUMNS).to_csv(outputs["table"], index=False)
 
 
 def solution(folder, extent, points):

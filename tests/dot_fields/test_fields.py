@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.dot_fields.charges import pqr_charges, table_charges
+from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.dot_fields.potential import COULOMB, DEBYE, SOFT, potential_of_charges, term
 from sparsurf.dot_fields.smoothing import smoothed
@@ -88,6 +88,20 @@ def test_states_of_residues_follow_from_hydrogens_and_bridges(tmp_path):
     np.testing.assert_allclose(
         sorted(bridged), [-0.29, -0.29, 0.29, 0.29]
     )  # CYX; a CYS would have a hydrogen
+
+
+def test_columns_of_pdb2pqr_do_not_touch_far_from_the_origin(tmp_path, monkeypatch, molecule):
+    """Without the option it writes 91.733-207.260, which nobody can read."""
+    program = tmp_path / "pdb2pqr"
+    wide = "ATOM 1 N ALA 1 1.0 91.733 -207.260 -0.5 1.5"
+    program.write_text(
+        '#!/bin/sh\nfor last; do :; done\ncase "$*" in\n'
+        f'*--whitespace*) echo "{wide}";;\n*) echo "{wide.replace("3 -2", "3-2")}";;\nesac > "$last"\n'
+    )
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    places, charges = pdb2pqr_charges(molecule)
+    assert places.tolist() == [[1.0, 91.733, -207.26]] and charges.tolist() == [-0.5]
 
 
 def test_a_pqr_file_gives_places_and_charges(tmp_path):

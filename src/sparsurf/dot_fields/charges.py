@@ -217,7 +217,10 @@ def pdb2pqr_charges(molecule):
         structure, result = Path(folder, "molecule.pdb"), Path(folder, "molecule.pqr")
         molecule.write_pdb(structure)
         run = subprocess.run(
-            [program, "--ff=PARSE", structure, result], capture_output=True, text=True, check=False
+            [program, "--ff=PARSE", "--whitespace", structure, result],
+            capture_output=True,
+            text=True,
+            check=False,
         )
         if run.returncode or not result.is_file():
             reason = (run.stderr.strip().splitlines() or ["no message"])[-1][:120]
