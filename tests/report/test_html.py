@@ -221,11 +221,13 @@ def test_warnings_that_differ_in_numbers_only_are_told_once(tmp_path):
         ("q", "", f"/far/away/{name}.pdb: left out 1 {what}") for name, what in (("qX", "X"), ("qY", "Y"))
     ]
     sentences += [("r", "", "/far/r.pdb: left out 1 X")]
+    sentences += [("pairs", name, f"{name}, partner {k}: odd") for name in ("ab", "bc") for k in (1, 2)]
     table = pd.DataFrame(sentences, columns=["protein", "conformation", "sentence"]).assign(job="")
     table.to_csv(folder / "warnings.csv", index=False)
     text = first(folder, files)
     note = Page(text).text["note"]
-    assert "5 warnings" in note and "p/c1 and 1 other alike: 5.6 dots, A/7: few" in note
+    assert "9 warnings" in note and "pairs/ab and 3 others alike: ab, partner 1: odd" in note
+    assert "p/c1 and 1 other alike: 5.6 dots, A/7: few" in note
     assert "5.71" not in note and "far" not in note and 'href="warnings.csv"' in text
     assert "q: qX.pdb: left out 1 X" in note
     assert '<details class="note">' in text

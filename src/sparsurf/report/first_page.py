@@ -359,6 +359,7 @@ def warned(path):
     alike = {}
     for place, sentence in dict.fromkeys(zip(places, table["sentence"], strict=True)):
         said = re.sub(r"^\S*/(?=\S+: )", "", sentence.removeprefix(f"{place}: "))
-        kind = re.sub(r"[0-9][0-9.,]*", "", said.replace(place, "") if place else said)
+        names = "|".join(re.escape(name) for name in place.split("/"))
+        kind = re.sub(rf"\b({names})\b|[0-9][0-9.,]*", "", said)
         alike.setdefault(kind, (said, []))[1].append(place)
     return [(each, said) for said, each in alike.values()]
