@@ -4,7 +4,6 @@ import logging
 import tempfile
 import time
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 
 import gemmi
@@ -228,10 +227,12 @@ def _fpfh(molecule, dots, places):
 def opponents():
     """Other descriptors by name, functions (molecule, dots, places) -> (P, M) float32; FPFH where Open3D is installed."""
     found = {COMPOSITION: _composition, PUBLISHED: _published}
-    if find_spec("open3d"):
-        return found | {FPFH: _fpfh}
-    log.warning("Open3D is not installed: %s is left out; pip install open3d.", FPFH)
-    return found
+    try:
+        import open3d  # noqa: F401
+    except ImportError as error:
+        log.warning("%s is left out (%s): pip install open3d.", FPFH, error)
+        return found
+    return found | {FPFH: _fpfh}
 
 
 def described(arrays, percent, channels, learned):

