@@ -85,13 +85,15 @@ def test_a_dot_far_from_the_others_is_refused(dots, caplog):
         ("kind", 3, "dot 6 has a kind other than"),
         ("kind", -2, "dot 6 has a kind other than"),
         ("kind", 256, "dot 6 has a kind other than"),  # which is 0 in a byte
+        ("kind", 0.5, "dot 6 has a kind other than"),
         ("atom", -5, "dot 6 has an atom that is no index"),
+        ("atom", 1.5, "dot 6 has an atom that is no index"),
         ("points", -3e6, "dot 6 has a coordinate beyond"),
     ],
 )
 def test_values_that_cannot_be_are_refused(dots, tmp_path, name, value, words):
     columns = {key: getattr(dots, key).copy() for key in ("points", "normals", "area", "kind", "atom")}
-    columns[name] = columns[name].astype(float if name in ("area", "points") else int)
+    columns[name] = columns[name].astype(type(value))
     columns[name][5] = value
     np.savez(tmp_path / "a.npz", **columns)
     with pytest.raises(InputError, match=words):
