@@ -276,5 +276,7 @@ def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
             molecule, xyz=both, residue_index=index, chain=chain, b_factor=np.zeros(len(chain)), **names
         )
         assert words in told(twice) and bool(words) == bool(told(twice))
+        few = told(twice.take((index < molecule.n_residues) | (index >= 2 * molecule.n_residues - 2)))
+        assert ("of its atoms lie inside other residues" in few) == bool(words)  # a quarter of them
     apart = molecule.xyz + np.where(molecule.residue_index >= 7, 9.0, 0.0)[:, None]
     assert "1 peptide bond is missing, the first between GLY 215" in told(replace(molecule, xyz=apart))
