@@ -243,7 +243,7 @@ def test_close_dots_take_fewer_neighbours_and_no_places_that_are_thinned_out():
     assert value(functions, i, *place)[0] == pytest.approx(value(few, i, *place)[0], abs=1e-4)
     laid, _ = _lay(functions, 0, len(points), 20.0, 1.0, 4, 0.3)
     nearest = np.linalg.norm(laid[:, None] - points, axis=2).min(axis=1)
-    assert 0.29 < nearest.min() < 0.31
+    assert 0.28 < nearest.min() < 0.31  # rivals may be nearer by a twentieth
     assert np.linalg.norm(laid, axis=1) == pytest.approx(3, abs=0.02)
     whole, quick = recover(points, normals, 20.0), recover(points, normals, 20.0, close=0.8)
     assert len(quick[0]) == pytest.approx(len(whole[0]), rel=0.01)

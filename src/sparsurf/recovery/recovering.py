@@ -110,7 +110,7 @@ def _lay(functions, begin, end, density, reach, steps, gap=0.0):
             a, b = r * cosine[k], r * sine[k]
             px, py, pz = x + a * u[0] + b * v[0], y + a * u[1] + b * v[1], z + a * u[2] + b * v[2]
             untaken[n, 0], untaken[n, 1], untaken[n, 2] = px, py, pz
-            n += 0 if _taken(rivals, n_rivals, px, py, pz, max(TIE * r, gap)) else 1
+            n += 0 if _taken(rivals, n_rivals, px, py, pz, r) else 1
         m = _project(functions, i, untaken[:n], steps, 0.5 * radius, points, normals, m)
     return points[:m].copy(), normals[:m].copy()
 
@@ -145,8 +145,8 @@ def _rivals(index, i, radius, found, rivals):
 
 @njit(cache=True, nogil=True)
 def _taken(rivals, n_rivals, x, y, z, r):
-    """Whether a rival is nearer to a place than r."""
-    least = r**2
+    """Whether a rival is clearly nearer to a place than the dot at distance r."""
+    least = (TIE * r) ** 2
     nearer = 0
     for e in range(n_rivals):  # all of them: faster than a loop that may end early
         gap = (rivals[0, e] - x) ** 2 + (rivals[1, e] - y) ** 2 + (rivals[2, e] - z) ** 2
