@@ -46,7 +46,7 @@ def add_molecule(parser, d_link=True, several=True):
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
     atoms.add_argument("--residues", help="ranges, such as A:10-52A,60")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
-    words = "number of the model, of several" + "; all: each is a frame" * several
+    words = "number of the model, of several" + "; all: each is a frame, from 0" * several
     atoms.add_argument("--model", type=_model if several else _one_model, help=words)
     atoms.add_argument("--altloc", help="first, highest (occupancy) or a letter (default first)")
     atoms.add_argument("--hydrogens", choices=["keep", "remove"], help="hydrogens of the file (default keep)")
