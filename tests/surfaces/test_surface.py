@@ -232,6 +232,12 @@ def test_bad_csv_is_one_sentence(tmp_path, text, word):
         read_surface(written(tmp_path, text, "a.csv"))
 
 
+def test_quotes_may_follow_a_blank(tmp_path):
+    path = written(tmp_path, 'x, "y", z, nx, ny, nz, q\n1, "2", 3, 0, 0, "1", "-4"\n', "a.csv")
+    found = read_surface(path)
+    assert found.points.tolist() == [[1, 2, 3]] and found.fields["q"].tolist() == [-4]
+
+
 def test_columns_that_mean_nothing_else_are_fields(tmp_path):
     """Whatever the case of their names; whole numbers, too, and not words or what a file of dots says otherwise."""
     others = "Area,KIND,Residue,atom,Index,ID,Weight,kept,red"
@@ -401,9 +407,10 @@ def test_dms_columns_are_those_of_the_program(shared, tmp_path):
 def test_dms_needs_atoms_and_kinds(tmp_path):
     with pytest.raises(InputError, match="atom"):
         write_dms(tmp_path / "a.dms", Surface(np.eye(3), np.eye(3)), ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
-    one = Surface(np.eye(3), np.eye(3), kind=[0, 0, 0], atom=[0, 0, 1])
-    with pytest.raises(InputError, match="atom"):
-        write_dms(tmp_path / "a.dms", one, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
+    for kind, atom in (([0, 0, 0], [0, 0, 1]), ([0, -1, 0], [0, 0, 0]), ([0, 0, 0], [0, -1, 0])):
+        one = Surface(np.eye(3), np.eye(3), kind=kind, atom=atom)
+        with pytest.raises(InputError, match="needs the atom and the kind of every dot"):
+            write_dms(tmp_path / "a.dms", one, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
 
 
 def test_an_area_that_is_not_known_is_written_as_none(tmp_path):
