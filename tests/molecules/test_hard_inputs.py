@@ -226,6 +226,7 @@ FINE = {
     "no-newline.pdb": (GOOD[:-1], 4),
     "rstripped.pdb": ("\n".join(line.rstrip() for line in peptide().split("\n")), 4),
     "no-end.pdb": (peptide(), 4),
+    "no-end-no-newline.pdb": (peptide()[:-1], 4),
     "disordered.pdb": (SEQUENCE + GOOD, 4),
     "connected.pdb": (SEQUENCE + peptide() + "CONECT    1    2\n", 4),
     "master.pdb": (SEQUENCE + peptide() + "MASTER        0    0\n", 4),
