@@ -67,8 +67,8 @@ if not SAMPLED:  # nothing follows from the grid
     GRID = RANGES = BEST = SUMMARY = {}
 FIELDS = inside(CONFORMATION, fields="fields.npz", given_back="fields.csv") if config["fields"] else {}
 ENOUGH = inside(CONFORMATION, enough="enough.csv", curves="curves.csv")
-WARNINGS = f"{RUN}/warnings.csv"
-FIRST_PAGE = inside(RUN, html="index.html", failures="failures.csv", part=".front_page.html")  # of the report
+WARNINGS, CRATE = f"{RUN}/warnings.csv", "ro-crate-metadata.json"
+FIRST_PAGE = inside(RUN, html="index.html", part=".front_page.html", failures="failures.csv", crate=CRATE)
 
 
 wildcard_constraints:

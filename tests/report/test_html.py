@@ -1,13 +1,16 @@
 """Pages: their numbers are those of the tables, they need no other site, they escape what a user named."""
 
+import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import quote, unquote
 
 import numpy as np
 import pandas as pd
 import pytest
 
+import sparsurf
 import write_front_page
 from sparsurf.report import ensemble_page, pair_page, summary_page
 from sparsurf.report.first_page import TEMPLATE, first_page
@@ -307,6 +310,24 @@ def test_the_opening_of_the_report_leads_into_it_and_holds_its_figure(tmp_path, 
     assert "q: too few dots." in Page(part).text["note"] == Page(alone).text["note"]
     assert outputs["failures"].read_text() == "place,reason\nq,too few dots.\n"
     assert 'src="p/c1/figures/enough.png"' in alone and "prefers-color-scheme" in alone
+
+
+def test_the_crate_lists_every_file_of_the_run_with_its_size(tmp_path):
+    folder = tmp_path / "run"
+    files = [*write_run(folder), "p/a b.csv"]
+    (folder / "p/a b.csv").write_text("x\n1\n")
+    outputs = {"html": folder / "index.html", "failures": folder / "failures.csv", "crate": folder / "c.json"}
+    inputs = {"pages": str(folder / files[0]), "beside": [str(folder / path) for path in files[1:]]}
+    write_front_page.main(inputs, outputs, folder, {})
+    by = {each["@id"]: each for each in json.loads(outputs["crate"].read_text())["@graph"]}
+    listed = [unquote(each["@id"]) for each in by["./"]["hasPart"]]
+    assert listed == ["index.html", "failures.csv", *files] and "p/a%20b.csv" in by
+    for path in listed:
+        assert by[quote(path)]["contentSize"] == str((folder / path).stat().st_size)
+    assert by["p/a%20b.csv"]["encodingFormat"] == "text/csv"
+    assert by["p/c1/minimal.csv"]["description"].startswith("the minimal subset")
+    assert by["ro-crate-metadata.json"]["about"] == {"@id": "./"} and by["./"]["@type"] == "Dataset"
+    assert by["#sparsurf"]["version"] == sparsurf.__version__
 
 
 def test_links_that_the_report_does_not_hold_stay():
