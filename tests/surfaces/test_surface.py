@@ -77,6 +77,16 @@ def test_a_surface_keeps_its_numbers_when_the_arrays_that_it_was_made_of_change(
     assert turned.points.flags.c_contiguous and turned.normals.flags.c_contiguous
 
 
+def test_some_dots_keep_all_that_is_known_of_them():
+    known = {"area": [1.0, 2, 3], "kind": [0, 1, 2], "atom": [5, 6, 7], "fields": {"charge": [0.1, 0.2, 0.3]}}
+    whole = Surface(np.eye(3) * 4, np.eye(3), **known)
+    for dots in ([2, 0], np.array([True, False, True])):
+        few = whole.take(dots)
+        for name in FIELDS:
+            assert np.array_equal(getattr(few, name), getattr(whole, name)[dots])
+        assert few.fields["charge"].tolist() == np.array(known["fields"]["charge"])[dots].tolist()
+
+
 def test_surfaces_can_be_compared_with_each_other():
     """Each is itself only, as objects are; their arrays have no one truth."""
     one, other = (Surface(np.eye(3), np.eye(3)) for _ in range(2))

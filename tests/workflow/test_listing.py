@@ -196,6 +196,8 @@ def test_a_fetched_file_is_verified_and_recorded(server, tmp_path):
         "bytes": TOPOLOGY.stat().st_size,
         "sha256": sha256,
     }
+    fetch(url, sha256.upper(), tmp_path / "b.pdb", tmp_path / "b.json", "x")  # as other programs write it
+    assert (tmp_path / "b.json").read_text() == (tmp_path / "a.json").read_text()
 
 
 def test_the_size_on_record_is_that_of_what_came(server, tmp_path):
