@@ -1,6 +1,7 @@
 """`surface` and `mesh`: from a molecule to its surface."""
 
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 from sparsurf import InputError
@@ -82,7 +83,10 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
     rules = rules_of(probe, density, cavities)
     dots = fitting_surface(molecule, frame, values, rules, d_link, "surface")[0]
     how = {"probe": probe, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities}
-    return replace(dots, origin=Origin(molecule, frame, how)) if isinstance(molecule, Molecule) else dots
+    if not isinstance(molecule, Molecule):
+        return dots
+    search = partial(components_in, molecule=molecule, position=frame, atom_radii=values, probe=probe)
+    return replace(dots, origin=Origin(molecule, frame, how, search))
 
 
 def components(molecule, dots=None, *, frame=0, probe=1.4, radii="dms"):
@@ -111,7 +115,7 @@ def components(molecule, dots=None, *, frame=0, probe=1.4, radii="dms"):
     ([24376, 224], [False, True])
     """
     if isinstance(molecule, Surface) and dots is None:
-        dots, (molecule, frame, rules, _) = molecule, origin_of(molecule, "components")
+        dots, (molecule, frame, rules, *_) = molecule, origin_of(molecule, "components")
         probe, radii = rules["probe"], rules["radii"]
     elif dots is None:
         dots = surface(molecule, frame=frame, probe=probe, radii=radii)
@@ -159,7 +163,7 @@ def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms", caviti
     density, probe = DENSITY.check(density, "density"), PROBE.check(probe, "probe")
     _check_cavities(cavities)
     if isinstance(molecule, Surface) and molecule.origin and molecule.origin.whole:
-        molecule, frame, rules, _ = molecule.origin
+        molecule, frame, rules, *_ = molecule.origin
         probe, radii, cavities = rules["probe"], rules["radii"], rules["cavities"]
     if isinstance(molecule, Surface) or hasattr(molecule, "weight") or is_file_of_dots(molecule):
         from sparsurf.recovery.mesh import recovered_mesh

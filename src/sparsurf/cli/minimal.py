@@ -168,7 +168,7 @@ def chosen(dots, own, molecule, wishes, sampler, settled, seed, d_link):
 def _dots_of(given, frame, how):
     """Dots, what places others on the atoms, and the Molecule; the last two empty for dots alone."""
     if isinstance(given, Surface) and given.origin and given.origin.whole:
-        molecule, frame, rules, _ = given.origin
+        molecule, frame, rules, *_ = given.origin
         return given, _laid_on(molecule, frame, **rules), molecule
     if not has_atoms(given):
         return as_surface(given), {}, None

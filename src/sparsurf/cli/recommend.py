@@ -89,7 +89,7 @@ def _bare(given, rules):
     origin = getattr(given, "origin", None)
     if not (origin or has_atoms(given)):
         return as_surface(given)
-    molecule, frame, how, _ = origin or (as_molecule(given), 0, {}, True)
+    molecule, frame, how = origin[:3] if origin else (as_molecule(given), 0, {})
     if rules.get("hydrogens") == "remove":
         molecule = molecule.take(~np.isin(molecule.element, ["H", "D"]))
     return surface_of(molecule, frame=frame, **how | {"d_link": rules["D_link"]})

@@ -5,8 +5,6 @@ import numpy as np
 from sparsurf import InputError
 from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, triangles, viridis
-from sparsurf.surfaces.molecular_surface import components_in
-from sparsurf.surfaces.radii import radii
 
 BALL = 0.25  # Å, radius of a dot in py3Dmol
 
@@ -28,8 +26,7 @@ def to_frame(surface, molecule=None, **columns):
     place = dict(zip(("x", "y", "z", "nx", "ny", "nz"), [*surface.points.T, *surface.normals.T], strict=True))
     table = pd.DataFrame(place | {"area": surface.area, "kind": surface.kind})
     if surface.origin and surface.origin.whole:
-        own, frame, rules, _ = surface.origin
-        table[FIELD] = components_in(surface, own, frame, radii(own, rules["radii"]), rules["probe"])
+        table[FIELD] = surface.origin.components(surface)
     table = table.assign(**columns)
     molecule = surface.origin.molecule if molecule is None and surface.origin else molecule
     table = table if molecule is None else table.join(molecule.labels(surface.atom))

@@ -48,12 +48,14 @@ class Origin(NamedTuple):
     molecule : Molecule
     frame : int, its position
     rules : dict, probe, density, radii, d_link and cavities of the call
+    components : function of all dots to the component of each, (N,); what comes of dots needs no such search
     whole : whether they are all dots that were placed
     """
 
     molecule: object
     frame: int
     rules: dict
+    components: Callable
     whole: bool = True
 
 
