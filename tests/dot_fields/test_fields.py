@@ -12,7 +12,7 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms
-from sparsurf.dot_fields.potential import COULOMB, DEBYE, SOFT, potential_of_charges, term
+from sparsurf.dot_fields.potential import COULOMB, DEBYE, GAIN, SOFT, potential_of_charges, term
 from sparsurf.dot_fields.smoothing import smoothed
 
 PEPTIDE = str(ROOT / "data" / "tdp43" / "topology.pdb")
@@ -31,7 +31,7 @@ def test_one_charge_has_the_potential_of_the_formula():
     points = np.column_stack([r, np.zeros(4), np.zeros(4)])
     found = potential_of_charges(np.zeros((1, 3)), np.array([-1.0]), points)
     # the table of terms is linear between steps of 0.02 Å: off by h^2 f'' / 8, below 0.1 % where f bends most
-    np.testing.assert_allclose(found, -COULOMB * np.exp(-soft / DEBYE) / (eps * soft), rtol=1e-3)
+    np.testing.assert_allclose(found, -GAIN * COULOMB * np.exp(-soft / DEBYE) / (eps * soft), rtol=1e-3)
 
 
 def test_the_potential_is_the_plain_sum_over_charges_and_turns_with_the_molecule():

@@ -143,7 +143,7 @@ def test_what_does_not_fit_is_refused_in_a_sentence(sites, sites_of_turned, tmp_
         sparsurf.find(sites, sites_of_turned)
     old = replace(sites, settings=sites.settings | {"version": 0})
     old.save(tmp_path / "old.sites")
-    with pytest.raises(InputError, match="version 0, not 1"):
+    with pytest.raises(InputError, match="version 0, not 2"):
         load_sites(tmp_path / "old.sites")
     (tmp_path / "no.sites").write_text("nothing")
     with pytest.raises(InputError, match="holds no Sites"):

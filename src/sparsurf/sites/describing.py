@@ -24,7 +24,7 @@ RADIUS = 10.0  # Å, of the patches; with 6 Å the first hit is right in 72 of 1
 ORDER = 10  # highest order n of the moments; finer detail differs between two forms of a protein
 SHAPE = "shape"  # the channel besides the fields: r of the steady descriptor
 FEWEST = 12  # dots of a patch that has numbers
-VERSION = 1  # of saved Sites
+VERSION = 2  # of saved Sites
 
 
 @dataclass(frozen=True, eq=False)
