@@ -70,9 +70,7 @@ def test_table_says_what_a_loop_finds(molecule, surface):
 
 def test_a_residue_without_dots_is_buried(molecule, surface):
     far = surface.atom >= np.flatnonzero(molecule.chain == "B")[0]
-    only = type(surface)(
-        *(getattr(surface, name)[far] for name in surface.__dataclass_fields__ if name != "fields")
-    )
+    only = surface.take(far)
     table = residue_table(only, np.full(far.sum(), 0.5), molecule)
     assert table["area"][:3].tolist() == [0, 0, 0]
     assert table["mean_roughness"].isna().tolist() == [True, True, True, False, False]
@@ -81,9 +79,7 @@ def test_a_residue_without_dots_is_buried(molecule, surface):
 
 def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_path):
     far = surface.atom >= np.flatnonzero(molecule.chain == "B")[0]
-    only = type(surface)(
-        *(getattr(surface, name)[far] for name in surface.__dataclass_fields__ if name != "fields")
-    )
+    only = surface.take(far)
     inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "structure.pdb", "minimal")}
     inputs["structure"] = inputs.pop("structure.pdb")
     write_npz(inputs["surface"], only)

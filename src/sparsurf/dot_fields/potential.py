@@ -1,8 +1,8 @@
 """The electrostatic potential at dots: Coulomb's law, screened by the solvent.
 
-phi(x) = k sum_j q_j exp(-r_j / DEBYE) / (eps(r_j) r_j), in kT/e, times GAIN. The dielectric follows the distance in a sigmoid, as in
-Mehler & Solmajer (Protein Eng. 4:903, 1991): near a charge the molecule screens, farther away the water. Dots lie on the
-boundary of the two, so that eps rises earlier than inside a protein. Its constants were fitted to solutions of the
+phi(x) = GAIN k sum_j q_j exp(-r_j / DEBYE) / (eps(r_j) r_j), in kT/e. The dielectric follows the distance in a sigmoid, as
+in Mehler & Solmajer (Protein Eng. 4:903, 1991): near a charge the molecule screens, farther away the water. Dots lie on
+the boundary of the two, so that eps rises earlier than inside a protein. Its constants were fitted to solutions of the
 Poisson-Boltzmann equation by APBS on four proteins, GAIN on 43 (docs/finding_sites.md).
 """
 
