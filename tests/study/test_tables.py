@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 import tabulate_best
+from sparsurf.report.page import render
 from sparsurf.report.ranges_page import ranges_page
 from sparsurf.sampling.combination import Combination
 from sparsurf.study import tables
@@ -119,8 +120,13 @@ def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
     grid = made_up([-1.0, 0.0, 2.0], [10.0, 50.0, 90.0], tests=100, noise=0.5)
     table = tables.grid_table(grid)
     best = tables.best(table, grid, 20)
-    page = ranges_page("p/c1", tables.ranges_table(table, grid, 3), best, best["references"])
-    assert page["counts"]["as_coded"] == {"n": 3, "above": 1, "below": 1}
+    ranges = tables.ranges_table(table, grid, 3).assign(Z_tS=[3.0, 2.0, 1.0])
+    page = ranges_page("p/c1", ranges, best, best["references"] | {"null_model": 2.0})
+    assert page["counts"]["as_coded"] == {"n": 3, "above": 1, "below": 1, "above_null": 1}
+    text = render("ranges.html.j2", **page)
+    assert "In 1 its Z exceeds" in text and "exceeds" not in render(
+        "ranges.html.j2", **ranges_page("p/c1", ranges, best, best["references"] | {"null_model": 99.0})
+    )
     assert page["best"]["as_coded"]["place"] == "above"
 
 

@@ -30,7 +30,10 @@ def ranges_page(name, ranges, best, references):
         "under_max": {reading: best_of(best[reading]["under_max_n_S"]) for reading in readings},
         "max_n_S": f"{best['max_n_S_percent']:g}",
         "tables": {reading: rows_of(ranges[ranges["reading"] == reading]) for reading in readings},
-        "counts": {reading: counts(ranges[ranges["reading"] == reading]) for reading in readings},
+        "counts": {
+            reading: counts(ranges[ranges["reading"] == reading], references["null_model"])
+            for reading in readings
+        },
         "draws": best["draws"],
         "references": [(REFERENCES.get(key, key), number(z)) for key, z in given.items()],
     }
@@ -51,13 +54,15 @@ def best_of(row):
     }
 
 
-def counts(rows):
-    """In how many ranges the best combination beats a uniform subset, and loses to it, significantly."""
+def counts(rows, null_model):
+    """In how many ranges the best combination beats a uniform subset, and loses to it, significantly; and has a Z above the
+    null model's."""
     rows = rows.dropna(subset="d_held_out_low")
     return {
         "n": len(rows),
         "above": int((rows["d_held_out_low"] > 0).sum()),
         "below": int((rows["d_held_out_high"] < 0).sum()),
+        "above_null": int((rows["Z_tS"] > null_model).sum()),
     }
 
 
