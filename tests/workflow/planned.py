@@ -29,7 +29,10 @@ def planned(snakefile, folder, config):
                 "rule": job.rule.name,
                 "input": list(map(str, job.input)),
                 "output": list(map(str, job.output)),
-                "names": {part: list(getattr(job, part).keys()) for part in ("input", "output", "params")},
+                "names": {
+                    part: {name: str(each) for name, each in getattr(job, part).items()}
+                    for part in ("input", "output", "params")
+                },
                 "goes by": sorted(map(repr, job.non_derived_params)),
             }
             for job in given._workflow.dag.jobs

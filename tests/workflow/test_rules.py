@@ -202,6 +202,12 @@ SOMETIMES = {  # inputs that no job of these studies has
     "measure_floors": {"frames", "structure", "trajectory"},
     "make_partners": {"complex"},
 }
+ENDS = {  # of outputs that are not named after their file
+    "table": ".csv", "rows": ".csv", "page": ".html", "picture": ".png", "svgs": ".svg", "markdown": ".md",
+    "structure": ".pdb", "record": ".pdb.json", "contents": "/system.json", "part": "/.front_page.html",
+    "bins": "/rough_and_flat.csv", "dots": "/propensity.csv", "given_back": "/fields.csv", "whole": "/surface.ply",
+    "runs": "/paper_as_published.csv", "mark": "", "folder": "",
+}  # fmt: skip
 ONLY_READ = {"all", "fetch_structure", "follow_frames"}  # rules of which nothing is asked for in the end
 
 
@@ -266,6 +272,18 @@ def test_a_rule_has_what_its_script_asks_for_by_name(jobs, rule):
     asked = re.search(r"^def main\((.*?)\):", script, re.M | re.S)[1].replace(" ", "").split(",")
     needed = {name for name in asked if "=" not in name} - {"inputs", "outputs", "name", "threads"}
     assert needed <= names["params"]
+
+
+def test_an_output_has_the_name_of_its_file(jobs):
+    of_each = [job["names"]["output"].items() for job in jobs if job["rule"] != "take_all_steps"]
+    named = {(name, file) for each in of_each for name, file in each}
+    wrong = [
+        (name, file)
+        for name, file in named
+        if not all(word in re.split(r"\W|_", file.rpartition("/")[2]) for word in name.split("_"))
+        and not file.endswith(ENDS.get(name, "nothing"))
+    ]
+    assert len(named) > 100 and not wrong
 
 
 def test_every_figure_is_drawn(jobs):
