@@ -30,8 +30,10 @@ def main(inputs, outputs, folder, without, floor=FRESH):
     table = pd.DataFrame(without.items(), columns=["place", "reason"])
     table.to_csv(outputs["failures"], index=False)
     if "crate" in outputs:
-        made = [str(Path(outputs[key]).relative_to(folder)) for key in ("html", "failures")]
-        text = json.dumps(crate(Path(folder), [*made, *held, *beside]), indent=1)
+        listed = [Path(folder, path) for path in ("index.html", "failures.csv", *held, *beside)]
+        inside = [sorted(path.rglob("*")) if path.is_dir() else [path] for path in listed]
+        files = [str(path.relative_to(folder)) for paths in inside for path in paths if path.is_file()]
+        text = json.dumps(crate(Path(folder), files), indent=1)
         Path(outputs["crate"]).write_text(text + "\n", encoding="utf-8")
     if "part" in outputs:
         figure = known["main_figure"]

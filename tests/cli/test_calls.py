@@ -27,6 +27,7 @@ from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 
 D_LINK = 0.8  # Å, for the few dots of the blob
+PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 BALL = (np.array([[1.0, 2.0, 3.0]]), np.array([2.0]))
 
 
@@ -774,3 +775,29 @@ def test_the_columns_of_dots(tmp_path):
     )
     outputs.write_dots(written["dms"], None, outputs.Dots(surface, own.table, None, molecule, 1))
     assert "1.500" in written["dms"].read_text() and "9.000" not in written["dms"].read_text()
+
+
+def test_dots_that_know_their_molecule_refuse_rules_that_they_were_not_placed_by():
+    dots = sparsurf.surface(PEPTIDE, probe=1.5)
+    assert sparsurf.mesh(dots).volume == sparsurf.mesh(PEPTIDE, probe=1.5).volume
+    asked = [
+        lambda: sparsurf.mesh(dots, probe=3.0),
+        lambda: sparsurf.mesh(dots, cavities="remove"),
+        lambda: sparsurf.components(dots, probe=2.0),
+        lambda: sparsurf.minimal(dots, radii="bondi", percent=10),
+    ]
+    for ask, key in zip(asked, ("probe=1.5", "cavities='keep'", "probe=1.5", "radii='dms'"), strict=True):
+        with pytest.raises(InputError, match=f"placed with {key}; give their molecule"):
+            ask()
+
+
+def test_dots_that_were_moved_are_no_longer_those_of_the_molecule():
+    dots = sparsurf.surface(PEPTIDE)
+    moved = replace(dots, points=dots.points + 100)
+    assert dots.placed is dots.origin and moved.placed is None and dots.take(slice(9)).placed is None
+    assert sparsurf.mesh(moved).vertices.points.min() > 50
+
+
+def test_fields_of_dots_and_molecule_in_the_wrong_order_are_refused():
+    with pytest.raises(InputError, match="give the molecule first"):
+        sparsurf.fields(sparsurf.surface(PEPTIDE), sparsurf.read_molecule(PEPTIDE))

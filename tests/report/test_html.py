@@ -315,13 +315,18 @@ def test_the_opening_of_the_report_leads_into_it_and_holds_its_figure(tmp_path, 
 def test_the_crate_lists_every_file_of_the_run_with_its_size(tmp_path):
     folder = tmp_path / "run"
     files = [*write_run(folder), "p/a b.csv"]
+    (folder / "p/laid").mkdir()
+    (folder / "p/laid/1.pdb").write_text("END\n")
     (folder / "p/a b.csv").write_text("x\n1\n")
     outputs = {"html": folder / "index.html", "failures": folder / "failures.csv", "crate": folder / "c.json"}
-    inputs = {"pages": str(folder / files[0]), "beside": [str(folder / path) for path in files[1:]]}
+    inputs = {
+        "pages": str(folder / files[0]),
+        "beside": [str(folder / path) for path in [*files[1:], "p/laid"]],
+    }
     write_front_page.main(inputs, outputs, folder, {})
     by = {each["@id"]: each for each in json.loads(outputs["crate"].read_text())["@graph"]}
     listed = [unquote(each["@id"]) for each in by["./"]["hasPart"]]
-    assert listed == ["index.html", "failures.csv", *files] and "p/a%20b.csv" in by
+    assert listed == ["index.html", "failures.csv", *files, "p/laid/1.pdb"] and "p/a%20b.csv" in by
     for path in listed:
         assert by[quote(path)]["contentSize"] == str((folder / path).stat().st_size)
     assert by["p/a%20b.csv"]["encodingFormat"] == "text/csv"

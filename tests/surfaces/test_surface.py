@@ -226,6 +226,7 @@ def test_read_csv(tmp_path, header):
         ("x,y,z,nx,ny,nz,NZ\n1,2,3,0,0,1,1\n", "one column nz"),
         ("x,y,z,nx,ny,nz,nx\n1,2,3,0,0,1,0\n", "one column nx"),
         ("x,y,z,nx,ny,nz,q,q\n1,2,3,0,0,1,4,5\n", "has the column 'q' twice; remove or rename one"),
+        ("x,y,z,nx,ny,nz,frame,frame,a,a\n1,2,3,0,0,1,1,1,4,5\n", "has the column 'a' twice"),
         (f"x,y,z,nx,ny,nz,{'a' * 200_000}\n1,2,3,0,0,1,0\n", "it is damaged"),
         ("x,y,z,nx,ny,nz\n", "no dots"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "line 3 has a normal of length 0.000"),

@@ -206,7 +206,7 @@ def test_a_mistake_is_answered_with_a_sentence(path, value, words):
 
 
 def test_a_field_may_be_a_column_of_every_table(tmp_path):
-    for name, head in (("a", 'chain, residue ,"a\nnote",score\n'), ("b", 'residue,score,"other"\n')):
+    for name, head in (("a", 'chain, residue ,"a\nnote",score\n'), ("b", '\nresidue, "score",other\n')):
         (tmp_path / f"{name}.csv").write_text(f"{head}A,1,2\n")
     plain = DEFAULT["proteins"]["tdp43"]
     entries = {name: plain | {"table": str(tmp_path / f"{name}.csv")} for name in "ab"} | {"c": plain}
@@ -222,6 +222,7 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path):
             "table: `fields` names none of its columns",
         ),
         ({"proteins": {"a": plain | {"table": 3}}, "fields": ["score"]}, "proteins.a.table is 3"),
+        ({"proteins": {"a": entries["a"]}, "fields": [["score"]]}, "fields.0 is ['score']"),
     ):
         with pytest.raises(InputError, match=re.escape(said)) as error:
             check(config)

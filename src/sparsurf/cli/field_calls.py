@@ -1,7 +1,7 @@
 """`fields` and `residues`: numbers at the dots of a surface, and over its residues."""
 
 from sparsurf import InputError
-from sparsurf.cli.inputs import as_molecule, as_surface, check_frame, origin_of
+from sparsurf.cli.inputs import as_molecule, as_surface, check_frame, has_atoms, origin_of
 from sparsurf.cli.roughness import roughness
 from sparsurf.dot_fields.registry import values
 from sparsurf.study.residues import residue_table
@@ -44,6 +44,8 @@ def fields(molecule, dots=None, names=("hydropathy", "potential"), *, frame=0, c
     ((24600, 2), ['hydropathy', 'potential'])
     """
     if isinstance(molecule, Surface):
+        if has_atoms(dots):
+            raise InputError("fields: give the molecule first, then its dots.")
         names = names if dots is None else dots
         dots, (molecule, frame, *_) = molecule, origin_of(molecule, "fields")
     molecule, surface = as_molecule(molecule), as_surface(dots)

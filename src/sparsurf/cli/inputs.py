@@ -19,6 +19,7 @@ from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.surfaces.surface import Surface
 
 MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
+PLACED_BY = {"frame": 0, "probe": 1.4, "density": "auto", "radii": "dms", "cavities": "keep"}  # unless told
 
 
 def as_molecule(given):
@@ -81,6 +82,22 @@ def origin_of(dots, name):
     if getattr(dots, "origin", None) is None:
         raise InputError(f"{name}: these dots know no molecule; give it, too.")
     return dots.origin
+
+
+def agreed(origin, name, **wishes):
+    """The origin of dots, where each rule that is wished is that by which the dots were placed, or a default.
+
+    Raises
+    ------
+    InputError : of `name`, they were placed by another rule
+    """
+    known = origin.rules | {"frame": origin.frame}
+    for key, value in wishes.items():
+        if value not in (PLACED_BY[key], known[key]):
+            raise InputError(
+                f"{name}: the dots were placed with {key}={known[key]!r}; give their molecule for {value!r}."
+            )
+    return origin
 
 
 def _kind(given):

@@ -9,6 +9,7 @@ from sparsurf.cli.inputs import (
     DENSITY,
     LENGTH,
     PROBE,
+    agreed,
     arrays,
     as_molecule,
     as_surface,
@@ -86,7 +87,7 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
     if not isinstance(molecule, Molecule):
         return dots
     search = partial(components_in, molecule=molecule, position=frame, atom_radii=values, probe=probe)
-    return replace(dots, origin=Origin(molecule, frame, how, search))
+    return replace(dots, origin=Origin(molecule, frame, how, search, dots.points))
 
 
 def components(molecule, dots=None, *, frame=0, probe=1.4, radii="dms"):
@@ -115,7 +116,8 @@ def components(molecule, dots=None, *, frame=0, probe=1.4, radii="dms"):
     ([24376, 224], [False, True])
     """
     if isinstance(molecule, Surface) and dots is None:
-        dots, (molecule, frame, rules, *_) = molecule, origin_of(molecule, "components")
+        dots, origin = molecule, origin_of(molecule, "components")
+        molecule, frame, rules, *_ = agreed(origin, "components", frame=frame, probe=probe, radii=radii)
         probe, radii = rules["probe"], rules["radii"]
     elif dots is None:
         dots = surface(molecule, frame=frame, probe=probe, radii=radii)
@@ -162,8 +164,9 @@ def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms", caviti
 
     density, probe = DENSITY.check(density, "density"), PROBE.check(probe, "probe")
     _check_cavities(cavities)
-    if isinstance(molecule, Surface) and molecule.origin and molecule.origin.whole:
-        molecule, frame, rules, *_ = molecule.origin
+    if isinstance(molecule, Surface) and molecule.placed:
+        wishes = {"frame": frame, "probe": probe, "radii": radii, "cavities": cavities}
+        molecule, frame, rules, *_ = agreed(molecule.placed, "mesh", **wishes)
         probe, radii, cavities = rules["probe"], rules["radii"], rules["cavities"]
     if isinstance(molecule, Surface) or hasattr(molecule, "weight") or is_file_of_dots(molecule):
         from sparsurf.recovery.mesh import recovered_mesh

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from sparsurf import InputError
 from sparsurf.cli import options, outputs
-from sparsurf.cli.inputs import PERCENT, SEED, Limits, as_molecule, as_surface, has_atoms
+from sparsurf.cli.inputs import PERCENT, SEED, Limits, agreed, as_molecule, as_surface, has_atoms
 from sparsurf.cli.making import rules_of, surface
 from sparsurf.cli.subsets import prepare
 from sparsurf.patches.index import D_LINK
@@ -167,8 +167,9 @@ def chosen(dots, own, molecule, wishes, sampler, settled, seed, d_link):
 
 def _dots_of(given, frame, how):
     """Dots, what places others on the atoms, and the Molecule; the last two empty for dots alone."""
-    if isinstance(given, Surface) and given.origin and given.origin.whole:
-        molecule, frame, rules, *_ = given.origin
+    if isinstance(given, Surface) and given.placed:
+        wishes = {key: value for key, value in how.items() if key != "d_link"}  # which serves all dots
+        molecule, frame, rules, *_ = agreed(given.placed, "minimal", frame=frame, **wishes)
         return given, _laid_on(molecule, frame, **rules), molecule
     if not has_atoms(given):
         return as_surface(given), {}, None

@@ -84,7 +84,7 @@ def _read(path):
     header, rows = (rows[0], rows[1:]) if rows else ([], [])
     if "residue" not in header:
         raise InputError(f"{path} has no column residue; it must say which residue a row is about.")
-    if twice := [name for name in header if header.count(name) > 1]:
+    if twice := [name for name in header if name and header.count(name) > 1]:
         raise InputError(f"{path} has the column {twice[0]!r} twice; remove or rename one.")
     for number, row in enumerate(rows, 1):
         if len(row) != len(header):

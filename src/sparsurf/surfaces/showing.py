@@ -25,7 +25,7 @@ def to_frame(surface, molecule=None, **columns):
 
     place = dict(zip(("x", "y", "z", "nx", "ny", "nz"), [*surface.points.T, *surface.normals.T], strict=True))
     table = pd.DataFrame(place | {"area": surface.area, "kind": surface.kind})
-    if surface.origin and surface.origin.whole:
+    if surface.placed:
         table[FIELD] = surface.origin.components(surface)
     table = table.assign(**columns)
     molecule = surface.origin.molecule if molecule is None and surface.origin else molecule

@@ -49,14 +49,14 @@ class Origin(NamedTuple):
     frame : int, its position
     rules : dict, probe, density, radii, d_link and cavities of the call
     components : function of all dots to the component of each, (N,); what comes of dots needs no such search
-    whole : whether they are all dots that were placed
+    points : (N, 3), where the dots were placed, Å
     """
 
     molecule: object
     frame: int
     rules: dict
     components: Callable
-    whole: bool = True
+    points: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,8 +121,12 @@ class Surface:
     def take(self, dots):
         """The surface of only `dots`, a mask or indices, with all that is known of them."""
         fields = {name: value[dots] for name, value in self.fields.items()}
-        origin = self.origin and self.origin._replace(whole=False)
-        return Surface(*(getattr(self, name)[dots] for name in ARRAYS), fields, origin)
+        return Surface(*(getattr(self, name)[dots] for name in ARRAYS), fields, self.origin)
+
+    @property
+    def placed(self):
+        """The origin of dots that are all that were placed, where they were placed; None of others."""
+        return self.origin if self.origin and np.array_equal(self.points, self.origin.points) else None
 
     def to_frame(self, molecule=None, **columns):
         """DataFrame of the dots: place, normal, area, kind; labels of their atoms, given the molecule; `columns`, (N,) each."""

@@ -26,6 +26,7 @@ OF_PAPER = ("as_coded", "as_written")  # readings that its verdict needs
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes one of them
 MOST_TOLD = 20  # mistakes
+HEAD = 100_000  # characters of a table that its header lies within
 # Samplers that may stand beside a combination: those that draw by one, and the default, which asks for nothing.
 WITH_COMBINATION = ("farthest", *names("samplers", "choosing"))
 FILES = keys_of_protein("file")
@@ -182,8 +183,9 @@ def _but_own_fields(errors, config):
     if len(unknown) < len(errors):
         return [error for error in errors if error not in unknown]  # a table may be among the mistakes
     tables = [entry["table"] for entry in config["proteins"].values() if "table" in entry] if unknown else []
-    heads = [next(csv.reader(io.StringIO(read_text(path), "")), []) for path in tables]
-    own = [{*map(str.strip, head)} for head in heads]
+    texts = [io.StringIO(read_text(path)[:HEAD], "") for path in tables]
+    heads = [next(filter(None, csv.reader(text, skipinitialspace=True)), []) for text in texts]
+    own = [[name.strip() for name in head] for head in heads]
     return [error for error in unknown if not (own and all(error.instance in head for head in own))]
 
 

@@ -76,7 +76,7 @@ def _columns(content, path, names):
     # numpy's savetxt names the first column "# x"
     given = [name.removeprefix("# ").strip() for name in header]
     table.columns = [name.lower() for name in given]
-    if names == PLACE_AND_NORMAL and "frame" in table.columns and table["frame"].nunique() > 1:
+    if names == PLACE_AND_NORMAL and list(table.columns).count("frame") == 1 and table["frame"].nunique() > 1:
         raise InputError(
             f"{path} holds the dots of {table['frame'].nunique()} frames: give those of one, "
             "such as a file that -o dots_{frame}.csv writes."
