@@ -21,3 +21,8 @@ def test_packed_texts_are_unpacked_and_bytes_of_zero_are_refused(tmp_path):
     assert read_text(tmp_path / "a.GZ") == "a\n"
     with pytest.raises(InputError, match="bytes of zero"):
         text_of(b"a\0", "x")
+
+
+def test_a_name_with_a_byte_of_zero_is_a_sentence():
+    with pytest.raises(InputError, match="cannot be read: .*null"):
+        read_text("a\0.pdb")

@@ -90,6 +90,13 @@ def test_states_of_residues_follow_from_hydrogens_and_bridges(tmp_path):
     )  # CYX; a CYS would have a hydrogen
 
 
+def test_a_ligand_is_neutral_whatever_its_atoms_are_called(tmp_path):
+    lines = [LINE.format(k, a, "LIG", 1, 1.4 * k, 0, 0, 5, a[0]) for k, a in enumerate(["N", "C", "O"])]
+    path = tmp_path / "ligand.pdb"
+    path.write_text("".join(line.replace("ATOM  ", "HETATM") for line in lines) + "END\n")
+    assert table_charges(sparsurf.read_molecule(path, selection="all"))[1].tolist() == []
+
+
 def test_columns_of_pdb2pqr_do_not_touch_far_from_the_origin(tmp_path, monkeypatch, molecule):
     """Without the option it writes 91.733-207.260, which nobody can read."""
     program = tmp_path / "pdb2pqr"
