@@ -24,5 +24,5 @@ def test_packed_texts_are_unpacked_and_bytes_of_zero_are_refused(tmp_path):
 
 
 def test_a_name_with_a_byte_of_zero_is_a_sentence():
-    with pytest.raises(InputError, match="cannot be read: .*null"):
+    with pytest.raises(InputError, match=r"cannot be read: .*null"):
         read_text("a\0.pdb")

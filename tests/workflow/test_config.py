@@ -540,6 +540,14 @@ def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeyp
         check({"proteins": listed})
 
 
+@pytest.mark.parametrize("name", ["dots.csv.gz", "dots.PLY"])
+def test_a_local_surface_in_place_of_a_structure_may_be_packed_or_in_capitals(tmp_path, monkeypatch, name):
+    (tmp_path / name).write_text("")
+    monkeypatch.setenv("SPARSURF_A", str(tmp_path / name))
+    found = check({"proteins": {"a": {"pdb": "1abc", "model": 1}}})["proteins"]
+    assert found == {"a": {"surface": str(tmp_path / name)}}
+
+
 def test_the_study_of_proteins_lists_ids_once_with_one_convention_for_hydrogens():
     proteins = listing.from_table(ROOT / "studies" / "proteins.csv")
     assert len(proteins) >= 30 and len({entry["pdb"] for entry in proteins.values()}) == len(proteins)
