@@ -270,8 +270,8 @@ def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
     }
     index = np.concatenate([molecule.residue_index, molecule.residue_index + molecule.n_residues])
     chain = np.repeat(["A", "B"], molecule.n_atoms)
-    for shift, words in ((0.6, "100 % of its atoms lie inside other residues"), (40.0, "")):
-        both = np.concatenate([molecule.xyz, molecule.xyz + np.array([0, 0, shift])], axis=1)
+    for shift, words in ((1.0, "100 % of its atoms lie inside other residues"), (40.0, "")):
+        both = np.concatenate([molecule.xyz, molecule.xyz + shift * np.array([2, 2, 1]) / 3], axis=1)
         twice = replace(
             molecule, xyz=both, residue_index=index, chain=chain, b_factor=np.zeros(len(chain)), **names
         )
