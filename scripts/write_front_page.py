@@ -44,9 +44,6 @@ def main(inputs, outputs, folder, without, floor=FRESH):
 
 def crate(folder, files):
     """The files of a run as RO-Crate 1.1 (w3id.org/ro/crate/1.1); licence and authors are for whoever publishes it."""
-    sizes = {path: str((folder / path).stat().st_size) for path in files}
-    words = {path: {"description": TAKEN[Path(path).name]} for path in files if Path(path).name in TAKEN}
-    kinds = {path: mimetypes.guess_type(path)[0] or "application/octet-stream" for path in files}
     made_by = {"@id": "#sparsurf", "@type": "SoftwareApplication", "name": "sparsurf", "version": __version__}
     about = {"@id": CRATE, "@type": "CreativeWork", "about": {"@id": "./"}, "conformsTo": {"@id": PROFILE}}
     run_of = {
@@ -64,12 +61,16 @@ def crate(folder, files):
         "hasPart": [{"@id": quote(path)} for path in files],
         "mentions": {"@id": "#run"},
     }
-    parts = [
-        {"@id": quote(path), "@type": "File", "contentSize": sizes[path], "encodingFormat": kinds[path]}
-        | words.get(path, {})
-        for path in files
-    ]
+    parts = [_part(folder, path) for path in files]
     return {"@context": f"{PROFILE}/context", "@graph": [about, root, run_of, made_by, *parts]}
+
+
+def _part(folder, path):
+    """One file of the crate, described where the first page has words for it."""
+    kind = mimetypes.guess_type(path)[0] or "application/octet-stream"
+    size, words = str((folder / path).stat().st_size), TAKEN.get(Path(path).name)
+    part = {"@id": quote(path), "@type": "File", "contentSize": size, "encodingFormat": kind}
+    return part | ({"description": words} if words else {})
 
 
 def _listed(paths):

@@ -207,7 +207,8 @@ def test_a_mistake_is_answered_with_a_sentence(path, value, words):
 
 def test_a_field_may_be_a_column_of_every_table(tmp_path):
     for name, head in (("a", 'chain, residue ,"a\nnote",score\n'), ("b", '\nresidue, "score",other\n')):
-        (tmp_path / f"{name}.csv").write_text(f"{head}A,1,2\n")
+        row = "1,2,3,4" if name == "a" else "1,2,3"
+        (tmp_path / f"{name}.csv").write_text(f"{head}{row}\n")
     plain = DEFAULT["proteins"]["tdp43"]
     entries = {name: plain | {"table": str(tmp_path / f"{name}.csv")} for name in "ab"} | {"c": plain}
     assert check({"proteins": entries, "fields": ["score", "charge"]})["fields"] == ["score", "charge"]

@@ -350,7 +350,7 @@ def site_galleries(files):
 def warned(path):
     """(places, sentence) of the warnings.csv of a run; those that differ in numbers only are told once, as the first says it.
 
-    A file is named without its folder. None where there is no such table.
+    A file is named without its folder. Empty where there is no such table.
     """
     if not path.is_file():
         return []

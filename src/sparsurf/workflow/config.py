@@ -1,7 +1,5 @@
 """The config of a study: schema, defaults, and what a schema cannot say, in sentences."""
 
-import csv
-import io
 import math
 import os
 from pathlib import Path
@@ -10,7 +8,7 @@ from jsonschema import Draft202012Validator
 
 from sparsurf import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
-from sparsurf.texts import read_text, short
+from sparsurf.texts import short
 from sparsurf.workflow import listing
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.files_of_sites import named_in
@@ -26,7 +24,6 @@ OF_PAPER = ("as_coded", "as_written")  # readings that its verdict needs
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes one of them
 MOST_TOLD = 20  # mistakes
-HEAD = 100_000  # characters of a table that its header lies within
 # Samplers that may stand beside a combination: those that draw by one, and the default, which asks for nothing.
 WITH_COMBINATION = ("farthest", *names("samplers", "choosing"))
 FILES = keys_of_protein("file")
@@ -183,10 +180,10 @@ def _but_own_fields(errors, config):
     if len(unknown) < len(errors):
         return [error for error in errors if error not in unknown]  # a table may be among the mistakes
     tables = [entry["table"] for entry in config["proteins"].values() if "table" in entry] if unknown else []
-    texts = [io.StringIO(read_text(path)[:HEAD], "") for path in tables]
-    heads = [next(filter(None, csv.reader(text, skipinitialspace=True)), []) for text in texts]
-    own = [[name.strip() for name in head] for head in heads]
-    return [error for error in unknown if not (own and all(error.instance in head for head in own))]
+    if tables:
+        from sparsurf.dot_fields.columns import columns_of  # here: pandas, which few configs need
+    own = [columns_of(path) for path in tables]
+    return [error for error in unknown if not (own and all(error.instance in names for names in own))]
 
 
 def _second_check(config):
