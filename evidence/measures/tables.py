@@ -9,8 +9,9 @@ USED = re.compile(r"^USED (\d+) MB ([\d.]+) s for ([\d.]+) MB$", re.M)
 
 
 def joined(paths):
-    """The tables of several files, one below the other."""
-    return pd.concat([pd.read_csv(path) for path in paths], ignore_index=True)
+    """The tables of several files, one below the other; 1E96 is a complex, no number."""
+    names = dict.fromkeys(["complex", "protein"], str)
+    return pd.concat([pd.read_csv(path, dtype=names) for path in paths], ignore_index=True)
 
 
 def store(tables, outputs, decimals="%.5g"):

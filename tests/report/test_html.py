@@ -157,6 +157,16 @@ def test_d_as_written_is_that_of_the_range_where_d_as_coded_is_largest(tmp_path)
     assert [card["d"] for card in first_page(folder, files, ())["surfaces"]["d"]] == ["2.5", "−0.3"]
 
 
+def test_names_that_look_like_numbers_or_gaps_stay_names(tmp_path):
+    for names in (["1E96"], ["NA", "012"]):
+        folder = tmp_path / names[0]
+        files = write_run(folder, [(name, "c1") for name in names])
+        table = pd.DataFrame({"protein": names, "conformation": "", "job": "", "sentence": "Odd."})
+        table.to_csv(folder / "warnings.csv", index=False)
+        known = first_page(folder, files, ())
+        assert known["surfaces"]["proteins"] == names and known["warnings"] == [(names, "Odd.")]
+
+
 def test_without_a_grid_each_surface_has_a_row_and_a_picture(tmp_path):
     folder = tmp_path / "run"
     files = [*write_run(folder, [("p", "c1"), ("q", "c1")]), "p/c1/view.png"]

@@ -93,6 +93,12 @@ def changed():
                         hydropathy_difference=[0.5, np.nan, -0.04])  # fmt: skip
 
 
+def test_chains_and_residues_of_a_table_stay_names(tmp_path):
+    names = pd.DataFrame({"chain": ["NA", "", "1"], "residue": ["7", "8A", "9"], "residue_name": ["NA"] * 3})
+    names.to_csv(tmp_path / "residues.csv", index=False)
+    pd.testing.assert_frame_equal(read_residues(tmp_path / "residues.csv"), names, check_dtype=False)
+
+
 def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
     changed().to_csv(tmp_path / "changes.csv", index=False)
     table = read_residues(tmp_path / "changes.csv")

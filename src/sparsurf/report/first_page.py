@@ -90,8 +90,9 @@ def first_page(folder, held, beside, without=(), floor=FRESH):
 
 
 def read(folder, path):
-    """A table of the run; names stay text, "012" too."""
-    table = pd.read_csv(folder / path, dtype=dict.fromkeys([*NAMES, "complex", "bound"], str))
+    """A table of the run; names stay text, "012", "1E96" and "NA" too."""
+    names = dict.fromkeys([*NAMES, "complex", "bound"], str)
+    table = pd.read_csv(folder / path, dtype=names, keep_default_na=False, na_values=[""])
     return table.fillna({"bound": ""})
 
 
@@ -354,7 +355,7 @@ def warned(path):
     """
     if not path.is_file():
         return []
-    table = pd.read_csv(path, dtype=str).fillna("")
+    table = pd.read_csv(path, dtype=str, keep_default_na=False)
     places = ["/".join(filter(None, place)) for place in table[NAMES].to_numpy().tolist()]
     alike = {}
     for place, sentence in dict.fromkeys(zip(places, table["sentence"], strict=True)):

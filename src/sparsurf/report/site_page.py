@@ -89,8 +89,9 @@ def met(pairs):
 
 
 def read_residues(path):
-    """A table of residues, "" where a chain has no name."""
-    return pd.read_csv(path, dtype=dict.fromkeys(["chain", "residue"], str)).fillna({"chain": ""})
+    """A table of residues, "" where a chain has no name; a chain or an ion may be called NA."""
+    names = dict.fromkeys(["chain", "residue"], str)
+    return pd.read_csv(path, dtype=names, keep_default_na=False, na_values=[""]).fillna({"chain": ""})
 
 
 def changes_page(name, forms, table, rare):
