@@ -80,11 +80,11 @@ RELATIVES = {
 
 
 def relatives(wildcards):
-    """A protein and its partner, bound, and a relative, unbound."""
+    """A protein and its partner, bound, and a relative, unbound; the library's weights, by which places are sought."""
     own = RELATIVES[wildcards.relatives]
     partner = own["query"][:-1] + "lr"["rl".index(own["query"][-1])]
     paths = {"bound": own["query"], "partner": partner, "relative": f"{own['relative']}_u"}
-    return {key: source.path(name) for key, name in paths.items()}
+    return {key: source.path(name) for key, name in paths.items()} | {"weights": config["weights"]}
 
 
 WITHIN = "{} <= identity <= {}".format(*SITES["identity"])
@@ -154,7 +154,7 @@ rule calibrate_sites:
     output:
         touch(calibrated.mark),
         **calibrated.tables,
-        null=config["unrelated"],
+        null=update(config["unrelated"]),  # stays until then: the searches read it
     log:
         f"{LOGS}/calibrate_sites.log",
     params:
