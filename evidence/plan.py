@@ -14,6 +14,7 @@ from sparsurf.workflow.code_digests import digest
 from sparsurf.workflow.yaml_file import read_config
 
 HOME = Path(__file__).resolve().parents[1]
+WRITTEN = ("weights", "unrelated")  # keys of the config for files of the library that chains write
 
 
 @dataclass(frozen=True)
@@ -151,6 +152,7 @@ class Chains:
 
     def __init__(self, config):
         self.config, self.known = config, {}
+        self.written = tuple(os.path.basename(config[key]) for key in WRITTEN if key in config)
 
     def add(self, name, settings, scripts, tables=(), figures=(), of=()):
         """A chain, which is asked for.
@@ -172,8 +174,8 @@ class Chains:
         return self.known[name]
 
     def code(self, *scripts):
-        """Digest of the code behind scripts of this folder."""
-        return digest(*(f"../evidence/{script}" for script in scripts))
+        """Digest of the code behind scripts of this folder, without what chains write into the library."""
+        return digest(*(f"../evidence/{script}" for script in scripts), but=self.written)
 
     def made_by(self, script, settings=None):
         """Params of a rule: `settings`, where it goes by any, and the digest of its code."""

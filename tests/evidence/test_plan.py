@@ -9,6 +9,7 @@ import pytest
 import plan
 from conftest import ROOT
 from sparsurf import InputError
+from sparsurf.workflow import definitions
 
 CONFIG = {"tables": "tables", "figures": "figures"}
 
@@ -86,3 +87,14 @@ def test_a_chain_without_its_mark_is_old_and_old_marks_are_forgotten(tmp_path, m
     assert chains.old() == []
     chains.forget_old()
     assert [path.name for path in Path("tables/made").iterdir()] == [Path(chain.mark).name]
+
+
+def test_what_a_chain_writes_into_the_library_makes_it_no_older():
+    scripts = "score_sites.py", "calibrate_sites.py"
+    written = {"weights": "src/sparsurf/sites/weights.npz", "unrelated": "src/sparsurf/sites/null.csv"}
+    assert {"weights.npz", "null.csv"} <= {
+        path.name for path in definitions.reached(ROOT / "evidence" / scripts[1])
+    }
+    assert plan.Chains(CONFIG | written).code(*scripts) != plan.Chains(CONFIG).code(*scripts)
+    other = {key: f"elsewhere/{Path(path).name}" for key, path in written.items()}
+    assert plan.Chains(CONFIG | other).code(*scripts) == plan.Chains(CONFIG | written).code(*scripts)
