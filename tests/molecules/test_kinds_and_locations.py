@@ -12,7 +12,14 @@ from sparsurf.molecules.atom_table import choose_altlocs, missing_residues, numb
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.pdb import _decoded, _encoded, read_pdb
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.molecules.residues import HEAVY_ATOMS, element_of, heavy_atoms_found, known_kind, residue_kinds
+from sparsurf.molecules.residues import (
+    HEAVY_ATOMS,
+    VARIANTS,
+    element_of,
+    heavy_atoms_found,
+    known_kind,
+    residue_kinds,
+)
 
 NUCLEOTIDE = {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}
 
@@ -165,6 +172,10 @@ def test_a_residue_ends_where_its_name_changes_but_between_alternate_locations()
 @pytest.mark.parametrize("name", ["HOH", "WAT", "DOD", "SOL", "TIP3", "SPC", "T3P", "OH2"])
 def test_water_by_any_name_is_water(name):
     assert known_kind(name) == "water" and known_kind("ALA") == "protein" and known_kind("HEM") == "other"
+
+
+def test_every_protonation_state_is_protein():
+    assert {known_kind(name) for name in VARIANTS} == {"protein"}
 
 
 def test_a_complete_sequence_lacks_nothing():

@@ -17,7 +17,7 @@ from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import fitting_density, fitting_surface, surface_of
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.spacing import DENSITY, SPARSE, nearest, refuse_sparse, spacing
+from sparsurf.surfaces.spacing import DENSITY, SPARSE, area_of, nearest, refuse_sparse, spacing
 
 SETTINGS = {
     "method": "analytic",
@@ -137,3 +137,22 @@ def test_the_nearest_dot_is_that_of_a_tree(blob):
     for points in (dots, rng.normal(size=(2, 3)), np.zeros((5, 3)), np.concatenate([dots, far]), sparse):
         assert np.array_equal(nearest(points), cKDTree(points).query(points, k=2)[0][:, 1])
     assert np.isnan(spacing(dots[:1]))
+
+
+def test_the_nearest_dot_is_found_beyond_the_edge_of_a_cube():
+    rng = np.random.default_rng(5)
+    for step in (0.3, 1.0, 4.0):
+        dense = step * rng.random((400, 3))
+        sparse = step * (1.5 + 3 * rng.random((60, 3)))  # too far apart for the cubes of the others
+        points = np.concatenate([dense, sparse])
+        np.testing.assert_array_equal(nearest(points), cKDTree(points).query(points, k=2)[0][:, 1])
+
+
+def test_the_area_is_the_sum_of_those_of_the_dots_or_told_from_their_distances():
+    points = np.random.default_rng(6).normal(size=(4000, 3))
+    points *= 20 / np.linalg.norm(points, axis=1)[:, None]
+    assert area_of(SimpleNamespace(points=points, area=np.full(len(points), 0.25))) == (1000.0, False)
+    area, estimated = area_of(SimpleNamespace(points=points, area=np.full(len(points), np.nan)))
+    assert estimated and area == pytest.approx(
+        4 * np.pi * 20**2, rel=0.03
+    )  # of random dots it is right in the mean
