@@ -400,7 +400,7 @@ if files.goes_on_with(config.get("paper"), "c1"):
 
 rule collect_warnings:  # of all jobs, so that the first page can show them
     input:
-        outputs.all_but(WARNINGS, *FIRST_PAGE.values()),
+        results=outputs.all_but(WARNINGS, *FIRST_PAGE.values()),
     output:
         table=WARNINGS,
     log:
@@ -408,8 +408,8 @@ rule collect_warnings:  # of all jobs, so that the first page can show them
     localrule: True
     params:
         **made_by("collect_warnings.py"),
-        logs=LOGS,
-        places=[*files.proteins, *outputs.places],
+        places=[*files.proteins, *outputs.places, *config["without"]],
+        jobs=outputs.jobs,
     message:
         "Warnings of the run"
     script:

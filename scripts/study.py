@@ -40,7 +40,8 @@ def main(path_to_config="config.yaml", *options):
         refuse(options, path_to_config)
         config = checked_config(path, path_to_config, here)
         folder = Path("results", config["run"])
-        files = [path, *([COMPARE] if "compare" in options or (folder / "compare.csv").is_file() else [])]
+        kept_up = (folder / "compare.csv").is_file() and config["sampling"]["run"] and config["proteins"]
+        files = [path, *([COMPARE] if "compare" in options or kept_up else [])]
         options = [option for option in options if option != "compare"]
         with locked(ROOT):
             if DRY & set(options):

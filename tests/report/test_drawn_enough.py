@@ -50,6 +50,15 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
         assert texts[enough.FLOORS.get(name, name)].xy == (1, z)
 
 
+def test_a_grid_of_another_reading_has_no_cloud():
+    tables = surface_tables()
+    tables = tables._replace(grid=tables.grid.drop(columns="Z_tS_as_written"))
+    (ax,) = enough.figure([tables]).axes
+    assert len(ax.collections[0].get_offsets()) == 0 and not any(
+        "combinations" in words for words in texts_in(ax)
+    )
+
+
 def test_the_answer_is_that_of_the_floor_that_is_asked_for():
     tables = surface_tables()
     other = tables.enough.assign(n_S_percent=[8.0, 3.0, 1.4], Z=[0.5, 0.7, 0.9])

@@ -271,14 +271,39 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
         "pairs/means.csv",
         "pairs/pairs.csv",
         "p/ensemble.html",
+        *(f"pairs/{name}/agreement.csv" for name in ("007", "b", "apart")),
     ]
     known = first_page(folder, files, ())
     assert known["compared"] == {"factor": "1.8", "bound": "more than", "percent": "11"}
     assert known["paper"] == {"inside": 1, "rows": 2, "runs": 40}
-    assert known["pairs"] == {"n": 2, "auc": "0.57", "place": "above"}
+    assert known["pairs"] == {"n": 3, "touching": 2, "auc": "0.57", "place": "above"}
     assert known["ensembles"] == [("p", {"frames": 2, "d": "2.5", "sd": "0.7"})]
     text = render(TEMPLATE, **known)
     assert {"compare.html", "verdict.html", "pairs/pairs.html", "p/ensemble.html"} <= set(Page(text).links)
+
+
+def test_one_frame_has_no_spread(tmp_path):
+    table = pd.DataFrame(
+        {"N": [100], "area": 10.0, "mean_roughness": 0.5, "n_S_percent": 40.0, "d_as_coded": 2.0}
+    )
+    page = Page(render(ensemble_page.TEMPLATE, **ensemble_page.ensemble_page("p", table, [1, 0, 6, 0])))
+    assert "Over 1 frame," in page.text["answer"] and "±" not in page.text["answer"]
+    files = write_run(tmp_path)
+    table.to_csv(tmp_path / "p" / "ensemble.csv", index=False)
+    card = Page(first(tmp_path, [*files, "p/ensemble.html"])).text["card coded"]
+    assert "d = 2.0 over 1 frame of p" in card
+
+
+def test_only_readings_that_were_tried_are_told(tmp_path):
+    files = write_run(tmp_path)
+    assert "so both were tried" in first(tmp_path, files)
+    for name in ("summary", "relation"):
+        table = pd.read_csv(tmp_path / f"{name}.csv")
+        table[table["reading"] == "as_written"].to_csv(tmp_path / f"{name}.csv", index=False)
+    surfaces = pd.read_csv(tmp_path / "surfaces.csv")
+    surfaces.drop(columns="best_as_coded").to_csv(tmp_path / "surfaces.csv", index=False)
+    page = first(tmp_path, files)
+    assert "both were tried" not in page and "d = −0.1" in page
 
 
 def test_the_page_stands_alone_and_is_small(tmp_path):

@@ -1,5 +1,8 @@
 """When a choice by mean roughness is supported: each condition alone, at its limit."""
 
+import gzip
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -61,6 +64,17 @@ def test_one_condition_fails(change, roughness, reason):
 def test_p_just_below_five_percent_is_enough_and_one_surface_shares_nothing():
     assert not list(reasons(rows(), SUPPORTED | {"p": 0.0499}, 0.55))
     assert not list(reasons(rows(1), SUPPORTED | {"n_shared": 1}, 0.5))
+
+
+def test_proteins_that_look_like_numbers_or_gaps_keep_their_names(tmp_path):
+    names = {"1ubi": "1E96", "1fas": "NA"}
+    for path in EVIDENCE.glob("*.csv.gz"):
+        text = gzip.decompress(path.read_bytes()).decode()
+        for old, new in names.items():
+            text = re.sub(rf"^{old},", f"{new},", text, flags=re.M)
+        (tmp_path / path.name.removesuffix(".gz")).write_text(text)
+    proteins = set(read_run(tmp_path)["summary"]["protein"])
+    assert {"1E96", "NA"} <= proteins and not names.keys() & proteins
 
 
 def test_a_range_holds_its_limits():

@@ -236,6 +236,29 @@ def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
     assert "floor" not in check(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
 
 
+def test_a_comparison_needs_surfaces():
+    pairs = {"ab": {"files": [str(ROOT / "data" / "tdp43" / "topology.pdb"), str(ROOT / "README.md")]}}
+    with pytest.raises(InputError, match=r"compare\.run is true, but there are no surfaces to sample"):
+        check({"pairs": pairs, "compare": True})
+
+
+def test_what_is_left_out_is_a_part_of_the_study():
+    plain = {"proteins": DEFAULT["proteins"]}
+    legal = [
+        "tdp43",
+        "tdp43/c2",
+        "tdp43/*",
+        "tdp43/c1/describe_places",
+        "compile_kernels_of_patches",
+        "summarise_run",
+    ]
+    for place in legal:
+        assert check(plain | {"without": {place: "why"}})["without"] == {place: "why"}
+    for place in ("tdp34", "tdp34/c2", "pairs/ab", "sites/x", "pairs"):
+        with pytest.raises(InputError, match=rf"without: '{place}' is no part of the study; remove it"):
+            check(plain | {"without": {place: "why"}})
+
+
 def test_a_combination_stands_without_another_sampler():
     own = {"combination": [1.0, 0.0, 6.0, 0.0]}
     for sampler in ({}, {"sampler": "paper"}, {"sampler": "paper_corrected"}):

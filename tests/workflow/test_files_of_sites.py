@@ -117,6 +117,10 @@ def test_a_site_needs_the_places_of_the_conformations_that_it_names():
     assert own.proteins == ["one", "two", "dots"]
     assert files_of(few=SITE | {"targets": ["two/c2"]}).proteins == ["one", "two"]
     assert files_of(few=SITE, without=["sites/few"]).names == []
+    twice = files_of(few=SITE | {"targets": ["two/c2", "two/c02"]}).places(
+        Wildcards(fromdict={"site": "few"})
+    )
+    assert twice["targets"] == ["r/two/c2/places.sites"]
     absent = files_of(few=SITE | {"targets": ["two/c3"]})
     assert absent.places(Wildcards(fromdict={"site": "few"})) == {}
 

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import pytest
 from snakemake.iocontainers import Wildcards
 
+import collect_warnings
 from measures import timing
 from sparsurf import InputError
 from sparsurf.workflow import job_logs, jobs, results
@@ -268,3 +269,20 @@ def test_conformations_are_the_first_column_without_its_header(tmp_path):
 def test_a_wildcard_is_one_of_the_names_and_nothing_else():
     assert re.fullmatch(jobs.one_of(["a.b", "c"]), "a.b") and not re.fullmatch(jobs.one_of(["a.b"]), "axb")
     assert not re.match(jobs.one_of([]), "")
+
+
+def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path):
+    logs, run = tmp_path / "logs", tmp_path
+    others = "a/c1/compare_samplers", "a/c5/make_surface", "b/c1/make_surface", "summarise_comparison"
+    own = "a/c1/make_surface", "a/c2/make_surface", "a/choose_frames", "a/simulate_nvt"
+    own = [*own, "pairs/ab/match_partners", "summarise_run"]
+    for log in (*own, *others):
+        path = logs / f"{log}.log"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"WARNING {log}\n")
+    results = [f"{run}/a/c1/surface.npz", f"{run}/a/c1/figures/enough.png", f"{run}/surfaces.csv"]
+    jobs = ["make_surface", "simulate_*", "choose_frames", "summarise_run", "match_partners"]
+    places = ["a", "pairs/ab", "a/c2"]  # the last failed
+    collect_warnings.main({"results": results}, {"table": tmp_path / "w.csv"}, places, jobs)
+    told = [line.rsplit(",", 1)[1] for line in (tmp_path / "w.csv").read_text().splitlines()[1:]]
+    assert told == own

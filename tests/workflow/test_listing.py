@@ -39,6 +39,7 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
         ("name,structure, structure\nx,a.pdb,b.pdb\n", "has the column 'structure' twice"),
         ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* has a name given before"),
         ("name,structure\n,a.pdb\n", "line 2 of .* has no name"),
+        ("name,structure\n\n\nx,a.pdb\n\n,b.pdb\n", "line 6 of .* has no name"),
         ("name,structure\nx,a.pdb,more\n", "line 2 of .* has not as many cells"),
         ('name,structure\nx,"a.pdb\n', "is not a CSV table .unexpected end of data.; store it as CSV"),
         ("name,structure\nx,a.pdb\n".encode("utf-16"), "proteins.csv is stored as UTF-16: store it as UTF-8"),

@@ -173,8 +173,8 @@ RULES = {
         None,
         (),
         [
-            "results/all/logs",
             ["A1", "got", "moving", "pairs/both", "pairs/two", "sites/back", "sites/bend", SITE],
+            "JOBS",
         ],
     ),
     "write_front_page": ("index.html", None, (), [{}, "fresh dots"]),
@@ -337,6 +337,13 @@ def filled(value, folder, config):
         return [filled(each, folder, config) for each in value]
     if isinstance(value, str) and value.startswith("CONTENT "):
         return code_digests.content.__wrapped__(folder / value.split()[1])
+    if value == "JOBS":  # of the rules of this study, with its grid and without simulations
+        rules = [
+            ROOT / "Snakefile",
+            *(path for path in (ROOT / "rules").glob("*.smk") if path.stem != "minimal"),
+        ]
+        logs = (log for path in rules for log in re.findall(r"/([\w{}]+)\.log\"", path.read_text()))
+        return sorted({re.sub(r"\{\{\w+\}\}", "*", log).replace("{JOBS}", "2") for log in logs})
     if value in ("URL", "SHA256"):
         return config["proteins"]["got"][value.lower()]
     return value

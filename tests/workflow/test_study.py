@@ -276,6 +276,7 @@ def test_a_comparison_is_part_of_the_study_and_a_run_that_was_compared_stays_so(
     assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml"]
     checkout.make("compare.csv")
     assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml", "compare.yaml"]
+    assert study.main(checkout.config(sampling=False)) == 0 and checkout.files == ["mine.yaml"]
 
 
 def test_one_study_at_a_time(checkout, capsys):

@@ -64,7 +64,9 @@ def first_page(folder, held, beside, without=(), floor=FRESH):
         "fields": of_fields([read(folder, path) for path in files if path.endswith("/fields.csv")]),
         "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
         "compared": compared(read(folder, "compare_needed.csv")) if "compare_needed.csv" in files else None,
-        "pairs": of_pairs(read(folder, "pairs/means.csv"), read(folder, "pairs/pairs.csv"))
+        "pairs": of_pairs(
+            read(folder, "pairs/means.csv"), read(folder, "pairs/pairs.csv"), len(pairs_in(files))
+        )
         if "pairs/means.csv" in files
         else None,
         "sites": [
@@ -262,9 +264,9 @@ def of_paper(places):
     return {"inside": int(inside.sum()), "rows": len(own), "runs": int(own["n_runs"].max())}
 
 
-def of_pairs(means, table):
-    """How well the maps of all pairs find the interface."""
-    found = {"n": table["complex"].nunique(), "auc": None}
+def of_pairs(means, table, n):
+    """How well the maps of those of `n` pairs that touch find the interface."""
+    found = {"n": n, "touching": table["complex"].nunique(), "auc": None}
     own = means[means["score"] == "propensity_smoothed"]
     if len(own):
         row = own.iloc[0]
@@ -320,13 +322,16 @@ def pictures(start, pages):
             yield path, name
 
 
+def pairs_in(files):
+    """Names of the pairs that have files."""
+    of_pairs = (path for path in files if path.startswith("pairs/") and path.count("/") > 1)
+    return list(dict.fromkeys(path.split("/")[1] for path in of_pairs))
+
+
 def pair_galleries(files):
     """The same of pairs."""
-    names = dict.fromkeys(
-        path.split("/")[1] for path in files if path.startswith("pairs/") and path.count("/") > 1
-    )
     found = []
-    for name in list(names)[:SHOWN]:
+    for name in pairs_in(files)[:SHOWN]:
         start = f"pairs/{name}/"
         shown = [(f"{start}book.png",) * 2 + ("book",), (f"{start}view_1.html", "", "view_1")]
         shown += [(f"{start}view_2.html", "", "view_2"), (f"{start}thinning.png",) * 2 + ("thinning",)]

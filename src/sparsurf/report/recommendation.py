@@ -8,6 +8,7 @@ the run support it in every way that `reasons` asks for; else the best combinati
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.old_names import refuse_old_names
@@ -24,6 +25,7 @@ FEWEST = 10  # proteins: with 5 a real dependence is found in 1 to 3 %, with 10 
 SIGNIFICANT = 0.05
 ABOUT = 1.05  # a requested n_S beyond the ends of the grid by less than this factor is that of the end
 SHOWN = 5  # surfaces in the table of evidence
+NAMES = ("protein", "conformation")
 NEEDED = {
     "summary": [
         "protein", "conformation", "mean_roughness", "reading", "range", "n_S_low_percent", "n_S_high_percent",
@@ -51,6 +53,8 @@ def read_run(folder):
             raise InputError(f"{path} cannot be read: run the study first, or give --results.")
         out[name] = read_table(path)
         refuse_old_names(out[name], path)
+        names = pd.read_csv(path, dtype=str, keep_default_na=False, usecols=lambda each: each in NAMES)
+        out[name][names.columns] = names  # 1E96 and NA are proteins
         missing = [column for column in columns if column not in out[name]]
         if missing or out[name].empty:
             lacking = f"the column {missing[0]}" if missing else "rows"

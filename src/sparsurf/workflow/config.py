@@ -10,6 +10,7 @@ from sparsurf import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.texts import short
 from sparsurf.workflow import listing
+from sparsurf.workflow.code_digests import HOME
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.files_of_sites import named_in
 from sparsurf.workflow.needs import too_large
@@ -193,6 +194,7 @@ def _second_check(config):
     yield from _check_names(config)
     yield from _check_pairs(config)
     yield from _check_sites(config)
+    yield from _check_left_out(config)
     for name, protein in config["proteins"].items():
         for key in FILES:
             if key in protein and not os.path.isfile(protein[key]):
@@ -216,6 +218,8 @@ def _second_check(config):
             yield f"evaluation.readings is {config['evaluation']['readings']}, but `paper` needs both of [as_coded, as_written]."
     if not set(OF_PAPER) & set(config["evaluation"]["readings"]):
         yield f"evaluation.readings is {config['evaluation']['readings']}, but needs as_coded or as_written."
+    if config["compare"]["run"] and not config["proteins"]:
+        yield "compare.run is true, but there are no surfaces to sample; name a protein under proteins."
     if not config["sampling"]["run"]:
         for key, asked in {"compare": config["compare"]["run"], "paper": "paper" in config}.items():
             if asked:
@@ -283,3 +287,13 @@ def _check_sites(config):
                 yield f"sites.{name}: {each!r} is a ready surface without residues; it can only be a target."
         if named[0] in named[1:]:
             yield f"sites.{name}: {named[0]!r} stands on both sides; name another."
+
+
+def _check_left_out(config):
+    """Sentences for places to leave out that the config does not have; a job over all proteins is called like its script."""
+    jobs = tuple(path.stem for path in (HOME / "scripts").glob("*.py"))
+    for place in config["without"]:
+        kind, _, name = place.partition("/")
+        known = name in config[kind] if kind in ("pairs", "sites") and name else kind in config["proteins"]
+        if not known and (name or not place.startswith(jobs)):
+            yield f"without: {place!r} is no part of the study; remove it, or correct its name."

@@ -153,7 +153,7 @@ def summary(config, folder, code, failed, begin, torn=0):
         (folder / REPORT).unlink(missing_ok=True)
     seconds = round(time.time() - begin)
     print(f"\nTime      {seconds // 60} min {seconds % 60} s")
-    if parts := [*_minimal_percents(folder / SURFACES)]:
+    if parts := [*_minimal_percents(folder / SURFACES)] if config["proteins"] else ():
         what = "are enough" if "floor" in config["minimal"] else "are in minimal.csv, as the config asks"
         median = f" (median of {len(parts)} surfaces)" if len(parts) > 1 else ""
         print(f"Answer    {statistics.median(parts):.1f} % of the dots {what}{median}.")

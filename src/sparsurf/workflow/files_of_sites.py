@@ -62,7 +62,7 @@ class FilesOfSites:
                 if not self._files.goes_without(name, each, DESCRIBE)
             ]
             named = [each for each in conformations if each != query]
-        targets = [f"{each}/places.sites" for each in named]
+        targets = [f"{each}/places.sites" for each in dict.fromkeys(named)]  # b and b/c1 are one
         return {
             "query": f"{query}/places.sites", "structure": f"{query}/structure.pdb", "targets": targets,
         }  # fmt: skip

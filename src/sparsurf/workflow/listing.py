@@ -75,7 +75,7 @@ def _named_rows(key, path, columns):
         raise InputError(f"config: {key} is {short(repr(path))}, but there is no such table.")
     reader = csv.DictReader(io.StringIO(read_text(path), ""), strict=True)
     try:
-        rows = list(reader)
+        rows = [(reader.line_num, row) for row in reader]
     except csv.Error as error:
         raise InputError(f"config: {path} is not a CSV table ({error}); store it as CSV in UTF-8.") from None
     headers = [header.strip() for header in reader.fieldnames] if rows else []
@@ -86,7 +86,7 @@ def _named_rows(key, path, columns):
     if twice := [header for header in headers if headers.count(header) > 1]:
         raise InputError(f"config: {path} has the column {twice[0]!r} twice; remove or rename one.")
     out, names = [], set()
-    for number, row in enumerate(rows, 2):
+    for number, row in rows:
         if None in row or None in row.values():
             raise InputError(
                 f"config: line {number} of {path} has not as many cells as the header; quote cells with commas."

@@ -1,5 +1,6 @@
 """Outputs of rules: how a rule names them, and what a run has in the end, which follows from the rules."""
 
+import re
 from functools import cached_property
 from pathlib import Path
 
@@ -107,6 +108,13 @@ class Outputs:
             lambda _, of=of, name=name: list(of(name)) for name in self._files.proteins for of in parts
         ]
         return proteins + [lambda _, named=named: list(self._made(**named)) for named in self._named.values()]
+
+    def jobs(self, wildcards=None):
+        """Names of the logs of all rules, * in place of wildcards."""
+        logs = (
+            Path(re.sub(r"{.*?}", "*", str(log))).stem for rule in self._workflow.rules for log in rule.log
+        )
+        return sorted({*logs})
 
     def all_but(self, *after, shown=None):
         """Input function: all outputs but for files that come `after` them; with `shown` only those in the report, or not."""

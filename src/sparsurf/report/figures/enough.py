@@ -82,7 +82,7 @@ def figure(surfaces, floor=FRESH, reading=TEXT):
     ----------
     surfaces : sequence of Tables
     floor : str, the row of floors.csv that says what is enough
-    reading : str, under which all combinations are shown
+    reading : str, under which all combinations are shown, where they were evaluated so
 
     Returns
     -------
@@ -117,7 +117,7 @@ def panel_of(tables, floor=FRESH, reading=TEXT):
     own = enough[(enough["floor"] == floor) & (enough["reading"] == RECOVERED)].iloc[0]
     floors = tables.floors.set_index("floor")["Z"].to_dict()
     cloud = (np.empty(0), np.empty(0))
-    if grid is not None:
+    if grid is not None and f"Z_tS_{reading}" in grid:
         cloud = grid["n_S_percent"].to_numpy(), grid[f"Z_tS_{reading}"].to_numpy()
     return Panel(cloud, lines, floors, (own["n_S_percent"], own["Z"]))
 
