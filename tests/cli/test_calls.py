@@ -421,6 +421,35 @@ def test_dots_know_their_molecule():
     assert whole.to_frame()["component"].value_counts().tolist() == [24376, 224]
 
 
+def test_dots_and_atoms_are_of_one_frame():
+    one = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-212")
+    both = replace(
+        one,
+        xyz=np.stack([one.xyz[0], one.xyz[0] * [1, 1, -1] + 3.0]),
+        time_ps=np.zeros(2),
+        frame_number=np.arange(2),
+    )
+    dots = sparsurf.surface(both, frame=1)
+    field = sparsurf.fields(dots, ["hydropathy"])
+    assert field.equals(sparsurf.fields(both, dots, ["hydropathy"], frame=1))
+    assert field.equals(sparsurf.fields(both.frame(1), dots, ["hydropathy"]))
+    for call in (sparsurf.fields, sparsurf.components):
+        with pytest.raises(InputError, match=f"{call.__name__}: the dots are those of frame 1; give frame=1"):
+            call(both, dots)
+    with pytest.raises(InputError, match="fields: the dots were placed with frame=0"):
+        sparsurf.fields(sparsurf.surface(both), frame=1)
+
+
+def test_kept_dots_of_residues_may_be_a_mask():
+    dots = sparsurf.surface(
+        sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-212")
+    )
+    few = np.arange(0, len(dots), 7)
+    mask = np.isin(np.arange(len(dots)), few)
+    table = sparsurf.residues(dots, kept=few)
+    assert table["kept"].sum() == len(few) and table.equals(sparsurf.residues(dots, kept=mask))
+
+
 def test_a_part_of_the_dots_is_no_whole_surface():
     molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
     dots = sparsurf.surface(molecule)

@@ -208,6 +208,30 @@ def test_a_folder_of_targets_leaves_out_what_cannot_be_read(folder, tmp_path, ca
     assert "holds no structure and no Sites" in capfd.readouterr().err
 
 
+def test_options_of_dots_are_refused_for_a_mesh_and_a_mesh_keeps_its_triangles(folder, tmp_path, capsys):
+    call = ["surface", folder / "protein.pdb", "--mesh", "-o", tmp_path / "mesh.ply"]
+    for option in (
+        ["--fields", "hydropathy"],
+        ["--table", "x.csv"],
+        ["--charges", "pdb2pqr"],
+        ["--d-link", 0.6],
+    ):
+        assert ended(*call, *option) == 1
+        assert f"{option[0]}: it is of dots, and --mesh writes triangles" in capsys.readouterr().err
+    assert ended(*call) == 0
+    own = (tmp_path / "mesh.ply").read_bytes()
+    assert ended(*call, "--plain") == 0 and (tmp_path / "mesh.ply").read_bytes() == own
+
+
+def test_one_of_all_models_may_be_named(folder, tmp_path):
+    assert (
+        ended("surface", folder / "models.pdb", "--model", "all", "--frame", 1, "-o", tmp_path / "all.ply")
+        == 0
+    )
+    assert ended("surface", folder / "models.pdb", "--model", 2, "-o", tmp_path / "own.ply") == 0
+    assert (tmp_path / "all.ply").read_bytes() == (tmp_path / "own.ply").read_bytes()
+
+
 def test_the_kept_dots_stand_for_all(folder, tmp_path):
     dots = sparsurf.surface(folder / "protein.pdb")
     for asked, n in (

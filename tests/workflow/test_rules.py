@@ -340,7 +340,7 @@ def filled(value, folder, config):
     if value == "JOBS":  # of the rules of this study, with its grid and without simulations
         rules = [
             ROOT / "Snakefile",
-            *(path for path in (ROOT / "rules").glob("*.smk") if path.stem != "minimal"),
+            *(path for path in (ROOT / "rules").glob("*.smk") if path.stem not in ("minimal", "simulate")),
         ]
         logs = (log for path in rules for log in re.findall(r"/([\w{}]+)\.log\"", path.read_text()))
         return sorted({re.sub(r"\{\{\w+\}\}", "*", log).replace("{JOBS}", "2") for log in logs})

@@ -1,7 +1,16 @@
 """`fields` and `residues`: numbers at the dots of a surface, and over its residues."""
 
 from sparsurf import InputError
-from sparsurf.cli.inputs import as_molecule, as_surface, check_frame, has_atoms, origin_of
+from sparsurf.cli.inputs import (
+    agreed,
+    as_array,
+    as_molecule,
+    as_surface,
+    check_frame,
+    has_atoms,
+    origin_of,
+    same_frame,
+)
 from sparsurf.cli.roughness import roughness
 from sparsurf.dot_fields.registry import values
 from sparsurf.study.residues import residue_table
@@ -47,9 +56,10 @@ def fields(molecule, dots=None, names=("hydropathy", "potential"), *, frame=0, c
         if has_atoms(dots):
             raise InputError("fields: give the molecule first, then its dots.")
         names = names if dots is None else dots
-        dots, (molecule, frame, *_) = molecule, origin_of(molecule, "fields")
+        dots, (molecule, frame, *_) = molecule, agreed(origin_of(molecule, "fields"), "fields", frame=frame)
     molecule, surface = as_molecule(molecule), as_surface(dots)
     check_frame(molecule, frame, "the molecule")
+    same_frame(dots, molecule, frame, "fields")
     if isinstance(names, str):
         names = (names,)
     if not names:
@@ -87,5 +97,6 @@ def residues(dots, molecule=None, *, roughness_values=None, kept=(), weight=None
     if not 0 <= dots.atom.min() <= dots.atom.max() < molecule.n_atoms:
         raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
     values = roughness(dots) if roughness_values is None else roughness_values
+    kept = as_array(kept, len(dots), "kept")
     weight = [1] * len(kept) if weight is None else weight
     return residue_table(dots, values, molecule, kept, weight)

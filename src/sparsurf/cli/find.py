@@ -23,8 +23,8 @@ log = logging.getLogger("sparsurf")
 FARTHEST = 5.0  # Å, between a place that is sought and the nearest place of Sites
 HITS = Limits(1, 10_000, whole=True, open_low=False)
 EXAMPLES = """\
-QUERY and TARGET are structures, dots with fields, or Sites (.sites). A TARGET can be a folder of them, in which
-files that cannot be read are named and left out. Of several models the first is taken. Without --residues, the Sites of
+QUERY and TARGET are structures, dots with fields, or Sites (.sites). A TARGET can be a folder of structures
+and Sites, in which files that cannot be read are named and left out. Of several models the first is taken. Without --residues, the Sites of
 QUERY are written to OUT (.sites), so that they need not be described again. With --residues, OUT is a table of hits:
 target, the residue in the middle of the hit, x,y,z, score, p, and how many places agree. p is how often an unrelated protein
 scores as high; it is known for the default --percent and --fields.
@@ -72,7 +72,9 @@ def describe_sites(surface, *, percent=10, fields=FIELDS, at=None, name=None):
     percent, fields = PERCENT.check(percent, "percent"), _names(fields)
     at = None if at is None else _places(at)
     dots, molecule = _dots_of(surface)
-    name = name or (Path(surface).name.split(".")[0] if isinstance(surface, str | Path) else "surface")
+    name = name or (
+        Path(Path(surface).name.removesuffix(".gz")).stem if isinstance(surface, str | Path) else "surface"
+    )
     return describe_surface(dots, molecule, name, percent, fields, at, available_cores())
 
 

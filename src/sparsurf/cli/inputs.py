@@ -100,6 +100,13 @@ def agreed(origin, name, **wishes):
     return origin
 
 
+def same_frame(dots, molecule, frame, name):
+    """Raise InputError where dots know that they are of another frame of a molecule with several."""
+    own = getattr(dots, "origin", None)
+    if own is not None and own.frame != frame and own.frame < molecule.n_frames:
+        raise InputError(f"{name}: the dots are those of frame {own.frame}; give frame={own.frame}.")
+
+
 def _kind(given):
     """What something is, with its article."""
     name = type(given).__name__

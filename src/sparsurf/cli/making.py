@@ -16,6 +16,7 @@ from sparsurf.cli.inputs import (
     check_frame,
     is_file_of_dots,
     origin_of,
+    same_frame,
 )
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
@@ -123,6 +124,7 @@ def components(molecule, dots=None, *, frame=0, probe=1.4, radii="dms"):
         dots = surface(molecule, frame=frame, probe=probe, radii=radii)
     probe = PROBE.check(probe, "probe")
     molecule, frame, values = _spheres(molecule, frame, radii)
+    same_frame(dots, molecule, frame, "components")
     if not 0 <= dots.atom.min() <= dots.atom.max() < len(values):
         raise InputError(
             "components: the dots are not those of the molecule; give what surface() gave for it."

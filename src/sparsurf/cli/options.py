@@ -75,7 +75,7 @@ def add_fields(parser):
     fields.add_argument(
         "--fields",
         metavar="NAMES",
-        help="hydropathy, potential, bfactor, or columns of --table; with commas between",
+        help="hydropathy, potential, bfactor, volume, aromaticity, charge, or columns of --table; with commas between",
     )
     fields.add_argument(
         "--table", help="CSV with a value for each residue, or atom, in columns residue, chain, atom, NAME"
@@ -184,14 +184,14 @@ def read_atoms(asked):
     keys = {key: getattr(asked, key) for key in OF_MOLECULE}
     keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
     if asked.model == ALL:
-        keys["model"], asked.frames = None, asked.frames or ALL
+        keys["model"], asked.frames = None, asked.frames or (ALL if asked.frame is None else None)
     molecule = read_molecule(asked.file, asked.trajectory, **keys)
     check_frame(molecule, asked.frame or 0, asked.trajectory or asked.file)
     if molecule.n_frames > 1 and asked.frame is asked.frames is None and not asked.quiet:
         several = "frames" if asked.trajectory else "models"
         print(
             f"{asked.trajectory or asked.file} has {molecule.n_frames} {several}: the first is taken. "
-            "--frames all takes each.",
+            "--frame takes another.",
             file=sys.stderr,
         )
     return molecule

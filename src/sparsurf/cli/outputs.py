@@ -88,7 +88,8 @@ def check(asked, formats):
     suffix = _place(asked.output, asked.format, formats)[0]
     if suffix in BY_TRIMESH:
         _trimesh(asked.output)
-    several = getattr(asked, "frames", None) or getattr(asked, "model", None) == "all"
+    every_model = getattr(asked, "model", None) == "all" and asked.frame is None
+    several = getattr(asked, "frames", None) or every_model
     if several and suffix != ".csv" and FRAME not in str(asked.output):
         raise InputError(
             f"{asked.output}: several frames need a CSV or {FRAME} in the name, such as dots_{FRAME}.ply."
@@ -160,7 +161,7 @@ def write_dots(output, format_given, dots, plain=False, binary=False):
     surface = dots.surface
 
     def faces():
-        if plain or (dots.faces is None and len(surface) > MANY_DOTS):
+        if dots.faces is None and (plain or len(surface) > MANY_DOTS):
             return np.empty((0, 3), int)
         return triangles(surface) if dots.faces is None else dots.faces
 

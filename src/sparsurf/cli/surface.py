@@ -6,10 +6,17 @@ from sparsurf import InputError
 from sparsurf.cli import options, outputs
 from sparsurf.cli.inputs import STRUCTURES, is_structure
 from sparsurf.cli.making import components, mesh
+from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import FIELD, numbers_of
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED
 from sparsurf.texts import counted
 
+OF_DOTS = {
+    "fields": None,
+    "table": None,
+    "charges": "table",
+    "d_link": D_LINK,
+}  # options without a meaning for a mesh
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms taken, from 0). A PLY has triangles between the dots.
@@ -43,6 +50,12 @@ def run(asked):
         raise InputError(
             f"{asked.file} is no structure by its suffix: give one of {', '.join(STRUCTURES)}; frames come by --trajectory."
         )
+    for name, default in OF_DOTS.items() if asked.mesh else ():
+        if getattr(asked, name) != default:
+            option = name.replace("_", "-")
+            raise InputError(
+                f"--{option}: it is of dots, and --mesh writes triangles; leave out one of the two."
+            )
     outputs.check(asked, outputs.MESHES if asked.mesh else outputs.DOTS)
     outputs.write_each(asked, _meshes(asked) if asked.mesh else _dots(asked))
 
