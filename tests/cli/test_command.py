@@ -1,5 +1,6 @@
 """The command line: every example of its help runs, every mistake is a sentence, what comes out can be read again."""
 
+import gzip
 import logging
 import os
 import shutil
@@ -221,6 +222,14 @@ def test_options_of_dots_are_refused_for_a_mesh_and_a_mesh_keeps_its_triangles(f
     assert ended(*call) == 0
     own = (tmp_path / "mesh.ply").read_bytes()
     assert ended(*call, "--plain") == 0 and (tmp_path / "mesh.ply").read_bytes() == own
+
+
+def test_sites_are_named_after_their_whole_file(folder, tmp_path):
+    for name in ("u.A.pdb", "u.B.pdb"):
+        shutil.copy(folder / "protein.pdb", tmp_path / name)
+    (tmp_path / "v.A.pdb.gz").write_bytes(gzip.compress((folder / "protein.pdb").read_bytes()))
+    call = ["find", folder / "protein.pdb", "--residues", "209-212", tmp_path, "-o", tmp_path / "hits.csv"]
+    assert ended(*call) == 0 and {*pd.read_csv(tmp_path / "hits.csv")["target"]} == {"u.A", "u.B", "v.A"}
 
 
 def test_one_of_all_models_may_be_named(folder, tmp_path):

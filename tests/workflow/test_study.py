@@ -438,3 +438,10 @@ def test_the_lock_lasts_as_long_as_snakemake(checkout, capsys):
         deadline = time.monotonic() + 30
         while study.main(checkout.config()) and time.monotonic() < deadline:
             time.sleep(0.05)
+
+
+def test_the_answer_is_that_of_surfaces_of_this_study(tmp_path, capsys):
+    (tmp_path / "surfaces.csv").write_text("minimal_n_S_percent\n12.0\n")  # of an earlier one in its folder
+    for proteins, told in (({"p": STRUCTURE}, True), ({}, False)):
+        ending.summary({"proteins": proteins, "minimal": {"floor": "turned"}}, tmp_path, 0, [], time.time())
+        assert ("Answer    12.0 % of the dots are enough." in capsys.readouterr().out) is told
