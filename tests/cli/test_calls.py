@@ -544,6 +544,14 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
     assert sorted(path.name for path in tmp_path.iterdir()) == names
 
 
+@pytest.mark.parametrize("name", ["points", "area", "file", "allow_pickle"])
+def test_a_field_that_npz_has_no_name_for_is_refused(blob, tmp_path, name):
+    dots = Surface(*blob, fields={name: np.arange(len(blob[0]), dtype=float)})
+    with pytest.raises(InputError, match=f"a.npz: npz has no room for a field called {name}"):
+        sparsurf.write(dots, tmp_path / "a.npz")
+    assert not (tmp_path / "a.npz").exists()
+
+
 def test_links_and_pipes_stay_what_they_are(tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "old.csv").write_text("old")

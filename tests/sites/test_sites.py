@@ -13,7 +13,7 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli.command import main
 from sparsurf.sites.arrangement import best_pose, rigid_fit
-from sparsurf.sites.describing import load_sites
+from sparsurf.sites.describing import FIELDS, load_sites
 from sparsurf.sites.finding import BLOCK, chance, nearest_places, null_terms
 from sparsurf.sites.weighing import discriminant, learn, weighed
 
@@ -210,6 +210,11 @@ def small(tmp_path_factory):
         ("a.pdb -o none/a.sites", "there is no folder"),
         ("a.sites a.sites dots.csv --residues 209 -o dots.csv", "dots.csv is a file that is read"),
         ("a.pdb -o a.csv", "name at least one TARGET"),
+        ("a.pdb -o h.sites --superpose laid", "--superpose and --hits are about hits"),
+        ("a.pdb -o h.sites --hits 3", "--superpose and --hits are about hits"),
+        ("a.pdb -o h.sites --fields hydropathy,bfactor", "--fields: bfactor is not searched by"),
+        ("a.sites a.pdb --residues 209 -o h.csv --percent 20", "percent: a was described with 10; leave"),
+        ("a.sites a.pdb --residues 209 -o h.csv --fields charge", "fields: a was described with hydropathy,"),
         ("a.pdb a.sites --residues 209 -o h.csv --fields colour", "there is no field 'colour'"),
         ("a.pdb a.pdb --residues 209 -o h.csv --percent 0.1", "no patch has 12 dots"),
     ],
@@ -218,7 +223,8 @@ def test_a_wrong_call_is_answered_in_one_sentence(small, monkeypatch, capsys, ca
     monkeypatch.chdir(small)
     assert main(["find", *call.split()]) == 1
     error = capsys.readouterr().err
-    assert said in error and "Traceback" not in error and not (small / "h.csv").exists()
+    assert said in error and "Traceback" not in error
+    assert not (small / "h.csv").exists() and not (small / "h.sites").exists()
 
 
 def test_packed_sites_of_a_folder_are_searched_and_what_is_no_file_is_passed_over(small, tmp_path):
@@ -229,6 +235,34 @@ def test_packed_sites_of_a_folder_are_searched_and_what_is_no_file_is_passed_ove
         main(["find", str(small / "a.pdb"), "-o", str(tmp_path / "a.sites.gz")]) == 0
     )  # as they are written
     assert np.array_equal(load_sites(tmp_path / "a.sites.gz").points, load_sites(small / "a.sites").points)
+
+
+def test_sites_are_searched_by_the_settings_they_were_described_with(small):
+    known = small / "percent.sites"  # with 20 %
+    assert len(sparsurf.find(known, known, at=[0], n=1, percent=20)) == 1
+    assert len(sparsurf.find(known, known, at=[0], n=1)) == 1
+    with pytest.raises(InputError, match="percent: a was described with 20"):
+        sparsurf.find(known, known, at=[0], percent=5)
+
+
+def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_path, caplog, capsys):
+    fields = ["--fields", ",".join(FIELDS)]
+    for name, percent in (("few.csv", "12"), ("many.csv", "100")):
+        assert (
+            main(["minimal", str(small / "a.pdb"), "--percent", percent, *fields, "-o", str(tmp_path / name)])
+            == 0
+        )
+    (tmp_path / "notes.txt").write_text("nothing")
+    sparsurf.find(small / "a.sites", tmp_path / "few.csv", at=[0])
+    assert "few.csv: its dots lie 1.0 Å apart" in caplog.text and "of these 10 % are kept" in caplog.text
+    caplog.clear()
+    sparsurf.find(small / "a.sites", tmp_path / "many.csv", at=[0])
+    assert "apart" not in caplog.text
+    (tmp_path / "a.pdb").write_bytes((small / "a.pdb").read_bytes())
+    call = str(small / "a.sites"), str(tmp_path), "--residues", "209-212", "-o", str(tmp_path / "hits.csv")
+    assert main(["find", *call]) == 0
+    said = capsys.readouterr().err
+    assert "2 files of dots in" in said and "left out (few.csv, many.csv)" in said
 
 
 @pytest.mark.parametrize(

@@ -209,12 +209,15 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path):
     for name, head in (("a", 'chain, residue ,"a\nnote",score\n'), ("b", '\nresidue, "score",other\n')):
         row = "1,2,3,4" if name == "a" else "1,2,3"
         (tmp_path / f"{name}.csv").write_text(f"{head}{row}\n")
+    (tmp_path / "taken.csv").write_text("residue,points,score\n1,2,3\n")
     plain = DEFAULT["proteins"]["tdp43"]
+    taken = {"a": plain | {"table": str(tmp_path / "taken.csv")}}
     entries = {name: plain | {"table": str(tmp_path / f"{name}.csv")} for name in "ab"} | {"c": plain}
     assert check({"proteins": entries, "fields": ["score", "charge"]})["fields"] == ["score", "charge"]
     for config, said in (
         ({"proteins": entries, "fields": ["other"]}, "fields.0 is 'other', but must be one of hydropathy"),
         ({"proteins": {"c": plain}, "fields": ["charge", "score"]}, "fields.1 is 'score'"),
+        ({"proteins": taken, "fields": ["points"]}, "fields.0 is 'points', but must be one of hydropathy"),
         ({"proteins": entries, "fields": ["score"], "seed": -1}, "seed is -1, but must be 0 or more"),
         ({"proteins": {"a": {"surface": "x.dms", "table": "t.csv"}}}, "remove `table`: it applies to"),
         ({"proteins": {"a": plain | {"table": "no.csv"}}}, "proteins.a.table: there is no file 'no.csv'"),

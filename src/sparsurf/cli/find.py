@@ -9,19 +9,24 @@ from sparsurf import InputError, progress
 from sparsurf.cli import outputs
 from sparsurf.cli.inputs import PERCENT, Limits, as_molecule, is_structure
 from sparsurf.cli.making import surface as surface_of
+from sparsurf.dot_fields.registry import FIELDS as OF_DOTS
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, suffix
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.sites.describing import FIELDS, Sites, describe_surface, load_sites, places_of_residues
+from sparsurf.sites.describing import PERCENT as PERCENT_KEPT
 from sparsurf.sites.finding import find_places, find_site
-from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.surfaces.read_surface import FORMATS, read_surface
+from sparsurf.surfaces.spacing import spacing
 from sparsurf.surfaces.surface import Surface
-from sparsurf.texts import counted
+from sparsurf.texts import counted, short
 from sparsurf.threads import available_cores
 
 log = logging.getLogger("sparsurf")
 
+FEW = 0.9  # Å between neighbouring dots: of a whole surface .4, of a tenth of its dots 1.4
 FARTHEST = 5.0  # Å, between a place that is sought and the nearest place of Sites
 HITS = Limits(1, 10_000, whole=True, open_low=False)
+HITS_SHOWN = 10
 EXAMPLES = """\
 QUERY and TARGET are structures, dots with fields, or Sites (.sites). A TARGET can be a folder of structures and Sites, in which
 files that cannot be read are named and left out. Of several models the first is taken. Without --residues, the Sites of
@@ -119,6 +124,7 @@ def found(query, targets, at=None, residues=None, n=10, percent=10, fields=FIELD
     if (at is None) == (residues is None):
         raise InputError("find: give either `at`, places, or `residues`, a site.")
     whole = as_sites(query, percent, fields)
+    _refuse_other_settings(whole, percent, fields)
     many = targets if isinstance(targets, list | tuple) else [targets]
     percent, fields = whole.settings["percent"], whole.fields
     others = [as_sites(each, percent, fields) for each in many]
@@ -134,7 +140,26 @@ def as_sites(given, percent=10, fields=FIELDS):
         return given
     if _is_sites(given):
         return load_sites(given)
+    if percent < 100 and isinstance(given, str | Path) and not is_structure(given):
+        gap = spacing(read_surface(given).points)
+        if gap > FEW:
+            log.warning(
+                "%s: its dots lie %.1f Å apart, as in a subset; of these %g %% are kept, so that scores fall: "
+                "search what `sparsurf recover` makes of it",
+                given, gap, percent,
+            )  # fmt: skip
     return describe_sites(given, percent=percent, fields=fields)
+
+
+def _refuse_other_settings(sites, percent, fields):
+    """Refuse settings that are asked for, not by default, and that Sites were not described by."""
+    for key, asked, default in (("percent", percent, PERCENT_KEPT), ("fields", _names(fields), FIELDS)):
+        own = tuple(sites.fields) if key == "fields" else sites.settings[key]
+        if asked not in (default, own):
+            shown = ", ".join(own) if key == "fields" else f"{own:g}"
+            raise InputError(
+                f"{key}: {sites.name} was described with {shown}; leave the option out, or give the structure."
+            )
 
 
 def _is_sites(given):
@@ -207,7 +232,7 @@ def arguments(parser):
     parser.add_argument("targets", metavar="TARGET", nargs="*", help="where to look: the same, or folders")
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help="hits (.csv), or Sites (.sites)")
     parser.add_argument("--residues", help="the site, such as A:10-25,40")
-    parser.add_argument("--hits", type=HITS.parse, default=10, help="most hits (default 10)")
+    parser.add_argument("--hits", type=HITS.parse, help="most hits (default 10)")
     parser.add_argument("--percent", type=PERCENT.parse, default=10, help="of the dots to keep (default 10)")
     parser.add_argument(
         "--fields",
@@ -221,9 +246,13 @@ def arguments(parser):
 def run(asked):
     """Write the hits, or the Sites of QUERY."""
     fields = tuple(name.strip() for name in asked.fields.split(",") if name.strip())
+    if never := sorted(OF_DOTS.keys() & set(fields) - set(FIELDS)):
+        raise InputError(f"--fields: {never[0]} is not searched by; name some of {', '.join(FIELDS)}.")
     if not asked.targets:
         if asked.residues or suffix(asked.output) != ".sites":
             raise InputError("name at least one TARGET, or write the Sites of QUERY to a file named .sites.")
+        if asked.superpose or asked.hits:
+            raise InputError("--superpose and --hits are about hits; name a TARGET to search, too.")
         outputs.check(asked, (".sites",))
         sites = as_sites(asked.file, asked.percent, fields)
         outputs.write(asked.output, None, (".sites",), {".sites": sites.save})
@@ -237,9 +266,10 @@ def run(asked):
     if asked.superpose and not is_structure(asked.file):
         raise InputError(f"--superpose: {asked.file} is no structure; give one as QUERY.")
     query = as_sites(asked.file, asked.percent, fields)
+    _refuse_other_settings(query, asked.percent, fields)
     places_of_residues(query, asked.residues)  # a mistake there is told before the targets take their time
     others = [each for target in asked.targets for each in _sites_of(target, query)]
-    table, poses = found(query, others, None, asked.residues, asked.hits)
+    table, poses = found(query, others, None, asked.residues, asked.hits or HITS_SHOWN)
     outputs.write_table(asked.output, asked.format, table)
     outputs.wrote(asked, asked.output, counted(len(table), "hit"))
     if asked.superpose:
@@ -254,6 +284,12 @@ def _sites_of(target, query):
     known = (*STRUCTURES, *SELF_CONTAINED, ".sites")
     there = sorted(file for file in path.iterdir() if file.is_file() and file.name[:1] != ".")
     files, described = [file for file in there if suffix(file) in known], []
+    dots = [file.name for file in there if suffix(file) in {end for each in FORMATS for end in each.suffixes}]
+    if dots:
+        log.warning(
+            "%s of dots in %s left out (%s); name a file of dots itself as TARGET",
+            counted(len(dots), "file"), target, short(", ".join(dots)),
+        )  # fmt: skip
     for file in progress.each(files, f"targets in {target}"):
         try:
             described.append(as_sites(file, *how))

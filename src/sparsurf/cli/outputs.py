@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.dot_fields.columns import TAKEN
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.csv import DIGITS
 from sparsurf.surfaces.formats.dms import write_dms
@@ -175,6 +176,10 @@ def write_dots(output, format_given, dots, plain=False, binary=False):
         write_dms(path, surface, own.residue_name, own.residue, own.name, own.xyz[dots.frame])
 
     def npz(path):
+        if taken := sorted(TAKEN & surface.fields.keys()):
+            raise InputError(
+                f"{output}: npz has no room for a field called {taken[0]}; rename it, or write CSV."
+            )
         arrays = {name: getattr(surface, name) for name in ARRAYS} | surface.fields
         _npz(path, arrays | {name: column for name, column in dots.table.items() if name not in arrays})
 

@@ -9,12 +9,13 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.surfaces.components import FIELD
-from sparsurf.surfaces.surface import is_field
+from sparsurf.surfaces.surface import ARRAYS, is_field
 from sparsurf.texts import read_text
 
 log = logging.getLogger("sparsurf")
 
 KEYS = ("chain", "residue", "atom")  # columns that say where a row belongs; `residue` must be there
+TAKEN = frozenset([*ARRAYS, "file", "allow_pickle"])  # names that something else has in numpy's files of dots
 
 
 def column_of_atoms(path, name, molecule):
@@ -64,8 +65,8 @@ def column_of_atoms(path, name, molecule):
 
 
 def columns_of(path):
-    """Names of the columns of a table, see `column_of_atoms`."""
-    return [*_read(path).columns]
+    """Names of the columns of a table that the fields of a study may have, see `column_of_atoms`."""
+    return [name for name in _read(path).columns if name not in TAKEN]
 
 
 def _read(path):
