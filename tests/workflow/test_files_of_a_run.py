@@ -125,8 +125,11 @@ def test_every_conformation_is_named_once_its_frames_are_chosen(files):
     assert files.every("a.csv")(Wildcards()) == [f"results/r/{place}/a.csv" for place in places]
 
 
-def test_a_single_structure_has_no_frames(files):
+def test_a_single_structure_has_no_frames(files, checkpoints):
     assert [name for name in files.proteins if files.has_frames(name)] == ["moving"]
+    for stride, names in ((1, []), (2, files.many)):
+        other = FilesOfARun(CONFIG | {"frames": {"stride": stride}}, checkpoints)
+        assert [name for name in other.proteins if other.steps_over_frames(name)] == names
 
 
 def test_what_the_config_goes_without_is_in_no_list(checkpoints):

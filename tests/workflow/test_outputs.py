@@ -48,7 +48,7 @@ def test_the_guide_to_the_results_names_what_the_rules_make_and_nothing_else():
     assert len(named) > 60 and named == made, sorted(named ^ made)
 
 
-def outputs(without=(), has_frames=lambda name: True, **rules):
+def outputs(without=(), has_frames=lambda name: True, steps=False, **rules):
     """Outputs of a run of the proteins p (a molecule of two frames) and q (a surface), and of a pair."""
     found = []
     for name, files in rules.items():
@@ -59,6 +59,7 @@ def outputs(without=(), has_frames=lambda name: True, **rules):
         proteins={"p": 1, "q": 1},
         conformations={"p": ["f0", "f7"], "q": ["c1"]}.get,
         has_frames=has_frames,
+        steps_over_frames=lambda name: steps,
         goes_without=lambda *place: "/".join(place) in without,
     )
     return Outputs(SimpleNamespace(rules=found), files, pair=SimpleNamespace(names=["one"]))
@@ -95,6 +96,13 @@ def test_frames_are_drawn_only_where_there_are_several():
     assert "r/p/frames.png" in outputs(**rules).of_protein(p)
     alone = outputs(has_frames=lambda name: name != "p", **rules)
     assert alone.of_protein(p) == ["r/p/f0/grid.csv", "r/p/f7/grid.csv"]
+    rules["draw_ensemble"] = ["r/{protein}/ensemble.html"]
+    for steps, ensemble in (
+        (False, []),
+        (True, ["r/p/ensemble.html"]),
+    ):  # over the frames of one that is chosen
+        alone = outputs(has_frames=lambda name: name != "p", steps=steps, **rules)
+        assert alone.of_protein(p) == [*ensemble, "r/p/f0/grid.csv", "r/p/f7/grid.csv"]
     # which is known only after the conformations are chosen
     assert next(ask(None) for ask in outputs(**rules).each()) == []
 

@@ -67,6 +67,10 @@ class FilesOfARun:
             return False
         return len(conformations_of(self._checkpoints.choose_frames.get(protein=name).output.projection)) > 1
 
+    def steps_over_frames(self, name):
+        """Whether `frames.stride` may leave out frames of a molecule, which its ensemble goes over."""
+        return name in self.many and self._config["frames"]["stride"] > 1
+
     def first(self, name):
         """The first conformation of a protein, which its pairs take."""
         return self._chosen(name)[0]

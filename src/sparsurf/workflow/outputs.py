@@ -7,7 +7,8 @@ from pathlib import Path
 from snakemake.io import report
 
 ALL_FRAMES = "*"  # in `without`: what a protein has over all of its frames
-OF_SEVERAL_FRAMES = {"draw_frames", "draw_ensemble"}  # rules that say nothing of a single structure
+OF_CHOICE = {"draw_frames"}  # says nothing where the frames are chosen from one
+OF_SEVERAL_FRAMES = {*OF_CHOICE, "draw_ensemble"}  # rules that say nothing of a single structure
 IN_REPORT = 50  # proteins whose conformations the report shows: of more no browser could show it
 CAPTIONS = Path(__file__).parents[1] / "report" / "captions"
 
@@ -84,7 +85,8 @@ class Outputs:
         return {} if self._files.goes_without(name, ALL_FRAMES) else self._made(but, protein=name)
 
     def _of_protein(self, name):
-        found = self._of_frames(name, () if self._files.has_frames(name) else OF_SEVERAL_FRAMES)
+        but = OF_CHOICE if self._files.steps_over_frames(name) else OF_SEVERAL_FRAMES
+        found = self._of_frames(name, () if self._files.has_frames(name) else but)
         for each in self._files.conformations(name):
             found |= self._made(protein=name, conformation=each)
         return found
