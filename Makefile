@@ -33,6 +33,11 @@ export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 export PYTHONDONTWRITEBYTECODE =  # bytecode is kept: a study starts dozens of processes
 
+# Where Slurm is installed and does not answer, each start of Snakemake would wait 10 s for it
+ifeq ($(CLUSTER)$(SLURM_JOB_ID),)
+export SLURM_CONF ?= /dev/null
+endif
+
 .PHONY: evidence planted setup setup-docs run paper compare test bench docs package lock
 
 setup: $(READY) $(EXTRA)
