@@ -28,11 +28,11 @@ FARTHEST = 5.0  # Å, between a place that is sought and the nearest place of Si
 HITS = Limits(1, 10_000, whole=True, open_low=False)
 HITS_SHOWN = 10
 EXAMPLES = """\
-QUERY and TARGET are structures, dots with fields, or Sites (.sites). A TARGET can be a folder of structures and Sites, in which
-files that cannot be read are named and left out. Of several models the first is taken. Without --residues, the Sites of
-QUERY are written to OUT (.sites), so that they need not be described again. With --residues, OUT is a table of hits:
-target, the residue in the middle of the hit, x,y,z, score, p, and how many places agree. p is how often an unrelated protein
-scores as high; it is known for the default --percent and --fields.
+QUERY and TARGET are structures, dots with fields, or Sites (.sites). A TARGET can be a folder of structures and Sites; other
+dots in it, and what cannot be read, are named and left out. Of several models the first is taken. Without --residues, the
+Sites of QUERY are written to OUT (.sites), so that they need not be described again. With --residues, OUT is a table of
+hits: target, the residue in the middle of the hit, x,y,z, score, p, and how many places agree. p is how often an unrelated
+protein scores as high; it is known for the default --percent and --fields.
 
 examples:
   sparsurf find bound.pdb --residues A:10-25 unbound.pdb -o hits.csv
