@@ -27,7 +27,7 @@ rule take_all_steps:
     wildcard_constraints:
         protein=one_of(files.molecules),
     resources:
-        **needs("measure_floors", files.dots),
+        **needs("take_all_steps", files.dots),
     params:
         **made_by("take_all_steps.py", *OF_STEPS, *defects, "evaluation.test_dots"),
         contents=rules.take_minimal.params.contents,

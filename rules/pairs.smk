@@ -99,7 +99,7 @@ if config["complementarity"]["thinning"]["run"]:
         log:
             f"{PAIR_LOGS}/thin_pair.log",
         params:
-            **made_by("thin_pair.py", "patches", "complementarity", "seed"),
+            **made_by("thin_pair.py", "patches", *defects, "complementarity", "seed"),
         message:
             "Maps of {wildcards.pair} from fewer centres"
         script:

@@ -10,6 +10,7 @@ FIGURES = {
     "rough_and_flat": "Fig. 4, rough and flat patches",
     "subsets": "Fig. 5, surfaces",
 }
+OF_FIGURES = ["patches", *defects, "evaluation.test_dots", "minimal", "seed"]
 DISTANCES = inside(CONFORMATION, distances="distances.npz")
 
 
@@ -62,8 +63,7 @@ rule draw_figures:
     resources:
         **needs("draw_figures", files.dots),
     params:
-        **made_by("draw_figures.py", "patches", *defects, "evaluation.test_dots", "seed", figures=FIGURES),
-        floor=config["minimal"].get("floor", "fresh dots"),
+        **made_by("draw_figures.py", *OF_FIGURES, figures=FIGURES),
     message:
         "Figures of {wildcards.protein}/{wildcards.conformation}"
     script:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sparsurf.workflow.job_logs import place, warnings_in
 from sparsurf.workflow.jobs import run
-from sparsurf.workflow.results import LOGS
+from sparsurf.workflow.results import LOGS, replaced
 
 COLUMNS = ("protein", "conformation", "job", "sentence")
 CONFORMATION = re.compile(r"[cf]\d+")  # else a folder of its own, as of a simulation
@@ -17,11 +17,13 @@ def main(inputs, outputs, places, jobs):
     """Write warnings.csv from the logs of a run.
 
     Those of earlier studies in its folder do not count: of proteins, pairs and sites that are none of its `places`, of
-    conformations without results, and of `jobs` that it does not have.
+    conformations without results, of `jobs` that it does not have, and of jobs whose results others have made since.
     """
     run_folder = Path(outputs["table"]).parent
     there, rows = {*places, *(str(Path(path).parent) for path in inputs["results"])}, []
-    for path in sorted((run_folder / LOGS).rglob("*.log")):
+    logs = sorted((run_folder / LOGS).rglob("*.log"))
+    old = replaced(logs)
+    for path in (log for log in logs if log not in old):
         protein, conformation, job = place(path, run_folder / LOGS)
         names = f"{protein}/{conformation}", str(run_folder / protein / conformation)
         chosen = not CONFORMATION.fullmatch(conformation) or not there.isdisjoint(names)

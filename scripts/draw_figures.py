@@ -28,7 +28,7 @@ PER_TEST = 10  # test dots by roughness for each of the grid: a study of fewer i
 DRAWS = 6  # of the combination, for the numbers by roughness
 
 
-def main(inputs, outputs, settings, floor, name, threads):
+def main(inputs, outputs, settings, name, threads):
     """Draw and save every figure that `outputs` names."""
     surface = read_npz(inputs["surface"])
     rough = read_roughness(inputs["roughness"], surface)
@@ -53,10 +53,10 @@ def main(inputs, outputs, settings, floor, name, threads):
         surface=surface,
         roughness=rough,
         best=best,
-        floor=floor,
+        floor=settings["minimal"].get("floor", "fresh dots"),
         subsets=[
             *subsets,
-            (f"minimal.csv, {called(tables['curves']['sampler'].iloc[0]).words}", handed_out, layout.DARK),
+            (f"minimal.csv, {called(_sampler(settings['minimal'])).words}", handed_out, layout.DARK),
         ],
         recovered=_recovered(evaluator, handed_out, threads),
         rough_and_flat=_rough_and_flat(
@@ -67,6 +67,11 @@ def main(inputs, outputs, settings, floor, name, threads):
     for figure in outputs.keys() - {"svgs", "bins"}:
         draw = import_module(f"sparsurf.report.figures.{figure}").draw
         layout.save(draw(results), outputs[figure].removesuffix(".png"))
+
+
+def _sampler(asked):
+    """What chose the dots of minimal.csv: a combination is of the paper's sampling, by default, too."""
+    return "paper" if "combination" in asked and asked["sampler"] == "farthest" else asked["sampler"]
 
 
 def _recovered(evaluator, kept, threads):

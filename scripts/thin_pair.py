@@ -10,7 +10,7 @@ from sparsurf.workflow.partner_files import partners, recipe_of
 def main(inputs, outputs, settings, name):
     """Write thinning.csv and its figure; in one thread, so that seconds can be compared."""
     rules = settings["complementarity"]
-    asked = rules["thinning"]
+    asked, patches = rules["thinning"], settings["patches"]
     table = thinning(
         *partners(inputs, settings, name),
         asked["percents"],
@@ -21,6 +21,8 @@ def main(inputs, outputs, settings, name):
         smoothing=rules["smoothing"],
         within=rules["interface"],
         seed=settings["seed"],
+        rules={"r_patch": patches["R_patch"], "d_link": patches["D_link"]}
+        | {defect: settings["sampling"][defect] for defect in ("moved_centre", "every_patch")},
     )
     table.to_csv(outputs["table"], index=False, float_format="%.6g")
     layout.save(thinning_figure(table, name), outputs["png"].removesuffix(".png"))

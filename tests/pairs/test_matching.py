@@ -262,6 +262,16 @@ def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
     assert ((few["correlation"] > 0.5) & (few["correlation"] < 0.9999)).all()
 
 
+def test_centres_and_recovered_surfaces_go_by_the_rules_of_the_study(blobs, monkeypatch):
+    asked = []
+    monkeypatch.setattr(thinning_module, "recovered", lambda each, dots, d_link: asked.append(d_link) or each)
+    how = {"percents": (10,), "samplers": ("paper",), "with_recovered": True}
+    every = [thinning(*blobs, **how, rules=rules) for rules in (None, {"r_patch": 6.0}, {"d_link": 1.5})]
+    assert asked == [0.5] * 8 + [1.5] * 4
+    published, wide, linked = (table["correlation"].to_numpy()[2:4] for table in every)
+    assert (published != wide).all() and (published != linked).all()
+
+
 def test_a_map_from_all_dots_is_that_of_a_match_and_knows_no_patches_of_one_dot():
     both = []
     for name, seed in (("a", 5), ("b", 6)):

@@ -524,9 +524,13 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     monkeypatch.setattr(draw_figures, "recover", lambda points, normals, density, threads: (points, normals))
     monkeypatch.setattr(draw_figures, "import_module", lambda _: SimpleNamespace(draw=shown.append))
     monkeypatch.setattr(draw_figures.layout, "save", lambda *_: None)
-    draw_figures.main(
-        inputs, {"bins": tmp_path / "bins.csv", "subsets": "x.png"}, settings, "turned", "p/c1", 1
-    )
+    for own, words in (
+        ({"floor": "turned"}, "farthest point"),
+        ({"combination": [1, 0, 6, 0]}, "paper's sampling"),
+    ):
+        settings["minimal"] = {"sampler": "farthest", "settle": False} | own
+        draw_figures.main(inputs, {"bins": tmp_path / "bins.csv", "subsets": "x.png"}, settings, "p/c1", 1)
+        assert shown[-1].subsets[-1][0] == f"minimal.csv, {words}"
     for k, name in enumerate(tables):
         assert getattr(shown[0], name)[name].tolist() == [k]
     assert (shown[0].name, shown[0].floor) == ("p/c1", "turned")

@@ -297,6 +297,9 @@ def test_a_chosen_combination_moves_all_four_sliders(opened):
     set_control(opened, "beta", 0.7)
     set_control(opened, "presets", 0)  # the paper's best
     assert opened.run("return LAW.map((name) => element(name).value)") == ["1", "0", "6", "0"]
+    beyond = "slide(element('gamma'), 12); slide(element('alpha'), 0.33); slide(element('beta'), 0.7);"
+    assert opened.run(f"{beyond} return LAW.map((name) => element(name).value)") == ["0.33", "0.7", "12", "0"]
+    set_control(opened, "presets", 0)
     assert "(1, 0, 6, 0)" in text_of(opened, "nearest")
 
 

@@ -262,6 +262,65 @@ def test_what_is_left_out_is_a_part_of_the_study():
             check(plain | {"without": {place: "why"}})
 
 
+def test_what_needs_a_protein_that_is_left_out_is_to_be_left_out_too():
+    own = DEFAULT["proteins"]["tdp43"]
+    both = {"proteins": {"a": own, "b": own}, "pairs": {"ab": {"proteins": ["a", "b"]}}}
+    both["sites"] = {
+        "s": {"query": "a/c1", "targets": ["b"], "residues": "210-214"},
+        "t": {"changes": ["a", "b"]},
+    }
+    for without, place, name in (
+        ({"b": ""}, "pairs/ab", "b"),
+        ({"b": "", "pairs/ab": ""}, "sites/s", "b"),
+        ({"a/c1": "", "sites/t": ""}, "sites/s", "a/c1"),
+    ):
+        with pytest.raises(
+            InputError, match=f"without: {place} needs '{name}', which is left out; leave {place} out"
+        ):
+            check(both | {"without": without})
+    every = {"b": "", "pairs/ab": "", "sites/s": "", "sites/t": ""}
+    assert check(both | {"without": every})["without"] == every
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"compare": {"samplers": ["farthest"]}}, "compare.samplers names farthest alone"),
+        ({"compare": {"samplers": ["poisson", "farthest"]}}, ""),
+        ({"surface": {"method": "dms", "radii": "bondi"}}, "surface.radii is bondi, but the program DMS"),
+        ({"surface": {"method": "dms"}}, ""),
+        (
+            {"paper": "tdp43", "tables": {"ranges": 5}},
+            "tables.ranges is 5, but `paper` has 10 to compare with",
+        ),
+        ({"paper": "tdp43"}, ""),
+    ],
+)
+def test_what_cannot_be_answered_together_is_refused(change, said):
+    if not said:
+        assert check(DEFAULT | change)
+        return
+    with pytest.raises(InputError, match=said):
+        check(DEFAULT | change)
+
+
+def test_a_ready_surface_is_compared_by_farthest_or_uniform_and_a_simulation_has_no_ligands(tmp_path):
+    (tmp_path / "dots.dms").write_text("")
+    ready = {"a": {"surface": str(tmp_path / "dots.dms")}}
+    assert check({"proteins": ready, "compare": {"samplers": ["poisson", "uniform"]}})
+    with pytest.raises(
+        InputError, match=r"neither uniform nor farthest, which proteins\.a, a ready surface, needs"
+    ):
+        check({"proteins": ready, "compare": {"samplers": ["poisson", "paper"]}})
+    simulated = {"structure": DEFAULT["proteins"]["tdp43"]["structure"], "simulate": {"ns": 1}}
+    assert check({"proteins": {"a": simulated | {"ligands": False}}})
+    for ligands in (True, ["XK2"]):
+        with pytest.raises(
+            InputError, match=r"proteins\.a asks for ligands, but a simulation is of the protein alone"
+        ):
+            check({"proteins": {"a": simulated | {"ligands": ligands}}})
+
+
 def test_a_combination_stands_without_another_sampler():
     own = {"combination": [1.0, 0.0, 6.0, 0.0]}
     for sampler in ({}, {"sampler": "paper"}, {"sampler": "paper_corrected"}):

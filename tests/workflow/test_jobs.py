@@ -286,3 +286,16 @@ def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path):
     collect_warnings.main({"results": results}, {"table": tmp_path / "w.csv"}, places, jobs)
     told = [line.rsplit(",", 1)[1] for line in (tmp_path / "w.csv").read_text().splitlines()[1:]]
     assert told == own
+
+
+def test_warnings_of_a_job_whose_results_another_has_made_since_do_not_count(tmp_path):
+    """The steps of a grid's run, and all of them in one job where `sampling` was made false."""
+    (tmp_path / "logs" / "a" / "c1").mkdir(parents=True)
+    made = {"make_surface": ["dots"], "take_minimal": ["few", "kept"], "take_all_steps": ["dots", "few"]}
+    for time, (job, paths) in enumerate(made.items(), 1):
+        path = tmp_path / "logs" / "a" / "c1" / f"{job}.log"
+        path.write_text(f"WARNING {job}\n" + "".join(f"MADE 1 2 x {each}\n" for each in paths))
+        os.utime(path, (time, time))
+    collect_warnings.main({"results": []}, {"table": tmp_path / "w.csv"}, ["a", "a/c1"], list(made))
+    told = [line.rsplit(",", 1)[1] for line in (tmp_path / "w.csv").read_text().splitlines()[1:]]
+    assert told == ["take_all_steps", "take_minimal"]

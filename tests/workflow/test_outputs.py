@@ -52,10 +52,12 @@ def outputs(without=(), has_frames=lambda name: True, steps=False, **rules):
     """Outputs of a run of the proteins p (a molecule of two frames) and q (a surface), and of a pair."""
     found = []
     for name, files in rules.items():
-        rule = SimpleNamespace(name=name, pathvars=SimpleNamespace(apply=str))
+        rule = SimpleNamespace(name=f"theirs_{name}", log=[f"logs/{{protein}}/{name}.log"])
+        rule.pathvars = SimpleNamespace(apply=str)
         rule.output = [IOFile(file, rule=rule) for file in files]
         found.append(rule)
     files = SimpleNamespace(
+        run="r",
         proteins={"p": 1, "q": 1},
         conformations={"p": ["f0", "f7"], "q": ["c1"]}.get,
         has_frames=has_frames,
@@ -73,6 +75,7 @@ RULES = {
     "all_of_it": ["r/summary.csv"],
     "page": ["r/index.html"],
     "mark": [touch("r/{protein}/.complete")],
+    "rule_of_another_workflow": ["their.csv", "rr/{protein}.csv"],
 }
 
 

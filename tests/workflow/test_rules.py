@@ -57,8 +57,8 @@ RULES = {
     "draw_figures": (
         f"{F0}/figures/subsets.svg",
         ROUGH | {"best.json", "grid.csv", "minimal.csv"} | ENOUGH,
-        ("patches", *DEFECTS, "evaluation.test_dots", "seed"),
-        ["fresh dots"],
+        ("patches", *DEFECTS, "evaluation.test_dots", "minimal", "seed"),
+        [],
     ),
     "take_minimal": (
         f"{F0}/minimal.csv",

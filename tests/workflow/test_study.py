@@ -269,14 +269,17 @@ def test_a_config_without_proteins_changes_the_default_study(checkout, tmp_path)
     assert found["proteins"] == {} and list(found["pairs"]) == ["mine"]
 
 
-def test_a_comparison_is_part_of_the_study_and_a_run_that_was_compared_stays_so(checkout):
+def test_a_comparison_is_part_of_the_study_and_a_run_that_was_compared_stays_so(checkout, capsys):
     assert study.main(checkout.config(), "--cores", "2", "compare") == 0
     assert "compare" not in checkout.calls[0] and checkout.files == ["mine.yaml", "compare.yaml"]
     assert yaml.safe_load(study.COMPARE.read_text()) == {"compare": {"run": True}}
     assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml"]
     checkout.make("compare.csv")
     assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml", "compare.yaml"]
-    assert study.main(checkout.config(sampling=False)) == 0 and checkout.files == ["mine.yaml"]
+    assert "results/mine holds a comparison of samplers: it is kept up." in capsys.readouterr().out
+    assert study.main(checkout.config(compare={"percents": [5]})) == 0 and len(checkout.files) == 2
+    for own in ({"sampling": False}, {"compare": {"run": False}}):
+        assert study.main(checkout.config(**own)) == 0 and checkout.files == ["mine.yaml"]
 
 
 def test_one_study_at_a_time(checkout, capsys):

@@ -93,6 +93,7 @@ def thinning(
     within=INTERFACE,
     seed=0,
     threads=1,
+    rules=None,
 ):
     """Maps from fewer and fewer centres on both sides, against the map from all dots.
 
@@ -109,6 +110,8 @@ def thinning(
     recipe : matching.Recipe
     smoothing, within : float, Å
     seed, threads : int
+    rules : dict, optional
+        What an Evaluator goes by beside: r_patch, d_link, moved_centre, every_patch; the published ones without.
 
     Returns
     -------
@@ -122,8 +125,10 @@ def thinning(
         interface(a.surface.points, b.surface.points, within) for a, b in ((first, second), (second, first))
     ]
     evaluators = [
-        Evaluator(each.surface, roughness_values=each.roughness, seed=seed, name=each.name) for each in pair
+        Evaluator(each.surface, roughness_values=each.roughness, seed=seed, name=each.name, **rules or {})
+        for each in pair
     ]
+    d_link = evaluators[0].d_link
     samplers = named(samplers, "complementarity.thinning.samplers")
     _warm_up(pair, evaluators[0], samplers, with_recovered)
     everything = [np.arange(len(each.surface)) for each in pair]
@@ -143,7 +148,7 @@ def thinning(
                     continue
                 clock = Clock(clock.seconds | {"describing": 0.0, "comparing": 0.0, "smoothing": 0.0})
                 with clock.of("recovering"):
-                    own = [recovered(each, dots) for each, dots in zip(pair, centres, strict=True)]
+                    own = [recovered(each, dots, d_link) for each, dots in zip(pair, centres, strict=True)]
                 thin = thinned_maps(pair, centres, clock, recipe, smoothing, own, threads)
                 rows += _rows((name, percent, "recovered", draw), centres, thin, full, labels, clock)
     return pd.DataFrame(rows)
@@ -154,7 +159,12 @@ def _warm_up(pair, evaluator, samplers, with_recovered):
     few = [np.arange(min(100, len(each.surface))) for each in pair]
     for name, sampler in samplers.items():
         _choose(sampler, name, evaluator, 1, 0)
-    own = [recovered(each, dots) for each, dots in zip(pair, few, strict=True)] if with_recovered else None
+    d_link = evaluator.d_link
+    own = (
+        [recovered(each, dots, d_link) for each, dots in zip(pair, few, strict=True)]
+        if with_recovered
+        else None
+    )
     thinned_maps(pair, few, Clock(), described=own)
 
 

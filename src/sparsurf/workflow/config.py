@@ -12,7 +12,7 @@ from sparsurf.texts import short
 from sparsurf.workflow import listing
 from sparsurf.workflow.code_digests import HOME
 from sparsurf.workflow.download import ONLY, allowed, variable
-from sparsurf.workflow.files_of_sites import named_in
+from sparsurf.workflow.files_of_sites import asked_for, named_in
 from sparsurf.workflow.needs import too_large
 from sparsurf.workflow.registries import names, surface_suffixes
 from sparsurf.workflow.schema import SCHEMA, Protein, keys_of_protein, whole, with_defaults
@@ -22,6 +22,7 @@ from sparsurf.workflow.yaml_file import read_config
 # What a run has of its own beside its proteins: folders, and endings of files.
 OWN_FOLDERS = ("logs", "pairs", "sites")
 OF_PAPER = ("as_coded", "as_written")  # readings that its verdict needs
+ROWS = 10  # of its Table I
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes one of them
 MOST_TOLD = 20  # mistakes
@@ -203,6 +204,8 @@ def _second_check(config):
             yield f"proteins.{name}.url is {short(repr(protein['url']))}, but {ONLY}."
         if "simulate" in protein and "trajectory" in protein:
             yield f"proteins.{name} has a trajectory and asks to simulate one; remove one of the two keys."
+        if "simulate" in protein and protein.get("ligands"):
+            yield f"proteins.{name} asks for ligands, but a simulation is of the protein alone; remove `ligands` or `simulate`."
         if "table" in protein and "surface" not in protein and not {*config["fields"]} - {*names("fields")}:
             yield f"proteins.{name}.table: `fields` names none of its columns; name one, or remove `table`."
         for key in Protein(**protein).without_meaning:
@@ -216,10 +219,21 @@ def _second_check(config):
             yield f"frames.use is {use}, but `paper` compares the first of the clusters; leave frames.use out."
         if not set(OF_PAPER) <= set(config["evaluation"]["readings"]):
             yield f"evaluation.readings is {config['evaluation']['readings']}, but `paper` needs both of [as_coded, as_written]."
+        if config["tables"]["ranges"] != ROWS:
+            yield f"tables.ranges is {config['tables']['ranges']}, but `paper` has {ROWS} to compare with; leave it out."
     if not set(OF_PAPER) & set(config["evaluation"]["readings"]):
         yield f"evaluation.readings is {config['evaluation']['readings']}, but needs as_coded or as_written."
     if config["compare"]["run"] and not config["proteins"]:
         yield "compare.run is true, but there are no surfaces to sample; name a protein under proteins."
+    ready = [name for name, protein in config["proteins"].items() if "surface" in protein]
+    compared = config["compare"].get("samplers", ["uniform", "farthest"])
+    if len(compared) == 1:
+        yield f"compare.samplers names {compared[0]} alone; name another to compare it with."
+    elif ready and not {"uniform", "farthest"} & set(compared):
+        yield f"compare.samplers has neither uniform nor farthest, which proteins.{ready[0]}, a ready surface, needs; add one."
+    radii = config["surface"]["radii"]
+    if config["surface"]["method"] == "dms" and radii != "dms":
+        yield f"surface.radii is {radii}, but the program DMS of surface.method takes its own; remove one of the two."
     if not config["sampling"]["run"]:
         for key, asked in {"compare": config["compare"]["run"], "paper": "paper" in config}.items():
             if asked:
@@ -233,7 +247,6 @@ def _second_check(config):
     if "combination" in requests and sampler not in WITH_COMBINATION:
         yield f"minimal.sampler is {sampler}, but minimal.combination is of the paper's; leave out one of the two."
     floor = config["minimal"].get("floor", "")
-    ready = [name for name, protein in config["proteins"].items() if "surface" in protein]
     if floor.startswith("atoms") and ready:
         yield f"minimal.floor is {floor!r}, but proteins.{ready[0]} is a ready surface without atoms; take fresh dots or turned."
     patches = config["patches"]
@@ -297,3 +310,7 @@ def _check_left_out(config):
         known = name in config[kind] if kind in ("pairs", "sites") and name else kind in config["proteins"]
         if not known and (name or not place.startswith(jobs)):
             yield f"without: {place!r} is no part of the study; remove it, or correct its name."
+    for place, proteins in asked_for(config).items():
+        gone = [each for each in proteins if {each, each.partition("/")[0]} & config["without"].keys()]
+        if gone and place not in config["without"]:
+            yield f"without: {place} needs {gone[0]!r}, which is left out; leave {place} out, too."

@@ -13,7 +13,7 @@ from pathlib import Path
 import yaml
 
 from sparsurf import InputError
-from sparsurf.workflow.files_of_sites import DESCRIBE, named_in
+from sparsurf.workflow.files_of_sites import DESCRIBE, asked_for
 from sparsurf.workflow.job_logs import FULL, failure, place
 from sparsurf.workflow.jobs import conformations_of
 from sparsurf.workflow.outputs import ALL_FRAMES
@@ -64,9 +64,7 @@ def left_out(config, results, logs_of_failed):
         names = (protein, conformation or (ALL_FRAMES if known and protein in config["proteins"] else ""))
         names = (*names, job) if job == DESCRIBE else names  # only sites need it
         without["/".join(filter(None, names)) or job] = f"{job}: {failure(path)}"
-    needed = {f"pairs/{name}": pair.get("proteins", ()) for name, pair in config["pairs"].items()}
-    needed |= {f"sites/{name}": named_in(site) for name, site in config["sites"].items()}
-    for asked, named in needed.items():
+    for asked, named in asked_for(config).items():
         for each in named:
             protein, _, conformation = each.partition("/")
             own = f"{protein}/{conformation or _first(results / protein)}"

@@ -123,3 +123,9 @@ def named_in(site):
         return [*site["changes"]]
     targets = targets_of(site)
     return [site["query"], *(targets if targets != ALL else ())]
+
+
+def asked_for(config):
+    """Proteins or conformations that each pair and site of a config asks for, by pairs/<name> and sites/<name>."""
+    found = {f"pairs/{name}": pair.get("proteins", ()) for name, pair in config["pairs"].items()}
+    return found | {f"sites/{name}": named_in(site) for name, site in config["sites"].items()}

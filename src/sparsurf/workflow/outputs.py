@@ -37,6 +37,11 @@ def figure(path, label, caption, category=None):
     return {"png": shown(f"{path}.png", label, caption, category), "svg": f"{path}.svg"}
 
 
+def _job(rule):
+    """What a rule's log is called, * in place of wildcards: its name, which a workflow that imports it may change."""
+    return Path(re.sub(r"{.*?}", "*", str(rule.log[0]))).stem if rule.log else rule.name
+
+
 class Outputs:
     """What a run has in the end: the outputs of every rule, for every protein, conformation, pair and site that it is for.
 
@@ -61,11 +66,12 @@ class Outputs:
 
     @cached_property
     def _by_wildcards(self):
-        """Outputs of all rules by the names of their wildcards."""
+        """Outputs of all rules by the names of their wildcards, those of a workflow that imports this one left out."""
         found = {}
         for rule in self._workflow.rules:
             for file in rule.output:
-                if not {"touch", "temp"} & file.flags.keys():
+                own = str(file).startswith(f"{self._files.run}/")
+                if own and not {"touch", "temp"} & file.flags.keys():
                     found.setdefault(frozenset(file.get_wildcard_names()), []).append(file)
         return found
 
@@ -75,7 +81,8 @@ class Outputs:
         found = {}
         for file in self._by_wildcards.get(frozenset(values), ()):
             path = str(file.apply_wildcards(values))
-            left_out = file.rule.name in but or self._files.goes_without(*values.values(), file.rule.name)
+            job = _job(file.rule)
+            left_out = job in but or self._files.goes_without(*values.values(), job)
             if file.match(path) and not left_out:
                 found[path] = "report" in file.flags
         return found
@@ -112,11 +119,8 @@ class Outputs:
         return proteins + [lambda _, named=named: list(self._made(**named)) for named in self._named.values()]
 
     def jobs(self, wildcards=None):
-        """Names of the logs of all rules, * in place of wildcards."""
-        logs = (
-            Path(re.sub(r"{.*?}", "*", str(log))).stem for rule in self._workflow.rules for log in rule.log
-        )
-        return sorted({*logs})
+        """Jobs that have a log."""
+        return sorted({_job(rule) for rule in self._workflow.rules if rule.log})
 
     def all_but(self, *after, shown=None):
         """Input function: all outputs but for files that come `after` them; with `shown` only those in the report, or not."""

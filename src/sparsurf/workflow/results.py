@@ -65,6 +65,15 @@ def _records(found):
     return records
 
 
+def replaced(logs):
+    """Those of some logs whose job made nothing that a later one has not made anew."""
+    last, made_by = {}, {}
+    for log in sorted(logs, key=lambda path: path.stat().st_mtime):
+        made_by[log] = [line.split(" ", 3)[3] for line in lines(log, MADE)]
+        last |= dict.fromkeys(made_by[log], log)
+    return [log for log, paths in made_by.items() if paths and log not in {last[path] for path in paths}]
+
+
 def _is_same(path, size, time, digest):
     found = os.stat(path)
     if found.st_size != size:

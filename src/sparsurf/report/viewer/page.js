@@ -221,12 +221,21 @@ function save() {
   link.click();
 }
 
+// Move a slider to a value, which its limits and steps may lack.
+function slide(slider, value) {
+  slider.min = Math.min(slider.min, value);
+  slider.max = Math.max(slider.max, value);
+  slider.value = value;
+  if (Number(slider.value) !== value) slider.step = "any";
+  slider.value = value;
+}
+
 function listen() {
   for (const id of ["sampler", "percent", "size", "pale", ...LAW]) element(id).addEventListener("input", choose);
   element("colour").addEventListener("input", paint);
   element("presets").addEventListener("input", (event) => {
     if (event.target.value === "") return;
-    LAW.forEach((name, k) => (element(name).value = head.presets[event.target.value][1][k]));
+    LAW.forEach((name, k) => slide(element(name), head.presets[event.target.value][1][k]));
     choose();
   });
   for (const [id, action] of [["again", drawAgain], ["reset", putBack], ["save", save]]) element(id).addEventListener("click", action);
