@@ -17,7 +17,6 @@ RULES = {
     "frames": {"use": "all"},
     "sampling": {"alpha": [0.5, 1.0], "beta": [0.0], "gamma": [0, 6], "delta": [0]},
     "evaluation": {"test_dots": 20, "draws": 2},
-    "tables": {"ranges": 2},
     "fields": ["hydropathy", "score"],
     "compare": {"run": True, "percents": [20, 40], "samplers": ["paper", "uniform", "farthest"]},
     "ensemble": {"run": True, "jobs": 2, "test_dots": 20},

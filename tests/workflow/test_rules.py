@@ -124,7 +124,7 @@ RULES = {
     "thin_pair": (
         f"{PAIR}/thinning.csv",
         PARTNERS[0] | PARTNERS[1] | KERNELS,
-        ("patches", "complementarity", "seed"),
+        ("patches", *DEFECTS, "complementarity", "seed"),
         [],
     ),
     "draw_pair": (
