@@ -1,11 +1,12 @@
 """Texts of users: any line ends, packed or not, nothing that is no text."""
 
 import gzip
+import logging
 
 import pytest
 
 from sparsurf import InputError
-from sparsurf.texts import read_text, text_of
+from sparsurf.texts import read_bytes, read_text, said_before, short, text_of
 
 
 def test_every_line_ends_once():
@@ -26,3 +27,42 @@ def test_packed_texts_are_unpacked_and_bytes_of_zero_are_refused(tmp_path):
 def test_a_name_with_a_byte_of_zero_is_a_sentence():
     with pytest.raises(InputError, match=r"cannot be read: .*null"):
         read_text("a\0.pdb")
+
+
+def test_a_long_text_is_cut_in_the_middle():
+    assert short("a" * 200) == "a" * 200
+    assert short("a" * 100 + "b" * 41 + "c" * 60) == "a" * 100 + "..." + "c" * 60 + " (201 characters)"
+
+
+@pytest.mark.parametrize("name", ["a.txt", "a.gz"])
+def test_a_file_is_read_up_to_the_limit_and_refused_beyond_it(tmp_path, monkeypatch, name):
+    monkeypatch.setattr("sparsurf.texts.MOST_BYTES", 10)
+    pack = gzip.compress if name == "a.gz" else bytes
+    (tmp_path / name).write_bytes(pack(b"x" * 10))
+    assert read_bytes(tmp_path / name) == b"x" * 10
+    (tmp_path / name).write_bytes(pack(b"x" * 11))
+    with pytest.raises(InputError, match="holds more than"):
+        read_bytes(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"text", r"is named \.gz but is not gzip"),
+        (gzip.compress(b"text") + b"text", "is damaged inside its gzip"),
+        (gzip.compress(b"text" * 99)[:-9], "is cut short or damaged inside its gzip"),
+    ],
+)
+def test_what_is_no_whole_gzip_is_told(tmp_path, content, words):
+    (tmp_path / "a.gz").write_bytes(content)
+    with pytest.raises(InputError, match=words):
+        read_bytes(tmp_path / "a.gz")
+
+
+def test_what_was_said_before_is_not_said_again(caplog):
+    log = logging.getLogger("sparsurf")
+    with pytest.raises(KeyError), said_before():
+        log.warning("once")
+        raise KeyError
+    log.warning("again")
+    assert caplog.messages == ["again"]

@@ -1,5 +1,7 @@
 """Fields at dots: kernels against closed forms and plain sums, the charge table against what residues must carry."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -78,16 +80,108 @@ def test_hydrogens_that_are_missing_are_built_where_a_force_field_puts_them(mole
     assert np.corrcoef(with_them, built)[0, 1] > 0.9  # hydroxyls turn freely; all others are where they were
 
 
-def test_states_of_residues_follow_from_hydrogens_and_bridges(tmp_path):
-    atoms = [("CB", 0, 0), ("SG", 1.8, 0)]
-    lines = "".join(LINE.format(k, a, "CYS", 1, x, y, 0, 5, a[0]) for k, (a, x, y) in enumerate(atoms))
-    lines += "".join(LINE.format(k, a, "CYS", 2, 5.6 - x, y, 0, 5, a[0]) for k, (a, x, y) in enumerate(atoms))
-    path = tmp_path / "bridge.pdb"
-    path.write_text(lines + "END\n")
-    bridged = table_charges(sparsurf.read_molecule(path, selection="all"))[1]
-    np.testing.assert_allclose(
-        sorted(bridged), [-0.29, -0.29, 0.29, 0.29]
-    )  # CYX; a CYS would have a hydrogen
+def made(*atoms, kind="protein"):
+    """A molecule of atoms, each the number and the name of its residue, its name and its place."""
+    number, residue, name, places = zip(*atoms, strict=True)
+    index = np.unique(number, return_inverse=True)[1]
+    return SimpleNamespace(
+        n_atoms=len(atoms), n_residues=index.max() + 1, residue_index=index, residue_name=np.array(residue),
+        name=np.array(name), element=np.array([each[0] for each in name]), xyz=np.array([places], float),
+        chain=np.full(len(atoms), "A"), kind=np.array(kind) if isinstance(kind, list) else np.full(len(atoms), kind),
+    )  # fmt: skip
+
+
+BENT = np.add(
+    [[-0.5, 1.4, 0], [0, 0, 0], [1.5, 0, 0]], [3, 4, 5]
+)  # three bonded atoms, the second bond along x
+
+
+@pytest.mark.parametrize(
+    ("residue", "names", "bend", "turns", "charge"),
+    [
+        ("SER", ("CA", "CB", "OG"), 70.5, (0, 60, 120, 180, 240, 300), 0.49),
+        ("ASN", ("CB", "CG", "ND2"), 60.0, (0, 180), 0.78),
+        ("LYS", ("CD", "CE", "NZ"), 70.5, (60, 180, 300), 0.99),
+    ],
+)
+def test_hydrogens_are_built_around_the_bond_of_their_atom(residue, names, bend, turns, charge):
+    """At 1 Å, turned from the side where the atom before the bond lies, with equal shares of their charge."""
+    atoms = [(1, residue, name, place) for name, place in zip(names, BENT, strict=True)]
+    places, charges = table_charges(made(*atoms))
+    n, bend, turns = len(turns), np.deg2rad(bend), np.deg2rad(turns)
+    expected = [np.full(n, np.cos(bend)), np.sin(bend) * np.cos(turns), np.sin(bend) * np.sin(turns)]
+    np.testing.assert_allclose(places[-n:] - BENT[2], np.transpose(expected), atol=1e-12)
+    assert charges[-n:] == pytest.approx(charge / n)
+
+
+def test_hydrogens_of_a_bond_that_nothing_precedes_are_a_ring():
+    places, _ = table_charges(made((1, "SER", "CB", BENT[1]), (1, "SER", "OG", BENT[2])))
+    ring = places[-6:] - BENT[2]
+    assert np.linalg.norm(ring, axis=1) == pytest.approx(1) and ring[:, 0] == pytest.approx(
+        np.cos(np.deg2rad(70.5))
+    )
+    np.testing.assert_allclose(ring[:3, 1:], -ring[3:, 1:], atol=1e-12)
+
+
+def test_a_hydrogen_stands_opposite_to_both_neighbours_of_its_atom():
+    before, own, behind = np.add([[-1.3, 0.6, 0.1], [0, 0, 0], [0.5, -1.2, 0.7]], [3, 4, 5])
+    molecule = made((1, "ALA", "C", before), (2, "ALA", "N", own), (2, "ALA", "CA", behind))
+    places, charges = table_charges(molecule)
+    away = -sum((each - own) / np.linalg.norm(each - own) for each in (before, behind))
+    assert places[-1] == pytest.approx(own + away / np.linalg.norm(away)) and charges[-1] == 0.4
+
+
+def test_hydrogens_of_the_file_stay_where_they_are():
+    serine = [(1, "SER", name, place) for name, place in zip(("CA", "CB", "OG"), BENT, strict=True)]
+    far, own = (1, "SER", "HB2", BENT[2] + [-1.5, -1.0, 0]), (1, "SER", "HG", BENT[2] + [0, 0, 0.96])
+    assert len(table_charges(made(*serine, far))[0]) == 2 + 6  # CA, OG and a ring of its hydrogen
+    places, charges = table_charges(made(*serine, far, own))
+    assert len(places) == 3 and places[-1].tolist() == own[3].tolist() and charges[-1] == 0.49
+
+
+@pytest.mark.parametrize(("gap", "bridged"), [(2.0, True), (3.0, False)])
+def test_a_cysteine_without_a_bridge_has_a_hydrogen(gap, bridged):
+    x = {"CB": (0, 3.6 + gap), "SG": (1.8, 1.8 + gap)}
+    molecule = made(*((k + 1, "CYS", name, (x[name][k], 0, 0)) for k in (0, 1) for name in ("CB", "SG")))
+    places, charges = table_charges(molecule)
+    if bridged:
+        assert np.array_equal(places, molecule.xyz[0]) and charges.tolist() == [0.29, -0.29, 0.29, -0.29]
+    else:
+        assert len(places) == 2 + 2 * 6 and charges[:2].tolist() == [-0.29, -0.29]
+        assert charges[2:] == pytest.approx(0.29 / 6)
+
+
+@pytest.mark.parametrize(
+    ("name", "atom", "hydrogens", "charge"),
+    [
+        ("HIS", "ND1", (), -0.4),
+        ("HIS", "ND1", ("HD1",), -0.4),
+        ("HIS", "ND1", ("HE2",), -0.56),
+        ("HIS", "ND1", ("HD1", "HE2"), -0.35),
+        ("HSP", "ND1", (), -0.35),
+        ("NHIE", "ND1", (), -0.56),
+        ("HISE", "ND1", (), -0.56),
+        ("CHID", "ND1", (), -0.4),
+        ("LYS", "NZ", (), -0.32),
+        ("CLYS", "NZ", ("HE2",), -0.32),
+        ("LYN", "NZ", (), -0.78),
+    ],
+)
+def test_the_state_of_a_residue_follows_from_its_name_and_hydrogens(name, atom, hydrogens, charge):
+    far = ((1, name, each, (9, 9, 9)) for each in hydrogens)
+    assert table_charges(made((1, name, atom, (0, 0, 0)), *far))[1][0] == charge
+
+
+def test_a_residue_without_charges_is_named_and_water_is_not(caplog):
+    atoms = [
+        (1, "ALA", "CB", (0, 0, 0)),
+        (2, "LIG", "C1", (5, 0, 0)),
+        (3, "HOH", "O", (9, 0, 0)),
+        (4, "NA", "NA", (0, 9, 0)),
+    ]
+    molecule = made(*atoms, kind=["protein", "other", "water", "other"])
+    assert table_charges(molecule)[1].tolist() == [1]
+    assert caplog.messages == ["potential: LIG have no charges in the table and count as neutral"]
 
 
 def test_a_ligand_is_neutral_whatever_its_atoms_are_called(tmp_path):
@@ -109,6 +203,45 @@ def test_columns_of_pdb2pqr_do_not_touch_far_from_the_origin(tmp_path, monkeypat
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
     places, charges = pdb2pqr_charges(molecule)
     assert places.tolist() == [[1.0, 91.733, -207.26]] and charges.tolist() == [-0.5]
+
+
+@pytest.mark.parametrize(
+    ("script", "reason"),
+    [
+        ("echo first >&2; echo no such force field >&2; exit 1", "no such force field"),
+        ("exit 0", "no message"),
+        ('for last; do :; done; echo "ATOM 1 N ALA 1 1.0 2.0 3.0 -0.5 1.5" > "$last"; exit 3', "no message"),
+    ],
+)
+def test_a_pdb2pqr_that_fails_or_is_absent_is_a_sentence(tmp_path, monkeypatch, molecule, script, reason):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="pdb2pqr is not on the PATH"):
+        pdb2pqr_charges(molecule)
+    (tmp_path / "pdb2pqr").write_text(f"#!/bin/sh\n{script}\n")
+    (tmp_path / "pdb2pqr").chmod(0o755)
+    with pytest.raises(InputError, match=rf"pdb2pqr failed \({reason}\); take the built-in table"):
+        pdb2pqr_charges(molecule)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("nan 0 0 -0.5 1.5", "line 1: no atom has such a place or charge"),
+        ("0 0 0 nan 1.5", "line 1: no atom has such a place or charge"),
+        ("0 0 0 -10.5 1.5", "line 1: no atom has such a place or charge"),
+        ("0 0 0 0.6 0.3", "half of its charges are above 0.5 e"),
+        ("1.2 0 0 0.1 1.5", "its atoms lie 1.2 Å from those of the molecule"),
+        ("0.9 0 0 0.1 1.5", None),
+    ],
+)
+def test_a_line_of_a_pqr_file_that_no_atom_has_is_told(tmp_path, line, words):
+    (tmp_path / "a.pqr").write_text(f"ATOM 1 N ALA 1 {line}\n")
+    molecule = made((1, "ALA", "N", (0, 0, 0)), (1, "ALA", "H", (5, 0, 0)), (1, "ALA", "H2", (9, 0, 0)))
+    if words is None:
+        assert pqr_charges(tmp_path / "a.pqr", molecule)[1].tolist() == [0.1]
+        return
+    with pytest.raises(InputError, match=words):
+        pqr_charges(tmp_path / "a.pqr", molecule)
 
 
 def test_a_pqr_file_gives_places_and_charges(tmp_path):
@@ -198,7 +331,7 @@ def test_a_column_that_cannot_be_a_field_is_refused(tmp_path, molecule, name):
 
 def test_cells_of_a_table_may_be_quoted_and_hold_lines(tmp_path, molecule):
     path = tmp_path / "scores.csv"
-    path.write_text('residue, note ,"score"\r\n209,"a\r\nb, c", 7 \r\n\r\n210,,8\r\n', newline="")
+    path.write_text('residue, note ,"score"\r\n209,"a\r\nb, c", "7"\r\n\r\n210,,8\r\n', newline="")
     found = column_of_atoms(path, "score", molecule)
     for residue, value in (("209", 7), ("210", 8)):
         assert set(found[molecule.residue == residue]) == {value}

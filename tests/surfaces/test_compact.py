@@ -1,5 +1,7 @@
 """Compact files: 12 bytes a dot, and how little is lost."""
 
+import zlib
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from sparsurf import InputError
-from sparsurf.surfaces.formats.compact import HEAD, STEP, read_compact, write_compact
+from sparsurf.surfaces.formats.compact import HEAD, MAGIC, STEP, read_compact, write_compact
 from sparsurf.surfaces.surface import Surface
 
 NUMBERS = st.floats(-1, 1, allow_subnormal=False)
@@ -46,3 +48,13 @@ def test_what_does_not_fit_is_refused(tmp_path):
     for part in (content[:-5], content[:-12], content[:HEAD], content[:20], damaged):
         with pytest.raises(InputError, match=r"a\.minimal .* copy it again"):
             read_compact(part, "a.minimal")
+
+
+@pytest.mark.parametrize(
+    ("length", "words"),
+    [(0, "copy it again"), (12, "copy it again"), (24, "holds no dots"), (25, "copy it again")],
+)
+def test_what_holds_no_whole_dot_is_refused_though_its_checksum_is_right(length, words):
+    rest = bytes(length)
+    with pytest.raises(InputError, match=words):
+        read_compact(MAGIC + zlib.crc32(rest).to_bytes(4, "little") + rest, "a.minimal")

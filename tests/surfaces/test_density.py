@@ -1,6 +1,7 @@
 """How dense the dots are laid where the config leaves it open."""
 
 import logging
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +15,7 @@ from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces import molecular_surface
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.molecular_surface import fitting_density, fitting_surface, surface_of
+from sparsurf.surfaces.molecular_surface import fitting_density, fitting_surface, layer, surface_of
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.spacing import DENSITY, SPARSE, area_of, nearest, refuse_sparse, spacing
@@ -108,6 +109,16 @@ def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path)
     assert outputs["structure"].read_bytes() == path.read_bytes()
 
 
+def test_dots_are_laid_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_path, caplog):
+    molecule, sizes = without_hydrogens(tmp_path, 3)
+    molecule = replace(molecule, xyz=np.concatenate([molecule.xyz + 9, molecule.xyz + 0.0004]))
+    for settings in (SETTINGS, SETTINGS | {"density": 2.0}):
+        made = layer(molecule, 1, sizes, settings, 0.5, "a")
+        assert np.array_equal(made["atoms"], molecule.xyz[1].round(3)) and not caplog.text
+        wanted = fitting_surface(molecule, 1, sizes, settings, 0.5, "a", tell=False)[0]
+        assert np.array_equal(made["lay"](made["atoms"]).points, wanted.points)
+
+
 def test_atoms_stand_where_a_pdb_file_has_them():
     xyz, settings = np.array([[[0, 0, 0], [2.0, 0, 0]]]), SETTINGS | {"density": DENSITY}
     file, frame = (
@@ -136,7 +147,7 @@ def test_the_nearest_dot_is_that_of_a_tree(blob):
     sparse = np.concatenate([dots, 50 + 100 * rng.random((300, 3))])
     for points in (dots, rng.normal(size=(2, 3)), np.zeros((5, 3)), np.concatenate([dots, far]), sparse):
         assert np.array_equal(nearest(points), cKDTree(points).query(points, k=2)[0][:, 1])
-    assert np.isnan(spacing(dots[:1]))
+    assert np.isnan(spacing(dots[:1])) and spacing(np.array([[0, 0, 0], [0, 0, 2.5]])) == 2.5
 
 
 def test_the_nearest_dot_is_found_beyond_the_edge_of_a_cube():
@@ -156,3 +167,7 @@ def test_the_area_is_the_sum_of_those_of_the_dots_or_told_from_their_distances()
     assert estimated and area == pytest.approx(
         4 * np.pi * 20**2, rel=0.03
     )  # of random dots it is right in the mean
+    two = SimpleNamespace(points=np.array([[0, 0, 0], [0, 0, 2.0]]), area=np.full(2, np.nan))
+    assert area_of(two) == (pytest.approx(8 * np.pi), True)
+    area, estimated = area_of(SimpleNamespace(points=points[:1], area=np.array([np.nan])))
+    assert np.isnan(area) and estimated

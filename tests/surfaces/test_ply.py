@@ -85,6 +85,26 @@ def test_whole_numbers_are_written_in_full(tmp_path):
     assert read_surface(tmp_path / "a.ply").points.tolist() == np.eye(3).tolist()
 
 
+def test_bytes_and_text_hold_the_same(tmp_path, small):
+    for name in ("text", "bytes"):
+        columns = {"count": np.arange(len(small))}
+        write_ply(tmp_path / name, small, small.area, "own", columns, binary=name == "bytes")
+    head, _, body = (tmp_path / "bytes").read_bytes().partition(b"end_header\n")
+    head = head.decode().replace("binary_little_endian", "ascii")
+    assert (tmp_path / "text").read_text().startswith(f"{head}end_header\n")
+    assert (
+        "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float own\nproperty int count\n"
+        in head
+    )
+    vertices, faces = read_ply(tmp_path / "text")
+    kinds = {"red": "u1", "green": "u1", "blue": "u1", "count": "<i4"}
+    table = np.frombuffer(body, [(key, kinds.get(key, "<f4")) for key in vertices], len(small))
+    for key, column in vertices.items():
+        np.testing.assert_allclose(table[key], column, rtol=1e-5, atol=1e-4)
+    corners = np.frombuffer(body[table.nbytes :], [("n", "u1"), ("corners", "<i4", 3)])
+    assert (corners["n"] == 3).all() and np.array_equal(corners["corners"], faces)
+
+
 # Two vertices as other programs write them: their properties in another order, and others between them
 POINTS, NORMALS = [[1.5, -2.0, 3.25], [4.0, 5.0, 6.5]], [[0.0, 0.0, 1.0], [0.6, 0.0, -0.8]]
 VERTEX = [("nx", "float", "f4"), ("z", "double", "f8"), ("ny", "float32", "f4"), ("red", "uchar", "u1")]
@@ -181,6 +201,17 @@ def test_a_ply_file_that_cannot_be_read_is_a_sentence(tmp_path, content, words):
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
 
 
+def test_a_vertex_more_than_the_header_tells_of_is_told_and_an_end_of_a_line_is_not(tmp_path):
+    head = "ply\nformat binary_little_endian 1.0\nelement vertex 2\n"
+    head += "".join(f"property float {axis}\n" for axis in AXES) + "end_header\n"
+    rows = np.column_stack([POINTS, NORMALS]).astype("<f4").tobytes()
+    (tmp_path / "a.ply").write_bytes(head.encode() + rows + b"\n")
+    assert read_surface(tmp_path / "a.ply").points.tolist() == POINTS
+    (tmp_path / "a.ply").write_bytes(head.encode() + rows + rows[:24])
+    with pytest.raises(InputError, match="more than the 2 vertices"):
+        read_surface(tmp_path / "a.ply")
+
+
 def test_the_colours_are_those_of_matplotlib():
     from matplotlib import colormaps
 
@@ -246,7 +277,7 @@ def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
     surface = Surface(np.eye(3), np.eye(3))
     write_ply(tmp_path / "a.ply", surface, np.ones(3))
     vertices, faces = read_ply(tmp_path / "a.ply")
-    assert len(vertices["x"]) == 3 and len(faces) == 0
+    assert len(vertices["x"]) == 3 and len(faces) == 0 and triangles(surface).shape == (0, 3)
     assert [vertices[channel][0] for channel in ("red", "green", "blue")] == [
         32,
         144,
@@ -257,8 +288,9 @@ def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
 
 
 def test_many_dots_have_no_triangles(tmp_path, small, monkeypatch, caplog):
+    monkeypatch.setattr("sparsurf.surfaces.formats.ply.MANY_DOTS", len(small))
     write_ply(tmp_path / "a.ply", small)
-    assert not caplog.text
+    assert not caplog.text and len(read_ply(tmp_path / "a.ply")[1]) > 0
     monkeypatch.setattr("sparsurf.surfaces.formats.ply.MANY_DOTS", len(small) - 1)
     write_ply(tmp_path / "a.ply", small)
     vertices, faces = read_ply(tmp_path / "a.ply")

@@ -6,19 +6,21 @@ import pytest
 
 from sparsurf.surfaces.radii import radii
 
+TABLES = {  # XX is no element
+    "dms": "H 1.2 D 1.2 C 1.9 N 1.5 O 1.4 S 1.85 SE 1.85 P 1.9 F 1.35 CL 1.8 BR 1.95 I 2.15 FE 0.64 CU 1.28 "
+    "ZN 1.38 XX 1.9",
+    "bondi": "H 1.2 D 1.2 C 1.7 N 1.55 O 1.52 S 1.8 SE 1.9 P 1.8 F 1.47 CL 1.75 BR 1.85 I 1.98 SI 2.1 AS 1.85 "
+    "TE 2.06 LI 1.82 NA 2.27 MG 1.73 K 2.75 NI 1.63 CU 1.4 ZN 1.39 PD 1.63 AG 1.72 CD 1.58 IN 1.93 SN 2.17 "
+    "PT 1.75 AU 1.66 HG 1.55 TL 1.96 PB 2.02 GA 1.87 XX 2.0",
+}
 
-@pytest.mark.parametrize(
-    ("table", "expected"),
-    [
-        (
-            "dms",
-            {"H": 1.2, "C": 1.9, "N": 1.5, "O": 1.4, "S": 1.85, "P": 1.9, "FE": 0.64, "ZN": 1.38, "XX": 1.9},
-        ),
-        (
-            "bondi",
-            {"H": 1.2, "C": 1.7, "N": 1.55, "O": 1.52, "S": 1.8, "P": 1.8, "F": 1.47, "ZN": 1.39, "XX": 2.0},
-        ),
-    ],
-)
-def test_radii_are_those_of_the_tables(table, expected):
-    assert radii(SimpleNamespace(element=list(expected)), table).tolist() == list(expected.values())
+
+@pytest.mark.parametrize("table", TABLES)
+def test_radii_are_those_of_the_tables(table, caplog):
+    words = TABLES[table].split()
+    expected = [float(word) for word in words[1::2]]
+    assert radii(SimpleNamespace(element=words[::2]), table).tolist() == expected
+    assert caplog.messages == [f"no {table} radius for XX: {expected[-1]:.2f} Å is used"]
+    caplog.clear()
+    radii(SimpleNamespace(element=words[:-2:2]), table)
+    assert not caplog.text

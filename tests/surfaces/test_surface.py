@@ -5,21 +5,24 @@ import logging
 import os
 import stat
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from conftest import ROOT
 from sparsurf import InputError
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces import showing
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.dms import surface_by_dms_program, write_dms
-from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
+from sparsurf.surfaces.formats.npz import with_fields, write_npz
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, write_ply
+from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface, surface_of
 from sparsurf.surfaces.read_surface import FORMATS, read_places, read_surface
-from sparsurf.surfaces.surface import Format, Surface, surface_of_columns
+from sparsurf.surfaces.surface import Format, Origin, Surface, surface_of_columns
 
 FIELDS = ("points", "normals", "area", "kind", "atom")
 # Three atoms of two residues; columns as in DMS's own files, without and with chain letters.
@@ -91,6 +94,8 @@ def test_surfaces_can_be_compared_with_each_other():
     """Each is itself only, as objects are; their arrays have no one truth."""
     one, other = (Surface(np.eye(3), np.eye(3)) for _ in range(2))
     assert one == one and one != other and len({one, other}) == 2
+    with pytest.raises(AttributeError):
+        one.points = other.points
 
 
 @pytest.mark.parametrize(
@@ -99,10 +104,10 @@ def test_surfaces_can_be_compared_with_each_other():
         (np.empty((0, 3)), np.empty((0, 3)), "no dots"),
         ([[0, 0, np.nan]], [[0, 0, 1]], "NaN"),
         ([[0, 0, 0]], [[0, 0, np.inf]], "NaN"),
-        ([[0, 0, 0]], [[0, 0, 0.9]], "unit"),
+        ([[0, 0, 0], [0, 0, 1]], [[0, 0, 1], [0, 0, 0.9]], "unit"),
         ([[0, 0, 0]], [[0, 0, 1.003]], "unit"),
-        ([[0, 0]], [[0, 0, 1]], "shape"),
-        ([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]], "shape"),
+        ([[0, 0]], [[0, 0, 1]], r"points has the shape \(1, 2\), not \(N, 3\), a row for each dot"),
+        ([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]], r"normals has the shape \(2, 3\), not \(1, 3\)"),
     ],
 )
 def test_surface_refuses(points, normals, word):
@@ -117,13 +122,15 @@ def test_surface_refuses(points, normals, word):
         ({"xyz": np.empty((0, 3)), "radii": []}, "centres"),
         ({"radii": [1.0, 1.0]}, "radii"),
         ({"xyz": [[0, 0, np.nan]]}, "coordinates"),
-        ({"xyz": [[0, 0, 1e7]]}, "coordinates"),
+        ({"xyz": [[0, 0, 1.2e6]]}, "coordinates"),
         ({"radii": [0.0]}, "radii"),
         ({"radii": [np.nan]}, "radii"),
-        ({"radii": [np.inf]}, "radii"),
+        ({"radii": [100.5]}, "radii"),
         ({"probe": 0}, "probe_radius"),
         ({"probe": np.nan}, "probe_radius"),
-        ({"density": -1}, "density"),
+        ({"probe": np.inf}, "probe_radius"),
+        ({"density": 0}, "density"),
+        ({"density": np.inf}, "density"),
         ({"reentrant": "msms"}, "reentrant"),
     ],
 )
@@ -179,6 +186,8 @@ LINE = "GLU  209    N  59.267   39.612   12.138 SS0  0.284  0.839 -0.481 -0.254\
         (LINE.replace("59.267", "5x.267"), "line 1"),
         (LINE + LINE[:-8] + "\n", "line 2"),
         (LINE[:50] + "  0.000  0.000  0.000\n", "length"),
+        (LINE + LINE.replace("SS0", "XX0"), "line 2 is a dot of no type SC, SS or SR"),
+        (LINE + LINE[:40], "is cut short: line 2 is no whole dot or atom"),
     ],
 )
 def test_bad_dms_is_one_sentence(tmp_path, text, word):
@@ -187,6 +196,29 @@ def test_bad_dms_is_one_sentence(tmp_path, text, word):
         read_surface(path)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("start", "x"),
+    [
+        ("GLU  209    N  42.569", 42.569),
+        ("GLU  209    N-142.569", -142.569),
+        ("GLU  26A    N-1142.569", -1142.569),
+    ],
+)
+def test_numbers_that_touch_each_other_are_read_by_columns(tmp_path, start, x):
+    found = read_surface(written(tmp_path, f"{start}-1002.178 -945.519 SC0  0.284  0.839 -0.481 -0.254\n"))
+    assert found.points.tolist() == [[x, -1002.178, -945.519]]
+
+
+def test_words_between_single_blanks_are_read_and_a_file_need_not_end_its_last_line(tmp_path):
+    dots, atom = (
+        "\n".join(" ".join(line.split()) for line in DMS["no chain"].splitlines()),
+        "GLU 209 H1 1 2 3 A",
+    )
+    for text in (dots, f"{dots}\n{atom}"):
+        found = read_surface(written(tmp_path, text))
+        assert found.points[:, 0].tolist() == [59.267, 58.546, 59.460] and found.atom.tolist() == [0, 1, 1]
 
 
 def test_missing_and_damaged_files(tmp_path):
@@ -231,16 +263,47 @@ def test_read_csv(tmp_path, header):
         ("x,y,z,nx,ny,nz\n", "no dots"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,0,0\n", "line 3 has a normal of length 0.000"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,0\n", "length"),
-        ("x,y,z,nx,ny,nz\n1,2,,0,0,1\n", "NaN"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,,0,0,1\n", "line 3 has NaN"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,,1\n", "line 3 has NaN"),
         ("x,y,z,nx,ny,nz\n1,2,rubbish,0,0,1\n", "NaN"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "line 3 has 8 values, not 6; repair it"),
         ("x,y,z,nx,ny,nz\n9,1,2,3,0,0,1\n", "more values than its header has names"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1,\n", "end no row with a comma"),
+        ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n" + "1," * 2000 + "\n", "has a line of more than 1000 values"),
+        ('x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,"a\nb"\n1,2,,0,0,1,c\n', "has NaN"),
     ],
 )
 def test_bad_csv_is_one_sentence(tmp_path, text, word):
     with pytest.raises(InputError, match=word):
         read_surface(written(tmp_path, text, "a.csv"))
+
+
+@pytest.mark.parametrize(
+    ("last", "cut"),
+    [
+        (9 * ["0.1234"] + ["0.12"], True),
+        (10 * ["0.1234"], False),
+        (8 * ["0.1234"] + ["0.12"], False),
+        (8 * ["0.1234"] + ["0.123", "0.12"], False),
+    ],
+)
+def test_a_last_number_of_fewer_decimals_than_all_others_is_cut_short(tmp_path, last, cut):
+    text = "x,y,z,nx,ny,nz,q\n" + "\n".join(f"{k},2,3,0,0,1,{each}" for k, each in enumerate(last))
+    assert len(read_surface(written(tmp_path, text + "\n", "a.csv"))) == len(last)
+    if not cut:
+        assert len(read_surface(written(tmp_path, text, "a.csv"))) == len(last)
+        return
+    with pytest.raises(InputError, match="is cut short: line 11 ends within a number"):
+        read_surface(written(tmp_path, text, "a.csv"))
+
+
+def test_dots_of_one_frame_are_read_and_those_of_more_are_not(tmp_path):
+    path = written(tmp_path, "x,y,z,nx,ny,nz,frame\n1,2,3,0,0,1,5\n1,2,4,0,0,1,5\n", "a.csv")
+    assert len(read_surface(path)) == 2
+    path.write_text(path.read_text().replace("4,0,0,1,5", "4,0,0,1,6"))
+    with pytest.raises(InputError, match="holds the dots of 2 frames"):
+        read_surface(path)
+    assert read_places(path).tolist() == [[1, 2, 3], [1, 2, 4]]
 
 
 def test_quotes_may_follow_a_blank(tmp_path):
@@ -263,10 +326,22 @@ def test_columns_that_mean_nothing_else_are_fields(tmp_path):
 def test_normals_far_from_unit_length_are_scaled_and_told(tmp_path, caplog):
     kept = written(tmp_path, "x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,1.001,0\n", "a.csv")
     assert read_surface(kept).normals.tolist() == [[0, 0, 1], [0, 1.001, 0]]  # what three decimals leave
-    for long, told in ((1.003, []), (1.04, []), (40.0, ["normals of length 1 to 40 are scaled to 1"])):
+    said = "normals of length {} are scaled to 1".format
+    for long, told in ((1.003, []), (1.04, []), (1.06, [said("1 to 1.06")]), (0.6, [said("0.6 to 1")])):
         path = written(tmp_path, f"x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,{long},0\n", "a.csv")
         assert read_surface(path).normals.tolist() == [[0, 0, 1], [0, 1, 0]]
         assert caplog.messages == [f"{path}: {each}" for each in told]
+        caplog.clear()
+
+
+def test_normals_in_the_columns_of_the_places_are_told(tmp_path, caplog):
+    rows = "x,y,z,nx,ny,nz\n0,0,1,5,6,7\n0,0.6,0.8,5,6,8\n"
+    with pytest.raises(
+        InputError, match=r"has normals of length 10.5 to 11.2 and places of length 1: exchange"
+    ):
+        read_surface(written(tmp_path, rows, "a.csv"))
+    read_surface(written(tmp_path, rows.replace("0,0,1,5", "0,0,2,5"), "a.csv"))
+    assert "normals of length 10.5 to 11.2 are scaled to 1" in caplog.text
 
 
 def test_a_csv_with_a_byte_order_mark(tmp_path):
@@ -295,9 +370,10 @@ def test_what_numpy_saves_is_read(tmp_path):
     assert np.hstack([found.points, found.normals]).tolist() == rows
 
 
+@pytest.mark.parametrize("header", ["X,Y,Z,nx,ny,nz", "x,y,z"])
 @pytest.mark.parametrize("sign", [";", "\t", " ", " ; ", '";"'])
-def test_columns_without_commas_are_told(tmp_path, sign):
-    path = written(tmp_path, "X,Y,Z,nx,ny,nz\n1,2,3,0,0,1\n".replace(",", sign), "a.csv")
+def test_columns_without_commas_are_told(tmp_path, sign, header):
+    path = written(tmp_path, f"{header}\n1,2,3,0,0,1\n".replace(",", sign), "a.csv")
     words = "a.csv has no commas in its header: put commas between columns, and points into numbers.$"
     for read in (read_surface, read_places):
         with pytest.raises(InputError, match=words):
@@ -382,6 +458,31 @@ def test_foreign_npz_is_refused(tmp_path, arrays):
         read_surface(tmp_path / "a.npz")
 
 
+@pytest.mark.parametrize(
+    "read", [read_surface, lambda path: with_fields(Surface(np.eye(3), np.eye(3)), path)]
+)
+def test_no_program_within_an_npz_is_run(tmp_path, read):
+    class Harmful:
+        def __reduce__(self):
+            return os.mkdir, (str(tmp_path / "made"),)
+
+    np.savez(tmp_path / "a.npz", **dict.fromkeys(FIELDS, np.array([Harmful()], dtype=object)))
+    with pytest.raises(ValueError, match=r"allow_pickle|pickle"):
+        read(tmp_path / "a.npz")
+    assert not (tmp_path / "made").exists()
+
+
+def test_fields_of_a_file_stand_besides_those_of_the_dots(tmp_path):
+    dots = Surface(np.eye(3), np.eye(3), fields={"own": [1, 2, 3]})
+    np.savez(tmp_path / "a.npz", charge=np.array([0.1, 0.2, 0.3]))
+    assert with_fields(dots, None) is dots
+    fields = with_fields(dots, tmp_path / "a.npz").fields
+    assert {name: each.tolist() for name, each in fields.items()} == {
+        "own": [1, 2, 3],
+        "charge": [0.1, 0.2, 0.3],
+    }
+
+
 # ---- for other programs
 
 
@@ -413,6 +514,26 @@ def test_dms_columns_are_those_of_the_program(shared, tmp_path):
         write_dms(tmp_path / "a.dms", read_surface(shared / "data" / f"{stem}.dms.gz"), *labels, xyz)
         ours = (tmp_path / "a.dms").read_text()
         assert [line[:-22] for line in ours.split("\n")] == [line[:-22] for line in text.split("\n")]
+
+
+@pytest.mark.parametrize(("labels", "x"), [(["26", "27"], "   1.500"), (["26A", "27"], "    1.500")])
+def test_a_letter_in_any_label_shifts_the_columns_of_a_dms_file_by_one(tmp_path, labels, x):
+    dots = Surface([[1.5, 2, 3]], [[0, 0, 1]], [0.25], [1], [1])
+    write_dms(tmp_path / "a.dms", dots, ["GLU", "ALA"], labels, ["N", "CA"], np.full((2, 3), 1.5))
+    first, second = f"GLU{labels[0]:>5}    N", f"ALA{labels[1]:>5}   CA"
+    assert (tmp_path / "a.dms").read_text() == (
+        f"{first}{x}    1.500    1.500 A\n{second}{x}    1.500    1.500 A\n"
+        f"{second}{x}    2.000    3.000 SS0  0.250  0.000  0.000  1.000\n"
+    )
+
+
+def test_dots_of_an_atom_stay_in_their_order_in_a_dms_file(tmp_path):
+    x, atom = 0.1 * np.arange(400), np.arange(400) % 2
+    points = np.column_stack([x, np.zeros((400, 2))])
+    dots = Surface(points, np.tile([0, 0, 1.0], (400, 1)), kind=np.zeros(400), atom=atom)
+    write_dms(tmp_path / "a.dms", dots, ["GLU"] * 2, ["1"] * 2, ["N", "C"], np.zeros((2, 3)))
+    found = read_surface(tmp_path / "a.dms")
+    assert found.points[:, 0] == pytest.approx([*x[::2], *x[1::2]]) and found.atom.tolist() == sorted(atom)
 
 
 def test_dms_needs_atoms_and_kinds(tmp_path):
@@ -454,6 +575,8 @@ def test_program_gets_its_options(tmp_path, monkeypatch):
     surface = surface_by_dms_program(pdb, probe=1.5, density=2 * DENSITY)
     assert surface.kind.tolist() == [1, 2, 0]
     assert (tmp_path / "options").read_text() == "in.pdb -a -n -d 2 -w 1.5 -o out.dms\n"
+    surface_by_dms_program(pdb)
+    assert (tmp_path / "options").read_text() == "in.pdb -a -n -d 1 -w 1.4 -o out.dms\n"
 
 
 def test_program_that_fails_or_is_absent(tmp_path, monkeypatch):
@@ -461,8 +584,8 @@ def test_program_that_fails_or_is_absent(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(InputError, match="PATH"):
         surface_by_dms_program(pdb)
-    fake_program(tmp_path, "echo no radii >&2; exit 1")
-    with pytest.raises(InputError, match="no radii"):
+    fake_program(tmp_path, r"printf 'first\ncaf\351\n' >&2; exit 1")
+    with pytest.raises(InputError, match=r"structure\.pdb: caf.$"):
         surface_by_dms_program(pdb)
     fake_program(tmp_path, "echo half of it > out.dms; exit 3")
     with pytest.raises(InputError, match="exit status 3"):
@@ -470,6 +593,18 @@ def test_program_that_fails_or_is_absent(tmp_path, monkeypatch):
     fake_program(tmp_path, "exit 0")
     with pytest.raises(InputError, match="made no surface"):
         surface_by_dms_program(pdb)
+
+
+def test_the_program_gets_the_frame_and_the_rules_of_the_config(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    output = written(tmp_path, DMS["chain"], "made.dms")
+    fake_program(tmp_path, f'echo "$@" > {tmp_path}/options; cp in.pdb {tmp_path}; cp {output} out.dms')
+    molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209")
+    molecule = replace(molecule, xyz=np.concatenate([molecule.xyz, molecule.xyz + 1]))
+    rules = {"method": "dms", "probe_radius": 1.5, "density": 2 * DENSITY}
+    assert surface_of(molecule, 1, None, rules).kind.tolist() == [1, 2, 0]
+    assert (tmp_path / "options").read_text() == "in.pdb -a -n -d 2 -w 1.5 -o out.dms\n"
+    assert read_molecule(tmp_path / "in.pdb").xyz[0] == pytest.approx(molecule.xyz[1], abs=0.00051)
 
 
 # ---- all formats
@@ -534,13 +669,13 @@ def test_a_file_that_unpacks_beyond_the_limit_is_refused(tmp_path, monkeypatch, 
 
 def test_lines_that_are_neither_atoms_nor_dots_count_for_nothing(tmp_path):
     lines = DMS["no chain"].splitlines(keepends=True)
-    text = "".join(["# made by hand\n", "\n", *lines[:2], "# a remark\n", *lines[2:]])
+    text = "".join(["# by hand 1 2 3 4\n", "\n", *lines[:2], "# a remark\n", *lines[2:]])
     assert read_surface(written(tmp_path, text)).atom.tolist() == [0, 1, 1]
 
 
 def test_numbers_of_a_dms_file_do_not_touch_the_names(tmp_path, small):
-    moved = Surface(small.points - [150, 0, 0], *(getattr(small, field) for field in FIELDS[1:]))
-    xyz = np.array([[-150.0, 0, 0], [-148.5, 0, 0], [-147.8, 1.3, 0.2]])
+    moved = Surface(small.points - [120, 0, 0], *(getattr(small, field) for field in FIELDS[1:]))
+    xyz = np.array([[-120.0, 0, 0], [-118.5, 0, 0], [-117.8, 1.3, 0.2]])
     write_dms(tmp_path / "a.dms", moved, ["GLU"] * 3, ["1"] * 3, ["N", "C", "O"], xyz)
     lines = (tmp_path / "a.dms").read_text().splitlines()
     assert {len(line.split()) for line in lines} == {7, 11}
@@ -565,7 +700,10 @@ def test_every_format_tells_what_it_can_do():
 def test_a_picture_needs_matplotlib(blob, monkeypatch):
     dots = Surface(*blob)
     assert repr(dots) == "Surface of 3,000 dots"
-    assert dots.plot(dots.points[:, 2]).collections[0].get_array().tolist() == dots.points[:, 2].tolist()
+    axes = dots.plot(dots.points[:, 2])
+    assert axes.collections[0].get_array().tolist() == dots.points[:, 2].tolist()
+    assert dots.plot(ax=axes) is axes and len(axes.figure.axes) == 2  # one scale, that of the values
+    assert (axes.collections[1].get_facecolor()[:, :3] == KIND_COLOURS[-1] / 255).all()
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     with pytest.raises(InputError, match="pip install matplotlib"):
         dots.plot()
@@ -583,3 +721,34 @@ def test_a_view_has_the_triangles_and_the_values(monkeypatch):
     (points, faces), how = told[0]
     assert points is dots.points and faces.tolist() == [3, 0, 1, 2, 3, 2, 1, 3]
     assert how["scalars"].tolist() == [1, 2, 3, 4]
+    assert how["cmap"] == "viridis"
+    dots.show()
+    assert told[1][1]["rgb"] is True and told[1][1]["scalars"].tolist() == [KIND_COLOURS[-1].tolist()] * 4
+
+
+def test_a_view_without_pyvista_has_a_ball_for_each_dot(monkeypatch):
+    balls = []
+    view = SimpleNamespace(addSphere=balls.append, zoomTo=lambda: None)
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    monkeypatch.setitem(sys.modules, "py3Dmol", SimpleNamespace(view=lambda: view))
+    assert Surface([[1, 2, 3]], [[0, 0, 1]], kind=[1]).show() is view
+    assert balls == [{"center": {"x": 1, "y": 2, "z": 3}, "radius": 0.25, "color": "rgb(230,159,0)"}]
+    monkeypatch.setitem(sys.modules, "py3Dmol", None)
+    with pytest.raises(InputError, match="needs PyVista or py3Dmol"):
+        Surface([[1, 2, 3]], [[0, 0, 1]]).show()
+
+
+def test_a_table_of_dots_tells_of_their_atoms_and_of_their_components_where_all_are_there():
+    dots = Surface(
+        np.eye(3) * 4, np.eye(3), [1.0, 2, 3], [0, 1, 2], [5, 6, 7], {"b": [7, 8, 9], "more": [0, 0, 0]}
+    )
+    molecule = SimpleNamespace(labels=lambda atom: pd.DataFrame({"number": atom}))
+    plain = ["x", "y", "z", "nx", "ny", "nz", "area", "kind"]
+    table = dots.to_frame(molecule, more=[4, 5, 6])
+    assert list(table) == [*plain, "more", "number", "b"]
+    assert table.iloc[1].tolist() == [0, 4, 0, 0, 1, 0, 2, 1, 5, 6, 8]
+    placed = replace(dots, origin=Origin(molecule, 0, {}, lambda these: np.arange(len(these)), dots.points))
+    assert list(placed.to_frame()) == [*plain, "component", "number", "b", "more"]
+    assert list(dots.to_frame()) == [*plain, "b", "more"]
+    assert placed.placed is placed.origin and dots.placed is None
+    assert list(placed.take([2, 0]).to_frame()) == [*plain, "number", "b", "more"]
