@@ -117,6 +117,13 @@ def test_kmeans_finds_separate_groups():
     assert np.isclose(inertia, sum(np.sum((points[label == k] - centroid[k]) ** 2) for k in range(3)))
 
 
+def test_kmeans_ends_where_each_centroid_is_the_mean_of_its_points():
+    points = np.random.default_rng(0).uniform(size=(400, 2))
+    label, centroid, inertia = kmeans(points, 11, np.random.default_rng(4), restarts=1)
+    assert np.allclose(centroid, [points[label == k].mean(axis=0) for k in range(11)])
+    assert kmeans(points, 11, np.random.default_rng(4), restarts=1)[2] == inertia
+
+
 def naive_silhouette(points, label):
     values = []
     for i in range(len(points)):
@@ -161,6 +168,8 @@ def test_result_for_one_k_does_not_depend_on_the_others():
     several, found = choose_clusters(points, [2, 3, 4, 5], np.random.default_rng(8))
     single, alone = choose_clusters(points, [4], np.random.default_rng(8))
     assert several.inertia[2] == single.inertia[0] and np.array_equal(found[4][0], alone[4][0])
+    table, _ = choose_clusters(points, [1, 2, 3], np.random.default_rng(8))
+    assert table.silhouette.isna().tolist() == [True, False, False]
 
 
 # --- the choice ----------------------------------------------------------------------------------------
@@ -203,7 +212,14 @@ def test_conformations_are_ranked_by_population(moving):
     assert choice.table.frame.tolist() == (10 * choice.index).tolist()
     assert choice.table.time_ps.tolist() == (2.0 * choice.index).tolist()
     assert np.array_equal(choice.table[["pc1", "pc2"]].to_numpy(), choice.projection[choice.index])
+    assert choice.projection.mean(axis=0) == pytest.approx([0, 0], abs=1e-5)
+    assert not np.signbit(choice.projection[choice.projection == 0]).any()  # no -0.0 in a table
     assert choice.index[2] == 10  # both frames of the pair are as near to their mean: the earlier
+
+
+def test_all_frames_may_be_one_cluster_told_apart_by_some_atoms(moving):
+    choice = choose_frames(moving, clusters=1, atoms="name CA", rng=np.random.default_rng(1))
+    assert choice.table.population.tolist() == [12]
 
 
 def test_auto_takes_the_best_silhouette(moving):
@@ -238,6 +254,9 @@ def test_frames_by_name(moving):
     listed = choose_frames(moving, frames=[110, 30, 110], rng=rng)
     assert listed.table.frame.tolist() == [110, 30] and listed.index.tolist() == [11, 3]
     assert (listed.label == 0).all() and listed.silhouettes.empty
+    assert listed.table[["cluster", "population"]].to_numpy().tolist() == [[0, 1], [0, 1]]
+    assert len(choose_frames(moving, frames={"stride": 1}, rng=rng).table) == 12
+    assert list(listed.silhouettes.columns) == ["K", "silhouette", "inertia"]
     assert list(every.table.columns) == list(choose_frames(moving, rng=rng).table.columns)
 
 
@@ -248,6 +267,8 @@ def test_frames_by_name(moving):
         ({"frames": []}, "not among"),
         ({"frames": {"every": 2}}, "not of the form"),
         ({"frames": {"stride": 0}}, "not of the form"),
+        ({"frames": {"stride": 1.5}}, "not of the form"),
+        ({"frames": {"stride": 2, "every": 1}}, "not of the form"),
         ({"clusters": 12}, "frames.clusters: 12 is neither auto nor 1 to"),
         ({"clusters": 0}, "neither auto nor"),
         ({"atoms": "name XX"}, "frames.pca_atoms: 'name XX' selects nothing"),
@@ -258,6 +279,16 @@ def test_impossible_wishes_are_sentences(moving, keys, words):
         choose_frames(moving, rng=np.random.default_rng(1), **keys)
 
 
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [([3], "3 to 3"), ([4, 5], "4 to 5"), ([4, 6, 8], r"4 to 8 in steps of 2 \(frames.stride\)")],
+)
+def test_the_frames_read_are_told(numbers, words):
+    molecule = SimpleNamespace(frame_number=np.array(numbers), n_frames=len(numbers))
+    with pytest.raises(InputError, match=rf"\[9\] not among the frames read, {words}\.$"):
+        conformations._named_frames(molecule, [9])
+
+
 def test_equal_frames_are_one_conformation(shared, caplog):
     molecule = read_molecule(shared / "data" / "trajectories" / "1vii_3frames.pdb")
     with caplog.at_level("INFO", "sparsurf"):
@@ -266,7 +297,7 @@ def test_equal_frames_are_one_conformation(shared, caplog):
     assert "all 3 frames are the same" in caplog.text
 
 
-def test_few_frames(moving):
+def test_few_frames(moving, caplog):
     """One or two frames are one conformation; three allow two clusters at most."""
     for count, most in ((1, 1), (2, 1), (3, 2)):
         few = replace(
@@ -275,9 +306,16 @@ def test_few_frames(moving):
             time_ps=moving.time_ps[:count],
             frame_number=np.arange(count),
         )
-        assert len(choose_frames(few, rng=np.random.default_rng(1)).table) == most
+        choice = choose_frames(few, rng=np.random.default_rng(1))
+        assert len(choice.table) == most and (np.ptp(choice.projection) > 0) == (count > 1)
         with pytest.raises(InputError, match=f"1 to {most}"):
             choose_frames(few, clusters=most + 1, rng=np.random.default_rng(1))
+    still = replace(few, xyz=few.xyz[[0, 0]], time_ps=few.time_ps[:2], frame_number=np.arange(2))
+    with caplog.at_level("INFO", "sparsurf"):
+        one = choose_frames(few.frame(0), rng=np.random.default_rng(1))
+        choose_frames(still, rng=np.random.default_rng(1))
+    assert one.projection.tolist() == [[0, 0]] and one.explained.tolist() == [0]
+    assert caplog.messages == ["all 2 frames are the same: they are one conformation"]
 
 
 def chosen(folder, text, stride=1, reading=None, trajectory=None, **asked):

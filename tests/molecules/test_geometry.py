@@ -48,6 +48,8 @@ def test_a_sound_molecule_passes_and_turns_with_the_box(molecule):
 def test_a_residue_that_is_too_wide_is_named_with_its_frame_and_atom(molecule):
     atom = np.flatnonzero((molecule.residue == "213") & (molecule.name == "CG"))[0]
     refused(moved(molecule, 4, atom, 30.0), "GLN 213 .* in frame 4 .atom CG is farthest out")
+    off = replace(molecule, xyz=np.add(molecule.xyz, [900, -900, 0]))
+    refused(moved(off, 4, atom, [-30.0, 0, 0]), "GLN 213 .* in frame 4 .atom CG is farthest out")
     refused(replace(molecule, xyz=10 * molecule.xyz), "GLU 209 .* in frame 0 .* give lengths in nm")
     refused(replace(molecule, xyz=10 * molecule.xyz), "in the order of top.pdb", topology="top.pdb")
     own = molecule.residue == "213"
@@ -65,6 +67,7 @@ def test_a_residue_that_is_too_wide_is_named_with_its_frame_and_atom(molecule):
 def test_a_bond_that_breaks_in_a_later_frame_is_named(molecule):
     tail = molecule.residue_index >= 7  # shifted as a whole: only the bond to residue 6 tells
     refused(moved(molecule, 5, tail, 6.0), "the bond C-N of .* in frame 5")
+    refused(moved(molecule, 4, tail, 900.0), r"lies [89]\d\d Å from the other atoms in frame 4; give")
     ring = np.flatnonzero((molecule.residue == "214") & (molecule.name == "OH"))[0]
     refused(moved(molecule, 3, ring, [0, 0, 5.0]), "the bond CZ-OH of TYR 214 .* in frame 3")
     end = molecule.xyz[3, np.flatnonzero((molecule.residue == "214") & (molecule.name == "CZ"))[0]]
@@ -73,6 +76,7 @@ def test_a_bond_that_breaks_in_a_later_frame_is_named(molecule):
     geometry.refuse_impossible(moved(molecule, 3, ring, stretched[0]), "run.xtc")
     refused(moved(molecule, 3, ring, stretched[1]), "the bond CZ-OH of TYR 214 is 3.[01] Å long in frame 3")
     geometry.refuse_impossible(moved(molecule, 3, ring, [0, 0, 5.0]), "run.xtc", whole=False)
+    refused(moved(molecule, 1, ring, [0, 0, 5.0]), "the bond CZ-OH of TYR 214 .* in frame 1")
 
 
 def test_another_order_of_the_atoms_is_refused(molecule):
@@ -107,9 +111,76 @@ def test_equal_residues_in_another_order_are_refused(tmp_path, caplog):
 def test_a_part_far_away_is_refused_and_two_chains_of_a_crystal_are_not(tmp_path):
     near = peptide() + peptide(chain="B", origin=(0, 300, 0)) + "END\n"
     assert read_molecule(write(tmp_path / "near.pdb", near)).n_residues == 8
-    far = peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 900, 0)) + "END\n"
-    with pytest.raises(InputError, match=r"of ALA 1 B lies 8\d\d Å from the other atoms in frame 0"):
+    far = peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 600, 0)) + "END\n"
+    with pytest.raises(InputError, match=r"of ALA 1 B lies 58\d Å from the other atoms in frame 0"):
         read_molecule(write(tmp_path / "far.pdb", far))
+
+
+@pytest.mark.parametrize(
+    ("places", "gap"),
+    [
+        ([[0, 0, 0]], (0, 0)), ([[0, 0, 0], [0, 7, 0]], (7, 1)), ([[0, 1, 1], [0, 0, 1], [0, 9, 1]], (8, 2)),
+        ([[0, 0, 9], [0, 0, 10], [0, 0, 0]], (9, 2)),
+    ],
+)  # fmt: skip
+def test_the_widest_gap_and_a_place_on_its_emptier_side(places, gap):
+    assert geometry.widest_gap(np.array(places, float)) == gap
+
+
+@pytest.mark.parametrize(
+    ("far", "words"),
+    [
+        (9.9e4, ""),
+        (1.1e5, "no numbers or beyond 1e.05 Å in frame 1:"),
+        (np.nan, "in frame 1:"),
+        (3, "all atoms in one place"),
+    ],
+)
+def test_numbers_that_no_atom_has_are_refused(far, words):
+    xyz = np.array([[[1, 2, 3], [2, 2, 3]], [[1, 2, 3], [1, 2, far]], [[1, 2, 3], [1, 2, 4.0]]])
+    if not words:
+        return geometry.refuse_no_numbers(xyz, "a.xtc")
+    with pytest.raises(InputError, match=words):
+        geometry.refuse_no_numbers(xyz, "a.xtc")
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "usual"),
+    [("N", "CA", 1.46), ("CA", "C", 1.525), ("C", "O", 1.23), ("C4'", "C3'", 1.52), ("P", "O5'", 1.59)],
+)
+@pytest.mark.parametrize("frame", [0, 3])
+def test_ten_bonds_of_a_backbone_tell_its_unit(molecule, caplog, first, second, usual, frame):
+    def given(share, count):
+        """As many residues and one atom more, in four frames; one of them has bonds of other lengths."""
+        xyz = np.tile(np.random.default_rng(1).normal(size=(count + 1, 1, 3)), (4, 1, 2, 1)) * 30
+        xyz[:, :, 1, 2] += usual
+        xyz[frame, :, 1, 2] += (share - 1) * usual
+        names = np.array([first, second] * (count + 1))[:-1]
+        index = np.repeat(np.arange(count + 1), 2)[:-1]
+        return replace(molecule, xyz=xyz.reshape(4, -1, 3)[:, :-1], name=names, residue_index=index)
+
+    geometry._refuse_odd_lengths(given(1.0, 10), "a.pdb", "")
+    geometry._refuse_odd_lengths(given(1.5, 9), "a.pdb", "")
+    assert not caplog.messages
+    geometry._refuse_odd_lengths(given(1.1, 10), "a.pdb", "")
+    told = f"a.pdb: half of the bonds of the backbone differ by 10 % from their usual length in frame {frame}"
+    assert caplog.messages == [told]
+    with pytest.raises(
+        InputError, match=f"are 1.20 times as long as usual in frame {frame}, and half .* by 20%"
+    ):
+        geometry._refuse_odd_lengths(given(1.2, 10), "a.pdb", "")
+
+
+@pytest.mark.parametrize(("count", "refused"), [(9, False), (10, True)])
+def test_ten_atoms_without_bonds_are_no_molecule(tmp_path, count, refused):
+    lines = peptide(["ALA"] * 2).splitlines(keepends=True)[:count]
+    apart = [f"{line[:30]}{3.0 * k:8.3f}{k % 3:8.3f}{k % 4:8.3f}{line[54:]}" for k, line in enumerate(lines)]
+    path = write(tmp_path / "a.pdb", "".join(apart))
+    if not refused:
+        assert read_molecule(path).n_atoms == count
+    else:
+        with pytest.raises(InputError, match="only 0% of the bonds that its names imply"):
+            read_molecule(path)
 
 
 @pytest.mark.parametrize("kind", ["xtc", "dcd", "trr", "nc"])
@@ -237,6 +308,29 @@ def test_elements_that_are_not_those_of_the_names_are_refused(molecule):
     one = molecule.element.copy()
     one[3] = "O"
     geometry.refuse_impossible(replace(molecule, element=one), "run.xtc")
+    for other, every in (("SE", 5), ("D", 1)):  # selenium may be in place of sulfur; deuterium is hydrogen
+        at = (np.arange(molecule.n_atoms) % every == 0) & ((other == "SE") | (molecule.element == "H"))
+        assert at.any()
+        elements = np.where(at, other, molecule.element)
+        names = np.where(at & (other == "D"), "D", molecule.name)
+        geometry.refuse_impossible(replace(molecule, element=elements, name=names), "run.xtc")
+
+
+@pytest.mark.parametrize(
+    ("atoms", "wrong", "words"), [(20, 2, ""), (20, 3, "CA of ALA 1 A"), (10, 2, "CA of ALA 1 A"), (9, 2, "")]
+)
+def test_more_than_a_tenth_of_ten_elements_or_more_is_refused(molecule, atoms, wrong, words):
+    names = np.array(["N", "CA", "C", "O", "CB"] * 4)[:atoms]
+    elements = np.array([name[0] for name in names])
+    elements[[1, 6, 11][:wrong]] = "O"
+    same = {
+        key: np.full(atoms, each) for key, each in (("residue_name", "ALA"), ("residue", "1"), ("chain", "A"))
+    }
+    given = replace(molecule, name=names, element=elements, **same)
+    if not words:
+        return geometry._refuse_other_elements(given, "a.pdb")
+    with pytest.raises(InputError, match=f"a.pdb: {words} has the element O, as {wrong} atoms have another"):
+        geometry._refuse_other_elements(given, "a.pdb")
 
 
 def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
@@ -250,8 +344,15 @@ def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
     assert "differ by 10 % from their usual length in frame 0" in told(
         replace(molecule, xyz=1.1 * molecule.xyz)
     )
-    assert "mirror image" in told(replace(molecule, xyz=molecule.xyz * [1, 1, -1]))
-    for most, words in ((220, "mirror image"), (212, "")):  # D-amino acids up to there: 11 and 3 of 13
+    mirrored = replace(molecule, xyz=molecule.xyz * [1, 1, -1])
+    assert "mirror image" in told(mirrored)
+    residues = molecule.residue_index[molecule.name == "CB"]
+    for last, words in ((residues[9], "mirror image"), (residues[8], "")):  # ten residues tell it
+        few = told(mirrored.take(molecule.residue_index <= last))
+        assert words in few and bool(words) == bool(few)
+    for each in (molecule, mirrored):  # without C-beta nothing does
+        assert told(each.take(np.isin(molecule.name, ["N", "CA", "C", "O"]))) == ""
+    for most, words in ((217, "mirror image"), (212, "")):  # D-amino acids up to there: 8 and 4 of 13
         xyz = molecule.xyz.copy()
         for residue in range(209, most + 1):
             own = {

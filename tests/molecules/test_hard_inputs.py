@@ -22,6 +22,7 @@ from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 
 GOOD = peptide() + "END\n"
+SHORT = "\n".join(line[:54] for line in GOOD.split("\n"))
 SEQUENCE = "SEQRES   1 A    9  ALA ALA ALA ALA ALA ALA ALA ALA ALA\n"
 ITEMS = (
     "group_PDB",
@@ -33,6 +34,7 @@ ITEMS = (
     "Cartn_y",
     "Cartn_z",
 )
+GRO_LINE = "    1ALA     CA    1   0.100   0.200   0.300\n"
 CIF = "data_x\nloop_\n" + "".join(f"_atom_site.{item}\n" for item in ITEMS)
 CIF += "ATOM CA ALA A 1 1.0 2.0 3.0\nATOM CB ALA A 1 2.0 2.0 3.0\n"
 
@@ -155,12 +157,17 @@ REFUSED = {
     "no-atoms.pdb": ("REMARK nothing\n", "holds no atoms"),
     "empty.pdb": ("", "holds no atoms"),
     "Damaged.PDB": (GOOD.replace("   1.460", "   1x460", 1), "line 2 of .* no readable coordinates"),
-    "stars.pdb": (GOOD.replace("   1.460", "********", 1), "line 2 of .* no readable coordinates"),
+    "stars.pdb": (GOOD.replace("   1.460", "********", 1), r"line 2 of .* coordinates \('\*{8}   0\.000   0\.000'\)"),
     "nan.pdb": (GOOD.replace("   1.460", "     nan", 1), "line 2 of .* no readable coordinates"),
     "short-line.pdb": (GOOD.replace("\n", "\n", 1)[:40] + "\n" + GOOD, "line 1 of .* is cut short"),
     "shifted.pdb": (GOOD.replace("A   1  ", "A   1 1", 1), "line 1 of .* not in the columns"),
     "keyword.pdb": (GOOD.replace("ATOM  ", "ATQM  ", 1), "line 1 of .* holds an atom but begins with 'ATQM"),
     "piece.pdb": (GOOD + "ATO\n", "holds an atom but begins with 'ATO"),
+    "letter.pdb": (GOOD + "H", "holds an atom but begins with 'H"),
+    "tab.pdb": (GOOD.replace("ATOM  ", "ATOM\t", 1), "line 1 of .* holds an atom but begins with 'ATOM"),
+    "nameless.pdb": (GOOD.replace(" CA ", "    ", 1), "line 2 of .* not in the columns"),
+    "number.pdb": (GOOD.replace("A   1 ", "A  1x ", 1), "line 1 of .* not in the columns"),
+    "short-joined.pdb": (SHORT.replace("\n", "", 1), "line 1 of .* not in the columns"),
     "joined.pdb": (GOOD.replace("\n", "", 1), "line 1 of .* not in the columns"),
     "cut.pdb": (GOOD[:-24], "cut short: it stops in the middle"),
     "zeros.pdb": (GOOD + "\0", "damaged or no text file"),
@@ -176,9 +183,21 @@ REFUSED = {
         "".join(atom_line("NA  ", "NA", residue=str(i), place=(i, 0, 0), element="NA") for i in range(3)),
         "holds no atoms; the file has chains A with 3 NA",
     ),
+    "nine-ions.pdb": (
+        "".join(atom_line("NA  ", f"I{i}", residue=str(i), place=(i, 0, 0), element="NA") for i in range(9)),
+        r"with 1 I0, (1 I\d, ){6}1 I7\.$",
+    ),
     "models.pdb": (
         f"MODEL        1\n{peptide()}ENDMDL\nMODEL        2\n{peptide(['ALA'] * 3)}ENDMDL\n",
         "models of different atoms .* 20 15.*model",
+    ),
+    "names.pdb": (
+        f"MODEL        1\n{peptide()}ENDMDL\nMODEL        2\n{peptide(['SER'] * 4)}ENDMDL\n",
+        "models of different atoms .* 20 20.*model",
+    ),
+    "ten-models.pdb": (
+        "".join(f"MODEL {k}\n{peptide(['ALA'] * (3 + k % 2))}ENDMDL\n" for k in range(1, 11)),
+        r"\(atoms chosen: (20 15 ){4}20\)",
     ),
     "one-place.pdb": (re.sub(r"(?m)^(.{30}).{24}", r"\1   0.000   0.000   0.000", peptide()), "all atoms in one place"),
     "is-cif.pdb": (CIF, "is an mmCIF file by its content: rename"),
@@ -196,6 +215,9 @@ REFUSED = {
     "notes.txt": (GOOD, "no structure by its extension: give one of .pdb, .ent, .cif"),
     "is-not.pdb.gz": (GOOD, "is named .gz but is not gzip"),
     "broken.gro": ("title\n 2\n    1ALA     CA    1   0.1\n", "line 3 has no three coordinates"),
+    "count.gro": ("title\nx\n", "line 2 is not the number of atoms"),
+    "few.gro": (f"title\n 2\n{GRO_LINE}", "has 1 of 2 atoms"),
+    "no-box.gro": (f"title\n 1\n{GRO_LINE}1.0 1.0\n", "line 4 is not a box of 3 or 9 numbers"),
     "empty.psf": ("", "cannot be read"),
 }  # fmt: skip
 
@@ -228,12 +250,14 @@ FINE = {
     "no-end.pdb": (peptide(), 4),
     "no-end-no-newline.pdb": (peptide()[:-1], 4),
     "disordered.pdb": (SEQUENCE + GOOD, 4),
-    "connected.pdb": (SEQUENCE + peptide() + "CONECT    1    2\n", 4),
+    "connected.pdb": (SEQUENCE + peptide() + "CONECT10001    2\n", 4),
     "master.pdb": (SEQUENCE + peptide() + "MASTER        0    0\n", 4),
     "one-atom.pdb": (atom_line(), 1),
     "one-residue.pdb": (peptide(["ALA"]), 1),
     "no-chain.pdb": (peptide(chain=" "), 4),
-    "short-lines.pdb": ("\n".join(line[:54] for line in GOOD.split("\n")), 4),
+    "short-lines.pdb": (SHORT, 4),
+    "shorter-lines.pdb": ("\n".join([*GOOD.split("\n")[:18], *SHORT.split("\n")[18:20]]), 4),
+    "words.pdb": (f"{'AUTHOR':30}   1.000 and.so  and.so  \n" + GOOD, 4),
     "no-element.pdb": ("\n".join(line[:66] for line in GOOD.split("\n")), 4),
     "hybrid36.pdb": (SEVERAL.replace("   1    ", "A000    ", 5), 3),
     "five-digits.pdb": (SEVERAL.replace("A   1    ", "A10001   ", 5), 3),
@@ -264,7 +288,9 @@ def test_numbers_of_a_gro_file_may_touch(tmp_path):
     )
     path = write(tmp_path / "a.gro", f"touching\n{len(atoms)}\n{rows}   0.00000   0.00000   0.00000\n")
     assert rows.count("-200.000-200.000-200.000") == 1
-    np.testing.assert_allclose(read_molecule(path).xyz[0], places, atol=0.006)
+    molecule = read_molecule(path)
+    np.testing.assert_allclose(molecule.xyz[0], places, atol=0.006)
+    assert list(dict.fromkeys(molecule.residue.tolist())) == ["1", "2", "3", "4"]
 
 
 def test_deuterium_is_hydrogen(tmp_path):

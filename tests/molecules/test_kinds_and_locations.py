@@ -66,10 +66,10 @@ def test_hetero_nucleotides_belong_together_within_a_phosphodiester_bond():
 
 
 def test_heavy_atoms_are_counted_against_the_standard_residue():
-    names, index = np.array(["ALA"] * 6 + ["HID"] * 2), np.array([0] * 6 + [1] * 2)
-    elements = np.array(["N", "C", "C", "O", "C", "H", "N", "D"])
+    names, index = np.array(["ALA"] * 6 + ["HID"] * 2 + ["XYZ", "GLY"]), np.array([0] * 6 + [1] * 2 + [2, 3])
+    elements = np.array(["N", "C", "C", "O", "C", "H", "N", "D", "C", "H"])
     found, expected = heavy_atoms_found(names, index, elements)
-    assert (found.tolist(), expected.tolist()) == ([5, 1], [5, 10])
+    assert (found.tolist(), expected.tolist()) == ([5, 1, 0, 0], [5, 10, 0, 4])
 
 
 def test_heavy_atoms_are_those_that_most_residues_of_real_structures_have(shared):
@@ -82,6 +82,8 @@ def test_heavy_atoms_are_those_that_most_residues_of_real_structures_have(shared
             counts.setdefault(molecule.residue_name[own][0], []).append(int((own & heavy).sum()))
     usual = {name: max(set(found), key=found.count) for name, found in counts.items() if name in HEAVY_ATOMS}
     assert usual == {name: HEAVY_ATOMS[name] for name in usual} and HEAVY_ATOMS.keys() - usual == set("ACGU")
+    deoxy = [HEAVY_ATOMS[f"D{base}"] for base in "ACG"]  # without O2'; and T is U with a carbon for it
+    assert [HEAVY_ATOMS[base] for base in "ACGU"] == [n + 1 for n in deoxy] + [HEAVY_ATOMS["DT"]]
 
 
 # ---- elements
@@ -99,6 +101,9 @@ def test_heavy_atoms_are_those_that_most_residues_of_real_structures_have(shared
         ("", "SE", "MSE", True, False, "SE"),
         ("", "SEX", "CYS", True, False, "S"),
         ("", "FE", "HEM", False, False, "FE"),
+        ("FE", "X1", "LIG", False, False, "FE"),
+        ("", "CAL", "CA", False, True, "CA"),
+        ("", "CLAA", "LIG", False, False, "CL"),
     ],
 )
 def test_element_by_column_or_name(given, name, residue, polymer, alone, expected):
@@ -140,8 +145,8 @@ ROWS = (
         ("highest", (("CB", "B", 0.3), ("CB", "A", 0.7)), ["CB A"]),
         (
             "highest",
-            (("CB", "A", 0.7), ("OG", "A", 0.1), ("CB", "B", 0.5), ("OG", "B", 0.5)),
-            ["CB B", "OG B"],
+            (("CB", "A", 0.9), ("OG", "A", 0.9), ("HG", "A", 0.0), ("CB", "B", 0.7), ("OG", "B", 0.7)),
+            ["HG A", "CB B", "OG B"],
         ),
     ],
 )
@@ -167,11 +172,17 @@ def test_a_residue_ends_where_its_name_changes_but_between_alternate_locations()
     ):
         text = atom_line("CA", "SER", altloc=first) + atom_line("CA", "THR", altloc=second, place=(0, 0, 1))
         assert number_residues(read_pdb(text, "a.pdb").atoms).tolist() == numbers, (first, second)
+    assert number_residues(read_pdb(2 * (atom_line() + "TER\n"), "a.pdb").atoms).tolist() == [0, 1]
 
 
 @pytest.mark.parametrize("name", ["HOH", "WAT", "DOD", "SOL", "TIP3", "SPC", "T3P", "OH2"])
 def test_water_by_any_name_is_water(name):
     assert known_kind(name) == "water" and known_kind("ALA") == "protein" and known_kind("HEM") == "other"
+
+
+@pytest.mark.parametrize("name", ["ADE", "URA", "DA", "DC5", "RU3", "U", "PSU", "OMC"])
+def test_nucleotides_by_the_names_of_force_fields_and_of_the_pdb(name):
+    assert known_kind(name) == "nucleic"
 
 
 def test_every_protonation_state_is_protein():
@@ -182,6 +193,17 @@ def test_a_complete_sequence_lacks_nothing():
     atoms = read_pdb(peptide(["ALA", "GLY"]) + "END\n", "a.pdb").atoms
     assert missing_residues(atoms, {"A": ["ALA", "GLY"]}) == {}
     assert missing_residues(atoms, {"A": ["ALA", "GLY", "SER"]}) == {"A": (2, 3)}
+
+
+def test_the_sequence_of_each_chain_and_the_linked_residues_are_read_in_their_columns():
+    names = "GLY SER THR VAL LEU ILE PHE TYR TRP HIS LYS ARG ASP"
+    text = f"SEQRES   1 A   14  {names}  1ABC  83\nSEQRES   2 A   14  GLU\nSEQRES   1 B    1  CYS\n"
+    assert read_pdb(text + atom_line() + "END\n", "a.pdb").promised == {
+        "A": [*names.split(), "GLU"],
+        "B": ["CYS"],
+    }
+    link = "LINK         NZ ALYS A1003                 CG  ASP B   5A    1555   1555  1.33\n"
+    assert read_pdb(link + atom_line(), "a.pdb").linked == {("A", "1003"), ("B", "5A")}
 
 
 @pytest.mark.parametrize(
@@ -198,12 +220,21 @@ def test_a_line_that_ends_behind_its_place_has_an_occupancy_of_1_and_no_b_factor
     assert atoms.occupancy.tolist() == [1.0, 0.5] and np.isnan(atoms.b_factor).tolist() == [True, False]
 
 
+def test_numbers_and_elements_that_fill_their_columns():
+    full = atom_line("C1", "LIG")[:54] + "100.00-99.991234      FE2+\n"
+    atoms = read_pdb(full + atom_line("C2", "LIG", element="Q"), "a.pdb").atoms
+    assert atoms.z.tolist() == [0, 0] and atoms.element.tolist() == ["FE", ""]
+    assert (atoms.occupancy[0], atoms.b_factor[0]) == (100, -99.99)
+
+
 def test_two_letters_of_a_chain_or_four_of_a_residue(tmp_path):
     wide = "".join(atom_line(name, "ALA", "AB", "1", place) for name, place in ALANINE.items())
     long = "".join(atom_line(name, "HISE", "B", "2", place) for name, place in ALANINE.items())
     assert set(read_pdb(wide, "a.pdb").atoms.chain) == {"AB"}
     atoms = read_pdb(long, "a.pdb").atoms
     assert set(atoms.chain) == {"B"} and set(atoms.residue_name) == {"HISE"}
+    lipid = read_pdb(atom_line("C1", "POPC", "B") + atom_line("CA", "ALA", "B", "2"), "a.pdb").atoms
+    assert lipid.residue_name.tolist() == ["POPC", "ALA"] and lipid.chain.tolist() == ["B", "B"]
 
 
 CIF = """data_x
@@ -254,6 +285,7 @@ def test_mmcif_tells_the_box_and_each_place_of_the_sequence_once():
         [70, 80, 100]
     )
     assert file.promised == {"H": ["ALA", "SER", "ALA"], "L": ["ALA"]}
+    assert read_mmcif(text.replace("_cell.angle_gamma 100", ""), "a.cif").box is None
     assert read_mmcif(CIF, "a.cif").box is None and file.atoms.model.tolist() == [1, 1, 1]
     numbered = CIF.replace("_atom_site.occupancy", "_atom_site.pdbx_PDB_model_num")
     several = numbered.replace("2 3 0.5", "2 3 4").replace("2 9 ?", "2 9 4").replace("2 6 1.0", "2 6 7")
@@ -261,6 +293,7 @@ def test_mmcif_tells_the_box_and_each_place_of_the_sequence_once():
 
 
 def test_of_two_blocks_with_atoms_the_first_is_read(caplog):
+    assert len(read_mmcif(CIF + "data_empty\n", "a.cif").atoms) == 3
     assert len(read_mmcif(CIF + "data_empty\n" + CIF.replace("data_x", "data_y"), "a.cif").atoms) == 3
     assert caplog.messages == ["a.cif has 2 data blocks with atoms: the first is read"]
 
@@ -336,6 +369,9 @@ def test_a_fragment_of_two_residues_may_be_a_backbone_one_of_three_may_not(tmp_p
     assert read_molecule(write(tmp_path / "two.pdb", "".join(alpha[:2]) + "END\n")).n_atoms == 2
     with pytest.raises(InputError, match="20% of the heavy atoms"):
         read_molecule(write(tmp_path / "three.pdb", "".join(alpha) + "END\n"))
+    ion = atom_line("ZN", "ZN", "A", "9", (0, 9, 0), record="HETATM", element="ZN")
+    text = "".join(alpha[:2]) + ion + "END\n"
+    assert read_molecule(write(tmp_path / "ion.pdb", text), selection="all").n_atoms == 3
 
 
 def test_nucleic_acids_take_part_only_where_they_are_named(tmp_path):
@@ -347,6 +383,7 @@ def test_nucleic_acids_take_part_only_where_they_are_named(tmp_path):
     assert set(read_molecule(path, chains=["B"]).chain) == {"B"}
     assert set(read_molecule(path, residues="1-9").chain) == {"A"}  # both have a residue 1
     assert set(read_molecule(path, residues=["A:1", "B:1"]).chain) == {"A", "B"}
+    assert set(read_molecule(path, residues="1,B:1").chain) == {"A", "B"}
     assert set(read_molecule(path, residues=iter(["A:1", "B:1"])).chain) == {"A", "B"}
 
 

@@ -108,6 +108,28 @@ def test_what_cannot_be_read_is_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setattr(mdtraj_process, "_ask", lambda *_: (b"half an answer", -11))
     with pytest.raises(InputError, match=r"\(its reader crashed\)"):
         names(tmp_path / "bad.gro")
+    for answer, reason in ((b"", "its reader crashed"), (130 * b"x", 120 * "x")):
+        monkeypatch.setattr(mdtraj_process, "_ask", lambda *_, answer=answer: (answer, 1))
+        with pytest.raises(InputError, match=rf"\({reason}\)"):
+            names(tmp_path / "bad.gro")
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (ValueError("first\nsecond"), b"first"), (OSError(), b"its reader failed"),
+        (KeyError("x"), b"its reader failed"), (None, b"rows"),
+    ],
+)  # fmt: skip
+def test_the_reason_is_the_first_line_of_what_a_reader_says(tmp_path, monkeypatch, error, reason):
+    def read(path):
+        if error:
+            raise error
+        return b"rows"
+
+    monkeypatch.setattr(mdtraj_process, "_names", read)
+    assert mdtraj_process._answer(tmp_path / "sink", "names", "a.gro") == bool(error)
+    assert (tmp_path / "sink").read_bytes() == reason
 
 
 @pytest.mark.parametrize("ending", ["h5", "HDF5"])

@@ -1,13 +1,19 @@
 """A molecule cut to some atoms or one frame, its residues and topology; endings of files; the reading `recovered`."""
 
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
+from string import ascii_letters, ascii_uppercase, digits
 
 import numpy as np
 import pytest
+from gemmi import cif
 
 from sparsurf.molecules import formats
+from sparsurf.molecules.atom_table import AtomFile
+from sparsurf.molecules.conformations import Choice
 from sparsurf.molecules.mmcif import read_mmcif, write_mmcif
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.pdb import _written_chains
+from sparsurf.molecules.trajectory import Frames
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.read_surface import read_surface
 
@@ -42,10 +48,30 @@ def test_taken_atoms_count_their_residues_anew(molecule):
     assert molecule.take(molecule.name == "N").chain.tolist() == ["A", "A"]
 
 
+def test_by_default_the_protein_is_selected_and_what_is_left_out_is_told(molecule, caplog):
+    other = replace(molecule, kind=np.array(["protein", "protein", "other", "other", "other"]))
+    assert other.select(chains="A").name.tolist() == ["N", "CA"]
+    assert caplog.messages == ["the molecule: left out 1 GLY"]
+
+
 def test_one_frame_keeps_its_time_and_number(molecule):
     second = molecule.frame(1)
     assert second.xyz.shape == (1, 5, 3) and np.array_equal(second.xyz[0], molecule.xyz[1])
     assert (second.time_ps.tolist(), second.frame_number.tolist()) == ([20], [7])
+    assert molecule.frame(0).frame_number.tolist() == [3]
+
+
+def test_what_was_read_stays_as_it_is_and_is_told_apart_by_itself(molecule):
+    for each in (Molecule, AtomFile, Frames, Choice):
+        with pytest.raises(FrozenInstanceError):
+            object.__new__(each).box = None
+    assert len({molecule, replace(molecule), molecule}) == 2
+
+
+def test_labels_of_atoms(molecule):
+    labels = molecule.labels(np.array([3, 0]))
+    assert list(labels.columns) == ["chain", "residue", "residue_name", "atom_name", "atom"]
+    assert labels.to_numpy().tolist() == [["A", "2B", "GLY", "CA", 3], ["A", "1", "ALA", "N", 0]]
 
 
 def test_the_topology_has_chains_residues_and_elements(molecule):
@@ -55,6 +81,8 @@ def test_the_topology_has_chains_residues_and_elements(molecule):
     assert [residue.chain.index for residue in topology.residues] == [0, 0, 1]
     assert topology.select("segname B").tolist() == [4] and topology.atom(4).element.symbol == "VS"
     assert topology.atom(1).element.symbol == "C" and topology.n_bonds == 0
+    nameless = replace(molecule, residue=np.array(["", "", "2B", "2B", "1"]))
+    assert [residue.resSeq for residue in nameless.topology.residues] == [0, 2, 1]
 
 
 def test_one_frame_is_written(molecule, tmp_path):
@@ -73,11 +101,44 @@ def test_written_atoms_count_from_one_and_chains_end(molecule, tmp_path):
     ]  # fmt: skip
 
 
+def test_every_name_and_number_is_written_in_its_columns(molecule, tmp_path):
+    odd = replace(
+        molecule, name=np.array(["CA", "OXT", "HG11", "Ω", "ZN"]), residue_name=np.array(["HISE"] * 5),
+        chain=np.array(["A", "A", "AB", "AB", "AB"]), b_factor=np.array([np.nan, -200, 5000, 999.99, -99.99]),
+        xyz=np.array([[[12345.678, -1234.567, 1], [0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]]),
+    )  # fmt: skip
+    odd.write_pdb(tmp_path / "x.pdb")
+    lines = [line for line in (tmp_path / "x.pdb").read_text().splitlines() if len(line) > 3]
+    assert [line[12:16] for line in lines] == [" CA ", " OXT", "HG11", " ?  ", "ZN  "]
+    assert lines[0][30:54] == "12345.67-1234.56   1.000"
+    assert [line[17:22] for line in lines] == ["HIS A", "HIS A", "HISAB", "HISAB", "HISAB"]
+    assert [float(line[60:66]) for line in lines] == [0, -99.99, 999.99, 999.99, -99.99]
+
+
+def test_chains_keep_their_ids_if_all_have_two_letters_or_less():
+    assert _written_chains(np.array(["B", "AB", ""])) == ["B", "AB", ""]
+    assert _written_chains(np.array(["B", "ABC", "B", "C"])) == ["A", "B", "A", "C"]
+    letters = [*ascii_uppercase, *ascii_letters[:26], *digits]
+    assert _written_chains(np.array([f"L{k:02}" for k in range(62)])) == letters
+    assert _written_chains(np.array([f"L{k:02}" for k in range(63)]))[:2] == ["AA", "AB"]
+
+
 def test_nucleotides_are_written_as_parts_of_a_chain(molecule, tmp_path):
     kind = np.array(["protein", "protein", "nucleic", "nucleic", "other"])
     write_mmcif(tmp_path / "x.cif", "x", molecule.xyz[0], replace(molecule, kind=kind), np.zeros(5))
     hetero = read_mmcif((tmp_path / "x.cif").read_text(), "x.cif").atoms.hetero
     assert hetero.tolist() == [False, False, False, False, True]
+
+
+def test_atoms_of_mmcif_count_from_one_and_have_the_numbers_of_their_residues(molecule, tmp_path):
+    write_mmcif(tmp_path / "x.cif", "x", molecule.xyz[0], molecule, np.zeros(5))
+    rows = cif.read(str(tmp_path / "x.cif")).sole_block().find(
+        "_atom_site.", ["id", "label_atom_id", "label_asym_id", "label_seq_id"]
+    )  # fmt: skip
+    assert [list(row) for row in rows] == [
+        ["1", "N", "A", "1"], ["2", "CA", "A", "1"], ["3", "N", "A", "2"], ["4", "CA", "A", "2"],
+        ["5", "ZN", "B", "1"],
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,11 @@ from peptides import ALANINE, STEP, atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules import pdb
 from sparsurf.molecules import trajectory as trajectories
+from sparsurf.molecules.atom_table import box_vectors
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
-from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, residue_names
+from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, read_own, residue_names
+from sparsurf.molecules.trajectory import first_frame
 from sparsurf.molecules.unwrapping import make_whole
 from sparsurf.surfaces.radii import RADII, radii
 
@@ -87,7 +89,7 @@ def test_frames_at_some_times_are_read_without_the_others(example, monkeypatch):
         return found
 
     monkeypatch.setattr(trajectories, "frames", noted)
-    few = read_molecule(topology, trajectory, times=[-1, 7, 350.0, 350.2, 999.996, 5000])
+    few = read_molecule(topology, trajectory, times=[-1, 7, 350.0, 700.012, 999.996, 5000])
     assert asked == [(1, whole.n_atoms), (1001, 1), (4, whole.n_atoms)]
     assert few.frame_number.tolist() == few.time_ps.tolist() == [0, 7, 350, 1000]
     assert np.array_equal(few.xyz, whole.xyz[few.frame_number]) and equal_names(few, whole)
@@ -203,13 +205,19 @@ def test_chains_of_one_letterless_file_stay_apart(tmp_path):
 
 
 def test_end_and_model_separate_frames(tmp_path):
-    for separators in (("", "END\n", "END\n"), ("MODEL        3\n", "ENDMDL\nMODEL        7\n", "ENDMDL\n")):
+    for separators, numbers in (
+        (("", "END\n", "END\n"), (1, 2)),
+        (("MODEL        3\n", "ENDMDL\nMODEL        7\n", "ENDMDL\n"), (3, 7)),
+        (("MODEL 3\n", "ENDMDL\nMODEL 7\n", "ENDMDL\n"), (3, 7)),
+    ):
         text = separators[0] + peptide() + separators[1] + peptide(origin=(1, 0, 0)) + separators[2]
         path = write(tmp_path / "a.pdb", text)
         molecule = read_molecule(path)
-        assert molecule.n_frames == 2
+        assert molecule.n_frames == len(molecule.time_ps) == 2
         assert np.allclose(molecule.xyz[1] - molecule.xyz[0], (1, 0, 0))
-    assert np.array_equal(read_molecule(path, model=7).xyz[0], molecule.xyz[1])
+        for number, xyz in zip(numbers, molecule.xyz, strict=True):
+            assert np.array_equal(read_molecule(path, model=number).xyz[0], xyz)
+    assert read_molecule(write(tmp_path / "b.pdb", atom_line()), model=1).n_atoms == 1
     assert read_molecule(path, model=7).frame_number.tolist() == [1]
     with pytest.raises(InputError, match="no model 1: it has 3, 7"):
         read_molecule(path, model=1)
@@ -268,11 +276,12 @@ def test_lengths_in_nm_are_refused_but_atoms_that_touch_are_not(tmp_path):
         read_molecule(apart(0.15), selection="all")
     with pytest.raises(InputError, match=r"0\.49 Å apart"):
         read_molecule(apart(0.49), selection="all")
-    assert read_molecule(apart(0.51), selection="all").n_atoms == 250
-    halves = "".join(
-        atom_line("ZN", " ZN", residue=str(k), place=(0.1 * k, 0, 0), element="ZN") for k in range(9)
-    )
-    assert read_molecule(write(tmp_path / "b.pdb", halves), selection="all").n_atoms == 9
+    for gap in (0.51, 0.0):  # atoms that stand twice are no nm
+        assert read_molecule(apart(gap), selection="all").n_atoms == 250
+    halves = [atom_line("ZN", " ZN", residue=str(k), place=(0.1 * k, 0, 0), element="ZN") for k in range(10)]
+    assert read_molecule(write(tmp_path / "b.pdb", "".join(halves[:9])), selection="all").n_atoms == 9
+    with pytest.raises(InputError, match=r"0\.10 Å apart"):
+        read_molecule(write(tmp_path / "b.pdb", "".join(halves)), selection="all")
 
 
 def test_of_many_models_the_first_nine_are_named(tmp_path):
@@ -304,17 +313,20 @@ def test_a_model_is_a_whole_number_and_a_chain_has_a_name(tmp_path):
     assert read_molecule(nameless, chains="").n_atoms == read_molecule(nameless).n_atoms
 
 
-def test_of_many_chains_that_lack_residues_the_first_five_are_named(tmp_path, caplog):
-    chains = "ABCDEFG"
+@pytest.mark.parametrize(
+    ("chains", "count", "more"),
+    [("ABCDE", 15, ""), ("ABCDEF", 21, " and 1 more chain"), ("ABCDEFG", 28, " and 2 more chains")],
+)
+def test_of_many_chains_that_lack_residues_the_first_five_are_named(tmp_path, caplog, chains, count, more):
     sequences = "".join(
         f"SEQRES   1 {chain}    {5 + k}  " + (5 + k) * "ALA " + "\n" for k, chain in enumerate(chains)
     )
     atoms = "".join(peptide(chain=chain, origin=(0, 30 * k, 0)) + "TER\n" for k, chain in enumerate(chains))
     read_molecule(write(tmp_path / "a.pdb", sequences + atoms + "END\n"))
-    assert (
-        "no coordinates for 28 residues of the sequence: 1 in chain A, 2 in chain B, 3 in chain C, 4 in chain D, "
-        "5 in chain E and 2 more chains"
-    ) in caplog.text
+    listed = "1 in chain A, 2 in chain B, 3 in chain C, 4 in chain D, 5 in chain E"
+    assert caplog.messages[-1].endswith(
+        f"no coordinates for {count} residues of the sequence: {listed}{more}"
+    )
 
 
 def test_c_alphas_of_whole_residues_may_be_chosen(tmp_path, caplog):
@@ -381,13 +393,15 @@ def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, c
     path = write(tmp_path / "a.pdb", peptide() + free + rest)
     with caplog.at_level(logging.INFO, "sparsurf"):
         assert read_molecule(path).n_residues == 4
-    text = " ".join(caplog.messages)
-    assert all(each in text for each in ("1 GLY", "2 HOH", "1 ZN", "1 NAG"))
+    assert [(each.levelname, each.getMessage()) for each in caplog.records] == [
+        ("WARNING", f"{path}: left out 1 GLY"),
+        ("INFO", f"{path}: left out 2 HOH, 1 ZN, 1 NAG, 1 LIG"),
+    ]
     with_ligand = read_molecule(path, ligands=["NAG", "ZN"])
     assert with_ligand.n_residues == 6 and with_ligand.element[-2:].tolist() == ["ZN", "C"]
     every = read_molecule(path, ligands=True)  # but waters and single atoms: here the free amino acid
     assert every.n_residues == 5 and set(every.residue_name[every.kind == "other"]) == {"GLY"}
-    with pytest.raises(InputError, match="no ligand HEM: beside the polymers it has"):
+    with pytest.raises(InputError, match=r"no ligand HEM: .* it has GLY, HOH, LIG, NAG, ZN\.$"):
         read_molecule(path, ligands=["HEM"])
 
 
@@ -440,9 +454,9 @@ def test_residue_ranges(tmp_path, residues, expected):
 
 
 def test_a_range_that_only_another_chain_has_is_a_sentence(tmp_path):
-    path = write(tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", first=60, origin=(0, 0, 9)))
-    with pytest.raises(InputError, match=r"'60' is not in .*a\.pdb, which has A 1 to 4, B 60 to 63"):
-        read_molecule(path, residues="A:3,60")
+    path = write(tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", first=98, origin=(0, 0, 9)))
+    with pytest.raises(InputError, match=r"'99' is not in .*a\.pdb, which has A 1 to 4, B 98 to 101"):
+        read_molecule(path, residues="A:3,99")
 
 
 def test_real_insertion_codes_and_negative_numbers(shared):
@@ -459,7 +473,7 @@ def test_real_insertion_codes_and_negative_numbers(shared):
         ({"residues": "A:500-600"}, "'A:500-600' is not in .* has A 1 to 4"),
         ({"residues": "ten-12"}, "'ten-12' is not of the form"),
         ({"selection": "resname GLY"}, "the selection holds no atoms; .* 4 protein residues"),
-        ({"selection": "resname ==="}, "is no mdtraj expression"),
+        ({"selection": "resname ==="}, r"is no mdtraj expression \(\w.*\): see mdtraj.org\.$"),
         ({"selection": "__import__('os')"}, "is no mdtraj expression"),
         ({"hydrogens": "maybe"}, "neither keep nor remove"),
         ({"altloc": "lowest"}, "neither first, highest nor one letter"),
@@ -468,7 +482,7 @@ def test_real_insertion_codes_and_negative_numbers(shared):
         ({"residues": 5}, "residues is 5; it must be a string such as 'A:10-52A,60', or a list"),
         ({"chains": 5}, "chains is 5; it must be a string such as 'A,B', or a list"),
         ({"ligands": 5}, "ligands is 5; it must be a string such as 'HEM,ZN', or a list"),
-        ({"ligands": "HEM, ZN"}, "has no ligand HEM, ZN: beside"),
+        ({"ligands": "HEM, ZN"}, "has no ligand HEM, ZN: beside the polymers it has none.$"),
         (
             {"ligands": 999 * "Q,"},
             r"has no ligand (Q, ){33}Q\.\.\..* \(\d+ characters\): beside the polymers it has",
@@ -514,9 +528,12 @@ ALTLOCS = "".join(
         ("Q", [0, 1, 3, 5, 6]),
     ],
 )
-def test_altlocs(tmp_path, altloc, places):
+def test_altlocs(tmp_path, caplog, altloc, places):
     """One location throughout the residue; an atom that has only the other one is kept."""
-    assert read_molecule(write(tmp_path / "a.pdb", ALTLOCS), altloc=altloc).xyz[0, :, 0].tolist() == places
+    path = write(tmp_path / "a.pdb", ALTLOCS + atom_line("N", residue="2", place=(9, 0, 0)))
+    assert read_molecule(path, altloc=altloc).xyz[0, :, 0].tolist() == [*places, 9]
+    told = f"{path} has no alternate location Q (it has A, B): the first is taken"
+    assert (told in caplog.messages) == (altloc == "Q")
 
 
 def test_altlocs_of_different_residues_at_one_place(tmp_path):
@@ -617,6 +634,14 @@ def test_whole_agrees_with_mdtraj(example, tmp_path):
 def test_the_edges_of_a_box_may_touch_in_their_columns():
     box = pdb._box("CRYST111111.11122222.22233333.333  90.00  90.00  90.00 P 1           1")
     np.testing.assert_allclose(box, np.diag([11111.111, 22222.222, 33333.333]), rtol=0, atol=1e-5)
+    oblique = pdb._box("CRYST1   30.000   40.000   50.00070.000080.0000100.000P 1")
+    assert np.array_equal(oblique, box_vectors(30, 40, 50, 70, 80, 100))
+    assert pdb._box("CRYST1   30.000   40.000") is None
+
+
+@pytest.mark.parametrize("cell", [(1, 1, 1, 90, 90, 90), (1, 30, 30, 90, 90, 90), (30, 40, 50, 60, 60, 150)])
+def test_a_dummy_or_impossible_box_is_none(cell):
+    assert box_vectors(*cell) is None
 
 
 def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path):
@@ -634,6 +659,8 @@ def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path)
     )
     path = write(tmp_path / "cut.pdb", lines)
     assert np.abs(read_molecule(path, whole=False).xyz[0] - cut[:20]).max() < 0.001
+    own = write(tmp_path / "own.pdb", lines.partition("\n")[2])
+    assert read_own(own).n_atoms == 20  # taken as it is
     read = read_molecule(path)
     assert np.ptp(read.xyz[0] - whole[:20], axis=0).max() < 0.002  # three decimals, twice
 
@@ -643,15 +670,91 @@ def test_frames_in_memory_keep_their_times(tmp_path):
     both = mdtraj.Trajectory(np.concatenate([one.xyz, one.xyz + 1]), one.topology, time=[5.0, 25.0])  # nm
     molecule = from_mdtraj(both)
     assert molecule.time_ps.tolist() == [5, 25] and molecule.frame_number.tolist() == [0, 1]
+    assert molecule.residue.tolist() == np.repeat(["1", "2", "3", "4"], 5).tolist()
     assert molecule.xyz[1] - molecule.xyz[0] == pytest.approx(10, abs=1e-4)
 
 
-def test_a_molecule_is_joined_where_it_is_nearest_over_the_border_of_the_box():
-    # a rod of 28 Å in a box of 40 Å, and an atom 3 Å before its beginning, 9 Å behind its end
-    rod = np.column_stack([2.0 * np.arange(15), np.zeros(15), np.zeros(15)])
-    xyz = np.concatenate([rod, [[37.0, 0, 0]]])
-    joined = make_whole(xyz[None], np.diag([40.0, 40, 40])[None], np.arange(16))[0]
-    assert joined.tolist() == [*rod.tolist(), [-3.0, 0, 0]]
+@pytest.mark.parametrize(
+    ("keys", "count"),
+    [
+        ({}, 41), ({"chains": "B"}, 20), ({"residues": "A:1-2"}, 11), ({"selection": "name CB"}, 8),
+        ({"ligands": "LIG"}, 42), ({"hydrogens": "remove"}, 40),
+    ],
+)  # fmt: skip
+def test_atoms_of_a_trajectory_in_memory_are_chosen(tmp_path, keys, count):
+    hydrogen = atom_line("H", place=(0, 0, -1), element="H")
+    ligand = atom_line("C1", "LIG", "B", "9", (0, 0, 25), record="HETATM")
+    text = hydrogen + peptide() + peptide(chain="B", origin=(0, 0, 20)) + ligand + "END\n"
+    given = mdtraj.load(str(write(tmp_path / "a.pdb", text)), standard_names=False)
+    assert from_mdtraj(given, **keys).n_atoms == count
+
+
+def test_a_trajectory_in_memory_has_an_atom_and_nanometres(tmp_path):
+    given = mdtraj.load(str(write(tmp_path / "a.pdb", peptide() + "END\n")))
+    assert from_mdtraj(given.atom_slice([4])).n_atoms == 1
+    for n_atoms, n_frames in ((0, 1), (20, 0)):
+        with pytest.raises(InputError, match=f"{n_frames} frames of {n_atoms} atoms: give one with both"):
+            from_mdtraj(given.atom_slice(range(n_atoms))[:n_frames])
+    given.xyz /= 10
+    with pytest.raises(InputError, match="give lengths in nm, as mdtraj has them"):
+        from_mdtraj(given)
+
+
+def test_a_trajectory_is_left_as_it_is_where_asked_and_a_gro_file_may_give_the_names(tmp_path):
+    path, box = write(tmp_path / "a.pdb", peptide() + "END\n"), np.diag([40.0, 40, 40])
+    whole = read_molecule(path).xyz
+    cut = wrapped(whole, box, (36, 5, 5))
+    one = mdtraj.load(str(path))
+    one.xyz, one.unitcell_vectors = cut / 10, box[None] / 10
+    one.save(str(tmp_path / "a.gro"))
+    mdtraj.join([one, one]).save(str(tmp_path / "a.xtc"))
+    assert np.ptp(cut - whole, axis=1).max() > 30
+    for names in (path, tmp_path / "a.gro"):
+        as_it_is = read_molecule(names, tmp_path / "a.xtc", whole=False).xyz
+        assert as_it_is == pytest.approx(np.repeat(cut, 2, axis=0), abs=0.006)
+        joined = read_molecule(names, tmp_path / "a.xtc").xyz
+        assert len(joined) == 2 and np.ptp(joined - whole, axis=1).max() < 0.012
+    assert first_frame(tmp_path / "a.xtc", 20, path) == pytest.approx(cut[0], abs=0.006)
+
+
+def test_what_is_left_out_is_told_of_the_first_model_alone(tmp_path, caplog):
+    water = [atom_line("O", "HOH", residue=str(k), place=(k, 9, 9), record="HETATM") for k in (8, 9)]
+    models = (f"MODEL {k}\n{peptide()}{''.join(water[:k])}ENDMDL\n" for k in (1, 2))
+    path = write(tmp_path / "a.pdb", "".join(models))
+    with caplog.at_level(logging.INFO, "sparsurf"):
+        assert read_molecule(path).n_frames == 2
+    assert caplog.messages == [f"{path}: left out 1 HOH"]
+
+
+def test_a_box_and_a_bond_are_longer_than_some_length():
+    """Two atoms of a residue across the border: 2.4 Å apart they are bonded, 2.6 Å apart they are not."""
+    for side, gap, whole in ((16.0, 2.4, True), (14.9, 2.4, False), (16.0, 2.6, False)):
+        xyz = np.array([[[0.1, 0, 0], [side + 0.1 - gap, 0, 0]]])
+        made = make_whole(xyz, side * np.eye(3)[None], np.zeros(2, int), join=False)
+        assert made[0, 1, 0] == pytest.approx(0.1 - gap if whole else side + 0.1 - gap)
+
+
+@pytest.mark.parametrize(("count", "joined"), [(2, True), (100, True), (101, False)])
+def test_as_many_as_a_hundred_molecules_are_joined(count, joined):
+    xyz = np.zeros((1, count, 3))
+    xyz[0, :, 0] = np.append(5.0 * np.arange(count - 1), 595.0)  # the last one lies before the first
+    made = make_whole(xyz, 600 * np.eye(3)[None], np.arange(count))
+    assert made[0, -1, 0] == (-5 if joined else 595)
+
+
+@pytest.mark.parametrize("n", [16, 301])
+def test_a_molecule_is_joined_where_it_is_nearest_over_the_border_of_the_box(n):
+    # a rod, and an atom 5.4 Å behind its first atom or, over the border, 4.6 Å before its last
+    rod = np.column_stack([2.0 * np.arange(n)[::-1], np.zeros(n), np.zeros(n)])
+    xyz = np.concatenate([rod, np.add(rod[:1], (5.4, 0, 0))])
+    joined = make_whole(xyz[None], (2 * n + 8) * np.eye(3)[None], np.arange(n + 1))[0]
+    assert joined[:-1].tolist() == rod.tolist() and joined[-1] == pytest.approx([-4.6, 0, 0])
+
+
+@pytest.mark.parametrize("last", [14.9, np.nan])
+def test_a_box_with_a_side_that_is_no_length_cuts_nothing(last):
+    xyz = np.array([[[0.1, 0, 0], [38.0, 0, 0]]])
+    assert make_whole(xyz, np.diag([40, 40, last])[None], np.zeros(2, int)) is xyz
 
 
 def test_crystals_pass_unchanged(shared):

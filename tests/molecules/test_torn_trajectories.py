@@ -1,6 +1,7 @@
 """Trajectories in text formats that end within a frame."""
 
 import logging
+import struct
 
 import mdtraj
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.molecules.trajectory import whole_frames
+from sparsurf.molecules.trajectory import frames_of_use, table_of, warn_of_repeats, whole_frames
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 
@@ -74,6 +75,14 @@ def test_lines_are_counted_across_chunks(trajectory, frames, monkeypatch):
     assert whole_frames(trajectory[0], frames.n_atoms) == (3, False)
 
 
+@pytest.mark.parametrize(("n_atoms", "box"), [(1, False), (3, False), (5, True), (5, False)])
+def test_a_line_of_three_numbers_is_a_box_only_behind_a_longer_one(tmp_path, n_atoms, box):
+    numbers = [f"{k:8.3f}" for k in range(3 * n_atoms)]
+    lines = ["".join(numbers[k : k + 10]) for k in range(0, len(numbers), 10)] + box * ["".join(numbers[:3])]
+    (tmp_path / "a.mdcrd").write_text("title\n" + 4 * ("\n".join(lines) + "\n"))
+    assert whole_frames(tmp_path / "a.mdcrd", n_atoms) == (4, False)
+
+
 @pytest.mark.parametrize(("count", "stride", "read"), [(3, 1, [0, 1]), (3, 2, [0]), (4, 2, [0, 2])])
 def test_a_torn_last_frame_is_left_out_and_told(frames, tmp_path, caplog, count, stride, read):
     """mdtraj takes the last frame for whole where only a digit is missing."""
@@ -115,3 +124,55 @@ def test_a_dcd_file_with_a_frame_more_than_its_header_says(frames, tmp_path, cap
         with caplog.at_level(logging.WARNING, "sparsurf"):
             assert read_molecule(TOPOLOGY, path).n_frames == 5
         assert (f"goes on after the {announced} frames that its header announces" in caplog.text) == told
+
+
+def dcd(path, order, announced, count, cell):
+    """A DCD file of four atoms and `count` frames."""
+
+    def record(content):
+        return (length := struct.pack(order + "i", len(content))) + content + length
+
+    head = b"CORD" + struct.pack(order + "i", announced) + bytes(76)
+    frame = (record(bytes(48)) if cell else b"") + 3 * record(bytes(16))
+    path.write_bytes(record(head) + record(bytes(84)) + record(struct.pack(order + "i", 4)) + count * frame)
+    return path
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("cell", [False, True])
+def test_frames_of_a_dcd_file_are_counted_by_its_size(tmp_path, caplog, order, cell):
+    for announced, count, stride, words in (
+        (100, 100, 1, ""), (99, 100, 1, "goes on after the 99"), (1, 2, 1, "goes on after the 1 "), (0, 2, 1, ""),
+        (101, 100, 1, "cut short"), (100, 100, 2, ""), (103, 100, 2, "its header announces 103 frames, 50 were read"),
+    ):  # fmt: skip
+        caplog.clear()
+        path, found = dcd(tmp_path / "a.dcd", order, announced, count, cell), -(-count // stride)
+        assert frames_of_use(path, 4, found, stride) == found
+        assert words in caplog.text and bool(words) == bool(caplog.text), (announced, count, stride)
+
+
+@pytest.mark.parametrize(
+    ("order", "told"),
+    [("abab", True), ("aabaab", True), ("ababb", True), ("aaaa", False), ("abba", False), ("aa", False)],
+)
+def test_a_second_half_that_repeats_the_first_is_told_where_anything_moves(caplog, order, told):
+    places = {"a": [[0, 0, 0], [1, 0, 0]], "b": [[0, 0, 0], [1, 1, 0]]}
+    xyz = np.array([places[each] for each in order])
+    warn_of_repeats("a.dcd", xyz, np.full(len(order), np.nan))
+    assert ("its second half repeats the first" in caplog.text) == told
+
+
+def test_time_that_stands_still_and_then_goes_back(caplog):
+    xyz = np.arange(12.0).reshape(4, 1, 3)
+    warn_of_repeats("a.xtc", xyz, np.array([0, 5, 5, 3.0]))
+    warn_of_repeats("a.dcd", xyz, np.array([0, 5, 5, 3.0]))  # whose times mean nothing
+    assert caplog.messages == ["a.xtc: time goes back to 3 ps at frame 3; were two trajectories joined?"]
+
+
+def test_the_table_of_a_topology():
+    rows = [("N", "ALA", "A", 4, "N", 0), ("CA", "ALA", "A", 4, "C", 0), ("N", "ALA", "A", 5, "N", 1)]
+    table = table_of(rows, first_number=1)
+    assert table.residue.tolist() == ["5", "5", "6"] and table.terminated.tolist() == [False, False, True]
+    assert table[["x", "y", "z", "b_factor"]].isna().all(axis=None)
+    same = table[["model", "hetero", "altloc", "occupancy"]].drop_duplicates().to_numpy().tolist()
+    assert same == [[1, False, "", 1.0]] and table_of(rows).residue[0] == "4"
