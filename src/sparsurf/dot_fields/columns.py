@@ -65,8 +65,8 @@ def column_of_atoms(path, name, molecule):
 
 
 def columns_of(path):
-    """Names of the columns of a table that the fields of a study may have, see `column_of_atoms`."""
-    return [name for name in _read(path).columns if name not in TAKEN]
+    """Names of the columns of a table, see `column_of_atoms`."""
+    return [*_read(path).columns]
 
 
 def _read(path):

@@ -183,8 +183,8 @@ def _but_own_fields(errors, config):
         return [error for error in errors if error not in unknown]  # a table may be among the mistakes
     tables = [entry["table"] for entry in config["proteins"].values() if "table" in entry] if unknown else []
     if tables:
-        from sparsurf.dot_fields.columns import columns_of  # here: pandas, which few configs need
-    own = [columns_of(path) for path in tables]
+        from sparsurf.dot_fields.columns import TAKEN, columns_of  # here: pandas, which few configs need
+    own = [{*columns_of(path)} - TAKEN for path in tables]
     return [error for error in unknown if not (own and all(error.instance in names for names in own))]
 
 
