@@ -184,7 +184,7 @@ def _but_own_fields(errors, config):
     tables = [entry["table"] for entry in config["proteins"].values() if "table" in entry] if unknown else []
     if tables:
         from sparsurf.dot_fields.columns import TAKEN, columns_of  # here: pandas, which few configs need
-    own = [{*columns_of(path)} - TAKEN for path in tables]
+    own = [[name for name in columns_of(path) if name not in TAKEN] for path in tables]
     return [error for error in unknown if not (own and all(error.instance in names for names in own))]
 
 
