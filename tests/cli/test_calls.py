@@ -450,6 +450,64 @@ def test_kept_dots_of_residues_may_be_a_mask():
     assert table["kept"].sum() == len(few) and table.equals(sparsurf.residues(dots, kept=mask))
 
 
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"kept": [10**6]}, "kept: a subset is numbers from 0 to"),
+        ({"kept": [-1]}, "kept: a subset is numbers from 0 to"),
+        ({"kept": [1.7, 2.2]}, "kept: a subset is numbers from 0 to"),
+        ({"kept": np.ones(5, bool)}, "kept: a subset is numbers from 0 to"),
+        ({"kept": [1, 2], "weight": [1]}, r"weight has the shape \(1,\); the kept dots are 2"),
+        ({"roughness_values": [0.1, 0.2]}, r"roughness_values has the shape \(2,\)"),
+    ],
+)
+def test_residues_of_what_is_no_subset_are_refused(wrong, said):
+    dots = sparsurf.surface(
+        sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-210")
+    )
+    with pytest.raises(InputError, match=said):
+        sparsurf.residues(dots, **{"roughness_values": np.zeros(len(dots))} | wrong)
+    assert sparsurf.residues(dots, kept=np.zeros(len(dots), bool))["kept"].sum() == 0
+
+
+def test_components_go_by_the_rules_that_placed_the_dots():
+    molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
+    dots = sparsurf.surface(molecule, probe=0.8)
+    for found in (sparsurf.components(dots), sparsurf.components(molecule, dots)):
+        assert found[1]["dots"].tolist() == [len(dots)]
+    with pytest.raises(InputError, match=r"components: the dots were placed with probe=0\.8"):
+        sparsurf.components(molecule, dots, probe=3.0)
+
+
+def test_a_named_index_is_written_and_dots_of_another_frame_are_not(ready, tmp_path):
+    table = pd.DataFrame({"Z": [1.5]}, index=pd.Index(["mine"], name="subset"))
+    sparsurf.write(table, tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text() == "subset,Z\nmine,1.5\n"
+    sparsurf.write(table, tmp_path / "t.npz")
+    with np.load(tmp_path / "t.npz") as held:
+        assert held["subset"].tolist() == ["mine"]
+    data = ROOT / "data" / "tdp43"
+    molecule = sparsurf.read_molecule(
+        data / "topology.pdb", data / "trajectory.xtc", residues="209-210", stride=500
+    )
+    dots = sparsurf.surface(molecule, frame=1)
+    with pytest.raises(InputError, match="write: the dots are those of frame 1"):
+        sparsurf.write(dots, tmp_path / "x.dms", molecule=molecule)
+    sparsurf.write(dots, tmp_path / "x.dms", molecule=molecule, frame=1)
+
+
+def test_a_name_for_each_frame_may_not_be_that_of_the_input(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    dots = sparsurf.surface(
+        sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-210")
+    )
+    sparsurf.write(dots, "dots_0.csv")
+    before = (tmp_path / "dots_0.csv").read_bytes()
+    assert command.main(["roughness", "dots_0.csv", "-o", "dots_{frame}.csv"]) == 1
+    assert "dots_{frame}.csv is a file that is read" in capsys.readouterr().err
+    assert (tmp_path / "dots_0.csv").read_bytes() == before
+
+
 def test_a_part_of_the_dots_is_no_whole_surface():
     molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
     dots = sparsurf.surface(molecule)

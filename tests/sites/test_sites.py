@@ -105,6 +105,40 @@ def test_a_site_is_found_as_a_whole_with_its_pose(turned, tmp_path):
     assert np.sqrt(((laid.xyz - there.xyz) ** 2).sum(axis=2).mean()) < 1.0
 
 
+def test_a_site_is_laid_on_each_of_several_targets_and_targets_of_one_name_are_told_apart(tmp_path, capsys):
+    molecule = sparsurf.read_molecule(PEPTIDE, residues="209-216")
+    molecule.write_pdb(tmp_path / "q.pdb")
+    there = {}
+    for k, folder in enumerate("ab"):
+        (tmp_path / folder).mkdir()
+        turn = Rotation.from_rotvec([0.5 + k, 0.3, -1.0 * k]).as_matrix()
+        there[f"m{'' if not k else ' (2)'}"] = moved = replace(molecule, xyz=molecule.xyz @ turn + 30 * k + 5)
+        moved.write_pdb(tmp_path / folder / "m.pdb")
+    targets = [str(tmp_path / folder / "m.pdb") for folder in "ab"]
+    call = [
+        *targets,
+        "--residues",
+        "209-216",
+        "-o",
+        str(tmp_path / "h.csv"),
+        "--superpose",
+        str(tmp_path / "laid"),
+    ]
+    assert main(["find", str(tmp_path / "q.pdb"), *call, "--hits", "2"]) == 0
+    table = pd.read_csv(tmp_path / "h.csv")
+    assert sorted(table["target"]) == ["m", "m (2)"] and "2 targets are called m" in capsys.readouterr().err
+    for row in table.itertuples():
+        laid = sparsurf.read_molecule(tmp_path / "laid" / f"{row.rank:02d}_{row.target}.pdb")
+        assert np.sqrt(((laid.xyz - there[row.target].xyz) ** 2).sum(axis=2).mean()) < 2.0
+
+
+def test_each_place_gets_as_many_hits_as_asked_for_where_places_lie_densely(small):
+    dense = sparsurf.describe_sites(small / "a.pdb", percent=60)
+    few = sparsurf.find(dense, dense, at=range(5), n=10, percent=60)
+    assert few.groupby("query")["rank"].apply(list).tolist() == [list(range(1, 11))] * 5
+    assert (few.sort_values(["query", "rank"]).groupby("query")["score"].diff().dropna() <= 0).all()
+
+
 def test_saved_sites_come_back_and_are_small(sites, tmp_path):
     path = tmp_path / "a.sites"
     sites.save(path)
@@ -263,6 +297,9 @@ def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_pat
     assert main(["find", *call]) == 0
     said = capsys.readouterr().err
     assert "2 files of dots in" in said and "left out (few.csv, many.csv)" in said
+    (tmp_path / "other.sites").write_bytes((small / "percent.sites").read_bytes())
+    assert main(["find", *call]) == 0
+    assert "other.sites was described with other settings than QUERY" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

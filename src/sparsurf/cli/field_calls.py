@@ -1,5 +1,7 @@
 """`fields` and `residues`: numbers at the dots of a surface, and over its residues."""
 
+import numpy as np
+
 from sparsurf import InputError
 from sparsurf.cli.inputs import (
     agreed,
@@ -12,6 +14,7 @@ from sparsurf.cli.inputs import (
     same_frame,
 )
 from sparsurf.cli.roughness import roughness
+from sparsurf.cli.subsets import as_subset
 from sparsurf.dot_fields.registry import values
 from sparsurf.study.residues import residue_table
 from sparsurf.surfaces.surface import Surface
@@ -96,7 +99,14 @@ def residues(dots, molecule=None, *, roughness_values=None, kept=(), weight=None
     molecule = origin_of(dots, "residues").molecule if molecule is None else as_molecule(molecule)
     if not 0 <= dots.atom.min() <= dots.atom.max() < molecule.n_atoms:
         raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
-    values = roughness(dots) if roughness_values is None else roughness_values
+    values = roughness(dots) if roughness_values is None else np.asarray(roughness_values)
+    if values.shape != (len(dots),):
+        raise InputError(
+            f"residues: roughness_values has the shape {values.shape}; the dots are {len(dots)}."
+        )
     kept = as_array(kept, len(dots), "kept")
-    weight = [1] * len(kept) if weight is None else weight
+    kept = as_subset("kept", kept, len(dots)) if len(kept) else kept
+    weight = np.ones(len(kept), int) if weight is None else np.asarray(weight)
+    if weight.shape != kept.shape:
+        raise InputError(f"residues: weight has the shape {weight.shape}; the kept dots are {len(kept)}.")
     return residue_table(dots, values, molecule, kept, weight)

@@ -1,6 +1,7 @@
 """`describe_sites` and `find`: the same site on other surfaces, as functions and as `sparsurf find`."""
 
 import logging
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -127,7 +128,7 @@ def found(query, targets, at=None, residues=None, n=10, percent=10, fields=FIELD
     _refuse_other_settings(whole, percent, fields)
     many = targets if isinstance(targets, list | tuple) else [targets]
     percent, fields = whole.settings["percent"], whole.fields
-    others = [as_sites(each, percent, fields) for each in many]
+    others = _told_apart([as_sites(each, percent, fields) for each in many])
     if residues is not None:
         hits = find_site(whole.take(places_of_residues(whole, residues)), others, n)
         return hits.table, hits.poses
@@ -160,6 +161,23 @@ def _refuse_other_settings(sites, percent, fields):
             raise InputError(
                 f"{key}: {sites.name} was described with {shown}; leave the option out, or give the structure."
             )
+
+
+def _told_apart(targets):
+    """Targets of one name with numbers behind it, in their order."""
+    count, out = {}, []
+    for each in targets:
+        count[each.name] = count.get(each.name, 0) + 1
+        out.append(replace(each, name=f"{each.name} ({count[each.name]})") if count[each.name] > 1 else each)
+    for name in (name for name, n in count.items() if n > 1):
+        log.warning(
+            "%d targets are called %s: in the order given, they are %s, %s (2), ...",
+            count[name],
+            name,
+            name,
+            name,
+        )
+    return out
 
 
 def _is_sites(given):
@@ -292,7 +310,10 @@ def _sites_of(target, query):
         )  # fmt: skip
     for file in progress.each(files, f"targets in {target}"):
         try:
-            described.append(as_sites(file, *how))
+            found = as_sites(file, *how)
+            if found.settings["percent"] != how[0] or not {*how[1]} <= {*found.fields}:
+                raise InputError(f"{file} was described with other settings than QUERY; describe it again.")
+            described.append(found)
         except InputError as error:
             log.warning("left out: %s", error)
     if not described:
@@ -303,8 +324,7 @@ def _sites_of(target, query):
 def _superpose(asked, table, poses):
     folder = Path(asked.superpose)
     folder.mkdir(parents=True, exist_ok=True)
-    molecule = read_molecule(asked.file)
+    molecule = read_molecule(asked.file).frame(0)
     for row, pose in zip(table.itertuples(), poses, strict=True):
-        laid = molecule.frame(0)
-        laid.xyz[0] = molecule.xyz[0] @ pose.turn + pose.shift
+        laid = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
         laid.write_pdb(folder / f"{row.rank:02d}_{row.target}.pdb")

@@ -122,6 +122,9 @@ def components(molecule, dots=None, *, frame=0, probe=1.4, radii="dms"):
         probe, radii = rules["probe"], rules["radii"]
     elif dots is None:
         dots = surface(molecule, frame=frame, probe=probe, radii=radii)
+    elif getattr(dots, "origin", None) is not None:
+        rules = agreed(dots.origin, "components", probe=probe, radii=radii).rules
+        probe, radii = rules["probe"], rules["radii"]
     probe = PROBE.check(probe, "probe")
     molecule, frame, values = _spheres(molecule, frame, radii)
     same_frame(dots, molecule, frame, "components")

@@ -3,6 +3,7 @@
 import gzip
 import importlib
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -13,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.cli.inputs import same_frame
 from sparsurf.dot_fields.columns import TAKEN
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.csv import DIGITS
@@ -82,9 +84,14 @@ def check(asked, formats):
     formats : tuple of suffixes
     """
     read = [getattr(asked, key, None) for key in ("file", "trajectory", "around", "table", "charges")]
-    for given in [*read, *getattr(asked, "targets", ())]:
-        there = given and os.path.isfile(asked.output) and os.path.exists(given)
-        if there and os.path.samefile(given, asked.output):
+    folder, _, name = str(asked.output).rpartition(os.sep)
+    names = re.compile(re.escape(name).replace(re.escape(FRAME), r"\d+"))  # of a file for each frame
+    for given in filter(None, [*read, *getattr(asked, "targets", ())]):
+        there = os.path.isfile(asked.output) and os.path.exists(given)
+        own = FRAME in name and names.fullmatch(os.path.basename(given)) and os.path.isdir(folder or ".")
+        if (there and os.path.samefile(given, asked.output)) or (
+            own and os.path.samefile(os.path.dirname(given) or ".", folder or ".")
+        ):
             raise InputError(f"{asked.output} is a file that is read; name another one to write.")
     suffix = _place(asked.output, asked.format, formats)[0]
     if suffix in BY_TRIMESH:
@@ -202,7 +209,8 @@ def mesh_dots(mesh):
 
 
 def write_table(output, format_given, table, arrays=None):
-    """Write a DataFrame as CSV, or arrays by name (its columns without) as npz; see `write`."""
+    """Write a DataFrame as CSV, or arrays by name (its columns without) as npz; see `write`. A named index is a column."""
+    table = table.reset_index() if table.index.name else table
     writers = {
         ".csv": lambda path: _csv(path, table, "%.10g"),
         ".npz": lambda path: _npz(path, dict(table.items()) if arrays is None else arrays),
@@ -232,8 +240,10 @@ def write_result(thing, path, molecule=None, frame=0):
     if isinstance(thing, pd.DataFrame):
         write_table(path, None, thing)
         return
-    if isinstance(thing, Surface) and thing.origin and molecule is None:
-        molecule, frame, *_ = thing.origin
+    if isinstance(thing, Surface) and thing.origin:
+        if molecule is None:
+            molecule, frame, *_ = thing.origin
+        same_frame(thing, molecule, frame, "write")
     if hasattr(thing, "triangles"):
         thing = mesh_dots(thing)
     elif hasattr(thing, "weight"):

@@ -149,7 +149,7 @@ def _mesh(asked, few):
 
 
 def _to_dms(asked):
-    return (asked.format or asked.output.removesuffix(".gz").rpartition(".")[2]).lower() == "dms"
+    return (asked.format or asked.output.lower().removesuffix(".gz").rpartition(".")[2]).lower() == "dms"
 
 
 def _dense(points, normals, few, to_dms):

@@ -164,7 +164,7 @@ def compare(surface, subsets, *, reading="as_written", test_dots=400):
     if reading not in list(READINGS):  # a list: what a user gives may have no hash
         raise InputError(f"reading is {reading!r}; it must be one of {', '.join(READINGS)}.")
     test_dots = TEST_DOTS.check(test_dots, "test_dots", "published")
-    kept = [_dots(name, subset, len(ready.points)) for name, subset in subsets.items()]
+    kept = [as_subset(name, subset, len(ready.points)) for name, subset in subsets.items()]
     tests = ready.draw_tests(number_of_tests(test_dots, len(ready.points)))
     uniform = [
         law.uniform(len(ready.points), len(subset), ready.stream("compare", len(subset))) for subset in kept
@@ -197,7 +197,7 @@ def _combination(given):
     return Combination(*(Limits.check(*each) for each in zip(limits, values, names, strict=True)))
 
 
-def _dots(name, subset, n_dots):
+def as_subset(name, subset, n_dots):
     """(n,) int64, after a check that they are dots of the surface, each once."""
     subset = as_array(subset, n_dots, name)
     sound = subset.ndim == 1 and subset.dtype.kind in "iu" and len(subset)

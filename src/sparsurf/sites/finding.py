@@ -60,17 +60,24 @@ def find_places(query, targets, n=10, threads=1, learned=None):
     sizes = [len(target) for target in targets]
     owner = np.repeat(np.arange(len(targets)), sizes)
     begin = np.concatenate([[0], np.cumsum(sizes)])
-    distance, place = nearest_places(q, every, min(8 * n, len(every)), threads)
-    score = (middle[:, None] - np.log(np.maximum(distance, 1e-6))) / spread[:, None]
-    rows = []
-    for i in range(len(q)):
-        taken = []
-        for k, s in zip(place[i], score[i], strict=True):
-            target = targets[owner[k]]
-            at = target.points[k - begin[owner[k]]]
-            if len(taken) < n and not any(o == owner[k] and np.linalg.norm(at - x) < SAME for o, x in taken):
-                taken.append((owner[k], at))
-                rows.append(_row(i, len(taken), target, k - begin[owner[k]], s))
+    rows, left, many = {}, np.arange(len(q)), 8 * n
+    while len(left):
+        many = min(many, len(every))
+        distance, place = nearest_places(q[left], every, many, threads)
+        score = (middle[left, None] - np.log(np.maximum(distance, 1e-6))) / spread[left, None]
+        for i, near, own in zip(left, place, score, strict=True):
+            taken, rows[i] = [], []
+            for k, s in zip(near, own, strict=True):
+                target = targets[owner[k]]
+                at = target.points[k - begin[owner[k]]]
+                if len(taken) < n and not any(
+                    o == owner[k] and np.linalg.norm(at - x) < SAME for o, x in taken
+                ):
+                    taken.append((owner[k], at))
+                    rows[i].append(_row(i, len(taken), target, k - begin[owner[k]], s))
+        left = left[[len(rows[i]) < n for i in left]] if many < len(every) else []
+        many *= 4
+    rows = [row for i in range(len(q)) for row in rows[i]]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
