@@ -4,6 +4,7 @@ import argparse
 import gzip
 import os
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -468,6 +469,21 @@ def test_residues_of_what_is_no_subset_are_refused(wrong, said):
     with pytest.raises(InputError, match=said):
         sparsurf.residues(dots, **{"roughness_values": np.zeros(len(dots))} | wrong)
     assert sparsurf.residues(dots, kept=np.zeros(len(dots), bool))["kept"].sum() == 0
+
+
+@pytest.mark.parametrize("wish", [{"frame": 5}, {"probe": 3.0}, {"radii": "bondi"}])
+def test_rules_of_placing_dots_are_refused_for_dots(blob, wish):
+    for call in (partial(sparsurf.minimal, percent=10), sparsurf.floors, sparsurf.mesh):
+        with pytest.raises(InputError, match=f"{next(iter(wish))}=.* is about placing dots; leave it out"):
+            call(blob if call is not sparsurf.mesh else Surface(*blob), **wish)
+
+
+def test_a_recommendation_for_denser_dots_says_that_it_does_not_hold():
+    molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-216")
+    said = [
+        str(sparsurf.recommend(sparsurf.surface(molecule, density=density), 20)) for density in (10.0, "auto")
+    ]
+    assert ["the numbers below do not hold for it" in each for each in said] == [True, False]
 
 
 def test_components_go_by_the_rules_that_placed_the_dots():

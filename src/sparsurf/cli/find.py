@@ -141,7 +141,7 @@ def as_sites(given, percent=10, fields=FIELDS):
         return given
     if _is_sites(given):
         return load_sites(given)
-    if percent < 100 and isinstance(given, str | Path) and not is_structure(given):
+    if PERCENT.check(percent, "percent") < 100 and isinstance(given, str | Path) and not is_structure(given):
         gap = spacing(read_surface(given).points)
         if gap > FEW:
             log.warning(

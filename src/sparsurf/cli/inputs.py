@@ -100,6 +100,15 @@ def agreed(origin, name, **wishes):
     return origin
 
 
+def placed_already(name, **wishes):
+    """Raise InputError where dots that know no molecule are to be placed by a rule."""
+    for key, value in wishes.items():
+        if value != PLACED_BY[key]:
+            raise InputError(
+                f"{name}: {key}={value!r} is about placing dots; leave it out, or give the molecule."
+            )
+
+
 def same_frame(dots, molecule, frame, name):
     """Raise InputError where dots know that they are of another frame of a molecule with several."""
     own = getattr(dots, "origin", None)

@@ -16,6 +16,7 @@ from sparsurf.cli.inputs import (
     check_frame,
     is_file_of_dots,
     origin_of,
+    placed_already,
     same_frame,
 )
 from sparsurf.molecules.molecule import Molecule
@@ -176,6 +177,7 @@ def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms", caviti
     if isinstance(molecule, Surface) or hasattr(molecule, "weight") or is_file_of_dots(molecule):
         from sparsurf.recovery.mesh import recovered_mesh
 
+        placed_already("mesh", frame=frame, probe=probe, radii=radii)
         few = as_surface(molecule)
         how = {"density": density, "threads": available_cores()}
         found = recovered_mesh(few.points, few.normals, step_of(density), **how)

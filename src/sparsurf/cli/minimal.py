@@ -4,7 +4,16 @@ from dataclasses import replace
 
 from sparsurf import InputError
 from sparsurf.cli import options, outputs
-from sparsurf.cli.inputs import PERCENT, SEED, Limits, agreed, as_molecule, as_surface, has_atoms
+from sparsurf.cli.inputs import (
+    PERCENT,
+    SEED,
+    Limits,
+    agreed,
+    as_molecule,
+    as_surface,
+    has_atoms,
+    placed_already,
+)
 from sparsurf.cli.making import rules_of, surface
 from sparsurf.cli.subsets import prepare
 from sparsurf.patches.index import D_LINK
@@ -172,6 +181,9 @@ def _dots_of(given, frame, how):
         molecule, frame, rules, *_ = agreed(given.placed, "minimal", frame=frame, **wishes)
         return given, _laid_on(molecule, frame, **rules), molecule
     if not has_atoms(given):
+        placed_already(
+            "minimal", frame=frame, **{key: value for key, value in how.items() if key != "d_link"}
+        )
         return as_surface(given), {}, None
     molecule = as_molecule(given)
     return surface(molecule, frame=frame, **how), _laid_on(molecule, frame, **how), molecule

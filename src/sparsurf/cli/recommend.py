@@ -78,10 +78,14 @@ def recommend(given, percent=N_S, results=None):
     """
     percent, evidence = PERCENT.check(percent, "percent"), read_run(Path(results or EVIDENCE))
     if isinstance(given, Real):
-        mean = ROUGHNESS.check(given, "roughness")
+        mean, note = ROUGHNESS.check(given, "roughness"), ""
     else:
-        mean = _mean(_bare(given, evidence["surfaces"].iloc[0]), evidence)
-    return Answer(answer(evidence, mean, percent, stream(0, "recommend")).strip())
+        dots = _bare(given, evidence["surfaces"].iloc[0])
+        mean, note = (
+            _mean(dots, evidence),
+            spacing_note(spacing(dots.points), evidence["surfaces"]["spacing"]),
+        )
+    return Answer(f"{note}\n{answer(evidence, mean, percent, stream(0, 'recommend'))}".strip())
 
 
 def _bare(given, rules):
