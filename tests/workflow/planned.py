@@ -14,7 +14,7 @@ from snakemake.settings.types import ConfigSettings, OutputSettings, Quietness, 
 
 
 def planned(snakefile, folder, config):
-    """Rule of each job, its input, output and params, their names, and what it goes by, as Snakemake will note it."""
+    """Rule of each job, its input, output, log and params, their names, and what it goes by, as Snakemake notes it."""
     with SnakemakeApi(OutputSettings(quiet={Quietness.ALL})) as api:
         given = api.workflow(
             ResourceSettings(cores=2),
@@ -29,6 +29,7 @@ def planned(snakefile, folder, config):
                 "rule": job.rule.name,
                 "input": list(map(str, job.input)),
                 "output": list(map(str, job.output)),
+                "log": list(map(str, job.log)),
                 "names": {
                     part: {name: str(each) for name, each in getattr(job, part).items()}
                     for part in ("input", "output", "params")

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 from matplotlib.image import imread
+from noted import noted
 
 from conftest import ROOT
 from peptides import peptide, write
@@ -229,10 +230,12 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
     assert {words[0] for words in commands} == {"open", "cartoon", "surface", "color", "set", "view"}
     assert f"partner_1 or partner_2, {low}, {high}" in Path(outputs["pml"]).read_text()
     buried = dots[(dots["partner"] == 1) | (dots["residue"] != 3)]  # as if the lysine had no dots
-    buried.to_csv(out / "buried.csv", index=False)
+    buried.replace({"residue_name": {"GLY": "NA"}}).to_csv(out / "buried.csv", index=False)  # as of sodium
     tabulate_pair_residues.main(sides | {"dots": str(out / "buried.csv")}, outputs)
     written = [line for line in Path(outputs["pdb_2"]).read_text().split("\n") if line[17:20] == "LYS"]
     assert len(written) > 0 and {line[60:66] for line in written} == {" -1.00"}
+    names = pd.read_csv(outputs["residues"], keep_default_na=False)["residue_name"]
+    assert names.tolist() == ["ALA", "LEU", "LYS", "NA", "ALA", "LEU", "NA"]
 
     drawn = {"png": str(out / "book.png")} | {f"view_{k}": str(out / f"view_{k}.html") for k in (1, 2)}
     draw_pair.main(sides | {"dots": files["dots"]}, drawn, settings, "touching")
@@ -248,13 +251,15 @@ def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
     assert (out / "thinning.svg").is_file()
 
 
-def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, touching):
+def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, touching, monkeypatch):
     pair = {"files": ["both_r.pdb", "far.pdb"]}
     first, second = str(folder / "both_r.pdb"), str(folder / "far.pdb")
+    judged = noted(monkeypatch, matching, "agreement")
     out, sides, files = made(folder, settings, pair, "apart", first=first, second=second)
+    assert [call[3:] for call in judged] == [(3.5, settings["seed"], 1)] * 2
     assert told(files["page"]) == []
     assert 'href="residues.csv"' in Path(files["page"]).read_text(encoding="utf-8")
-    assert len(pd.read_csv(files["agreement"])) == 0
+    assert len(pd.read_csv(files["agreement"])) == len(pd.read_csv(files["contacts"])) == 0
     assert pd.read_csv(files["dots"])["propensity_smoothed"].notna().all()
     drawn = {"png": str(out / "book.png")} | {f"view_{k}": str(out / f"view_{k}.html") for k in (1, 2)}
     draw_pair.main(sides | {"dots": files["dots"]}, drawn, settings, "apart")
@@ -268,12 +273,24 @@ def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, to
     summary = {key: str(out / f"{key}.csv") for key in ("table", "means", "page")} | {
         "png": str(out / "pairs.png")
     }
+    drawn = noted(monkeypatch, summarise_pairs, "over_pairs")
     summarise_pairs.main({"tables": [touching[2]["agreement"], files["agreement"]]}, summary)
+    run = folder.parent.name  # as if it were results/<run>/pairs/<pair>
+    assert drawn[0][0] == run and f"All pairs: {run}<" in Path(summary["page"]).read_text(encoding="utf-8")
     means = pd.read_csv(summary["means"]).set_index("score")["mean"]
     assert means["propensity_smoothed"] > 0 and len(told(summary["page"])) == 1
     assert "1 of 2 pairs" in Path(summary["page"]).read_text(encoding="utf-8")
     summarise_pairs.main({"tables": [files["agreement"]]}, summary)
     assert told(summary["page"]) == [] and len(pd.read_csv(summary["means"])) == 0
+
+
+def test_a_partner_of_several_models_is_refused(folder, settings, tmp_path):
+    model = f"MODEL 1\n{peptide(SEQUENCE)}ENDMDL\n"
+    two = write(tmp_path / "models.pdb", model + model.replace("MODEL 1", "MODEL 2") + "END\n")
+    with pytest.raises(InputError, match=r"^x: partner 1 has 2 models"):
+        make_partners.main(
+            {"first": two, "second": str(folder / "far.pdb")}, {}, {"files": []}, settings, "x"
+        )
 
 
 def test_chains_that_are_not_there_are_named(folder, settings):

@@ -32,111 +32,113 @@ OVER_TIME = {"ensemble.csv", "residues.csv", "residues_over_time.csv"}
 DEFECTS = ("sampling.moved_centre", "sampling.every_patch")
 OF_GRID = ("patches", "sampling", "evaluation", "seed")
 FIGURES = re.findall(r'^    "(\w+)":', re.search(r"^FIGURES = \{\n(.*?)^\}", WORKFLOW, re.M | re.S)[1], re.M)
-# Of an output of each rule: the names of its inputs, the settings, and the values of its other params
+RESIDUES = {"molecule_options": {"residues": "1-6"}}
+OF_MOVING = RESIDUES | {"contents": ["CONTENT moving.pdb"]}
+# Of an output of each rule: the names of its inputs, the settings, and its other params
 RULES = {
-    "compile_kernels": (".kernels_of_patches", set(), (), ["patches", "published"]),
-    "fetch_structure": ("got/download/got.pdb", set(), (), ["URL", "SHA256"]),
+    "compile_kernels": (".kernels_of_patches", set(), (), {"part": "patches", "descriptor": "published"}),
+    "fetch_structure": ("got/download/got.pdb", set(), (), {"url": "URL", "sha256": "SHA256"}),
     "choose_frames": (
         "moving/frames.csv",
         {"moving.pdb"},
         ("frames", "seed"),
-        [["CONTENT moving.pdb"], {"residues": "1-6"}],
+        OF_MOVING,
     ),
-    "draw_frames": ("moving/figures/frames.svg", FRAMES, (), []),
-    "make_surface": (f"{F0}/surface.dms", {"structures"} | KERNELS, ("surface", "patches.D_link"), []),
-    "take_surface": ("A1/c1/surface.npz", {"a1.npz"}, (), [["CONTENT a1.npz"]]),
-    "measure_roughness": (f"{F0}/roughness.csv", SURFACE | KERNELS, ("patches",), []),
+    "draw_frames": ("moving/figures/frames.svg", FRAMES, (), {}),
+    "make_surface": (f"{F0}/surface.dms", {"structures"} | KERNELS, ("surface", "patches.D_link"), {}),
+    "take_surface": ("A1/c1/surface.npz", {"a1.npz"}, (), {"contents": ["CONTENT a1.npz"]}),
+    "measure_roughness": (f"{F0}/roughness.csv", SURFACE | KERNELS, ("patches",), {}),
     "measure_floors": (
         f"{F0}/floors.csv",
         ROUGH | {"structure.pdb"},
         ("surface", "patches", *DEFECTS, "evaluation.test_dots", "seed"),
-        [{"residues": "1-6"}],
+        RESIDUES,
     ),
-    "evaluate_grid": (f"{F0}/grid.csv", ROUGH, OF_GRID, []),
-    "tabulate_best": (f"{F0}/ranges.csv", {"grid.csv", "distances.npz", "floors.csv"}, ("tables",), []),
+    "evaluate_grid": (f"{F0}/grid.csv", ROUGH, OF_GRID, {}),
+    "tabulate_best": (f"{F0}/ranges.csv", {"grid.csv", "distances.npz", "floors.csv"}, ("tables",), {}),
     "draw_figures": (
         f"{F0}/figures/subsets.svg",
         ROUGH | {"best.json", "grid.csv", "minimal.csv"} | ENOUGH,
         ("patches", *DEFECTS, "evaluation.test_dots", "minimal", "seed"),
-        [],
+        {},
     ),
     "take_minimal": (
         f"{F0}/minimal.csv",
         ROUGH | {"floors.csv", "ranges.csv", "structure.pdb", "scores.csv"},
         ("patches", *DEFECTS, "evaluation.test_dots", "minimal", "fields", "seed"),
-        ["CONTENT scores.csv"],
+        {"contents": "CONTENT scores.csv"},
     ),
     "draw_view": (
         f"{F0}/view.html",
         ROUGH | {"best.json", "grid.csv", "minimal.csv", "structure.pdb", "fields.npz", "fields.csv"},
         ("patches", *DEFECTS, "seed"),
-        [],
+        {},
     ),
     "tabulate_residues": (
         f"{F0}/residues.csv",
         ROUGH | {"minimal.csv", "structure.pdb", "fields.npz", "fields.csv"},
         (),
-        [],
+        {},
     ),
     "compare_samplers": (
         f"{F0}/compare.csv",
         ROUGH | {"grid.csv", "ranges.csv", "floors.csv", "structure.pdb"},
         ("surface", *OF_GRID[:3], "compare", "seed"),
-        [],
+        {},
     ),
-    "summarise_comparison": ("compare.csv", {"compare.csv"}, (), []),
+    "summarise_comparison": ("compare.csv", {"compare.csv"}, (), {}),
     "follow_frames": (
         "moving/ensemble/1of2.csv",
         {"moving.pdb"} | KERNELS,
         ("surface", "patches", *DEFECTS, "evaluation.readings", "ensemble", "seed"),
-        [["CONTENT moving.pdb"], {"residues": "1-6"}, "moving", (1, 2)],
+        OF_MOVING | {"protein": "moving", "part": (1, 2)},
     ),
     "follow_ensemble": (
         "moving/ensemble.csv",
         {"moving.pdb", "1of2.csv", "2of2.csv"},
         (),
-        [["CONTENT moving.pdb"], {"residues": "1-6"}],
+        OF_MOVING,
     ),
     "draw_ensemble": (
         "moving/figures/ensemble.svg",
         {"ensemble.csv", "residues.csv", "residues_over_time.csv"},
         ("ensemble",),
-        [],
+        {},
     ),
     "summarise_run": (
         "surfaces.csv",
         {"best.json", "ranges.csv", "grid.csv", "roughness.csv", "minimal.csv", "surface.npz"} | ENOUGH,
         ("patches", "minimal", "seed"),
-        [],
+        {},
     ),
     "make_partners": (
         "pairs/two/surface_1.npz",
         {"one.pdb", "two.pdb"} | KERNELS,
         ("surface", "patches.D_link"),
-        [["CONTENT one.pdb", "CONTENT two.pdb"], {"files": ["one.pdb", "two.pdb"]}],
+        {"contents": ["CONTENT one.pdb", "CONTENT two.pdb"], "pair": {"files": ["one.pdb", "two.pdb"]}},
     ),
     "match_partners": (
         f"{PAIR}/agreement.csv",
         PARTNERS[0] | PARTNERS[1] | KERNELS,
         ("patches", "complementarity", "seed"),
-        [{"proteins": ["moving", "got"]}],
+        {"pair": {"proteins": ["moving", "got"]}},
     ),
     "thin_pair": (
         f"{PAIR}/thinning.csv",
         PARTNERS[0] | PARTNERS[1] | KERNELS,
         ("patches", *DEFECTS, "complementarity", "seed"),
-        [],
+        {},
     ),
     "draw_pair": (
         f"{PAIR}/book.svg",
         {*PARTNERS[0], *PARTNERS[1], "propensity.csv"} | KERNELS,
         ("patches", *DEFECTS, "seed"),
-        [],
+        {},
     ),
-    "tabulate_pair_residues": (f"{PAIR}/residues.csv", {*PARTNERS[1], "propensity.csv"}, (), []),
-    "summarise_pairs": ("pairs/pairs.csv", {"agreement.csv"}, (), []),
-    "describe_places": (f"{F0}/places.sites", SURFACE | {"structure.pdb"} | KERNELS, (), []),
-    "find_site": (f"{SITE}/hits.csv", {*PLACES, "moving/f1/structure.pdb"}, (), [TURN]),
+    "tabulate_pair_residues": (f"{PAIR}/residues.csv", {*PARTNERS[1], "propensity.csv"}, (), {}),
+    "summarise_pairs": ("pairs/pairs.csv", {"agreement.csv"}, (), {}),
+    "describe_places": (f"{F0}/places.sites", SURFACE | {"structure.pdb"} | KERNELS, (), {}),
+    "find_site": (f"{SITE}/hits.csv", {*PLACES, "moving/f1/structure.pdb"}, (), {"site": TURN}),
     "draw_site": (
         f"{SITE}/site.svg",
         {*PLACES, "hits.csv", "poses.csv", "matches.csv"}
@@ -147,55 +149,55 @@ RULES = {
         }
         | KERNELS,
         ("patches", *DEFECTS, "seed"),
-        [TURN],
+        {"site": TURN},
     ),
-    "summarise_sites": ("sites/matrix.csv", {f"{SITE}/hits.csv", "sites/back/hits.csv"}, (), []),
+    "summarise_sites": ("sites/matrix.csv", {f"{SITE}/hits.csv", "sites/back/hits.csv"}, (), {}),
     "compare_forms": (
         "sites/bend/changes.csv",
         PARTNERS[0] | PARTNERS[1] | KERNELS,
         ("surface", "patches.D_link", "seed"),
-        [{"changes": ["moving", "got"]}],
+        {"site": {"changes": ["moving", "got"]}},
     ),
     "draw_changes": (
         "sites/bend/changes.svg",
         {*PARTNERS[0], *PARTNERS[1], "changes.csv"},
         ("patches", *DEFECTS, "seed"),
-        [{"changes": ["moving", "got"]}],
+        {"site": {"changes": ["moving", "got"]}},
     ),
     "reproduce_paper": (
         "paper_rows.csv",
         ROUGH | {"grid.csv", "ranges.csv", "best.json", "rough_and_flat.csv"} | ENOUGH,
         ("surface", *OF_GRID),
-        ["a1.npz", "A1/c1"],
+        {"path_to_surface": "a1.npz", "name": "A1/c1"},
     ),
     "collect_warnings": (
         "warnings.csv",
         None,
         (),
-        [
-            ["A1", "got", "moving", "pairs/both", "pairs/two", "sites/back", "sites/bend", SITE],
-            "JOBS",
-        ],
+        {
+            "places": ["A1", "got", "moving", "pairs/both", "pairs/two", "sites/back", "sites/bend", SITE],
+            "jobs": "JOBS",
+        },
     ),
-    "write_front_page": ("index.html", None, (), [{}, "fresh dots"]),
+    "write_front_page": ("index.html", None, (), {"without": {}, "floor": "fresh dots"}),
     "prepare_system": (
         "water/simulation/system",
         {"one.pdb"},
         ("seed",),
-        [["CONTENT one.pdb"], {}, {"ns": 1}],
+        {"contents": ["CONTENT one.pdb"], "chosen": {}, "simulate": {"ns": 1}},
     ),
     "simulate_stage": (
         "water/simulation/nvt",
         {"system", "minimise"},
         ("seed",),
-        [{"ns": 1}, "nvt", "results/all/water/simulation/.running/nvt"],
+        {"simulate": {"ns": 1}, "stage": "nvt", "work": "results/all/water/simulation/.running/nvt"},
     ),
-    "judge_simulation": ("water/simulation/quality.csv", {"system", *STAGES}, (), [{"ns": 1}]),
+    "judge_simulation": ("water/simulation/quality.csv", {"system", *STAGES}, (), {"simulate": {"ns": 1}}),
     "take_all_steps": (
-        "one/c1/surface.npz",
-        {"structures", "scores.csv"} | KERNELS,
+        "moves/f0/surface.npz",
+        {"structures", "scores.csv", "one.pdb", "moves.xtc", "frames.csv"} | KERNELS,
         ("surface", "patches", "minimal", "fields", "seed", *DEFECTS, "evaluation.test_dots"),
-        [{"residues": "1-6"}, "CONTENT scores.csv"],
+        RESIDUES | {"contents": "CONTENT scores.csv"},
     ),
 }
 SOMETIMES = {  # inputs that no job of these studies has
@@ -208,6 +210,7 @@ ENDS = {  # of outputs that are not named after their file
     "bins": "/rough_and_flat.csv", "dots": "/propensity.csv", "given_back": "/fields.csv", "whole": "/surface.ply",
     "runs": "/paper_as_published.csv", "mark": "", "folder": "",
 }  # fmt: skip
+OF_OUTPUTS = {"folder": "results/all", "path_to_part": "results/all/moving/ensemble/1of2.csv.part"}  # params
 ONLY_READ = {"all", "fetch_structure", "follow_frames"}  # rules of which nothing is asked for in the end
 
 
@@ -219,7 +222,8 @@ def plans(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("planned")
     given = everything.given(folder, "http://127.0.0.1:9") | {"minimal": {"sampler": "paper"}}
-    for name, frames in (("got", 1), ("moving", 2)):
+    (folder / "moves.xtc").touch()
+    for name, frames in (("got", 1), ("moving", 2), ("moves", 1)):
         place = folder / "results" / "all" / name
         for part in ("download", "structures"):
             (place / part).mkdir(parents=True)
@@ -229,7 +233,8 @@ def plans(tmp_path_factory):
             (place / table).write_text("conformation\n" + "".join(f"f{k}\n" for k in range(frames)))
     once = {"structure": "one.pdb", "residues": "1-6", "table": "scores.csv"}
     water = {"structure": "one.pdb", "simulate": {"ns": 1}}
-    steps = {"run": "all", "proteins": {"one": once, "water": water}, "sampling": False, "fields": ["score"]}
+    proteins = {"one": once, "moves": once | {"trajectory": "moves.xtc"}, "water": water}
+    steps = {"run": "all", "proteins": proteins, "sampling": False, "fields": ["score"]}
     before = Path.cwd()
     os.chdir(folder)
     try:
@@ -291,6 +296,23 @@ def test_every_figure_is_drawn(jobs):
     assert len(FIGURES) == 7 and all(each == {*FIGURES, "bins", "svgs"} for each in names)
 
 
+def test_a_figure_is_two_files_of_its_rule(jobs):
+    for job in jobs:
+        ends = [{file[:-4] for file in job["output"] if file.endswith(end)} for end in (".png", ".svg")]
+        assert {path for path in ends[0] if not path.endswith("/view")} == ends[1], job["rule"]
+
+
+def test_a_job_has_a_log_of_its_own_beside_those_of_its_place(plans):
+    names = {"choose_only_frame": "choose_frames", "fetch_structure": "fetch", "simulate_stage": "simulate"}
+    for _, jobs in plans[1]:
+        logs = [(job, *job["log"]) for job in jobs if job["rule"] in {*RULES, "choose_only_frame"}]
+        assert len({log for _, log in logs}) == len(logs)
+        for job, log in logs:
+            folder, _, name = log.removeprefix("results/all/logs/").rpartition("/")
+            assert name.startswith(names.get(job["rule"], job["rule"]))
+            assert all(path.startswith(f"results/all/{folder}") for path in job["output"])
+
+
 def test_a_run_asks_for_all_that_its_rules_make(plans):
     (_, jobs), _ = plans[1]
     inputs = {(job["rule"], *job["output"][:1]): {*job["input"]} for job in jobs}
@@ -327,8 +349,11 @@ def test_a_rule_reads_and_goes_by_what_it_should(plans, rule):
         assert {name if name in inputs else Path(name).name for name in read} == inputs
     figures = FIGURES if rule == "draw_figures" else ()
     expected = code_digests.made_by(config, f"{rule}.py", *sections, figures=figures)
-    rest = [filled(each, folder, config) for each in others]
-    assert job["goes by"] == sorted(map(repr, [*expected.values(), *rest]))
+    expected |= {name: filled(each, folder, config) for name, each in others.items()}
+    assert job["goes by"] == sorted(map(repr, expected.values()))
+    params = {name: value for name, value in job["names"]["params"].items() if name not in OF_OUTPUTS}
+    assert params == {name: str(each) for name, each in expected.items()}
+    assert all(job["names"]["params"].get(name, path) == path for name, path in OF_OUTPUTS.items())
 
 
 def filled(value, folder, config):

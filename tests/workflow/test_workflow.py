@@ -92,6 +92,7 @@ def test_every_promised_file_is_there(finished):
             "minimal.ply",
         ] + [f"figures/{name}.{end}" for name in FIGURES for end in ("png", "svg")]:
             assert (protein / conformation / name).stat().st_size > 0, name
+    assert "All surfaces: small<" in (protein.parent / "summary.html").read_text()
     bins = pd.read_csv(protein / "f0000" / "rough_and_flat.csv")
     drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
     assert drawn.to_list() == [10 * SMALL["evaluation"]["test_dots"]] * 2
