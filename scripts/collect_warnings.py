@@ -23,7 +23,9 @@ def main(inputs, outputs, places, jobs):
     there, rows = {*places, *(str(Path(path).parent) for path in inputs["results"])}, []
     logs = sorted((run_folder / LOGS).rglob("*.log"))
     old = replaced(logs)
-    for path in (log for log in logs if log not in old):
+    for path in logs:
+        if path in old:
+            continue
         protein, conformation, job = place(path, run_folder / LOGS)
         names = f"{protein}/{conformation}", str(run_folder / protein / conformation)
         chosen = not CONFORMATION.fullmatch(conformation) or not there.isdisjoint(names)

@@ -17,6 +17,7 @@ from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import called
 from sparsurf.study import rough_and_flat
 from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.floors import FRESH
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.surface import Surface
@@ -53,7 +54,7 @@ def main(inputs, outputs, settings, name, threads):
         surface=surface,
         roughness=rough,
         best=best,
-        floor=settings["minimal"].get("floor", "fresh dots"),
+        floor=settings["minimal"].get("floor", FRESH),
         subsets=[
             *subsets,
             (f"minimal.csv, {called(_sampler(settings['minimal'])).words}", handed_out, layout.DARK),

@@ -165,18 +165,13 @@ def _refuse_other_settings(sites, percent, fields):
 
 def _told_apart(targets):
     """Targets of one name with numbers behind it, in their order."""
-    count, out = {}, []
+    numbers, out = {}, []
     for each in targets:
-        count[each.name] = count.get(each.name, 0) + 1
-        out.append(replace(each, name=f"{each.name} ({count[each.name]})") if count[each.name] > 1 else each)
-    for name in (name for name, n in count.items() if n > 1):
-        log.warning(
-            "%d targets are called %s: in the order given, they are %s, %s (2), ...",
-            count[name],
-            name,
-            name,
-            name,
-        )
+        k = numbers[each.name] = numbers.get(each.name, 0) + 1
+        out.append(replace(each, name=f"{each.name} ({k})") if k > 1 else each)
+    for name, k in numbers.items():
+        if k > 1:
+            log.warning("%d targets are called %s: their numbers follow the order given", k, name)
     return out
 
 

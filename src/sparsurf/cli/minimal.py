@@ -176,14 +176,12 @@ def chosen(dots, own, molecule, wishes, sampler, settled, seed, d_link):
 
 def _dots_of(given, frame, how):
     """Dots, what places others on the atoms, and the Molecule; the last two empty for dots alone."""
+    wishes = {key: value for key, value in how.items() if key != "d_link"}  # which serves all dots
     if isinstance(given, Surface) and given.placed:
-        wishes = {key: value for key, value in how.items() if key != "d_link"}  # which serves all dots
         molecule, frame, rules, *_ = agreed(given.placed, "minimal", frame=frame, **wishes)
         return given, _laid_on(molecule, frame, **rules), molecule
     if not has_atoms(given):
-        placed_already(
-            "minimal", frame=frame, **{key: value for key, value in how.items() if key != "d_link"}
-        )
+        placed_already("minimal", frame=frame, **wishes)
         return as_surface(given), {}, None
     molecule = as_molecule(given)
     return surface(molecule, frame=frame, **how), _laid_on(molecule, frame, **how), molecule

@@ -84,15 +84,8 @@ def check(asked, formats):
     formats : tuple of suffixes
     """
     read = [getattr(asked, key, None) for key in ("file", "trajectory", "around", "table", "charges")]
-    folder, _, name = str(asked.output).rpartition(os.sep)
-    names = re.compile(re.escape(name).replace(re.escape(FRAME), r"\d+"))  # of a file for each frame
-    for given in filter(None, [*read, *getattr(asked, "targets", ())]):
-        there = os.path.isfile(asked.output) and os.path.exists(given)
-        own = FRAME in name and names.fullmatch(os.path.basename(given)) and os.path.isdir(folder or ".")
-        if (there and os.path.samefile(given, asked.output)) or (
-            own and os.path.samefile(os.path.dirname(given) or ".", folder or ".")
-        ):
-            raise InputError(f"{asked.output} is a file that is read; name another one to write.")
+    if any(_writes_to(asked.output, file) for file in filter(None, [*read, *getattr(asked, "targets", ())])):
+        raise InputError(f"{asked.output} is a file that is read; name another one to write.")
     suffix = _place(asked.output, asked.format, formats)[0]
     if suffix in BY_TRIMESH:
         _trimesh(asked.output)
@@ -102,6 +95,18 @@ def check(asked, formats):
         raise InputError(
             f"{asked.output}: several frames need a CSV or {FRAME} in the name, such as dots_{FRAME}.ply."
         )
+
+
+def _writes_to(output, file):
+    """Whether `output`, for some frame where its name has {frame}, is a file that is there."""
+    folder, name = os.path.split(output)
+    if FRAME not in name:
+        return os.path.isfile(output) and os.path.exists(file) and os.path.samefile(file, output)
+    of_frame = re.escape(name).replace(re.escape(FRAME), r"\d+")
+    own, there = os.path.dirname(file) or ".", folder or "."
+    return bool(re.fullmatch(of_frame, os.path.basename(file))) and (
+        os.path.isdir(own) and os.path.isdir(there) and os.path.samefile(own, there)
+    )
 
 
 def _place(output, format_given, formats):

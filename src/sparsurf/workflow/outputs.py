@@ -66,22 +66,22 @@ class Outputs:
 
     @cached_property
     def _by_wildcards(self):
-        """Outputs of all rules by the names of their wildcards, those of a workflow that imports this one left out."""
+        """Outputs of all rules, each with its job, by the names of their wildcards; without those of an importing workflow."""
         found = {}
         for rule in self._workflow.rules:
+            job = _job(rule)
             for file in rule.output:
                 own = str(file).startswith(f"{self._files.run}/")
                 if own and not {"touch", "temp"} & file.flags.keys():
-                    found.setdefault(frozenset(file.get_wildcard_names()), []).append(file)
+                    found.setdefault(frozenset(file.get_wildcard_names()), []).append((file, job))
         return found
 
     def _made(self, but=(), **values):
         """Outputs for these values of wildcards, without those that a run goes `without` and those of the rules `but`;
         {path: whether the report shows it}."""
         found = {}
-        for file in self._by_wildcards.get(frozenset(values), ()):
+        for file, job in self._by_wildcards.get(frozenset(values), ()):
             path = str(file.apply_wildcards(values))
-            job = _job(file.rule)
             left_out = job in but or self._files.goes_without(*values.values(), job)
             if file.match(path) and not left_out:
                 found[path] = "report" in file.flags

@@ -55,23 +55,24 @@ def _logs_of(path, logs):
         yield from _logs_of_folder(logs.joinpath(*folders[:depth]))
 
 
-def _records(found):
+def _records(logs):
     """Size, time and checksum by path; of two logs of one path the newer one counts."""
-    records = {}
-    for log in sorted(found, key=lambda path: path.stat().st_mtime):
-        for line in lines(log, MADE):
-            size, time, digest, path = line.split(" ", 3)
-            records[path] = int(size), int(time), digest
-    return records
+    return {path: record for _, path, record in _made_by(logs)}
 
 
 def replaced(logs):
     """Those of some logs whose job made nothing that a later one has not made anew."""
-    last, made_by = {}, {}
+    made_by = [(log, path) for log, path, _ in _made_by(logs)]
+    last = {path: log for log, path in made_by}
+    return {log for log, _ in made_by} - {*last.values()}
+
+
+def _made_by(logs):
+    """A log, and path and (size, time, checksum) of an output that it tells of, the oldest log first."""
     for log in sorted(logs, key=lambda path: path.stat().st_mtime):
-        made_by[log] = [line.split(" ", 3)[3] for line in lines(log, MADE)]
-        last |= dict.fromkeys(made_by[log], log)
-    return [log for log, paths in made_by.items() if paths and log not in {last[path] for path in paths}]
+        for line in lines(log, MADE):
+            size, time, digest, path = line.split(" ", 3)
+            yield log, path, (int(size), int(time), digest)
 
 
 def _is_same(path, size, time, digest):
