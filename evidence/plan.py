@@ -15,6 +15,21 @@ from sparsurf.workflow.yaml_file import read_config
 
 HOME = Path(__file__).resolve().parents[1]
 WRITTEN = ("weights", "unrelated")  # keys of the config for files of the library that chains write
+# What reads and writes files: its results count, see read_structures.py, not its code
+READING = tuple(
+    f"/molecules/{name}.py"
+    for name in (
+        "atom_table",
+        "formats",
+        "mdtraj_process",
+        "mmcif",
+        "pdb",
+        "read_molecule",
+        "trajectory",
+        "unwrapping",
+    )
+) + tuple(f"/surfaces/formats/{name}.py" for name in ("compact", "csv", "dms", "ply", "vtp"))
+READ = HOME / "evidence" / "tables" / "structures_read.csv"
 
 
 @dataclass(frozen=True)
@@ -112,6 +127,19 @@ def study_file(path, name, prefix, source):
     return config | {"proteins": known}
 
 
+def revisions(path):
+    """How often what is read from structures has changed: the sum of a column of the table `READ`."""
+    if not Path(path).is_file():
+        return 0
+    with open(path, encoding="utf-8", newline="") as stream:
+        return sum(int(row["revision"]) for row in csv.DictReader(stream))
+
+
+def _beside(script):
+    """Path of a script of this folder from scripts/."""
+    return f"../evidence/{script}"
+
+
 def pairs(known):
     """The complexes and their two structures: 1a1u, those known bound, then those of which both forms are known.
 
@@ -128,9 +156,10 @@ def pairs(known):
 
 
 class Chain(NamedTuple):
-    """One chain: its mark, an empty file whose name tells code and settings, and its files by name."""
+    """One chain: its mark, an empty file whose name tells code and settings, the digest of its code, its files by name."""
 
     mark: str
+    code: str
     tables: dict
     figures: dict
 
@@ -143,18 +172,20 @@ class Chain(NamedTuple):
 class Chains:
     """The chains of a Snakefile.
 
-    A table that was made by other code or other settings lacks the mark of today's: it counts as missing.
+    A table that was made by other code or other settings lacks the mark of today's: it counts as missing. Code that reads
+    structures has a chain of its own; the others count as older only once it has read something else, as the table `READ` tells.
 
     Parameters
     ----------
     config : dict, with the folders `tables` and `figures`
+    read : path of the table
     """
 
-    def __init__(self, config):
-        self.config, self.known = config, {}
+    def __init__(self, config, read=READ):
+        self.config, self.known, self.revisions = config, {}, revisions(read)
         self.written = tuple(os.path.basename(config[key]) for key in WRITTEN if key in config)
 
-    def add(self, name, settings, scripts, tables=(), figures=(), of=()):
+    def add(self, name, settings, scripts, tables=(), figures=(), of=(), reads=False):
         """A chain, which is asked for.
 
         Parameters
@@ -163,19 +194,22 @@ class Chains:
         scripts : sequence of str, in this folder; "../scripts/x.py" for one of a study
         tables, figures : names of the files it makes
         of : chains that it draws
+        reads : whether it makes the table `READ`, and goes by the code that reads structures
         """
-        content = f"{self.code(*scripts)} {sorted(settings.items())} {[chain.mark for chain in of]}"
-        mark = f"{self.config['tables']}/made/{name}-{hashlib.sha256(content.encode()).hexdigest()[:16]}"
+        code = digest(*map(_beside, scripts)) if reads else self.code(*scripts)
+        text = f"{code} {sorted(settings.items())} {[chain.mark for chain in of]}"
+        mark = f"{self.config['tables']}/made/{name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
         self.known[name] = Chain(
             mark,
+            code,
             {each: f"{self.config['tables']}/{each}.csv" for each in tables},
             {each: f"{self.config['figures']}/{each}.png" for each in figures},
         )
         return self.known[name]
 
     def code(self, *scripts):
-        """Digest of the code behind scripts of this folder, without what chains write into the library."""
-        return digest(*(f"../evidence/{script}" for script in scripts), but=self.written)
+        """Digest of the code behind scripts of this folder, with how often structures were read as something else."""
+        return f"{digest(*map(_beside, scripts), but=(*self.written, *READING))}-{self.revisions}"
 
     def made_by(self, script, settings=None):
         """Params of a rule: `settings`, where it goes by any, and the digest of its code."""

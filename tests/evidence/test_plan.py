@@ -4,12 +4,14 @@ import gzip
 import hashlib
 from pathlib import Path
 
+import mdtraj
 import pytest
 
 import plan
+import read_structures
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.workflow import definitions
+from sparsurf.workflow import code_digests, definitions
 
 CONFIG = {"tables": "tables", "figures": "figures"}
 
@@ -98,3 +100,60 @@ def test_what_a_chain_writes_into_the_library_makes_it_no_older():
     assert plan.Chains(CONFIG | written).code(*scripts) != plan.Chains(CONFIG).code(*scripts)
     other = {key: f"elsewhere/{Path(path).name}" for key, path in written.items()}
     assert plan.Chains(CONFIG | other).code(*scripts) == plan.Chains(CONFIG | written).code(*scripts)
+
+
+def test_code_that_reads_ages_the_other_chains_only_once_it_reads_something_else(tmp_path, monkeypatch):
+    reached, codes = definitions.reached, {}
+    for edited in ("nothing", "/molecules/pdb.py", "/surfaces/formats/ply.py", "/molecules/geometry.py"):
+        monkeypatch.setattr(
+            definitions,
+            "reached",
+            lambda script, edited=edited: {
+                path: ["edited"] if str(path).endswith(edited) else own
+                for path, own in reached(script).items()
+            },
+        )
+        code_digests.digest.cache_clear()
+        chains = plan.Chains(CONFIG, tmp_path / "none.csv")
+        reads = chains.add("structures", {}, ["read_structures.py"], reads=True)
+        codes[edited] = chains.code("measure_power.py"), reads.code
+    code_digests.digest.cache_clear()
+    code, code_of_reading = codes.pop("nothing")
+    assert codes["/molecules/pdb.py"][0] == codes["/surfaces/formats/ply.py"][0] == code
+    assert codes["/molecules/geometry.py"][0] != code
+    assert codes["/molecules/pdb.py"][1] != code_of_reading
+    assert all((ROOT / "src" / "sparsurf" / path[1:]).is_file() for path in plan.READING)
+
+
+@pytest.mark.parametrize(("rows", "revisions"), [("a,1,00,0\n", 0), ("a,1,00,0\nb,1,00,2\nc,1,00,1\n", 3)])
+def test_what_was_read_as_something_else_counts(tmp_path, monkeypatch, rows, revisions):
+    monkeypatch.setattr(definitions, "reached", lambda script: {})
+    table = tmp_path / "read.csv"
+    table.write_text("name,atoms,sha256,revision\n" + rows)
+    code_digests.digest.cache_clear()
+    assert plan.Chains(CONFIG, table).code("measure_power.py").endswith(f"-{revisions}")
+    code_digests.digest.cache_clear()
+
+
+def test_a_structure_that_is_read_as_something_else_gets_a_revision(tmp_path):
+    lines = (ROOT / "data" / "tdp43" / "topology.pdb").read_text().splitlines(keepends=True)[:40]
+    paths = [tmp_path / name for name in ("a.pdb", "b.pdb")]
+    for path in paths:
+        path.write_text("".join(lines) + "END\n")
+    mdtraj.load(paths[0]).save_xtc(tmp_path / "t.xtc")
+    inputs = {"structures": paths, "topology": paths[0], "trajectory": tmp_path / "t.xtc"}
+    table = tmp_path / "read.csv"
+
+    def read():
+        read_structures.main(inputs, {"structures_read": table}, ["a", "b"])
+        rows = [line.split(",") for line in table.read_text().splitlines()[1:]]
+        return {name: (atoms, sha, int(revision)) for name, atoms, sha, revision in rows}
+
+    first = read()
+    assert first["a"] == first["b"] and [own[2] for own in first.values()] == [0, 0, 0]
+    moved = next(k for k, line in enumerate(lines) if line.startswith("ATOM"))
+    lines[moved] = lines[moved][:30] + f"{float(lines[moved][30:38]) + 0.001:8.3f}" + lines[moved][38:]
+    paths[1].write_text("".join(lines) + "END\n")
+    second = read()
+    assert second["a"] == first["a"] and second["b"][1] != first["b"][1] and second["b"][2] == 1
+    assert read() == second
