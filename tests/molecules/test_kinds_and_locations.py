@@ -215,6 +215,19 @@ def test_hybrid_36_at_its_limits(number, field):
     assert _decoded(field) == str(number)
 
 
+@pytest.mark.parametrize(
+    ("number", "field"), [("-999", "-999 "), ("2436111", "zzzz "), ("-999A", "-999A"), ("", "     ")]
+)
+def test_the_first_and_the_last_number_of_a_pdb_file(number, field):
+    assert _encoded(number) == field
+
+
+@pytest.mark.parametrize("number", ["-1000", "2436112", "-1000A"])
+def test_a_number_that_no_pdb_file_can_hold_is_refused(number):
+    with pytest.raises(InputError, match=f"residue {number.rstrip('A')} does not fit .* -999 to 2436111"):
+        _encoded(number)
+
+
 def test_a_line_that_ends_behind_its_place_has_an_occupancy_of_1_and_no_b_factor():
     atoms = read_pdb(atom_line("CA")[:54] + "\n" + atom_line("CB", occupancy=0.5), "a.pdb").atoms
     assert atoms.occupancy.tolist() == [1.0, 0.5] and np.isnan(atoms.b_factor).tolist() == [True, False]

@@ -86,6 +86,14 @@ def test_a_trajectory_of_other_atoms_tells_how_many_it_has(whole, tmp_path):
     assert xyz.shape == (1, whole.n_atoms, 3) and len(box) == 0
 
 
+@pytest.mark.parametrize("ending", ["rst7", "ncrst"])
+def test_one_frame_of_other_atoms_is_refused(whole, tmp_path, ending):
+    path = tmp_path / f"a.{ending}"
+    whole[0].save(str(path))
+    with pytest.raises(InputError, match="has another number of atoms than its topology"):
+        frames(path, 7, first=True)
+
+
 @pytest.mark.parametrize("kind", ["xtc", "dcd", "trr", "nc", "h5"])
 def test_a_path_with_letters_beyond_ascii_is_read(whole, tmp_path, kind):
     (tmp_path / "Körper å").mkdir()

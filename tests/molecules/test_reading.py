@@ -639,9 +639,18 @@ def test_the_edges_of_a_box_may_touch_in_their_columns():
     assert pdb._box("CRYST1   30.000   40.000") is None
 
 
-@pytest.mark.parametrize("cell", [(1, 1, 1, 90, 90, 90), (1, 30, 30, 90, 90, 90), (30, 40, 50, 60, 60, 150)])
-def test_a_dummy_or_impossible_box_is_none(cell):
-    assert box_vectors(*cell) is None
+@pytest.mark.parametrize("cell", [(1, 1, 1, 90, 90, 90), (1, 30, 30, 90, 90, 90), (0, 0, 0, 0, 0, 0)])
+def test_a_dummy_box_is_none(cell, caplog):
+    assert box_vectors(*cell) is None and not caplog.text
+
+
+@pytest.mark.parametrize(
+    "angles", [(60, 60, 150), (0, 90, 90), (90, 180, 90), (120, 120, 120), (170, 170, 170), (90, 90, 180)]
+)
+def test_an_impossible_box_is_told_and_none(angles, caplog):
+    assert box_vectors(30, 40, 50, *angles) is None
+    told = f"a box of 30, 40, 50 Å with angles of {', '.join(map(str, angles))}° is impossible"
+    assert told in caplog.text
 
 
 def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path):

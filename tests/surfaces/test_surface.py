@@ -312,6 +312,14 @@ def test_quotes_may_follow_a_blank(tmp_path):
     assert found.points.tolist() == [[1, 2, 3]] and found.fields["q"].tolist() == [-4]
 
 
+@pytest.mark.parametrize("row", ['"two\nlines",1', "\n  \nplain,1", '"three\n\nlines",1'])
+def test_a_line_is_named_behind_quoted_cells_that_hold_some(tmp_path, row):
+    before = f"# remark\nname,x,y,z,nx,ny,nz\n{row},2,3,0,0,1\n"
+    path = written(tmp_path, before + '"a",1,2,3,0,0,1\nb,1,what,3,0,0,1\n', "a.csv")
+    with pytest.raises(InputError, match=f"line {before.count(chr(10)) + 2}"):
+        read_surface(path)
+
+
 def test_columns_that_mean_nothing_else_are_fields(tmp_path):
     """Whatever the case of their names; whole numbers, too, and not words or what a file of dots says otherwise."""
     others = "Area,KIND,Residue,atom,Index,ID,Weight,kept,red"
@@ -487,12 +495,14 @@ def test_fields_of_a_file_stand_besides_those_of_the_dots(tmp_path):
 
 
 @pytest.mark.parametrize("labels", [["209", "209", "210"], ["26A", "26A", "-27A"]])
-@pytest.mark.parametrize("shift", [0.0, -1200.0])
+@pytest.mark.parametrize("shift", [0.0, -1200.0, -99.0])  # at the last, dots alone have longer numbers
 def test_dms_returns_the_same_surface(tmp_path, small, labels, shift):
     xyz = np.array([[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2]]) + shift
     surface = Surface(small.points + shift, *(getattr(small, field) for field in FIELDS[1:]))
     write_dms(tmp_path / "a.dms", surface, ["GLU", "GLU", "HIS"], labels, ["N", "2HH1", "C"], xyz)
     again = read_surface(tmp_path / "a.dms")
+    words = {len(line.split()) for line in (tmp_path / "a.dms").read_text().splitlines()}
+    assert words == {7, 11} or shift < -999  # no columns touch
     np.testing.assert_allclose(again.points, surface.points, rtol=0, atol=0.00051)
     np.testing.assert_allclose(again.normals, surface.normals, rtol=0, atol=0.001)
     np.testing.assert_allclose(again.area, surface.area, rtol=0, atol=0.00051)

@@ -22,6 +22,8 @@ from sparsurf.texts import counted
 
 log = logging.getLogger("sparsurf")
 
+FLAT = 1e-6  # of its volume at right angles: a box has more
+
 
 @dataclass(frozen=True)
 class AtomFile:
@@ -42,10 +44,17 @@ class AtomFile:
 
 
 def box_vectors(a, b, c, alpha, beta, gamma):
-    """Lattice vectors (3, 3) in Å from lengths (Å) and angles (degrees); None for a dummy box of 1 Å."""
-    cell = gemmi.UnitCell(a, b, c, alpha, beta, gamma)
-    usable = cell.is_crystal() and np.isfinite(cell.volume) and cell.volume > 1
-    return np.array(cell.orth.mat.tolist()).T if usable else None
+    """Lattice vectors (3, 3) in Å from lengths (Å) and angles (degrees); None for a dummy box of 1 Å, and an impossible one."""
+    try:
+        cell = gemmi.UnitCell(a, b, c, alpha, beta, gamma)
+        impossible = cell.is_crystal() and not cell.volume > FLAT * a * b * c
+    except RuntimeError:  # an angle of 0 or 180 degrees
+        impossible = True
+    if impossible:
+        edges, angles = (", ".join(f"{x:g}" for x in each) for each in ((a, b, c), (alpha, beta, gamma)))
+        log.warning("a box of %s Å with angles of %s° is impossible: it counts as missing", edges, angles)
+        return None
+    return np.array(cell.orth.mat.tolist()).T if cell.is_crystal() and cell.volume > 1 else None
 
 
 def number_residues(atoms):

@@ -29,6 +29,7 @@ from sparsurf.texts import as_file
 
 OWN_TOPOLOGY = (".h5", ".hdf5")
 OTHER_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
+NOT_THE_SAME = "might not contain the same atoms"  # of files of one frame
 
 _one_by_one = threading.Lock()
 
@@ -86,6 +87,10 @@ def _run(path, task, *arguments):
             answer, code = b"", None
     if code != 0:
         reason = answer.decode()[:120] if code == 1 and answer else "its reader crashed"
+        if NOT_THE_SAME in reason:
+            raise InputError(
+                f"{path} has another number of atoms than its topology: give the topology that it was written with."
+            )
         raise InputError(
             f"{path} cannot be read ({reason}): it is damaged, cut short or not what its name says."
         )

@@ -227,6 +227,10 @@ def _decoded(text):
 def _encoded(residue):
     """Number and insertion code in five characters."""
     number, code = re.fullmatch(r"(-?\d*)(.?)", residue).groups()
+    if number and not -1000 < int(number) < 10_000 + 2 * LETTERED:
+        raise InputError(
+            f"residue {number} does not fit into a PDB file, which numbers from -999 to {9_999 + 2 * LETTERED}: renumber it."
+        )
     if len(number) > 4:
         above = int(number) - 10_000
         upper = above < LETTERED

@@ -174,7 +174,7 @@ def warn_of_repeats(path, xyz, time):
     time : (F,), nan where the file tells none
     """
     half = len(xyz) // 2
-    moves = half > 1 and (xyz[0] != xyz[half - 1]).any()
+    moves = half > 1 and (xyz[0] != xyz[1:half]).any()
     if moves and np.array_equal(xyz[:half], xyz[half : 2 * half]):
         log.warning("%s: its second half repeats the first; was it written twice?", path)
     elif suffix(path) in TIMED and (np.diff(time) < 0).any():

@@ -49,7 +49,6 @@ def _columns(content, path, names):
     text = text_of(content, path)
     before = text[: REMARKS.match(text).end()].count("\n")
     text = text[REMARKS.match(text).end() :]
-    lines = [number for number, line in enumerate(text.split("\n"), before + 1) if line.strip(" ")][1:]
     if "," not in text.split("\n", 1)[0]:
         raise InputError(
             f"{path} has no commas in its header: put commas between columns, and points into numbers."
@@ -93,12 +92,22 @@ def _columns(content, path, names):
         values = table[names].apply(pd.to_numeric, errors="coerce").to_numpy(float)
     except OverflowError:
         raise InputError(f"{path} holds a number above 1e308: repair it.") from None
-    lines = (
-        lines if len(lines) == len(values) else range(1, len(values) + 1)
-    )  # a quoted cell of several lines
+    lines = _lines_of_rows(text, before)
     if not text.endswith("\n") and _ends_within_a_number(text):
         raise InputError(f"{path} is cut short: line {lines[-1]} ends within a number; copy it again.")
     return values, fields, lines
+
+
+def _lines_of_rows(text, before):
+    """The line in which each row begins, behind `before` lines and the header; empty lines are no rows."""
+    if '"' not in text:  # else a cell may hold the end of a line
+        return [number for number, line in enumerate(text.split("\n"), before + 1) if line.strip(" ")][1:]
+    reader, begin, found = csv.reader(io.StringIO(text, ""), skipinitialspace=True), before + 1, []
+    for row in reader:
+        if row not in ([], [""]):
+            found.append(begin)
+        begin = before + reader.line_num + 1
+    return found[1:]
 
 
 def _ends_within_a_number(text):

@@ -85,7 +85,8 @@ def write_dms(path, surface, residue_names, residue_labels, atom_names, xyz):
     if surface.atom.min() < 0 or surface.kind.min() < 0 or surface.atom.max() >= len(xyz):
         raise InputError("surface: a DMS file needs the atom and the kind of every dot.")
     # Labels with a letter shift the columns by one, as in DMS's own files; so do long numbers, not to touch.
-    shifted = any(str(label)[-1:].isalpha() for label in residue_labels) or np.abs(xyz).max() >= 99.9
+    farthest = max(np.abs(xyz).max(), np.abs(surface.points).max(initial=0))
+    shifted = any(str(label)[-1:].isalpha() for label in residue_labels) or farthest >= 99.9
     width = 9 if shifted else 8
     by_atom = np.argsort(surface.atom, kind="stable")
     first = np.searchsorted(surface.atom[by_atom], np.arange(len(xyz) + 1))
