@@ -305,19 +305,45 @@ def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_pat
 @pytest.mark.parametrize(
     ("at", "said"),
     [
-        ([[np.nan, 0, 0]], "not NaN"),
+        ([[0, 0, 0], [np.nan, 0, 0]], "place 1 is no place: it has NaN"),
         ([[1.0, 2]], r"not shape \(1, 2\)"),
-        (["x"], r"not shape \(1,\)"),
+        (np.zeros((0, 3)), r"not shape \(0, 3\)"),
+        (["x"], "not something else"),
+        ([[1.0, 2, 3], [4.0]], "not something else"),
+        ([[1.0, 2, 3], 4.0], "not something else"),
         ([[1e4, 0, 0]], "Å away from a"),
     ],
 )
 def test_places_that_are_none_are_refused(small, at, said):
     with pytest.raises(InputError, match=said):
         sparsurf.find(small / "a.sites", small / "a.sites", at=at)
-    with pytest.raises(InputError, match=r"hardly a dot|no patch has|not "):
+    with pytest.raises(InputError, match=r"hardly a dot|no patch has|not |place 1"):
         sparsurf.find(small / "a.pdb", small / "a.sites", at=at)
-    with pytest.raises(InputError, match="fields is 5"):
-        sparsurf.describe_sites(small / "a.pdb", fields=5)
+
+
+@pytest.mark.parametrize("wrong", [5, ["charge", 5], [["charge"]], np.array([1.0])])
+def test_names_of_fields_are_words(small, wrong):
+    with pytest.raises(InputError, match="fields is "):
+        sparsurf.describe_sites(small / "a.pdb", fields=wrong)
+    with pytest.raises(InputError, match="names is "):
+        sparsurf.fields(sparsurf.surface(small / "a.pdb"), wrong)
+
+
+def test_one_name_or_many_in_any_sequence(small):
+    dots = sparsurf.surface(small / "a.pdb")
+    found = [sparsurf.fields(dots, names) for names in ("charge", ["charge"], np.array(["charge"]))]
+    assert [list(each) for each in found] == [["charge"]] * 3
+
+
+def test_places_with_hardly_a_dot_around_are_left_out_and_told(small, caplog):
+    dots = sparsurf.surface(small / "a.pdb")
+    at = np.array([dots.points[7], dots.points[7] + 1000, dots.points[90]])
+    sites = sparsurf.describe_sites(dots, percent=100, fields=(), at=at, name="mine")
+    np.testing.assert_allclose(sites.points, at[[0, 2]], rtol=0, atol=1e-5)
+    assert "mine: 1 of 3 places are left out: they have hardly a dot around them" in caplog.text
+    caplog.clear()
+    sparsurf.describe_sites(dots, percent=100, fields=(), at=at[::2])
+    assert "left out" not in caplog.text
 
 
 def test_p_is_gumbels_tail_and_unknown_for_other_settings(small):

@@ -10,6 +10,7 @@ from sparsurf.cli.inputs import (
     as_surface,
     check_frame,
     has_atoms,
+    names_of_fields,
     origin_of,
     same_frame,
 )
@@ -63,8 +64,7 @@ def fields(molecule, dots=None, names=("hydropathy", "potential"), *, frame=0, c
     molecule, surface = as_molecule(molecule), as_surface(dots)
     check_frame(molecule, frame, "the molecule")
     same_frame(dots, molecule, frame, "fields")
-    if isinstance(names, str):
-        names = (names,)
+    names = names_of_fields(names, "names")
     if not names:
         raise InputError("names: there are no fields; give one at least, such as 'potential'.")
     return values(names, molecule.frame(frame), surface.points, charges, table)

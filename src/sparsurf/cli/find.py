@@ -8,7 +8,7 @@ import numpy as np
 
 from sparsurf import InputError, progress
 from sparsurf.cli import outputs
-from sparsurf.cli.inputs import PERCENT, Limits, as_molecule, is_structure
+from sparsurf.cli.inputs import PERCENT, Limits, as_molecule, is_structure, names_of_fields
 from sparsurf.cli.making import surface as surface_of
 from sparsurf.dot_fields.registry import FIELDS as OF_DOTS
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, suffix
@@ -54,7 +54,7 @@ def describe_sites(surface, *, percent=10, fields=FIELDS, at=None, name=None):
     fields : sequence of str
         What is compared besides the shape: hydropathy, volume, aromaticity, charge, potential.
     at : (T, 3) float, optional
-        Places in Å instead of the kept dots.
+        Places in Å instead of the kept dots; those with hardly a dot around them are left out.
     name : str, optional
         What the hits call it; the name of the file without.
 
@@ -75,13 +75,21 @@ def describe_sites(surface, *, percent=10, fields=FIELDS, at=None, name=None):
     >>> len(sites), sites.fields[0]
     (393, 'hydropathy')
     """
-    percent, fields = PERCENT.check(percent, "percent"), _names(fields)
+    percent, fields = PERCENT.check(percent, "percent"), names_of_fields(fields, "fields")
     at = None if at is None else _places(at)
     dots, molecule = _dots_of(surface)
     name = name or (
         Path(Path(surface).name.removesuffix(".gz")).stem if isinstance(surface, str | Path) else "surface"
     )
-    return describe_surface(dots, molecule, name, percent, fields, at, available_cores())
+    sites = describe_surface(dots, molecule, name, percent, fields, at, available_cores())
+    if at is not None and len(sites) < len(at):
+        log.warning(
+            "%s: %d of %d places are left out: they have hardly a dot around them",
+            name,
+            len(at) - len(sites),
+            len(at),
+        )
+    return sites
 
 
 def find(query, targets, *, at=None, residues=None, n=10, percent=10, fields=FIELDS):
@@ -154,7 +162,10 @@ def as_sites(given, percent=10, fields=FIELDS):
 
 def _refuse_other_settings(sites, percent, fields):
     """Refuse settings that are asked for, not by default, and that Sites were not described by."""
-    for key, asked, default in (("percent", percent, PERCENT_KEPT), ("fields", _names(fields), FIELDS)):
+    for key, asked, default in (
+        ("percent", percent, PERCENT_KEPT),
+        ("fields", names_of_fields(fields, "fields"), FIELDS),
+    ):
         own = tuple(sites.fields) if key == "fields" else sites.settings[key]
         if asked not in (default, own):
             shown = ", ".join(own) if key == "fields" else f"{own:g}"
@@ -193,30 +204,34 @@ def _dots_of(given):
     return surface_of(molecule), molecule
 
 
-def _names(fields):
-    """Names of fields as a tuple."""
-    names = (fields,) if isinstance(fields, str) else fields
-    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"fields is {fields!r}; it must be names such as ('hydropathy', 'potential').")
-    return tuple(names)
-
-
 def _places(at):
     """Places (Q, 3) float64, Å."""
-    at = np.asarray(at)
-    if at.ndim != 2 or at.shape[1] != 3 or at.dtype.kind not in "iuf" or not np.isfinite(at).all():
+    at = _array(at)
+    if at.ndim != 2 or at.shape[1] != 3 or at.dtype.kind not in "iuf" or not len(at):
         raise InputError(f"at: give (Q,) numbers of places or (Q, 3) places in Å, not {_short(at)}.")
+    if not np.isfinite(at).all():
+        raise InputError(
+            f"at: place {np.argmin(np.isfinite(at).all(axis=1))} is no place: it has NaN or infinity."
+        )
     return at.astype(float)
 
 
+def _array(at):
+    """What is given as an array; rows of unlike length are none of numbers."""
+    try:
+        return np.asarray(at)
+    except ValueError:
+        return np.empty(0, object)
+
+
 def _short(at):
-    """What is wrong with an array of places."""
-    return "NaN" if at.dtype.kind == "f" and at.ndim == 2 and at.shape[1] == 3 else f"shape {at.shape}"
+    """What an array of no places is."""
+    return f"shape {at.shape}" if at.dtype.kind in "iuf" else "something else"
 
 
 def _at(query, whole, at):
     """The places of a query that are sought."""
-    at = np.asarray(at)
+    at = _array(at)
     if at.ndim == 1 and at.dtype.kind in "iu":
         if len(at) == 0 or at.min() < 0 or at.max() >= len(whole):
             raise InputError(f"at: the query has the places 0 to {len(whole) - 1}.")

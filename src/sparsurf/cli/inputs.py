@@ -154,6 +154,14 @@ def as_array(given, n_dots, name):
     return np.flatnonzero(found) if found.dtype == bool and found.shape == (n_dots,) else found
 
 
+def names_of_fields(given, key):
+    """Names of fields as a tuple, from one name or several; `key` is what the caller calls them."""
+    names = (given,) if isinstance(given, str) or not hasattr(given, "__iter__") else tuple(given)
+    if not all(isinstance(name, str) for name in names):
+        raise InputError(f"{key} is {given!r}; it must be names such as ('hydropathy', 'potential').")
+    return names
+
+
 def check_frame(molecule, frame, name):
     """Raise InputError where a Molecule, called `name`, has no frame of that position."""
     if not isinstance(frame, Integral) or frame not in range(molecule.n_frames):
