@@ -66,19 +66,22 @@ def find_places(query, targets, n=10, threads=1, learned=None):
         distance, place = nearest_places(q[left], every, many, threads)
         score = (middle[left, None] - np.log(np.maximum(distance, 1e-6))) / spread[left, None]
         for i, near, own in zip(left, place, score, strict=True):
-            taken, rows[i] = [], []
-            for k, s in zip(near, own, strict=True):
-                target = targets[owner[k]]
-                at = target.points[k - begin[owner[k]]]
-                if len(taken) < n and not any(
-                    o == owner[k] and np.linalg.norm(at - x) < SAME for o, x in taken
-                ):
-                    taken.append((owner[k], at))
-                    rows[i].append(_row(i, len(taken), target, k - begin[owner[k]], s))
+            rows[i] = _hits(i, n, targets, owner[near], near - begin[owner[near]], own)
         left = left[[len(rows[i]) < n for i in left]] if many < len(every) else []
         many *= 4
     rows = [row for i in range(len(q)) for row in rows[i]]
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _hits(query, n, targets, owners, places, scores):
+    """Rows of the n best hits of a place, from places that come best first: no two side by side on one target."""
+    taken, rows = [], []
+    for owner, place, score in zip(owners, places, scores, strict=True):
+        at = targets[owner].points[place]
+        if len(rows) < n and not any(owner == o and np.linalg.norm(at - x) < SAME for o, x in taken):
+            taken.append((owner, at))
+            rows.append(_row(query, len(taken), targets[owner], place, score))
+    return rows
 
 
 def nearest_places(query, targets, k, threads=1):
