@@ -29,6 +29,7 @@ READING = tuple(
         "unwrapping",
     )
 ) + tuple(f"/surfaces/formats/{name}.py" for name in ("compact", "csv", "dms", "ply", "vtp"))
+SHOWING = "/report/"  # pages and figures: they count for chains that have figures
 READ = HOME / "evidence" / "tables" / "structures_read.csv"
 
 
@@ -196,7 +197,11 @@ class Chains:
         of : chains that it draws
         reads : whether it makes the table `READ`, and goes by the code that reads structures
         """
-        code = digest(*map(_beside, scripts)) if reads else self.code(*scripts)
+        code = (
+            digest(*map(_beside, scripts))
+            if reads
+            else self.code(*scripts, but=() if figures else (SHOWING,))
+        )
         text = f"{code} {sorted(settings.items())} {[chain.mark for chain in of]}"
         mark = f"{self.config['tables']}/made/{name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
         self.known[name] = Chain(
@@ -207,9 +212,9 @@ class Chains:
         )
         return self.known[name]
 
-    def code(self, *scripts):
+    def code(self, *scripts, but=()):
         """Digest of the code behind scripts of this folder, with how often structures were read as something else."""
-        return f"{digest(*map(_beside, scripts), but=(*self.written, *READING))}-{self.revisions}"
+        return f"{digest(*map(_beside, scripts), but=(*self.written, *READING, *but))}-{self.revisions}"
 
     def made_by(self, script, settings=None):
         """Params of a rule: `settings`, where it goes by any, and the digest of its code."""

@@ -104,7 +104,13 @@ def test_what_a_chain_writes_into_the_library_makes_it_no_older():
 
 def test_code_that_reads_ages_the_other_chains_only_once_it_reads_something_else(tmp_path, monkeypatch):
     reached, codes = definitions.reached, {}
-    for edited in ("nothing", "/molecules/pdb.py", "/surfaces/formats/ply.py", "/molecules/geometry.py"):
+    for edited in (
+        "nothing",
+        "/molecules/pdb.py",
+        "/surfaces/formats/ply.py",
+        "/molecules/geometry.py",
+        "/summary.html.j2",
+    ):
         monkeypatch.setattr(
             definitions,
             "reached",
@@ -116,12 +122,16 @@ def test_code_that_reads_ages_the_other_chains_only_once_it_reads_something_else
         code_digests.digest.cache_clear()
         chains = plan.Chains(CONFIG, tmp_path / "none.csv")
         reads = chains.add("structures", {}, ["read_structures.py"], reads=True)
-        codes[edited] = chains.code("measure_power.py"), reads.code
+        study = chains.add("study", {}, ["../scripts/summarise_run.py"])
+        drawn = chains.add("drawn", {}, ["../scripts/summarise_run.py"], figures=["a"])
+        codes[edited] = chains.code("measure_power.py"), reads.code, study.code, drawn.code
     code_digests.digest.cache_clear()
-    code, code_of_reading = codes.pop("nothing")
+    code, code_of_reading, study, drawn = codes.pop("nothing")
     assert codes["/molecules/pdb.py"][0] == codes["/surfaces/formats/ply.py"][0] == code
     assert codes["/molecules/geometry.py"][0] != code
     assert codes["/molecules/pdb.py"][1] != code_of_reading
+    assert codes["/summary.html.j2"][2] == study and codes["/summary.html.j2"][3] != drawn
+    assert study != drawn
     assert all((ROOT / "src" / "sparsurf" / path[1:]).is_file() for path in plan.READING)
 
 

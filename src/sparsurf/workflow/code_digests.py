@@ -45,13 +45,13 @@ def _without_run(value):
 def digest(*scripts, but=()):
     """Digest of the definitions that scripts reach, see `definitions.reached`; of their paths from scripts/.
 
-    Files whose paths end in one of `but` do not count.
+    Files with one of `but` in their path do not count.
 
     Passed to the rules as a parameter, so that an edit reruns exactly the steps that use what was edited.
     """
     found = [definitions.reached((HOME / "scripts" / script).resolve()) for script in scripts]
     definitions.keep()
-    uses = ((path, each) for one in found for path, each in one.items() if not str(path).endswith(but))
+    uses = ((path, each) for one in found for path, each in one.items() if not any(part in str(path) for part in but))
     named = sorted((str(path.relative_to(HOME)), each) for path, each in uses)
     return hashlib.sha256(repr(named).encode()).hexdigest()[:16]
 
