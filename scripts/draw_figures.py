@@ -42,7 +42,7 @@ def main(inputs, outputs, settings, name, threads):
     minimal = read_minimal(inputs["minimal"], surface)
     handed_out = Surface(minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy())
     subsets = [
-        (f"the paper's best, {combination}", layout.SAMPLED),
+        (f"the paper's sampling, its best here, {combination}", layout.SAMPLED),
         ("uniform subset of the same size", layout.LINES["uniform"][0]),
     ]
     pair = [Surface(surface.points[dots], surface.normals[dots]) for dots in evaluator.pair(combination, 0)]

@@ -1,4 +1,4 @@
-"""A site and its best hits, side by side."""
+"""A site and its clearest hits, side by side."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +8,7 @@ import pandas as pd
 from sparsurf.molecules.read_molecule import read_own, residue_names
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import carried, distance_from, facing, site_figure
-from sparsurf.report.site_page import p_value, residue_text
+from sparsurf.report.site_page import by_rarity, p_value, residue_text
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.sites.describing import load_sites, numbered_residues, places_of_residues
 from sparsurf.surfaces.formats.npz import read_npz
@@ -19,13 +19,13 @@ PICTURES = 3  # hits that are shown
 
 
 def main(inputs, outputs, settings, site, name):
-    """Draw and save the picture, and a page of the site and of its best hit to look at."""
+    """Draw and save the picture, and a page of the site and of its clearest hit to look at."""
     surfaces, structures = (
         {"/".join(Path(path).parts[-3:-1]): path for path in inputs[key]}
         for key in ("surfaces", "structures")
     )
-    hits = pd.read_csv(inputs["hits"], keep_default_na=False, nrows=PICTURES)
-    poses = pd.read_csv(inputs["poses"], nrows=PICTURES).drop(columns=["rank", "target"]).to_numpy()
+    hits = by_rarity(pd.read_csv(inputs["hits"], keep_default_na=False)).head(PICTURES)
+    poses = pd.read_csv(inputs["poses"]).drop(columns=["rank", "target"]).loc[hits.index].to_numpy()
     query = load_sites(inputs["query"])
     loaded = {place: read_npz(surfaces[place]) for place in (query.name, *hits["target"])}
     own, molecule = loaded[query.name], read_own(inputs["structure"])
@@ -40,7 +40,7 @@ def main(inputs, outputs, settings, site, name):
         panels.append((title, *carried(loaded[row.target], dots, pose)))
     names = [residue_text(*row) for row in residues[["chain", "residue_name", "residue"]].to_numpy()]
     turn = facing(own.points, own.normals, residue >= 0).T
-    for side, place, panel in zip(SIDES, (query.name, hits["target"][0]), panels, strict=False):
+    for side, place, panel in zip(SIDES, (query.name, hits["target"].iloc[0]), panels, strict=False):
         _, points, normals, on_site = panel
         surface = replace(loaded[place], points=points @ turn, normals=normals @ turn)
         gap = distance_from(points, on_site >= 0)

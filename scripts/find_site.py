@@ -35,6 +35,8 @@ def main(inputs, outputs, site, name):
     Path(outputs["superposed"]).mkdir()
     molecule = read_own(inputs["structure"])
     for row, pose in zip(found.table.head(MOST).itertuples(), found.poses, strict=False):
+        if not row.places:  # nothing agrees, so that nothing is laid
+            continue
         laid = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
         laid.write_pdb(Path(outputs["superposed"], laid_file(row.rank, row.target)))
     page = site_page(name, site, query.name, found.table, pairs, len(found.places))

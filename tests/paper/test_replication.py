@@ -28,7 +28,7 @@ ENOUGH = pd.DataFrame(
         ("farthest", "turned", 0.7, "recovered", 2.5, 0.74),
     ],
     columns=["sampler", "floor", "Z_floor", "reading", "n_S_percent", "Z"],
-)
+).assign(bound=np.nan)
 
 
 def runs(shift=0.0, sd=0.1, n=40):

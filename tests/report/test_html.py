@@ -277,9 +277,13 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     assert known["compared"] == {"factor": "1.8", "bound": "more than", "percent": "11"}
     assert known["paper"] == {"inside": 1, "rows": 2, "runs": 40}
     assert known["pairs"] == {"n": 3, "touching": 2, "auc": "0.57", "place": "above"}
-    assert known["ensembles"] == [("p", {"frames": 2, "d": "2.5", "sd": "0.7"})]
+    assert known["ensembles"] == [("p", {"frames": 2, "reading": "as_coded", "d": "2.5", "sd": "0.7"})]
     text = render(TEMPLATE, **known)
     assert {"compare.html", "verdict.html", "pairs/pairs.html", "p/ensemble.html"} <= set(Page(text).links)
+    said = (
+        " ".join(Page(text).text["cards"].split()) if "cards" in Page(text).text else " ".join(text.split())
+    )
+    assert "over 2 frames of p, one combination," in said and "as coded" in said
 
 
 def test_one_frame_has_no_spread(tmp_path):
@@ -436,8 +440,10 @@ def test_frames_are_told_by_mean_and_spread():
     assert "(1, 0, 6, 0) keeps 45.0 ± 7.1 %" in page.text["answer"]
 
 
-@pytest.mark.parametrize("related, n", [(0, 3), (1, 20), (4, 20)])
-def test_the_answer_on_mean_roughness_follows_from_the_tests(related, n):
+@pytest.mark.parametrize(
+    "related, n, tests", [(0, 3, 20), (1, 20, 20), (3, 20, 20), (4, 20, 20), (1, 20, 2), (0, 20, 0)]
+)
+def test_the_answer_on_mean_roughness_follows_from_the_tests(related, n, tests):
     known = {"surfaces": [], "floors": []} | {
         "run": "r",
         "relations": {},
@@ -449,10 +455,18 @@ def test_the_answer_on_mean_roughness_follows_from_the_tests(related, n):
         "n_proteins": n,
         "fewest": summary_page.FEWEST,
         "related": related,
-        "rows_tested": 20,
+        "rows_tested": tests,
+        "by_chance": {20: 3, 2: 0, 0: 0}[tests],
     }
     answer = Page(render(summary_page.TEMPLATE, **known)).text["answer"]
-    assert ("too few" in answer, "does not predict" in answer) == (n < 10, n >= 10 and related <= 1)
+    said = [words for words in ("too few", "does not predict", "goes with", "can tell") if words in answer]
+    wanted = {
+        (3, 0): "too few",
+        (20, 1): "does not predict",
+        (20, 3): "does not predict",
+        (20, 4): "goes with",
+    }
+    assert said == [wanted[n, related] if tests == 20 else "goes with" if tests else "can tell"]
 
 
 def test_every_answer_is_short_and_no_sentence_long():

@@ -64,7 +64,7 @@ def test_the_page_of_a_site_has_the_numbers_of_its_tables():
     page = Page(render(TEMPLATE, **site_page("active", SITE, "bound/c1", HITS, PAIRS, 40)))
     answer = " ".join(page.text["answer"].split())
     assert answer == (
-        "The site A:57,102,195 of bound/c1 is found on 2 of 3 targets. The best hit is on unbound/c1, around A:HIS57: "
+        "The site A:57,102,195 of bound/c1 is found on 2 of 3 targets. The clearest hit is on unbound/c1, around A:HIS57: "
         "35 of 40 places agree, p below 0.0001."
     )
     assert ["1", "unbound/c1", "A:HIS57", "6.89", "below 0.0001", "35", "PDB"] in page.rows
@@ -78,6 +78,25 @@ def test_the_page_of_a_site_has_the_numbers_of_its_tables():
     assert "fitted on sites of 12" in few
     assert "is found on none of 3 targets" in " ".join(Page(few).text["answer"].split())
     assert len(answer.split()) <= 60
+
+
+def test_the_clearest_hit_has_the_smallest_p_whatever_its_score():
+    """A larger target scores higher by chance."""
+    hits = HITS.assign(p=[0.03, 0.001, 0.9])
+    assert of_site(hits) == {"n": 1, "targets": 3, "best": "other/c1"}
+    page = site_page("active", SITE, "bound/c1", hits, pd.concat([PAIRS, PAIRS.tail(1).assign(rank=2)]), 40)
+    assert (
+        page["best"] == {"target": "other/c1", "where": "B:GLY8A", "p": "0.001"}
+        and page["agree"] == "20 of 40"
+    )
+    assert page["met"] == [("A:ASP102", "A:ASP102")] and [row[0] for row in page["rows"]] == [1, 2, 3]
+
+
+def test_a_target_on_which_nothing_agrees_has_no_residue_and_no_file():
+    hits = HITS.assign(places=[35, 20, 0], residue_name=["HIS", "GLY", "LYS"], residue=["57", "8A", "9"])
+    page = Page(render(TEMPLATE, **site_page("active", SITE, "bound/c1", hits, PAIRS, 40)))
+    assert ["3", "dots/c1", "–", "0.40", "0.9", "0", "–"] in page.rows
+    assert "superposed/03_dots_c1.pdb" not in page.links
 
 
 def changed():

@@ -347,11 +347,15 @@ def test_every_dot_has_the_colour_of_its_value(opened, evaluator):
         expected = 255 * matplotlib.colormaps["viridis"]((values[known] - low) / (high - low))[:, :3]
         assert np.abs(painted[known] - expected).max() < 6  # 16 colours in between which it is interpolated
         assert (painted[~known] == 160).all()
-        said = [f"{value:.2f} {end}" for value, end in zip((low, high), ends, strict=True)]
-        assert text_of(opened, "legend").endswith("".join(said).replace("-", "−"))
+        unit, unknown = (" Å", "unknown") if colour == "1" else ("", "")
+        said = [f"{value:.2f}{unit} {end}" for value, end in zip((low, high), ends, strict=True)]
+        assert text_of(opened, "legend").endswith(("".join(said) + unknown).replace("-", "−"))
+        told = f"dark {low:.2f}{unit}, bright {high:.2f}{unit}" + (", grey unknown" if unknown else "")
+        assert opened.run("return caption()").endswith(told.replace("-", "−"))
     set_control(opened, "colour", "kind")
     painted = np.reshape(opened.run("return Array.from(painted)"), (-1, 3))
     assert np.array_equal(painted, KIND_COLOURS[evaluator.surface.kind])
+    assert opened.run("return caption()").endswith("colour: " + ", ".join(viewer.KINDS[:3]))
     brightness = np.array(opened.run("return head.stops")) @ [0.2126, 0.7152, 0.0722]
     assert np.diff(brightness).min() > 3
 
@@ -674,3 +678,25 @@ def test_distances_count_from_the_origin_of_a_patch(evaluator):
 
 def reading_words(reading):
     return READINGS[reading].words
+
+
+def test_the_share_of_a_subset_is_that_of_the_whole_surface(browser, tmp_path, evaluator, monkeypatch):
+    """On a page that holds some of the dots only, the subset is still the part of the surface that the tables tell."""
+    monkeypatch.setattr(viewer, "MOST_DOTS", 400)
+    order = farthest(evaluator, len(evaluator.points), evaluator.stream("view"))
+    values = [viewer.Values("height", "z", " Å", np.full(len(order), np.nan), "low", "high")]
+    text = viewer.page(
+        "few", evaluator.surface, evaluator.roughness, evaluator.cover, 4.0, {"farthest": order[:400]},
+        values=values, minimal=order[:90],
+    )  # fmt: skip
+    (tmp_path / "few.html").write_text(text)
+    browser.open((tmp_path / "few.html").as_uri())
+    browser.wait_for("document.getElementById('shown').textContent.includes('dots (')")
+    set_control(browser, "sampler", "minimal")
+    n = len(order)
+    assert f"90 of {n:,} dots ({9000 / n:.1f} %)." in text_of(browser, "shown")
+    set_control(browser, "sampler", "all")
+    assert "400 of 400 dots (100.0 %)." in text_of(browser, "shown")
+    set_control(browser, "colour", "1")
+    assert text_of(browser, "legend") == "heightunknown"
+    assert browser.run("return caption()").endswith("colour: height, grey unknown")

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from itertools import permutations
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -21,7 +22,7 @@ from sparsurf.patches.roughness import roughness
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report import recommendation
 from sparsurf.report.figures import layout, summary_figures
-from sparsurf.report.summary_page import summary_page
+from sparsurf.report.summary_page import by_chance, summary_page
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study import summary, tables
@@ -32,6 +33,7 @@ from sparsurf.surfaces.surface import Surface
 
 COMBINATIONS = law.grid([0.5, 1], [0], [0, 1, 2, 3, 4, 5], [0])
 PATCHES = {"R_patch": 4.0, "D_link": 0.5}
+ENOUGH = ["floor", "reading", "n_S_percent", "bound"]
 
 
 def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
@@ -304,6 +306,13 @@ def write_run(folder, results):
         (own / "best.json").write_text(json.dumps(one.best))
 
 
+class Known(NamedTuple):
+    """What the figure of how many dots are enough takes of one surface, here its name and one row of enough.csv."""
+
+    name: str
+    enough: pd.DataFrame = pd.DataFrame([["turned", "recovered", 4.0, ""]], columns=ENOUGH)
+
+
 def sum_up(folder, **patches):
     """surfaces.csv and the rest of a run of these finished conformations."""
     results = sorted(folder.glob("*/*/best.json"))
@@ -311,7 +320,7 @@ def sum_up(folder, **patches):
     outputs |= {"page": folder / "summary.html", "png": str(folder / "summary.png")}
     outputs |= {"enough": str(folder / "enough.png")}
     with pytest.MonkeyPatch.context() as patch:  # these runs have no curves
-        patch.setattr(summarise_run.enough, "read", lambda own, sampled: own.parent.name)
+        patch.setattr(summarise_run.enough, "read", lambda own, sampled: Known(own.parent.name))
         patch.setattr(summarise_run.enough, "figure", lambda *_: layout.sheet(20, 20))
         settings = {"patches": PATCHES | patches, "minimal": {}, "seed": 0}
         summarise_run.main({"results": results}, outputs, settings)
@@ -344,7 +353,7 @@ def test_a_run_is_summed_up_and_repeats(folder, related):
 def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monkeypatch):
     drawn, files = [], ("surfaces", "summary", "relation", "page", "png", "enough")
     curves = []
-    monkeypatch.setattr(summarise_run.enough, "read", lambda own, sampled: own.parent.name)
+    monkeypatch.setattr(summarise_run.enough, "read", lambda own, sampled: Known(own.parent.name))
     monkeypatch.setattr(summarise_run.enough, "figure", lambda *given: curves.append(given))
     monkeypatch.setattr(
         summarise_run.layout, "save", lambda figure, _: drawn.append(figure and figure.axes[0].get_xlim()[1])
@@ -355,7 +364,8 @@ def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monke
         settings = {"patches": PATCHES, "minimal": {"floor": "turned"}, "seed": 0}
         summarise_run.main(inputs, outputs, settings)
     assert drawn[0] == 100 and drawn[2] < 1
-    assert curves == [(["p01", "p02"], "turned"), (["p01", "p02", "p03"], "turned")]
+    names = [([each.name for each in tables], floor) for tables, floor in curves]
+    assert names == [(["p01", "p02"], "turned"), (["p01", "p02", "p03"], "turned")]
 
 
 def test_recommendation_on_the_command_line(folder, monkeypatch, capsys, tmp_path):
@@ -462,13 +472,21 @@ def test_how_many_dots_are_enough_for_each_floor(tmp_path):
     assert surfaces["enough_turned_recovered"].tolist()[:2] == [4, 10]
     assert surfaces.filter(like="enough").iloc[2].isna().all()
     relation = summary.relation_table(back, summary.summary_table(back), np.random.default_rng(0))
-    page = summary_page("mine", surfaces, relation)
-    assert ["turned", "1", "7 (4 to 10)"] in page["floors"]
+    rows = [
+        ("turned", "as_written", 0.998, "at most"), ("turned", "as_written", 1.0, "at most"), ("turned", "recovered", 4.0, ""),
+        ("turned", "recovered", 10.0, ""), ("fresh dots", "as_written", 100.0, "more"),
+        ("fresh dots", "recovered", 100.0, "more"),
+        ("fresh dots", "recovered", 8.0, ""), ("fresh dots", "recovered", 1.0, "at most"),
+    ]  # fmt: skip
+    page = summary_page("mine", surfaces, relation, pd.DataFrame(rows, columns=ENOUGH))
+    assert page["floors"] == [["turned", "≤ 1", "7 (4 to 10)"], ["fresh dots", "all", "8 (1 to all)"]]
 
 
 def test_the_page_counts_what_the_relation_says(related):
     relation = related["relation"]
-    page = summary_page("mine", related["surfaces"], relation)
+    nothing = pd.DataFrame(columns=ENOUGH)
+    page = summary_page("mine", related["surfaces"], relation, nothing)
+    assert page["floors"] == [] and page["by_chance"] == by_chance(page["rows_tested"])
     assert page["rows_tested"] == relation["p"].notna().sum()
     assert page["related"] == (relation["p"] < 0.05).sum()
     for reading, rows in page["relations"].items():
@@ -476,6 +494,14 @@ def test_the_page_counts_what_the_relation_says(related):
         assert [row[3] for row in rows] == [
             f"{a} of {b}" for a, b in own[["n_winners", "n_surfaces"]].to_numpy()
         ]
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 20, 60])
+def test_chance_gives_so_many_tests_below_the_limit_at_most(n):
+    from scipy.stats import binom
+
+    k = by_chance(n)
+    assert binom.cdf(k, n, 0.05) >= 0.95 and (k == 0 or binom.cdf(k - 1, n, 0.05) < 0.95)
 
 
 def test_figure_without_a_comparison_has_no_panels_for_it(related):

@@ -7,7 +7,7 @@ import pandas as pd
 
 from sparsurf.recovery.readings import RECOVERED, readings_in
 from sparsurf.report.numbers import against_zero, combination, interval, number, share, span
-from sparsurf.report.site_page import found_on
+from sparsurf.report.site_page import by_rarity, found_on
 
 TEMPLATE = "first.html.j2"
 NAMES = ["protein", "conformation"]
@@ -275,8 +275,8 @@ def of_pairs(means, table, n):
 
 
 def of_site(hits):
-    """On how many targets a site is found, and the best of them."""
-    return {"n": found_on(hits), "targets": len(hits), "best": hits["target"].iloc[0]}
+    """On how many targets a site is found, and the clearest of them."""
+    return {"n": found_on(hits), "targets": len(hits), "best": by_rarity(hits)["target"].iloc[0]}
 
 
 def of_changes(table):
@@ -286,8 +286,10 @@ def of_changes(table):
 
 def of_ensemble(table):
     """d of one combination over the frames of a trajectory, under the first reading of the table."""
-    d = table[f"d_{readings_in(table, 'd_')[0]}"].dropna()
-    return {"frames": len(table), "d": number(d.mean(), 1), "sd": number(d.std(ddof=1), 1)}
+    reading = readings_in(table, "d_")[0]
+    d = table[f"d_{reading}"].dropna()
+    sd = number(d.std(ddof=1), 1)
+    return {"frames": len(table), "reading": reading, "d": number(d.mean(), 1), "sd": sd}
 
 
 def galleries(surfaces, files):

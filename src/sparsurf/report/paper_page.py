@@ -7,6 +7,7 @@ from sparsurf.paper.published_runs import MEASURES
 from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.numbers import against_zero, combination, interval, number, share
+from sparsurf.report.summary_page import enough_text
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination, split, texts_of
 from sparsurf.study.rough_and_flat import FEWEST
 
@@ -179,10 +180,11 @@ def best_at_one(best, grid):
 
 def positive(grid, family):
     """In how many combinations the sampling beats a uniform subset, and with alpha tuned to the same n_S."""
-    holds, table = {}, []
+    holds, loses, table = {}, {}, []
     for reading in OF_GRID:
         d, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
         holds[reading] = judged((low > 0).mean(), several=True)
+        loses[reading] = bool((high < 0).mean() > 0.5)
         table.append(
             (
                 reading,
@@ -197,6 +199,7 @@ def positive(grid, family):
         )
     return {
         "holds": holds,
+        "loses": loses,
         "n": len(grid),
         "table": table,
         "members": int(family["members"].sum()),
@@ -293,7 +296,7 @@ def outlook(enough):
             [
                 floor,
                 number(by.loc[(floor, TEXT), "Z_floor"]),
-                *(share(by.loc[(floor, r), "n_S_percent"]) for r in (TEXT, RECOVERED)),
+                *(enough_text(by.loc[[(floor, r)]]) for r in (TEXT, RECOVERED)),
             ]
             for floor in floors
         ],

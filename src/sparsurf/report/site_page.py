@@ -23,8 +23,8 @@ def site_page(name, site, query, hits, pairs, n_places):
     hits, pairs : DataFrames of hits.csv and matches.csv
     n_places : int, places of the site that were laid on the targets
     """
-    best = hits.iloc[0]
-    own = pairs[pairs["rank"] == 1]
+    best = by_rarity(hits).iloc[0]
+    own = pairs[pairs["rank"] == best["rank"]]
     return {
         "name": name,
         "query": query,
@@ -37,8 +37,9 @@ def site_page(name, site, query, hits, pairs, n_places):
         "n_found": found_on(hits),
         "rows": [
             (
-                row["rank"], row["target"], where(row), number(row["score"]), p_value(row["p"]), row["places"],
-                f"superposed/{laid_file(row['rank'], row['target'])}",
+                row["rank"], row["target"], where(row) if row["places"] else "", number(row["score"]),
+                p_value(row["p"]), row["places"],
+                f"superposed/{laid_file(row['rank'], row['target'])}" if row["places"] else "",
             )
             for row in hits.head(SHOWN).to_dict("records")
         ],
@@ -49,6 +50,11 @@ def site_page(name, site, query, hits, pairs, n_places):
 def laid_file(rank, target):
     """Name of the file of the query laid on a hit."""
     return f"{rank:02d}_{target.replace('/', '_')}.pdb"
+
+
+def by_rarity(hits):
+    """The rows of a hits.csv, the smallest p first: larger targets score higher by chance."""
+    return hits.sort_values("p", kind="stable")
 
 
 def found_on(hits):

@@ -2,17 +2,19 @@
 
 import math
 
+from scipy.special import bdtr
+
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import RECOVERED, readings_in
 from sparsurf.report.numbers import combination, interval, number, share, span
-from sparsurf.study.enough import PREFIX
+from sparsurf.study.enough import AT_MOST
 
 TEMPLATE = "summary.html.j2"
 FEWEST = 10  # proteins that a relation takes: with 5 a real one is found in 1 to 3 % of runs
 SIGNIFICANT = 0.05
 
 
-def summary_page(run, surfaces, relation, draws=None):
+def summary_page(run, surfaces, relation, enough, draws=None):
     """What the template asks for.
 
     Parameters
@@ -20,6 +22,7 @@ def summary_page(run, surfaces, relation, draws=None):
     run : str
     surfaces, relation : DataFrame
         See `summary.surfaces_table` and `summary.relation_table`.
+    enough : DataFrame, those of `enough.enough_dots` of all surfaces
     draws : int, optional
         Of each combination.
     """
@@ -34,14 +37,20 @@ def summary_page(run, surfaces, relation, draws=None):
         "fewest": FEWEST,
         "related": int((known["p"] < SIGNIFICANT).sum()),
         "rows_tested": len(known),
+        "by_chance": by_chance(len(known)),
         "surfaces": [surface_row(row, readings) for _, row in surfaces.iterrows()],
-        "floors": floor_rows(surfaces),
+        "floors": floor_rows(enough),
         "relations": {
             reading: [row[:columns] for row in relation_rows(relation[relation["reading"] == reading])]
             for reading in readings
         },
         "draws": draws,
     }
+
+
+def by_chance(n):
+    """How many of n tests fall below p = 0.05 by chance at most, in 95 of 100 such runs."""
+    return next(k for k in range(n + 1) if bdtr(k, n, SIGNIFICANT) >= 1 - SIGNIFICANT)
 
 
 def surface_row(row, readings):
@@ -53,26 +62,26 @@ def surface_row(row, readings):
     return cells
 
 
-def floor_rows(surfaces):
+def floor_rows(enough):
     """One noise floor a row: the share of dots that reaches it, as they are and recovered, median (lowest to highest)."""
-    names = [
-        name.removesuffix(f"_{TEXT}") for name in surfaces if name.startswith(PREFIX) and name.endswith(TEXT)
-    ]
+    by = dict(list(enough.groupby(["floor", "reading"])))
+    floors = enough["floor"].unique()
     return [
-        [
-            name.removeprefix(PREFIX).replace("_", " "),
-            *(_spread(surfaces, f"{name}_{r}") for r in (TEXT, RECOVERED)),
-        ]
-        for name in names
+        [floor, *(enough_text(by.get((floor, reading))) for reading in (TEXT, RECOVERED))] for floor in floors
     ]
 
 
-def _spread(surfaces, column):
-    values = surfaces[column].dropna() if column in surfaces else ()
-    if len(values) < 2:
-        return share(values.iloc[0]) if len(values) else ""
-    ends = span(values, share)
-    return share(values.median()) + (f" ({ends})" if " to " in ends else "")
+def enough_text(rows):
+    """The n_S_percent of some rows of enough.csv: the median, and from where to where; "all" where no fewer are enough."""
+    if rows is None:
+        return ""
+    sign = "≤ " if (rows["bound"] == AT_MOST).all() else ""
+    values, ends = rows["n_S_percent"], span(rows["n_S_percent"], _share)
+    return sign + _share(values.median()) + (f" ({ends})" if " to " in ends else "")
+
+
+def _share(percent):
+    return "all" if percent >= 100 else share(percent)
 
 
 def relation_rows(rows):

@@ -51,7 +51,12 @@ def digest(*scripts, but=()):
     """
     found = [definitions.reached((HOME / "scripts" / script).resolve()) for script in scripts]
     definitions.keep()
-    uses = ((path, each) for one in found for path, each in one.items() if not any(part in str(path) for part in but))
+    uses = (
+        (path, each)
+        for one in found
+        for path, each in one.items()
+        if not any(part in str(path) for part in but)
+    )
     named = sorted((str(path.relative_to(HOME)), each) for path, each in uses)
     return hashlib.sha256(repr(named).encode()).hexdigest()[:16]
 

@@ -13,6 +13,7 @@ from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import share
 from sparsurf.sampling.samplers import called
+from sparsurf.study.enough import AT_MOST, MORE
 from sparsurf.study.tables import read_table
 
 FRESH = "fresh dots"
@@ -54,12 +55,14 @@ class Panel(NamedTuple):
     lines : dict of (sampler, reading) to (n, Z), or to (n, Z, low, high)
     floors : dict of name to Z
     answer : (n, Z), the fewest dots that are enough
+    bound : "at most" where the fewest that were measured are enough, "more" where none but all dots are
     """
 
     cloud: tuple
     lines: dict
     floors: dict
     answer: tuple
+    bound: str = ""
 
 
 def read(folder, sampled=True):
@@ -119,7 +122,7 @@ def panel_of(tables, floor=FRESH, reading=TEXT):
     cloud = (np.empty(0), np.empty(0))
     if grid is not None and f"Z_tS_{reading}" in grid:
         cloud = grid["n_S_percent"].to_numpy(), grid[f"Z_tS_{reading}"].to_numpy()
-    return Panel(cloud, lines, floors, (own["n_S_percent"], own["Z"]))
+    return Panel(cloud, lines, floors, (own["n_S_percent"], own["Z"]), own["bound"])
 
 
 def over(panels):
@@ -135,7 +138,15 @@ def over(panels):
     n, z = (np.concatenate([panel.cloud[k] for panel in panels]) for k in (0, 1))
     step = 1 + len(n) // MOST_SHOWN
     answer = tuple(np.median([panel.answer for panel in panels], axis=0))
-    return Panel((n[::step], z[::step]), lines, floors, answer)
+    bounds = {panel.bound for panel in panels}
+    return Panel((n[::step], z[::step]), lines, floors, answer, bounds.pop() if len(bounds) == 1 else "")
+
+
+def _told(panel):
+    """How many dots are enough, in words."""
+    if panel.bound == MORE:
+        return "all dots are needed"
+    return f"{'≤ ' if panel.bound == AT_MOST else ''}{share(panel.answer[0])} % of the dots are enough"
 
 
 def _look(sampler, reading):
@@ -200,7 +211,7 @@ def _name_all(ax, panel, combinations):
     }
     cloud = to_pixels(np.column_stack(panel.cloud))
     busy, taken = np.concatenate([cloud, *every.values()]), []  # a floor may be crossed
-    answer = f"{share(panel.answer[0])} % of the dots are enough"
+    answer = _told(panel)
     at = to_pixels(panel.answer)
     below = [at + np.array([x, y]) for y in (-90, -130, -180) for x in (-60, 0, 60, -200, 160)]
     place = _name(ax, answer, BACK, below, busy, taken, fontsize=8, fontweight="bold")
@@ -273,7 +284,7 @@ def _multiples(panels, floor):
     for k, (name, panel) in enumerate(panels.items()):
         ax = layout.axes(sheet, 12 + (wide + 4) * (k % columns), 6 + 58 * (k // columns), wide, 44)
         _draw(ax, panel, floor)
-        ax.set(title=f"{name}: {share(panel.answer[0])} % are enough", ylim=(0, 1.08 * top))
+        ax.set(title=f"{name}: {_told(panel).replace(' of the dots', '')}", ylim=(0, 1.08 * top))
         ax.plot(*panel.answer, "o", color="white", markeredgecolor=BACK, markeredgewidth=1, markersize=5)
         ax.tick_params(labelleft=k % columns == 0)
         ax.set_ylabel(ax.get_ylabel() if k % columns == 0 else "")

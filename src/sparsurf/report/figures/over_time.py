@@ -83,8 +83,8 @@ def _distribution(ax, values, limits, error):
     ax.hist(values, bins=np.linspace(*limits, bins + 1), orientation="horizontal", color=PALE)
     sd = values.std(ddof=1)
     decimals = int(np.clip(1 - np.floor(np.log10(sd)), 0, 6)) if sd > 0 else 2  # two figures of the sd
-    words = f"mean {values.mean():.{decimals}f}, sd {sd:.{decimals}f}".replace("-", "−")
-    ax.set(ylim=limits, title=words, xticks=[], yticks=[])
+    words = f"mean {values.mean():.{decimals}f}" + ("" if np.isnan(sd) else f", sd {sd:.{decimals}f}")
+    ax.set(ylim=limits, title=words.replace("-", "−"), xticks=[], yticks=[])
     ax.spines["bottom"].set_visible(False)
     if np.isfinite(error):
         place = 1.05 * ax.get_xlim()[1]

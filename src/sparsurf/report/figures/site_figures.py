@@ -2,7 +2,7 @@
 
 import numpy as np
 import pandas as pd
-from matplotlib import colors
+from matplotlib import colormaps, colors
 from scipy.spatial import cKDTree
 
 from sparsurf.pairs.changes import laid
@@ -17,6 +17,7 @@ WIDTH, HEIGHT = 86, 60  # mm of a picture
 RAREST = 1e-4  # p, where the colours of a matrix end
 LEGEND = 6  # residues that a line names
 REST = render.PALE
+MANY = colormaps["turbo"]  # colours of more residues than the palette has
 
 
 def carried(surface, site, pose):
@@ -74,16 +75,20 @@ def site_figure(name, panels, residues):
     rows = (len(panels) + 1) // 2
     lines = -(-len(residues) // LEGEND)
     figure = layout.sheet(layout.PAGE, rows * (HEIGHT + 12) + 4 * lines + 2, name)
-    palette = np.array([colors.to_rgb(each) for each in PALETTE] + [REST])
+    colour = [
+        colors.to_hex(each)
+        for each in (PALETTE if len(residues) <= len(PALETTE) else MANY(np.linspace(0, 1, len(residues))))
+    ]
+    palette = np.array([colors.to_rgb(each) for each in colour] + [REST])
     for k, (title, points, normals, residue) in enumerate(panels):
         x, y = 2 + (WIDTH + 6) * (k % 2), (HEIGHT + 12) * (k // 2)
         layout.text(figure, x, y + 1, title)
-        shown = palette[np.where(residue < 0, len(PALETTE), residue % len(PALETTE))]
+        shown = palette[np.where(residue < 0, len(colour), residue)]
         scene = render.draw_surface(points, normals, shown, camera)
         layout.show(layout.axes(figure, x, y + 5, WIDTH, HEIGHT), render.picture(scene), camera, k == 0)
     for k, residue in enumerate(residues):
         x, y = 2 + 30 * (k % LEGEND), rows * (HEIGHT + 12) + 4 * (k // LEGEND)
-        layout.text(figure, x, y, f"■ {residue}", color=PALETTE[k % len(PALETTE)])
+        layout.text(figure, x, y, f"■ {residue}", color=colour[k])
     return figure
 
 

@@ -3,8 +3,9 @@
 const element = (id) => document.getElementById(id);
 const LAW = ["alpha", "beta", "gamma", "delta"];
 const number = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace("-", "−"));
+const UNKNOWN = 255, GREY = [160, 160, 160];
 const view = { turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0], zoom: 1, seed: 1, picked: -1, shown: new Uint32Array(0) };
-let head, dots, scene, cover, luck, keep, rough, ranked = {}, asked = false;
+let head, dots, scene, cover, luck, keep, rough, ranked = {}, asked = false, coloured = "";
 
 async function start() {
   [head, dots] = await unpack(PACKED);
@@ -73,8 +74,9 @@ function choose() {
   element("again").hidden = !(name in ORDERS || name === "stride" || name === "paper");
   for (const id of ["percent", "size", ...LAW]) element(id).parentElement.querySelector("output").textContent = element(id).value;
   element("percent-text").textContent += " %";
-  const share = ((100 * view.shown.length) / all).toFixed(1), count = view.shown.length.toLocaleString("en");
-  element("shown").textContent = `${count} of ${all.toLocaleString("en")} dots (${share} %).`;
+  const whole = name === "minimal" && view.shown.length === head.minimal ? head.total : all;
+  const share = ((100 * view.shown.length) / whole).toFixed(1), count = view.shown.length.toLocaleString("en");
+  element("shown").textContent = `${count} of ${whole.toLocaleString("en")} dots (${share} %).`;
   if (all < head.total) element("shown").textContent += ` The page holds the first ${all.toLocaleString("en")} of ${head.total.toLocaleString("en")} dots.`;
   if (name === "paper") element("nearest").replaceChildren(...nearest());
   redraw();
@@ -109,25 +111,31 @@ function paint() {
   if (wish === "kind") {
     dots.kind.forEach((kind, i) => out.set(head.kinds[kind < 0 ? 3 : kind][1], 3 * i));
     const present = head.kinds.filter((_, k) => dots.kind.includes(k === 3 ? -1 : k));
-    element("legend").replaceChildren(...present.flatMap(([name, rgb]) => {
-      const box = document.createElement("i");
-      box.style.background = `rgb(${rgb})`;
-      return [box, name];
-    }));
+    element("legend").replaceChildren(...present.flatMap(([name, rgb]) => boxed(name, rgb)));
+    coloured = present.map(([name]) => name).join(", ");
   } else {
-    const scale = head.values[wish];
-    dots[`value ${wish}`].forEach((value, i) => out.set(value === 255 ? [160, 160, 160] : shade(value / 254), 3 * i));
+    const scale = head.values[wish], values = dots[`value ${wish}`];
+    values.forEach((value, i) => out.set(value === UNKNOWN ? GREY : shade(value / 254), 3 * i));
     const bar = document.createElement("div"), ends = document.createElement("div");
     bar.className = "bar";
     bar.style.background = `linear-gradient(to right, ${head.stops.map((rgb) => `rgb(${rgb})`)})`;
     ends.className = "ends";
     for (const end of ["low", "high"]) {
-      ends.appendChild(document.createElement("span")).append(`${number(scale[end], 2)} ${scale[`${end} is`]}`);
+      ends.appendChild(document.createElement("span")).append(`${number(scale[end], 2)}${scale.unit} ${scale[`${end} is`]}`);
     }
-    element("legend").replaceChildren(scale.name, bar, ends);
+    const unknown = values.includes(UNKNOWN) ? boxed("unknown", GREY) : [], known = values.some((value) => value !== UNKNOWN);
+    element("legend").replaceChildren(scale.name, ...(known ? [bar, ends] : []), ...unknown);
+    coloured = scale.name + (known ? `, dark ${number(scale.low, 2)}${scale.unit}, bright ${number(scale.high, 2)}${scale.unit}` : "") + (unknown.length ? ", grey unknown" : "");
   }
   scene.colour(out);
   redraw();
+}
+
+// A box of a colour and its name, for the legend.
+function boxed(name, rgb) {
+  const box = document.createElement("i");
+  box.style.background = `rgb(${rgb})`;
+  return [box, name];
 }
 
 function shade(share) {
@@ -162,7 +170,7 @@ function pick(i) {
   if (dots.kind && dots.kind[i] >= 0) words.push(head.kinds[dots.kind[i]][0]);
   head.values.forEach((each, k) => {
     const value = dots[`value ${k}`][i];
-    words.push(`${each.symbol} = ${value === 255 ? "unknown" : number(each.low + ((each.high - each.low) * value) / 254, 2) + each.unit}`);
+    words.push(`${each.symbol} = ${value === UNKNOWN ? "unknown" : number(each.low + ((each.high - each.low) * value) / 254, 2) + each.unit}`);
   });
   element("picked").textContent = `${words.join(", ")}.`;
 }
@@ -208,10 +216,9 @@ function picture() {
 }
 
 function caption() {
-  const name = element("sampler"), scale = head.values[element("colour").value];
+  const name = element("sampler");
   const law = name.value === "paper" ? ` (${LAW.map((each) => element(each).value).join(", ")})` : "";
-  const colour = scale ? `${scale.name}, dark ${number(scale.low, 2)}, bright ${number(scale.high, 2)}` : element("legend").textContent;
-  return `${name.selectedOptions[0].text}${law}; colour: ${colour}`;
+  return `${name.selectedOptions[0].text}${law}; colour: ${coloured}`;
 }
 
 function save() {

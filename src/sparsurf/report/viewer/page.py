@@ -144,6 +144,7 @@ def _header(surface, dots, radius, orders, grid, best, values, minimal):
     return {
         "total": len(surface),
         "stored": len(dots),
+        "minimal": len(minimal),
         "step": STEP,
         "radius": radius,
         "octahedron": OCTAHEDRON,
