@@ -117,7 +117,7 @@ def surface_tables(name="p/c1", factor=1.0, rows=200, floors=("fresh dots", "tur
     enough = levels.rename(columns={"Z": "Z_floor"}).assign(
         reading="recovered", n_S_percent=8.0, Z=0.5 * factor
     )
-    enough["bound"] = ""
+    enough["bound"] = np.nan
     return enough_tables(name, pd.concat(curves), levels, enough, grid if rows else None)
 
 
