@@ -4,12 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
+import pytest
 from scipy.spatial.transform import Rotation
 from test_html import Page
 
 import summarise_sites
 from sparsurf.pairs.changes import CHANNELS, RARE
-from sparsurf.report.figures.site_figures import FAR, carried, distance_from, matrix_figure
+from sparsurf.report.figures.site_figures import FAR, carried, distance_from, matrix_figure, site_figure
 from sparsurf.report.first_page import of_changes, of_site, site_galleries
 from sparsurf.report.page import render
 from sparsurf.report.site_page import (
@@ -78,6 +79,16 @@ def test_the_page_of_a_site_has_the_numbers_of_its_tables():
     assert "fitted on sites of 12" in few
     assert "is found on none of 3 targets" in " ".join(Page(few).text["answer"].split())
     assert len(answer.split()) <= 60
+
+
+@pytest.mark.parametrize("n", [3, 11, 12, 30])
+def test_every_residue_of_a_site_has_its_own_colour(blob, n):
+    points, normals = blob
+    residue = np.arange(len(points)) % (n + 1) - 1
+    names = [f"ALA{k}" for k in range(n)]
+    figure = site_figure("mine", [("the site", points, normals, residue)], names)
+    shown = {text.get_text(): text.get_color() for text in figure.texts if text.get_text().startswith("■")}
+    assert list(shown) == [f"■ {name}" for name in names] and len({*shown.values()}) == n
 
 
 def test_the_clearest_hit_has_the_smallest_p_whatever_its_score():
