@@ -41,7 +41,8 @@ def main(path_to_config="config.yaml", *options):
         config = checked_config(path, path_to_config, here)
         folder = Path("results", config["run"])
         kept_up = (folder / "compare.csv").is_file() and config["sampling"]["run"] and config["proteins"]
-        kept_up = kept_up and "run" not in (read_config(path).get("compare") or {})
+        asked = read_config(path).get("compare")
+        kept_up = kept_up and not isinstance(asked, bool) and "run" not in (asked or {})
         if kept_up and "compare" not in options:
             print(
                 f"{folder} holds a comparison of samplers: it is kept up. `compare: {{run: false}}` ends that."

@@ -1,5 +1,6 @@
 """The subset of a surface that is handed out, which is enough to have the surface back."""
 
+import logging
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from sparsurf.molecules.read_molecule import read_own
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.errors import DENSE, curvature, off_recovered, tails
 from sparsurf.recovery.fields import recovery_table
-from sparsurf.sampling.combination import choices_of
+from sparsurf.sampling.combination import OF_PAPER, choices_of
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.enough import CLOSE, UNIFORM, Trials, curves_table, enough_dots
 from sparsurf.study.evaluator import Evaluator, number_of_tests
@@ -21,6 +22,8 @@ from sparsurf.surfaces.formats.csv import DIGITS
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.workflow.jobs import run
+
+log = logging.getLogger("sparsurf")
 
 
 def main(inputs, outputs, settings, name, threads=1, whole=True):
@@ -42,6 +45,10 @@ def main(inputs, outputs, settings, name, threads=1, whole=True):
     asked = settings["minimal"]
     evaluator = Evaluator.from_settings(surface, settings, rough, name, 1).nameless
     choices = choices_of(read_table(inputs["ranges"]) if "ranges" in inputs else None)
+    if "ranges" in inputs and choices is OF_PAPER:
+        log.warning(
+            "%s: nothing was evaluated as coded, so the paper's sampling takes the paper's parameters", name
+        )
     n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
     floors = read_table(inputs["floors"])
     trials = Trials(evaluator, asked["sampler"], n_tests, choices, asked["settle"])

@@ -117,10 +117,17 @@ def test_every_name_and_number_is_written_in_its_columns(molecule, tmp_path):
 
 def test_chains_keep_their_ids_if_all_have_two_letters_or_less():
     assert _written_chains(np.array(["B", "AB", ""])) == ["B", "AB", ""]
-    assert _written_chains(np.array(["B", "ABC", "B", "C"])) == ["A", "B", "A", "C"]
     letters = [*ascii_uppercase, *ascii_letters[:26], *digits]
     assert _written_chains(np.array([f"L{k:02}" for k in range(62)])) == letters
-    assert _written_chains(np.array([f"L{k:02}" for k in range(63)]))[:2] == ["AA", "AB"]
+    assert _written_chains(np.array([f"L{k:02}" for k in range(64)])) == [*letters, "AA", "AB"]
+
+
+def test_only_ids_that_do_not_fit_get_other_names_which_is_told(caplog):
+    """A chain keeps the name by which the user asks for its residues."""
+    assert _written_chains(np.array(["AAA", "AAA", "A", "C", "BBB"])) == ["B", "B", "A", "C", "D"]
+    assert "have other names in its results: AAA is B, BBB is D" in caplog.text
+    caplog.clear()
+    assert _written_chains(np.array(["A", "AB"])) == ["A", "AB"] and not caplog.text
 
 
 def test_nucleotides_are_written_as_parts_of_a_chain(molecule, tmp_path):

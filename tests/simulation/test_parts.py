@@ -81,6 +81,16 @@ def test_only_protein_of_the_first_model_is_simulated(tmp_path):
     assert set(everything.kind) == {"protein"}
 
 
+def test_of_several_models_the_first_is_simulated_which_is_told(tmp_path, caplog):
+    one = peptide(("ALA", "GLY"))
+    many = "".join(f"MODEL     {k:4d}\n{one}ENDMDL\n" for k in (1, 2)) + "END\n"
+    path = write(tmp_path / "x.pdb", many)
+    assert system.chosen_protein(path, {}).n_frames == 1
+    assert "has 2 models: the first is simulated; `model` chooses another" in caplog.text
+    caplog.clear()
+    assert system.chosen_protein(path, {"model": 2}).n_frames == 1 and "models" not in caplog.text
+
+
 def values(stage, **changes):
     text = protocol.parameters(stage, protocol.DEFAULTS | changes, 5)
     return dict(line.split(" = ") for line in text.splitlines())

@@ -272,7 +272,9 @@ def test_what_needs_a_protein_that_is_left_out_is_to_be_left_out_too():
     for without, place, name in (
         ({"b": ""}, "pairs/ab", "b"),
         ({"b": "", "pairs/ab": ""}, "sites/s", "b"),
-        ({"a/c1": "", "sites/t": ""}, "sites/s", "a/c1"),
+        ({"a/c01": "", "pairs/ab": "", "sites/t": ""}, "sites/s", "a/c1"),
+        ({"a/c1": ""}, "pairs/ab", "a"),  # whose first conformation the pair takes
+        ({"b/c1": "", "pairs/ab": "", "sites/s": ""}, "sites/t", "b"),
     ):
         with pytest.raises(
             InputError, match=f"without: {place} needs '{name}', which is left out; leave {place} out"
@@ -280,6 +282,9 @@ def test_what_needs_a_protein_that_is_left_out_is_to_be_left_out_too():
             check(both | {"without": without})
     every = {"b": "", "pairs/ab": "", "sites/s": "", "sites/t": ""}
     assert check(both | {"without": every})["without"] == every
+    assert check(both | {"without": {"a/c2": "", "b/f0": ""}})
+    with pytest.raises(InputError, match="without: pairs/ab needs 'b'"):
+        check(both | {"without": {"b/f0000": "", "sites/s": "", "sites/t": ""}, "frames": {"use": "all"}})
 
 
 @pytest.mark.parametrize(
@@ -319,6 +324,24 @@ def test_a_ready_surface_is_compared_by_farthest_or_uniform_and_a_simulation_has
             InputError, match=r"proteins\.a asks for ligands, but a simulation is of the protein alone"
         ):
             check({"proteins": {"a": simulated | {"ligands": ligands}}})
+
+
+def test_a_ready_surface_alone_has_no_frames_and_no_fields_of_atoms(tmp_path):
+    (tmp_path / "dots.dms").write_text("")
+    ready = {"a": {"surface": str(tmp_path / "dots.dms")}}
+    with pytest.raises(InputError, match=r"ensemble\.run is true, but every protein is a ready surface"):
+        check({"proteins": ready, "ensemble": {"run": True}})
+    with pytest.raises(InputError, match="fields names hydropathy, which follows from atoms"):
+        check({"proteins": ready, "fields": ["hydropathy"]})
+    both = ready | DEFAULT["proteins"]
+    assert check({"proteins": both, "ensemble": {"run": True}, "fields": ["hydropathy"]})
+
+
+def test_a_checksum_is_of_what_is_fetched():
+    own = DEFAULT["proteins"]["tdp43"]
+    with pytest.raises(InputError, match=r"proteins\.a\.sha256 is what a fetched file must have"):
+        check({"proteins": {"a": own | {"sha256": 64 * "0"}}})
+    assert check({"proteins": {"a": {"url": "https://a.org/b.pdb", "sha256": 64 * "0"}}})
 
 
 def test_a_combination_stands_without_another_sampler():

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager, suppress
+from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -17,6 +17,7 @@ import yaml
 import study
 from conftest import ROOT
 from sparsurf.workflow import cluster, ending, needs
+from sparsurf.workflow.results import made
 
 STRUCTURE = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
 
@@ -39,6 +40,15 @@ def checkout(tmp_path, monkeypatch):
                 path = own.root / "results" / "mine" / file
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text("minimal_n_S_percent\n4.5\n" if file == "surfaces.csv" else "a\n1\n")
+                if not file.startswith(("logs/", "report.")):
+                    self.record(file)
+
+        def record(self, file):
+            """Have the file in the log of a job, as what the job made."""
+            log = own.root / "results" / "mine" / "logs" / f"{file.replace('/', '_')}.log"
+            log.parent.mkdir(parents=True, exist_ok=True)
+            with chdir(own.root):
+                log.write_text("".join(f"{line}\n" for line in made([f"results/mine/{file}"])))
 
     own = Checkout()
     own.root.mkdir()
@@ -75,6 +85,8 @@ def test_a_study_ends_with_a_report_and_five_lines(checkout, capsys):
     checkout.calls.clear()
     (checkout.root / "results/mine/surfaces.csv").write_text("minimal_n_S_percent\n4\n7\n5\n")
     os.utime(checkout.root / "results/mine/surfaces.csv", (0, 0))
+    checkout.record("surfaces.csv")
+    (checkout.root / "results/mine/session.pse").write_text("somebody else's, newer than the pages")
     assert study.main(checkout.config()) == 0 and len(checkout.calls) == 1  # nothing is newer
     assert "5.0 % of the dots are enough (median of 3 surfaces)." in capsys.readouterr().out
     os.utime(checkout.root / "results/mine/report.html", (0, 0))
@@ -158,6 +170,40 @@ def test_what_failed_is_left_out_with_what_needs_it(tmp_path, logs, without):
     assert ending.something_is_left(
         config, tmp_path, {"q": "", "p/c2": "", "pairs/both": "", "pairs/files": ""}
     )
+
+
+def test_a_protein_without_any_conformation_is_left_out_itself(tmp_path):
+    (tmp_path / "p").mkdir()
+    (tmp_path / "p" / "frames.csv").write_text("conformation\nf0002\nf0013\n")
+    config = {"without": {"p/f13": "asked for"}, "proteins": {"p": {}}, "pairs": {"files": {}}, "sites": {}}
+    config["pairs"]["files"] = {"files": ["a", "b"]}
+    found = ending.left_out(config, tmp_path, [tmp_path / "logs/p/f0002/make_surface.log"])
+    assert found["p"] == "None of its conformations could be finished." and len(found) == 3
+    assert ending.left_out(config, tmp_path, []).keys() == {"p/f13"}
+    assert not ending.something_is_left(config | {"pairs": {}}, tmp_path, found)
+
+
+def test_results_of_another_run_are_not_touched(checkout, capsys):
+    """The folder of a run may be a copy of another's, whose logs name the files there."""
+    checkout.make("p/c1/grid.csv")
+    there = checkout.root / "results" / "other" / "p" / "c1" / "grid.csv"
+    there.parent.mkdir(parents=True)
+    there.write_text("made anew since\n")
+    log = checkout.root / "results/mine/logs/p/c1/evaluate_grid.log"
+    log.parent.mkdir(parents=True)
+    log.write_text("MADE 4 0 0123456789abcdef results/other/p/c1/grid.csv\n")
+    study.main(checkout.config())
+    assert there.read_text() == "made anew since\n" and "regenerated" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("compare", "kept_up"), [(None, True), ({"percents": [5, 10]}, True), (False, False), (True, False)]
+)
+def test_a_comparison_is_kept_up_unless_the_config_says(checkout, capsys, compare, kept_up):
+    checkout.make("compare.csv")
+    asked = {} if compare is None else {"compare": compare}
+    study.main(checkout.config(**asked), "--dry-run")
+    assert ("it is kept up" in capsys.readouterr().out) == kept_up == ("compare.yaml" in checkout.files)
 
 
 def test_a_result_that_was_changed_is_regenerated(checkout, capsys):

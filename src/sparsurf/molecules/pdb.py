@@ -20,6 +20,7 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.molecules.atom_table import AtomFile, box_vectors, log, missing_residues
 from sparsurf.molecules.residues import HEAVY_ATOMS, VARIANTS, WATERS, standard_name
+from sparsurf.texts import short
 
 COLUMNS = [
     "model", "hetero", "name", "altloc", "residue_name", "chain", "residue", "x", "y", "z", "occupancy",
@@ -178,7 +179,7 @@ def _check_end(lines, last_atom, atoms, promised, path):
 def write_pdb(path, xyz, atoms, b_factor=None):
     """Write one model: ATOM and HETATM lines, TER after each chain, END; the same bytes for the same input.
 
-    Chain ids of more than two letters do not fit: all chains are then named A, B, C, ... in their order.
+    Chain ids of more than two letters do not fit: they get free names, which a warning tells.
 
     Parameters
     ----------
@@ -206,15 +207,17 @@ def write_pdb(path, xyz, atoms, b_factor=None):
 
 
 def _written_chains(chain):
-    """(A,) str: the chain ids if they fit in two letters, else A, B, C, ..."""
-    ids, index = np.unique(chain, return_index=True)
-    if all(len(each) <= 2 for each in ids):
+    """(A,) str: the chain ids that fit in two letters, and for the others the first of A, B, C, ... that are free."""
+    ids = list(dict.fromkeys(chain.tolist()))
+    long = [each for each in ids if len(each) > 2]
+    if not long:
         return chain.tolist()
     letters = ascii_uppercase + ascii_lowercase + digits
-    names = letters if len(ids) <= len(letters) else map("".join, product(letters, repeat=2))
-    renamed = dict(zip(ids[np.argsort(index)].tolist(), names, strict=False))
-    log.info("chain ids too long for a PDB file are written as %s", renamed)
-    return [renamed[each] for each in chain.tolist()]
+    names = [*letters, *map("".join, product(letters, repeat=2))]
+    renamed = dict(zip(long, (name for name in names if name not in ids), strict=False))
+    told = short(", ".join(f"{old} is {new}" for old, new in renamed.items()))
+    log.warning("chains whose ids are too long for a PDB file have other names in its results: %s", told)
+    return [renamed.get(each, each) for each in chain.tolist()]
 
 
 def _decoded(text):

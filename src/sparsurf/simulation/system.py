@@ -1,5 +1,6 @@
 """The simulated system: a protein checked, given hydrogens, put into a box of water, neutralised."""
 
+import logging
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,8 @@ from sparsurf.molecules.residues import PEPTIDE, heavy_atoms_found
 from sparsurf.simulation import gromacs
 from sparsurf.simulation.protocol import CHOICE, parameters, velocity_seed
 
+log = logging.getLogger("sparsurf")
+
 NAMED = 8  # residues that a sentence names; further ones are counted
 
 
@@ -23,7 +26,12 @@ def chosen_protein(path, protein):
     InputError : see `molecules.read_molecule.read_molecule`
     """
     keys = {key: protein[key] for key in CHOICE if key in protein}
-    molecule = read_molecule(path, hydrogens="remove", **keys).frame(0)
+    molecule = read_molecule(path, hydrogens="remove", **keys)
+    if molecule.n_frames > 1:
+        log.warning(
+            "%s has %d models: the first is simulated; `model` chooses another", path, molecule.n_frames
+        )
+    molecule = molecule.frame(0)
     return molecule.take(molecule.kind == "protein")
 
 

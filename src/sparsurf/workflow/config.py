@@ -13,6 +13,7 @@ from sparsurf.workflow import listing
 from sparsurf.workflow.code_digests import HOME
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.files_of_sites import asked_for, named_in
+from sparsurf.workflow.jobs import plain
 from sparsurf.workflow.needs import too_large
 from sparsurf.workflow.registries import names, surface_suffixes
 from sparsurf.workflow.schema import SCHEMA, Protein, keys_of_protein, whole, with_defaults
@@ -208,6 +209,8 @@ def _second_check(config):
             yield f"proteins.{name} asks for ligands, but a simulation is of the protein alone; remove `ligands` or `simulate`."
         if "table" in protein and "surface" not in protein and not {*config["fields"]} - {*names("fields")}:
             yield f"proteins.{name}.table: `fields` names none of its columns; name one, or remove `table`."
+        if "sha256" in protein and not {"url", "pdb"} & protein.keys():
+            yield f"proteins.{name}.sha256 is what a fetched file must have, and this one is not fetched; remove it."
         for key in Protein(**protein).without_meaning:
             yield f"proteins.{name}: remove `{key}`: it applies to structures, and this protein is a ready surface."
     if "paper" in config:
@@ -226,6 +229,11 @@ def _second_check(config):
     if config["compare"]["run"] and not config["proteins"]:
         yield "compare.run is true, but there are no surfaces to sample; name a protein under proteins."
     ready = [name for name, protein in config["proteins"].items() if "surface" in protein]
+    if ready and len(ready) == len(config["proteins"]):
+        if config["ensemble"]["run"]:
+            yield "ensemble.run is true, but every protein is a ready surface without frames; remove one of the two."
+        if own := [name for name in config["fields"] if name in names("fields")]:
+            yield f"fields names {own[0]}, which follows from atoms, but every protein is a ready surface; remove it."
     compared = config["compare"].get("samplers", ["uniform", "farthest"])
     if len(compared) == 1:
         yield f"compare.samplers names {compared[0]} alone; name another to compare it with."
@@ -310,7 +318,13 @@ def _check_left_out(config):
         known = name in config[kind] if kind in ("pairs", "sites") and name else kind in config["proteins"]
         if not known and (name or not place.startswith(jobs)):
             yield f"without: {place!r} is no part of the study; remove it, or correct its name."
+    first = "c1" if config["frames"]["use"] == "clusters" else "f0"  # of a protein, which stands for it
+    without = {plain(place) for place in config["without"]}
     for place, proteins in asked_for(config).items():
-        gone = [each for each in proteins if {each, each.partition("/")[0]} & config["without"].keys()]
+        own = {
+            each: {plain(each), each.partition("/")[0], *([] if "/" in each else [f"{each}/{first}"])}
+            for each in proteins
+        }
+        gone = [each for each in proteins if own[each] & without]
         if gone and place not in config["without"]:
             yield f"without: {place} needs {gone[0]!r}, which is left out; leave {place} out, too."

@@ -15,9 +15,9 @@ import yaml
 from sparsurf import InputError
 from sparsurf.workflow.files_of_sites import DESCRIBE, asked_for
 from sparsurf.workflow.job_logs import FULL, failure, place
-from sparsurf.workflow.jobs import conformations_of
+from sparsurf.workflow.jobs import conformations_of, plain
 from sparsurf.workflow.outputs import ALL_FRAMES
-from sparsurf.workflow.results import LOGS
+from sparsurf.workflow.results import LOGS, recorded
 
 FAILED = "SPARSURF_FAILED"  # environment variable: file to which the logs of failed jobs are added
 PAGE, REPORT, WARNINGS, SURFACES = "index.html", "report.html", "warnings.csv", "surfaces.csv"
@@ -64,27 +64,36 @@ def left_out(config, results, logs_of_failed):
         names = (protein, conformation or (ALL_FRAMES if known and protein in config["proteins"] else ""))
         names = (*names, job) if job == DESCRIBE else names  # only sites need it
         without["/".join(filter(None, names)) or job] = f"{job}: {failure(path)}"
+    for protein in config["proteins"]:
+        chosen = _chosen(results / protein)
+        if chosen and not left_of(protein, chosen, without):
+            without.setdefault(protein, "None of its conformations could be finished.")
     for asked, named in asked_for(config).items():
         for each in named:
             protein, _, conformation = each.partition("/")
-            own = f"{protein}/{conformation or _first(results / protein)}"
+            own = f"{protein}/{conformation or next(iter(_chosen(results / protein)), 'c1')}"
             if {protein, own, f"{own}/{DESCRIBE}"} & without.keys():
                 without.setdefault(asked, f"{each} could not be finished.")
     return without
 
 
-def _first(folder):
-    """The first conformation of a protein."""
+def left_of(protein, chosen, without):
+    """Those of its conformations that a protein is not without."""
+    gone = {plain(place) for place in without}
+    return [each for each in chosen if plain(f"{protein}/{each}") not in gone]
+
+
+def _chosen(folder):
+    """The conformations of a protein, as far as its frames are chosen."""
     frames = folder / "frames.csv"
-    return [*(conformations_of(frames) if frames.is_file() else ["c1"]), ""][0]
+    return conformations_of(frames) if frames.is_file() else []
 
 
 def something_is_left(config, results, without):
     """Whether any conformation or pair of a config is not left out."""
     for name, protein in config["proteins"].items():
-        frames = results / name / "frames.csv"
-        chosen = ["c1"] if "surface" in protein else conformations_of(frames) if frames.is_file() else []
-        if name not in without and any(f"{name}/{each}" not in without for each in chosen):
+        chosen = ["c1"] if "surface" in protein else _chosen(results / name)
+        if name not in without and left_of(name, chosen, without):
             return True
     return any(f"pairs/{name}" not in without for name in config["pairs"])
 
@@ -101,12 +110,12 @@ def is_complete(folder):
 
 
 def is_older(page, folder):
-    """Whether a page is not there, or older than a result."""
+    """Whether a page is not there, or older than what a job of the run wrote."""
     if not page.is_file():
         return True
-    since, skipped = page.stat().st_mtime, {folder / LOGS, folder / REPORT}
-    found = (path for path in folder.rglob("*") if not path.name.startswith(".") and path.is_file())
-    return any(path.stat().st_mtime > since for path in found if not skipped & {path, *path.parents})
+    since = page.stat().st_mtime
+    files = map(Path, recorded(folder / LOGS))  # a file of somebody else's says nothing
+    return any(path.is_file() and path.stat().st_mtime > since for path in files)
 
 
 def incomplete(folder, code, failed):

@@ -14,7 +14,7 @@ from snakemake.exceptions import IncompleteCheckpointException
 from sparsurf.molecules.formats import MMCIF, PDB, suffix
 from sparsurf.simulation.protocol import completed, length_ns, stage_before
 from sparsurf.workflow.code_digests import content
-from sparsurf.workflow.jobs import conformations_of
+from sparsurf.workflow.jobs import conformations_of, plain
 from sparsurf.workflow.needs import held, is_small, memory_of_grid, thousand_dots
 from sparsurf.workflow.schema import proteins
 
@@ -39,7 +39,7 @@ class FilesOfARun:
 
     def __init__(self, config, checkpoints):
         self.run = f"results/{config['run']}"
-        self._without = config["without"]
+        self._without = {plain(place) for place in config["without"]}
         self.proteins = {name: each for name, each in proteins(config).items() if name not in self._without}
         self.surfaces = [name for name, protein in self.proteins.items() if protein.surface]
         self.molecules = [name for name in self.proteins if name not in self.surfaces]
@@ -95,7 +95,7 @@ class FilesOfARun:
 
     def goes_without(self, *place):
         """Whether the config leaves a protein, conformation or job (rule's name behind it) out."""
-        return "/".join(place) in self._without
+        return plain("/".join(place)) in self._without
 
     def side_by_side(self, most, cores):
         """Threads, at most `most`, of a job of which each conformation has one; as a rule takes them.

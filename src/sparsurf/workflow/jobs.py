@@ -132,6 +132,11 @@ def conformations_of(path_to_frames):
         return [line.split(",")[0] for line in stream.read().splitlines()[1:]]
 
 
+def plain(place):
+    """A place of a study without zeros before the number of a conformation: p/f0007 is p/f7."""
+    return re.sub(r"/([cf])0*(\d+)(?=/|$)", r"/\1\2", place)
+
+
 def one_of(names):
     """Regular expression for a wildcard that is one of `names`; without names it matches nothing."""
     return "|".join(map(re.escape, names)) or "(?!)"

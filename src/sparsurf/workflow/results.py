@@ -29,7 +29,9 @@ def damaged(log, paths=None):
     logs = next((each for each in (log, *log.parents) if each.name == LOGS), log)
     if paths is None:
         records = _records(sorted(logs.rglob("*.log")))
-        asked = records
+        asked = [
+            path for path in records if Path(path).is_relative_to(logs.parent)
+        ]  # not of a run it was copied from
     else:
         asked = [*_files(paths)]
         records = _records(sorted({each for path in asked for each in _logs_of(path, logs)}))
@@ -65,6 +67,11 @@ def replaced(logs):
     made_by = [(log, path) for log, path, _ in _made_by(logs)]
     last = {path: log for log, path in made_by}
     return {log for log, _ in made_by} - {*last.values()}
+
+
+def recorded(logs):
+    """Paths of the files that the jobs of a run wrote; `logs` is their folder."""
+    return {path for _, path, _ in _made_by(logs.rglob("*.log"))}
 
 
 def _made_by(logs):
