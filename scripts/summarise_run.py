@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import pandas as pd
-
 from sparsurf.report.figures import enough, layout, summary_figures
 from sparsurf.report.page import write
 from sparsurf.report.summary_page import TEMPLATE, summary_page
@@ -22,7 +20,6 @@ def main(inputs, outputs, settings):
     sampled = "summary" in outputs
     folders = list(dict.fromkeys(Path(path).parent for path in inputs["results"]))
     results = [read_result(folder, sampled) for folder in folders]
-    tables = [enough.read(folder, sampled) for folder in folders]
     surfaces = surfaces_table(results, settings["patches"])
     surfaces.to_csv(outputs["surfaces"], index=False)
     if sampled:
@@ -31,11 +28,12 @@ def main(inputs, outputs, settings):
         summary.to_csv(outputs["summary"], index=False)
         relations.to_csv(outputs["relation"], index=False)
         draws, name = results[0].best.get("draws"), folders[0].parts[-3]
-        page = summary_page(name, surfaces, relations, pd.concat(table.enough for table in tables), draws)
-        write(outputs["page"], TEMPLATE, **page)
+        write(outputs["page"], TEMPLATE, **summary_page(name, surfaces, relations, draws))
         figure = summary_figures.summary_figure(summary, relations, name)
         layout.save(figure, outputs["png"].removesuffix(".png"))
-    curves = enough.figure(tables, settings["minimal"].get("floor", enough.FRESH))
+    curves = enough.figure(
+        [enough.read(folder, sampled) for folder in folders], settings["minimal"].get("floor", enough.FRESH)
+    )
     layout.save(curves, outputs["enough"].removesuffix(".png"))
 
 

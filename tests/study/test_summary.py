@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 from itertools import permutations
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -33,7 +32,6 @@ from sparsurf.surfaces.surface import Surface
 
 COMBINATIONS = law.grid([0.5, 1], [0], [0, 1, 2, 3, 4, 5], [0])
 PATCHES = {"R_patch": 4.0, "D_link": 0.5}
-ENOUGH = ["floor", "reading", "n_S_percent", "bound"]
 
 
 def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
@@ -306,13 +304,6 @@ def write_run(folder, results):
         (own / "best.json").write_text(json.dumps(one.best))
 
 
-class Known(NamedTuple):
-    """What the figure of how many dots are enough takes of one surface, here its name and one row of enough.csv."""
-
-    name: str
-    enough: pd.DataFrame = pd.DataFrame([["turned", "recovered", 4.0, ""]], columns=ENOUGH)
-
-
 def sum_up(folder, **patches):
     """surfaces.csv and the rest of a run of these finished conformations."""
     results = sorted(folder.glob("*/*/best.json"))
@@ -320,7 +311,7 @@ def sum_up(folder, **patches):
     outputs |= {"page": folder / "summary.html", "png": str(folder / "summary.png")}
     outputs |= {"enough": str(folder / "enough.png")}
     with pytest.MonkeyPatch.context() as patch:  # these runs have no curves
-        patch.setattr(summarise_run.enough, "read", lambda own, sampled: Known(own.parent.name))
+        patch.setattr(summarise_run.enough, "read", lambda own, sampled: own.parent.name)
         patch.setattr(summarise_run.enough, "figure", lambda *_: layout.sheet(20, 20))
         settings = {"patches": PATCHES | patches, "minimal": {}, "seed": 0}
         summarise_run.main({"results": results}, outputs, settings)
@@ -353,7 +344,7 @@ def test_a_run_is_summed_up_and_repeats(folder, related):
 def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monkeypatch):
     drawn, files = [], ("surfaces", "summary", "relation", "page", "png", "enough")
     curves = []
-    monkeypatch.setattr(summarise_run.enough, "read", lambda own, sampled: Known(own.parent.name))
+    monkeypatch.setattr(summarise_run.enough, "read", lambda own, sampled: own.parent.name)
     monkeypatch.setattr(summarise_run.enough, "figure", lambda *given: curves.append(given))
     monkeypatch.setattr(
         summarise_run.layout, "save", lambda figure, _: drawn.append(figure and figure.axes[0].get_xlim()[1])
@@ -364,8 +355,7 @@ def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monke
         settings = {"patches": PATCHES, "minimal": {"floor": "turned"}, "seed": 0}
         summarise_run.main(inputs, outputs, settings)
     assert drawn[0] == 100 and drawn[2] < 1
-    names = [([each.name for each in tables], floor) for tables, floor in curves]
-    assert names == [(["p01", "p02"], "turned"), (["p01", "p02", "p03"], "turned")]
+    assert curves == [(["p01", "p02"], "turned"), (["p01", "p02", "p03"], "turned")]
 
 
 def test_recommendation_on_the_command_line(folder, monkeypatch, capsys, tmp_path):
@@ -472,20 +462,18 @@ def test_how_many_dots_are_enough_for_each_floor(tmp_path):
     assert surfaces["enough_turned_recovered"].tolist()[:2] == [4, 10]
     assert surfaces.filter(like="enough").iloc[2].isna().all()
     relation = summary.relation_table(back, summary.summary_table(back), np.random.default_rng(0))
-    rows = [
-        ("turned", "as_written", 0.998, "at most"), ("turned", "as_written", 1.0, "at most"), ("turned", "recovered", 4.0, ""),
-        ("turned", "recovered", 10.0, ""), ("fresh dots", "as_written", 100.0, "more"),
-        ("fresh dots", "recovered", 100.0, "more"),
-        ("fresh dots", "recovered", 8.0, ""), ("fresh dots", "recovered", 1.0, "at most"),
-    ]  # fmt: skip
-    page = summary_page("mine", surfaces, relation, pd.DataFrame(rows, columns=ENOUGH))
-    assert page["floors"] == [["turned", "≤ 1", "7 (4 to 10)"], ["fresh dots", "all", "8 (1 to all)"]]
+    page = summary_page("mine", surfaces, relation)
+    assert page["floors"] == [["turned", "≤ 1", "7 (4 to 10)"]]
+    names = {"enough_turned_as_written": [100.0, 1.0, 100.0], "enough_turned_recovered": [1.2, 0.99, np.nan]}
+    page = summary_page(
+        "mine", surfaces.assign(N=[1000, 1000, 50], **names), relation
+    )  # 12 of 1000, and 10 dots, are tried
+    assert page["floors"] == [["turned", "all (1 to all)", "≤ 1.1 (1 to 1.2)"]]
 
 
 def test_the_page_counts_what_the_relation_says(related):
     relation = related["relation"]
-    nothing = pd.DataFrame(columns=ENOUGH)
-    page = summary_page("mine", related["surfaces"], relation, nothing)
+    page = summary_page("mine", related["surfaces"], relation)
     assert page["floors"] == [] and page["by_chance"] == by_chance(page["rows_tested"])
     assert page["rows_tested"] == relation["p"].notna().sum()
     assert page["related"] == (relation["p"] < 0.05).sum()

@@ -7,8 +7,8 @@ from sparsurf.paper.published_runs import MEASURES
 from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.numbers import against_zero, combination, interval, number, share
-from sparsurf.report.summary_page import enough_text
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination, split, texts_of
+from sparsurf.study.enough import AT_MOST, MORE
 from sparsurf.study.rough_and_flat import FEWEST
 
 TEMPLATE = "paper.html.j2"
@@ -286,6 +286,13 @@ def defects(table):
     ]
 
 
+def bounded(row):
+    """n_S_percent of a row of enough.csv: "all" where no fewer dots are enough, ≤ where the fewest that were tried are."""
+    if row["bound"] == MORE:
+        return "all"
+    return ("≤ " if row["bound"] == AT_MOST else "") + share(row["n_S_percent"])
+
+
 def outlook(enough):
     """How many dots reach each noise floor, as they are and recovered."""
     by = enough.set_index(["floor", "reading"])
@@ -296,7 +303,7 @@ def outlook(enough):
             [
                 floor,
                 number(by.loc[(floor, TEXT), "Z_floor"]),
-                *(enough_text(by.loc[[(floor, r)]]) for r in (TEXT, RECOVERED)),
+                *(bounded(by.loc[(floor, r)]) for r in (TEXT, RECOVERED)),
             ]
             for floor in floors
         ],

@@ -2,19 +2,21 @@
 
 import math
 
+import numpy as np
 from scipy.special import bdtr
 
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import RECOVERED, readings_in
 from sparsurf.report.numbers import combination, interval, number, share, span
-from sparsurf.study.enough import AT_MOST
+from sparsurf.study.enough import FEWEST as FEWEST_DOTS
+from sparsurf.study.enough import PERCENTS, PREFIX
 
 TEMPLATE = "summary.html.j2"
 FEWEST = 10  # proteins that a relation takes: with 5 a real one is found in 1 to 3 % of runs
 SIGNIFICANT = 0.05
 
 
-def summary_page(run, surfaces, relation, enough, draws=None):
+def summary_page(run, surfaces, relation, draws=None):
     """What the template asks for.
 
     Parameters
@@ -22,7 +24,6 @@ def summary_page(run, surfaces, relation, enough, draws=None):
     run : str
     surfaces, relation : DataFrame
         See `summary.surfaces_table` and `summary.relation_table`.
-    enough : DataFrame, those of `enough.enough_dots` of all surfaces
     draws : int, optional
         Of each combination.
     """
@@ -39,7 +40,7 @@ def summary_page(run, surfaces, relation, enough, draws=None):
         "rows_tested": len(known),
         "by_chance": by_chance(len(known)),
         "surfaces": [surface_row(row, readings) for _, row in surfaces.iterrows()],
-        "floors": floor_rows(enough),
+        "floors": floor_rows(surfaces),
         "relations": {
             reading: [row[:columns] for row in relation_rows(relation[relation["reading"] == reading])]
             for reading in readings
@@ -62,22 +63,31 @@ def surface_row(row, readings):
     return cells
 
 
-def floor_rows(enough):
+def floor_rows(surfaces):
     """One noise floor a row: the share of dots that reaches it, as they are and recovered, median (lowest to highest)."""
-    by = dict(list(enough.groupby(["floor", "reading"])))
-    floors = enough["floor"].unique()
+    names = [
+        name.removesuffix(f"_{TEXT}") for name in surfaces if name.startswith(PREFIX) and name.endswith(TEXT)
+    ]
+    fewest = (
+        100 * np.maximum(FEWEST_DOTS, np.round(PERCENTS[0] / 100 * surfaces["N"])) / surfaces["N"]
+    )  # that are tried
     return [
-        [floor, *(enough_text(by.get((floor, reading))) for reading in (TEXT, RECOVERED))] for floor in floors
+        [
+            name.removeprefix(PREFIX).replace("_", " "),
+            *(enough_text(surfaces.get(f"{name}_{r}"), fewest) for r in (TEXT, RECOVERED)),
+        ]
+        for name in names
     ]
 
 
-def enough_text(rows):
-    """The n_S_percent of some rows of enough.csv: the median, and from where to where; "all" where no fewer are enough."""
-    if rows is None:
+def enough_text(percents, fewest):
+    """Shares of dots that are enough: the median, and from where to where; "all" where no fewer are, ≤ where the fewest are."""
+    if percents is None or percents.dropna().empty:
         return ""
-    sign = "≤ " if (rows["bound"] == AT_MOST).all() else ""
-    values, ends = rows["n_S_percent"], span(rows["n_S_percent"], _share)
-    return sign + _share(values.median()) + (f" ({ends})" if " to " in ends else "")
+    known = percents.dropna()
+    sign = "≤ " if (known <= 1.0001 * fewest[known.index]).all() else ""
+    ends = span(known, _share)
+    return sign + _share(known.median()) + (f" ({ends})" if " to " in ends else "")
 
 
 def _share(percent):
