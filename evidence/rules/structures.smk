@@ -22,6 +22,7 @@ rule read_structures:
     params:
         code=read.code,
         names=list(source.known),
+        studied=lambda wildcards: sorted({name for study in STUDIES.values() for name in study["proteins"]}),
     message:
         "Checksums of what is read from the structures"
     script:

@@ -155,12 +155,12 @@ def test_a_structure_that_is_read_as_something_else_gets_a_revision(tmp_path):
     table = tmp_path / "read.csv"
 
     def read():
-        read_structures.main(inputs, {"structures_read": table}, ["a", "b"])
+        read_structures.main(inputs, {"structures_read": table}, ["a", "b"], ["b"])
         rows = [line.split(",") for line in table.read_text().splitlines()[1:]]
         return {name: (atoms, sha, int(revision)) for name, atoms, sha, revision in rows}
 
     first = read()
-    assert first["a"] == first["b"] and [own[2] for own in first.values()] == [0, 0, 0]
+    assert first["a"][1] != first["b"][1] and [own[2] for own in first.values()] == [0, 0, 0]
     moved = next(k for k, line in enumerate(lines) if line.startswith("ATOM"))
     lines[moved] = lines[moved][:30] + f"{float(lines[moved][30:38]) + 0.001:8.3f}" + lines[moved][38:]
     paths[1].write_text("".join(lines) + "END\n")
