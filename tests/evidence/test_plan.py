@@ -108,15 +108,15 @@ def test_code_that_reads_ages_the_other_chains_only_once_it_reads_something_else
         "nothing",
         "/molecules/pdb.py",
         "/surfaces/formats/ply.py",
-        "/molecules/geometry.py",
+        "/surfaces/placing_dots.py",
         "/summary.html.j2",
     ):
         monkeypatch.setattr(
             definitions,
             "reached",
-            lambda script, edited=edited: {
+            lambda script, but, edited=edited: {
                 path: ["edited"] if str(path).endswith(edited) else own
-                for path, own in reached(script).items()
+                for path, own in reached(script, but).items()
             },
         )
         code_digests.digest.cache_clear()
@@ -128,7 +128,7 @@ def test_code_that_reads_ages_the_other_chains_only_once_it_reads_something_else
     code_digests.digest.cache_clear()
     code, code_of_reading, study, drawn = codes.pop("nothing")
     assert codes["/molecules/pdb.py"][0] == codes["/surfaces/formats/ply.py"][0] == code
-    assert codes["/molecules/geometry.py"][0] != code
+    assert codes["/surfaces/placing_dots.py"][0] != code
     assert codes["/molecules/pdb.py"][1] != code_of_reading
     assert codes["/summary.html.j2"][2] == study and codes["/summary.html.j2"][3] != drawn
     assert study != drawn
@@ -137,7 +137,7 @@ def test_code_that_reads_ages_the_other_chains_only_once_it_reads_something_else
 
 @pytest.mark.parametrize(("rows", "revisions"), [("a,1,00,0\n", 0), ("a,1,00,0\nb,1,00,2\nc,1,00,1\n", 3)])
 def test_what_was_read_as_something_else_counts(tmp_path, monkeypatch, rows, revisions):
-    monkeypatch.setattr(definitions, "reached", lambda script: {})
+    monkeypatch.setattr(definitions, "reached", lambda script, but: {})
     table = tmp_path / "read.csv"
     table.write_text("name,atoms,sha256,revision\n" + rows)
     code_digests.digest.cache_clear()

@@ -45,19 +45,13 @@ def _without_run(value):
 def digest(*scripts, but=()):
     """Digest of the definitions that scripts reach, see `definitions.reached`; of their paths from scripts/.
 
-    Files with one of `but` in their path do not count.
+    Files with one of `but` in their path do not count, nor what they alone use.
 
     Passed to the rules as a parameter, so that an edit reruns exactly the steps that use what was edited.
     """
-    found = [definitions.reached((HOME / "scripts" / script).resolve()) for script in scripts]
+    found = [definitions.reached((HOME / "scripts" / script).resolve(), but) for script in scripts]
     definitions.keep()
-    uses = (
-        (path, each)
-        for one in found
-        for path, each in one.items()
-        if not any(part in str(path) for part in but)
-    )
-    named = sorted((str(path.relative_to(HOME)), each) for path, each in uses)
+    named = sorted((str(path.relative_to(HOME)), each) for one in found for path, each in one.items())
     return hashlib.sha256(repr(named).encode()).hexdigest()[:16]
 
 

@@ -25,8 +25,9 @@ LONGEST = 100  # letters of a string that may name a file or a module
 VERSION = hashlib.sha256(Path(__file__).read_bytes() + sys.version.encode()).digest()
 
 
-def reached(script):
-    """Statements and data files behind a script, as {path: sorted digests}.
+def reached(script, but=()):
+    """Statements and data files behind a script, as {path: sorted digests}; nothing of, and behind, files with one of `but` in
+    their path.
 
     A name that leads to no statement stands for its whole module. Expressions count whenever something of their module is
     used; what a decorator enters in a table counts, in all modules of its package, whenever the table is used.
@@ -37,7 +38,8 @@ def reached(script):
         place = waiting.pop()
         digests, places = _followed(*place, folder)
         found[place[0]] |= digests
-        waiting += places - seen
+        places = {each for each in places - seen if not any(part in str(each[0]) for part in but)}
+        waiting += places
         seen |= places
     return {path: sorted(digests) for path, digests in found.items()}
 
