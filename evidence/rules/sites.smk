@@ -84,7 +84,7 @@ def relatives(wildcards):
     own = RELATIVES[wildcards.relatives]
     partner = own["query"][:-1] + "lr"["rl".index(own["query"][-1])]
     paths = {"bound": own["query"], "partner": partner, "relative": f"{own['relative']}_u"}
-    return {key: source.path(name) for key, name in paths.items()} | {"weights": config["weights"]}
+    return {key: source.path(name) for key, name in paths.items()} | {"weights": ancient(config["weights"])}
 
 
 WITHIN = "{} <= identity <= {}".format(*SITES["identity"])
@@ -93,6 +93,7 @@ kin = chains.add(
     {"relatives": RELATIVES, "where": WITHIN, "places": SITES["places"]},
     scripts=["measure_relatives.py", "tabulate_means.py"],
     tables=["sites_relatives", "sites_relatives_means"],
+    of=[found],  # whose weights it uses
 )
 
 
@@ -172,7 +173,7 @@ hit_rates = chains.add("sites_figure", {}, scripts=["draw_sites.py"], figures=["
 
 rule draw_sites:
     input:
-        means=found.tables["sites_means"],
+        means=ancient(found.tables["sites_means"]),
     output:
         touch(hit_rates.mark),
         figure=hit_rates.figures["finding_sites"],
