@@ -13,7 +13,7 @@ import pytest
 import sparsurf
 import write_front_page
 from sparsurf.report import ensemble_page, pair_page, summary_page
-from sparsurf.report.first_page import TEMPLATE, first_page
+from sparsurf.report.first_page import TEMPLATE, first_page, main_figure
 from sparsurf.report.numbers import against_zero, interval, number, share, span
 from sparsurf.report.page import TEMPLATES, code, embedded, linked_in_report, render
 
@@ -284,6 +284,16 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
         " ".join(Page(text).text["cards"].split()) if "cards" in Page(text).text else " ".join(text.split())
     )
     assert "over 2 frames of p, one combination," in said and "as coded" in said
+
+
+@pytest.mark.parametrize("touching", [True, False])
+def test_pairs_of_which_none_touches_have_no_figure_on_the_first_page(tmp_path, touching):
+    (tmp_path / "pairs").mkdir()
+    rows = [["propensity_smoothed", 0.6, 0.5, 0.7]] if touching else []
+    table = pd.DataFrame(rows, columns=["score", "mean", "low", "high"])
+    table.to_csv(tmp_path / "pairs" / "means.csv", index=False)
+    found = main_figure(tmp_path, ["pairs/means.csv", "pairs/pairs.png"], "")
+    assert found == ({"path": "pairs/pairs.png", "name": "pairs"} if touching else None)
 
 
 def test_one_frame_has_no_spread(tmp_path):

@@ -138,7 +138,10 @@ def main_figure(folder, files, first):
         f"{first}/figures/d_over_grid.png",
         "pairs/pairs.png",
     ):
-        if path in files:
+        empty = (
+            path.startswith("pairs/") and path in files and read(folder, "pairs/means.csv").empty
+        )  # none touches
+        if path in files and not empty:
             return {"path": path, "name": Path(path).stem}
     return None
 
