@@ -180,6 +180,8 @@ def test_a_protein_without_any_conformation_is_left_out_itself(tmp_path):
     found = ending.left_out(config, tmp_path, [tmp_path / "logs/p/f0002/make_surface.log"])
     assert found["p"] == "None of its conformations could be finished." and len(found) == 3
     assert ending.left_out(config, tmp_path, []).keys() == {"p/f13"}
+    ready = config | {"without": {}, "proteins": {"q": {"surface": "x"}}}
+    assert {*ending.left_out(ready, tmp_path, [tmp_path / "logs/q/c1/take_surface.log"])} == {"q", "q/c1"}
     assert not ending.something_is_left(config | {"pairs": {}}, tmp_path, found)
 
 

@@ -64,14 +64,15 @@ def left_out(config, results, logs_of_failed):
         names = (protein, conformation or (ALL_FRAMES if known and protein in config["proteins"] else ""))
         names = (*names, job) if job == DESCRIBE else names  # only sites need it
         without["/".join(filter(None, names)) or job] = f"{job}: {failure(path)}"
-    for protein in config["proteins"]:
-        chosen = _chosen(results / protein)
+    for protein, entry in config["proteins"].items():
+        chosen = _chosen(entry, results / protein)
         if chosen and not left_of(protein, chosen, without):
             without.setdefault(protein, "None of its conformations could be finished.")
     for asked, named in asked_for(config).items():
         for each in named:
             protein, _, conformation = each.partition("/")
-            own = f"{protein}/{conformation or next(iter(_chosen(results / protein)), 'c1')}"
+            chosen = _chosen(config["proteins"][protein], results / protein)
+            own = f"{protein}/{conformation or next(iter(chosen), 'c1')}"
             if {protein, own, f"{own}/{DESCRIBE}"} & without.keys():
                 without.setdefault(asked, f"{each} could not be finished.")
     return without
@@ -83,8 +84,10 @@ def left_of(protein, chosen, without):
     return [each for each in chosen if plain(f"{protein}/{each}") not in gone]
 
 
-def _chosen(folder):
-    """The conformations of a protein, as far as its frames are chosen."""
+def _chosen(protein, folder):
+    """The conformations of a protein, its entry in the config, as far as its frames are chosen in its folder."""
+    if "surface" in protein:
+        return ["c1"]
     frames = folder / "frames.csv"
     return conformations_of(frames) if frames.is_file() else []
 
@@ -92,8 +95,7 @@ def _chosen(folder):
 def something_is_left(config, results, without):
     """Whether any conformation or pair of a config is not left out."""
     for name, protein in config["proteins"].items():
-        chosen = ["c1"] if "surface" in protein else _chosen(results / name)
-        if name not in without and left_of(name, chosen, without):
+        if name not in without and left_of(name, _chosen(protein, results / name), without):
             return True
     return any(f"pairs/{name}" not in without for name in config["pairs"])
 

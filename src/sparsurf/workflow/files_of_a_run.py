@@ -95,7 +95,7 @@ class FilesOfARun:
 
     def goes_without(self, *place):
         """Whether the config leaves a protein, conformation or job (rule's name behind it) out."""
-        return plain("/".join(place)) in self._without
+        return bool(self._without) and plain("/".join(place)) in self._without
 
     def side_by_side(self, most, cores):
         """Threads, at most `most`, of a job of which each conformation has one; as a rule takes them.
