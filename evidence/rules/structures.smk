@@ -3,7 +3,7 @@
 read = chains.add(
     "structures",
     {"structures": list(source.known)},
-    scripts=["read_structures.py"],
+    scripts=["read_structures.py", "../scripts/choose_frames.py"],
     tables=["structures_read"],
     reads=True,
 )
@@ -14,6 +14,7 @@ rule read_structures:
         structures=[source.path(name) for name in source.known],
         topology=HOME / "data" / "tdp43" / "topology.pdb",
         trajectory=HOME / "data" / "tdp43" / "trajectory.xtc",
+        chooses=HOME / "scripts" / "choose_frames.py",
     output:
         touch(read.mark),
         structures_read=update(read.tables["structures_read"]),

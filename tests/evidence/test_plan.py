@@ -152,6 +152,7 @@ def test_a_structure_that_is_read_as_something_else_gets_a_revision(tmp_path):
         path.write_text("".join(lines) + "END\n")
     mdtraj.load(paths[0]).save_xtc(tmp_path / "t.xtc")
     inputs = {"structures": paths, "topology": paths[0], "trajectory": tmp_path / "t.xtc"}
+    inputs["chooses"] = ROOT / "scripts" / "choose_frames.py"
     table = tmp_path / "read.csv"
 
     def read():
@@ -160,10 +161,12 @@ def test_a_structure_that_is_read_as_something_else_gets_a_revision(tmp_path):
         return {name: (atoms, sha, int(revision)) for name, atoms, sha, revision in rows}
 
     first = read()
-    assert first["a"][1] != first["b"][1] and [own[2] for own in first.values()] == [0, 0, 0]
+    assert first["a"][1] != first["b"][1] and [own[2] for own in first.values()] == 4 * [0]
     moved = next(k for k, line in enumerate(lines) if line.startswith("ATOM"))
     lines[moved] = lines[moved][:30] + f"{float(lines[moved][30:38]) + 0.001:8.3f}" + lines[moved][38:]
     paths[1].write_text("".join(lines) + "END\n")
     second = read()
     assert second["a"] == first["a"] and second["b"][1] != first["b"][1] and second["b"][2] == 1
+    atoms = sum(line.startswith("ATOM") for line in lines)  # of b, and of the one frame
+    assert second["conformations"] == (str(2 * atoms), second["conformations"][1], 1)
     assert read() == second
