@@ -17,15 +17,16 @@ def main(inputs, outputs, molecule_options, settings, name):
         inputs["structure"], inputs.get("trajectory"), stride=asked["stride"], **molecule_options
     )
     clusters, frames = asked["clusters"], None if asked["use"] == "clusters" else asked["use"]
+    atoms = None if asked["pca_atoms"] == "auto" else asked["pca_atoms"]
     if _is_single(
         inputs, molecule, asked["stride"], molecule_options
     ):  # `frames` is about the trajectories beside it
-        clusters, frames = "auto", frames and "all"
+        clusters, frames, atoms = "auto", frames and "all", None
     choice = choose_frames(
         molecule,
         clusters=clusters,
         frames=frames,
-        atoms=None if asked["pca_atoms"] == "auto" else asked["pca_atoms"],
+        atoms=atoms,
         rng=stream(settings["seed"], name, "clusters"),
     )
     choice.table.to_csv(outputs["frames"], index=False)

@@ -337,6 +337,9 @@ def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
     assert chosen(tmp_path, one, clusters=3) == chosen(tmp_path, one, stride=5) == ["c1"]
     for use in ([0, 2], [7], [0], {"stride": 3}, "all"):
         assert chosen(tmp_path, one, use=use) == ["f0"]
+    assert chosen(tmp_path, one, pca_atoms="resid 900") == ["c1"]
+    with pytest.raises(InputError, match=r"frames\.pca_atoms: .resid 900. selects nothing"):
+        chosen(tmp_path, models, pca_atoms="resid 900")
     assert chosen(tmp_path, models, use=[0, 2]) == ["f0", "f2"]
     assert chosen(tmp_path, models, use=[0, 2], reading={"model": 2}) == ["f1"]
     for stride, last in ((1, 2), (5, 0)):
@@ -361,6 +364,18 @@ def test_three_c_alphas_are_enough_to_tell_conformations(tmp_path):
     moved = replace(three, xyz=xyz, time_ps=np.arange(4.0), frame_number=np.arange(4))
     assert len(choose_frames(moved, rng=np.random.default_rng(1)).table) == 1
     assert len(choose_frames(moved, atoms="not element H", rng=np.random.default_rng(1)).table) == 2
+
+
+def test_fewer_than_three_atoms_cannot_be_superposed(moving):
+    rng = np.random.default_rng(1)
+    for atoms, n in (("name CA and resid 0", 1), ("name CA and resid 0 1", 2)):
+        with pytest.raises(InputError, match=f"^frames.pca_atoms: '{atoms}' selects {n} of the 3 atoms"):
+            choose_frames(moving, atoms=atoms, rng=rng)
+        assert len(choose_frames(moving.frame(0), atoms=atoms, rng=rng).table) == 1
+    assert choose_frames(moving, atoms="name CA and resid 0 to 2", rng=rng).projection.shape == (
+        moving.n_frames,
+        2,
+    )
 
 
 @pytest.mark.parametrize("seed", range(6))

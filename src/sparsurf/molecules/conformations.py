@@ -19,6 +19,7 @@ CLUSTERS = range(2, 12)  # K = 2..11, the paper's
 RESTARTS = 20  # of k-means; the best by inertia is kept
 # Å; projections closer than this are one conformation (coordinates are stored to 0.001 to 0.01 Å)
 SAME = 1e-3
+FITTED = 3  # atoms that fix a superposition, at least
 CHUNK = 1024  # rows of the distance matrix held at once
 
 
@@ -198,7 +199,7 @@ def choose_frames(molecule, *, clusters="auto", frames=None, atoms=None, rng):
 
     Raises
     ------
-    InputError : frames or clusters that the molecule cannot give, or no atoms to analyse
+    InputError : frames or clusters that the molecule cannot give, or too few atoms to analyse
     """
     projection, explained = _projection(molecule, _analysed_atoms(molecule, atoms))
     if frames is None:
@@ -232,9 +233,13 @@ def _analysed_atoms(molecule, atoms):
         mask = atoms_of_expression(molecule, atoms)
         if not mask.any():
             raise InputError(f"frames.pca_atoms: '{atoms}' selects nothing of the molecule: try name CA.")
+        if mask.sum() < FITTED and molecule.n_frames > 1:
+            raise InputError(
+                f"frames.pca_atoms: '{atoms}' selects {mask.sum()} of the {FITTED} atoms that a superposition needs: try name CA."
+            )
         return mask
     c_alpha = (molecule.name == "CA") & (molecule.kind == "protein")
-    return c_alpha if c_alpha.sum() >= 3 else ~np.isin(molecule.element, ["H", "D"])
+    return c_alpha if c_alpha.sum() >= FITTED else ~np.isin(molecule.element, ["H", "D"])
 
 
 def _projection(molecule, atoms):
