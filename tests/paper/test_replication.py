@@ -374,6 +374,12 @@ def test_at_most_six_linking_distances_stand_on_the_page(page):
     assert found["table"][1] == [2, "2.50", "2.70", "2.90", "3.10", "3.30", "3.50"]
 
 
+@pytest.mark.parametrize(("d_high", "said"), [(-0.1, "loses to"), (0.1, "does not beat")])
+def test_a_sampling_that_is_no_worse_is_not_said_to_lose(page, d_high, said):
+    ends = {"d_low_as_written": -0.3, "d_high_as_written": d_high}
+    assert f"its sampling {said} a" in html_of(page | {"grid": page["grid"].assign(**ends)})
+
+
 def test_claims_follow_from_the_numbers(page):
     def holds(**changed):
         found = paper_page(page | changed)

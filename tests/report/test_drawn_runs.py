@@ -173,6 +173,12 @@ def test_one_combination_is_followed_over_time():
     assert "moving mean, 5 frames" in [text for text, _ in legend_of(figure)]
 
 
+def test_one_frame_has_a_mean_and_no_spread():
+    figure = over_time.ensemble_figure(trajectory(1), (1, 0, 6, 4))
+    titles = [ax.get_title() for ax in figure.axes[1::2]]
+    assert titles == ["mean 40.00", "mean 0.61", "mean 1.00", "mean −1.00"]
+
+
 @pytest.mark.parametrize(
     "step, label, last", [(200.0, "time (ns)", 19.8), (50.0, "time (ps)", 4950), (np.nan, "frame", 297)]
 )

@@ -286,6 +286,22 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     assert "over 2 frames of p, one combination," in said and "as coded" in said
 
 
+@pytest.mark.parametrize(
+    ("bound", "said"),
+    [
+        ("", "1.8 times fewer dots are"),
+        ("about", "≈ 1.8 times fewer dots are"),
+        ("less than", "< 1.8 times fewer dots are"),
+        ("more than", "1.8 times fewer dots, or more, are"),
+    ],
+)
+def test_a_factor_that_is_a_bound_is_told_as_one(tmp_path, bound, said):
+    files = write_run(tmp_path)
+    own = {"factor": "1.8", "bound": bound, "percent": "11"}
+    text = render(TEMPLATE, **first_page(tmp_path, files, ()) | {"compared": own})
+    assert f"{said} needed by farthest-point" in " ".join(Page(text).text["cards"].split())
+
+
 @pytest.mark.parametrize("touching", [True, False])
 def test_pairs_of_which_none_touches_have_no_figure_on_the_first_page(tmp_path, touching):
     (tmp_path / "pairs").mkdir()
@@ -423,6 +439,15 @@ def test_a_pair_has_the_numbers_of_its_tables():
     assert "residues.csv" not in page.links and "3.5 Å" in page.text["page"]
     none = pair_page.pair_page("one", AGREEMENT.head(0), CONTACTS.head(0), BEST, SETTINGS, ("a", "b"))
     assert none["sides"] == [] and "interface" in Page(render(pair_page.TEMPLATE, **none)).text["answer"]
+
+
+def test_a_partner_without_an_interval_is_told_without_one():
+    one = AGREEMENT[AGREEMENT["partner"] == 1].assign(low=np.nan, high=np.nan)
+    known = pair_page.pair_page("one", one, CONTACTS, BEST, SETTINGS, ("a.pdb", "b.pdb"))
+    assert known["sides"][0]["place"] == "unknown"
+    assert "has AUC 0.65, without an interval" in " ".join(
+        Page(render(pair_page.TEMPLATE, **known)).text["answer"].split()
+    )
 
 
 def test_means_over_pairs_are_told_with_their_interval():

@@ -468,7 +468,7 @@ def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path
     assert words == ("mean of 2 proteins", "lowest to highest of 2 proteins")
 
 
-def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch):
+def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch, caplog):
     settings = {
         "surface": {"radii": "bondi", "probe_radius": 1.2, "reentrant": "dms"},
         "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK},
@@ -569,8 +569,12 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     minimal = pd.read_csv(table)
     assert minimal["weight"].sum() == 3000
     assert np.allclose(minimal[["x", "y", "z"]], surface.points[minimal["dot"]], atol=1e-4)
+    ranges = pd.read_csv(inputs["ranges"])
+    ranges[ranges["reading"] == "as_written"].to_csv(inputs["ranges"], index=False)
     asked = settings | {"minimal": {"sampler": "farthest", "floor": "fresh dots", "settle": True}}
     take_minimal.main(inputs, results, asked, "blob/c1")
+    told = [each for each in caplog.messages if "takes the paper's parameters" in each]
+    assert [each.split(":")[0] for each in told] == ["blob/c1"]
     dots = (minimal := pd.read_csv(table))["dot"].to_numpy()
     better = settle(surface.points[dots], surface.normals[dots], surface.points, surface.normals)
     assert np.allclose(minimal[["x", "y", "z", "nx", "ny", "nz"]], np.hstack(better), atol=1e-4)

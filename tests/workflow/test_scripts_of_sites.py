@@ -119,6 +119,17 @@ def test_a_site_is_found_on_every_copy_and_laid_on_ten(run):
     assert "p/f0" in files["page"].read_text(encoding="utf-8")
 
 
+def test_nothing_is_laid_on_a_target_on_which_nothing_agrees(run, tmp_path):
+    places = load_sites(run / "t00/f0/places.sites").take([0])
+    far = replace(places, name="u/f0", points=places.points + 500, numbers=places.numbers + 50)
+    far.save(tmp_path / "far.sites")
+    files = {key: tmp_path / path.name for key, path in found(run).items()}
+    find_site.main(sought(run, [run / "t00/f0/places.sites", tmp_path / "far.sites"]), files, SITE, "s")
+    hits = pd.read_csv(files["hits"])
+    assert hits["target"].to_list() == ["t00/f0", "u/f0"] and hits["places"].iloc[1] == 0
+    assert [path.name for path in files["superposed"].iterdir()] == ["01_t00_f0.pdb"]
+
+
 def test_a_site_without_query_or_other_targets_is_a_sentence(run):
     for targets in ([], [run / "p/f0/places.sites"]):
         with pytest.raises(InputError, match=r"^sites\.s: p/f0 is all that would be searched"):
@@ -127,9 +138,14 @@ def test_a_site_without_query_or_other_targets_is_a_sentence(run):
         find_site.main({}, {}, SITE, "s")
 
 
-def test_the_three_best_hits_are_seen_as_the_site_and_take_its_colours(run, tmp_path, monkeypatch):
-    best = pd.read_csv(found(run)["hits"])["target"][:3].to_list()
-    inputs = sought(run) | {key: found(run)[key] for key in ("hits", "poses")}
+def test_the_three_clearest_hits_are_seen_as_the_site_and_take_its_colours(run, tmp_path, monkeypatch):
+    hits = pd.read_csv(found(run)["hits"])
+    clearest, p = [4, 0, 2], [1e-7, 1e-6, 1e-5]  # rows of the table, which is in the order of the scores
+    hits["p"] = 0.5
+    hits.loc[clearest, "p"] = p
+    hits.to_csv(tmp_path / "hits.csv", index=False)
+    best = hits["target"].iloc[clearest].to_list()
+    inputs = sought(run) | {"hits": tmp_path / "hits.csv", "poses": found(run)["poses"]}
     inputs["surfaces"] = [run / place / "surface.npz" for place in ("p/f0", *best)]
     inputs["structures"] = [inputs["structure"]]
     outputs = {f"view_{side}": tmp_path / f"view_{side}.html" for side in (1, 2)}
@@ -138,7 +154,7 @@ def test_the_three_best_hits_are_seen_as_the_site_and_take_its_colours(run, tmp_
     draw_site.main(inputs, outputs | {"png": str(tmp_path / "site.png")}, SETTINGS, SITE, "s")
     ((name, panels, residues),) = figures
     assert name == "s" and residues == ["A:LEU2", "A:LYS3", "A:GLY4"]
-    titles = [f"hit {k}: {place}, p below 0.0001" for k, place in enumerate(best, 1)]
+    titles = [f"hit {k + 1}: {hits['target'][k]}, p below 0.0001" for k in clearest]
     assert [title for title, *_ in panels] == ["the site on p/f0", *titles]
     surface, molecule = (read(run / "p/f0" / each) for read, each in
                          ((read_npz, "surface.npz"), (read_own, "structure.pdb")))  # fmt: skip
