@@ -18,7 +18,7 @@ from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.handing_out import hand_out
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.components import FIELD, fields_alone
-from sparsurf.surfaces.formats.csv import DIGITS
+from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.workflow.jobs import run
@@ -63,7 +63,7 @@ def main(inputs, outputs, settings, name, threads=1, whole=True):
     off = off_recovered(surface.points, subset.surface.points, subset.surface.normals, threads, DENSE)
     tails(off, curvature(evaluator.index, threads=threads)).to_csv(outputs["recovered"], index=False)
     table = subset.table.assign(**subset.surface.fields)
-    table.to_csv(outputs["table"], index=False, float_format=DIGITS)
+    write_csv(outputs["table"], table, subset.surface.fields)
     columns = {key: table[key].to_numpy(float) for key in ("spacing", "reach")}
     columns |= subset.surface.fields
     write_ply(outputs["ply"], subset.surface, subset.weight.astype(float), "weight", columns)

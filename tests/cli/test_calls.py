@@ -422,6 +422,83 @@ def test_dots_know_their_molecule():
     assert whole.to_frame()["component"].value_counts().tolist() == [24376, 224]
 
 
+def test_dots_of_other_atoms_are_refused(tmp_path):
+    """Not only those of another frame; a molecule with more atoms around them is no other for fields."""
+    whole = sparsurf.read_molecule(PEPTIDE, residues="209-214")
+    bare = sparsurf.read_molecule(PEPTIDE, residues="209-214", hydrogens="remove")
+    more = sparsurf.read_molecule(PEPTIDE, residues="209-218")
+    moved = replace(bare, xyz=bare.xyz + 1.0)
+    dots = sparsurf.surface(bare)
+    assert sparsurf.residues(
+        dots, sparsurf.read_molecule(PEPTIDE, residues="209-214", hydrogens="remove")
+    ).equals(sparsurf.residues(dots))
+    sparsurf.residues(dots, moved)  # which asks for names only
+    for name, call in {
+        "residues": lambda own: sparsurf.residues(dots, own),
+        "components": lambda own: sparsurf.components(own, dots),
+        "write": lambda own: sparsurf.write(dots, tmp_path / "x.dms", molecule=own),
+        "fields": lambda own: sparsurf.fields(own, dots, ["hydropathy"]),
+    }.items():
+        others = {"residues": [whole, more], "fields": [moved]}.get(name, [whole, more, moved])
+        for own in others:
+            with pytest.raises(InputError, match=f"^{name}: the dots were placed on other atoms"):
+                call(own)
+    for own in (whole, more, bare):
+        assert len(sparsurf.fields(own, dots, ["hydropathy"])) == len(dots)
+    assert not (tmp_path / "x.dms").exists()
+
+
+def test_a_path_names_the_molecule_wherever_one_is_asked_for(tmp_path):
+    dots = sparsurf.surface(PEPTIDE)
+    sparsurf.write(dots, tmp_path / "a.dms", PEPTIDE)
+    sparsurf.write(dots, tmp_path / "b.dms")
+    assert (tmp_path / "a.dms").read_bytes() == (tmp_path / "b.dms").read_bytes()
+    with pytest.raises(InputError, match="components: the dots are not those of the molecule"):
+        sparsurf.components(PEPTIDE, (dots.points, dots.normals))
+
+
+def test_areas_of_a_part_of_the_dots_are_refused(blob):
+    dots = sparsurf.surface(sparsurf.read_molecule(PEPTIDE, residues="209-214"))
+    few = sparsurf.minimal(dots, percent=10)
+    for part in (dots.take(slice(None, None, 2)), few.surface):
+        with pytest.raises(InputError, match=r"^components: these are not all dots of their surface"):
+            sparsurf.components(part)
+    with pytest.raises(InputError, match=r"^components: these are not all dots of their surface"):
+        sparsurf.components(dots.origin.molecule, few)
+
+
+def test_what_is_wrong_with_numbers_is_told_in_the_words_of_the_call(blob):
+    dots = sparsurf.surface(sparsurf.read_molecule(PEPTIDE, residues="209-210"))
+    with pytest.raises(InputError, match=rf"^minimal: n is 100000, more than the {len(dots)} dots"):
+        sparsurf.minimal(dots, n=100_000)
+    with pytest.raises(InputError, match=r"^roughness_values: the arrays hold something else than numbers"):
+        sparsurf.residues(dots, roughness_values=["a"] * len(dots))
+
+
+@pytest.mark.parametrize("name", ["a<b", "pot (kT/e)", "weight"])
+def test_a_name_that_other_programs_do_not_read_is_refused(blob, tmp_path, name):
+    dots = Surface(*blob, fields={name: np.arange(len(blob[0]), dtype=float)})
+    for end in ("ply", "vtp"):
+        with pytest.raises(InputError, match=rf"a\.{end} has no room for a field called"):
+            sparsurf.write(dots, tmp_path / f"a.{end}")
+    assert not list(tmp_path.iterdir())
+
+
+def test_triangles_that_are_left_out_are_told(blob, tmp_path, monkeypatch, caplog):
+    monkeypatch.setattr(outputs, "MANY_DOTS", 100)
+    sparsurf.write(Surface(*blob), tmp_path / "a.ply")
+    assert caplog.messages == [
+        f"{len(blob[0])} dots are too many for triangles between them: {tmp_path / 'a.ply'} has none"
+    ]
+    with pytest.raises(InputError, match=r"a\.stl would hold no triangles"):
+        outputs.write_dots(
+            tmp_path / "a.stl",
+            None,
+            outputs.Dots(Surface(*blob), pd.DataFrame(index=range(len(blob[0])))),
+            True,
+        )
+
+
 def test_dots_and_atoms_are_of_one_frame():
     one = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-212")
     both = replace(
@@ -532,6 +609,14 @@ def test_a_part_of_the_dots_is_no_whole_surface():
     assert part.to_frame()["atom_name"].tolist() == molecule.name[part.atom].tolist()
     alone = replace(part, origin=None)  # as of a file
     assert np.array_equal(sparsurf.minimal(part).dots, sparsurf.minimal(alone).dots)
+
+
+def test_a_recommendation_for_a_part_is_not_that_for_the_whole():
+    dots = sparsurf.surface(PEPTIDE)
+    half = dots.take(dots.points[:, 0] > np.median(dots.points[:, 0]))
+    assert (
+        sparsurf.recommend(half) == sparsurf.recommend(replace(half, origin=None)) != sparsurf.recommend(dots)
+    )
 
 
 def test_what_minimal_gave_is_taken_for_its_dots(blob):

@@ -209,19 +209,50 @@ def test_a_folder_of_targets_leaves_out_what_cannot_be_read(folder, tmp_path, ca
     assert "holds no structure and no Sites" in capfd.readouterr().err
 
 
-def test_options_of_dots_are_refused_for_a_mesh_and_a_mesh_keeps_its_triangles(folder, tmp_path, capsys):
+def test_options_of_dots_are_refused_for_a_mesh(folder, tmp_path, capsys):
     call = ["surface", folder / "protein.pdb", "--mesh", "-o", tmp_path / "mesh.ply"]
     for option in (
         ["--fields", "hydropathy"],
         ["--table", "x.csv"],
         ["--charges", "pdb2pqr"],
         ["--d-link", 0.6],
+        ["--plain"],
     ):
         assert ended(*call, *option) == 1
         assert f"{option[0]}: it is of dots, and --mesh writes triangles" in capsys.readouterr().err
     assert ended(*call) == 0
-    own = (tmp_path / "mesh.ply").read_bytes()
-    assert ended(*call, "--plain") == 0 and (tmp_path / "mesh.ply").read_bytes() == own
+
+
+def test_roughness_is_that_of_the_call_and_not_of_the_file_in_every_format(folder, tmp_path):
+    ends = ("csv", "npz", "vtp")
+    for radius, name in ((6, "first.csv"), *((3, f"second.{end}") for end in ends)):
+        own = folder / "protein.pdb" if radius == 6 else tmp_path / "first.csv"
+        assert ended("roughness", own, "--r-patch", radius, "-o", tmp_path / name) == 0
+    first, second = (pd.read_csv(tmp_path / f"{name}.csv")["roughness"] for name in ("first", "second"))
+    assert abs(first - second).mean() > 0.01
+    with np.load(tmp_path / "second.npz") as held:
+        assert np.allclose(held["roughness"], second, atol=1e-4)
+
+
+def test_small_numbers_of_a_field_are_written(folder, tmp_path):
+    (tmp_path / "small.csv").write_text("residue,share\n" + "".join(f"{k},{k}e-9\n" for k in range(209, 217)))
+    call = ["--fields", "share", "--table", tmp_path / "small.csv", "-o"]
+    assert ended("surface", folder / "protein.pdb", *call, tmp_path / "dots.csv") == 0
+    table = pd.read_csv(tmp_path / "dots.csv")
+    assert np.allclose(table["share"], table["residue"] * 1e-9, rtol=1e-6)
+    assert ended("minimal", tmp_path / "dots.csv", "--percent", 10, "-o", tmp_path / "few.csv") == 0
+    few = pd.read_csv(tmp_path / "few.csv")
+    assert np.array_equal(few["share"], table["share"][few["dot"]])
+
+
+def test_gro_frames_are_no_models(folder, tmp_path, capsys):
+    import mdtraj
+
+    mdtraj.load(str(folder / "models.pdb")).save_gro(str(tmp_path / "m.gro"))
+    call = ["surface", tmp_path / "m.gro", "-o", tmp_path / "x.csv"]
+    assert ended(*call, "--model", 2) == 1
+    assert "has frames and no models" in capsys.readouterr().err
+    assert ended(*call) == 0 and "has 3 frames: the first is taken" in capsys.readouterr().err
 
 
 def test_sites_are_named_after_their_whole_file(folder, tmp_path):
@@ -490,6 +521,53 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (["surface", "protein.pdb"], 2, "-o/--output"),
         (["surfaces", "protein.pdb"], 2, "surfaces"),
         (["roughness", "protein.pdb", "-o", "x.dms"], 1, "cannot be written as '.dms'"),
+        (["roughness", "protein.pdb", "-o", "x.minimal"], 1, "cannot be written as '.minimal'"),
+        (
+            ["surface", "protein.pdb", "--fields", "charge", "-o", "x.dms"],
+            1,
+            "--fields: .dms has no room for them",
+        ),
+        (
+            ["surface", "protein.pdb", "--binary", "-o", "x.csv"],
+            1,
+            "--binary is about a PLY, and x.csv is none",
+        ),
+        (
+            ["minimal", "protein.pdb", "--fields", "charge", "-o", "x.minimal"],
+            1,
+            ".minimal has no room for them",
+        ),
+        (
+            ["recover", "minimal.csv", "--mesh", "--plain", "-o", "x.ply"],
+            1,
+            "--plain is about dots, which --mesh",
+        ),
+        (
+            ["recover", "minimal.csv", "--around", "minimal.csv", "--plain", "-o", "x.csv"],
+            1,
+            "--plain is about dots, which --around",
+        ),
+        (
+            [
+                "surface",
+                "models.pdb",
+                "--model",
+                "all",
+                "--fields",
+                "potential",
+                "--charges",
+                "a.pqr",
+                "-o",
+                "x.csv",
+            ],
+            1,
+            "--charges: a PQR file is of one frame",
+        ),
+        (
+            ["surface", "protein.pdb", "--fields", "points", "--table", "a.csv", "-o", "x.csv"],
+            1,
+            "--fields: a field cannot be called points",
+        ),
         (
             ["roughness", "protein.pdb", "--density", "1", "-o", "x.csv"],
             1,

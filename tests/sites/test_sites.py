@@ -1,6 +1,7 @@
 """Sites: exact search and poses against plain references, the same site on a turned molecule, files and refusals."""
 
 import gzip
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -132,6 +133,45 @@ def test_a_site_is_laid_on_each_of_several_targets_and_targets_of_one_name_are_t
         assert np.sqrt(((laid.xyz - there[row.target].xyz) ** 2).sum(axis=2).mean()) < 2.0
 
 
+def test_nothing_is_told_of_a_target_on_which_nothing_fits(sites, caplog):
+    few = sites.take(np.flatnonzero(sites.labels["residue"] == "215"))
+    one = few.take([0])
+    far = replace(one, name="far", points=one.points + 500, numbers=one.numbers + 50)
+    table = sparsurf.find(replace(few, name="query"), [far], residues="215")
+    assert table.empty and caplog.messages == ["nothing of the site fits on far"]
+
+
+def test_names_of_fields_may_come_in_any_order(small, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(small)
+    names = ["potential", "charge", "aromaticity", "volume", "hydropathy"]
+    call = ["find", "a.pdb", "a.sites", "--residues", "209-212", "-o", str(tmp_path / "h.csv")]
+    assert main([*call, "--fields", ",".join(names)]) == 0
+    assert pd.read_csv(tmp_path / "h.csv")["p"].notna().all()
+    for name in ("a.pdb", "a.sites"):
+        shutil.copy(name, tmp_path)
+    call = ["find", "a.pdb", str(tmp_path), "--residues", "209-212", "-o", "h.csv"]
+    assert main([*call, "--fields", "hydropathy,volume"]) == 0
+    assert pd.read_csv("h.csv")["target"].to_list() == ["a"]
+    (small / "h.csv").unlink()
+    error = capsys.readouterr().err
+    assert f"left out: {tmp_path}/a.sites was described with other settings than QUERY" in error
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (np.nan, "peptide: the field volume has no numbers"),
+        (1e6, "peptide: a field has numbers of 10,000 and more"),
+    ],
+)
+def test_a_field_that_cannot_be_described_is_told(values, said, recwarn):
+    dots = sparsurf.surface(sparsurf.read_molecule(PEPTIDE, residues="209-216"))
+    odd = replace(dots, fields={"volume": np.full(len(dots), values) * dots.points[:, 0]})
+    with pytest.raises(InputError, match=said):
+        sparsurf.describe_sites(odd, fields=["volume"], name="peptide")
+    assert not recwarn.list
+
+
 def test_each_place_gets_as_many_hits_as_asked_for_where_places_lie_densely(small):
     dense = sparsurf.describe_sites(small / "a.pdb", percent=60)
     few = sparsurf.find(dense, dense, at=range(5), n=10, percent=60)
@@ -242,6 +282,9 @@ def small(tmp_path_factory):
         ("a.sites a.sites --residues 209 -o h.csv --superpose laid", "a.sites is no structure"),
         ("a.pdb a.sites --residues 209 -o h.csv --superpose a.pdb", "a.pdb is a file"),
         ("a.pdb -o none/a.sites", "there is no folder"),
+        ("a.sites -o h.sites --percent 30", "percent: a was described with 10; leave"),
+        ("a.pdb a.sites --residues 209 -o h.csv --superpose .", "--superpose: . is where a.pdb lies"),
+        ("a.pdb one --residues 209 -o h.csv --superpose one", "--superpose: one is where one lies"),
         ("a.sites a.sites dots.csv --residues 209 -o dots.csv", "dots.csv is a file that is read"),
         ("a.pdb -o a.csv", "name at least one TARGET"),
         ("a.pdb -o h.sites --superpose laid", "--superpose and --hits are about hits"),

@@ -331,6 +331,21 @@ def test_columns_that_mean_nothing_else_are_fields(tmp_path):
     }
 
 
+def test_columns_of_numbers_that_are_left_out_are_told(tmp_path, caplog):
+    """By their name, or by a cell that is no number; not those of words, and not what pandas writes of its rows."""
+    rows = [f"{k},{k},2,3,0,0,1,{k / 2},{'n.d.' if k == 3 else k},{k},{k},CA,{k}\n" for k in range(9)]
+    header = ",x,y,z,nx,ny,nz,good,potential,pot (kT/e),points,word,area\n"
+    found = read_surface(written(tmp_path, header + "".join(rows), "a.csv"))
+    assert [*found.fields] == ["good"]
+    path = tmp_path / "a.csv"
+    assert [message.removeprefix(f"{path}: the column ") for message in caplog.messages] == [
+        "potential is left out: it holds 'n.d.', which is no number",
+        "'pot (kT/e)' is left out: a field has another name, of letters, digits and _",
+        "'points' is left out: a field has another name, of letters, digits and _",
+    ]
+    assert (found.points[:, 0] == np.arange(9)).all()
+
+
 def test_normals_far_from_unit_length_are_scaled_and_told(tmp_path, caplog):
     kept = written(tmp_path, "x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,4,0,1.001,0\n", "a.csv")
     assert read_surface(kept).normals.tolist() == [[0, 0, 1], [0, 1.001, 0]]  # what three decimals leave

@@ -5,6 +5,8 @@ import numpy as np
 from sparsurf import InputError
 from sparsurf.cli.inputs import (
     agreed,
+    around_the_same,
+    arrays,
     as_array,
     as_molecule,
     as_surface,
@@ -12,6 +14,7 @@ from sparsurf.cli.inputs import (
     has_atoms,
     names_of_fields,
     origin_of,
+    same_atoms,
     same_frame,
 )
 from sparsurf.cli.roughness import roughness
@@ -64,6 +67,7 @@ def fields(molecule, dots=None, names=("hydropathy", "potential"), *, frame=0, c
     molecule, surface = as_molecule(molecule), as_surface(dots)
     check_frame(molecule, frame, "the molecule")
     same_frame(dots, molecule, frame, "fields")
+    around_the_same(dots, molecule, frame, "fields")
     names = names_of_fields(names, "names")
     if not names:
         raise InputError("names: there are no fields; give one at least, such as 'potential'.")
@@ -97,9 +101,12 @@ def residues(dots, molecule=None, *, roughness_values=None, kept=(), weight=None
     """
     dots = as_surface(dots)
     molecule = origin_of(dots, "residues").molecule if molecule is None else as_molecule(molecule)
+    same_atoms(dots, molecule, None, "residues")
     if not 0 <= dots.atom.min() <= dots.atom.max() < molecule.n_atoms:
         raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
-    values = roughness(dots) if roughness_values is None else np.asarray(roughness_values)
+    values = (
+        roughness(dots) if roughness_values is None else arrays([roughness_values], "roughness_values")[0]
+    )
     if values.shape != (len(dots),):
         raise InputError(
             f"residues: roughness_values has the shape {values.shape}; the dots are {len(dots)}."

@@ -75,13 +75,18 @@ def describe_sites(surface, *, percent=10, fields=FIELDS, at=None, name=None):
     >>> len(sites), sites.fields[0]
     (393, 'hydropathy')
     """
-    percent, fields = PERCENT.check(percent, "percent"), names_of_fields(fields, "fields")
+    percent, fields = PERCENT.check(percent, "percent"), _in_order(fields)
     at = None if at is None else _places(at)
     dots, molecule = _dots_of(surface)
     name = name or (
         Path(Path(surface).name.removesuffix(".gz")).stem if isinstance(surface, str | Path) else "surface"
     )
-    sites = describe_surface(dots, molecule, name, percent, fields, at, available_cores())
+    if empty := [key for key in fields if not np.isfinite(dots.fields.get(key, 0)).any()]:
+        raise InputError(f"{name}: the field {empty[0]} has no numbers; leave it out of the fields.")
+    with np.errstate(over="ignore"):  # told below
+        sites = describe_surface(dots, molecule, name, percent, fields, at, available_cores())
+    if not np.isfinite(sites.numbers).all():
+        raise InputError(f"{name}: a field has numbers of 10,000 and more; write it in another unit.")
     if at is not None and len(sites) < len(at):
         log.warning(
             "%s: %d of %d places are left out: they have hardly a dot around them",
@@ -139,7 +144,11 @@ def found(query, targets, at=None, residues=None, n=10, percent=10, fields=FIELD
     others = _told_apart([as_sites(each, percent, fields) for each in many])
     if residues is not None:
         hits = find_site(whole.take(places_of_residues(whole, residues)), others, n)
-        return hits.table, hits.poses
+        fits = hits.table["places"].to_numpy() > 0
+        if not fits.all():
+            without = ", ".join(dict.fromkeys(hits.table.loc[~fits, "target"]))
+            log.warning("nothing of the site fits on %s", short(without))
+        return hits.table[fits], [pose for pose, fit in zip(hits.poses, fits, strict=True) if fit]
     return find_places(_at(query, whole, at), others, n, available_cores()), None
 
 
@@ -164,7 +173,7 @@ def _refuse_other_settings(sites, percent, fields):
     """Refuse settings that are asked for, not by default, and that Sites were not described by."""
     for key, asked, default in (
         ("percent", percent, PERCENT_KEPT),
-        ("fields", names_of_fields(fields, "fields"), FIELDS),
+        ("fields", _in_order(fields), FIELDS),
     ):
         own = tuple(sites.fields) if key == "fields" else sites.settings[key]
         if asked not in (default, own):
@@ -172,6 +181,12 @@ def _refuse_other_settings(sites, percent, fields):
             raise InputError(
                 f"{key}: {sites.name} was described with {shown}; leave the option out, or give the structure."
             )
+
+
+def _in_order(fields):
+    """Names of fields in the order of all that are known, which is that of the numbers in Sites."""
+    names = names_of_fields(fields, "fields")
+    return tuple(sorted(names, key=lambda name: FIELDS.index(name) if name in FIELDS else len(FIELDS)))
 
 
 def _told_apart(targets):
@@ -273,7 +288,7 @@ def arguments(parser):
 
 def run(asked):
     """Write the hits, or the Sites of QUERY."""
-    fields = tuple(name.strip() for name in asked.fields.split(",") if name.strip())
+    fields = _in_order([name.strip() for name in asked.fields.split(",") if name.strip()])
     if never := sorted(OF_DOTS.keys() & set(fields) - set(FIELDS)):
         raise InputError(f"--fields: {never[0]} is not searched by; name some of {', '.join(FIELDS)}.")
     if not asked.targets:
@@ -283,6 +298,7 @@ def run(asked):
             raise InputError("--superpose and --hits are about hits; name a TARGET to search, too.")
         outputs.check(asked, (".sites",))
         sites = as_sites(asked.file, asked.percent, fields)
+        _refuse_other_settings(sites, asked.percent, fields)
         outputs.write(asked.output, None, (".sites",), {".sites": sites.save})
         outputs.wrote(asked, asked.output, f"{len(sites):,} places")
         return
@@ -293,6 +309,10 @@ def run(asked):
         raise InputError(f"--superpose: {asked.superpose} is a file; name a folder.")
     if asked.superpose and not is_structure(asked.file):
         raise InputError(f"--superpose: {asked.file} is no structure; give one as QUERY.")
+    for read in (asked.file, *asked.targets) if asked.superpose and Path(asked.superpose).is_dir() else ():
+        folder = Path(read) if Path(read).is_dir() else Path(read).parent
+        if folder.is_dir() and folder.samefile(asked.superpose):
+            raise InputError(f"--superpose: {asked.superpose} is where {read} lies; name another folder.")
     query = as_sites(asked.file, asked.percent, fields)
     _refuse_other_settings(query, asked.percent, fields)
     places_of_residues(query, asked.residues)  # a mistake there is told before the targets take their time
@@ -321,7 +341,7 @@ def _sites_of(target, query):
     for file in progress.each(files, f"targets in {target}"):
         try:
             found = as_sites(file, *how)
-            if found.settings["percent"] != how[0] or not {*how[1]} <= {*found.fields}:
+            if found.settings["percent"] != how[0] or [*found.fields] != [*how[1]]:
                 raise InputError(f"{file} was described with other settings than QUERY; describe it again.")
             described.append(found)
         except InputError as error:
@@ -334,7 +354,9 @@ def _sites_of(target, query):
 def _superpose(asked, table, poses):
     folder = Path(asked.superpose)
     folder.mkdir(parents=True, exist_ok=True)
+    names = [f"{row.rank:02d}_{row.target.replace('/', '_')}.pdb" for row in table.itertuples()]
+    if older := sorted({path.name for path in folder.glob("*.pdb")} - {*names}):
+        log.warning("%s holds other files, too, such as %s", folder, older[0])
     molecule = read_molecule(asked.file).frame(0)
-    for row, pose in zip(table.itertuples(), poses, strict=True):
-        laid = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
-        laid.write_pdb(folder / f"{row.rank:02d}_{row.target}.pdb")
+    for name, pose in zip(names, poses, strict=True):
+        replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift).write_pdb(folder / name)

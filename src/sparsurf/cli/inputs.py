@@ -19,6 +19,8 @@ from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.surfaces.surface import Surface
 
 MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
+LABELS = ("chain", "residue", "residue_name", "name")  # of atoms, that the dots of a molecule go by
+NEAR = 0.01  # Å; places are written with three decimals
 PLACED_BY = {"frame": 0, "probe": 1.4, "density": "auto", "radii": "dms", "cavities": "keep"}  # unless told
 
 
@@ -114,6 +116,39 @@ def same_frame(dots, molecule, frame, name):
     own = getattr(dots, "origin", None)
     if own is not None and own.frame != frame and own.frame < molecule.n_frames:
         raise InputError(f"{name}: the dots are those of frame {own.frame}; give frame={own.frame}.")
+
+
+def same_atoms(dots, molecule, frame, name):
+    """Raise InputError where dots know that they were placed on other atoms than those of a frame, or of any where it is None."""
+    own = getattr(dots, "origin", None)
+    if own is None or (own.molecule is molecule and frame in (own.frame, None)):
+        return
+    same = own.molecule.n_atoms == molecule.n_atoms and all(
+        np.array_equal(getattr(own.molecule, key), getattr(molecule, key)) for key in LABELS
+    )
+    if same and frame is not None:
+        same_frame(dots, molecule, frame, name)
+        same = np.abs(own.molecule.xyz[own.frame] - molecule.xyz[frame]).max() < NEAR
+    if not same:
+        raise InputError(f"{name}: the dots were placed on other atoms; give their molecule, or none.")
+
+
+def around_the_same(dots, molecule, frame, name):
+    """Raise InputError where dots know that they were placed on atoms of which the frame of a molecule has not even half.
+
+    It may have more, or lack hydrogens and ligands.
+    """
+    own = getattr(dots, "origin", None)
+    if own is None or (own.molecule is molecule and frame == own.frame):
+        return
+    from scipy.spatial import cKDTree
+
+    heavy = ~np.isin(own.molecule.element, ["H", "D"])
+    places = own.molecule.xyz[own.frame][heavy if heavy.any() else slice(None)]
+    if (cKDTree(molecule.xyz[frame]).query(places)[0] < NEAR).mean() < 0.5:
+        raise InputError(
+            f"{name}: the dots were placed on other atoms; give their molecule and frame, or the pair (points, normals)."
+        )
 
 
 def _kind(given):

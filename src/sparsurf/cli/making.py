@@ -17,7 +17,7 @@ from sparsurf.cli.inputs import (
     is_file_of_dots,
     origin_of,
     placed_already,
-    same_frame,
+    same_atoms,
 )
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
@@ -126,9 +126,12 @@ def components(molecule, dots=None, *, frame=0, probe=1.4, radii="dms"):
     elif getattr(dots, "origin", None) is not None:
         rules = agreed(dots.origin, "components", probe=probe, radii=radii).rules
         probe, radii = rules["probe"], rules["radii"]
-    probe = PROBE.check(probe, "probe")
+    probe, dots = PROBE.check(probe, "probe"), as_surface(dots)
     molecule, frame, values = _spheres(molecule, frame, radii)
-    same_frame(dots, molecule, frame, "components")
+    if isinstance(molecule, Molecule):
+        same_atoms(dots, molecule, frame, "components")
+    if dots.origin and not dots.placed:
+        raise InputError("components: these are not all dots of their surface; give all that surface() gave.")
     if not 0 <= dots.atom.min() <= dots.atom.max() < len(values):
         raise InputError(
             "components: the dots are not those of the molecule; give what surface() gave for it."

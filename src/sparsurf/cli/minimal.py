@@ -104,6 +104,8 @@ def minimal(
         raise InputError("minimal: give only one of percent, n and z.")
     how = {"probe": probe, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities}
     dots, own, molecule = _dots_of(given, frame, how)
+    if n is not None and n > len(dots):
+        raise InputError(f"minimal: n is {n}, more than the {len(dots)} dots of the surface.")
     return chosen(dots, own, molecule, wishes, sampler, bool(settle), seed, d_link)
 
 

@@ -9,6 +9,8 @@ from sparsurf.cli.inputs import DENSITY, LENGTH, PROBE, Limits, check_frame, is_
 from sparsurf.cli.making import CAVITIES
 from sparsurf.cli.making import surface as surface_of
 from sparsurf.cli.outputs import FRAME
+from sparsurf.dot_fields.columns import TAKEN
+from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.read_surface import read_surface
@@ -106,6 +108,11 @@ def with_fields(asked, surface, molecule, frame=0):
         raise InputError(
             f"--fields: {asked.file} holds dots, and fields follow from atoms; give a structure."
         )
+    several = asked.frames is not None or (asked.model == ALL and asked.frame is None)
+    if several and asked.charges not in ("table", "pdb2pqr"):
+        raise InputError("--charges: a PQR file is of one frame; give --frame, or other charges.")
+    if never := sorted({*names} & (TAKEN | {"self"})):
+        raise InputError(f"--fields: a field cannot be called {never[0]}; rename the column.")
     table = values(names, molecule.frame(frame), surface.points, asked.charges, asked.table)
     return replace(surface, fields=surface.fields | dict(table))
 
@@ -188,7 +195,7 @@ def read_atoms(asked):
     molecule = read_molecule(asked.file, asked.trajectory, **keys)
     check_frame(molecule, asked.frame or 0, asked.trajectory or asked.file)
     if molecule.n_frames > 1 and asked.frame is asked.frames is None and not asked.quiet:
-        several = "frames" if asked.trajectory else "models"
+        several = "models" if suffix(asked.file) in STRUCTURES and not asked.trajectory else "frames"
         print(
             f"{asked.trajectory or asked.file} has {molecule.n_frames} {several}: the first is taken. "
             "--frame takes another.",

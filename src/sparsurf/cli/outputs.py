@@ -2,6 +2,7 @@
 
 import gzip
 import importlib
+import logging
 import os
 import re
 import shutil
@@ -14,18 +15,21 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.cli.inputs import same_frame
+from sparsurf.cli.inputs import as_molecule, same_atoms
 from sparsurf.dot_fields.columns import TAKEN
 from sparsurf.surfaces.formats.compact import write_compact
-from sparsurf.surfaces.formats.csv import DIGITS
+from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.ply import MANY_DOTS, triangles, write_ply
 from sparsurf.surfaces.formats.vtp import write_vtp
-from sparsurf.surfaces.surface import ARRAYS, Surface
+from sparsurf.surfaces.surface import ARRAYS, Surface, is_field
 from sparsurf.texts import short
+
+log = logging.getLogger("sparsurf")
 
 BY_TRIMESH = (".obj", ".glb", ".stl", ".off")  # where trimesh is installed
 MESHES = (".ply", ".vtp", *BY_TRIMESH)
+NUMBERS = (".csv", ".npz", ".ply", ".vtp")  # which have room for numbers at the dots
 DOTS_ALONE = (".csv", ".npz", ".minimal", *MESHES)
 DOTS = (".dms", *DOTS_ALONE)  # DMS names the atom of every dot
 TABLES = (".csv", ".npz")
@@ -89,6 +93,12 @@ def check(asked, formats):
     suffix = _place(asked.output, asked.format, formats)[0]
     if suffix in BY_TRIMESH:
         _trimesh(asked.output)
+    if suffix in BY_TRIMESH and getattr(asked, "plain", False):
+        raise InputError(f"--plain: {suffix} holds triangles only; leave it out, or name a file in .ply.")
+    if suffix != ".ply" and getattr(asked, "binary", False):
+        raise InputError(f"--binary is about a PLY, and {asked.output} is none; leave it out.")
+    if suffix in {*DOTS} - {*NUMBERS} and getattr(asked, "fields", None):
+        raise InputError(f"--fields: {suffix} has no room for them; name a file in {', '.join(NUMBERS)}.")
     every_model = getattr(asked, "model", None) == "all" and asked.frame is None
     several = getattr(asked, "frames", None) or every_model
     if several and suffix != ".csv" and FRAME not in str(asked.output):
@@ -174,11 +184,30 @@ def write_dots(output, format_given, dots, plain=False, binary=False):
     surface = dots.surface
 
     def faces():
+        if dots.faces is None and not plain and len(surface) > MANY_DOTS:
+            log.warning("%d dots are too many for triangles between them: %s has none", len(surface), output)
         if dots.faces is None and (plain or len(surface) > MANY_DOTS):
             return np.empty((0, 3), int)
         return triangles(surface) if dots.faces is None else dots.faces
 
+    def solid(path):
+        if not len(found := faces()):
+            raise InputError(f"{output} would hold no triangles, and holds nothing else; write a PLY.")
+        _by_trimesh(path, surface, found)
+
+    def refuse_names():
+        odd = [name for name in surface.fields if not is_field(name)]
+        if odd:
+            raise InputError(
+                f"{output} has no room for a field called {odd[0]!r}; rename it, to letters, digits and _."
+            )
+
+    def vtp(path):
+        refuse_names()
+        write_vtp(path, surface, dots.numbers, faces())
+
     def ply(path):
+        refuse_names()
         values = dots.numbers
         colours = values.pop(dots.shown).astype(float) if dots.shown else None
         write_ply(path, surface, colours, dots.shown or "", values, faces=faces(), binary=binary)
@@ -192,18 +221,19 @@ def write_dots(output, format_given, dots, plain=False, binary=False):
             raise InputError(
                 f"{output}: npz has no room for a field called {taken[0]}; rename it, or write CSV."
             )
-        arrays = {name: getattr(surface, name) for name in ARRAYS} | surface.fields
+        arrays = {name: getattr(surface, name) for name in ARRAYS}
+        arrays |= {name: values for name, values in surface.fields.items() if name not in dots.table}
         _npz(path, arrays | {name: column for name, column in dots.table.items() if name not in arrays})
 
     writers = {
-        ".csv": lambda path: _csv(path, dots.to_frame(), DIGITS),
+        ".csv": lambda path: write_csv(path, dots.to_frame(), surface.fields.keys() - {*dots.table}),
         ".npz": npz,
         ".ply": ply,
         ".dms": dms,
         ".minimal": lambda path: write_compact(path, surface),
-        ".vtp": lambda path: write_vtp(path, surface, dots.numbers, faces()),
+        ".vtp": vtp,
     }
-    writers |= dict.fromkeys(BY_TRIMESH, lambda path: _by_trimesh(path, surface, faces()))
+    writers |= dict.fromkeys(BY_TRIMESH, solid)
     write(output, format_given, DOTS if dots.molecule is not None else DOTS_ALONE, writers)
 
 
@@ -230,7 +260,8 @@ def write_result(thing, path, molecule=None, frame=0):
     ----------
     thing : Surface, what `minimal` gave, Mesh, or DataFrame
     path : str or Path
-    molecule : Molecule of the dots, which a DMS file needs and a table names; that of the dots without
+    molecule : path of a structure, or what `read_molecule` gave, which a DMS file needs and a table names; that of the dots
+        without
     frame : int, of the molecule
 
     Raises
@@ -245,10 +276,11 @@ def write_result(thing, path, molecule=None, frame=0):
     if isinstance(thing, pd.DataFrame):
         write_table(path, None, thing)
         return
+    molecule = molecule if molecule is None else as_molecule(molecule)
     if isinstance(thing, Surface) and thing.origin:
         if molecule is None:
             molecule, frame, *_ = thing.origin
-        same_frame(thing, molecule, frame, "write")
+        same_atoms(thing, molecule, frame, "write")
     if hasattr(thing, "triangles"):
         thing = mesh_dots(thing)
     elif hasattr(thing, "weight"):
@@ -269,7 +301,7 @@ def write_each(asked, results):
     results : iterable of (frame, Dots); of several frames one table with a column `frame`, or a file for each
     """
     how = asked.plain, asked.binary
-    tables = []
+    tables, fields = [], set()
     for frame, dots in results:
         if FRAME in str(asked.output):
             output = str(asked.output).replace(FRAME, str(frame))
@@ -278,12 +310,13 @@ def write_each(asked, results):
         elif asked.frames:
             tables.append(dots.to_frame())
             tables[-1].insert(0, "frame", frame)
+            fields |= dots.surface.fields.keys() - {*dots.table}
         else:
             write_dots(asked.output, asked.format, dots, *how)
             wrote(asked, asked.output, dots.words)
     if tables:
         table = pd.concat(tables, ignore_index=True)
-        write(asked.output, asked.format, (".csv",), {".csv": lambda path: _csv(path, table, DIGITS)})
+        write(asked.output, asked.format, (".csv",), {".csv": lambda path: write_csv(path, table, fields)})
         wrote(asked, asked.output, f"{len(table):,} dots of {len(tables)} frames")
 
 

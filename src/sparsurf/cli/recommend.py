@@ -90,7 +90,7 @@ def recommend(given, percent=N_S, results=None):
 
 def _bare(given, rules):
     """Dots of what is given, of a molecule as the evidence has them."""
-    origin = getattr(given, "origin", None)
+    origin = getattr(given, "placed", None)
     if not (origin or has_atoms(given)):
         return as_surface(given)
     molecule, frame, how = origin[:3] if origin else (as_molecule(given), 0, {})

@@ -119,6 +119,9 @@ def run(asked):
     """Write the dense dots, their triangles, or descriptors of their patches."""
     if asked.mesh and asked.around is not None:
         raise InputError("--around: descriptors are no mesh; leave out --mesh or --around.")
+    if asked.plain and (asked.mesh or asked.around is not None):
+        other = "--mesh" if asked.mesh else "--around"
+        raise InputError(f"--plain is about dots, which {other} does not write; leave out one of the two.")
     outputs.check(
         asked, outputs.TABLES if asked.around is not None else outputs.MESHES if asked.mesh else outputs.DOTS
     )

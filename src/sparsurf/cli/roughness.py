@@ -53,7 +53,7 @@ def roughness(surface, *, radius=R_PATCH, d_link=D_LINK):
 def arguments(parser):
     """Options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure or dots")
-    options.add_output(parser, outputs.DOTS_ALONE)
+    options.add_output(parser, outputs.NUMBERS)
     options.add_mesh(parser)
     parser.add_argument(
         "--r-patch",
@@ -66,7 +66,7 @@ def arguments(parser):
 
 def run(asked):
     """Write the dots with their roughness."""
-    outputs.check(asked, outputs.DOTS_ALONE)
+    outputs.check(asked, outputs.NUMBERS)
     outputs.write_each(asked, _each(asked))
 
 

@@ -16,6 +16,7 @@ OF_DOTS = {
     "table": None,
     "charges": "table",
     "d_link": D_LINK,
+    "plain": False,
 }  # options without a meaning for a mesh
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,

@@ -120,6 +120,8 @@ def read_molecule(
         report_duplicates(atoms, path)
         models = _models(atoms, model, path)
     elif ending in TOPOLOGIES + SELF_CONTAINED:
+        if model is not None:
+            raise InputError(f"{path} has frames and no models: leave out the model, and name the frame.")
         file = AtomFile(read_topology(path))
         models = {0: file.atoms}
         trajectory = path if trajectory is None and ending in SELF_CONTAINED else trajectory

@@ -3,16 +3,21 @@
 import codecs
 import csv
 import io
+import logging
 import re
 
 import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.surfaces.surface import Format, is_field, surface_of_columns
-from sparsurf.texts import text_of
+from sparsurf.surfaces.surface import NO_FIELDS, Format, is_field, surface_of_columns
+from sparsurf.texts import short, text_of
+
+log = logging.getLogger("sparsurf")
 
 DIGITS = "%.4f"  # of the floats of dots that are written: places to 0.00005 Å
+FIELD_DIGITS = "%.6g"  # of fields, which may be small
+NEVER = frozenset(["points", "normals", "self"])  # names that a field cannot have
 MOST_COLUMNS = 1000
 PLACE_AND_NORMAL = ["x", "y", "z", "nx", "ny", "nz"]
 LAST = 10  # lines whose decimals tell how numbers are written
@@ -42,6 +47,15 @@ def read_places(content, path):
     if len(places) == 0:
         raise InputError(f"{path} holds no places.")
     return np.ascontiguousarray(places)
+
+
+def write_csv(path, table, fields=()):
+    """Write a table of dots; the columns `fields` with six digits whatever their size, other floats with four decimals."""
+    texts = {
+        name: [FIELD_DIGITS % value if value == value else "" for value in table[name].tolist()]
+        for name in fields
+    }
+    table.assign(**texts).to_csv(path, index=False, float_format=DIGITS)
 
 
 def _columns(content, path, names):
@@ -84,7 +98,10 @@ def _columns(content, path, names):
     if wrong:
         raise InputError(f"{path} needs one column {wrong[0]}; its header must name {', '.join(names)}.")
     numbers = [k for k in range(len(given)) if pd.api.types.is_numeric_dtype(table.dtypes.iloc[k])]
-    numbers = [k for k in numbers if is_field(table.columns[k])]
+    of_fields = [k for k in range(len(given)) if is_field(table.columns[k]) and given[k] not in NEVER]
+    if names == PLACE_AND_NORMAL:
+        _tell_left_out(path, table, given, numbers, of_fields)
+    numbers = [k for k in numbers if k in of_fields]
     if twice := [given[k] for k in numbers if given.count(given[k]) > 1]:
         raise InputError(f"{path} has the column {twice[0]!r} twice; remove or rename one.")
     try:
@@ -96,6 +113,27 @@ def _columns(content, path, names):
     if not text.endswith("\n") and _ends_within_a_number(text):
         raise InputError(f"{path} is cut short: line {lines[-1]} ends within a number; copy it again.")
     return values, fields, lines
+
+
+def _tell_left_out(path, table, given, numbers, of_fields):
+    """Warn of columns of numbers that are no fields: by their names, or by a cell that is no number."""
+    for k, name in enumerate(given):
+        if k in of_fields and k not in numbers:
+            column = table.iloc[:, k]
+            wrong = column[pd.to_numeric(column, errors="coerce").isna() & column.notna()]
+            if 0 < len(wrong) < len(column) / 2:
+                log.warning(
+                    "%s: the column %s is left out: it holds %s, which is no number",
+                    path,
+                    name,
+                    short(repr(wrong.iloc[0])),
+                )
+        elif k in numbers and k not in of_fields and name and table.columns[k] not in NO_FIELDS:
+            log.warning(
+                "%s: the column %s is left out: a field has another name, of letters, digits and _",
+                path,
+                short(repr(name)),
+            )
 
 
 def _lines_of_rows(text, before):
