@@ -65,7 +65,8 @@ def keys():
 def _key(name, rule):
     """A row for one key."""
     meaning = rule.get("description", "").rstrip(".").replace("|", "\\|").replace("<", "&lt;")
-    default = f"`{_shown(rule['default'])}`" if rule.get("default") not in (None, {}) else ""
+    known = rule.get("default", rule.get("otherwise"))  # otherwise: what the code takes where nothing is said
+    default = f"`{_shown(known)}`" if known not in (None, {}) else ""
     return f"| `{name}` | {meaning} | {_takes(rule)} | {default} |\n"
 
 

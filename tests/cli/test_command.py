@@ -675,6 +675,11 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             "recommend: one.csv has a single dot, which has no roughness: give a surface.",
         ),
         (["recommend", "dots.csv", "--d-link", "0.7"], 2, "unrecognized arguments: --d-link 0.7"),
+        (
+            ["recommend", "protein.pdb", "--hydrogens", "keep"],
+            1,
+            "--hydrogens keep: the evidence is of structures without",
+        ),
         (["roughness", "dots.csv", "more.csv", "-o", "-"], 2, "unrecognized arguments: more.csv (one file"),
         (["roughness", ".", "-o", "-"], 1, ". is a folder: give one file"),
     ],

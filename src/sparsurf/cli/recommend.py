@@ -110,6 +110,10 @@ def run(asked):
         rules = evidence["surfaces"].iloc[0]
         asked.d_link = rules["D_link"]
         bare = rules.get("hydrogens") == "remove" and is_structure(asked.file)
+        if bare and asked.hydrogens == "keep":
+            raise InputError(
+                "--hydrogens keep: the evidence is of structures without hydrogens; leave it out."
+            )
         if bare:
             asked.hydrogens = "remove"
         dots, _ = options.read_dots(asked)
