@@ -262,6 +262,16 @@ def pqr(molecule, charge=lambda k: (-1) ** k * 0.3, radius=1.5, scale=1.0, shift
     )
 
 
+@pytest.mark.parametrize(
+    ("shift", "told"), [(0.1, []), (0.4, ["its atoms lie 0.7 Å from those of the molecule"])]
+)
+def test_charges_that_may_be_of_another_frame_are_told(tmp_path, molecule, caplog, shift, told):
+    path = tmp_path / "a.pqr"
+    path.write_text(pqr(molecule, shift=shift))
+    pqr_charges(path, molecule)
+    assert [each.split(": ")[1].split(",")[0] for each in caplog.messages] == told
+
+
 def test_charges_of_a_file_lie_at_the_atoms_of_the_molecule(tmp_path, molecule):
     path, heavy = tmp_path / "a.pqr", molecule.select(hydrogens="remove")
     path.write_text(pqr(heavy, shift=0.4))  # as a force field that relaxes them moves them

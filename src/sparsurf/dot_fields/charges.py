@@ -34,8 +34,9 @@ STATES = {
 STATE_OF = {variant: state for state, variants in STATES.items() for variant in variants.split()}
 N_TERMINUS = {"N": (-0.32, 0.99, 3), "CA": (0.33, 0.0, 0.0)}  # PARSE, BK+
 C_TERMINUS = {"C": (0.10, 0.0, 0.0), "O": (-0.55, 0.0, 0.0), "OXT": (-0.55, 0.0, 0.0)}  # PARSE, BK-
-# Of a PQR file: e, charge that no atom has; e, median that radii have and charges have not; Å, between an atom and its own
-MOST, RADIUS, ELSEWHERE = 10, 0.5, 1.0
+# Of a PQR file: e, charge that no atom has; e, median that radii have and charges have not; Å, between an atom and its own where
+# a force field has relaxed it, and where it is another's
+MOST, RADIUS, RELAXED, ELSEWHERE = 10, 0.5, 0.3, 1.0
 OTHER_NAMES = {"OT1": "O", "OT2": "OXT", "O1P": "OP1", "O2P": "OP2", "C5M": "C7"}
 
 
@@ -199,6 +200,10 @@ def pqr_charges(path, molecule=None):
     if gap > ELSEWHERE:
         raise InputError(
             f"{path}: its atoms lie {gap:.1f} Å from those of the molecule; give charges of this structure, in Å."
+        )
+    if gap > RELAXED:
+        log.warning(
+            "%s: its atoms lie %.1f Å from those of the molecule, as those of another frame may", path, gap
         )
     return places, charges
 
