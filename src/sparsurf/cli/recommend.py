@@ -51,6 +51,7 @@ def arguments(parser):
         "--results", type=Path, help="results/<run>; default: many proteins, docs/proteins.md"
     )
     options.add_molecule(parser, d_link=False, several=False)  # the evidence has its own
+    parser.set_defaults(hydrogens=None)  # so that it is known whether they are asked for
 
 
 class Answer(str):
@@ -103,14 +104,15 @@ def run(asked):
     """Print the answer."""
     evidence = read_run(asked.results or EVIDENCE)
     of = note = ""
-    mean_roughness = asked.roughness
+    mean_roughness, kept = asked.roughness, asked.hydrogens == "keep"
+    asked.hydrogens = asked.hydrogens or "keep"
     if asked.file is None:
         options.refuse_of_structure(asked, "a mean roughness")
     else:
         rules = evidence["surfaces"].iloc[0]
         asked.d_link = rules["D_link"]
         bare = rules.get("hydrogens") == "remove" and is_structure(asked.file)
-        if bare and asked.hydrogens == "keep":
+        if bare and kept:
             raise InputError(
                 "--hydrogens keep: the evidence is of structures without hydrogens; leave it out."
             )
