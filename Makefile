@@ -20,7 +20,9 @@ QUICK  ?=
 CONFIG ?= config.yaml
 VENV   := .venv
 BIN    := $(VENV)/bin
-READY  := $(VENV)/.ready-$(shell cksum < envs/requirements.txt | cut -d' ' -f1)
+# What is installed knows where it lies: a checkout that was moved is set up anew
+READY  := $(VENV)/.ready-$(shell { pwd; cat envs/requirements.txt; } | cksum | cut -d' ' -f1)
+override QUICK := $(filter-out 0 no false,$(QUICK))
 ifneq ($(filter-out slurm,$(CLUSTER)),)
 $(error CLUSTER is $(CLUSTER), but only CLUSTER=slurm is known (docs/cluster.md))
 endif
@@ -82,7 +84,7 @@ planted: $(READY)
 evidence: $(READY) $(EXTRA)
 	+@$(BIN)/snakemake --snakefile evidence/Snakefile $(if $(QUICK),--configfile evidence/quick.yaml) \
 	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) \
-	  $(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host)
+	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))
 	$(if $(QUICK),,@$(BIN)/python evidence/pages.py README.md docs/*.md)
 
 $(READY): envs/requirements.txt

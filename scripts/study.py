@@ -13,15 +13,15 @@ from pathlib import Path
 
 from sparsurf import InputError
 from sparsurf.workflow import cluster, ending, results
-from sparsurf.workflow.config import check, completed
+from sparsurf.workflow.config import check, completed, with_comparison
 from sparsurf.workflow.jobs import DISK
 from sparsurf.workflow.needs import limit, memory_of_grid
-from sparsurf.workflow.running import locked, snakemake
+from sparsurf.workflow.running import locked, plans_only, snakemake
 from sparsurf.workflow.yaml_file import read_config
 
 ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
-HELP, DRY = {"-h", "--help"}, {"--dry-run", "-n", "-h", "--help"}
+HELP = {"-h", "--help"}
 OF_CONFIG = {"--config", "-C", "--configfile", "--configfiles"}
 ODD = re.compile(r"""[\s()'"&;$`\\|<>*?{}]""")  # means something to a shell
 TELL = 2**30  # bytes of memory from which on a grid's need is told
@@ -32,25 +32,25 @@ def main(path_to_config="config.yaml", *options):
     if path_to_config in HELP:
         print(__doc__.strip())
         return 0
-    path, options = Path(path_to_config).resolve(), list(options)
+    if path_to_config == "compare" or path_to_config.startswith("-"):
+        path_to_config, options = str(ROOT / "config.yaml"), (path_to_config, *options)
+    path, options = Path(path_to_config).resolve(), cluster.parted(options)
     os.chdir(ROOT)
     try:
         here = not {"--cluster", "--executor"} & set(options)
         options = (limit() if here else []) + cluster.replaced(options, ROOT / "profiles")
         refuse(options, path_to_config)
-        config = checked_config(path, path_to_config, here)
+        config = checked_config(path, path_to_config, here, "compare" in options)
         folder = Path("results", config["run"])
         kept_up = (folder / "compare.csv").is_file() and config["sampling"]["run"] and config["proteins"]
         asked = read_config(path).get("compare")
         kept_up = kept_up and not isinstance(asked, bool) and "run" not in (asked or {})
         if kept_up and "compare" not in options:
-            print(
-                f"{folder} holds a comparison of samplers: it is kept up. `compare: {{run: false}}` ends that."
-            )
+            print(f"{folder} keeps up its comparison of samplers. `compare: {{run: false}}` ends that.")
         files = [path, *([COMPARE] if "compare" in options or kept_up else [])]
         options = [option for option in options if option != "compare"]
         with locked(ROOT):
-            if DRY & set(options):
+            if plans_only(options):
                 return snakemake(ROOT, files, *options)
             return study(config, folder, files, options)
     except InputError as error:
@@ -78,11 +78,12 @@ def refuse(options, given):
         )
 
 
-def checked_config(path, given, here=True):
+def checked_config(path, given, here=True, compare=False):
     """The config in a file, checked before anything starts; says what memory a large grid will need."""
     if not path.is_file():
         raise InputError(f"There is no config file {given!r}; give one with CONFIG=my_config.yaml.")
-    config = check(completed(read_config(path), ROOT), home=ROOT, here=here)
+    asked = with_comparison(read_config(path)) if compare else read_config(path)
+    config = check(completed(asked, ROOT), home=ROOT, here=here)
     if (needed := memory_of_grid(config)) > TELL:
         print(f"The grid of one surface will need about {needed / 2**30:.1f} GB of memory.")
     return config
@@ -92,24 +93,23 @@ def study(config, folder, files, options):
     """Run what is out of date, then the report; where jobs fail, both of the rest. Returns the exit code."""
     begin, logs = time.time(), folder / results.LOGS
     ending.make_writable(logs)
+    results.refuse_unknown(ROOT, logs, options)
+    errors = logs / "snakemake.err"
+    errors.unlink(missing_ok=True)  # of an earlier run
     for path in results.damaged(logs):
         print(f"{path} is not what the study wrote: it is regenerated.")
         Path(path).unlink()
-    run = partial(
-        snakemake,
-        ROOT,
-        errors=logs / "snakemake.err",
-        begun=cluster.watch if "--workflow-profile" in options else None,
-    )
+    begun = cluster.watch if "--workflow-profile" in options else None
+    run = partial(snakemake, ROOT, errors=errors, begun=begun)
     with ending.failed_jobs() as failed:
-        code = run(files, "--logger", "sparsurf", *options)
+        code = rest = run(files, "--logger", "sparsurf", *options)
     if code:
         without = ending.left_out(config, folder, failed)
         if failed and ending.something_is_left(config, folder, without):
             files = [*files, ending.write_without(without, ROOT / ".snakemake" / "without.yaml")]
             print("What can be made without what failed:")
-            run(files, "--logger", "sparsurf", *options)
-    if not ending.is_complete(folder):
+            rest = run(files, "--logger", "sparsurf", *options)
+    if rest or not ending.is_complete(folder):
         return ending.incomplete(folder, code, failed)
     report = folder / ending.REPORT
     torn = ending.is_older(report, folder) and run(files, "--quiet", "all", "--report", report)

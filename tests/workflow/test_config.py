@@ -257,7 +257,7 @@ def test_what_is_left_out_is_a_part_of_the_study():
     ]
     for place in legal:
         assert check(plain | {"without": {place: "why"}})["without"] == {place: "why"}
-    for place in ("tdp34", "tdp34/c2", "pairs/ab", "sites/x", "pairs"):
+    for place in ("tdp34", "tdp34/c2", "tdp43/foo", "tdp43/c99x", "pairs/ab", "sites/x", "pairs"):
         with pytest.raises(InputError, match=rf"without: '{place}' is no part of the study; remove it"):
             check(plain | {"without": {place: "why"}})
 

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from base64 import b64encode
 from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
@@ -49,6 +50,9 @@ def checkout(tmp_path, monkeypatch):
             log.parent.mkdir(parents=True, exist_ok=True)
             with chdir(own.root):
                 log.write_text("".join(f"{line}\n" for line in made([f"results/mine/{file}"])))
+            note = b64encode(f"results/mine/{file}".encode(), b"_-").decode()  # as Snakemake keeps them
+            (own.root / ".snakemake" / "metadata").mkdir(parents=True, exist_ok=True)
+            (own.root / ".snakemake" / "metadata" / note).write_text("{}")
 
     own = Checkout()
     own.root.mkdir()
@@ -136,10 +140,53 @@ def test_where_nothing_is_left_there_is_no_second_try(checkout, capsys):
     assert "Not everything could be made. What was made is in results/mine/." in capsys.readouterr().err
 
 
-def test_what_snakemake_alone_complains_of_is_found_in_its_log(checkout, capsys):
-    checkout.codes = [1]
+def test_what_snakemake_alone_complains_of_is_said(checkout, capsys):
+    checkout.make("index.html")  # of an earlier run
+
+    def complain():
+        (checkout.root / "results" / "mine" / "logs" / "snakemake.err").write_text(
+            f"{ending.PROFILE} profiles/default\nusage: many\nlines\nsnakemake: error: four is no number\n\n"
+        )
+
+    checkout.codes, checkout.work = [1], [complain]
     assert study.main(checkout.config(), "--no-such-option") == 1
-    assert "See results/mine/logs/snakemake.err and the newest file" in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert "\nsnakemake: error: four is no number\n" in said.err and "usage" not in said.err
+    assert "See results/mine/logs/snakemake.err and the newest file" in said.err
+    assert "results/mine/index.html is of an earlier run." in said.err and "Look at" not in said.out
+
+
+def test_an_answer_of_another_config_is_not_given_for_this_one(checkout, capsys):
+    """The pages of a run before are there, and all that this one should make failed."""
+    checkout.make("index.html", "surfaces.csv")
+    checkout.work, checkout.codes = [failing(checkout, "p/choose_frames")], [1]
+    assert study.main(checkout.config()) == 1
+    said = capsys.readouterr()
+    assert "Answer" not in said.out and "results/mine/index.html is of an earlier run." in said.err
+
+
+@pytest.mark.parametrize("options", [[], ["--forceall"]])
+def test_results_of_which_nothing_is_known_are_not_taken_for_this_config(checkout, capsys, options):
+    checkout.make("index.html", "surfaces.csv")
+    shutil.rmtree(checkout.root / ".snakemake" / "metadata")
+    assert study.main(checkout.config(), *options) == (0 if options else 2)
+    assert bool(checkout.calls) == bool(options)
+    if not options:
+        said = capsys.readouterr().err
+        assert "results/mine was made in another checkout" in said and "--forceall" in said
+
+
+def test_words_before_the_config_are_options_of_the_default_study(checkout):
+    for words in (["compare"], ["-n"], ["--cores", "2"]):
+        checkout.calls.clear()
+        study.main(*words)
+        assert checkout.calls and checkout.files[0] == "config.yaml"
+    assert "2" in checkout.calls[0]
+
+
+def test_a_comparison_that_cannot_be_is_refused_before_anything_runs(checkout, capsys):
+    assert study.main(checkout.config(sampling=False), "compare") == 2 and not checkout.calls
+    assert "sampling is false, but `compare` needs its grid" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -205,7 +252,7 @@ def test_a_comparison_is_kept_up_unless_the_config_says(checkout, capsys, compar
     checkout.make("compare.csv")
     asked = {} if compare is None else {"compare": compare}
     study.main(checkout.config(**asked), "--dry-run")
-    assert ("it is kept up" in capsys.readouterr().out) == kept_up == ("compare.yaml" in checkout.files)
+    assert ("keeps up its comparison" in capsys.readouterr().out) == kept_up == ("compare.yaml" in checkout.files)
 
 
 def test_a_result_that_was_changed_is_regenerated(checkout, capsys):
@@ -284,9 +331,10 @@ def test_a_second_config_is_refused(checkout, capsys, options):
     assert f"{options[0]}: a study has one config file. Write into {path}" in capsys.readouterr().err
 
 
-def test_a_dry_run_writes_nothing(checkout):
+@pytest.mark.parametrize("word", ["-n", "-np", "--dry-run", "--dryrun"])
+def test_a_dry_run_writes_nothing(checkout, word):
     checkout.codes = [7]
-    assert study.main(checkout.config(), "-n") == 7
+    assert study.main(checkout.config(), word) == 7
     assert len(checkout.calls) == 1 and not (checkout.root / "results").exists()
 
 
@@ -324,7 +372,7 @@ def test_a_comparison_is_part_of_the_study_and_a_run_that_was_compared_stays_so(
     assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml"]
     checkout.make("compare.csv")
     assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml", "compare.yaml"]
-    assert "results/mine holds a comparison of samplers: it is kept up." in capsys.readouterr().out
+    assert "results/mine keeps up its comparison of samplers." in capsys.readouterr().out
     assert study.main(checkout.config(compare={"percents": [5]})) == 0 and len(checkout.files) == 2
     for own in ({"sampling": False}, {"compare": {"run": False}}):
         assert study.main(checkout.config(**own)) == 0 and checkout.files == ["mine.yaml"]
@@ -387,8 +435,11 @@ NO_ACCOUNTS = ["--slurm-status-command", "squeue", "--slurm-no-account"]
 )
 def test_a_cluster_is_asked_for_no_more_than_it_has(monkeypatch, answers, words):
     monkeypatch.setattr(cluster, "_answer", lambda program, *_: answers.get(program))
-    found = cluster.replaced(["--cluster", "slurm", "-n"], ROOT / "profiles")
-    assert found == ["-n", "--workflow-profile", str(ROOT / "profiles" / "slurm"), *words]
+    found = cluster.replaced(cluster.parted(["--cluster=slurm", "-n"]), ROOT / "profiles")
+    own = ["--slurm-jobname-prefix", cluster.NAME]
+    assert found == ["-n", "--workflow-profile", str(ROOT / "profiles" / "slurm"), *own, *words]
+    fewer = cluster.replaced(cluster.parted(["--cluster", "slurm", "--max-threads=2"]), ROOT / "profiles")
+    assert fewer[:2] == ["--max-threads", "2"] and "--max-threads" not in fewer[2:]
     assert cluster.replaced(["--cores", "2"], ROOT / "profiles") == ["--cores", "2"]
 
 
@@ -403,9 +454,11 @@ def test_on_nodes_of_few_cores_fewer_rules_run_side_by_side(monkeypatch):
 
 
 def test_a_job_that_never_begins_ends_the_run_in_a_sentence(monkeypatch, capsys):
-    lines = "7 (Priority)\n8 (PartitionConfig)\n9 Resources\n"
+    rows = [("7", "Priority"), ("8", "PartitionConfig"), ("9", "Resources"), ("10", "PartitionTimeLimit")]
+    lines = "".join(f"{job} {cluster.NAME}_x ({reason})\n" for job, reason in rows)
+    lines += "11 somebodys_job (PartitionConfig)\n\n"
     monkeypatch.setattr(cluster, "_answer", lambda *_: lines)
-    assert cluster.never_begins() == [("8", "PartitionConfig")]
+    assert cluster.never_begins() == [("8", "PartitionConfig"), ("10", "PartitionTimeLimit")]
     process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
     cluster.watch(process)
     assert process.wait(timeout=30) != 0

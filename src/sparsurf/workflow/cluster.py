@@ -1,5 +1,6 @@
 """Slurm: what Snakemake needs to know of a cluster, and jobs of it that will never begin."""
 
+import os
 import subprocess
 import threading
 
@@ -15,11 +16,22 @@ NEVER = (
     "InvalidQOS",
     "AccountNotAllowed",
     "QOSNotAllowed",
+    "PartitionNodeLimit",
+    "PartitionTimeLimit",
 )
+NAME = f"sparsurf-{os.getpid()}"  # begins the names of this study's jobs
+OF_ONE_WORD = ("--cluster=", "--executor=", "--max-threads=")  # options that may come with their value
 BESIDE = 1  # core of the floors, which are measured beside the grid in one job
 WIDTH = 4  # cores that the job of a conformation takes for the last of its work
 LEFT_OUT = ("tabulate_residues", "compare_samplers")  # of that job, where no node has so many
 EVERY = 60  # seconds between two questions
+
+
+def parted(options):
+    """Options as a list, those that matter here apart from their values."""
+    return [
+        word for each in options for word in (each.split("=", 1) if each.startswith(OF_ONE_WORD) else [each])
+    ]
 
 
 def replaced(options, profiles):
@@ -43,7 +55,8 @@ def replaced(options, profiles):
 
 def _of_slurm(profile, given):
     """Options for a Slurm without accounting, and the most cores that its nodes have."""
-    found = [] if _answer("sacct", "--noheader", "--allocations", "--starttime", "now") is not None else [
+    found = ["--slurm-jobname-prefix", NAME]
+    found += [] if _answer("sacct", "--noheader", "--allocations", "--starttime", "now") is not None else [
         "--slurm-status-command", "squeue", "--slurm-no-account",
     ]  # fmt: skip
     settings = yaml.safe_load((profile / "config.yaml").read_text(encoding="utf-8"))
@@ -74,7 +87,7 @@ def largest_node(partition=None):
 
 
 def watch(process):
-    """End a process of Snakemake once a job of this user waits for what will never come; says so."""
+    """End a process of Snakemake once a job of this study waits for what will never come; says so."""
 
     def ask():
         while process.poll() is None:
@@ -92,12 +105,13 @@ def watch(process):
 
 
 def never_begins():
-    """(id, reason) of pending jobs of this user that no waiting brings to run."""
+    """(id, reason) of pending jobs of this study that no waiting brings to run."""
     lines = (
-        _answer("squeue", "--me", "--noheader", "--states=PENDING", "--format", "%i %r") or ""
+        _answer("squeue", "--me", "--noheader", "--states=PENDING", "--format", "%i %j %r") or ""
     ).splitlines()
-    rows = [line.replace("(", "").replace(")", "").split(None, 1) for line in lines if " " in line.strip()]
-    return [(job, reason) for job, reason in rows if reason.startswith(NEVER)]
+    rows = [line.replace("(", "").replace(")", "").split(None, 2) for line in lines]
+    own = [row for row in rows if len(row) == 3 and row[1].startswith(NAME)]
+    return [(job, reason) for job, _, reason in own if reason.startswith(NEVER)]
 
 
 def _answer(*command):

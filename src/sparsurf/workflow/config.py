@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from pathlib import Path
 
 from jsonschema import Draft202012Validator
@@ -26,6 +27,10 @@ OF_PAPER = ("as_coded", "as_written")  # readings that its verdict needs
 ROWS = 10  # of its Table I
 OWN_FILES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 WISHES = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes one of them
+STRUCTURES_HERE = "SPARSURF_STRUCTURES"  # environment variable: a folder of structures called like PDB ids
+OF_FRAME = re.compile(
+    r"([cf]\d+|\*)(/\w+)?"
+)  # a conformation, or what is over all, and perhaps one of its jobs
 MOST_TOLD = 20  # mistakes
 # Samplers that may stand beside a combination: those that draw by one, and the default, which asks for nothing.
 WITH_COMBINATION = ("farthest", *names("samplers", "choosing"))
@@ -110,6 +115,12 @@ def _folder(listed, key):
     return listed["folder"]
 
 
+def with_comparison(given):
+    """A config as given, with the comparison of samplers asked for."""
+    asked = given.get("compare")
+    return given | {"compare": (asked if isinstance(asked, dict) else {}) | {"run": True}}
+
+
 def _with_local_copies(config):
     """Copy of the config in which a file named by an environment variable replaces one from the network."""
     if not isinstance(config.get("proteins"), dict):
@@ -120,7 +131,8 @@ def _with_local_copies(config):
             continue
         if type(protein.get("pdb")) is int:  # YAML reads the id 4530 as a number
             proteins[name] = protein = protein | {"pdb": str(protein["pdb"])}
-        path = os.environ.get(variable(str(name))) or _by_id(protein.get("pdb"))
+        own = os.environ.get(variable(str(name))) if variable(str(name)) != STRUCTURES_HERE else None
+        path = own or _by_id(protein.get("pdb"))
         if path:
             kind = "surface" if suffix(path) in surface_suffixes() else "structure"
             rest = (
@@ -134,11 +146,11 @@ def _with_local_copies(config):
 
 def _by_id(pdb):
     """The structure called like a PDB id in the folder that SPARSURF_STRUCTURES names, if there is one."""
-    folder = os.environ.get("SPARSURF_STRUCTURES")
+    folder = os.environ.get(STRUCTURES_HERE)
     if not (folder and isinstance(pdb, str)):
         return None
     if not Path(folder).is_dir():
-        raise InputError(f"SPARSURF_STRUCTURES is {folder!r}, but there is no such folder.")
+        raise InputError(f"{STRUCTURES_HERE} is {folder!r}, but there is no such folder.")
     names = {pdb.lower() + ending for ending in STRUCTURES}
     found = [
         path for path in sorted(Path(folder).iterdir()) if path.name.lower().removesuffix(".gz") in names
@@ -315,7 +327,10 @@ def _check_left_out(config):
     jobs = tuple(path.stem for path in (HOME / "scripts").glob("*.py"))
     for place in config["without"]:
         kind, _, name = place.partition("/")
-        known = name in config[kind] if kind in ("pairs", "sites") and name else kind in config["proteins"]
+        if kind in ("pairs", "sites") and name:
+            known = name in config[kind]
+        else:
+            known = kind in config["proteins"] and (not name or OF_FRAME.fullmatch(name))
         if not known and (name or not place.startswith(jobs)):
             yield f"without: {place!r} is no part of the study; remove it, or correct its name."
     first = "c1" if config["frames"]["use"] == "clusters" else "f0"  # of a protein, which stands for it

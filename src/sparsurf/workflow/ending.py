@@ -13,13 +13,15 @@ from pathlib import Path
 import yaml
 
 from sparsurf import InputError
+from sparsurf.texts import short
 from sparsurf.workflow.files_of_sites import DESCRIBE, asked_for
 from sparsurf.workflow.job_logs import FULL, failure, place
 from sparsurf.workflow.jobs import conformations_of, plain
 from sparsurf.workflow.outputs import ALL_FRAMES
 from sparsurf.workflow.results import LOGS, recorded
 
-FAILED = "SPARSURF_FAILED"  # environment variable: file to which the logs of failed jobs are added
+FAILED = "_SPARSURF_FAILED"  # environment variable: file to which the logs of failed jobs are added
+PROFILE = "Using workflow specific profile"  # begins what Snakemake always says
 PAGE, REPORT, WARNINGS, SURFACES = "index.html", "report.html", "warnings.csv", "surfaces.csv"
 # Jobs of a protein that lead to its frames: without one of them there is none of it
 BEFORE_FRAMES = ("choose_frames", "fetch_", "prepare_system", "simulate_", "judge_simulation")
@@ -123,7 +125,10 @@ def is_older(page, folder):
 def incomplete(folder, code, failed):
     """Say what a run did not make; returns its exit code."""
     if code:
-        return _unsuccessful(folder, code, failed)
+        _unsuccessful(folder, code, failed)
+        if (folder / PAGE).is_file():
+            print(f"{folder / PAGE} is of an earlier run.", file=sys.stderr)
+        return code
     print(f"\nWhat was asked for is in {folder}/. The rest of the study was not made, nor its report.")
     return code
 
@@ -138,6 +143,8 @@ def _unsuccessful(folder, code, failed):
             file=sys.stderr,
         )
     reasons = [f"- {Path(log).relative_to(folder / LOGS).with_suffix('')}: {failure(log)}" for log in failed]
+    if not reasons and (said := _last_line(folder / LOGS / "snakemake.err")):
+        print(f"\n{said}", file=sys.stderr)
     more = (
         ""
         if reasons or full
@@ -150,6 +157,13 @@ def _unsuccessful(folder, code, failed):
         file=sys.stderr,
     )
     return code
+
+
+def _last_line(path):
+    """The last line of a file that says something; empty without."""
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []
+    said = [line.strip() for line in lines if line.strip() and not line.startswith(PROFILE)]
+    return short(said[-1]) if said else ""
 
 
 def summary(config, folder, code, failed, begin, torn=0):

@@ -1,12 +1,15 @@
 """Results that are still what the study wrote: a job's log holds size, time and checksum of its outputs."""
 
+import base64
 import hashlib
 import os
 from functools import cache
 from pathlib import Path
 
+from sparsurf import InputError
 from sparsurf.workflow.job_logs import MADE, lines
 
+LONGEST_NAME = 250  # characters of a file that Snakemake calls so
 LOGS = "logs"  # folder of a run
 STAMP = ".snakemake_timestamp"  # Snakemake's, in a folder that is an output
 
@@ -16,6 +19,23 @@ def made(outputs):
     for path in _files(outputs):
         found = os.stat(path)
         yield f"{MADE}{found.st_size} {found.st_mtime_ns} {checksum(path)} {path}"
+
+
+def refuse_unknown(root, logs, options):
+    """Raise InputError where results are there, and what they followed from is not known: Snakemake's record of it is gone."""
+    there = [path for path in recorded(logs) if os.path.isfile(path)]
+    notes = [root / ".snakemake" / kind for kind in ("metadata", "incomplete")]
+    if there and "--forceall" not in options and not any(_noted(path, notes) for path in there):
+        raise InputError(
+            f"{logs.parent} was made in another checkout, or .snakemake was removed: what its results follow from is not known. "
+            "Name another `run`, move the folder away, or have all made again with scripts/study.py and --forceall."
+        )
+
+
+def _noted(path, notes):
+    """Whether Snakemake has a note of a file, in folders where it calls it by its path in base64."""
+    name = base64.b64encode(path.encode(), b"_-").decode()
+    return len(name) > LONGEST_NAME or any((folder / name).is_file() for folder in notes)
 
 
 def damaged(log, paths=None):

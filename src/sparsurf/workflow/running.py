@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -9,6 +10,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sparsurf import InputError
+
+
+def plans_only(options):
+    """Whether Snakemake is asked for nothing but a plan or its help, by any of the names that it knows for that."""
+    return any(
+        option in ("--dry-run", "--dryrun", "--help") or re.fullmatch("-[A-Za-z]*[nh][A-Za-z]*", option)
+        for option in options
+    )
 
 
 @contextmanager
