@@ -252,7 +252,11 @@ def test_a_comparison_is_kept_up_unless_the_config_says(checkout, capsys, compar
     checkout.make("compare.csv")
     asked = {} if compare is None else {"compare": compare}
     study.main(checkout.config(**asked), "--dry-run")
-    assert ("keeps up its comparison" in capsys.readouterr().out) == kept_up == ("compare.yaml" in checkout.files)
+    assert (
+        ("keeps up its comparison" in capsys.readouterr().out)
+        == kept_up
+        == ("compare.yaml" in checkout.files)
+    )
 
 
 def test_a_result_that_was_changed_is_regenerated(checkout, capsys):
