@@ -28,7 +28,7 @@ ABOVE = [1, 1], [0, 1], [1, 0]
 SIDES = {
     UNIFORM: ABOVE,
     AS_THEY_ARE: ([-1, -1], [0, -1], [-1, 0]),
-    BACK: ([1, -1], [0, -1], [-1, -1]),
+    BACK: ([1, -1], [0, -1], [-1, -1], *ABOVE),
 }  # for names
 APART = 40.0  # pixels between names
 CLEAR = 60.0  # pixels from a named point of a line to other lines
@@ -217,8 +217,8 @@ def _name_all(ax, panel, combinations):
     place = _name(ax, answer, BACK, below, busy, taken, fontsize=8, fontweight="bold")
     arrow = {"arrowstyle": "-|>", "color": BACK, "linewidth": 1, "shrinkA": 8, "shrinkB": 4}
     ax.annotate("", panel.answer, ax.transData.inverted().transform(place), arrowprops=arrow)
-    for key, line in every.items():
-        colour, words = _look(*key)
+    for key in sorted(every, key=lambda key: len(panel.lines[key][0])):  # a short curve has the fewest places
+        line, (colour, words) = every[key], _look(*key)
         own = _alone(line[::8], [other for name, other in every.items() if name != key])
         middles = _beside(own, layout.size_of(ax.figure, words), SIDES[colour])
         _name(ax, words, colour, middles, busy, taken)
