@@ -763,12 +763,6 @@ def test_a_view_without_pyvista_has_a_ball_for_each_dot(monkeypatch):
         Surface([[1, 2, 3]], [[0, 0, 1]]).show()
 
 
-def test_a_table_of_dots_has_a_hundred_fields_without_a_word(blob, recwarn):
-    fields = {f"f{k}": np.full(len(blob[0]), k) for k in range(120)}
-    table = Surface(*blob, fields=fields).to_frame()
-    assert [*table][-120:] == [*fields] and table["f7"].eq(7).all() and not recwarn.list
-
-
 def test_a_table_of_dots_tells_of_their_atoms_and_of_their_components_where_all_are_there():
     dots = Surface(
         np.eye(3) * 4, np.eye(3), [1.0, 2, 3], [0, 1, 2], [5, 6, 7], {"b": [7, 8, 9], "more": [0, 0, 0]}

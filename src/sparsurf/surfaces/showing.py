@@ -30,8 +30,7 @@ def to_frame(surface, molecule=None, **columns):
     table = table.assign(**columns)
     molecule = surface.origin.molecule if molecule is None and surface.origin else molecule
     table = table if molecule is None else table.join(molecule.labels(surface.atom))
-    fields = {name: values for name, values in surface.fields.items() if name not in table}
-    return table.join(pd.DataFrame(fields)) if fields else table
+    return table.assign(**{name: values for name, values in surface.fields.items() if name not in table})
 
 
 def plot(surface, values=None, ax=None):
