@@ -158,7 +158,8 @@ def test_what_snakemake_alone_complains_of_is_said(checkout, capsys):
 
 def test_an_answer_of_another_config_is_not_given_for_this_one(checkout, capsys):
     """The pages of a run before are there, and all that this one should make failed."""
-    checkout.make("index.html", "surfaces.csv")
+    checkout.make("surfaces.csv", "index.html")
+    assert ending.is_complete(checkout.root / "results" / "mine")
     checkout.work, checkout.codes = [failing(checkout, "p/choose_frames")], [1]
     assert study.main(checkout.config()) == 1
     said = capsys.readouterr()
