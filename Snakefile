@@ -1,253 +1,193 @@
-# Trajectory or structure or surface -> frames -> surface -> roughness -> grid -> tables, figures, report, in this order.
-# What only some studies ask for is included at its place, from a file called like its key of the config (config.yaml).
+# Trajectory or structure or surface -> frames -> surface -> roughness -> sampling over the grid -> descriptors compared -> tables,
+# best parameters, figures, in this order. What only some studies ask for is in rules/, one file for each key of the config.
 
+import os
 import sys
-from functools import partial
 from pathlib import Path
 
 from snakemake.utils import min_version
 
 min_version("9.0")
 
+HOME = Path(workflow.current_basedir)
+sys.path.insert(0, str(HOME / "src"))  # the library, here and in the processes of jobs
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HOME / "src"), os.environ.get("PYTHONPATH")]))
 
-report: "src/sparsurf/report/captions/first.rst"
 
-
-HOME = Path(workflow.current_basedir)  # where this file lies, also where another workflow imports it
-sys.path.insert(0, str(HOME / "src"))  # before a sparsurf that is installed
-if not Path(getattr(sys.modules.get("sparsurf"), "__file__", HOME)).is_relative_to(HOME):
-    for name in [name for name in sys.modules if name.partition(".")[0] == "sparsurf"]:
-        del sys.modules[name]  # which Snakemake's logger may have loaded already
-from sparsurf.workflow import code_digests
-from sparsurf.workflow.config import checked, completed
-from sparsurf.workflow.files_of_a_run import FilesOfARun
-from sparsurf.workflow.files_of_pairs import FilesOfPairs
-from sparsurf.workflow.files_of_sites import FilesOfSites
-from sparsurf.workflow.jobs import in_one_environment, one_of, use_this_library
-from sparsurf.workflow.needs import needs
-from sparsurf.workflow.outputs import IN_REPORT, Outputs, figure, inside, shown
-from sparsurf.workflow.registries import names
-
-use_this_library()
-
-HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # not on a cluster
-config = checked(completed(config, HOME), workflow.configfiles, HOME, HERE)
-made_by = partial(code_digests.made_by, config)
-
-files = FilesOfARun(config, checkpoints)
-pairs = FilesOfPairs(config, files)
-sites = FilesOfSites(config, files)
-outputs = Outputs(workflow, files, pair=pairs, site=sites)  # of the rules below
-defects = ("sampling.moved_centre", "sampling.every_patch")  # what a sampling goes by beside its combination
-KERNEL_PARTS = ("surfaces", "patches")
-of_each = shown if len(files.proteins) <= IN_REPORT else lambda path, *_: path  # of a conformation
-THREADS = 8  # of a job that takes minutes; Snakemake scales them down to --cores
-
-RUN = files.run
-PROTEIN = f"{RUN}/{{protein}}"
-CONFORMATION = f"{PROTEIN}/{{conformation}}"
-LOGS = f"{RUN}/logs"
-PROTEIN_LOGS = f"{LOGS}/{{protein}}"
-CONFORMATION_LOGS = f"{PROTEIN_LOGS}/{{conformation}}"
-# What several rules read
-KERNELS = inside(RUN, **{f"kernels_of_{part}": f".kernels_of_{part}" for part in KERNEL_PARTS})
-FRAMES = inside(PROTEIN, frames="frames.csv", silhouette="silhouette.csv")
-FRAMES |= inside(PROTEIN, projection="projection.csv", explained="explained.csv")
-SURFACE = inside(CONFORMATION, surface="surface.npz")
-ROUGH_SURFACE = SURFACE | inside(CONFORMATION, roughness="roughness.csv") | KERNELS
-GRID, FLOORS, RANGES, MINIMAL = (
-    inside(CONFORMATION, **{name: f"{name}.csv"}) for name in ("grid", "floors", "ranges", "minimal")
-)
-BEST = inside(CONFORMATION, best="best.json")
-SUMMARY = inside(RUN, relation="relation.csv", page="summary.html")
-SUMMARY |= figure(f"{RUN}/summary", "Best parameters against mean roughness", "summary")
-SUMMARY["summary"] = shown(f"{RUN}/summary.csv", "Best combination per surface and range of n_S", "summary")
-SAMPLED = config["sampling"]["run"]
-if not SAMPLED:  # nothing follows from the grid
-    GRID = RANGES = BEST = SUMMARY = {}
-FIELDS = inside(CONFORMATION, fields="fields.npz", given_back="fields.csv") if config["fields"] else {}
-ENOUGH = inside(CONFORMATION, enough="enough.csv", curves="curves.csv")
-WARNINGS, CRATE = f"{RUN}/warnings.csv", "ro-crate-metadata.json"
-FIRST_PAGE = inside(RUN, html="index.html", part=".front_page.html", failures="failures.csv", crate=CRATE)
+include: "rules/common.smk"
 
 
 wildcard_constraints:
-    protein=one_of(files.proteins),
+    run=any_of([config["run"]]),
+    protein=any_of(PROTEINS),
     conformation="[cf][0-9]+",
-    pair=one_of(pairs.names),
+    pair=any_of(PAIRS),
+    site=any_of(SITES),
 
 
-# What a run is asked for
 rule all:
     default_target: True
     input:
-        KERNELS.values(),  # at once: they are compiled while the frames are chosen
-        [f"{RUN}/{place}/.complete" for place in [*files.proteins, *outputs.places]],
-        outputs.of_run,
-        *outputs.each(),
+        expand("results/{run}/{protein}/.complete", run=config["run"], protein=PROTEINS),
+        final_outputs,
 
 
-rule complete_protein:  # each by itself, so that one that fails does not keep the others from being finished
+rule complete_protein:  # each by itself, so that one that fails does not stop the others
     input:
-        outputs.of_protein,
+        protein_outputs,
     output:
-        touch(f"{PROTEIN}/.complete"),
-
-
-rule complete_place:  # a pair, or a site
-    input:
-        outputs.of_place,
-    output:
-        touch(f"{RUN}/{{place}}/.complete"),
-    wildcard_constraints:
-        place=one_of(outputs.places),
-
-
-# From structures to conformations: fetched, simulated where asked for, chosen from the frames
-rule compile_kernels:
-    output:
-        mark=f"{RUN}/.kernels_of_{{part}}",
-    log:
-        f"{LOGS}/compile_kernels_of_{{part}}.log",
-    wildcard_constraints:
-        part=one_of(KERNEL_PARTS),
-    priority: 4  # both before the frames are chosen, which takes less time than the difference between the two
-    localrule: True  # as all that takes seconds: not worth a job of a cluster
-    params:
-        **made_by("compile_kernels.py"),
-        part="{part}",
-        descriptor=config["patches"]["descriptor"],
-    message:
-        "Compiling the kernels of {wildcards.part} (once)"
-    script:
-        "scripts/compile_kernels.py"
+        touch("results/{run}/{protein}/.complete"),
 
 
 rule fetch_structure:
     output:
-        structure=f"{PROTEIN}/download/{{file}}",
-        record=f"{PROTEIN}/download/{{file}}.json",
+        structure="results/{run}/{protein}/download/{file}",
+        record="results/{run}/{protein}/download/{file}.json",
     log:
-        f"{PROTEIN_LOGS}/fetch_{{file}}.log",
+        "results/{run}/logs/{protein}/fetch_{file}.log",
     wildcard_constraints:
-        protein=one_of(files.fetched),
-        file=one_of(files.fetched.values()),
+        protein=any_of(DOWNLOADS),
+        file=any_of(DOWNLOADS.values()),
     localrule: True
+    conda:
+        "envs/study.yaml"
     params:
-        **made_by("fetch_structure.py"),
-        url=lambda wildcards: files.protein(wildcards).source,
-        sha256=lambda wildcards: files.protein(wildcards).sha256,
+        url=lambda wildcards: PROTEINS[wildcards.protein].source,
+        sha256=lambda wildcards: PROTEINS[wildcards.protein].sha256,
     message:
         "Fetching {wildcards.protein}"
     script:
         "scripts/fetch_structure.py"
 
 
-if files.simulated:
+if SIMULATED:
 
     include: "rules/simulate.smk"
 
 
 checkpoint choose_frames:
     input:
-        unpack(files.molecule),
+        unpack(molecule_files),
     output:
-        **FRAMES,
-        structures=directory(f"{PROTEIN}/structures"),
+        frames="results/{run}/{protein}/frames.csv",
+        silhouette="results/{run}/{protein}/silhouette.csv",
+        projection="results/{run}/{protein}/projection.csv",
+        explained="results/{run}/{protein}/explained.csv",
+        structures=directory("results/{run}/{protein}/structures"),
     log:
-        f"{PROTEIN_LOGS}/choose_frames.log",
+        "results/{run}/logs/{protein}/choose_frames.log",
     wildcard_constraints:
-        protein=one_of(files.many),
-    priority: 3  # a mistake in a structure is told early
-    localrule: files.few_frames
+        protein=any_of(SEVERAL_FRAMES),
+    priority: 3  # a mistake in a structure is reported early
+    conda:
+        "envs/study.yaml"
     resources:
-        **needs("choose_frames", files.megabytes(config["frames"]["stride"])),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 50 * input.size_mb),
+        runtime=lambda wildcards, input, attempt: attempt * (10 + input.size_mb / 50),
     params:
-        **made_by("choose_frames.py", "frames", "seed"),
-        contents=files.contents,
-        molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
+        frames=config["frames"],
+        seed=config["seed"],
+        molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
+        code=METHOD,
     message:
         "Choosing the conformations of {wildcards.protein}"
     script:
         "scripts/choose_frames.py"
 
 
-use rule choose_frames as choose_only_frame with:  # no checkpoint: a thousand structures are planned at once
+use rule choose_frames as choose_single_frame with:  # no checkpoint: a thousand structures are planned at once
     wildcard_constraints:
-        protein=one_of(files.single),
+        protein=any_of(SINGLE_FRAME),
 
 
 rule draw_frames:
     input:
-        **FRAMES,
+        frames="results/{run}/{protein}/frames.csv",
+        silhouette="results/{run}/{protein}/silhouette.csv",
+        projection="results/{run}/{protein}/projection.csv",
+        explained="results/{run}/{protein}/explained.csv",
     output:
-        **figure(f"{PROTEIN}/figures/frames", "Frames and conformations", "frames"),
+        png=report(
+            "results/{run}/{protein}/figures/frames.png",
+            caption="src/sparsurf/report/captions/frames.rst",
+            category="{protein}",
+            labels={"result": "Frames and conformations"},
+        ),
+        svg="results/{run}/{protein}/figures/frames.svg",
     log:
-        f"{PROTEIN_LOGS}/draw_frames.log",
-    wildcard_constraints:
-        protein=one_of(files.many),
+        "results/{run}/logs/{protein}/draw_frames.log",
     localrule: True
+    conda:
+        "envs/study.yaml"
     params:
-        **made_by("draw_frames.py"),
+        code=REPORT,
     message:
         "Figure of the frames of {wildcards.protein}"
     script:
         "scripts/draw_frames.py"
 
 
-# The method, conformation by conformation: surface, roughness, the grid, the best of it
-rule make_surface:
+rule compute_surface:
     input:
-        **KERNELS,
-        structures=f"{PROTEIN}/structures",
+        structures="results/{run}/{protein}/structures",
     output:
-        **SURFACE,
-        **inside(CONFORMATION, structure="structure.pdb", dms="surface.dms", components="components.csv"),
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        structure="results/{run}/{protein}/{conformation}/structure.pdb",
+        dms="results/{run}/{protein}/{conformation}/surface.dms",
+        components="results/{run}/{protein}/{conformation}/components.csv",
     log:
-        f"{CONFORMATION_LOGS}/make_surface.log",
+        "results/{run}/logs/{protein}/{conformation}/compute_surface.log",
     wildcard_constraints:
-        protein=one_of(files.molecules),
+        protein=any_of(MOLECULES),
+    conda:
+        "envs/study.yaml"
     resources:
-        **needs("make_surface", files.dots),
+        mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        **made_by("make_surface.py", "surface", "patches.D_link"),
+        surface=config["surface"],
+        d_link=config["patches"]["D_link"],
+        code=METHOD,
     message:
         "Molecular surface of {wildcards.protein}/{wildcards.conformation}"
     script:
-        "scripts/make_surface.py"
+        "scripts/compute_surface.py"
 
 
-rule take_surface:
+rule read_surface:
     input:
-        surface=lambda wildcards: files.protein(wildcards).surface,
+        surface=lambda wildcards: PROTEINS[wildcards.protein].surface,
     output:
-        **SURFACE,
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
     log:
-        f"{CONFORMATION_LOGS}/take_surface.log",
+        "results/{run}/logs/{protein}/{conformation}/read_surface.log",
     wildcard_constraints:
-        protein=one_of(files.surfaces),
+        protein=any_of(READY_SURFACES),
+    conda:
+        "envs/study.yaml"
     resources:
-        **needs("take_surface", files.dots),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 50 * input.size_mb),
     params:
-        **made_by("take_surface.py"),
-        contents=files.contents,
+        code=METHOD,
     message:
         "Reading the surface of {wildcards.protein}"
     script:
-        "scripts/take_surface.py"
+        "scripts/read_surface.py"
 
 
 rule measure_roughness:
     input:
-        **(SURFACE | KERNELS),
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
     output:
-        **inside(CONFORMATION, roughness="roughness.csv"),
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
     log:
-        f"{CONFORMATION_LOGS}/measure_roughness.log",
+        "results/{run}/logs/{protein}/{conformation}/measure_roughness.log",
+    conda:
+        "envs/study.yaml"
     resources:
-        **needs("measure_roughness", files.dots),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 100 * input.size_mb),
     params:
-        **made_by("measure_roughness.py", "patches"),
+        patches=config["patches"],
+        code=METHOD,
     message:
         "Roughness of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -256,63 +196,106 @@ rule measure_roughness:
 
 rule measure_floors:
     input:
-        unpack(files.atoms),
-        **ROUGH_SURFACE,
+        unpack(frames_around_conformation),
+        conformation=structure_of_conformation,
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
     output:
-        **FLOORS,
+        floors="results/{run}/{protein}/{conformation}/floors.csv",
     log:
-        f"{CONFORMATION_LOGS}/measure_floors.log",
+        "results/{run}/logs/{protein}/{conformation}/measure_floors.log",
+    conda:
+        "envs/study.yaml"
     resources:
-        **needs("measure_floors", files.dots),
+        mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        **made_by("measure_floors.py", "surface", "patches", *defects, "evaluation.test_dots", "seed"),
-        molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
+        surface=config["surface"],
+        patches=config["patches"],
+        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
+        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        test_dots=config["evaluation"]["test_dots"],
+        seed=config["seed"],
+        molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
+        code=METHOD,
     message:
         "Noise floors of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/measure_floors.py"
 
 
-if SAMPLED:
+if config["sampling"]["run"]:
 
     include: "rules/sampling.smk"
 
 
-rule take_minimal:
+rule select_minimal_subset:
     input:
-        **(ROUGH_SURFACE | FLOORS),
-        **(RANGES if config["minimal"]["sampler"] in names("samplers", "choosing") else {}),
-        structure=files.structure,
-        table=files.table,
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
+        floors="results/{run}/{protein}/{conformation}/floors.csv",
+        ranges=ranges_of_paper_sampler,
+        structure=structure_of_conformation,
+        table=lambda wildcards: PROTEINS[wildcards.protein].table or [],
     output:
-        **(ENOUGH | FIELDS | inside(CONFORMATION, table="minimal.csv", recovered="recovered.csv")),
-        **inside(CONFORMATION, ply="minimal.ply", whole="surface.ply"),
+        table="results/{run}/{protein}/{conformation}/minimal.csv",
+        ply="results/{run}/{protein}/{conformation}/minimal.ply",
+        whole="results/{run}/{protein}/{conformation}/surface.ply",
+        recovered="results/{run}/{protein}/{conformation}/recovered.csv",
+        enough="results/{run}/{protein}/{conformation}/enough.csv",
+        curves="results/{run}/{protein}/{conformation}/curves.csv",
+        fields="results/{run}/{protein}/{conformation}/fields.npz",
+        fields_recovered="results/{run}/{protein}/{conformation}/fields.csv",
     log:
-        f"{CONFORMATION_LOGS}/take_minimal.log",
+        "results/{run}/logs/{protein}/{conformation}/select_minimal_subset.log",
+    conda:
+        "envs/study.yaml"
     resources:
-        **needs("take_minimal", files.dots),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 100 * input.size_mb),
     params:
-        **made_by("take_minimal.py", "patches", *defects, "evaluation.test_dots", "minimal", "fields", "seed"),
-        contents=lambda wildcards: code_digests.content(files.protein(wildcards).table or ""),
+        patches=config["patches"],
+        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
+        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        test_dots=config["evaluation"]["test_dots"],
+        minimal=config["minimal"],
+        fields=config["fields"],
+        seed=config["seed"],
+        code=METHOD,
     message:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
-        "scripts/take_minimal.py"
+        "scripts/select_minimal_subset.py"
 
 
 rule draw_view:
     input:
-        **(ROUGH_SURFACE | GRID | BEST | MINIMAL | FIELDS),
-        structure=files.structure,
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
+        minimal="results/{run}/{protein}/{conformation}/minimal.csv",
+        fields="results/{run}/{protein}/{conformation}/fields.npz",
+        structure=structure_of_conformation,
+        grid=branch(config["sampling"]["run"], "results/{run}/{protein}/{conformation}/grid.csv"),
+        best=branch(config["sampling"]["run"], "results/{run}/{protein}/{conformation}/best.json"),
     output:
-        page=of_each(f"{CONFORMATION}/view.html", "Turn, sample and pick dots", "view"),
-        picture=f"{CONFORMATION}/view.png",
+        page=report(
+            "results/{run}/{protein}/{conformation}/view.html",
+            caption="src/sparsurf/report/captions/view.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Turn, sample and pick dots"},
+        ),
+        picture="results/{run}/{protein}/{conformation}/view.png",
     log:
-        f"{CONFORMATION_LOGS}/draw_view.log",
+        "results/{run}/logs/{protein}/{conformation}/draw_view.log",
+    conda:
+        "envs/study.yaml"
     resources:
-        **needs("draw_view", files.dots),
+        mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        **made_by("draw_view.py", "patches", *defects, "seed"),
+        patches=config["patches"],
+        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
+        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        seed=config["seed"],
+        code=REPORT,
     message:
         "Page of {wildcards.protein}/{wildcards.conformation} to look at"
     script:
@@ -321,27 +304,41 @@ rule draw_view:
 
 rule tabulate_residues:
     input:
-        **(ROUGH_SURFACE | MINIMAL | FIELDS),
-        structure=f"{CONFORMATION}/structure.pdb",
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
+        minimal="results/{run}/{protein}/{conformation}/minimal.csv",
+        fields="results/{run}/{protein}/{conformation}/fields.npz",
+        structure="results/{run}/{protein}/{conformation}/structure.pdb",
     output:
-        **inside(CONFORMATION, pdb="structure_roughness.pdb", cif="structure_roughness.cif"),
-        **inside(CONFORMATION, pml="open.pml", cxc="open.cxc", bild="minimal.bild"),
-        table=of_each(f"{CONFORMATION}/residues.csv", "Residue by residue", "residues"),
+        table=report(
+            "results/{run}/{protein}/{conformation}/residues.csv",
+            caption="src/sparsurf/report/captions/residues.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Residue by residue"},
+        ),
+        pdb="results/{run}/{protein}/{conformation}/structure_roughness.pdb",
+        cif="results/{run}/{protein}/{conformation}/structure_roughness.cif",
+        pml="results/{run}/{protein}/{conformation}/open.pml",
+        cxc="results/{run}/{protein}/{conformation}/open.cxc",
+        bild="results/{run}/{protein}/{conformation}/minimal.bild",
     log:
-        f"{CONFORMATION_LOGS}/tabulate_residues.log",
+        "results/{run}/logs/{protein}/{conformation}/tabulate_residues.log",
     wildcard_constraints:
-        protein=one_of(files.molecules),
+        protein=any_of(MOLECULES),
+    conda:
+        "envs/study.yaml"
     resources:
-        **needs("tabulate_residues", files.dots),
+        mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        **made_by("tabulate_residues.py"),
+        code=METHOD,
     message:
         "Residues of {wildcards.protein}/{wildcards.conformation}"
     script:
         "scripts/tabulate_residues.py"
 
 
-if not SAMPLED:
+if not config["sampling"]["run"]:
 
     include: "rules/minimal.smk"
 
@@ -356,60 +353,69 @@ if config["ensemble"]["run"]:
     include: "rules/ensemble.smk"
 
 
-if files.proteins:
+rule summarise_surfaces:
+    input:
+        surfaces=every_conformation("surface.npz"),
+        roughness=every_conformation("roughness.csv"),
+        minimal=every_conformation("minimal.csv"),
+        enough=every_conformation("enough.csv"),
+        curves=every_conformation("curves.csv"),
+        floors=every_conformation("floors.csv"),
+        ranges=every_conformation("ranges.csv") if config["sampling"]["run"] else [],
+        best=every_conformation("best.json") if config["sampling"]["run"] else [],
+    output:
+        table="results/{run}/surfaces.csv",
+        png=report(
+            "results/{run}/enough.png",
+            caption="src/sparsurf/report/captions/enough.rst",
+            category="All surfaces",
+            labels={"result": "How many dots are enough"},
+        ),
+        svg="results/{run}/enough.svg",
+    log:
+        "results/{run}/logs/summarise_surfaces.log",
+    localrule: True
+    conda:
+        "envs/study.yaml"
+    params:
+        patches=config["patches"],
+        minimal=config["minimal"],
+        sampled=config["sampling"]["run"],
+        code=[METHOD, REPORT],
+    message:
+        "All surfaces side by side"
+    script:
+        "scripts/summarise_surfaces.py"
 
-    rule summarise_run:
-        input:
-            results=files.every("surface.npz", "roughness.csv", "minimal.csv"),
-            read_too=files.every(
-                "enough.csv",
-                "curves.csv",
-                "floors.csv",
-                *(Path(path).name for path in (GRID | RANGES | BEST).values()),
-            ),
-        output:
-            **SUMMARY,
-            surfaces=f"{RUN}/surfaces.csv",
-            enough=shown(f"{RUN}/enough.png", "How many dots are enough", "enough"),
-            enough_svg=f"{RUN}/enough.svg",
-        log:
-            f"{LOGS}/summarise_run.log",
-        localrule: True
-        params:
-            **made_by("summarise_run.py", "patches", "minimal", "seed"),
-        message:
-            "All surfaces side by side"
-        script:
-            "scripts/summarise_run.py"
 
-
-if pairs.names:
+if PAIRS:
 
     include: "rules/pairs.smk"
 
 
-if sites.names:
+if SITES:
 
     include: "rules/sites.smk"
 
 
-if files.goes_on_with(config.get("paper"), "c1"):
+if "paper" in config and not is_excluded(config["paper"], "c1"):
 
     include: "rules/paper.smk"
 
 
-rule collect_warnings:  # of all jobs, so that the first page can show them
+rule collect_warnings:
     input:
-        results=outputs.all_but(WARNINGS, *FIRST_PAGE.values()),
+        results=results_before_pages,
     output:
-        table=WARNINGS,
+        table="results/{run}/warnings.csv",
     log:
-        f"{LOGS}/collect_warnings.log",
+        "results/{run}/logs/collect_warnings.log",
     localrule: True
+    conda:
+        "envs/study.yaml"
     params:
-        **made_by("collect_warnings.py"),
-        places=[*files.proteins, *outputs.places, *config["without"]],
-        jobs=outputs.jobs,
+        logs="results/{run}/logs",
+        jobs=[rule.name for rule in workflow.rules],
     message:
         "Warnings of the run"
     script:
@@ -418,22 +424,22 @@ rule collect_warnings:  # of all jobs, so that the first page can show them
 
 rule write_front_page:
     input:
-        pages=outputs.all_but(*FIRST_PAGE.values(), shown=True),
-        beside=outputs.all_but(*FIRST_PAGE.values(), shown=False),
+        results=results_before_pages,
+        warnings="results/{run}/warnings.csv",
     output:
-        **FIRST_PAGE,
+        page="results/{run}/index.html",
+        failures="results/{run}/failures.csv",
+        crate="results/{run}/ro-crate-metadata.json",
     log:
-        f"{LOGS}/write_front_page.log",
+        "results/{run}/logs/write_front_page.log",
     localrule: True
+    conda:
+        "envs/study.yaml"
     params:
-        **made_by("write_front_page.py"),
-        folder=lambda wildcards, output: str(Path(output.html).parent),
-        without=config["without"],
+        exclude=config["exclude"],
         floor=config["minimal"].get("floor"),
+        code=REPORT,
     message:
         "First page of the run"
     script:
         "scripts/write_front_page.py"
-
-
-in_one_environment(workflow, HOME)

@@ -1,22 +1,48 @@
-# Samplers side by side at equal n_S, where `compare` or `make compare` asks for it.
+# Samplers compared at equal n_S, where `compare` or `make compare` asks for it.
 
 
 rule compare_samplers:
     input:
-        **(ROUGH_SURFACE | GRID | RANGES | FLOORS),
-        structure=files.structure,
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
+        grid="results/{run}/{protein}/{conformation}/grid.csv",
+        ranges="results/{run}/{protein}/{conformation}/ranges.csv",
+        floors="results/{run}/{protein}/{conformation}/floors.csv",
+        structure=structure_of_conformation,
     output:
-        **inside(CONFORMATION, table="compare.csv", page="compare.html", pairs="compare_pairs.csv"),
-        **inside(CONFORMATION, fewer="compare_fewer.csv", alone="compare_alone.csv"),
-        **inside(CONFORMATION, needed="needed.csv", centres="centres.csv"),
-        **figure(f"{CONFORMATION}/figures/compare", "Samplers compared", "compare"),
+        table="results/{run}/{protein}/{conformation}/compare.csv",
+        page="results/{run}/{protein}/{conformation}/compare.html",
+        pairs="results/{run}/{protein}/{conformation}/compare_pairs.csv",
+        fewer="results/{run}/{protein}/{conformation}/compare_fewer.csv",
+        alone="results/{run}/{protein}/{conformation}/compare_alone.csv",
+        needed="results/{run}/{protein}/{conformation}/needed.csv",
+        centres="results/{run}/{protein}/{conformation}/centres.csv",
+        png=report(
+            "results/{run}/{protein}/{conformation}/figures/compare.png",
+            caption="../src/sparsurf/report/captions/compare.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Samplers compared"},
+        ),
+        svg="results/{run}/{protein}/{conformation}/figures/compare.svg",
     log:
-        f"{CONFORMATION_LOGS}/compare_samplers.log",
-    threads: THREADS
+        "results/{run}/logs/{protein}/{conformation}/compare_samplers.log",
+    conda:
+        "../envs/study.yaml"
+    threads: 8
     resources:
-        **needs("compare_samplers", files.dots),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 50 * input.size_mb),
+        runtime=lambda wildcards, input, attempt: attempt * (10 + 6 * input.size_mb),
     params:
-        **made_by("compare_samplers.py", "surface", "patches", "sampling", "evaluation", "compare", "seed"),
+        surface=config["surface"],
+        patches=config["patches"],
+        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
+        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        evaluation=config["evaluation"],
+        percents=config["compare"]["percents"],
+        samplers=config["compare"].get("samplers"),
+        seed=config["seed"],
+        code=[METHOD, REPORT],
     message:
         "Comparing samplers on {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -25,15 +51,25 @@ rule compare_samplers:
 
 rule summarise_comparison:
     input:
-        tables=files.every("compare.csv"),
+        tables=every_conformation("compare.csv"),
     output:
-        **inside(RUN, table="compare.csv", needed="compare_needed.csv", page="compare.html"),
-        **figure(f"{RUN}/compare", "Over all proteins", "compare", "Samplers compared"),
+        table="results/{run}/compare.csv",
+        needed="results/{run}/compare_needed.csv",
+        page="results/{run}/compare.html",
+        png=report(
+            "results/{run}/compare.png",
+            caption="../src/sparsurf/report/captions/compare.rst",
+            category="Samplers compared",
+            labels={"result": "Over all proteins"},
+        ),
+        svg="results/{run}/compare.svg",
     log:
-        f"{LOGS}/summarise_comparison.log",
+        "results/{run}/logs/summarise_comparison.log",
     localrule: True
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("summarise_comparison.py"),
+        code=[METHOD, REPORT],
     message:
         "Comparing samplers over all conformations and proteins"
     script:

@@ -1,56 +1,69 @@
 # One combination over all frames of a trajectory, where `ensemble` asks for it.
 
-JOBS = config["ensemble"]["jobs"]  # that share the frames of a trajectory
-ENSEMBLE = inside(PROTEIN, table="ensemble.csv", over_time="residues_over_time.csv", residues="residues.csv")
-
 
 wildcard_constraints:
-    k="[0-9]+",
+    part="[0-9]+",
+    parts="[0-9]+",
 
 
-rule follow_frames:  # some of the frames; one job does them all unless ensemble.jobs says otherwise
+rule follow_frames:  # a part of the frames; one job takes them all unless ensemble.jobs says otherwise
     input:
-        unpack(files.molecule),
-        **KERNELS,
+        unpack(molecule_files),
     output:
-        rows=temp(f"{PROTEIN}/ensemble/{{k}}of{JOBS}.csv"),
+        rows=temp("results/{run}/{protein}/ensemble/{part}of{parts}.csv"),
     log:
-        f"{PROTEIN_LOGS}/follow_frames_{{k}}of{JOBS}.log",
+        "results/{run}/logs/{protein}/follow_frames_{part}of{parts}.log",
     wildcard_constraints:
-        protein=one_of(files.molecules),
-    threads: THREADS
+        protein=any_of(MOLECULES),
+    conda:
+        "../envs/study.yaml"
+    threads: 8
     resources:
-        **needs("follow_frames", files.megabytes(config["ensemble"]["stride"]), 1 / JOBS),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 40 * input.size_mb),
+        runtime=lambda wildcards, input, attempt: attempt
+        * (10 + 4 * input.size_mb / config["ensemble"]["stride"] / config["ensemble"]["jobs"]),
     params:
-        **made_by(
-            "follow_frames.py", "surface", "patches", *defects, "evaluation.readings", "ensemble", "seed"
-        ),
-        molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
-        contents=files.contents,
-        protein=lambda wildcards: wildcards.protein,
-        part=lambda wildcards: (int(wildcards.k), JOBS),
-        path_to_part=lambda wildcards, output: f"{output.rows}.part",  # outlives a killed job
+        surface=config["surface"],
+        patches=config["patches"],
+        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
+        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        readings=config["evaluation"]["readings"],
+        combination=config["ensemble"]["combination"],
+        test_dots=config["ensemble"]["test_dots"],
+        draws=config["ensemble"]["draws"],
+        stride=config["ensemble"]["stride"],
+        seed=config["seed"],
+        molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
+        unfinished="results/{run}/{protein}/ensemble/{part}of{parts}.csv.part",  # survives a killed job
+        code=METHOD,
     message:
-        f"n_S and d of one combination over the frames of {{wildcards.protein}}, part {{wildcards.k}} of {JOBS}"
+        "n_S and d of one combination over the frames of {wildcards.protein}, part {wildcards.part} of {wildcards.parts}"
     script:
         "../scripts/follow_frames.py"
 
 
 rule follow_ensemble:
     input:
-        unpack(files.molecule),
-        rows=[f"{PROTEIN}/ensemble/{k}of{JOBS}.csv" for k in range(1, JOBS + 1)],
+        unpack(molecule_files),
+        rows=expand(
+            "results/{run}/{protein}/ensemble/{part}of{parts}.csv",
+            part=range(1, config["ensemble"]["jobs"] + 1),
+            parts=config["ensemble"]["jobs"],
+            allow_missing=True,
+        ),
     output:
-        **ENSEMBLE,
+        table="results/{run}/{protein}/ensemble.csv",
+        over_time="results/{run}/{protein}/residues_over_time.csv",
+        residues="results/{run}/{protein}/residues.csv",
     log:
-        f"{PROTEIN_LOGS}/follow_ensemble.log",
+        "results/{run}/logs/{protein}/follow_ensemble.log",
     wildcard_constraints:
-        protein=one_of(files.molecules),
-    localrule: JOBS == 1  # else the rows of many frames
+        protein=any_of(MOLECULES),
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("follow_ensemble.py"),
-        molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
-        contents=files.contents,
+        molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
+        code=METHOD,
     message:
         "All frames of {wildcards.protein} in one table"
     script:
@@ -59,19 +72,33 @@ rule follow_ensemble:
 
 rule draw_ensemble:
     input:
-        **ENSEMBLE,
+        table="results/{run}/{protein}/ensemble.csv",
+        over_time="results/{run}/{protein}/residues_over_time.csv",
+        residues="results/{run}/{protein}/residues.csv",
     output:
-        **figure(f"{PROTEIN}/figures/ensemble", "n_S and d over time", "ensemble"),
-        residues=shown(f"{PROTEIN}/figures/residues.png", "Residues over time", "residues_over_time"),
-        residues_svg=f"{PROTEIN}/figures/residues.svg",
-        page=f"{PROTEIN}/ensemble.html",
+        png=report(
+            "results/{run}/{protein}/figures/ensemble.png",
+            caption="../src/sparsurf/report/captions/ensemble.rst",
+            category="{protein}",
+            labels={"result": "n_S and d over time"},
+        ),
+        svg="results/{run}/{protein}/figures/ensemble.svg",
+        residues_png=report(
+            "results/{run}/{protein}/figures/residues.png",
+            caption="../src/sparsurf/report/captions/residues_over_time.rst",
+            category="{protein}",
+            labels={"result": "Residues over time"},
+        ),
+        residues_svg="results/{run}/{protein}/figures/residues.svg",
+        page="results/{run}/{protein}/ensemble.html",
     log:
-        f"{PROTEIN_LOGS}/draw_ensemble.log",
-    wildcard_constraints:
-        protein=one_of(files.molecules),
+        "results/{run}/logs/{protein}/draw_ensemble.log",
     localrule: True
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("draw_ensemble.py", "ensemble"),
+        combination=config["ensemble"]["combination"],
+        code=REPORT,
     message:
         "Figure of {wildcards.protein} over time"
     script:

@@ -1,38 +1,76 @@
-# All of one conformation in one job, where `sampling` is false: of many structures the start of a process costs as much as a step.
-
-OF_STEPS = "surface patches minimal fields seed".split()
-STEPS = "make_surface measure_roughness measure_floors take_minimal draw_view tabulate_residues".split()
+# All steps of one conformation in one job, where `sampling` is false: with many structures, starting a process costs as much as a step.
 
 
 ruleorder:
-    take_all_steps
-    > make_surface
+    analyse_conformation
+    > compute_surface
     > measure_roughness
     > measure_floors
-    > take_minimal
+    > select_minimal_subset
     > draw_view
     > tabulate_residues
 
 
-rule take_all_steps:
+rule analyse_conformation:
     input:
-        unpack(files.frames),
-        **KERNELS,
-        structures=f"{PROTEIN}/structures",
-        table=files.table,
+        unpack(frames_around_conformation),
+        structures="results/{run}/{protein}/structures",
+        table=lambda wildcards: PROTEINS[wildcards.protein].table or [],
     output:
-        **{f"{step}_{key}": path for step in STEPS for key, path in getattr(rules, step).output.items()},
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        structure="results/{run}/{protein}/{conformation}/structure.pdb",
+        dms="results/{run}/{protein}/{conformation}/surface.dms",
+        components="results/{run}/{protein}/{conformation}/components.csv",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
+        floors="results/{run}/{protein}/{conformation}/floors.csv",
+        minimal="results/{run}/{protein}/{conformation}/minimal.csv",
+        ply="results/{run}/{protein}/{conformation}/minimal.ply",
+        whole="results/{run}/{protein}/{conformation}/surface.ply",
+        recovered="results/{run}/{protein}/{conformation}/recovered.csv",
+        enough="results/{run}/{protein}/{conformation}/enough.csv",
+        curves="results/{run}/{protein}/{conformation}/curves.csv",
+        fields="results/{run}/{protein}/{conformation}/fields.npz",
+        fields_recovered="results/{run}/{protein}/{conformation}/fields.csv",
+        page=report(
+            "results/{run}/{protein}/{conformation}/view.html",
+            caption="../src/sparsurf/report/captions/view.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Turn, sample and pick dots"},
+        ),
+        picture="results/{run}/{protein}/{conformation}/view.png",
+        residues=report(
+            "results/{run}/{protein}/{conformation}/residues.csv",
+            caption="../src/sparsurf/report/captions/residues.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Residue by residue"},
+        ),
+        pdb="results/{run}/{protein}/{conformation}/structure_roughness.pdb",
+        cif="results/{run}/{protein}/{conformation}/structure_roughness.cif",
+        pml="results/{run}/{protein}/{conformation}/open.pml",
+        cxc="results/{run}/{protein}/{conformation}/open.cxc",
+        bild="results/{run}/{protein}/{conformation}/minimal.bild",
     log:
-        f"{CONFORMATION_LOGS}/take_all_steps.log",
+        "results/{run}/logs/{protein}/{conformation}/analyse_conformation.log",
     wildcard_constraints:
-        protein=one_of(files.molecules),
+        protein=any_of(MOLECULES),
+    conda:
+        "../envs/study.yaml"
     resources:
-        **needs("take_all_steps", files.dots),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 20 * input.size_mb),
     params:
-        **made_by("take_all_steps.py", *OF_STEPS, *defects, "evaluation.test_dots"),
-        contents=rules.take_minimal.params.contents,
-        molecule_options=lambda wildcards: files.protein(wildcards).molecule_options,
+        surface=config["surface"],
+        patches=config["patches"],
+        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
+        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        test_dots=config["evaluation"]["test_dots"],
+        minimal=config["minimal"],
+        fields=config["fields"],
+        seed=config["seed"],
+        molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
+        code=[METHOD, REPORT],
     message:
         "Surface and minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
-        "../scripts/take_all_steps.py"
+        "../scripts/analyse_conformation.py"

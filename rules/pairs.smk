@@ -1,47 +1,55 @@
-# Pairs: what the patches of one partner say of the other's, for those that `pairs` names.
-
-PAIR = f"{RUN}/pairs/{{pair}}"
-PAIR_LOGS = f"{LOGS}/pairs/{{pair}}"
-DOTS = inside(PAIR, dots="propensity.csv")
+# Pairs: what the patches of one partner tell about those of the other, for each pair that `pairs` names.
 
 
-rule make_partners:
+rule compute_partner_surfaces:
     input:
-        unpack(pairs.given),
-        **KERNELS,
+        files=lambda wildcards: PAIRS[wildcards.pair].get("files") or PAIRS[wildcards.pair]["complex"],
     output:
-        **{f"surface_{side}": f"{PAIR}/surface_{side}.npz" for side in (1, 2)},
-        **{f"structure_{side}": f"{PAIR}/structure_{side}.pdb" for side in (1, 2)},
+        surface_1="results/{run}/pairs/{pair}/surface_1.npz",
+        surface_2="results/{run}/pairs/{pair}/surface_2.npz",
+        structure_1="results/{run}/pairs/{pair}/structure_1.pdb",
+        structure_2="results/{run}/pairs/{pair}/structure_2.pdb",
     log:
-        f"{PAIR_LOGS}/make_partners.log",
-    wildcard_constraints:
-        pair=one_of(pairs.alone),
+        "results/{run}/logs/pairs/{pair}/compute_partner_surfaces.log",
     localrule: True
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("make_partners.py", "surface", "patches.D_link"),
-        contents=pairs.contents,
-        pair=pairs.pair,
+        chains=lambda wildcards: PAIRS[wildcards.pair].get("chains"),
+        surface=config["surface"],
+        d_link=config["patches"]["D_link"],
+        code=METHOD,
     message:
         "Surfaces of both partners of {wildcards.pair}"
     script:
-        "../scripts/make_partners.py"
+        "../scripts/compute_partner_surfaces.py"
 
 
 rule match_partners:
     input:
-        unpack(pairs.partners("surface", "structure")),
-        **KERNELS,
+        unpack(partner_files),
     output:
-        **DOTS,
-        **{f"ply_{side}": f"{PAIR}/partner_{side}.ply" for side in (1, 2)},
-        **inside(PAIR, best="best_pairs.csv", agreement="agreement.csv", contacts="contacts.csv"),
-        page=f"{PAIR}/pair.html",
+        dots="results/{run}/pairs/{pair}/propensity.csv",
+        best="results/{run}/pairs/{pair}/best_pairs.csv",
+        agreement="results/{run}/pairs/{pair}/agreement.csv",
+        contacts="results/{run}/pairs/{pair}/contacts.csv",
+        ply_1="results/{run}/pairs/{pair}/partner_1.ply",
+        ply_2="results/{run}/pairs/{pair}/partner_2.ply",
+        page="results/{run}/pairs/{pair}/pair.html",
     log:
-        f"{PAIR_LOGS}/match_partners.log",
-    threads: THREADS
+        "results/{run}/logs/pairs/{pair}/match_partners.log",
+    conda:
+        "../envs/study.yaml"
+    threads: 8
     params:
-        **made_by("match_partners.py", "patches", "complementarity", "seed"),
-        pair=pairs.pair,
+        pair=lambda wildcards: PAIRS[wildcards.pair],
+        patches=config["patches"],
+        centres=config["complementarity"]["centres"],
+        nearest=config["complementarity"]["nearest"],
+        smoothing=config["complementarity"]["smoothing"],
+        interface=config["complementarity"]["interface"],
+        seed=config["seed"],
+        code=[METHOD, REPORT],
     message:
         "Comparing the patches of both partners of {wildcards.pair}"
     script:
@@ -50,18 +58,21 @@ rule match_partners:
 
 rule tabulate_pair_residues:
     input:
-        unpack(pairs.partners("structure")),
-        **DOTS,
+        unpack(partner_files),
+        dots="results/{run}/pairs/{pair}/propensity.csv",
     output:
-        **{f"pdb_{side}": f"{PAIR}/partner_{side}.pdb" for side in (1, 2)},
-        **inside(PAIR, residues="residues.csv", pml="open.pml", cxc="open.cxc"),
+        pdb_1="results/{run}/pairs/{pair}/partner_1.pdb",
+        pdb_2="results/{run}/pairs/{pair}/partner_2.pdb",
+        residues="results/{run}/pairs/{pair}/residues.csv",
+        pml="results/{run}/pairs/{pair}/open.pml",
+        cxc="results/{run}/pairs/{pair}/open.cxc",
     log:
-        f"{PAIR_LOGS}/tabulate_pair_residues.log",
-    wildcard_constraints:
-        pair=one_of(pairs.with_atoms),
+        "results/{run}/logs/pairs/{pair}/tabulate_pair_residues.log",
     localrule: True
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("tabulate_pair_residues.py"),
+        code=METHOD,
     message:
         "Propensity of the residues of {wildcards.pair}"
     script:
@@ -70,54 +81,99 @@ rule tabulate_pair_residues:
 
 rule draw_pair:
     input:
-        unpack(pairs.partners("surface", "structure")),
-        **(DOTS | KERNELS),
+        unpack(partner_files),
+        dots="results/{run}/pairs/{pair}/propensity.csv",
     output:
-        **figure(f"{PAIR}/book", "{pair}", "book", "Pairs"),
-        view_1=shown(f"{PAIR}/view_1.html", "{pair}, partner 1 to turn", "pair_view", "Pairs"),
-        view_2=shown(f"{PAIR}/view_2.html", "{pair}, partner 2 to turn", "pair_view", "Pairs"),
+        png=report(
+            "results/{run}/pairs/{pair}/book.png",
+            caption="../src/sparsurf/report/captions/book.rst",
+            category="Pairs",
+            labels={"result": "{pair}"},
+        ),
+        svg="results/{run}/pairs/{pair}/book.svg",
+        view_1=report(
+            "results/{run}/pairs/{pair}/view_1.html",
+            caption="../src/sparsurf/report/captions/pair_view.rst",
+            category="Pairs",
+            labels={"result": "{pair}, partner 1 to turn"},
+        ),
+        view_2=report(
+            "results/{run}/pairs/{pair}/view_2.html",
+            caption="../src/sparsurf/report/captions/pair_view.rst",
+            category="Pairs",
+            labels={"result": "{pair}, partner 2 to turn"},
+        ),
     log:
-        f"{PAIR_LOGS}/draw_pair.log",
+        "results/{run}/logs/pairs/{pair}/draw_pair.log",
     localrule: True
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("draw_pair.py", "patches", *defects, "seed"),
+        patches=config["patches"],
+        code=REPORT,
     message:
         "Pictures of both partners of {wildcards.pair}"
     script:
         "../scripts/draw_pair.py"
 
 
-if config["complementarity"]["thinning"]["run"]:
-
-    rule thin_pair:
-        input:
-            unpack(pairs.partners("surface", "structure")),
-            **KERNELS,
-        output:
-            **figure(f"{PAIR}/thinning", "{pair}, fewer centres", "thinning", "Pairs"),
-            table=f"{PAIR}/thinning.csv",
-        log:
-            f"{PAIR_LOGS}/thin_pair.log",
-        params:
-            **made_by("thin_pair.py", "patches", *defects, "complementarity", "seed"),
-        message:
-            "Maps of {wildcards.pair} from fewer centres"
-        script:
-            "../scripts/thin_pair.py"
+rule thin_pair:  # where complementarity.thinning asks for it
+    input:
+        unpack(partner_files),
+    output:
+        table="results/{run}/pairs/{pair}/thinning.csv",
+        png=report(
+            "results/{run}/pairs/{pair}/thinning.png",
+            caption="../src/sparsurf/report/captions/thinning.rst",
+            category="Pairs",
+            labels={"result": "{pair}, fewer centres"},
+        ),
+        svg="results/{run}/pairs/{pair}/thinning.svg",
+    log:
+        "results/{run}/logs/pairs/{pair}/thin_pair.log",
+    conda:
+        "../envs/study.yaml"
+    params:
+        patches=config["patches"],
+        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
+        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        thinning=config["complementarity"]["thinning"],
+        smoothing=config["complementarity"]["smoothing"],
+        interface=config["complementarity"]["interface"],
+        seed=config["seed"],
+        code=[METHOD, REPORT],
+    message:
+        "Maps of {wildcards.pair} from fewer centres"
+    script:
+        "../scripts/thin_pair.py"
 
 
 rule summarise_pairs:
     input:
-        tables=expand(f"{PAIR}/agreement.csv", pair=pairs.names),
+        tables=expand("results/{{run}}/pairs/{pair}/agreement.csv", pair=PAIRS),
     output:
-        **inside(pairs.folder, table="pairs.csv", page="pairs.html"),
-        **figure(f"{pairs.folder}/pairs", "All pairs", "pairs", "Pairs"),
-        means=shown(f"{pairs.folder}/means.csv", "Means over pairs", "pairs", "Pairs"),
+        table="results/{run}/pairs/pairs.csv",
+        means=report(
+            "results/{run}/pairs/means.csv",
+            caption="../src/sparsurf/report/captions/pairs.rst",
+            category="Pairs",
+            labels={"result": "Means over pairs"},
+        ),
+        page="results/{run}/pairs/pairs.html",
+        png=report(
+            "results/{run}/pairs/pairs.png",
+            caption="../src/sparsurf/report/captions/pairs.rst",
+            category="Pairs",
+            labels={"result": "All pairs"},
+        ),
+        svg="results/{run}/pairs/pairs.svg",
     log:
-        f"{LOGS}/summarise_pairs.log",
+        "results/{run}/logs/summarise_pairs.log",
     localrule: True
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("summarise_pairs.py"),
+        code=[METHOD, REPORT],
     message:
         "Agreement with the interface, over all pairs"
     script:

@@ -1,27 +1,55 @@
-# The paper beside it, where `paper` names the protein that is its A1.
-
-A1 = {"protein": config["paper"], "conformation": "c1"}
-OF_A1 = (
-    ROUGH_SURFACE | GRID | RANGES | BEST | FLOORS | ENOUGH | inside(CONFORMATION, bins="rough_and_flat.csv")
-)
+# The tables of the paper next to ours, where `paper` names the protein that is its A1.
 
 
 rule reproduce_paper:
     input:
-        **{key: path.format(**A1) for key, path in OF_A1.items()},
+        surface=f"results/{{run}}/{config['paper']}/c1/surface.npz",
+        roughness=f"results/{{run}}/{config['paper']}/c1/roughness.csv",
+        grid=f"results/{{run}}/{config['paper']}/c1/grid.csv",
+        ranges=f"results/{{run}}/{config['paper']}/c1/ranges.csv",
+        best=f"results/{{run}}/{config['paper']}/c1/best.json",
+        enough=f"results/{{run}}/{config['paper']}/c1/enough.csv",
+        bins=f"results/{{run}}/{config['paper']}/c1/rough_and_flat.csv",
     output:
-        **inside(RUN, runs="paper_as_published.csv", places="paper_places.csv", tests="paper_tests.csv"),
-        **inside(RUN, links="paper_links.csv", defects="paper_defects.csv", family="paper_family.csv"),
-        **figure(f"{RUN}/table1", "Table I, published and made again", "table1", "The paper"),
-        html=shown(f"{RUN}/verdict.html", "Claim by claim", "verdict", "The paper"),
-        rows=shown(f"{RUN}/paper_rows.csv", "Table I, row by row", "paper_rows", "The paper"),
+        page=report(
+            "results/{run}/verdict.html",
+            caption="../src/sparsurf/report/captions/verdict.rst",
+            category="The paper",
+            labels={"result": "Claim by claim"},
+        ),
+        runs="results/{run}/paper_as_published.csv",
+        places="results/{run}/paper_places.csv",
+        tests="results/{run}/paper_tests.csv",
+        rows=report(
+            "results/{run}/paper_rows.csv",
+            caption="../src/sparsurf/report/captions/paper_rows.rst",
+            category="The paper",
+            labels={"result": "Table I, row by row"},
+        ),
+        links="results/{run}/paper_links.csv",
+        defects="results/{run}/paper_defects.csv",
+        family="results/{run}/paper_family.csv",
+        png=report(
+            "results/{run}/table1.png",
+            caption="../src/sparsurf/report/captions/table1.rst",
+            category="The paper",
+            labels={"result": "Table I, published and reproduced"},
+        ),
+        svg="results/{run}/table1.svg",
     log:
-        f"{LOGS}/reproduce_paper.log",
-    threads: THREADS
+        "results/{run}/logs/reproduce_paper.log",
+    conda:
+        "../envs/study.yaml"
+    threads: 8
     params:
-        **made_by("reproduce_paper.py", "surface", "patches", "sampling", "evaluation", "seed"),
-        path_to_surface=files.proteins[config["paper"]].surface,
-        name="/".join(A1.values()),
+        surface=config["surface"],
+        patches=config["patches"],
+        sampling=config["sampling"],
+        evaluation=config["evaluation"],
+        seed=config["seed"],
+        a1=f"{config['paper']}/c1",
+        path_to_surface=PROTEINS[config["paper"]].surface,
+        code=[METHOD, REPORT],
     message:
         "Comparing with the paper"
     script:

@@ -1,32 +1,28 @@
-# The paper's sampling over the grid of its parameters, and the best of it, where `sampling` is not false.
-
-# The figures of a conformation: src/sparsurf/report/figures/<name>.py, captioned in src/sparsurf/report/captions/<name>.rst
-FIGURES = {
-    "enough": "How many dots are enough",
-    "roughness": "Fig. 1, roughness",
-    "number_of_dots": "Fig. 2, number of dots",
-    "number_of_dots_panels": "Fig. 2, all panels",
-    "d_over_grid": "Fig. 3, d over the grid",
-    "rough_and_flat": "Fig. 4, rough and flat patches",
-    "subsets": "Fig. 5, surfaces",
-}
-OF_FIGURES = ["patches", *defects, "evaluation.test_dots", "minimal", "seed"]
-DISTANCES = inside(CONFORMATION, distances="distances.npz")
+# The paper's sampling over the grid of its parameters, and the best of it. `sampling: false` leaves all of this out.
 
 
 rule evaluate_grid:
     input:
-        **ROUGH_SURFACE,
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
     output:
-        **(GRID | DISTANCES),
+        grid="results/{run}/{protein}/{conformation}/grid.csv",
+        distances="results/{run}/{protein}/{conformation}/distances.npz",
     log:
-        f"{CONFORMATION_LOGS}/evaluate_grid.log",
-    priority: 2  # before what only follows from them
-    threads: files.side_by_side(THREADS, workflow.resource_settings.cores if HERE else None)
+        "results/{run}/logs/{protein}/{conformation}/evaluate_grid.log",
+    priority: 2  # before what only follows from it
+    conda:
+        "../envs/study.yaml"
+    threads: 8
     resources:
-        **needs("evaluate_grid", files.dots, besides=files.distances),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 1.5 * GRID_MB + 200 * input.size_mb),
+        runtime=lambda wildcards, input, attempt: attempt * (10 + 5 * input.size_mb),
     params:
-        **made_by("evaluate_grid.py", "patches", "sampling", "evaluation", "seed"),
+        patches=config["patches"],
+        sampling=config["sampling"],
+        evaluation=config["evaluation"],
+        seed=config["seed"],
+        code=METHOD,
     message:
         "Sampling and comparing {wildcards.protein}/{wildcards.conformation} over the grid"
     script:
@@ -35,16 +31,30 @@ rule evaluate_grid:
 
 rule tabulate_best:
     input:
-        **(GRID | DISTANCES | FLOORS),
+        grid="results/{run}/{protein}/{conformation}/grid.csv",
+        distances="results/{run}/{protein}/{conformation}/distances.npz",
+        floors="results/{run}/{protein}/{conformation}/floors.csv",
     output:
-        **inside(CONFORMATION, best="best.json", markdown="ranges.md", page="ranges.html"),
-        ranges=of_each(f"{CONFORMATION}/ranges.csv", "Best combination per range of n_S", "ranges"),
+        ranges=report(
+            "results/{run}/{protein}/{conformation}/ranges.csv",
+            caption="../src/sparsurf/report/captions/ranges.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Best combination per range of n_S"},
+        ),
+        best="results/{run}/{protein}/{conformation}/best.json",
+        page="results/{run}/{protein}/{conformation}/ranges.html",
+        markdown="results/{run}/{protein}/{conformation}/ranges.md",
     log:
-        f"{CONFORMATION_LOGS}/tabulate_best.log",
+        "results/{run}/logs/{protein}/{conformation}/tabulate_best.log",
+    conda:
+        "../envs/study.yaml"
     resources:
-        **needs("tabulate_best", files.dots, besides=files.distances),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 1.5 * GRID_MB),
     params:
-        **made_by("tabulate_best.py", "tables"),
+        ranges=config["tables"]["ranges"],
+        max_n_s_percent=config["tables"]["max_n_S_percent"],
+        code=[METHOD, REPORT],
     message:
         "Best combinations of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -53,18 +63,123 @@ rule tabulate_best:
 
 rule draw_figures:
     input:
-        **(ROUGH_SURFACE | GRID | BEST | FLOORS | ENOUGH | MINIMAL),
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
+        grid="results/{run}/{protein}/{conformation}/grid.csv",
+        best="results/{run}/{protein}/{conformation}/best.json",
+        floors="results/{run}/{protein}/{conformation}/floors.csv",
+        enough="results/{run}/{protein}/{conformation}/enough.csv",
+        curves="results/{run}/{protein}/{conformation}/curves.csv",
+        minimal="results/{run}/{protein}/{conformation}/minimal.csv",
     output:
-        **{name: of_each(f"{CONFORMATION}/figures/{name}.png", FIGURES[name], name) for name in FIGURES},
-        **inside(CONFORMATION, bins="rough_and_flat.csv"),
-        svgs=[f"{CONFORMATION}/figures/{name}.svg" for name in FIGURES],
+        enough=report(
+            "results/{run}/{protein}/{conformation}/figures/enough.png",
+            caption="../src/sparsurf/report/captions/enough.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "How many dots are enough"},
+        ),
+        roughness=report(
+            "results/{run}/{protein}/{conformation}/figures/roughness.png",
+            caption="../src/sparsurf/report/captions/roughness.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 1, roughness"},
+        ),
+        number_of_dots=report(
+            "results/{run}/{protein}/{conformation}/figures/number_of_dots.png",
+            caption="../src/sparsurf/report/captions/number_of_dots.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 2, number of dots"},
+        ),
+        number_of_dots_panels=report(
+            "results/{run}/{protein}/{conformation}/figures/number_of_dots_panels.png",
+            caption="../src/sparsurf/report/captions/number_of_dots_panels.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 2, all panels"},
+        ),
+        d_over_grid=report(
+            "results/{run}/{protein}/{conformation}/figures/d_over_grid.png",
+            caption="../src/sparsurf/report/captions/d_over_grid.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 3, d over the grid"},
+        ),
+        rough_and_flat=report(
+            "results/{run}/{protein}/{conformation}/figures/rough_and_flat.png",
+            caption="../src/sparsurf/report/captions/rough_and_flat.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 4, rough and flat patches"},
+        ),
+        subsets=report(
+            "results/{run}/{protein}/{conformation}/figures/subsets.png",
+            caption="../src/sparsurf/report/captions/subsets.rst",
+            category="{protein}",
+            subcategory="{conformation}",
+            labels={"result": "Fig. 5, surfaces"},
+        ),
+        svg=expand(
+            "results/{run}/{protein}/{conformation}/figures/{figure}.svg",
+            figure=FIGURES,
+            allow_missing=True,
+        ),
+        bins="results/{run}/{protein}/{conformation}/rough_and_flat.csv",
     log:
-        f"{CONFORMATION_LOGS}/draw_figures.log",
+        "results/{run}/logs/{protein}/{conformation}/draw_figures.log",
+    conda:
+        "../envs/study.yaml"
     resources:
-        **needs("draw_figures", files.dots),
+        mem_mb=lambda wildcards, attempt: attempt * 1500,
     params:
-        **made_by("draw_figures.py", *OF_FIGURES, figures=FIGURES),
+        patches=config["patches"],
+        distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
+        chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
+        test_dots=config["evaluation"]["test_dots"],
+        minimal=config["minimal"],
+        seed=config["seed"],
+        code=[METHOD, REPORT],
     message:
         "Figures of {wildcards.protein}/{wildcards.conformation}"
     script:
         "../scripts/draw_figures.py"
+
+
+rule summarise_best:
+    input:
+        ranges=every_conformation("ranges.csv"),
+        best=every_conformation("best.json"),
+        grid=every_conformation("grid.csv"),
+        surfaces=every_conformation("surface.npz"),
+        roughness=every_conformation("roughness.csv"),
+        table="results/{run}/surfaces.csv",
+    output:
+        summary=report(
+            "results/{run}/summary.csv",
+            caption="../src/sparsurf/report/captions/summary.rst",
+            category="All surfaces",
+            labels={"result": "Best combination per surface and range of n_S"},
+        ),
+        relation="results/{run}/relation.csv",
+        page="results/{run}/summary.html",
+        png=report(
+            "results/{run}/summary.png",
+            caption="../src/sparsurf/report/captions/summary.rst",
+            category="All surfaces",
+            labels={"result": "Best parameters against mean roughness"},
+        ),
+        svg="results/{run}/summary.svg",
+    log:
+        "results/{run}/logs/summarise_best.log",
+    localrule: True
+    conda:
+        "../envs/study.yaml"
+    params:
+        seed=config["seed"],
+        code=[METHOD, REPORT],
+    message:
+        "Best parameters against mean roughness"
+    script:
+        "../scripts/summarise_best.py"

@@ -1,29 +1,27 @@
-# A structure becomes a trajectory, by GROMACS, where `simulate` of its protein asks for it.
-
-from sparsurf.simulation.protocol import STAGES
-
-SIMULATION = f"{PROTEIN}/simulation"
+# A structure becomes a trajectory by GROMACS, where `simulate` of its protein asks for it.
 
 
 wildcard_constraints:
-    stage=one_of(STAGES),
+    stage="minimise|nvt|npt|production",
 
 
 rule prepare_system:  # hydrogens, a box of water, ions
     input:
-        unpack(files.given),
+        structure=structure_file,
     output:
-        system=directory(f"{SIMULATION}/system"),
-        contents=f"{SIMULATION}/system.json",
+        system=directory("results/{run}/{protein}/simulation/system"),
+        contents="results/{run}/{protein}/simulation/system.json",
     log:
-        f"{PROTEIN_LOGS}/prepare_system.log",
+        "results/{run}/logs/{protein}/prepare_system.log",
     wildcard_constraints:
-        protein=one_of(files.simulated),
+        protein=any_of(SIMULATED),
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("prepare_system.py", "seed"),
-        contents=files.contents,
-        chosen=lambda wildcards: files.protein(wildcards).chosen,
-        simulate=lambda wildcards: files.protein(wildcards).simulate,
+        simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
+        structure_options=lambda wildcards: PROTEINS[wildcards.protein].chosen,
+        seed=config["seed"],
+        code=METHOD,
     message:
         "Putting {wildcards.protein} into water"
     script:
@@ -32,22 +30,27 @@ rule prepare_system:  # hydrogens, a box of water, ions
 
 rule simulate_stage:  # minimise, nvt, npt, production: each begins where the one before ended
     input:
-        unpack(files.stage_before),
-        system=f"{SIMULATION}/system",
+        before=stage_before,
+        system="results/{run}/{protein}/simulation/system",
     output:
-        folder=directory(f"{SIMULATION}/{{stage}}"),
+        folder=directory("results/{run}/{protein}/simulation/{stage}"),
     log:
-        f"{PROTEIN_LOGS}/simulate_{{stage}}.log",
+        "results/{run}/logs/{protein}/simulate_{stage}.log",
     wildcard_constraints:
-        protein=one_of(files.simulated),
-    threads: THREADS
+        protein=any_of(SIMULATED),
+    conda:
+        "../envs/study.yaml"
+    threads: 8
     resources:
-        **needs("simulate_stage", files.nanoseconds),
+        mem_mb=lambda wildcards, attempt: attempt * 2000,
+        runtime=lambda wildcards, attempt: attempt
+        * (60 + 600 * PROTEINS[wildcards.protein].simulate.get("ns", 1)),
     params:
-        **made_by("simulate_stage.py", "seed"),
-        simulate=lambda wildcards: files.protein(wildcards).simulate,
+        simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
         stage="{stage}",
-        work=f"{SIMULATION}/.running/{{stage}}",  # outlives a killed job: checkpoints
+        unfinished="results/{run}/{protein}/simulation/.running/{stage}",  # survives a killed job: checkpoints
+        seed=config["seed"],
+        code=METHOD,
     message:
         "Simulating {wildcards.protein}: {wildcards.stage}"
     script:
@@ -56,19 +59,33 @@ rule simulate_stage:  # minimise, nvt, npt, production: each begins where the on
 
 rule judge_simulation:
     input:
-        **{stage: f"{SIMULATION}/{stage}" for stage in STAGES},
-        system=f"{SIMULATION}/system",
+        system="results/{run}/{protein}/simulation/system",
+        minimise="results/{run}/{protein}/simulation/minimise",
+        nvt="results/{run}/{protein}/simulation/nvt",
+        npt="results/{run}/{protein}/simulation/npt",
+        production="results/{run}/{protein}/simulation/production",
     output:
-        **inside(SIMULATION, topology="topology.pdb", trajectory="trajectory.xtc"),
-        **inside(SIMULATION, energies="energies.csv", motion="motion.csv", quality="quality.csv"),
-        **figure(f"{PROTEIN}/figures/simulation", "Simulation", "simulation"),
+        topology="results/{run}/{protein}/simulation/topology.pdb",
+        trajectory="results/{run}/{protein}/simulation/trajectory.xtc",
+        energies="results/{run}/{protein}/simulation/energies.csv",
+        motion="results/{run}/{protein}/simulation/motion.csv",
+        quality="results/{run}/{protein}/simulation/quality.csv",
+        png=report(
+            "results/{run}/{protein}/figures/simulation.png",
+            caption="../src/sparsurf/report/captions/simulation.rst",
+            category="{protein}",
+            labels={"result": "Simulation"},
+        ),
+        svg="results/{run}/{protein}/figures/simulation.svg",
     log:
-        f"{PROTEIN_LOGS}/judge_simulation.log",
+        "results/{run}/logs/{protein}/judge_simulation.log",
     wildcard_constraints:
-        protein=one_of(files.simulated),
+        protein=any_of(SIMULATED),
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("judge_simulation.py"),
-        simulate=lambda wildcards: files.protein(wildcards).simulate,
+        simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
+        code=[METHOD, REPORT],
     message:
         "Quality of the simulation of {wildcards.protein}"
     script:

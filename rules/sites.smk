@@ -1,107 +1,140 @@
-# Sites that are sought on other surfaces, and forms that are compared, for those that `sites` names.
-
-SITE = f"{RUN}/sites/{{site}}"
-SITE_LOGS = f"{LOGS}/sites/{{site}}"
-HITS = inside(SITE, hits="hits.csv", matches="matches.csv", poses="poses.csv")
+# Sites that are searched for on other surfaces, and forms of a protein that are compared, for each entry of `sites`.
 
 
 rule describe_places:
     input:
-        **(SURFACE | KERNELS),
-        structure=files.structure,
+        surface="results/{run}/{protein}/{conformation}/surface.npz",
+        structure=structure_of_conformation,
     output:
-        sites=f"{CONFORMATION}/places.sites",
+        sites="results/{run}/{protein}/{conformation}/places.sites",
     log:
-        f"{CONFORMATION_LOGS}/describe_places.log",
+        "results/{run}/logs/{protein}/{conformation}/describe_places.log",
     wildcard_constraints:
-        protein=one_of(sites.proteins),
+        protein=any_of(DESCRIBED),
+    conda:
+        "../envs/study.yaml"
     resources:
-        **needs("describe_places", files.dots),
+        mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 40 * input.size_mb),
     params:
-        **made_by("describe_places.py"),
+        code=METHOD,
     message:
-        "Places of {wildcards.protein}/{wildcards.conformation} in numbers"
+        "Describing the places of {wildcards.protein}/{wildcards.conformation}"
     script:
         "../scripts/describe_places.py"
 
 
 rule find_site:
     input:
-        unpack(sites.places),
+        unpack(searched_places),
     output:
-        **HITS,
-        superposed=directory(f"{SITE}/superposed"),
-        page=f"{SITE}/site.html",
+        hits="results/{run}/sites/{site}/hits.csv",
+        matches="results/{run}/sites/{site}/matches.csv",
+        poses="results/{run}/sites/{site}/poses.csv",
+        superposed=directory("results/{run}/sites/{site}/superposed"),
+        page="results/{run}/sites/{site}/site.html",
     log:
-        f"{SITE_LOGS}/find_site.log",
+        "results/{run}/logs/sites/{site}/find_site.log",
     wildcard_constraints:
-        site=one_of(sites.sought),
+        site=any_of(SEARCHES),
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("find_site.py"),
-        site=sites.site,
+        site=lambda wildcards: SITES[wildcards.site],
+        code=[METHOD, REPORT],
     message:
-        "Seeking the site {wildcards.site}"
+        "Searching for the site {wildcards.site}"
     script:
         "../scripts/find_site.py"
 
 
 rule draw_site:
     input:
-        unpack(sites.surfaces),
-        **(HITS | KERNELS),
+        unpack(searched_surfaces),
+        hits="results/{run}/sites/{site}/hits.csv",
+        poses="results/{run}/sites/{site}/poses.csv",
     output:
-        **figure(f"{SITE}/site", "{site}", "site", "Sites"),
-        view_1=shown(f"{SITE}/view_1.html", "{site} to turn", "site_view", "Sites"),
-        view_2=shown(f"{SITE}/view_2.html", "{site}, best hit to turn", "site_view", "Sites"),
+        png=report(
+            "results/{run}/sites/{site}/site.png",
+            caption="../src/sparsurf/report/captions/site.rst",
+            category="Sites",
+            labels={"result": "{site}"},
+        ),
+        svg="results/{run}/sites/{site}/site.svg",
+        view_1=report(
+            "results/{run}/sites/{site}/view_1.html",
+            caption="../src/sparsurf/report/captions/site_view.rst",
+            category="Sites",
+            labels={"result": "{site} to turn"},
+        ),
+        view_2=report(
+            "results/{run}/sites/{site}/view_2.html",
+            caption="../src/sparsurf/report/captions/site_view.rst",
+            category="Sites",
+            labels={"result": "{site}, best hit to turn"},
+        ),
     log:
-        f"{SITE_LOGS}/draw_site.log",
+        "results/{run}/logs/sites/{site}/draw_site.log",
     wildcard_constraints:
-        site=one_of(sites.sought),
+        site=any_of(SEARCHES),
     localrule: True
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("draw_site.py", "patches", *defects, "seed"),
-        site=sites.site,
+        site=lambda wildcards: SITES[wildcards.site],
+        patches=config["patches"],
+        code=REPORT,
     message:
         "Pictures of the site {wildcards.site} and its hits"
     script:
         "../scripts/draw_site.py"
 
 
-if len(sites.sought) > 1:
-
-    rule summarise_sites:
-        input:
-            hits=expand(HITS["hits"], site=sites.sought),
-        output:
-            **figure(f"{RUN}/sites/matrix", "All sites on all surfaces", "matrix", "Sites"),
-            matrix=f"{RUN}/sites/matrix.csv",
-        log:
-            f"{LOGS}/summarise_sites.log",
-        localrule: True
-        params:
-            **made_by("summarise_sites.py"),
-        message:
-            "All sites on all surfaces"
-        script:
-            "../scripts/summarise_sites.py"
+rule summarise_sites:  # of several searches
+    input:
+        hits=expand("results/{{run}}/sites/{site}/hits.csv", site=SEARCHES),
+    output:
+        matrix="results/{run}/sites/matrix.csv",
+        png=report(
+            "results/{run}/sites/matrix.png",
+            caption="../src/sparsurf/report/captions/matrix.rst",
+            category="Sites",
+            labels={"result": "All sites on all surfaces"},
+        ),
+        svg="results/{run}/sites/matrix.svg",
+    log:
+        "results/{run}/logs/summarise_sites.log",
+    localrule: True
+    conda:
+        "../envs/study.yaml"
+    params:
+        code=REPORT,
+    message:
+        "All sites on all surfaces"
+    script:
+        "../scripts/summarise_sites.py"
 
 
 rule compare_forms:
     input:
-        unpack(sites.forms),
-        **KERNELS,
+        unpack(compared_forms),
     output:
-        **{f"pdb_{side}": f"{SITE}/changed_{side}.pdb" for side in (1, 2)},
-        changes=f"{SITE}/changes.csv",
-        page=f"{SITE}/changes.html",
+        changes="results/{run}/sites/{site}/changes.csv",
+        pdb_1="results/{run}/sites/{site}/changed_1.pdb",
+        pdb_2="results/{run}/sites/{site}/changed_2.pdb",
+        page="results/{run}/sites/{site}/changes.html",
     log:
-        f"{SITE_LOGS}/compare_forms.log",
+        "results/{run}/logs/sites/{site}/compare_forms.log",
     wildcard_constraints:
-        site=one_of(sites.compared),
-    threads: THREADS
+        site=any_of(COMPARISONS),
+    conda:
+        "../envs/study.yaml"
+    threads: 8
     params:
-        **made_by("compare_forms.py", "surface", "patches.D_link", "seed"),
-        site=sites.site,
+        forms=lambda wildcards: SITES[wildcards.site]["changes"],
+        surface=config["surface"],
+        d_link=config["patches"]["D_link"],
+        seed=config["seed"],
+        code=[METHOD, REPORT],
     message:
         "Comparing the forms of {wildcards.site}"
     script:
@@ -110,20 +143,39 @@ rule compare_forms:
 
 rule draw_changes:
     input:
-        unpack(sites.forms),
-        changes=rules.compare_forms.output.changes,
+        unpack(compared_forms),
+        changes="results/{run}/sites/{site}/changes.csv",
     output:
-        **figure(f"{SITE}/changes", "{site}", "changes", "Sites"),
-        view_1=shown(f"{SITE}/view_1.html", "{site}, form 1 to turn", "site_view", "Sites"),
-        view_2=shown(f"{SITE}/view_2.html", "{site}, form 2 to turn", "site_view", "Sites"),
+        png=report(
+            "results/{run}/sites/{site}/changes.png",
+            caption="../src/sparsurf/report/captions/changes.rst",
+            category="Sites",
+            labels={"result": "{site}"},
+        ),
+        svg="results/{run}/sites/{site}/changes.svg",
+        view_1=report(
+            "results/{run}/sites/{site}/view_1.html",
+            caption="../src/sparsurf/report/captions/site_view.rst",
+            category="Sites",
+            labels={"result": "{site}, form 1 to turn"},
+        ),
+        view_2=report(
+            "results/{run}/sites/{site}/view_2.html",
+            caption="../src/sparsurf/report/captions/site_view.rst",
+            category="Sites",
+            labels={"result": "{site}, form 2 to turn"},
+        ),
     log:
-        f"{SITE_LOGS}/draw_changes.log",
+        "results/{run}/logs/sites/{site}/draw_changes.log",
     wildcard_constraints:
-        site=one_of(sites.compared),
+        site=any_of(COMPARISONS),
     localrule: True
+    conda:
+        "../envs/study.yaml"
     params:
-        **made_by("draw_changes.py", "patches", *defects, "seed"),
-        site=sites.site,
+        forms=lambda wildcards: SITES[wildcards.site]["changes"],
+        patches=config["patches"],
+        code=REPORT,
     message:
         "Pictures of the changes of {wildcards.site}"
     script:

@@ -1,0 +1,305 @@
+# What several rules ask: the proteins of a run, the files they come from, and what a run has in the end.
+
+import re
+
+from sparsurf.workflow.code_version import METHOD, REPORT
+from sparsurf.workflow.config import check_config, proteins
+from sparsurf.workflow.memory import memory_of_grid
+from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
+
+if not {"proteins", "pairs"} & config.keys():  # a config that names neither changes the default study
+
+    configfile: HOME / "config.yaml"
+
+
+HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # jobs do not run on a cluster
+try:
+    config = check_config(config, workflow.configfiles, HOME, HERE)
+except ValueError as error:
+    raise SystemExit(f"\n{error}\n") from None
+
+EXCLUDED = {without_zeros(place) for place in config["exclude"]}
+PROTEINS = {name: protein for name, protein in proteins(config).items() if name not in EXCLUDED}
+PAIRS = {name: pair for name, pair in config["pairs"].items() if f"pairs/{name}" not in EXCLUDED}
+SITES = {name: site for name, site in config["sites"].items() if f"sites/{name}" not in EXCLUDED}
+SEARCHES = [name for name, site in SITES.items() if "query" in site]
+COMPARISONS = [name for name, site in SITES.items() if "changes" in site]
+READY_SURFACES = [name for name, protein in PROTEINS.items() if protein.surface]
+MOLECULES = [name for name in PROTEINS if name not in READY_SURFACES]
+SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is not None]
+DOWNLOADS = {name: protein.download for name, protein in PROTEINS.items() if protein.source}
+SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
+SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
+FIGURES = (
+    "enough",
+    "roughness",
+    "number_of_dots",
+    "number_of_dots_panels",
+    "d_over_grid",
+    "rough_and_flat",
+    "subsets",
+)
+SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
+FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
+
+
+SEARCHED = [place for name in SEARCHES for place in (SITES[name]["query"], *SITES[name].get("targets", ()))]
+SEARCH_ALL = any(SITES[name].get("targets", "all") == "all" for name in SEARCHES)
+DESCRIBED = {place.partition("/")[0] for place in SEARCHED} | set(MOLECULES if SEARCH_ALL else ())
+GRID_MB = memory_of_grid(config) / 1e6  # all distances of a grid, at the worst moment
+
+
+def any_of(names):
+    """Regular expression of a wildcard that is one of `names`; without names it matches nothing."""
+    return "|".join(map(re.escape, names)) or "(?!)"
+
+
+def is_excluded(*place):
+    """Whether the config excludes a protein, or one of its conformations."""
+    return without_zeros("/".join(place)) in EXCLUDED
+
+
+def all_conformations(protein):
+    """Names of the conformations of a protein; Snakemake asks again once its frames are chosen."""
+    if protein in READY_SURFACES:
+        return ["c1"]
+    if protein in SINGLE_FRAME:
+        return [FIRST]
+    frames = checkpoints.choose_frames.get(run=config["run"], protein=protein).output.frames
+    return first_column(frames)
+
+
+def conformations(protein):
+    """Names of the conformations of a protein that are not excluded."""
+    return [name for name in all_conformations(protein) if not is_excluded(protein, name)]
+
+
+def has_several_frames(protein):
+    """Whether a molecule has frames to choose from; Snakemake asks again once they are read."""
+    if protein not in SEVERAL_FRAMES or is_excluded(protein, "*"):
+        return False
+    chosen = checkpoints.choose_frames.get(run=config["run"], protein=protein).output
+    return len(first_column(chosen.projection)) > 1
+
+
+def folder_of(place):
+    """Folder of a conformation that the config names as protein (its first) or protein/conformation; None if there is none."""
+    protein, _, conformation = place.partition("/")
+    names = conformations(protein) if conformation else all_conformations(protein)[:1]
+    found = [name for name in names if not conformation or same_conformation(name, conformation)]
+    return f"results/{config['run']}/{protein}/{found[0]}" if found else None
+
+
+def every_conformation(file):
+    """Input function: a file of every conformation of every protein."""
+    return lambda wildcards: [
+        f"results/{wildcards.run}/{protein}/{conformation}/{file}"
+        for protein in PROTEINS
+        for conformation in conformations(protein)
+    ]
+
+
+def structure_file(wildcards):
+    """The structure of a protein, local or downloaded."""
+    protein = PROTEINS[wildcards.protein]
+    if protein.source:
+        return f"results/{wildcards.run}/{wildcards.protein}/download/{protein.download}"
+    return protein.structure
+
+
+def molecule_files(wildcards):
+    """Structure and trajectory of a molecule, which may be simulated."""
+    if wildcards.protein in SIMULATED:
+        folder = f"results/{wildcards.run}/{wildcards.protein}/simulation"
+        return {"structure": f"{folder}/topology.pdb", "trajectory": f"{folder}/trajectory.xtc"}
+    trajectory = PROTEINS[wildcards.protein].trajectory
+    return {"structure": structure_file(wildcards)} | ({"trajectory": trajectory} if trajectory else {})
+
+
+def structure_of_conformation(wildcards):
+    """The structure of a conformation; none of a ready surface."""
+    if wildcards.protein in READY_SURFACES:
+        return []
+    return f"results/{wildcards.run}/{wildcards.protein}/{wildcards.conformation}/structure.pdb"
+
+
+def frames_around_conformation(wildcards):
+    """The trajectory of a conformation and the table of its chosen frames; none of a single structure."""
+    files = molecule_files(wildcards)
+    if wildcards.protein in READY_SURFACES or "trajectory" not in files:
+        return {}
+    return files | {"frames": f"results/{wildcards.run}/{wildcards.protein}/frames.csv"}
+
+
+def ranges_of_paper_sampler(wildcards):
+    """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
+    if config["sampling"]["run"] and config["minimal"]["sampler"] in ("paper", "paper_corrected"):
+        return f"results/{wildcards.run}/{wildcards.protein}/{wildcards.conformation}/ranges.csv"
+    return []
+
+
+def stage_before(wildcards):
+    """Folder of the stage of a simulation that ends where another begins; none of the first."""
+    before = {"nvt": "minimise", "npt": "nvt", "production": "npt"}.get(wildcards.stage)
+    return f"results/{wildcards.run}/{wildcards.protein}/simulation/{before}" if before else []
+
+
+def partner_files(wildcards):
+    """Surfaces of both partners of a pair, and their structures where they have atoms."""
+    own = f"results/{wildcards.run}/pairs/{wildcards.pair}"
+    proteins_of_pair = PAIRS[wildcards.pair].get("proteins")
+    if not proteins_of_pair:
+        return {
+            f"{kind}_{n}": f"{own}/{kind}_{n}.{end}" for kind, end in SURFACE_AND_STRUCTURE for n in (1, 2)
+        }
+    return {
+        f"{kind}_{n}": f"{folder_of(protein)}/{kind}.{end}"
+        for n, protein in enumerate(proteins_of_pair, 1)
+        for kind, end in SURFACE_AND_STRUCTURE
+        if kind == "surface" or protein in MOLECULES
+    }
+
+
+def searched_places(wildcards):
+    """Described places of the query and of all targets of a search; none where the study has no such conformation."""
+    site = SITES[wildcards.site]
+    query, targets = folder_of(site["query"]), site.get("targets", "all")
+    if targets == "all":
+        targets = [f"{name}/{conformation}" for name in MOLECULES for conformation in conformations(name)]
+        targets = [place for place in targets if folder_of(place) != query]
+    folders = list(dict.fromkeys(map(folder_of, targets)))
+    if query is None or None in folders:
+        return {}
+    places = [f"{folder}/places.sites" for folder in folders]
+    return {"query": f"{query}/places.sites", "structure": f"{query}/structure.pdb", "targets": places}
+
+
+def searched_surfaces(wildcards):
+    """The same with the surfaces of query and targets, and the structures of those that have atoms."""
+    files = searched_places(wildcards)
+    folders = [Path(path).parent for path in [files["query"], *files["targets"]]] if files else []
+    with_atoms = [folder for folder in folders if folder.parent.name in MOLECULES]
+    return files | {
+        "surfaces": [f"{folder}/surface.npz" for folder in folders],
+        "structures": [f"{folder}/structure.pdb" for folder in with_atoms],
+    }
+
+
+def compared_forms(wildcards):
+    """Surfaces and structures of two forms that are compared; none where the study has no such conformation."""
+    folders = [folder_of(place) for place in SITES[wildcards.site]["changes"]]
+    if None in folders:
+        return {}
+    return {
+        f"{kind}_{n}": f"{folder}/{kind}.{end}"
+        for n, folder in enumerate(folders, 1)
+        for kind, end in SURFACE_AND_STRUCTURE
+    }
+
+
+# What a run has in the end
+
+
+def protein_outputs(wildcards):
+    """Files of one protein and of its conformations."""
+    protein = wildcards.protein
+    files = []
+    if protein in MOLECULES:
+        files += ["frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures"]
+    if protein in SIMULATED:
+        files += ["simulation/energies.csv", "simulation/motion.csv", "simulation/quality.csv"]
+        files += ["figures/simulation.png", "figures/simulation.svg"]
+    if config["ensemble"]["run"] and protein in MOLECULES and not is_excluded(protein, "*"):
+        files += ["ensemble.csv", "residues_over_time.csv", "residues.csv"]
+    if has_several_frames(protein):
+        files += ["figures/frames.png", "figures/frames.svg"]
+        if config["ensemble"]["run"]:
+            files += ["ensemble.html", "figures/ensemble.png", "figures/ensemble.svg"]
+            files += ["figures/residues.png", "figures/residues.svg"]
+    for conformation in conformations(protein):
+        files += [f"{conformation}/{file}" for file in conformation_files(protein)]
+    return [f"results/{config['run']}/{protein}/{file}" for file in files]
+
+
+def conformation_files(protein):
+    """Files of each conformation of a protein."""
+    files = ["surface.npz", "surface.ply", "roughness.csv", "floors.csv", "enough.csv", "curves.csv"]
+    files += ["minimal.csv", "minimal.ply", "recovered.csv", "fields.csv", "fields.npz"]
+    files += ["view.html", "view.png"]
+    if protein in MOLECULES:
+        files += ["structure.pdb", "surface.dms", "components.csv", "residues.csv", "minimal.bild"]
+        files += ["structure_roughness.pdb", "structure_roughness.cif", "open.pml", "open.cxc"]
+    if config["sampling"]["run"]:
+        files += ["grid.csv", "distances.npz", "best.json", "ranges.csv", "ranges.md", "ranges.html"]
+        files += ["rough_and_flat.csv"]
+        files += [f"figures/{figure}.{end}" for figure in FIGURES for end in ("png", "svg")]
+    if config["compare"]["run"]:
+        files += ["compare.csv", "compare.html", "compare_pairs.csv", "compare_fewer.csv"]
+        files += ["compare_alone.csv", "needed.csv", "centres.csv"]
+        files += ["figures/compare.png", "figures/compare.svg"]
+    if protein in DESCRIBED:
+        files += ["places.sites"]
+    return files
+
+
+def results_before_pages(wildcards):
+    """All files but those of the first page, which leads to them."""
+    run = f"results/{config['run']}"
+    files = []
+    if PROTEINS:
+        files += ["surfaces.csv", "enough.png", "enough.svg"]
+    if PROTEINS and config["sampling"]["run"]:
+        files += ["summary.csv", "relation.csv", "summary.html", "summary.png", "summary.svg"]
+    if config["compare"]["run"]:
+        files += ["compare.csv", "compare_needed.csv", "compare.html", "compare.png", "compare.svg"]
+    if "paper" in config and not is_excluded(config["paper"], "c1"):
+        files += ["verdict.html", "table1.png", "table1.svg", "paper_as_published.csv", "paper_places.csv"]
+        files += ["paper_tests.csv", "paper_rows.csv", "paper_links.csv", "paper_defects.csv"]
+        files += ["paper_family.csv"]
+    if PAIRS:
+        files += [
+            "pairs/pairs.csv",
+            "pairs/means.csv",
+            "pairs/pairs.html",
+            "pairs/pairs.png",
+            "pairs/pairs.svg",
+        ]
+    if len(SEARCHES) > 1:
+        files += ["sites/matrix.csv", "sites/matrix.png", "sites/matrix.svg"]
+    files += [f"pairs/{pair}/{file}" for pair in PAIRS for file in pair_files(pair)]
+    files += [f"sites/{site}/{file}" for site in SITES for file in site_files(site)]
+    of_proteins = [protein_outputs(Wildcards(fromdict={"protein": protein})) for protein in PROTEINS]
+    return [f"{run}/{file}" for file in files] + sum(of_proteins, [])
+
+
+def pair_files(pair):
+    """Files of a pair."""
+    files = ["propensity.csv", "best_pairs.csv", "agreement.csv", "contacts.csv", "pair.html"]
+    files += ["partner_1.ply", "partner_2.ply", "book.png", "book.svg", "view_1.html", "view_2.html"]
+    if not set(PAIRS[pair].get("proteins", ())) & set(READY_SURFACES):
+        files += ["partner_1.pdb", "partner_2.pdb", "residues.csv", "open.pml", "open.cxc"]
+    if config["complementarity"]["thinning"]["run"]:
+        files += ["thinning.csv", "thinning.png", "thinning.svg"]
+    return files
+
+
+def site_files(site):
+    """Files of a search for a site, or of a comparison of two forms."""
+    if site in SEARCHES:
+        files = ["hits.csv", "matches.csv", "poses.csv", "superposed", "site.html", "site.png", "site.svg"]
+    else:
+        files = [
+            "changes.csv",
+            "changes.html",
+            "changes.png",
+            "changes.svg",
+            "changed_1.pdb",
+            "changed_2.pdb",
+        ]
+    return [*files, "view_1.html", "view_2.html"]
+
+
+def final_outputs(wildcards):
+    """Everything that a run has in the end."""
+    pages = ["warnings.csv", "index.html", "failures.csv", "ro-crate-metadata.json"]
+    return [f"results/{config['run']}/{page}" for page in pages] + results_before_pages(wildcards)
