@@ -1,4 +1,4 @@
-"""Frames of a trajectory, models of a file or a single structure become the conformations of a study."""
+"""Choose the conformations of a study from a trajectory, the models of a file, or a single structure."""
 
 from pathlib import Path
 
@@ -7,47 +7,64 @@ import pandas as pd
 from sparsurf.molecules.conformations import choose_frames
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.streams import stream
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, molecule_options, settings, name):
-    """Write frames.csv, what it was chosen from, and one PDB file per conformation."""
-    asked = settings["frames"]
-    molecule = read_molecule(
-        inputs["structure"], inputs.get("trajectory"), stride=asked["stride"], **molecule_options
-    )
-    clusters, frames = asked["clusters"], None if asked["use"] == "clusters" else asked["use"]
-    atoms = None if asked["pca_atoms"] == "auto" else asked["pca_atoms"]
-    if _is_single(
-        inputs, molecule, asked["stride"], molecule_options
-    ):  # `frames` is about the trajectories beside it
-        clusters, frames, atoms = "auto", frames and "all", None
+def main(
+    structure: str,
+    trajectory: str | None,
+    frames: str,
+    silhouette: str,
+    projection: str,
+    explained: str,
+    structures: str,
+    settings: dict,
+    molecule_options: dict,
+    seed: int,
+    name: str,
+) -> None:
+    """Write frames.csv, the tables it was chosen from, and one PDB file per conformation.
+
+    Parameters
+    ----------
+    settings : dict, the section `frames` of the config
+    molecule_options : dict, the keyword arguments of `read_molecule` that the protein has in the config
+    """
+    stride, selection, clusters = settings["stride"], settings["selection"], settings["clusters"]
+    molecule = read_molecule(structure, trajectory, stride=stride, **molecule_options)
+    chosen = None if selection == "clusters" else selection
+    atoms = None if settings["pca_atoms"] == "auto" else settings["pca_atoms"]
+    if trajectory is None and molecule.n_frames == 1:
+        all_frames = molecule if stride == 1 else read_molecule(structure, **molecule_options)
+        if all_frames.n_frames == 1:  # `frames` is about the trajectories of the same study
+            clusters, chosen, atoms = "auto", chosen and "all", None
     choice = choose_frames(
-        molecule,
-        clusters=clusters,
-        frames=frames,
-        atoms=atoms,
-        rng=stream(settings["seed"], name, "clusters"),
+        molecule, clusters=clusters, frames=chosen, atoms=atoms, rng=stream(seed, name, "clusters")
     )
-    choice.table.to_csv(outputs["frames"], index=False)
-    choice.silhouettes.to_csv(outputs["silhouette"], index=False)
-    projection = pd.DataFrame(choice.projection, columns=["pc1", "pc2"])
-    projection.insert(0, "frame", molecule.frame_number)
-    projection["cluster"] = choice.label
-    projection.to_csv(outputs["projection"], index=False)
-    pd.DataFrame({"explained": choice.explained}).to_csv(outputs["explained"], index=False)
-    folder = Path(outputs["structures"])
-    folder.mkdir()
+    choice.table.to_csv(frames, index=False)
+    choice.silhouettes.to_csv(silhouette, index=False)
+    coordinates = pd.DataFrame(choice.projection, columns=["pc1", "pc2"])
+    coordinates.insert(0, "frame", molecule.frame_number)
+    coordinates["cluster"] = choice.label
+    coordinates.to_csv(projection, index=False)
+    pd.DataFrame({"explained": choice.explained}).to_csv(explained, index=False)
+    Path(structures).mkdir()
     for conformation, position in zip(choice.table["conformation"], choice.index, strict=True):
-        molecule.write_pdb(folder / f"{conformation}.pdb", position)
-
-
-def _is_single(inputs, molecule, stride, molecule_options):
-    """Whether a molecule is a structure of one model, or of one that was chosen: not one that a stride has left."""
-    if "trajectory" in inputs or molecule.n_frames > 1:
-        return False
-    return stride == 1 or read_molecule(inputs["structure"], **molecule_options).n_frames == 1
+        molecule.write_pdb(Path(structures, f"{conformation}.pdb"), position)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            structure=snakemake.input.structure,
+            trajectory=snakemake.input.get("trajectory"),
+            frames=snakemake.output.frames,
+            silhouette=snakemake.output.silhouette,
+            projection=snakemake.output.projection,
+            explained=snakemake.output.explained,
+            structures=snakemake.output.structures,
+            settings=snakemake.params.frames,
+            molecule_options=snakemake.params.molecule_options,
+            seed=snakemake.params.seed,
+            name=snakemake.wildcards.protein,
+        )

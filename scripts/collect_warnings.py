@@ -1,39 +1,46 @@
-"""What the jobs of a run warned of, in one table."""
+"""Collect what the jobs of a run warned about in one table."""
 
 import csv
-import re
-from fnmatch import fnmatch
 from pathlib import Path
 
-from sparsurf.workflow.job_logs import place, warnings_in
-from sparsurf.workflow.jobs import run
-from sparsurf.workflow.results import LOGS, replaced
+from sparsurf.workflow.job_logs import place_of_log, warnings_in
+from sparsurf.workflow.jobs import job
 
 COLUMNS = ("protein", "conformation", "job", "sentence")
-CONFORMATION = re.compile(r"[cf]\d+")  # else a folder of its own, as of a simulation
 
 
-def main(inputs, outputs, places, jobs):
+def main(results: list[str], table: str, logs: str, jobs: list[str]) -> None:
     """Write warnings.csv from the logs of a run.
 
-    Those of earlier studies in its folder do not count: of proteins, pairs and sites that are none of its `places`, of
-    conformations without results, of `jobs` that it does not have, and of jobs whose results others have made since.
+    Logs of proteins, pairs, sites and conformations without results, and of jobs that the study does not have, are left from
+    earlier studies in the same folder and do not count.
+
+    Parameters
+    ----------
+    results : files of the run
+    logs : folder of the logs
+    jobs : names of the rules of the study
     """
-    run_folder = Path(outputs["table"]).parent
-    there, rows = {*places, *(str(Path(path).parent) for path in inputs["results"])}, []
-    logs = sorted((run_folder / LOGS).rglob("*.log"))
-    old = replaced(logs)
-    for path in logs:
-        if path in old:
-            continue
-        protein, conformation, job = place(path, run_folder / LOGS)
-        names = f"{protein}/{conformation}", str(run_folder / protein / conformation)
-        chosen = not CONFORMATION.fullmatch(conformation) or not there.isdisjoint(names)
-        if protein in ("", *places) and chosen and any(fnmatch(job, each) for each in jobs):
-            rows += [(protein, conformation, job, sentence) for sentence in warnings_in(path)]
-    with open(outputs["table"], "w", newline="", encoding="utf-8") as stream:
-        csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *rows])
+    run = Path(table).parent
+    folders = {folder.relative_to(run).as_posix() for path in results for folder in Path(path).parents[:-2]}
+    rows = {}
+    for log in sorted(Path(logs).rglob("*.log")):
+        protein, conformation, job_name = place_of_log(log, logs)
+        folder = "/".join(filter(None, (protein, conformation))) or "."
+        if folder in folders and job_name.startswith(tuple(jobs)):
+            for sentence in warnings_in(log):  # once, also where two jobs give it
+                rows.setdefault(
+                    (protein, conformation, sentence), (protein, conformation, job_name, sentence)
+                )
+    with open(table, "w", newline="", encoding="utf-8") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *rows.values()])
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            results=snakemake.input.results,
+            table=snakemake.output.table,
+            logs=snakemake.params.logs,
+            jobs=snakemake.params.jobs,
+        )

@@ -1,6 +1,7 @@
 """Two forms of a protein compared residue by residue."""
 
 import numpy as np
+from sparsurf.workflow.files_of_sites import refuse_absent
 
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_own
@@ -12,7 +13,6 @@ from sparsurf.streams import stream
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import layer
 from sparsurf.surfaces.radii import radii
-from sparsurf.workflow.files_of_sites import refuse_absent
 from sparsurf.workflow.jobs import run
 from sparsurf.workflow.partner_files import SIDES
 

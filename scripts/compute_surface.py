@@ -1,4 +1,4 @@
-"""The molecular surface of one conformation."""
+"""Compute the molecular surface of one conformation."""
 
 import shutil
 from dataclasses import replace
@@ -10,27 +10,49 @@ from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import components_in, fitting_surface
 from sparsurf.surfaces.radii import radii
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, settings, name, tell=True):
-    """Write the dots of a structure as npz and as a DMS file, its components, and the structure itself beside them.
+def main(
+    structures: str,
+    surface: str,
+    structure: str,
+    dms: str,
+    components: str,
+    settings: dict,
+    d_link: float,
+    name: str,
+    report_density: bool = True,
+) -> None:
+    """Write the dots of a structure as npz and DMS file, the components of its surface, and the structure itself.
 
-    Unless `tell`, the log is silent on a raised density, which d of a grid depends on.
+    Parameters
+    ----------
+    structures : folder with a PDB file for each conformation
+    settings : dict, the section `surface` of the config
+    name : protein/conformation
+    report_density : whether the log says that a density was raised, which d of a grid depends on
     """
-    rules, path_to_input = settings["surface"], f"{inputs['structures']}/{Path(name).name}.pdb"
-    molecule = read_own(path_to_input)
-    atom_radii = radii(molecule, rules["radii"])
-    d_link = settings["patches"]["D_link"]
-    surface, _ = fitting_surface(molecule, 0, atom_radii, rules, d_link, name, tell)
-    component = components_in(surface, molecule, 0, atom_radii, rules["probe_radius"])
-    table_of_components(surface, component).to_csv(outputs["components"], index=False, float_format="%.2f")
-    write_npz(outputs["surface"], replace(surface, fields={FIELD: component}))
-    write_dms(
-        outputs["dms"], surface, molecule.residue_name, molecule.residue, molecule.name, molecule.xyz[0]
-    )
-    shutil.copyfile(path_to_input, outputs["structure"])
+    path = Path(structures, f"{Path(name).name}.pdb")
+    molecule = read_own(path)
+    atom_radii = radii(molecule, settings["radii"])
+    dots, _ = fitting_surface(molecule, 0, atom_radii, settings, d_link, name, report_density)
+    component = components_in(dots, molecule, 0, atom_radii, settings["probe_radius"])
+    table_of_components(dots, component).to_csv(components, index=False, float_format="%.2f")
+    write_npz(surface, replace(dots, fields={FIELD: component}))
+    write_dms(dms, dots, molecule.residue_name, molecule.residue, molecule.name, molecule.xyz[0])
+    shutil.copyfile(path, structure)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            structures=snakemake.input.structures,
+            surface=snakemake.output.surface,
+            structure=snakemake.output.structure,
+            dms=snakemake.output.dms,
+            components=snakemake.output.components,
+            settings=snakemake.params.surface,
+            d_link=snakemake.params.d_link,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+        )

@@ -1,7 +1,6 @@
-"""The figures of one surface: one per output, each by the module of that name in sparsurf.report.figures."""
+"""Draw the figures of one surface, each by the module of its name in sparsurf.report.figures."""
 
 import json
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -11,106 +10,179 @@ from sparsurf.patches.islands import patch
 from sparsurf.recovery.errors import off
 from sparsurf.recovery.readings import READINGS, fair_density, readings_in
 from sparsurf.recovery.recovering import recover
-from sparsurf.report.figures import layout
+from sparsurf.report.figures import (
+    d_over_grid,
+    enough,
+    layout,
+    number_of_dots,
+    number_of_dots_panels,
+    rough_and_flat,
+    roughness,
+    subsets,
+)
 from sparsurf.report.figures.results import Results
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import called
-from sparsurf.study import rough_and_flat
+from sparsurf.study import rough_and_flat as by_roughness
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.floors import FRESH
+from sparsurf.study.prepare import prepare_surface
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.surface import Surface
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
-TABLES = ("curves", "floors", "enough")
-MOST_TESTS = 8_000  # test dots by roughness
-PER_TEST = 10  # test dots by roughness for each of the grid: a study of fewer is a quick one
+FIGURES = {
+    "enough": enough,
+    "roughness": roughness,
+    "number_of_dots": number_of_dots,
+    "number_of_dots_panels": number_of_dots_panels,
+    "d_over_grid": d_over_grid,
+    "rough_and_flat": rough_and_flat,
+    "subsets": subsets,
+}
+MAX_TEST_DOTS = 8_000  # by roughness
+TEST_DOTS_PER_TEST_DOT = 10  # test dots by roughness for each of the grid: a study of fewer is a quick one
 DRAWS = 6  # of the combination, for the numbers by roughness
 
 
-def main(inputs, outputs, settings, name, threads):
-    """Draw and save every figure that `outputs` names."""
-    surface = read_npz(inputs["surface"])
-    rough = read_roughness(inputs["roughness"], surface)
-    best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8"))
-    tables = {key: read_table(inputs[key]) for key in TABLES}
-    tables["grid"] = read_table(inputs["grid"], best["combinations"], "combinations")
-    readings = readings_in(best)
-    combination = Combination.of(best[readings[0]]["unrestricted"])
-    evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
-    minimal = read_minimal(inputs["minimal"], surface)
-    handed_out = Surface(minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy())
-    subsets = [
-        (f"the paper's sampling, its best here, {combination}", layout.SAMPLED),
-        ("uniform subset of the same size", layout.LINES["uniform"][0]),
-    ]
-    pair = [Surface(surface.points[dots], surface.normals[dots]) for dots in evaluator.pair(combination, 0)]
-    subsets = [(words, own, colour) for (words, colour), own in zip(subsets, pair, strict=True)]
-    requested = settings["evaluation"]["test_dots"]
-    n_tests = MOST_TESTS if requested == "published" else min(MOST_TESTS, PER_TEST * requested)
+def main(
+    surface: str,
+    roughness: str,
+    grid: str,
+    best: str,
+    floors: str,
+    enough: str,
+    curves: str,
+    minimal: str,
+    figures: dict[str, str],
+    bins: str,
+    patches: dict,
+    distance_from_moved_centre: bool,
+    chance_in_every_patch: bool,
+    test_dots: int | str,
+    minimal_settings: dict,
+    seed: int,
+    name: str,
+    threads: int = 1,
+) -> None:
+    """Draw and save every figure, as PNG and SVG, and write the numbers of the one by roughness.
+
+    Parameters
+    ----------
+    figures : paths of the PNG files, by the names in `FIGURES`
+    bins : table of Z by roughness, to be written
+    patches, minimal_settings : dict, the sections `patches` and `minimal` of the config
+    name : protein/conformation
+    """
+    dots = read_npz(surface)
+    rough = read_roughness(roughness, dots)
+    results_of_grid = json.loads(Path(best).read_text(encoding="utf-8"))
+    readings = readings_in(results_of_grid)
+    combination = Combination.of(results_of_grid[readings[0]]["unrestricted"])
+    prepared = prepare_surface(
+        dots, patches, rough, seed, name, threads, distance_from_moved_centre, chance_in_every_patch
+    )
+    table = read_minimal(minimal, dots)
+    subset = Surface(table[["x", "y", "z"]].to_numpy(), table[["nx", "ny", "nz"]].to_numpy())
+    sampled, uniform = (
+        Surface(dots.points[kept], dots.normals[kept]) for kept in prepared.pair(combination, 0)
+    )
+    n_tests = (
+        MAX_TEST_DOTS if test_dots == "published" else min(MAX_TEST_DOTS, TEST_DOTS_PER_TEST_DOT * test_dots)
+    )
+    sampler = called(_sampler(minimal_settings)).words
     results = Results(
         name=name,
-        surface=surface,
+        surface=dots,
         roughness=rough,
-        best=best,
-        floor=settings["minimal"].get("floor", FRESH),
+        best=results_of_grid,
+        floor=minimal_settings.get("floor", FRESH),
         subsets=[
-            *subsets,
-            (f"minimal.csv, {called(_sampler(settings['minimal'])).words}", handed_out, layout.DARK),
+            (f"the paper's sampling, its best here, {combination}", sampled, layout.SAMPLED),
+            ("uniform subset of the same size", uniform, layout.LINES["uniform"][0]),
+            (f"minimal.csv, {sampler}", subset, layout.DARK),
         ],
-        recovered=_recovered(evaluator, handed_out, threads),
+        recovered=_recovered(prepared, subset, threads),
         rough_and_flat=_rough_and_flat(
-            evaluator, combination, readings, n_tests, best["references"], outputs["bins"]
+            prepared, combination, readings, n_tests, results_of_grid["references"], bins
         ),
-        **tables,
+        grid=read_table(grid, results_of_grid["combinations"], "combinations"),
+        floors=read_table(floors),
+        enough=read_table(enough),
+        curves=read_table(curves),
     )
-    for figure in outputs.keys() - {"svgs", "bins"}:
-        draw = import_module(f"sparsurf.report.figures.{figure}").draw
-        layout.save(draw(results), outputs[figure].removesuffix(".png"))
+    for figure, module in FIGURES.items():
+        layout.save(module.draw(results), figures[figure].removesuffix(".png"))
 
 
-def _sampler(asked):
-    """What chose the dots of minimal.csv: a combination is of the paper's sampling, by default, too."""
-    return "paper" if "combination" in asked and asked["sampler"] == "farthest" else asked["sampler"]
+def _sampler(minimal: dict) -> str:
+    """Name the sampler of minimal.csv: a combination is one of the paper's sampling, also with the default sampler."""
+    if "combination" in minimal and minimal["sampler"] == "farthest":
+        return "paper"
+    return minimal["sampler"]
 
 
-def _recovered(evaluator, kept, threads):
-    """Title and surface of what kept dots give back, and its distance from the whole one."""
-    density = fair_density(evaluator.density, evaluator.d_link)
-    back = Surface(*recover(kept.points, kept.normals, density, threads=threads))
-    return "recovered from minimal.csv", back, off(back.points, evaluator.points, evaluator.normals, threads)
+def _recovered(prepared: Evaluator, subset: Surface, threads: int) -> tuple[str, Surface, np.ndarray]:
+    """Recover the surface from the minimal subset: title, surface, and its distance from the whole one."""
+    density = fair_density(prepared.density, prepared.d_link)
+    surface = Surface(*recover(subset.points, subset.normals, density, threads=threads))
+    distance = off(surface.points, prepared.points, prepared.normals, threads)
+    return "recovered from minimal.csv", surface, distance
 
 
-def _rough_and_flat(evaluator, combination, readings, n_tests, references, path_to_bins):
-    """What Figure 4 shows, its numbers being written to a table: patches around kept dots, beside those around any dots."""
-    found = {
-        around: rough_and_flat.by_roughness(evaluator, combination, readings, n_tests, DRAWS, kept)
-        for around, kept in rough_and_flat.AROUND.items()
+def _rough_and_flat(
+    prepared: Evaluator,
+    combination: Combination,
+    readings: list[str],
+    n_tests: int,
+    references: dict,
+    path_to_bins: str,
+) -> dict:
+    """Measure Z by roughness around kept dots and around any dots, write it to a table, and cut two patches to show."""
+    results = {
+        around: by_roughness.by_roughness(prepared, combination, readings, n_tests, DRAWS, kept)
+        for around, kept in by_roughness.AROUND.items()
     }
     tables = [
-        rough_and_flat.bins_table(found[around], kept).assign(around=around)
-        for around, kept in rough_and_flat.AROUND.items()
+        by_roughness.bins_table(results[around], kept).assign(around=around)
+        for around, kept in by_roughness.AROUND.items()
     ]
     pd.concat(tables, ignore_index=True).to_csv(path_to_bins, index=False)
     panels = [
-        (f"patches around {around}, {READINGS[reading].words}", own.roughness[0], *own.z[reading][:, 0])
+        (f"patches around {around}, {READINGS[reading].words}", result.roughness[0], *result.z[reading][:, 0])
         for reading in readings
-        for around, own in found.items()
+        for around, result in results.items()
     ]
-    anywhere, patches = found["any dots"], []
+    anywhere, patches = results["any dots"], []
     ranked = anywhere.dots[0][np.argsort(anywhere.roughness[0], kind="stable")]
-    for title, dot in (("rough", ranked[len(ranked) // 20]), ("flat", ranked[-len(ranked) // 20])):
-        ids = patch(evaluator.index, dot, evaluator.r_zernike)
-        of_patch = [np.flatnonzero(np.isin(ids, subset)) for subset in evaluator.pair(combination, 0)]
-        title = f"{title} patch, R = {evaluator.roughness[dot]:.2f}"
-        patches.append((title, evaluator.points[ids], evaluator.normals[ids], *of_patch))
-    return {
-        "panels": panels,
-        "patches": patches,
-        "references": references,
-    }
+    for kind, dot in (("rough", ranked[len(ranked) // 20]), ("flat", ranked[-len(ranked) // 20])):
+        dots = patch(prepared.index, dot, prepared.r_zernike)
+        kept = [np.flatnonzero(np.isin(dots, subset)) for subset in prepared.pair(combination, 0)]
+        title = f"{kind} patch, R = {prepared.roughness[dot]:.2f}"
+        patches.append((title, prepared.points[dots], prepared.normals[dots], *kept))
+    return {"panels": panels, "patches": patches, "references": references}
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface=snakemake.input.surface,
+            roughness=snakemake.input.roughness,
+            grid=snakemake.input.grid,
+            best=snakemake.input.best,
+            floors=snakemake.input.floors,
+            enough=snakemake.input.enough,
+            curves=snakemake.input.curves,
+            minimal=snakemake.input.minimal,
+            figures={figure: snakemake.output[figure] for figure in FIGURES},
+            bins=snakemake.output.bins,
+            patches=snakemake.params.patches,
+            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
+            chance_in_every_patch=snakemake.params.chance_in_every_patch,
+            test_dots=snakemake.params.test_dots,
+            minimal_settings=snakemake.params.minimal,
+            seed=snakemake.params.seed,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            threads=snakemake.threads,
+        )

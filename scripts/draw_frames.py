@@ -1,27 +1,36 @@
-"""The frames of a trajectory in the plane of its first principal components."""
+"""Draw the frames of a trajectory in the plane of its first principal components."""
 
 import pandas as pd
 
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.frames import frames_projection
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, name):
-    """Draw clusters, chosen frames, silhouettes and explained variance."""
-    tables = {key: pd.read_csv(path) for key, path in inputs.items()}
-    projection, frames = tables["projection"], tables["frames"]
+def main(frames: str, silhouette: str, projection: str, explained: str, png: str, name: str) -> None:
+    """Draw clusters, chosen frames, silhouettes and explained variance, as PNG and SVG."""
+    chosen, coordinates = pd.read_csv(frames), pd.read_csv(projection)
+    silhouettes = pd.read_csv(silhouette)
+    row_of_frame = pd.Series(range(len(coordinates)), index=coordinates["frame"])
     figure = frames_projection(
-        projection[["pc1", "pc2"]].to_numpy(),
-        projection["cluster"].to_numpy(),
-        projection.reset_index().set_index("frame")["index"].loc[frames["frame"]].to_numpy(),
-        frames["conformation"].to_numpy(),
-        tables["explained"]["explained"].to_numpy(),
-        dict(zip(tables["silhouette"]["K"], tables["silhouette"]["silhouette"], strict=True)),
+        coordinates[["pc1", "pc2"]].to_numpy(),
+        coordinates["cluster"].to_numpy(),
+        row_of_frame.loc[chosen["frame"]].to_numpy(),
+        chosen["conformation"].to_numpy(),
+        pd.read_csv(explained)["explained"].to_numpy(),
+        dict(zip(silhouettes["K"], silhouettes["silhouette"], strict=True)),
         name,
     )
-    layout.save(figure, outputs["png"].removesuffix(".png"))
+    layout.save(figure, png.removesuffix(".png"))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            frames=snakemake.input.frames,
+            silhouette=snakemake.input.silhouette,
+            projection=snakemake.input.projection,
+            explained=snakemake.input.explained,
+            png=snakemake.output.png,
+            name=snakemake.wildcards.protein,
+        )

@@ -1,4 +1,4 @@
-"""A page to look at one surface, to sample it and to pick dots from it."""
+"""Draw the page on which one surface is turned, sampled, and its dots are picked."""
 
 import json
 from pathlib import Path
@@ -10,57 +10,102 @@ from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.molecules.read_molecule import residue_names
 from sparsurf.recovery.errors import off_recovered
 from sparsurf.report.figures import render
-from sparsurf.report.viewer.page import MOST_DOTS, Values, page
+from sparsurf.report.viewer.page import MOST_DOTS, Values
+from sparsurf.report.viewer.page import page as viewer_page
 from sparsurf.sampling.samplers import farthest
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepare import prepare_surface
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.components import FIELD, fields_alone
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
 from sparsurf.surfaces.formats.ply import viridis
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
-PICTURE = 180, 240  # pixels, rows and columns
+PICTURE_PIXELS = 180, 240  # rows and columns
 
 
-def main(inputs, outputs, settings, name, threads):
-    """Write view.html and a small picture of it; the residues of the dots are known where there is a structure."""
-    surface = with_fields(read_npz(inputs["surface"]), inputs.get("fields"))
-    rough = read_roughness(inputs["roughness"], surface)
-    evaluator = Evaluator.from_settings(surface, settings, rough, name, 1)
-    best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8")) if "best" in inputs else None
-    # the stream of minimal.csv: the same dots, where that is farthest-point sampling
-    order = farthest(
-        evaluator, min(len(surface), MOST_DOTS), evaluator.nameless.stream("minimal", "farthest")
+def main(
+    surface: str,
+    roughness: str,
+    minimal: str,
+    fields: str,
+    structure: str | None,
+    grid: str | None,
+    best: str | None,
+    page: str,
+    picture: str,
+    patches: dict,
+    distance_from_moved_centre: bool,
+    chance_in_every_patch: bool,
+    seed: int,
+    name: str,
+    threads: int = 1,
+) -> None:
+    """Write view.html and a small picture of it.
+
+    Parameters
+    ----------
+    structure : names the residues of the dots; None for a ready surface
+    grid, best : results of the sampling; None where it was left out
+    patches : dict, the section `patches` of the config
+    name : protein/conformation
+    """
+    dots = with_fields(read_npz(surface), fields)
+    rough = read_roughness(roughness, dots)
+    prepared = prepare_surface(
+        dots, patches, rough, seed, name, 1, distance_from_moved_centre, chance_in_every_patch
     )
-    minimal = read_minimal(inputs["minimal"], surface)
-    kept, normals = minimal[["x", "y", "z"]].to_numpy(), minimal[["nx", "ny", "nz"]].to_numpy()
-    off = off_recovered(surface.points, kept, normals, threads)
-    shown = [Values("distance from the surface recovered from minimal.csv", "off", " Å", off, "on it", "off")]
-    parts = surface.fields.get(FIELD)
-    if parts is not None and parts.max() > 0:
-        shown.append(Values("component of the surface", "component", "", parts, "largest", "smallest"))
-    for field, numbers in fields_alone(surface).items():
-        words, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
-        shown.append(Values(words, field, f" {unit}".rstrip(), numbers))
-    text = page(
+    results = json.loads(Path(best).read_text(encoding="utf-8")) if best else None
+    # the random stream of minimal.csv, so that both have the same dots where that is farthest-point sampling
+    order = farthest(prepared, min(len(dots), MOST_DOTS), prepared.nameless.stream("minimal", "farthest"))
+    subset = read_minimal(minimal, dots)
+    points, normals = subset[["x", "y", "z"]].to_numpy(), subset[["nx", "ny", "nz"]].to_numpy()
+    distance = off_recovered(dots.points, points, normals, threads)
+    shown = [
+        Values("distance from the surface recovered from minimal.csv", "off", " Å", distance, "on it", "off")
+    ]
+    components = dots.fields.get(FIELD)
+    if components is not None and components.max() > 0:
+        shown.append(Values("component of the surface", "component", "", components, "largest", "smallest"))
+    for field, numbers in fields_alone(dots).items():
+        title, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
+        shown.append(Values(title, field, f" {unit}".rstrip(), numbers))
+    text = viewer_page(
         name,
-        surface,
+        dots,
         rough,
-        evaluator.cover,
-        evaluator.r_patch,
+        prepared.cover,
+        prepared.r_patch,
         {"farthest": order},
-        None if best is None else read_table(inputs["grid"], best["combinations"], "combinations"),
-        best,
-        residue_names(inputs["structure"]),
+        read_table(grid, results["combinations"], "combinations") if results else None,
+        results,
+        residue_names(structure),
         shown,
-        minimal.get("dot", []),
+        subset.get("dot", []),
     )
-    Path(outputs["page"]).write_text(text, encoding="utf-8")
-    camera = render.aim(surface.points, render.along_smallest_axis(surface.points), PICTURE)
-    colours = viridis(np.append(rough.clip(*render.ROUGH), render.ROUGH))[:-2] / 255  # whatever the surface
-    scene = render.draw_surface(surface.points, surface.normals, colours, camera)
-    Image.fromarray(render.picture(scene)).save(outputs["picture"])
+    Path(page).write_text(text, encoding="utf-8")
+    camera = render.aim(dots.points, render.along_smallest_axis(dots.points), PICTURE_PIXELS)
+    # two values more, so that the colours have the same range on every surface
+    colours = viridis(np.append(rough.clip(*render.ROUGH), render.ROUGH))[:-2] / 255
+    scene = render.draw_surface(dots.points, dots.normals, colours, camera)
+    Image.fromarray(render.picture(scene)).save(picture)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface=snakemake.input.surface,
+            roughness=snakemake.input.roughness,
+            minimal=snakemake.input.minimal,
+            fields=snakemake.input.fields,
+            structure=snakemake.input.structure or None,
+            grid=snakemake.input.grid or None,
+            best=snakemake.input.best or None,
+            page=snakemake.output.page,
+            picture=snakemake.output.picture,
+            patches=snakemake.params.patches,
+            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
+            chance_in_every_patch=snakemake.params.chance_in_every_patch,
+            seed=snakemake.params.seed,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            threads=snakemake.threads,
+        )

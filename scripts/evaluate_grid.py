@@ -1,31 +1,68 @@
-"""Sample a surface with every combination and compare the subsets with the whole."""
+"""Sample a surface with every combination of the grid and compare the subsets with the whole surface."""
 
 from sparsurf.sampling import law
-from sparsurf.study import grid, tables
-from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.tables import read_roughness
+from sparsurf.study import grid as grids
+from sparsurf.study.evaluator import number_of_tests
+from sparsurf.study.prepare import prepare_surface
+from sparsurf.study.tables import grid_table, read_roughness
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.workflow.jobs import reporter, run
+from sparsurf.workflow.jobs import job, reporter
 
 
-def main(inputs, outputs, settings, name, threads):
-    """Write grid.csv and the raw distances behind it."""
-    surface = read_npz(inputs["surface"])
-    rough = read_roughness(inputs["roughness"], surface)
-    evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
-    test = settings["evaluation"]
-    result = grid.run(
-        evaluator,
-        law.grid(**settings["sampling"]),
-        number_of_tests(test["test_dots"], len(surface)),
-        test["draws"],
-        tuple(test["readings"]),
-        test["shared_test_dots"],
+def main(
+    surface: str,
+    roughness: str,
+    grid: str,
+    distances: str,
+    patches: dict,
+    sampling: dict,
+    evaluation: dict,
+    seed: int,
+    name: str,
+    threads: int = 1,
+) -> None:
+    """Write grid.csv and the distances behind it.
+
+    Parameters
+    ----------
+    patches, sampling, evaluation : dict, sections of the config
+    name : protein/conformation
+    """
+    dots = read_npz(surface)
+    prepared = prepare_surface(
+        dots,
+        patches,
+        read_roughness(roughness, dots),
+        seed,
+        name,
+        threads,
+        sampling["distance_from_moved_centre"],
+        sampling["chance_in_every_patch"],
+    )
+    result = grids.run(
+        prepared,
+        law.grid(sampling["alpha"], sampling["beta"], sampling["gamma"], sampling["delta"]),
+        number_of_tests(evaluation["test_dots"], len(dots)),
+        evaluation["draws"],
+        tuple(evaluation["readings"]),
+        evaluation["shared_test_dots"],
         reporter(name),
     )
-    grid.save(outputs["distances"], result)
-    tables.grid_table(result).to_csv(outputs["grid"], index=False)
+    grids.save(distances, result)
+    grid_table(result).to_csv(grid, index=False)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface=snakemake.input.surface,
+            roughness=snakemake.input.roughness,
+            grid=snakemake.output.grid,
+            distances=snakemake.output.distances,
+            patches=snakemake.params.patches,
+            sampling=snakemake.params.sampling,
+            evaluation=snakemake.params.evaluation,
+            seed=snakemake.params.seed,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            threads=snakemake.threads,
+        )

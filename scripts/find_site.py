@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
+from sparsurf.workflow.files_of_sites import refuse_absent
 
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_own
@@ -11,7 +12,6 @@ from sparsurf.report.page import write
 from sparsurf.report.site_page import TEMPLATE, laid_file, site_page
 from sparsurf.sites.describing import load_sites, places_of_residues
 from sparsurf.sites.finding import find_site, matched
-from sparsurf.workflow.files_of_sites import refuse_absent
 from sparsurf.workflow.jobs import run
 
 MOST = 10  # hits that the query is laid on

@@ -1,45 +1,90 @@
-"""How far two descriptions of one surface differ: the floors that every Z of a subset is judged by."""
+"""Measure how far two descriptions of one surface differ: the noise floors that every Z of a subset is compared with."""
 
 import numpy as np
 
 from sparsurf.molecules.read_molecule import read_molecule, read_own
-from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.floors import APART, floors, frames_apart
+from sparsurf.study.evaluator import number_of_tests
+from sparsurf.study.floors import APART, frames_apart
+from sparsurf.study.floors import floors as noise_floors
+from sparsurf.study.prepare import prepare_surface
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import layer
 from sparsurf.surfaces.radii import radii
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, settings, molecule_options, name, threads):
-    """Write floors.csv; for a ready surface with those floors that need no atoms."""
-    surface = read_npz(inputs["surface"])
-    rough = read_roughness(inputs["roughness"], surface)
-    evaluator = Evaluator.from_settings(surface, settings, rough, name, threads).nameless
-    atoms = (
-        _with_atoms(inputs, settings["surface"], settings["patches"]["D_link"], molecule_options, name)
-        if "own" in inputs
-        else {}
-    )
-    n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
-    floors(evaluator, n_tests, **atoms).to_csv(outputs["floors"], index=False)
+def main(
+    surface: str,
+    roughness: str,
+    conformation: str | None,
+    floors: str,
+    surface_settings: dict,
+    patches: dict,
+    distance_from_moved_centre: bool,
+    chance_in_every_patch: bool,
+    test_dots: int | str,
+    seed: int,
+    molecule_options: dict,
+    name: str,
+    structure: str | None = None,
+    trajectory: str | None = None,
+    frames: str | None = None,
+    threads: int = 1,
+) -> None:
+    """Write floors.csv; for a ready surface with those floors that need no atoms.
 
-
-def _with_atoms(inputs, rules, d_link, molecule_options, name):
-    """What `floors` needs of the atoms: their places, how dots are laid on them, and frames before and after."""
-    molecule = read_own(inputs["own"])
-    own = layer(molecule, 0, radii(molecule, rules["radii"]), rules, d_link, name)
-    frames = None
-    if "trajectory" in inputs:
-        table = read_table(inputs["frames"]).set_index("conformation")
-        time = table.loc[name.split("/")[-1], "time_ps"]
-        if np.isfinite(time):  # its own time, too: none of the others need be there
+    Parameters
+    ----------
+    conformation : the structure of the conformation; None for a ready surface
+    structure, trajectory, frames : the trajectory that the conformation is a frame of, and its table of chosen frames
+    surface_settings, patches : dict, the sections `surface` and `patches` of the config
+    name : protein/conformation
+    """
+    dots = read_npz(surface)
+    prepared = prepare_surface(
+        dots,
+        patches,
+        read_roughness(roughness, dots),
+        seed,
+        name,
+        threads,
+        distance_from_moved_centre,
+        chance_in_every_patch,
+    ).nameless
+    atoms = {}
+    if conformation:
+        molecule = read_own(conformation)
+        atom_radii = radii(molecule, surface_settings["radii"])
+        atoms = layer(molecule, 0, atom_radii, surface_settings, patches["D_link"], name)
+        atoms |= {"frames": None}
+    if trajectory:
+        time = read_table(frames).set_index("conformation").loc[name.split("/")[-1], "time_ps"]
+        if np.isfinite(time):
             times = [time, *(time + sign * gap for gap in APART for sign in (-1, 1))]
-            near = read_molecule(inputs["structure"], inputs["trajectory"], times=times, **molecule_options)
-            frames = frames_apart(near, own["atoms"], time)
-    return own | {"frames": frames}
+            near = read_molecule(structure, trajectory, times=times, **molecule_options)
+            atoms["frames"] = frames_apart(near, atoms["atoms"], time)
+    n_tests = number_of_tests(test_dots, len(dots))
+    noise_floors(prepared, n_tests, **atoms).to_csv(floors, index=False)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface=snakemake.input.surface,
+            roughness=snakemake.input.roughness,
+            conformation=snakemake.input.conformation or None,
+            structure=snakemake.input.get("structure"),
+            trajectory=snakemake.input.get("trajectory"),
+            frames=snakemake.input.get("frames"),
+            floors=snakemake.output.floors,
+            surface_settings=snakemake.params.surface,
+            patches=snakemake.params.patches,
+            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
+            chance_in_every_patch=snakemake.params.chance_in_every_patch,
+            test_dots=snakemake.params.test_dots,
+            seed=snakemake.params.seed,
+            molecule_options=snakemake.params.molecule_options,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            threads=snakemake.threads,
+        )

@@ -1,14 +1,15 @@
-"""A ready surface enters the study."""
+"""Read the surface of another program into the study."""
 
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs):
-    """Check a surface and store it in the project's own form, dots in the order of the file."""
-    write_npz(outputs["surface"], read_surface(inputs["surface"]))
+def main(path: str, surface: str) -> None:
+    """Check a surface and store it as npz, dots in the order of the file."""
+    write_npz(surface, read_surface(path))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(path=snakemake.input.surface, surface=snakemake.output.surface)

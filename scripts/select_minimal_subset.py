@@ -1,4 +1,4 @@
-"""The subset of a surface that is handed out, which is enough to have the surface back."""
+"""Select the minimal subset of a surface: enough dots to recover the surface from."""
 
 import logging
 from dataclasses import replace
@@ -14,67 +14,125 @@ from sparsurf.recovery.fields import recovery_table
 from sparsurf.sampling.combination import OF_PAPER, choices_of
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.enough import CLOSE, UNIFORM, Trials, curves_table, enough_dots
-from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.evaluator import number_of_tests
 from sparsurf.study.handing_out import hand_out
+from sparsurf.study.prepare import prepare_surface
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.components import FIELD, fields_alone
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 log = logging.getLogger("sparsurf")
 
 
-def main(inputs, outputs, settings, name, threads=1, whole=True):
-    """Write the subset, what is enough, Z over n_S, the errors of the surface that the subset gives back, and meshes.
+def main(
+    surface: str,
+    roughness: str,
+    floors: str,
+    ranges: str | None,
+    structure: str | None,
+    field_table: str | None,
+    table: str,
+    ply: str,
+    whole: str,
+    recovered: str,
+    enough: str,
+    curves: str,
+    fields: str,
+    fields_recovered: str,
+    patches: dict,
+    distance_from_moved_centre: bool,
+    chance_in_every_patch: bool,
+    test_dots: int | str,
+    minimal: dict,
+    field_names: list[str],
+    seed: int,
+    name: str,
+    threads: int = 1,
+    whole_curve: bool = True,
+) -> None:
+    """Write the minimal subset, Z over n_S, the errors of the surface recovered from it, and both surfaces as PLY.
 
-    The paper's sampler takes its parameters from ranges.csv. Unless the `whole` curve of recovered surfaces is asked for, it ends
-    at the lowest floor.
+    Parameters
+    ----------
+    ranges : table that the paper's sampler takes its parameters from; None for other samplers
+    structure : None for a ready surface
+    field_table : table with fields of the protein's own
+    patches, minimal : dict, sections of the config
+    field_names : the list `fields` of the config
+    name : protein/conformation
+    whole_curve : whether the curve of recovered surfaces goes on below the lowest noise floor
     """
-    surface, own = read_npz(inputs["surface"]), inputs.get("structure")
-    molecule = read_own(own) if own else None
-    fields = fields_alone(surface)
-    parts = {FIELD: surface.fields[FIELD].astype(int)} if FIELD in surface.fields else {}
+    dots = read_npz(surface)
+    molecule = read_own(structure) if structure else None
+    dot_fields = fields_alone(dots)
+    components = {FIELD: dots.fields[FIELD].astype(int)} if FIELD in dots.fields else {}
     if molecule is not None:
-        table = inputs.get("table") or None
-        names = [name for name in settings["fields"] if table or name in FIELDS]
-        fields |= values(names, molecule, surface.points, table=table)
-    surface = replace(surface, fields=fields)
-    rough = read_roughness(inputs["roughness"], surface)
-    asked = settings["minimal"]
-    evaluator = Evaluator.from_settings(surface, settings, rough, name, 1).nameless
-    choices = choices_of(read_table(inputs["ranges"]) if "ranges" in inputs else None)
-    if "ranges" in inputs and choices is OF_PAPER:
+        computed = [field for field in field_names if field_table or field in FIELDS]
+        dot_fields |= values(computed, molecule, dots.points, table=field_table)
+    dots = replace(dots, fields=dot_fields)
+    rough = read_roughness(roughness, dots)
+    prepared = prepare_surface(
+        dots, patches, rough, seed, name, 1, distance_from_moved_centre, chance_in_every_patch
+    ).nameless
+    choices = choices_of(read_table(ranges) if ranges else None)
+    if ranges and choices is OF_PAPER:
         log.warning(
             "%s: nothing was evaluated as coded, so the paper's sampling takes the paper's parameters", name
         )
-    n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
-    floors = read_table(inputs["floors"])
-    trials = Trials(evaluator, asked["sampler"], n_tests, choices, asked["settle"])
-    subset = hand_out(trials, asked, floors, molecule)
-    trials.down_to = -1 if whole else CLOSE * floors["Z"].min()
-    handed_out = (asked["floor"], len(subset.dots)) if "floor" in asked else None
-    enough_dots(trials, floors, handed_out=handed_out).to_csv(outputs["enough"], index=False)
-    curves = [curves_table(trials)]
-    if asked["sampler"] != UNIFORM:
-        curves.append(curves_table(Trials(evaluator, UNIFORM, n_tests), (TEXT,)))
-    pd.concat(curves).to_csv(outputs["curves"], index=False)
-    off = off_recovered(surface.points, subset.surface.points, subset.surface.normals, threads, DENSE)
-    tails(off, curvature(evaluator.index, threads=threads)).to_csv(outputs["recovered"], index=False)
-    table = subset.table.assign(**subset.surface.fields)
-    write_csv(outputs["table"], table, subset.surface.fields)
-    columns = {key: table[key].to_numpy(float) for key in ("spacing", "reach")}
-    columns |= subset.surface.fields
-    write_ply(outputs["ply"], subset.surface, subset.weight.astype(float), "weight", columns)
-    write_ply(outputs["whole"], surface, rough, "roughness", parts | fields)
-    if "fields" in outputs:
-        with open(outputs["fields"], "wb") as stream:
-            np.savez(stream, **fields)
-        order = farthest(evaluator, len(surface) // 5, evaluator.stream("minimal", "farthest"))
-        back = recovery_table(surface, order, subset.dots, subset.surface.points)
-        back.to_csv(outputs["given_back"], index=False, float_format="%.5g")
+    n_tests = number_of_tests(test_dots, len(dots))
+    noise_floors = read_table(floors)
+    trials = Trials(prepared, minimal["sampler"], n_tests, choices, minimal["relax"])
+    subset = hand_out(trials, minimal, noise_floors, molecule)
+    trials.down_to = -1 if whole_curve else CLOSE * noise_floors["Z"].min()
+    requested = (minimal["floor"], len(subset.dots)) if "floor" in minimal else None
+    enough_dots(trials, noise_floors, handed_out=requested).to_csv(enough, index=False)
+    all_curves = [curves_table(trials)]
+    if minimal["sampler"] != UNIFORM:
+        all_curves.append(curves_table(Trials(prepared, UNIFORM, n_tests), (TEXT,)))
+    pd.concat(all_curves).to_csv(curves, index=False)
+    distances = off_recovered(dots.points, subset.surface.points, subset.surface.normals, threads, DENSE)
+    tails(distances, curvature(prepared.index, threads=threads)).to_csv(recovered, index=False)
+    rows = subset.table.assign(**subset.surface.fields)
+    write_csv(table, rows, subset.surface.fields)
+    columns = {key: rows[key].to_numpy(float) for key in ("spacing", "reach")} | subset.surface.fields
+    write_ply(ply, subset.surface, subset.weight.astype(float), "weight", columns)
+    write_ply(whole, dots, rough, "roughness", components | dot_fields)
+    with open(fields, "wb") as stream:
+        np.savez(stream, **(dot_fields if field_names else {}))
+    order = farthest(prepared, len(dots) // 5, prepared.stream("minimal", "farthest"))
+    errors = recovery_table(
+        dots if field_names else replace(dots, fields={}), order, subset.dots, subset.surface.points
+    )
+    errors.to_csv(fields_recovered, index=False, float_format="%.5g")
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface=snakemake.input.surface,
+            roughness=snakemake.input.roughness,
+            floors=snakemake.input.floors,
+            ranges=snakemake.input.ranges or None,
+            structure=snakemake.input.structure or None,
+            field_table=snakemake.input.table or None,
+            table=snakemake.output.table,
+            ply=snakemake.output.ply,
+            whole=snakemake.output.whole,
+            recovered=snakemake.output.recovered,
+            enough=snakemake.output.enough,
+            curves=snakemake.output.curves,
+            fields=snakemake.output.fields,
+            fields_recovered=snakemake.output.fields_recovered,
+            patches=snakemake.params.patches,
+            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
+            chance_in_every_patch=snakemake.params.chance_in_every_patch,
+            test_dots=snakemake.params.test_dots,
+            minimal=snakemake.params.minimal,
+            field_names=snakemake.params.fields,
+            seed=snakemake.params.seed,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            threads=snakemake.threads,
+        )

@@ -1,119 +1,162 @@
-"""Run a study and write its report: `python scripts/study.py [config.yaml] [--cluster slurm] [compare] [snakemake options]`.
+"""Run a study: `python scripts/study.py [config.yaml] [--cluster slurm] [compare] [snakemake options]`.
 
 Without a config, that is the default study, config.yaml, on all cores. A run that was stopped or killed continues where it was.
 """
 
+import csv
 import os
-import re
 import signal
+import statistics
 import sys
 import time
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from sparsurf.workflow.memory import memory_of_grid, memory_of_machine
+
 from sparsurf import InputError
-from sparsurf.workflow import cluster, ending, results
-from sparsurf.workflow.config import check, completed, with_comparison
-from sparsurf.workflow.jobs import DISK
-from sparsurf.workflow.needs import limit, memory_of_grid
-from sparsurf.workflow.running import locked, plans_only, snakemake
-from sparsurf.workflow.yaml_file import read_config
+from sparsurf.workflow import partial_runs
+from sparsurf.workflow.config import check_config, read_config
+from sparsurf.workflow.jobs import DISK_ERRORS
+from sparsurf.workflow.running import locked, run_snakemake
+from sparsurf.workflow.slurm import stop_at_impossible_job
 
 ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
-HELP = {"-h", "--help"}
-OF_CONFIG = {"--config", "-C", "--configfile", "--configfiles"}
-ODD = re.compile(r"""[\s()'"&;$`\\|<>*?{}]""")  # means something to a shell
-TELL = 2**30  # bytes of memory from which on a grid's need is told
+CONFIG_OPTIONS = {"--config", "-C", "--configfile", "--configfiles"}
+PLANNING_OPTIONS = {"-n", "-np", "--dry-run", "--dryrun", "-h", "--help"}
+REPORTED_MEMORY = 2**30  # bytes that a grid needs before the terminal says so
 
 
-def main(path_to_config="config.yaml", *options):
-    """Run Snakemake, then its report; returns the exit code."""
-    if path_to_config in HELP:
-        print(__doc__.strip())
+def main(path_to_config: str = "config.yaml", *options: str) -> int:
+    """Run Snakemake, then say what came out; return the exit code."""
+    if path_to_config in ("-h", "--help"):
+        print((__doc__ or "").strip())
         return 0
     if path_to_config == "compare" or path_to_config.startswith("-"):
         path_to_config, options = str(ROOT / "config.yaml"), (path_to_config, *options)
-    path, options = Path(path_to_config).resolve(), cluster.parted(options)
+    path = Path(path_to_config).resolve()
     os.chdir(ROOT)
     try:
-        here = not {"--cluster", "--executor"} & set(options)
-        options = (limit() if here else []) + cluster.replaced(options, ROOT / "profiles")
-        refuse(options, path_to_config)
-        config = checked_config(path, path_to_config, here, "compare" in options)
-        folder = Path("results", config["run"])
-        kept_up = (folder / "compare.csv").is_file() and config["sampling"]["run"] and config["proteins"]
-        asked = read_config(path).get("compare")
-        kept_up = kept_up and not isinstance(asked, bool) and "run" not in (asked or {})
-        if kept_up and "compare" not in options:
-            print(f"{folder} keeps up its comparison of samplers. `compare: {{run: false}}` ends that.")
-        files = [path, *([COMPARE] if "compare" in options or kept_up else [])]
-        options = [option for option in options if option != "compare"]
+        for option in options:
+            if option.partition("=")[0] in CONFIG_OPTIONS:
+                raise InputError(f"{option}: a study has one config file. Change {path_to_config} instead.")
+        if not path.is_file():
+            raise InputError(
+                f"There is no config file {path_to_config!r}; give one with CONFIG=my_config.yaml."
+            )
+        files = [path, COMPARE] if "compare" in options else [path]
+        options = cluster_options([option for option in options if option != "compare"])
+        on_cluster = {"--workflow-profile", "--executor"} & set(options)
         with locked(ROOT):
-            if plans_only(options):
-                return snakemake(ROOT, files, *options)
-            return study(config, folder, files, options)
+            config = checked_config(files, here=not on_cluster)
+            if PLANNING_OPTIONS & set(options):
+                return run_snakemake(ROOT, files, *options)
+            if not on_cluster:  # jobs run side by side as far as the memory reaches
+                options = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *options]
+            return run_study(config, files, options)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
     except OSError as error:
-        if error.errno not in DISK:
+        if error.errno not in DISK_ERRORS:
             raise
-        where = error.filename or "results/"
-        print(f"{where}: {error.strerror}. Free or repair the disk and run again.", file=sys.stderr)
+        place = error.filename or "results/"
+        print(f"{place}: {error.strerror}. Free or repair the disk and run again.", file=sys.stderr)
         return 2
     except KeyboardInterrupt as stop:
-        print("\nStopped. What was made stays; the same command continues where it was.", file=sys.stderr)
+        print("\nStopped. Finished results stay; the same command continues where it was.", file=sys.stderr)
         return 128 + (stop.args[0] if stop.args else signal.SIGINT)
 
 
-def refuse(options, given):
-    """Refuse what Snakemake would take and a study cannot."""
-    for option in options:
-        if option.partition("=")[0] in OF_CONFIG:
-            raise InputError(f"{option}: a study has one config file. Write into {given} what is to change.")
-    if odd := ODD.search(sys.executable):
+def cluster_options(options: Sequence[str]) -> list[str]:
+    """Return the options with `--cluster NAME` replaced by Snakemake's for profiles/NAME."""
+    words = [
+        word
+        for option in options
+        for word in (option.split("=", 1) if option.startswith("--cluster=") else [option])
+    ]
+    if "--cluster" not in words:
+        return words
+    position = words.index("--cluster")
+    name = "".join(words[position + 1 : position + 2])
+    profile = ROOT / "profiles" / name
+    if not name or not (profile / "config.yaml").is_file():
         raise InputError(
-            f"{sys.executable}: Snakemake starts no job by a path with {odd[0]!r}. Move the checkout."
+            f"--cluster needs the name of a folder in profiles/, such as slurm, but has {name or 'none'}."
         )
+    prefix = ["--slurm-jobname-prefix", job_prefix()] if name == "slurm" else []
+    return [*words[:position], *words[position + 2 :], "--workflow-profile", str(profile), *prefix]
 
 
-def checked_config(path, given, here=True, compare=False):
-    """The config in a file, checked before anything starts; says what memory a large grid will need."""
-    if not path.is_file():
-        raise InputError(f"There is no config file {given!r}; give one with CONFIG=my_config.yaml.")
-    asked = with_comparison(read_config(path)) if compare else read_config(path)
-    config = check(completed(asked, ROOT), home=ROOT, here=here)
-    if (needed := memory_of_grid(config)) > TELL:
+def job_prefix() -> str:
+    """Return what the names of this study's jobs on a cluster begin with."""
+    return f"sparsurf-{os.getpid()}"
+
+
+def checked_config(paths: Sequence[Path], here: bool) -> dict:
+    """Return the config of a study, checked before anything starts; say how much memory a large grid needs."""
+    given = read_config(paths[0])
+    if len(paths) > 1:
+        section = given.get("compare")
+        given |= {"compare": (section if isinstance(section, dict) else {}) | {"run": True}}
+    config = check_config(given, home=ROOT, here=here)
+    if (needed := memory_of_grid(config)) > REPORTED_MEMORY:
         print(f"The grid of one surface will need about {needed / 2**30:.1f} GB of memory.")
     return config
 
 
-def study(config, folder, files, options):
-    """Run what is out of date, then the report; where jobs fail, both of the rest. Returns the exit code."""
-    begin, logs = time.time(), folder / results.LOGS
-    ending.make_writable(logs)
-    results.refuse_unknown(ROOT, logs, options)
-    errors = logs / "snakemake.err"
-    errors.unlink(missing_ok=True)  # of an earlier run
-    for path in results.damaged(logs):
-        print(f"{path} is not what the study wrote: it is regenerated.")
-        Path(path).unlink()
-    begun = cluster.watch if "--workflow-profile" in options else None
-    run = partial(snakemake, ROOT, errors=errors, begun=begun)
-    with ending.failed_jobs() as failed:
-        code = rest = run(files, "--logger", "sparsurf", *options)
+def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
+    """Run what is out of date; where jobs fail, run the rest without them. Return the exit code."""
+    begin, run = time.time(), Path("results", config["run"])
+    partial_runs.make_writable(run / "logs")
+    errors = run / "logs" / "snakemake.err"
+    errors.unlink(missing_ok=True)
+    watch = (
+        partial(stop_at_impossible_job, prefix=job_prefix()) if "--slurm-jobname-prefix" in options else None
+    )
+    snakemake = partial(run_snakemake, ROOT, errors=errors, begun=watch)
+    with partial_runs.failed_jobs() as failed:
+        code = snakemake(files, "--logger", "sparsurf", *options)
+    finished = code == 0
     if code:
-        without = ending.left_out(config, folder, failed)
-        if failed and ending.something_is_left(config, folder, without):
-            files = [*files, ending.write_without(without, ROOT / ".snakemake" / "without.yaml")]
+        exclude = partial_runs.exclude_failures(config, run, failed)
+        if exclude.keys() - config["exclude"].keys() and partial_runs.something_is_left(config, run, exclude):
             print("What can be made without what failed:")
-            rest = run(files, "--logger", "sparsurf", *options)
-    if rest or not ending.is_complete(folder):
-        return ending.incomplete(folder, code, failed)
-    report = folder / ending.REPORT
-    torn = ending.is_older(report, folder) and run(files, "--quiet", "all", "--report", report)
-    return ending.summary(config, folder, code, failed, begin, torn)
+            rest = partial_runs.write_exclude(exclude, ROOT / ".snakemake" / "exclude.yaml")
+            finished = snakemake([*files, rest], "--logger", "sparsurf", *options) == 0
+        partial_runs.say_what_failed(run, failed)
+    say_what_came_out(config, run, time.time() - begin, finished and (run / "index.html").is_file())
+    return code
+
+
+def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -> None:
+    """Say how long a run took, its answer, its warnings, and where to look."""
+    if not finished:
+        print(f"\nThe results so far are in {run}/.")
+        return
+    print(f"\nTime      {seconds // 60:.0f} min {seconds % 60:.0f} s")
+    percents = (
+        [float(row["minimal_n_S_percent"]) for row in rows_of(run / "surfaces.csv")]
+        if config["proteins"]
+        else []
+    )
+    if percents:
+        verb = "are enough" if "floor" in config["minimal"] else "are in minimal.csv, as the config asks"
+        median = f" (median of {len(percents)} surfaces)" if len(percents) > 1 else ""
+        print(f"Answer    {statistics.median(percents):.1f} % of the dots {verb}{median}.")
+    print(f"Warnings  {len(rows_of(run / 'warnings.csv'))} in {run / 'warnings.csv'}")
+    print(f"Look at   {run / 'index.html'}")
+    print(f"All       {run}/")
+
+
+def rows_of(path: Path) -> list[dict]:
+    """Return the rows of a CSV table; none where there is no such file."""
+    if not path.is_file():
+        return []
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The best combination per range of n_S, and the best of all."""
+"""Tabulate the best combination in each range of n_S, and the best of all."""
 
 import json
 from pathlib import Path
@@ -7,22 +7,52 @@ from sparsurf.report.page import write
 from sparsurf.report.ranges_page import TEMPLATE, TWIN, ranges_page
 from sparsurf.study import tables
 from sparsurf.study.grid import load
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, settings, name):
-    """Write ranges.csv and best.json, and their page."""
-    grid = load(inputs["distances"])
-    table = tables.read_table(inputs["grid"], len(grid.combinations), "combinations")
-    floors = tables.as_references(tables.read_table(inputs["floors"]))
-    ranges = tables.ranges_table(table, grid, settings["tables"]["ranges"], floors)
-    best = tables.best(table, grid, settings["tables"]["max_n_S_percent"], floors)
-    ranges.to_csv(outputs["ranges"], index=False)
-    Path(outputs["best"]).write_text(json.dumps(best, indent=2) + "\n", encoding="utf-8")
-    known = ranges_page(name, ranges, best, best["references"])
-    write(outputs["page"], TEMPLATE, **known)
-    write(outputs["markdown"], TWIN, **known)
+def main(
+    grid: str,
+    distances: str,
+    floors: str,
+    ranges: str,
+    best: str,
+    page: str,
+    markdown: str,
+    n_ranges: int,
+    max_n_s_percent: float,
+    name: str,
+) -> None:
+    """Write ranges.csv and best.json, and their page.
+
+    Parameters
+    ----------
+    n_ranges : number of equal ranges of n_S
+    max_n_s_percent : largest n_S, % of all dots, of the restricted best combination
+    name : protein/conformation
+    """
+    result = load(distances)
+    table = tables.read_table(grid, len(result.combinations), "combinations")
+    noise_floors = tables.as_references(tables.read_table(floors))
+    best_in_ranges = tables.ranges_table(table, result, n_ranges, noise_floors)
+    best_of_all = tables.best(table, result, max_n_s_percent, noise_floors)
+    best_in_ranges.to_csv(ranges, index=False)
+    Path(best).write_text(json.dumps(best_of_all, indent=2) + "\n", encoding="utf-8")
+    values = ranges_page(name, best_in_ranges, best_of_all, best_of_all["references"])
+    write(page, TEMPLATE, **values)
+    write(markdown, TWIN, **values)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            grid=snakemake.input.grid,
+            distances=snakemake.input.distances,
+            floors=snakemake.input.floors,
+            ranges=snakemake.output.ranges,
+            best=snakemake.output.best,
+            page=snakemake.output.page,
+            markdown=snakemake.output.markdown,
+            n_ranges=snakemake.params.ranges,
+            max_n_s_percent=snakemake.params.max_n_s_percent,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+        )

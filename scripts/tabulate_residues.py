@@ -1,4 +1,4 @@
-"""The surface residue by residue, and the structure with the mean R_i of its residues for other programs to colour."""
+"""Tabulate a surface residue by residue, and write the structure with the mean R_i of its residues for other programs."""
 
 from pathlib import Path
 
@@ -10,29 +10,53 @@ from sparsurf.report import viewer
 from sparsurf.study.residues import residue_table
 from sparsurf.study.tables import read_minimal, read_roughness
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 VIEWER = Path(viewer.__file__).parent
-OPENERS = {"pml": VIEWER / "open.pml", "cxc": VIEWER / "open.cxc"}
-BURIED = -1.0  # in the B-factor column, of residues without dots
+BURIED = -1.0  # B factor of residues without dots
 
 
-def main(inputs, outputs, name):
-    """Write residues.csv, the structure with roughness as PDB and mmCIF, and what opens it in PyMOL and ChimeraX."""
-    surface = with_fields(read_npz(inputs["surface"]), inputs.get("fields"))
-    rough = read_roughness(inputs["roughness"], surface)
-    molecule = read_own(inputs["structure"])
-    minimal = read_minimal(inputs["minimal"], surface)
-    table = residue_table(surface, rough, molecule, minimal["dot"], minimal["weight"])
-    table.to_csv(outputs["table"], index=False)
-    shown = np.nan_to_num(table["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]
-    molecule.write_pdb(outputs["pdb"], b_factor=shown)
-    write_mmcif(outputs["cif"], name, molecule.xyz[0], molecule, shown)
-    for key, path in OPENERS.items():
-        Path(outputs[key]).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
-    spheres = [".sphere {:.3f} {:.3f} {:.3f} 0.3".format(*dot) for dot in minimal[["x", "y", "z"]].to_numpy()]
-    Path(outputs["bild"]).write_text("\n".join([".color 0.84 0.37 0", *spheres, ""]), encoding="ascii")
+def main(
+    surface: str,
+    roughness: str,
+    minimal: str,
+    fields: str,
+    structure: str,
+    table: str,
+    pdb: str,
+    cif: str,
+    pml: str,
+    cxc: str,
+    bild: str,
+    name: str,
+) -> None:
+    """Write residues.csv, the structure with roughness as B factor, and the files that open it in PyMOL and ChimeraX."""
+    dots = with_fields(read_npz(surface), fields)
+    molecule, subset = read_own(structure), read_minimal(minimal, dots)
+    residues = residue_table(dots, read_roughness(roughness, dots), molecule, subset["dot"], subset["weight"])
+    residues.to_csv(table, index=False)
+    b_factor = np.nan_to_num(residues["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]
+    molecule.write_pdb(pdb, b_factor=b_factor)
+    write_mmcif(cif, name, molecule.xyz[0], molecule, b_factor)
+    Path(pml).write_text((VIEWER / "open.pml").read_text(encoding="utf-8"), encoding="utf-8")
+    Path(cxc).write_text((VIEWER / "open.cxc").read_text(encoding="utf-8"), encoding="utf-8")
+    spheres = [".sphere {:.3f} {:.3f} {:.3f} 0.3".format(*dot) for dot in subset[["x", "y", "z"]].to_numpy()]
+    Path(bild).write_text("\n".join([".color 0.84 0.37 0", *spheres, ""]), encoding="ascii")
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface=snakemake.input.surface,
+            roughness=snakemake.input.roughness,
+            minimal=snakemake.input.minimal,
+            fields=snakemake.input.fields,
+            structure=snakemake.input.structure,
+            table=snakemake.output.table,
+            pdb=snakemake.output.pdb,
+            cif=snakemake.output.cif,
+            pml=snakemake.output.pml,
+            cxc=snakemake.output.cxc,
+            bild=snakemake.output.bild,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+        )

@@ -1,4 +1,4 @@
-"""The first page of a run, alone and as the first page of the report, and what the run holds for archives (RO-Crate 1.1)."""
+"""Write the first page of a run, the table of failures, and the description of its files for archives (RO-Crate 1.1)."""
 
 import json
 import mimetypes
@@ -10,43 +10,44 @@ import pandas as pd
 
 from sparsurf import __version__
 from sparsurf.report.first_page import FRESH, TAKEN, TEMPLATE, first_page
-from sparsurf.report.page import embedded, linked_in_report, render, write
-from sparsurf.workflow.jobs import run
+from sparsurf.report.page import write
+from sparsurf.workflow.jobs import job
 
 CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
 
 
-def main(inputs, outputs, folder, without, floor=FRESH):
-    """Write index.html, the part of the report, failures.csv and the crate; see `first_page` for `without` and `floor`.
+def main(
+    results: list[str],
+    page: str,
+    failures: str,
+    crate: str,
+    exclude: dict[str, str],
+    floor: str | None = FRESH,
+) -> None:
+    """Write index.html, failures.csv and the crate.
 
-    They link to `pages`, which the report holds, and to what is `beside` it.
+    Parameters
+    ----------
+    results : files and folders of the run, which the page leads to
+    exclude : reasons by place, of what the run has without results
+    floor : the noise floor that the minimal subset goes by; None where the config asks for something else
     """
-    held, beside = (
-        [str(Path(path).relative_to(folder)) for path in _listed(inputs.get(key, []))]
-        for key in ("pages", "beside")
-    )
-    known = first_page(folder, held, beside, list(without.items()), floor)
-    write(outputs["html"], TEMPLATE, **known)
-    table = pd.DataFrame(without.items(), columns=["place", "reason"])
-    table.to_csv(outputs["failures"], index=False)
-    if "crate" in outputs:
-        listed = [Path(folder, path) for path in ("index.html", "failures.csv", *held, *beside)]
-        inside = [sorted(path.rglob("*")) if path.is_dir() else [path] for path in listed]
-        files = [str(path.relative_to(folder)) for paths in inside for path in paths if path.is_file()]
-        text = json.dumps(crate(Path(folder), files), indent=1)
-        Path(outputs["crate"]).write_text(text + "\n", encoding="utf-8")
-    if "part" in outputs:
-        figure = known["main_figure"]
-        known["main_figure"] = figure and figure | {"src": embedded(Path(folder, figure["path"]))}
-        page = linked_in_report(render(TEMPLATE, **known, in_report=True), folder, held)
-        Path(outputs["part"]).write_text(page, encoding="utf-8")
+    folder = Path(page).parent
+    files = [Path(path).relative_to(folder).as_posix() for path in results]
+    write(page, TEMPLATE, **first_page(folder, files, [], list(exclude.items()), floor))
+    pd.DataFrame(exclude.items(), columns=["place", "reason"]).to_csv(failures, index=False)
+    paths = [path for file in files for path in sorted((folder / file).rglob("*")) or [folder / file]]
+    inside = [Path(page), Path(failures), *(path for path in paths if path.is_file())]
+    text = json.dumps(describe_files(folder, inside), indent=1)
+    Path(crate).write_text(text + "\n", encoding="utf-8")
 
 
-def crate(folder, files):
-    """The files of a run as RO-Crate 1.1 (w3id.org/ro/crate/1.1); licence and authors are for whoever publishes it."""
-    made_by = {"@id": "#sparsurf", "@type": "SoftwareApplication", "name": "sparsurf", "version": __version__}
-    about = {"@id": CRATE, "@type": "CreativeWork", "about": {"@id": "./"}, "conformsTo": {"@id": PROFILE}}
-    run_of = {
+def describe_files(folder: Path, paths: list[Path]) -> dict:
+    """Return the files of a run as RO-Crate 1.1; licence and authors are for whoever publishes it."""
+    files = [path.relative_to(folder).as_posix() for path in paths]
+    metadata = {"@id": CRATE, "@type": "CreativeWork", "about": {"@id": "./"}, "conformsTo": {"@id": PROFILE}}
+    program = {"@id": "#sparsurf", "@type": "SoftwareApplication", "name": "sparsurf", "version": __version__}
+    action = {
         "@id": "#run",
         "@type": "CreateAction",
         "instrument": {"@id": "#sparsurf"},
@@ -58,24 +59,28 @@ def crate(folder, files):
         "name": f"Minimal molecular surfaces: {folder.name}",
         "description": "Results of a sparsurf study; index.html shows them.",
         "datePublished": date.today().isoformat(),
-        "hasPart": [{"@id": quote(path)} for path in files],
+        "hasPart": [{"@id": quote(file)} for file in files],
         "mentions": {"@id": "#run"},
     }
-    parts = [_part(folder, path) for path in files]
-    return {"@context": f"{PROFILE}/context", "@graph": [about, root, run_of, made_by, *parts]}
+    parts = [_describe_file(folder, file) for file in files]
+    return {"@context": f"{PROFILE}/context", "@graph": [metadata, root, action, program, *parts]}
 
 
-def _part(folder, path):
-    """One file of the crate, described where the first page has words for it."""
-    kind = mimetypes.guess_type(path)[0] or "application/octet-stream"
-    size, words = str((folder / path).stat().st_size), TAKEN.get(Path(path).name)
-    part = {"@id": quote(path), "@type": "File", "contentSize": size, "encodingFormat": kind}
-    return part | ({"description": words} if words else {})
-
-
-def _listed(paths):
-    return [paths] if isinstance(paths, str) else paths
+def _describe_file(folder: Path, file: str) -> dict:
+    """Describe one file, with words where the first page has some for it."""
+    media_type = mimetypes.guess_type(file)[0] or "application/octet-stream"
+    size, description = str((folder / file).stat().st_size), TAKEN.get(Path(file).name)
+    part = {"@id": quote(file), "@type": "File", "contentSize": size, "encodingFormat": media_type}
+    return part | ({"description": description} if description else {})
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            results=snakemake.input.results,
+            page=snakemake.output.page,
+            failures=snakemake.output.failures,
+            crate=snakemake.output.crate,
+            exclude=snakemake.params.exclude,
+            floor=snakemake.params.floor,
+        )

@@ -1,19 +1,20 @@
-"""The logs of jobs: lines that begin with one of a few words, written by `jobs.job` and read by who watches a run."""
+"""The logs of jobs: lines that begin with one of a few words, written by `jobs.job` and read by those who watch a run."""
 
 import os
 import re
 import shutil
 from pathlib import Path
 
-ERROR, WARNING, PROGRESS, USED, MADE = "ERROR ", "WARNING ", "PROGRESS ", "USED ", "MADE "
-TAIL = 2000  # bytes
-FULL = 10**6  # bytes of a disk on which nothing more can be made
-NO_ROOM = "no space is left on the disk"
-NO_WORD = "it ended without a word: killed, out of memory, or stopped as logs/snakemake.err says"
+ERROR, WARNING, PROGRESS = "ERROR ", "WARNING ", "PROGRESS "
+USED = "USED "  # last line of a job that finished
+TAIL_BYTES = 2000
+FULL_DISK_BYTES = 10**6  # free bytes of a disk on which nothing more can be written
+NO_SPACE = "no space is left on the disk"
+NO_REASON = "it was killed, ran out of memory, or was stopped before it could give a reason"
 
 
-def lines(path, word):
-    """What stands behind a word at the beginning of a log's lines; nothing where there is no log."""
+def lines_after(path: str | Path, word: str) -> list[str]:
+    """Return the rest of the lines of a log that begin with a word; an empty list where there is no log."""
     try:
         text = Path(path).read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -21,33 +22,40 @@ def lines(path, word):
     return [line[len(word) :] for line in text.splitlines() if line.startswith(word)]
 
 
-def warnings_in(path):
-    """Sentences that a job warned with, each once."""
-    return list(dict.fromkeys(lines(path, WARNING)))
+def warnings_in(path: str | Path) -> list[str]:
+    """Return the sentences that a job warned with, each once."""
+    return list(dict.fromkeys(lines_after(path, WARNING)))
 
 
-def failure(path):
-    """Why a job failed, in a sentence; None for one that came to its end."""
-    if lines(path, USED):
+def failure(path: str | Path) -> str | None:
+    """Return why a job failed, in a sentence; None for a job that finished."""
+    if lines_after(path, USED):
         return None
-    if found := lines(path, ERROR):
-        return found[-1]
+    errors = lines_after(path, ERROR)
+    if errors:
+        return errors[-1]
     folder = Path(path).parent
-    return NO_ROOM if folder.is_dir() and shutil.disk_usage(folder).free < FULL else NO_WORD
+    is_full = folder.is_dir() and shutil.disk_usage(folder).free < FULL_DISK_BYTES
+    return NO_SPACE if is_full else NO_REASON
 
 
-def progress(path):
-    """(done, of, seconds to go) of a running job's last line of progress; zeros without."""
+def progress(path: str | Path) -> tuple[int, int, int]:
+    """Return (done, total, seconds to go) of a running job; zeros where its log has none."""
     with open(path, "rb") as stream:
-        stream.seek(-min(TAIL, os.fstat(stream.fileno()).st_size), os.SEEK_END)
+        stream.seek(-min(TAIL_BYTES, os.fstat(stream.fileno()).st_size), os.SEEK_END)
         tail = stream.read().decode("utf-8", "replace")
-    found = re.findall(rf"^{PROGRESS}.*?(\d+) of (\d+) .*?(\d+) s to go", tail, re.M)
-    return tuple(map(int, found[-1])) if found else (0, 0, 0)
+    matches = re.findall(rf"^{PROGRESS}.*?(\d+) of (\d+) .*?(\d+) s to go", tail, re.M)
+    done, total, left = map(int, matches[-1]) if matches else (0, 0, 0)
+    return done, total, left
 
 
-def place(path, logs):
-    """(protein, conformation, job) that a log is of; empty strings where it is of none."""
-    *above, job = Path(path).relative_to(logs).with_suffix("").parts
-    if above[:1] in (["pairs"], ["sites"]):
-        return "/".join(above), "", job
-    return *[*above, "", ""][:2], job
+def place_of_log(path: str | Path, logs: str | Path) -> tuple[str, str, str]:
+    """Return (protein, conformation, job) of a log in the folder `logs`; empty strings where it is about none.
+
+    A pair or a site takes the place of the protein, as pairs/<name>.
+    """
+    *folders, name = Path(path).relative_to(logs).with_suffix("").parts
+    if folders[:1] in (["pairs"], ["sites"]):
+        return "/".join(folders), "", name
+    protein, conformation = [*folders, "", ""][:2]
+    return protein, conformation, name

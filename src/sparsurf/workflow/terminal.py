@@ -15,8 +15,8 @@ from pathlib import Path
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from sparsurf.workflow.ending import FAILED
 from sparsurf.workflow.job_logs import failure, progress, warnings_in
+from sparsurf.workflow.partial_runs import FAILED_JOBS as FAILED
 
 LONG = 10  # seconds from which on a job has a bar
 WIDTH = 24  # letters of the bar

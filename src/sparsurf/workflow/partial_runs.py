@@ -1,0 +1,142 @@
+"""Runs in which something failed: what they go on without, and what is said at their end."""
+
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import yaml
+
+from sparsurf import InputError
+from sparsurf.workflow.conformations import first_column, without_zeros
+from sparsurf.workflow.job_logs import FULL_DISK_BYTES, failure, place_of_log
+
+FAILED_JOBS = (
+    "_SPARSURF_FAILED_JOBS"  # environment variable: file to which the terminal adds the logs of failed jobs
+)
+SNAKEMAKES_GREETING = "Using workflow specific profile"
+# Jobs that lead to the conformations of a protein: without one of them there are none
+BEFORE_CONFORMATIONS = (
+    "choose_frames",
+    "choose_single_frame",
+    "fetch_",
+    "prepare_system",
+    "simulate_",
+    "judge_",
+)
+
+
+def make_writable(folder: Path) -> None:
+    """Create a folder; raise InputError where nothing can be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(FULL_DISK_BYTES // 10))
+    except OSError as error:
+        raise InputError(f"{folder}/ cannot be written ({error.strerror}). Repair that first.") from None
+
+
+@contextmanager
+def failed_jobs() -> Iterator[list[str]]:
+    """Give a list that in the end holds the logs of the jobs that failed."""
+    failed: list[str] = []
+    with tempfile.NamedTemporaryFile("r", encoding="utf-8") as file:
+        os.environ[FAILED_JOBS] = file.name
+        yield failed
+        logs = dict.fromkeys(file.read().splitlines())
+        failed += [log for log in logs if failure(log) is not None]  # a second attempt may have finished
+
+
+def exclude_failures(config: dict, run: Path, failed: list[str]) -> dict[str, str]:
+    """Return the config's `exclude` with the places of failed jobs, and the pairs and sites that need them.
+
+    Parameters
+    ----------
+    config : dict, checked
+    run : folder of the results
+    failed : logs of the jobs that failed
+    """
+    exclude = dict(config["exclude"])
+    for log in failed:
+        protein, conformation, job = place_of_log(log, run / "logs")
+        over_frames = protein in config["proteins"] and not job.startswith(BEFORE_CONFORMATIONS)
+        place = "/".join(filter(None, (protein, conformation or ("*" if over_frames else ""))))
+        if place:  # jobs over all proteins are needed
+            exclude[place] = f"{job}: {failure(log)}"
+    for protein in config["proteins"]:
+        chosen = chosen_conformations(config, run, protein)
+        if chosen and all(_is_in(exclude, f"{protein}/{name}") for name in chosen):
+            exclude.setdefault(protein, "None of its conformations could be finished.")
+    for place, needed in needed_conformations(config).items():
+        for name in needed:
+            protein, _, conformation = name.partition("/")
+            first = next(iter(chosen_conformations(config, run, protein)), "c1")
+            if protein in exclude or _is_in(exclude, f"{protein}/{conformation or first}"):
+                exclude.setdefault(place, f"{name} could not be finished.")
+    return exclude
+
+
+def chosen_conformations(config: dict, run: Path, protein: str) -> list[str]:
+    """Return the conformations of a protein, none where its frames are not chosen yet."""
+    if "surface" in config["proteins"][protein]:
+        return ["c1"]
+    frames = run / protein / "frames.csv"
+    return first_column(frames) if frames.is_file() else []
+
+
+def needed_conformations(config: dict) -> dict[str, list[str]]:
+    """Return the proteins or conformations that each pair and each site names."""
+    needed = {f"pairs/{name}": list(pair.get("proteins", ())) for name, pair in config["pairs"].items()}
+    for name, site in config["sites"].items():
+        targets = site.get("targets", "all")
+        named = (
+            site["changes"] if "changes" in site else [site["query"], *(targets if targets != "all" else ())]
+        )
+        needed[f"sites/{name}"] = list(named)
+    return needed
+
+
+def _is_in(exclude: dict[str, str], place: str) -> bool:
+    """Return whether a conformation is excluded, by any way to write its name."""
+    return without_zeros(place) in map(without_zeros, exclude)
+
+
+def something_is_left(config: dict, run: Path, exclude: dict[str, str]) -> bool:
+    """Return whether any protein with conformations, or any pair, is not excluded."""
+    proteins = [name for name in config["proteins"] if name not in exclude]
+    if any(chosen_conformations(config, run, name) for name in proteins):
+        return True
+    return any(f"pairs/{name}" not in exclude for name in config["pairs"])
+
+
+def write_exclude(exclude: dict[str, str], path: Path) -> Path:
+    """Write a config file that excludes these places; return its path."""
+    path.write_text(yaml.safe_dump({"exclude": exclude}, allow_unicode=True), encoding="utf-8")
+    return path
+
+
+def say_what_failed(run: Path, failed: list[str]) -> None:
+    """Say on standard error why not everything could be made."""
+    folders = [folder for folder in (run, Path(".snakemake")) if folder.is_dir()]
+    for folder in folders:
+        if shutil.disk_usage(folder).free < FULL_DISK_BYTES:
+            print(
+                f"The disk of {folder}/ is full. Free some space and run again: finished results stay.",
+                file=sys.stderr,
+            )
+            break
+    reasons = [f"- {Path(log).relative_to(run / 'logs').with_suffix('')}: {failure(log)}" for log in failed]
+    if not reasons:
+        errors = run / "logs" / "snakemake.err"
+        lines = errors.read_text(encoding="utf-8", errors="replace").splitlines() if errors.is_file() else []
+        reasons = [line for line in lines if line.strip() and not line.startswith(SNAKEMAKES_GREETING)][-1:]
+        reasons.append(f"See {errors} and the newest file of .snakemake/log/.")
+    print(
+        f"\nNot everything could be made. Finished results are in {run}/.",
+        *reasons,
+        sep="\n",
+        file=sys.stderr,
+    )
