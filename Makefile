@@ -5,10 +5,10 @@
 # make bench   measure speed and memory
 # make evidence  every number of docs/ that is missing or older than its code, hours; QUICK=1: every chain on small pieces,
 #              --dry-run: tell what is old; EVIDENCE_DATA=folder: structures from there instead of the network
-# make planted plant mistakes in a copy and count those that the tests notice (hours)
 # make docs    build the book in docs/_build/html and check its links (needs a network the first time)
 # make package  build wheel and source archive in dist/ and check them
 # make setup   set up only; with CLUSTER=slurm what a cluster needs besides
+# make schema  renew config/schema.json and docs/config.md from the models of the config
 # make lock    renew envs/requirements*.txt from envs/requirements*.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
 # On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm (docs/cluster.md)
@@ -40,28 +40,29 @@ ifeq ($(CLUSTER)$(SLURM_JOB_ID),)
 export SLURM_CONF ?= /dev/null
 endif
 
-.PHONY: evidence planted setup setup-docs run paper compare test bench docs package lock
+# The numba kernels, compiled once; numba compiles again what was edited
+KERNELS := .cache/kernels-compiled
 
-setup: $(READY) $(EXTRA)
+.PHONY: evidence setup setup-docs run paper compare test bench docs package lock schema
 
-run: $(READY) $(EXTRA)
+setup: $(READY) $(KERNELS) $(EXTRA)
+
+run: setup
 	@$(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE)
 
-paper: $(READY) $(EXTRA)
+paper: setup
 	@$(BIN)/python scripts/study.py studies/paper.yaml $(WHERE)
 
-compare: $(READY) $(EXTRA)
+compare: setup
 	@$(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE) compare
 
-test: $(READY) $(EXTRA)
+test: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile rules/*.smk
-	@$(BIN)/snakemake --lint & jobs=$$!; for part in surfaces patches; do \
-	  $(BIN)/python -c "from scripts.compile_kernels import main; \
-	    main({'mark': '.cache/kernels_of_$$part'}, '$$part', 'published')" & jobs="$$jobs $$!"; done; \
-	  for job in $$jobs; do wait $$job || exit 1; done  # kernels once, not in each test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder  # three on two cores
+	$(BIN)/snakemake --lint
+	$(BIN)/mypy
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist worksteal  # three workers on two cores
 
 setup-docs: $(READY) $(FOR_DOCS)
 
@@ -77,15 +78,23 @@ package: setup-docs
 bench: $(READY)
 	$(BIN)/python evidence/bench.py
 
-planted: $(READY)
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/planted/run.py $(PLANTED)
-
 # make passes --dry-run on: the plus runs this line then, too
 evidence: $(READY) $(EXTRA)
 	+@$(BIN)/snakemake --snakefile evidence/Snakefile $(if $(QUICK),--configfile evidence/quick.yaml) \
 	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))
 	$(if $(QUICK),,@$(BIN)/python evidence/pages.py README.md docs/*.md)
+
+$(KERNELS): $(READY) $(shell find src/sparsurf -name '*.py')
+	@echo "Compiling kernels (once, about half a minute)"
+	@mkdir -p .cache
+	@$(BIN)/python -m sparsurf.compile_kernels surfaces & job=$$!; \
+	  $(BIN)/python -m sparsurf.compile_kernels patches && wait $$job
+	@touch $@
+
+# JSON Schema and reference page of the config, from its models
+schema: $(READY)
+	$(BIN)/python -m sparsurf.workflow.config
 
 $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)

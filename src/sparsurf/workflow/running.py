@@ -56,8 +56,8 @@ def run_snakemake(
     errors : file for what processes write to standard error, such as tracebacks of jobs that are stopped
     begun : called with the process once it runs
     """
-    command = [sys.executable, "-m", "snakemake", "--snakefile", root / "Snakefile", "--directory", root]
-    command = [*map(str, [*command, "--nolock", "--configfile", *configs]), *options]
+    where = ["--snakefile", str(root / "Snakefile"), "--directory", str(root), "--nolock"]
+    command = [sys.executable, "-m", "snakemake", *where, "--configfile", *map(str, configs), *options]
     received: list[int] = []
 
     def pass_on(number: int, _: FrameType | None) -> None:

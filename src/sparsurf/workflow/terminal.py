@@ -1,6 +1,6 @@
-"""What a run says on the terminal: a line for each job, its warnings, and a bar while a long one works.
+"""What a run prints on the terminal: a line for each job, its warnings, and a bar while a long one works.
 
-Snakemake hands its events to `Terminal`; all that it says itself goes to .snakemake/log/. What a job says is in its log.
+Snakemake hands its events to `Terminal`. Its own messages are in .snakemake/log/, those of a job in the job's log.
 """
 
 import errno
@@ -10,17 +10,19 @@ import shutil
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from sparsurf.workflow.job_logs import failure, progress, warnings_in
-from sparsurf.workflow.partial_runs import FAILED_JOBS as FAILED
+from sparsurf.workflow.partial_runs import FAILED_JOBS
 
-LONG = 10  # seconds from which on a job has a bar
-WIDTH = 24  # letters of the bar
-ECHOES = (  # of what is told elsewhere: in the line of the job, on a full disk at the end
+SECONDS_BEFORE_BAR = 10
+BAR_WIDTH = 24  # characters
+REPEATED_ELSEWHERE = (  # in the line of the job, or at the end of the run
     "Exiting because a job execution failed",
     "At least one job did not complete",
     "RuleException",
@@ -37,28 +39,32 @@ class Terminal(LogHandlerBase):
     has_formatter = True
     needs_rulegraph = False
 
-    def __post_init__(self):
-        self._jobs, self._finished, self._steps, self._said = {}, [], "", set()
-        self._lock, self._ends, self._bar = threading.Lock(), threading.Event(), ""
+    def __post_init__(self) -> None:
+        self._running: dict[int, tuple[Any, float]] = {}  # record and begin of a job
+        self._finished: list[tuple[Any, float]] = []
+        self._messages: set[str] = set()
+        self._lock, self._ends = threading.Lock(), threading.Event()
+        self._steps = self._bar = ""
         if sys.stdout.isatty() and not self.common_settings.dryrun:
             threading.Thread(target=self._watch, daemon=True).start()
 
-    def emit(self, record):
-        """Say what an event means; a terminal that is gone is no mistake of the run."""
-        does = {
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print what an event means; a closed terminal does not fail the run."""
+        handlers: dict[Any, Callable[[Any], None]] = {
             LogEvent.JOB_INFO: self._begin,
             LogEvent.JOB_FINISHED: self._finish,
             LogEvent.PROGRESS: self._count,
             LogEvent.JOB_ERROR: self._fail,
             LogEvent.GROUP_ERROR: self._fail_group,
-        }.get(getattr(record, "event", None), self._other)
+        }
+        handle = handlers.get(getattr(record, "event", None), self._other)
         try:
             with self._lock:
-                does(record)
+                handle(record)
         except OSError:
             pass
 
-    def close(self):
+    def close(self) -> None:
         """End the bar."""
         self._ends.set()
         with self._lock:
@@ -66,74 +72,77 @@ class Terminal(LogHandlerBase):
             self._show("")
         super().close()
 
-    def _begin(self, record):
-        self._jobs[record.jobid] = (record, time.monotonic())
+    def _begin(self, record: Any) -> None:
+        self._running[record.jobid] = (record, time.monotonic())
         if self.common_settings.dryrun and record.rule_msg:
             self._say(record.rule_msg)
 
-    def _finish(self, record):
-        self._finished.append(self._jobs.pop(record.job_id, None))
+    def _finish(self, record: Any) -> None:
+        if record.job_id in self._running:
+            self._finished.append(self._running.pop(record.job_id))
 
-    def _count(self, record):
+    def _count(self, record: Any) -> None:
         self._steps = f"{record.done} of {record.total}"
         self._flush()
 
-    def _flush(self):
-        for record, begin in filter(None, self._finished):
+    def _flush(self) -> None:
+        for record, begin in self._finished:
             if record.log:  # marks have none
                 self._say(f"{self._steps:>10}  {record.rule_msg} ({time.monotonic() - begin:.0f} s)")
                 for sentence in warnings_in(record.log[0]):
                     self._say(f"{'':>10}  Warning: {sentence}")
         self._finished = []
 
-    def _fail(self, record):
-        known = self._jobs.pop(record.jobid, None)
+    def _fail(self, record: Any) -> None:
+        known = self._running.pop(record.jobid, None)
         self._failed(known[0].rule_msg if known else record.rule_name, record.log)
 
-    def _fail_group(self, record):
+    def _fail_group(self, record: Any) -> None:
         for job in record.job_error_info:
             if job["log"] and failure(job["log"][0]) is not None:
                 self._failed(job["rule_name"], job["log"])
 
-    def _failed(self, what, logs):
+    def _failed(self, what: str, logs: list[str]) -> None:
         self._say(f"{'Failed':>10}  {what}: {failure(logs[0]) if logs else 'see .snakemake/log'}")
-        if logs and (path := os.environ.get(FAILED)):
+        if logs and (path := os.environ.get(FAILED_JOBS)):
             with open(path, "a", encoding="utf-8") as stream:
                 stream.write(f"{logs[0]}\n")
 
-    def _other(self, record):
+    def _other(self, record: Any) -> None:
         text = record.getMessage()
         if (
             record.levelno >= logging.ERROR
-            and not any(echo in text for echo in ECHOES)
-            and text not in self._said
+            and not any(part in text for part in REPEATED_ELSEWHERE)
+            and text not in self._messages
         ):
-            self._said.add(text)
+            self._messages.add(text)
             self._say(text)
 
-    def _say(self, line):
+    def _say(self, line: str) -> None:
         shown, self._bar = self._bar, ""
         print("\r\033[K" * bool(shown) + line, flush=True)
 
-    def _show(self, bar):
+    def _show(self, bar: str) -> None:
         if bar or self._bar:
             print(f"\r\033[K{bar}", end="", flush=True)
         self._bar = bar
 
-    def _watch(self):
+    def _watch(self) -> None:
         """Draw the bar of the job that works longest, every second."""
         while not self._ends.wait(1):
             with self._lock:
-                longest = min(self._jobs.values(), key=lambda job: job[1], default=None)
-                long = longest and time.monotonic() - longest[1] > LONG
-                self._show(self._bar_of(*longest)[: shutil.get_terminal_size().columns - 1] if long else "")
+                oldest = min(self._running.values(), key=lambda job: job[1], default=None)
+                if oldest and time.monotonic() - oldest[1] > SECONDS_BEFORE_BAR:
+                    self._show(self._bar_of(*oldest)[: shutil.get_terminal_size().columns - 1])
+                else:
+                    self._show("")
 
-    def _bar_of(self, record, begin):
-        done, of, left = (
+    def _bar_of(self, record: Any, begin: float) -> str:
+        done, total, left = (
             progress(record.log[0]) if record.log and Path(record.log[0]).is_file() else (0, 0, 0)
         )
         seconds = f"{time.monotonic() - begin:.0f} s"
-        if not of:
+        if not total:
             return f"{self._steps:>10}  {record.rule_msg}, {seconds}"
-        full = round(WIDTH * done / of)
-        return f"{self._steps:>10}  {'█' * full}{'░' * (WIDTH - full)} {record.rule_msg}, {seconds}, {left:.0f} s to go"
+        full = round(BAR_WIDTH * done / total)
+        return f"{self._steps:>10}  {'█' * full}{'░' * (BAR_WIDTH - full)} {record.rule_msg}, {seconds}, {left:.0f} s to go"

@@ -1,0 +1,52 @@
+"""Compile the numba kernels into their cache, in two parts that take equally long: `python -m sparsurf.compile_kernels patches`.
+
+Each part calls every kernel on a tiny surface. The kernels of pairs and sites are compiled when they are first called.
+"""
+
+import gc
+import sys
+
+import numpy as np
+
+BALL_DOTS = 300
+
+
+def compile_surfaces() -> None:
+    """Compile the kernels that place dots, draw surfaces and recover them."""
+    from sparsurf.recovery.recovering import recover
+    from sparsurf.report.figures import render
+    from sparsurf.surfaces.molecular_surface import molecular_surface
+
+    dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
+    camera = render.aim(dots.points, np.eye(3), (20, 20))
+    render.picture(render.draw_surface(dots.points, dots.normals, (0.5, 0.5, 0.5), camera))
+    points, normals = ball()
+    recover(points, normals)
+
+
+def compile_patches() -> None:
+    """Compile the kernels of patches, descriptors and samplers."""
+    from sparsurf.sampling import samplers
+    from sparsurf.study import grid
+    from sparsurf.study.evaluator import Evaluator
+    from sparsurf.surfaces.surface import Surface
+
+    prepared = Evaluator(Surface(*ball()))
+    grid.run(prepared, np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+    for choose in samplers.SAMPLERS.values():
+        choose(prepared, 20, np.random.default_rng(0))
+
+
+def ball() -> tuple[np.ndarray, np.ndarray]:
+    """Return points and outward normals of random dots on a sphere of 2 Å."""
+    normals = np.random.default_rng(0).normal(size=(BALL_DOTS, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return 2 * normals, normals
+
+
+PARTS = {"surfaces": compile_surfaces, "patches": compile_patches}
+
+if __name__ == "__main__":
+    gc.disable()  # a compiler leaves little garbage; looking for it takes a tenth of the time
+    for part in sys.argv[1:] or PARTS:
+        PARTS[part]()
