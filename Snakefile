@@ -1,7 +1,6 @@
 # Trajectory or structure or surface -> frames -> surface -> roughness -> sampling over the grid -> descriptors compared -> tables,
 # best parameters, figures, in this order. What only some studies ask for is in rules/, one file for each key of the config.
 
-import os
 import sys
 from pathlib import Path
 
@@ -10,8 +9,7 @@ from snakemake.utils import min_version
 min_version("9.0")
 
 HOME = Path(workflow.current_basedir)
-sys.path.insert(0, str(HOME / "src"))  # the library, here and in the processes of jobs
-os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HOME / "src"), os.environ.get("PYTHONPATH")]))
+sys.path.insert(0, str(HOME / "src"))
 
 
 include: "rules/common.smk"
@@ -34,7 +32,7 @@ rule all:
 
 rule complete_protein:  # each by itself, so that one that fails does not stop the others
     input:
-        protein_outputs,
+        lambda wildcards: protein_outputs(wildcards.protein),
     output:
         touch("results/{run}/{protein}/.complete"),
 

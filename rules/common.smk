@@ -4,8 +4,11 @@ import re
 
 from sparsurf.workflow.code_version import METHOD, REPORT
 from sparsurf.workflow.config import check_config, proteins
+from sparsurf.workflow.jobs import let_jobs_import_library
 from sparsurf.workflow.memory import memory_of_grid
 from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
+
+let_jobs_import_library()
 
 if not {"proteins", "pairs"} & config.keys():  # a config that names neither changes the default study
 
@@ -200,9 +203,8 @@ def compared_forms(wildcards):
 # What a run has in the end
 
 
-def protein_outputs(wildcards):
+def protein_outputs(protein):
     """Files of one protein and of its conformations."""
-    protein = wildcards.protein
     files = []
     if protein in MOLECULES:
         files += ["frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures"]
@@ -268,8 +270,8 @@ def results_before_pages(wildcards):
         files += ["sites/matrix.csv", "sites/matrix.png", "sites/matrix.svg"]
     files += [f"pairs/{pair}/{file}" for pair in PAIRS for file in pair_files(pair)]
     files += [f"sites/{site}/{file}" for site in SITES for file in site_files(site)]
-    of_proteins = [protein_outputs(Wildcards(fromdict={"protein": protein})) for protein in PROTEINS]
-    return [f"{run}/{file}" for file in files] + sum(of_proteins, [])
+    of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]
+    return [f"{run}/{file}" for file in files] + of_proteins
 
 
 def pair_files(pair):

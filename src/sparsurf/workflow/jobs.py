@@ -2,12 +2,14 @@
 
 import errno
 import logging
+import os
 import resource
 import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from pathlib import Path
 from typing import Any
 
 from sparsurf import InputError
@@ -42,6 +44,12 @@ def job(snakemake: Any) -> Iterator[None]:
         finally:
             with suppress(OSError):
                 log.close()
+
+
+def let_jobs_import_library() -> None:
+    """Put this library first on the import path of the processes that Snakemake starts."""
+    paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
 
 
 def _sentence(error: Exception, snakemake: Any) -> str:
