@@ -2,25 +2,26 @@
 
 import copy
 import datetime
+import json
+import os
 import re
+import subprocess
+import sys
 
 import pytest
 import yaml
 
-from conftest import ROOT, WORKFLOW
+from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.patches.descriptors import DESCRIPTORS
 from sparsurf.patches.roughness import ROUGHNESS
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.surfaces.read_surface import FORMATS
-from sparsurf.workflow import listing, needs, registries
-from sparsurf.workflow.config import check, completed
-from sparsurf.workflow.schema import SCHEMA, Protein, proteins
-from sparsurf.workflow.yaml_file import read_config
+from sparsurf.workflow import config_reference, listing, memory, names
+from sparsurf.workflow.config import Protein, check_config, proteins, read_config
 
 DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())
-OF_PATCHES = SCHEMA["properties"]["patches"]["properties"]
 
 
 @pytest.fixture(autouse=True)
@@ -39,57 +40,80 @@ def changed(path, value):
 
 
 def test_the_default_config_is_valid_and_states_every_default():
-    checked = check(DEFAULT, [ROOT / "config.yaml"])
-    bare = check({"proteins": DEFAULT["proteins"]})
+    checked = check_config(DEFAULT, [ROOT / "config.yaml"])
+    bare = check_config({"proteins": DEFAULT["proteins"]})
     assert {k: v for k, v in checked.items() if k != "run"} == {k: v for k, v in bare.items() if k != "run"}
 
 
-def test_what_names_no_protein_changes_the_default_study_key_by_key(tmp_path, monkeypatch):
+def test_a_config_without_proteins_changes_the_default_study(tmp_path, monkeypatch):
     given = {"minimal": {"n_S": 100}, "evaluation": {"draws": 2}}
+    assert check_config({}) == check_config(DEFAULT)
     monkeypatch.chdir(tmp_path)  # whose folder has no config.yaml
-    whole = completed(given, ROOT)
-    assert whole == DEFAULT | given and check(whole, home=ROOT)["evaluation"]["test_dots"] == 200
-    assert completed({}, ROOT) == DEFAULT
+    with pytest.raises(InputError, match="the config lacks the key 'proteins'"):
+        check_config(given)
+    whole = check_config(given, home=ROOT)
+    assert whole["minimal"]["n_S"] == 100 and whole["evaluation"]["test_dots"] == 200
+    assert whole["proteins"]["tdp43"]["structure"] == str(ROOT / "data" / "tdp43" / "topology.pdb")
     (tmp_path / "config.yaml").write_text("run: own\nproteins: {a: {pdb: 1ubi}}\n")
-    assert completed({"seed": 5}, ROOT) == {"run": "own", "proteins": {"a": {"pdb": "1ubi"}}, "seed": 5}
-    for own in ({"proteins": {"b": {"pdb": "1fas"}}}, {"pairs": {}}):
-        assert completed(own, ROOT) == own
+    own = check_config({"seed": 5}, home=ROOT)
+    assert (own["run"], own["proteins"], own["seed"]) == ("own", {"a": {"pdb": "1ubi"}}, 5)
+    assert check_config({"proteins": {"b": {"pdb": "1fas"}}}, home=ROOT)["run"] == "default"
 
 
 def test_a_section_that_runs_or_not_may_be_true_or_false():
     plain = {"proteins": DEFAULT["proteins"]}
-    bare = check(plain)
+    bare = check_config(plain)
     for key in ("sampling", "compare", "ensemble"):
         for value in (True, False):
-            assert check(plain | {key: value}) == bare | {key: bare[key] | {"run": value}}
+            assert check_config(plain | {key: value}) == bare | {key: bare[key] | {"run": value}}
     large = {"sampling": {"alpha": [k / 100 for k in range(1, 101)]}, "evaluation": {"draws": 10000}}
     with pytest.raises(InputError, match="GB of memory"):
-        check(plain | large)
-    check(plain | large | {"sampling": False})
+        check_config(plain | large)
+    check_config(plain | large | {"sampling": False})
     with pytest.raises(InputError, match="patches"):
-        check(plain | {"patches": False})
+        check_config(plain | {"patches": False})
 
 
 def test_what_needs_the_grid_is_refused_without_it():
     for key, value in (("compare", True), ("paper", "tdp43")):
         with pytest.raises(InputError, match=f"sampling is false, but `{key}` needs its grid"):
-            check({"proteins": DEFAULT["proteins"], "sampling": False, key: value})
+            check_config({"proteins": DEFAULT["proteins"], "sampling": False, key: value})
 
 
-def test_every_key_of_the_default_config_is_described():
-    def walk(schema, values, path):
-        for key, value in values.items():
-            rule = schema["properties"][key]
-            assert rule.get("description"), f"{path}{key} has no description"
-            if isinstance(value, dict) and "properties" in rule:
-                walk(rule, value, f"{path}{key}.")
-
-    walk(SCHEMA, {k: v for k, v in DEFAULT.items() if k != "proteins"}, "")
+def test_every_key_is_described():
+    page = config_reference.reference_page()
+    rows = [line.split("|") for line in page.splitlines() if line.startswith("| `")]
+    assert len(rows) > 90 and all(row[2].strip() and row[-2].strip() for row in rows)
 
 
-def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
+def test_the_schema_and_the_reference_page_are_those_of_the_models():
+    """Run `python -m sparsurf.workflow.config` to write them."""
+    text = config_reference.SCHEMA_FILE.read_text(encoding="utf-8")
+    assert json.loads(text) == config_reference.json_schema()
+    assert config_reference.PAGE.read_text(encoding="utf-8") == config_reference.reference_page()
+
+
+@pytest.mark.parametrize("path", [ROOT / "config.yaml", *sorted((ROOT / "studies").glob("*.yaml"))])
+def test_every_study_is_valid_and_names_its_schema(path, monkeypatch):
+    monkeypatch.setattr(memory, "memory_of_machine", lambda: float("inf"))
+    schema = "config/schema.json" if path.parent == ROOT else "../config/schema.json"
+    assert path.read_text().startswith(f"# yaml-language-server: $schema={schema}\n")
+    config = read_config(path)
+    if config.get("pairs") == {"folder": "data/complexes/bound"}:
+        del config["pairs"]  # these files are not part of the repository
+    assert check_config(config, [path])["run"] == config.get("run", "default")
+
+
+def test_the_import_takes_no_numpy():
+    code = "import sys, sparsurf.workflow.config; print({'numpy', 'pandas'} & {*sys.modules})"
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.stdout == "set()\n", done.stderr
+
+
+def test_the_default_config_lists_all_samplers():
     line = re.search(r"^  sampler: (\w+) # or (.*)$", (ROOT / "config.yaml").read_text(), re.M)
-    assert {line[1], *line[2].split(", ")} == set(SCHEMA["$defs"]["sampler"]["enum"])
+    assert {line[1], *line[2].split(", ")} == set(SAMPLERS)
 
 
 @pytest.mark.parametrize(
@@ -132,10 +156,18 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         ),
         ("evaluation.test_dots", "many", ["evaluation.test_dots is 'many'"]),
         ("frames.clusters", 0, ["frames.clusters is 0, but must be 1 or more ("]),
-        ("frames.use", [0, "a"], ["frames.use.1 is 'a', but must be a whole number, as 3 ("]),
-        ("frames.use", {"strid": 2}, ["unknown key 'strid' in frames.use; did you mean 'stride'?"]),
-        ("frames.use", [], ["frames.use is [], but needs at least 1 value."]),
-        ("frames.use", 5, ["frames.use is 5, but must be one of the forms that config.yaml describes ("]),
+        ("frames.selection", [0, "a"], ["frames.selection.1 is 'a', but must be a whole number, as 3 ("]),
+        (
+            "frames.selection",
+            {"strid": 2},
+            ["unknown key 'strid' in frames.selection; did you mean 'stride'?"],
+        ),
+        ("frames.selection", [], ["frames.selection is [], but needs at least 1 value."]),
+        (
+            "frames.selection",
+            5,
+            ["frames.selection is 5, but must be one of clusters, all or a list, as [1, 2] or a mapping"],
+        ),
         (
             "proteins",
             {"a": {"structure": "data/tdp43/topology.pdb", "ligands": ["XK2", False]}},
@@ -148,13 +180,13 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         (
             "proteins.tdp43.residues",
             "209-",
-            ["residues is '209-', but must be of the form A:10-52A,60,-5--3."],
+            ["residues is '209-', but must be of the form A:10-52A,60,-5--3 ("],
         ),
         ("proteins.tdp43.residues", "A:209-222,", ["residues is 'A:209-222,', but must be of the form"]),
         ("minimal.sampler", "farthst", ["minimal.sampler is 'farthst'", "did you mean 'farthest'?"]),
         ("compare.percents", [10, 100], ["compare.percents.1 is 100, but must be less than 100"]),
         ("compare.samplers", ["uniform", "best"], ["compare.samplers.1 is 'best'", "one of paper,"]),
-        ("patches.D_link", float("nan"), ["patches.D_link is nan, but must be a number"]),
+        ("patches.D_link", float("nan"), ["patches.D_link is nan, but must be a number, as 0.5"]),
         ("patches.R_patch", float("inf"), ["patches.R_patch is inf, but must be a number"]),
         ("sampling.alpha", [0.5, float("nan")], ["sampling.alpha.1 is nan"]),
         ("sampling.gamma", [float("inf")], ["sampling.gamma.0 is inf"]),
@@ -181,7 +213,7 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
             ["proteins.a.pdb is 10000000000.0, but", "a string; put it in quotes ("],
         ),
         ("minimal", {"n_S": 5, "Z": 1.0}, ["minimal needs exactly one of", "but has n_S, Z"]),
-        ("sampling.alpha", 0.5, ["sampling.alpha is 0.5, but must be a list, as [1, 2]."]),
+        ("sampling.alpha", 0.5, ["sampling.alpha is 0.5, but must be a list, as [1, 2] ("]),
         (
             "evaluation.readings",
             "as_coded",
@@ -189,7 +221,7 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
         ),
         ("seed", "1e3", ["seed is '1e3'", "a whole number, as 3; write it without quotes and without e ("]),
         ("run", datetime.date(2026, 1, 2), ["run is 2026-01-02, but must be a string; put it in quotes ("]),
-        ("draws", 3, ["unknown key 'draws' in the config; it stands below evaluation or ensemble."]),
+        ("draws", 3, ["unknown key 'draws' in the config; it belongs to evaluation or ensemble."]),
         ("pairs", {"q": {"complex": "x.pdb"}}, ["pairs.q needs exactly one of 'proteins', 'files' and"]),
         ("fields", ["hydropaty"], ["fields.0 is 'hydropaty'", "did you mean 'hydropathy'?"]),
         ("fields", ["charge", "charge"], ["fields holds a value twice"]),
@@ -200,7 +232,7 @@ def test_the_samplers_that_the_config_lists_are_those_of_its_schema():
 def test_a_mistake_is_answered_with_a_sentence(path, value, words):
     config = changed(path, value) if path != "proteins..." else DEFAULT | {"proteins": {"..": value}}
     with pytest.raises(InputError) as error:
-        check(config)
+        check_config(config)
     for word in words:
         assert word in str(error.value)
 
@@ -213,7 +245,7 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path):
     plain = DEFAULT["proteins"]["tdp43"]
     taken = {"a": plain | {"table": str(tmp_path / "taken.csv")}}
     entries = {name: plain | {"table": str(tmp_path / f"{name}.csv")} for name in "ab"} | {"c": plain}
-    assert check({"proteins": entries, "fields": ["score", "charge"]})["fields"] == ["score", "charge"]
+    assert check_config({"proteins": entries, "fields": ["score", "charge"]})["fields"] == ["score", "charge"]
     for config, said in (
         ({"proteins": entries, "fields": ["other"]}, "fields.0 is 'other', but must be one of hydropathy"),
         ({"proteins": {"c": plain}, "fields": ["charge", "score"]}, "fields.1 is 'score'"),
@@ -229,47 +261,43 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path):
         ({"proteins": {"a": entries["a"]}, "fields": [["score"]]}, "fields.0 is ['score']"),
     ):
         with pytest.raises(InputError, match=re.escape(said)) as error:
-            check(config)
+            check_config(config)
         assert said[:6] == "fields" or "fields." not in str(error.value)
 
 
 def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
-    for own in ({"sampler": "poisson"}, {"settle": True}, {}):
-        assert check(DEFAULT | {"minimal": own})["minimal"] == DEFAULT["minimal"] | own
-    assert "floor" not in check(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
+    for own in ({"sampler": "poisson"}, {"relax": True}, {}):
+        assert check_config(DEFAULT | {"minimal": own})["minimal"] == DEFAULT["minimal"] | own
+    assert "floor" not in check_config(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
 
 
 def test_a_comparison_needs_surfaces():
     pairs = {"ab": {"files": [str(ROOT / "data" / "tdp43" / "topology.pdb"), str(ROOT / "README.md")]}}
     with pytest.raises(InputError, match=r"compare\.run is true, but there are no surfaces to sample"):
-        check({"pairs": pairs, "compare": True})
+        check_config({"pairs": pairs, "compare": True})
 
 
-def test_what_is_left_out_is_a_part_of_the_study():
+def test_what_is_excluded_is_a_part_of_the_study():
     plain = {"proteins": DEFAULT["proteins"]}
-    legal = [
-        "tdp43",
-        "tdp43/c2",
-        "tdp43/*",
-        "tdp43/c1/describe_places",
-        "compile_kernels_of_patches",
-        "summarise_run",
-    ]
-    for place in legal:
-        assert check(plain | {"without": {place: "why"}})["without"] == {place: "why"}
-    for place in ("tdp34", "tdp34/c2", "tdp43/foo", "tdp43/c99x", "pairs/ab", "sites/x", "pairs"):
-        with pytest.raises(InputError, match=rf"without: '{place}' is no part of the study; remove it"):
-            check(plain | {"without": {place: "why"}})
+    for place in ("tdp43", "tdp43/c2", "tdp43/*"):
+        assert check_config(plain | {"exclude": {place: "why"}})["exclude"] == {place: "why"}
+        assert check_config(plain | {"exclude": [place]})["exclude"] == {place: ""}
+    unknown = ["tdp34", "tdp34/c2", "tdp43/foo", "tdp43/c99x", "pairs/ab", "sites/x", "pairs"]
+    for place in (*unknown, "tdp43/c1/describe_places", "summarise_run"):
+        with pytest.raises(
+            InputError, match=rf"exclude: '{re.escape(place)}' is no part of the study; remove it"
+        ):
+            check_config(plain | {"exclude": {place: "why"}})
 
 
-def test_what_needs_a_protein_that_is_left_out_is_to_be_left_out_too():
+def test_what_needs_an_excluded_protein_is_excluded_too():
     own = DEFAULT["proteins"]["tdp43"]
     both = {"proteins": {"a": own, "b": own}, "pairs": {"ab": {"proteins": ["a", "b"]}}}
     both["sites"] = {
         "s": {"query": "a/c1", "targets": ["b"], "residues": "210-214"},
         "t": {"changes": ["a", "b"]},
     }
-    for without, place, name in (
+    for excluded, place, name in (
         ({"b": ""}, "pairs/ab", "b"),
         ({"b": "", "pairs/ab": ""}, "sites/s", "b"),
         ({"a/c01": "", "pairs/ab": "", "sites/t": ""}, "sites/s", "a/c1"),
@@ -277,14 +305,16 @@ def test_what_needs_a_protein_that_is_left_out_is_to_be_left_out_too():
         ({"b/c1": "", "pairs/ab": "", "sites/s": ""}, "sites/t", "b"),
     ):
         with pytest.raises(
-            InputError, match=f"without: {place} needs '{name}', which is left out; leave {place} out"
+            InputError, match=f"exclude: {place} needs '{name}', which is excluded; exclude {place}, too"
         ):
-            check(both | {"without": without})
+            check_config(both | {"exclude": excluded})
     every = {"b": "", "pairs/ab": "", "sites/s": "", "sites/t": ""}
-    assert check(both | {"without": every})["without"] == every
-    assert check(both | {"without": {"a/c2": "", "b/f0": ""}})
-    with pytest.raises(InputError, match="without: pairs/ab needs 'b'"):
-        check(both | {"without": {"b/f0000": "", "sites/s": "", "sites/t": ""}, "frames": {"use": "all"}})
+    assert check_config(both | {"exclude": every})["exclude"] == every
+    assert check_config(both | {"exclude": {"a/c2": "", "b/f0": ""}})
+    with pytest.raises(InputError, match="exclude: pairs/ab needs 'b'"):
+        check_config(
+            both | {"exclude": {"b/f0000": "", "sites/s": "", "sites/t": ""}, "frames": {"selection": "all"}}
+        )
 
 
 @pytest.mark.parametrize(
@@ -303,58 +333,58 @@ def test_what_needs_a_protein_that_is_left_out_is_to_be_left_out_too():
 )
 def test_what_cannot_be_answered_together_is_refused(change, said):
     if not said:
-        assert check(DEFAULT | change)
+        assert check_config(DEFAULT | change)
         return
     with pytest.raises(InputError, match=said):
-        check(DEFAULT | change)
+        check_config(DEFAULT | change)
 
 
 def test_a_ready_surface_is_compared_by_farthest_or_uniform_and_a_simulation_has_no_ligands(tmp_path):
     (tmp_path / "dots.dms").write_text("")
     ready = {"a": {"surface": str(tmp_path / "dots.dms")}}
-    assert check({"proteins": ready, "compare": {"samplers": ["poisson", "uniform"]}})
+    assert check_config({"proteins": ready, "compare": {"samplers": ["poisson", "uniform"]}})
     with pytest.raises(
         InputError, match=r"neither uniform nor farthest, which proteins\.a, a ready surface, needs"
     ):
-        check({"proteins": ready, "compare": {"samplers": ["poisson", "paper"]}})
+        check_config({"proteins": ready, "compare": {"samplers": ["poisson", "paper"]}})
     simulated = {"structure": DEFAULT["proteins"]["tdp43"]["structure"], "simulate": {"ns": 1}}
-    assert check({"proteins": {"a": simulated | {"ligands": False}}})
+    assert check_config({"proteins": {"a": simulated | {"ligands": False}}})
     for ligands in (True, ["XK2"]):
         with pytest.raises(
-            InputError, match=r"proteins\.a asks for ligands, but a simulation is of the protein alone"
+            InputError, match=r"proteins\.a asks for ligands, but only the protein is simulated"
         ):
-            check({"proteins": {"a": simulated | {"ligands": ligands}}})
+            check_config({"proteins": {"a": simulated | {"ligands": ligands}}})
 
 
 def test_a_ready_surface_alone_has_no_frames_and_no_fields_of_atoms(tmp_path):
     (tmp_path / "dots.dms").write_text("")
     ready = {"a": {"surface": str(tmp_path / "dots.dms")}}
     with pytest.raises(InputError, match=r"ensemble\.run is true, but every protein is a ready surface"):
-        check({"proteins": ready, "ensemble": {"run": True}})
-    with pytest.raises(InputError, match="fields names hydropathy, which follows from atoms"):
-        check({"proteins": ready, "fields": ["hydropathy"]})
+        check_config({"proteins": ready, "ensemble": {"run": True}})
+    with pytest.raises(InputError, match="fields names hydropathy, which needs atoms"):
+        check_config({"proteins": ready, "fields": ["hydropathy"]})
     both = ready | DEFAULT["proteins"]
-    assert check({"proteins": both, "ensemble": {"run": True}, "fields": ["hydropathy"]})
+    assert check_config({"proteins": both, "ensemble": {"run": True}, "fields": ["hydropathy"]})
 
 
 def test_a_checksum_is_of_what_is_fetched():
     own = DEFAULT["proteins"]["tdp43"]
-    with pytest.raises(InputError, match=r"proteins\.a\.sha256 is what a fetched file must have"):
-        check({"proteins": {"a": own | {"sha256": 64 * "0"}}})
-    assert check({"proteins": {"a": {"url": "https://a.org/b.pdb", "sha256": 64 * "0"}}})
+    with pytest.raises(InputError, match=r"proteins\.a\.sha256 is for a file that is fetched"):
+        check_config({"proteins": {"a": own | {"sha256": 64 * "0"}}})
+    assert check_config({"proteins": {"a": {"url": "https://a.org/b.pdb", "sha256": 64 * "0"}}})
 
 
 def test_a_combination_stands_without_another_sampler():
     own = {"combination": [1.0, 0.0, 6.0, 0.0]}
     for sampler in ({}, {"sampler": "paper"}, {"sampler": "paper_corrected"}):
-        checked = check(DEFAULT | {"minimal": own | sampler})
-        assert checked["minimal"] == own | {"sampler": "farthest", "settle": False} | sampler
-        assert check(checked) == checked  # a default that is written out asks for nothing
+        checked = check_config(DEFAULT | {"minimal": own | sampler})
+        assert checked["minimal"] == own | {"sampler": "farthest", "relax": False} | sampler
+        assert check_config(checked) == checked  # a default that is written out asks for nothing
     for sampler in ("poisson", "uniform"):
         with pytest.raises(InputError) as error:
-            check(DEFAULT | {"minimal": own | {"sampler": sampler}})
+            check_config(DEFAULT | {"minimal": own | {"sampler": sampler}})
         assert str(error.value) == (
-            f"config: minimal.sampler is {sampler}, but minimal.combination is of the paper's; leave out one of the two."
+            f"config: minimal.sampler is {sampler}, but minimal.combination belongs to the paper's; remove one of the two."
         )
 
 
@@ -362,32 +392,27 @@ def test_a_floor_of_moved_atoms_needs_atoms(tmp_path):
     (tmp_path / "dots.dms").write_text("")
     config = {"proteins": {"a": {"surface": str(tmp_path / "dots.dms")}}}
     with pytest.raises(InputError, match=r"'atoms moved 0\.1 Å', but proteins\.a is a ready surface"):
-        check(config | {"minimal": {"floor": "atoms moved 0.1 Å"}})
-    assert check(config | {"minimal": {"floor": "turned"}})
-    assert check(DEFAULT | {"minimal": {"floor": "atoms moved 0.1 Å"}})
-
-
-def test_a_config_without_proteins_is_refused():
-    with pytest.raises(InputError, match="lacks the key 'proteins'"):
-        check({"run": "x"})
+        check_config(config | {"minimal": {"floor": "atoms moved 0.1 Å"}})
+    assert check_config(config | {"minimal": {"floor": "turned"}})
+    assert check_config(DEFAULT | {"minimal": {"floor": "atoms moved 0.1 Å"}})
 
 
 def test_paper_asks_for_both_readings():
     config = {"proteins": DEFAULT["proteins"], "paper": "tdp43"}
-    assert check(config)["paper"] == "tdp43"
+    assert check_config(config)["paper"] == "tdp43"
     with pytest.raises(InputError, match=r"evaluation.readings is \['as_coded'\], but `paper` needs both"):
-        check(config | {"evaluation": {"readings": ["as_coded"]}})
+        check_config(config | {"evaluation": {"readings": ["as_coded"]}})
 
 
 def test_paper_asks_for_clusters(tmp_path):
-    config = {"proteins": DEFAULT["proteins"], "paper": "tdp43", "frames": {"use": [0, 7]}}
+    config = {"proteins": DEFAULT["proteins"], "paper": "tdp43", "frames": {"selection": [0, 7]}}
     with pytest.raises(
-        InputError, match=r"frames.use is \[0, 7\], but `paper` compares the first of the clus"
+        InputError, match=r"frames.selection is \[0, 7\], but `paper` compares the first of the clus"
     ):
-        check(config)
+        check_config(config)
     (tmp_path / "dots.dms").write_text("")
     ready = {"tdp43": {"surface": str(tmp_path / "dots.dms")}}  # has no frames
-    assert check(config | {"proteins": ready})["paper"] == "tdp43"
+    assert check_config(config | {"proteins": ready})["paper"] == "tdp43"
 
 
 def test_the_grid_is_the_papers_unless_told():
@@ -397,7 +422,7 @@ def test_the_grid_is_the_papers_unless_told():
         list(range(0, 11, 2)),
         list(range(0, 11, 2)),
     )
-    found = check({"proteins": DEFAULT["proteins"]})["sampling"]
+    found = check_config({"proteins": DEFAULT["proteins"]})["sampling"]
     assert tuple(found[key] for key in ("alpha", "beta", "gamma", "delta")) == values
 
 
@@ -410,8 +435,8 @@ def test_the_grid_is_the_papers_unless_told():
         ("tables.ranges", 3.0, 3),
         ("minimal", {"n_S": 100.0}, 100),
         ("frames.clusters", 4.0, 4),
-        ("frames.use", [0.0, 7.0], [0, 7]),
-        ("frames.use", {"stride": 2.0}, 2),
+        ("frames.selection", [0.0, 7.0], [0, 7]),
+        ("frames.selection", {"stride": 2.0}, 2),
         ("proteins.tdp43.model", 1.0, 1),
     ],
 )
@@ -419,7 +444,7 @@ def test_a_whole_number_may_have_a_point(path, value, whole):
     config = changed(path, value)
     if path.endswith("model"):
         del config["proteins"]["tdp43"]["trajectory"]
-    found = check(config)
+    found = check_config(config)
     for key in path.split("."):
         found = found[key]
     found = (
@@ -431,97 +456,52 @@ def test_a_whole_number_may_have_a_point(path, value, whole):
 
 
 def test_defaults_that_are_written_out_or_moved_change_nothing():
-    bare = check({"proteins": DEFAULT["proteins"], "patches": {"R_patch": 5.0}})
+    bare = check_config({"proteins": DEFAULT["proteins"], "patches": {"R_patch": 5.0}})
     patches = {"D_link": 0.5, "R_zernike": 6, "R_patch": 5.0}
-    told = check({"patches": patches, "proteins": DEFAULT["proteins"], "frames": {"stride": 1}})
+    told = check_config({"patches": patches, "proteins": DEFAULT["proteins"], "frames": {"stride": 1}})
     assert repr(told) == repr(bare)
 
 
 def test_exponents_stay_as_they_are():
-    assert str(check(changed("sampling.gamma", [2.0]))["sampling"]["gamma"]) == "[2.0]"
+    assert str(check_config(changed("sampling.gamma", [2.0]))["sampling"]["gamma"]) == "[2.0]"
 
 
 def test_more_memory_than_the_machine_has_is_told_before_anything_runs(monkeypatch):
-    monkeypatch.setattr(needs, "memory_of_machine", lambda: 2.0**30)
+    monkeypatch.setattr(memory, "memory_of_machine", lambda: 2.0**30)
     evaluation = {"draws": 3, "test_dots": 400}
-    check(DEFAULT | {"evaluation": evaluation})
-    with pytest.raises(InputError, match=r"ask for 23\.2 GB of memory .*, but this machine has 1\.0 GB"):
-        check(DEFAULT | {"evaluation": evaluation | {"draws": 1000}})
-    check(DEFAULT | {"evaluation": evaluation | {"draws": 1000}}, here=False)  # jobs run elsewhere
-    check(changed("evaluation.test_dots", "published"))
+    check_config(DEFAULT | {"evaluation": evaluation})
+    with pytest.raises(InputError, match=r"need 23\.2 GB of memory .*, but this machine has 1\.0 GB"):
+        check_config(DEFAULT | {"evaluation": evaluation | {"draws": 1000}})
+    check_config(DEFAULT | {"evaluation": evaluation | {"draws": 1000}}, here=False)  # jobs run elsewhere
+    check_config(changed("evaluation.test_dots", "published"))
 
 
 @pytest.mark.parametrize(
     "name", ["summary.csv", "Verdict.HTML", "logs", "Logs", "PAIRS", "compare.png", "report.html", "x.json"]
 )
 def test_a_protein_is_not_called_like_a_file_of_the_run(name):
-    with pytest.raises(InputError, match="is what the study calls a file or folder of its own"):
-        check({"proteins": {name: DEFAULT["proteins"]["tdp43"]}})
-
-
-def test_no_file_of_a_run_can_be_the_name_of_a_protein():
-    pictures = re.findall(r'figure\(f"\{RUN\}/(\w+)"', WORKFLOW)
-    files = set(re.findall(r'f"\{RUN\}/([\w.-]+)"', WORKFLOW)) - set(pictures)
-    files |= {f"{name}.{kind}" for name in pictures for kind in ("png", "svg")}
-    for named in re.findall(r"inside\(\s*RUN,(.*?)\)", WORKFLOW, re.S):
-        files |= set(re.findall(r'"(.*?)"', named))
-    told = {
-        "summary.csv",
-        "verdict.html",
-        "compare_needed.csv",
-        "paper_links.csv",
-        "index.html",
-        "compare.svg",
-    }
-    assert told <= files
-    for name in files:
-        if name and not name.startswith("."):
-            with pytest.raises(InputError):
-                check({"proteins": {name: DEFAULT["proteins"]["tdp43"]}})
+    with pytest.raises(InputError, match="is a file or folder of the study itself"):
+        check_config({"proteins": {name: DEFAULT["proteins"]["tdp43"]}})
 
 
 def test_a_run_is_not_called_like_a_file_in_results():
     with pytest.raises(InputError, match=r"results/README\.md is a file; choose another name"):
-        check(changed("run", "README.md"))
+        check_config(changed("run", "README.md"))
 
 
 def test_a_template_that_snakemake_would_run_is_refused():
     with pytest.raises(InputError, match="unknown key '__use_yte__'"):
-        check(DEFAULT | {"__use_yte__": True})
+        check_config(DEFAULT | {"__use_yte__": True})
 
 
-def test_registries_are_read_from_their_source_as_they_are():
-    found = {name: registries.names(name) for name in registries.REGISTRIES}
-    assert found == {
-        "samplers": (*SAMPLERS,),
-        "roughnesses": (*ROUGHNESS,),
-        "fields": (*FIELDS,),
-        "descriptors": (*DESCRIPTORS,),
-    }
-    choosing = registries.names("samplers", "choosing")
-    assert choosing == tuple(name for name in SAMPLERS if SAMPLERS[name].choosing)
-    readable = [suffix for each in FORMATS if each.read for suffix in each.suffixes]
-    assert sorted(registries.surface_suffixes()) == sorted(readable)
-    assert SCHEMA["$defs"]["sampler"]["enum"] == [*SAMPLERS]
-    assert SCHEMA["properties"]["fields"]["items"]["enum"] == [*FIELDS]
-    assert OF_PATCHES["descriptor"]["enum"] == [*DESCRIPTORS]
-    assert OF_PATCHES["roughness"]["enum"] == [*ROUGHNESS]
-
-
-@pytest.mark.parametrize(
-    ("keys", "said"),
-    [
-        ({"islands": ["as_coded"]}, "evaluation.islands is now called evaluation.readings."),
-        ({"readings": ["kept"]}, "evaluation.readings.0 is 'kept', but must be as_coded, its new name"),
-        (
-            {"readings": ["surface"]},
-            "evaluation.readings.0 is 'surface', but must be as_written, its new name",
-        ),
-    ],
-)
-def test_a_name_of_an_earlier_release_is_answered_with_the_new_one(keys, said):
-    with pytest.raises(InputError, match=re.escape(said)):
-        check(DEFAULT | {"evaluation": keys})
+def test_names_are_those_of_the_library():
+    assert (*SAMPLERS,) == names.SAMPLERS
+    assert tuple(name for name in SAMPLERS if SAMPLERS[name].choosing) == names.SAMPLERS_OF_COMBINATIONS
+    assert (*ROUGHNESS,) == names.ROUGHNESSES and (*DESCRIPTORS,) == names.DESCRIPTORS
+    assert (*FIELDS,) == names.FIELDS
+    readable = [suffix for file_format in FORMATS if file_format.read for suffix in file_format.suffixes]
+    assert sorted(names.SURFACE_SUFFIXES) == sorted(readable)
+    assert {"fresh dots", "turned"} < {*names.FLOORS}
 
 
 def test_a_protein_tells_where_it_is_from_how_it_is_read():
@@ -537,12 +517,13 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
     assert Protein(structure="x.pdb", table="t.csv").files == {"structure": "x.pdb"}
     asked = {"selection": "all", "chains": ["A"], "residues": "1-9", "model": 2, "altloc": "B"}
     asked |= {"hydrogens": "remove", "ligands": True}
-    assert Protein(structure="x.pdb", **asked).chosen == asked
-    assert Protein(surface="x.dms", model=1, trajectory="t.xtc").without_meaning == ["model", "trajectory"]
+    assert Protein(structure="x.pdb", **asked).file_options == asked
+    assert Protein(surface="x.dms", model=1, trajectory="t.xtc").keys_of_atoms == ["model", "trajectory"]
     simulated = Protein(structure="x.pdb", residues="1-9", hydrogens="keep", simulate={})
-    assert simulated.chosen == {"residues": "1-9", "hydrogens": "keep"} and simulated.molecule_options == {
-        "hydrogens": "keep"
-    }
+    assert simulated.file_options == {
+        "residues": "1-9",
+        "hydrogens": "keep",
+    } and simulated.molecule_options == {"hydrogens": "keep"}
 
 
 @pytest.mark.parametrize(
@@ -571,7 +552,7 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
         ("proteins:\n  yes: {structure: a.pdb}\n", "the key yes in line 2 is not read as a string"),
         ("a:\n  1.5: 2\n", "the key 1.5 in line 2"),
         ("? [1, 2]\n: 3\n", "the key of several parts in line 1"),
-        ("a: &x {b: 1}\nc:\n  <<: *x\n  <<: *x\n", "the key '<<' stands twice, the second time in line 4"),
+        ("a: &x {b: 1}\nc:\n  <<: *x\n  <<: *x\n", "the key '<<' stands twice, again in line 4"),
         ("a: *nowhere\n", "is not valid YAML in line 1: found undefined alias"),
         ("run: a\nname: Grüße\n".encode("latin-1"), "is not UTF-8, see line 2"),
         (b"run: a\n\x00\x01\n", "is not valid YAML in line 2"),
@@ -580,7 +561,7 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
         ("seed: 2024-99-99\n", "is not valid YAML: month must be in 1..12"),
         ("seed: " + "9" * 5000, "is not valid YAML"),
         ("proteins: &x {a: *x}\n", "its aliases stand for more than 40000 values"),
-        ("seed: 1:30\n", "1:30 in line 1 is the number 90 to YAML"),
+        ("seed: 1:30\n", "1:30 in line 1 is the number 90 in YAML"),
         ("a: 1\nresidues: [10:52]\n", "10:52 in line 2 is the number 652"),
         ("seed: -010\n", "-010 in line 1 is the number -8"),
         ("a: 1:30.5\n", "is the number 90.5"),
@@ -604,12 +585,15 @@ def test_numbers_in_plain_digits_stay_numbers(tmp_path):
 
 @pytest.mark.parametrize("residues", ["209", "A:209-222", " 209-212A, B:-5--3 ,:7", "AA:1,-5-3"])
 def test_residues_may_be_ranges_of_chains_or_of_all(residues):
-    assert check(changed("proteins.tdp43.residues", residues))["proteins"]["tdp43"]["residues"] == residues
+    assert (
+        check_config(changed("proteins.tdp43.residues", residues))["proteins"]["tdp43"]["residues"]
+        == residues
+    )
 
 
 def test_of_many_mistakes_the_first_are_told():
     with pytest.raises(InputError) as error:
-        check(DEFAULT | {"compare": {"run": True, "percents": [*range(101, 200)]}})
+        check_config(DEFAULT | {"compare": {"run": True, "percents": [*range(101, 200)]}})
     assert str(error.value).count("\n") == 20 and str(error.value).endswith(" 79 more mistakes.")
 
 
@@ -636,24 +620,24 @@ def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeyp
         "d": {"pdb": 4530},
         "e": {"pdb": 4531},
     }
-    found = check({"proteins": listed})["proteins"]
+    found = check_config({"proteins": listed})["proteins"]
     assert found["a"] == {"structure": str(tmp_path / "1ABC.cif.gz"), "model": 1}
     assert found["b"] == {"structure": str(tmp_path / "2xyz.pdb")}
     assert found["c"] == {"pdb": "3enl"}
     assert found["d"] == {"structure": str(tmp_path / "4530.pdb")} and found["e"] == {"pdb": "4531"}
     for wrong in (45.3, ["1abc"], None):
         with pytest.raises(InputError, match=r"proteins.a.pdb is .*, but must be a string"):
-            check({"proteins": {"a": {"pdb": wrong}}})
+            check_config({"proteins": {"a": {"pdb": wrong}}})
     monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path / "none"))
     with pytest.raises(InputError, match=r"SPARSURF_STRUCTURES is '.*none', but there is no such folder"):
-        check({"proteins": listed})
+        check_config({"proteins": listed})
 
 
 @pytest.mark.parametrize("name", ["dots.csv.gz", "dots.PLY"])
 def test_a_local_surface_in_place_of_a_structure_may_be_packed_or_in_capitals(tmp_path, monkeypatch, name):
     (tmp_path / name).write_text("")
     monkeypatch.setenv("SPARSURF_A", str(tmp_path / name))
-    found = check({"proteins": {"a": {"pdb": "1abc", "model": 1}}})["proteins"]
+    found = check_config({"proteins": {"a": {"pdb": "1abc", "model": 1}}})["proteins"]
     assert found == {"a": {"surface": str(tmp_path / name)}}
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES
-from sparsurf.workflow.config import check
+from sparsurf.workflow.config import check_config
 from sparsurf.workflow.download import fetch, file_name, variable
 from sparsurf.workflow.listing import from_folder, from_table
 
@@ -27,7 +27,7 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
     one = {"structure": str(tmp_path / "a.pdb"), "chains": ["A", "B"], "model": 2, "ligands": True}
     assert proteins["one"] == one
     assert proteins["two"] == {"structure": str(tmp_path / "a.pdb"), "ligands": ["HEM", "XK2"]}
-    assert set(check({"proteins": str(table)})["proteins"]) == {"one", "two"}
+    assert set(check_config({"proteins": str(table)})["proteins"]) == {"one", "two"}
 
 
 @pytest.mark.parametrize(
@@ -37,10 +37,10 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
         ("structure\na.pdb\n", "needs a header with the column name"),
         ("name;structure\nx;a.pdb\n", "needs a header with the column name, separated by commas"),
         ("name,structure, structure\nx,a.pdb,b.pdb\n", "has the column 'structure' twice"),
-        ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* has a name given before"),
+        ("name,structure\nx,a.pdb\nx,b.pdb\n", "line 3 of .* has the name of an earlier line"),
         ("name,structure\n,a.pdb\n", "line 2 of .* has no name"),
         ("name,structure\n\n\nx,a.pdb\n\n,b.pdb\n", "line 6 of .* has no name"),
-        ("name,structure\nx,a.pdb,more\n", "line 2 of .* has not as many cells"),
+        ("name,structure\nx,a.pdb,more\n", "line 2 of .* has a different number of cells"),
         ('name,structure\nx,"a.pdb\n', "is not a CSV table .unexpected end of data.; store it as CSV"),
         ("name,structure\nx,a.pdb\n".encode("utf-16"), "proteins.csv is stored as UTF-16: store it as UTF-8"),
         ("name,structure\nx,a.pdb\n".encode("utf-16-le"), "contains bytes of zero"),
@@ -118,8 +118,8 @@ def test_half_a_protein_is_left_out_by_name(tmp_path, caplog):
     assert list(from_folder(str(tmp_path))) == ["good"]
     said = [record.getMessage() for record in caplog.records]
     assert said == [
-        f"{tmp_path / 'alone.psf'} is left out: beside it lies no trajectory.",
-        f"{tmp_path / 'topol_run.xtc'} is left out: beside it lies no topology or structure whose name it begins with.",
+        f"{tmp_path / 'alone.psf'} is left out: its folder has no trajectory.",
+        f"{tmp_path / 'topol_run.xtc'} is left out: its folder has no topology or structure whose name it begins with.",
     ]
     (tmp_path / "good.pdb").unlink()
     with pytest.raises(InputError, match="holds no protein"):
@@ -149,7 +149,7 @@ def test_an_empty_or_missing_folder_is_a_sentence(tmp_path):
     with pytest.raises(InputError, match="holds no protein: none of its files ends in one of"):
         from_folder(str(tmp_path))
     with pytest.raises(InputError, match="there is no such folder"):
-        check({"proteins": {"folder": str(tmp_path / "none")}})
+        check_config({"proteins": {"folder": str(tmp_path / "none")}})
 
 
 @pytest.fixture
@@ -240,10 +240,12 @@ def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
     ):
         fetch(url, sha256, tmp_path / "a", tmp_path / "b", "A1")
     with pytest.raises(InputError, match=r"proteins\.A1\.url"):
-        check({"proteins": {"A1": {"url": url} | ({"sha256": sha256} if sha256 else {})}})
+        check_config({"proteins": {"A1": {"url": url} | ({"sha256": sha256} if sha256 else {})}})
     assert (
         "url"
-        in check({"proteins": {"A1": {"url": "http://x.org/a.pdb", "sha256": "0" * 64}}})["proteins"]["A1"]
+        in check_config({"proteins": {"A1": {"url": "http://x.org/a.pdb", "sha256": "0" * 64}}})["proteins"][
+            "A1"
+        ]
     )
 
 
@@ -284,9 +286,9 @@ def test_names_and_variables():
 def test_a_local_copy_replaces_a_fetched_one(monkeypatch):
     config = {"proteins": {"A1": {"url": "https://x.org/a.pdb", "sha256": "0" * 64, "chains": ["A"]}}}
     monkeypatch.setenv("SPARSURF_A1", str(TOPOLOGY))
-    assert check(config)["proteins"]["A1"] == {"structure": str(TOPOLOGY), "chains": ["A"]}
+    assert check_config(config)["proteins"]["A1"] == {"structure": str(TOPOLOGY), "chains": ["A"]}
     monkeypatch.delenv("SPARSURF_A1")
-    assert "url" in check(config)["proteins"]["A1"]
+    assert "url" in check_config(config)["proteins"]["A1"]
 
 
 def test_names_that_differ_in_case_only_are_kept_apart(tmp_path):

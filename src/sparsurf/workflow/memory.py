@@ -1,0 +1,49 @@
+"""Memory that the grid of a study needs, and memory of this machine."""
+
+import math
+import os
+from collections.abc import Iterator
+
+BYTES_PER_DISTANCE = (
+    8  # at a test dot: distances to the sampling and to a uniform subset, in single precision
+)
+COPIES_DURING_MEAN = 4  # of the distances of one reading, while the interval of a mean is computed
+DOTS_PER_TEST_DOT = 200  # where the config asks for as many test dots as published
+THOUSAND_DOTS = 20  # dots of a surface like the paper's, in thousands
+
+
+def memory_of_grid(config: dict, thousand_dots: float = THOUSAND_DOTS) -> float:
+    """Bytes that the distances of one surface need at most.
+
+    Parameters
+    ----------
+    config : dict, as `check_config` returns it
+    thousand_dots : float, size of the surface; used only where `test_dots` is 'published'
+    """
+    sampling, evaluation = config["sampling"], config["evaluation"]
+    if not sampling["run"]:
+        return 0
+    test_dots = evaluation["test_dots"]
+    if test_dots == "published":
+        test_dots = 1000 * thousand_dots / DOTS_PER_TEST_DOT
+    n_combinations = math.prod(len(sampling[parameter]) for parameter in ("alpha", "beta", "gamma", "delta"))
+    one_reading = BYTES_PER_DISTANCE * n_combinations * evaluation["draws"] * test_dots
+    return one_reading * (len(evaluation["readings"]) + COPIES_DURING_MEAN)
+
+
+def too_large(config: dict) -> Iterator[str]:
+    """Yield a sentence if the grid needs more memory than this machine has."""
+    needed, available = memory_of_grid(config), memory_of_machine()
+    if needed > available:
+        yield (
+            f"sampling and evaluation need {needed / 2**30:.1f} GB of memory (combinations x draws x test_dots x "
+            f"readings), but this machine has {available / 2**30:.1f} GB; lower one of them."
+        )
+
+
+def memory_of_machine() -> float:
+    """Bytes of memory of this machine; infinite where the system does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return math.inf

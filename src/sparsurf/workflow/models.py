@@ -1,0 +1,514 @@
+"""The config of a study as pydantic models: every key with its type, limits, default and meaning."""
+
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    WrapValidator,
+    model_validator,
+)
+
+from sparsurf.simulation.protocol import BEFORE
+from sparsurf.workflow import listing, names
+from sparsurf.workflow.download import PDB_URL, file_name
+from sparsurf.workflow.names import FIELDS, FILE_KEYS, FLOORS, MOLECULE_KEYS, REQUEST_KEYS, SOURCE_KEYS
+
+T = TypeVar("T")
+RESIDUE_RANGE = r"\s*(([^:,\s][^:,]*)?:)?-?[0-9]+[A-Za-z]?(--?[0-9]+[A-Za-z]?)?\s*"
+
+
+def _as_integer(value: Any) -> Any:
+    """Convert 3.0 to 3."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _as_written(value: Any, validate: Any) -> Any:
+    """Check a number and keep it as it is: 2 stays an integer, 2.0 a float."""
+    validate(value)
+    return value
+
+
+def _without_repeats(values: list) -> list:
+    if any(value in values[:place] for place, value in enumerate(values)):
+        raise ValueError(f"holds a value twice: {values}.")
+    return values
+
+
+def _alpha_first(combination: list) -> list:
+    if not 0 < combination[0] <= 1:
+        raise ValueError(f"is {combination}, but its first number, alpha, must be more than 0 and 1 or less.")
+    return combination
+
+
+def _as_section(value: Any) -> Any:
+    """Let true and false stand for the key `run` of a section."""
+    return {"run": value} if isinstance(value, bool) else value
+
+
+def _as_reasons(places: Any) -> Any:
+    """Convert a list of places to a mapping without reasons."""
+    is_list = isinstance(places, list) and all(isinstance(place, str) for place in places)
+    return dict.fromkeys(places, "") if is_list else places
+
+
+def _as_id(value: Any) -> Any:
+    """Convert a PDB id of digits, such as 4530, which YAML reads as a number."""
+    return str(value) if type(value) is int else value
+
+
+INTEGER, NUMBER = BeforeValidator(_as_integer), WrapValidator(_as_written)
+Integer = Annotated[int, INTEGER]
+Positive = Annotated[int, Field(ge=1, le=10**9), INTEGER]
+Count = Annotated[int, Field(ge=1, le=10_000), INTEGER]
+TestDots = Literal["published"] | Annotated[int, Field(ge=2, le=10**6), INTEGER]
+Number = Annotated[float, NUMBER]
+Alpha = Annotated[float, Field(gt=0, le=1), NUMBER]
+Exponent = Annotated[float, Field(ge=0, le=1000), NUMBER]
+Percent = Annotated[float, Field(gt=0, le=100), NUMBER]
+Length = Annotated[float, Field(gt=0, le=100), NUMBER]  # Å
+Text = Annotated[str, Field(min_length=1)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100)]  # of a folder
+Conformation = Annotated[
+    str, Field(pattern="^[^/]+(/[cf][0-9]+)?$", examples=["my_protein or my_protein/c2"])
+]
+Residues = Annotated[
+    str, Field(pattern=f"^{RESIDUE_RANGE}(,{RESIDUE_RANGE})*$", examples=["A:10-52A,60,-5--3"])
+]
+UniqueList = Annotated[
+    list[T],
+    Field(min_length=1),
+    AfterValidator(_without_repeats),
+    Field(json_schema_extra={"uniqueItems": True}),
+]
+Two = Annotated[list[T], Field(min_length=2, max_length=2)]
+Values = Annotated[UniqueList[T], Field(max_length=100)]
+Combination = Annotated[list[Exponent], Field(min_length=4, max_length=4), AfterValidator(_alpha_first)]
+
+
+def _key(default: Any, description: str, **limits: Any) -> Any:
+    return Field(default, description=description, **limits)
+
+
+def _optional(description: str, **limits: Any) -> Any:
+    """A key without a default: its attribute is None, and `model_dump` leaves it out."""
+    return Field(None, description=description, **limits)
+
+
+class Section(BaseModel):
+    """A mapping of the config: unknown keys and values of other types are refused."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    @model_validator(mode="after")
+    def _defaults_as_written(self) -> "Section":
+        """Replace 4 by the default 4.0: a default that is written out changes nothing."""
+        for key in self.model_fields_set:
+            default = type(self).model_fields[key].default
+            if type(default) is float and getattr(self, key) == default:
+                setattr(self, key, default)
+        return self
+
+
+def _switch(section: type[Section]) -> BeforeValidator:
+    """Accept true and false in place of a section with the key `run`."""
+    return BeforeValidator(_as_section, json_schema_input_type=section | bool)
+
+
+class Simulate(Section):
+    """Molecular dynamics of the protein by GROMACS before the study; {} for the paper's protocol over 1 ns."""
+
+    ns: Number = _key(1.0, "Length of the production, ns.", gt=0, le=100_000)
+    nvt_ns: Number = _key(0.1, "Length of the thermalisation, ns.", gt=0, le=1000)
+    npt_ns: Number = _key(0.1, "Length of the pressurisation, ns.", gt=0, le=1000)
+    save_ps: Number = _key(1.0, "Time between two saved frames, ps.", gt=0, le=10**6)
+    time_step_fs: Number = _key(2.0, "Time step, fs.", gt=0, le=5)
+    temperature: Number = _key(300.0, "Temperature, K.", gt=0, le=1000)
+    pressure: Number = _key(1.0, "Pressure, bar.", gt=0, le=100_000)
+    cutoff: Number = _key(12.0, "Cut-off of the short-range interactions, Å.", ge=6, le=30)
+    margin: Number = _key(11.0, "Distance from the protein to the border of the box, Å.", ge=5, le=50)
+    force_field: str = _key(
+        "charmm27", "A force field that GROMACS has.", pattern="^[A-Za-z0-9_-]+$", examples=["charmm27"]
+    )
+    water: str = _key(
+        "tip3p", "A water model that the force field has.", pattern="^[A-Za-z0-9]+$", examples=["tip3p"]
+    )
+
+
+class Protein(Section):
+    """A structure (with or without a trajectory) or a ready surface."""
+
+    structure: Text = _optional("PDB or mmCIF file (also .gz), or any topology that mdtraj reads.")
+    trajectory: Text = _optional(
+        "Any trajectory that mdtraj reads. A molecule must not be cut at the box between two frames."
+    )
+    url: str = _optional(
+        "Address of the structure: https, or http with a sha256.",
+        pattern="^https?://",
+        examples=["https://address/of/a/file"],
+    )
+    pdb: Annotated[str, BeforeValidator(_as_id)] = _optional(
+        "PDB id; the entry is fetched as mmCIF.",
+        pattern="^([0-9][A-Za-z0-9]{3}|pdb_[0-9]{5}[A-Za-z0-9]{3})$",
+        examples=["1ubi"],
+    )
+    sha256: str = _optional(
+        "Checksum that a fetched file must have.",
+        pattern="^[0-9A-Fa-f]{64}$",
+        examples=["64 digits and letters from a to f"],
+    )
+    surface: Text = _optional("Ready surface: DMS file, CSV, PLY or npz.")
+    table: Text = _optional(
+        "CSV with a value per residue or atom: columns residue, chain, atom, and others that `fields` names."
+    )
+    selection: Text = _optional("Atoms that take part, as an mdtraj expression.")
+    chains: list[str] = _optional("Chain identifiers.", min_length=1)
+    residues: Residues = _optional("Residue ranges, like A:10-52A,-5-3.")
+    model: Integer = _optional(
+        "Model number of a structure with several; without it, models are frames.", ge=1
+    )
+    altloc: Text = _optional("Alternate location: first (the default), highest (occupancy) or a letter.")
+    hydrogens: Literal["keep", "remove"] = _optional("Hydrogens of the file; kept by default.")
+    simulate: Annotated[Simulate, AfterValidator(Simulate.model_dump), PlainSerializer(dict)] = Field(None)
+    ligands: bool | list[str] = _optional(
+        "true for all ligands, or a list of residue names; false by default."
+    )
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [key]} for key in SOURCE_KEYS]})
+
+    @model_validator(mode="after")
+    def _has_one_source(self) -> "Protein":
+        if len(self._given(SOURCE_KEYS)) != 1:
+            words = "'structure' (with or without 'trajectory'), 'pdb', 'url' and 'surface'"
+            raise ValueError(f"needs exactly one of {words}.")
+        return self
+
+    @property
+    def source(self) -> str | None:
+        """URL of the structure; None for local files."""
+        return self.url or (PDB_URL.format(self.pdb.upper()) if self.pdb else None)
+
+    @property
+    def download(self) -> str | None:
+        """Name of the fetched file; None for local files."""
+        return file_name(self.source) if self.source else None
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Local files of the structure, by key."""
+        return self._given(key for key in FILE_KEYS if key not in ("surface", "table"))
+
+    @property
+    def file_options(self) -> dict[str, Any]:
+        """Keyword arguments of `read_molecule` for the protein's file."""
+        return self._given(MOLECULE_KEYS)
+
+    @property
+    def molecule_options(self) -> dict[str, Any]:
+        """Keyword arguments of `read_molecule` for the molecule of the study: a simulated one holds the chosen atoms only."""
+        skip = BEFORE if self.simulate is not None else ()
+        return {key: value for key, value in self.file_options.items() if key not in skip}
+
+    @property
+    def keys_of_atoms(self) -> list[str]:
+        """Keys that apply to structures only, where the protein is a ready surface."""
+        return [*self._given((*MOLECULE_KEYS, "simulate", "trajectory", "table"))] if self.surface else []
+
+    def _given(self, keys: Any) -> dict[str, Any]:
+        return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
+
+
+class Pair(Section):
+    """Two partners whose patches are compared: two proteins, two files or two parts of one file."""
+
+    proteins: Two[str] = _optional("Two of the proteins; their first conformations are compared.")
+    files: Two[Text] = _optional("Two structures, placed as in the complex.")
+    complex: Text = _optional("One structure that holds both partners.")
+    chains: Two[UniqueList[str]] = _optional("Chains of the first and of the second partner of `complex`.")
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": [key]} for key in ("proteins", "files", "complex")]}
+    )
+
+    @model_validator(mode="after")
+    def _has_one_source(self) -> "Pair":
+        given = [key for key in ("proteins", "files", "complex") if getattr(self, key) is not None]
+        if len(given) != 1 or (self.complex is None) != (self.chains is None):
+            raise ValueError("needs exactly one of 'proteins', 'files' and 'complex' (with 'chains').")
+        return self
+
+
+class Site(Section):
+    """A site that is sought on other surfaces, or two conformations that are compared."""
+
+    query: Conformation = _optional("Protein, or protein/conformation, that has the site.")
+    residues: Residues = _optional("Residues of the site, like 'A:57,102,195', in quotes.")
+    targets: Literal["all"] | UniqueList[Conformation] = _optional(
+        "Proteins and conformations to search; all (the default) for every other conformation with atoms."
+    )
+    changes: Two[Conformation] = _optional(
+        "Instead: two proteins or conformations that are compared residue by residue."
+    )
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": ["query", "residues"]}, {"required": ["changes"]}]}
+    )
+
+    @model_validator(mode="after")
+    def _is_query_or_changes(self) -> "Site":
+        of_query = [self.query is not None, self.residues is not None]
+        if self.changes is None and all(of_query):
+            self.targets = self.targets or "all"
+        elif self.changes is None or any(of_query) or self.targets is not None:
+            raise ValueError("needs either 'query' and 'residues' (with or without 'targets') or 'changes'.")
+        return self
+
+
+class Centres(Section):
+    """Dots whose patches are compared, chosen by a sampler."""
+
+    sampler: names.Sampler = Field(description="Sampler that chooses the centres.")
+    n_S_percent: Percent = _optional("Number of centres, % of the dots.")
+    n_S: Integer = _optional("Number of centres.", ge=1)
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": ["n_S_percent"]}, {"required": ["n_S"]}]}
+    )
+
+    @model_validator(mode="after")
+    def _has_one_number(self) -> "Centres":
+        if (self.n_S is None) == (self.n_S_percent is None):
+            raise ValueError("needs exactly one of 'n_S_percent' and 'n_S'.")
+        return self
+
+
+class Thinning(Section):
+    """Complementarity from few centres, compared with the map of all dots."""
+
+    run: bool = _key(False, "Thin the centres of every pair.")
+    percents: UniqueList[Percent] = _key([1, 2.5, 5, 10, 20], "Centres, % of the dots.")
+    samplers: UniqueList[names.Sampler] = _key(
+        ["farthest", "poisson", "uniform", "paper"], "Samplers that choose the centres."
+    )
+    recovered: bool = _key(True, "Also describe the surface recovered from the centres.")
+    draws: Integer = _key(3, "Draws of each sampler and size.", ge=1, le=1000)
+
+
+class Complementarity(Section):
+    """How the partners of a pair are compared."""
+
+    centres: Literal["all"] | Centres = _key(
+        "all",
+        "Dots whose patches are compared: all, {sampler: farthest, n_S_percent: 5} or {sampler: farthest, n_S: 2500}.",
+    )
+    nearest: Integer = _key(
+        10, "Number of nearest patches whose mean distance is the second map.", ge=1, le=1000
+    )
+    smoothing: Number = _key(6.0, "Radius over which the maps are averaged, Å; 0 for none.", ge=0, le=100)
+    interface: Length = _key(3.0, "Dots nearer than this to the partner are interface, Å.")
+    thinning: Annotated[Thinning, _switch(Thinning)] = Thinning()
+
+
+class Stride(Section):
+    """Every n-th frame."""
+
+    stride: Positive = Field(description="Every n-th frame.")
+
+
+class Frames(Section):
+    """Frames of a trajectory that enter the study as conformations."""
+
+    clusters: Literal["auto"] | Annotated[int, Field(ge=1, le=1000), INTEGER] = _key(
+        "auto",
+        "Number of k-means clusters on the first two principal components; auto takes the best mean silhouette.",
+    )
+    selection: (
+        Literal["clusters", "all"] | UniqueList[Annotated[int, Field(ge=0, le=10**9), INTEGER]] | Stride
+    ) = _key(
+        "clusters",
+        "Frames to analyse: clusters (those nearest to the centroids), all, a list of frame numbers (from 0), "
+        "or {stride: n}.",
+    )
+    pca_atoms: Text = _key(
+        "auto", "Atoms of the superposition and the PCA: auto (C-alpha) or an mdtraj expression."
+    )
+    stride: Positive = _key(1, "Read every n-th frame of a trajectory.")
+
+
+class Surface(Section):
+    """How the molecular surface is computed."""
+
+    method: Literal["analytic", "dms"] = _key(
+        "analytic", "analytic for the dots of sparsurf; dms for the DMS program on the PATH."
+    )
+    probe_radius: Number = _key(1.4, "Radius of the solvent probe, Å.", gt=0, le=10)
+    density: Literal["auto"] | Length = _key(
+        "auto", "Dots per Å^2; auto takes 5.35, or more where D_link needs more."
+    )
+    radii: Literal["dms", "bondi"] = _key("dms", "Table of atomic radii.")
+    cavities: Literal["keep", "remove"] = _key(
+        "keep", "Dots of closed cavities inside the molecule: kept as in DMS and the paper, or removed."
+    )
+    reentrant: Literal["exact", "dms"] = _key(
+        "exact", "Self-intersecting concave dots: removed (exact), or kept as in DMS (dms)."
+    )
+
+
+class Patches(Section):
+    """Radii of the patches and the linking distance of islands."""
+
+    R_patch: Length = _key(4.0, "Patch radius of roughness and sampling, Å.")
+    R_zernike: Length = _key(6.0, "Patch radius of the descriptors, Å.")
+    D_link: Length = _key(0.5, "Dots closer than this are linked, Å.")
+    roughness: names.Roughness = _key("published", "Definition of the roughness of a patch.")
+    descriptor: names.Descriptor = _key("published", "Descriptor of a patch.")
+
+
+class Sampling(Section):
+    """The grid of combinations, and two rules of the published sampling."""
+
+    run: bool = _key(
+        True, "Evaluate the paper's sampling over the grid; `sampling: false` leaves the grid out."
+    )
+    alpha: Values[Alpha] = _key([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of alpha.")
+    beta: Values[Exponent] = _key([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of beta.")
+    gamma: Values[Exponent] = _key([0, 2, 4, 6, 8, 10], "Values of gamma.")
+    delta: Values[Exponent] = _key([0, 2, 4, 6, 8, 10], "Values of delta.")
+    distance_from_moved_centre: bool = _key(
+        True, "As published: distances start at a centre that may have moved, so that p can exceed 1."
+    )
+    chance_in_every_patch: bool = _key(True, "As published: a dot has a chance in every patch that holds it.")
+
+
+class Evaluation(Section):
+    """How subsets are compared with the whole surface."""
+
+    test_dots: TestDots = _key(200, "Number of test dots; published for N / 200.")
+    shared_test_dots: bool = _key(
+        True, "Use the same test dots for all combinations; false draws new ones for each, as published."
+    )
+    draws: Count = _key(6, "Samplings and uniform subsets per combination.")
+    readings: UniqueList[names.Reading] = _key(
+        ["as_coded", "as_written"],
+        "Readings of the removal of islands. recovered costs 0.04 CPU s more per sampling of 20,000 dots.",
+    )
+
+
+class Tables(Section):
+    """What the tables of the best combinations show."""
+
+    ranges: Integer = _key(10, "Number of equal ranges of n_S.", ge=1, le=1000)
+    max_n_S_percent: Percent = _key(20, "Largest n_S for the restricted best combination, % of the dots.")
+
+
+class Minimal(Section):
+    """The minimal subset, by one of floor, n_S_percent, n_S, Z and combination."""
+
+    sampler: names.Sampler = _key("farthest", "Sampler of the subset.")
+    relax: bool = _key(
+        False, "Move the dots off the surface, so that the surface recovered from them fits better."
+    )
+    floor: names.Floor = _optional(
+        "Noise floor that the recovered surface comes within 10 % of; fresh dots without another request."
+    )
+    n_S_percent: Percent = _optional("Requested n_S, % of the dots.")
+    n_S: Positive = _optional("Requested number of dots.")
+    Z: Number = _optional("Requested Z under `as_written`; the smallest n_S that reaches it is taken.", ge=0)
+    combination: Combination = _optional(
+        "alpha, beta, gamma, delta of one draw of the paper's sampling; `sampler: paper_corrected` draws by the "
+        "corrected rules."
+    )
+
+    @model_validator(mode="after")
+    def _has_one_request(self) -> "Minimal":
+        given = [key for key in REQUEST_KEYS if getattr(self, key) is not None]
+        if len(given) > 1:
+            raise ValueError(f"needs exactly one of {', '.join(REQUEST_KEYS)}, but has {', '.join(given)}.")
+        if not given:
+            self.floor = FLOORS[0]
+        return self
+
+
+class Ensemble(Section):
+    """One combination over all frames of each trajectory."""
+
+    run: bool = _key(False, "Write ensemble.csv and its figure.")
+    combination: Combination = _key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma, delta.")
+    test_dots: TestDots = _key(200, "Test dots of each frame; published for N / 200.")
+    draws: Count = _key(1, "Samplings and uniform subsets of each frame.")
+    stride: Positive = _key(1, "Every n-th frame of the file, whatever frames.stride is.")
+    jobs: Count = _key(1, "Number of jobs that share the frames.")
+
+
+class Compare(Section):
+    """Samplers compared at equal n_S."""
+
+    run: bool = _key(False, "Compare in every run; `make compare` does it once.")
+    percents: UniqueList[Annotated[float, Field(gt=0, lt=100), NUMBER]] = _key(
+        [2.5, 5, 10, 20, 40, 60], "Requested n_S, % of the dots."
+    )
+    samplers: UniqueList[names.Sampler] = _optional("Samplers to compare; all of them by default.")
+
+
+class Folder(Section):
+    """All files of a folder."""
+
+    folder: Text = Field(description="Folder that holds the files.")
+
+
+ListedProteins = Annotated[
+    dict[Name, Protein],
+    BeforeValidator(listing.list_proteins, json_schema_input_type=dict[Name, Protein] | Folder | Text),
+]
+ListedPairs = Annotated[
+    dict[Name, Pair],
+    BeforeValidator(listing.list_pairs, json_schema_input_type=dict[Name, Pair] | Folder | Text),
+]
+Excluded = Annotated[
+    dict[str, str], BeforeValidator(_as_reasons, json_schema_input_type=dict[str, str] | list[str])
+]
+
+
+class Config(Section):
+    """Config of a study. Lengths are in Å. A key that is left out takes its default."""
+
+    run: Name = _key("default", "Name of the study; its results go to results/<run>/.")
+    seed: Integer = _key(20261120, "Seed of all random numbers.", ge=0, le=2**64 - 1)
+    proteins: ListedProteins = _key({}, "Proteins by name, a CSV table of them, or {folder: path}.")
+    pairs: ListedPairs = _key(
+        {}, "Partners whose patches are compared, by name, a CSV table of them, or {folder: path}."
+    )
+    sites: dict[Name, Site] = _key(
+        {}, "Sites to find on other surfaces, and forms of a protein to compare, by name."
+    )
+    exclude: Excluded = _key(
+        {},
+        "What to leave out, with the reason that the first page shows: protein, protein/c2, protein/* (what is "
+        "over all its frames), pairs/name, sites/name.",
+    )
+    complementarity: Complementarity = Complementarity()
+    paper: Text = _optional(
+        "Name of the protein that is the paper's A1; its tables are compared with the published ones."
+    )
+    frames: Frames = Frames()
+    surface: Surface = Surface()
+    fields: Annotated[list[str], AfterValidator(_without_repeats)] = _key(
+        [],
+        "Values at every dot besides roughness: from the atoms, or a column of the `table` of every protein that "
+        "has one.",
+        json_schema_extra={
+            "items": {"anyOf": [{"enum": [*FIELDS]}, {"type": "string"}]},
+            "uniqueItems": True,
+        },
+    )
+    patches: Patches = Patches()
+    sampling: Annotated[Sampling, _switch(Sampling)] = Sampling()
+    evaluation: Evaluation = Evaluation()
+    tables: Tables = Tables()
+    minimal: Minimal = Minimal()
+    ensemble: Annotated[Ensemble, _switch(Ensemble)] = Ensemble()
+    compare: Annotated[Compare, _switch(Compare)] = Compare()

@@ -1,0 +1,32 @@
+"""Names that a config may hold, written out so that planning a study imports no numpy; a test compares them with the library."""
+
+from typing import Literal, get_args
+
+Sampler = Literal[
+    "paper",
+    "paper_corrected",
+    "uniform",
+    "roughness",
+    "stride",
+    "voxel",
+    "poisson",
+    "farthest",
+    "centres",
+    "adaptive",
+]
+Roughness = Literal["published"]
+Descriptor = Literal["published", "steady"]
+Field = Literal["hydropathy", "volume", "aromaticity", "charge", "potential", "bfactor"]
+Reading = Literal["as_coded", "as_written", "recovered"]
+Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]
+
+SAMPLERS, FIELDS, FLOORS = map(get_args, (Sampler, Field, Floor))
+ROUGHNESSES, DESCRIPTORS, READINGS = map(get_args, (Roughness, Descriptor, Reading))
+SAMPLERS_OF_COMBINATIONS = ("paper", "paper_corrected")  # they take combinations of alpha, beta, gamma, delta
+SURFACE_SUFFIXES = (".minimal", ".csv", ".dms", ".npz", ".ply")  # of files that hold a ready surface
+
+# Keys of a protein by their purpose.
+FILE_KEYS = ("structure", "trajectory", "surface", "table")
+SOURCE_KEYS = ("structure", "url", "pdb", "surface")  # a protein has exactly one of them
+MOLECULE_KEYS = ("selection", "chains", "residues", "model", "altloc", "hydrogens", "ligands")
+REQUEST_KEYS = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes exactly one of them
