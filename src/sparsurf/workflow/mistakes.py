@@ -59,11 +59,11 @@ def _split_location(error: dict, config: dict) -> tuple[tuple, tuple[int, str] |
     """Split pydantic's location into the path of a key, and the place and name of a union's alternative."""
     path: list = []
     alternative, value = None, config
-    for part in error["loc"]:
-        is_last = len(path) + (alternative is not None) == len(error["loc"]) - 1
+    for place, part in enumerate(error["loc"], 1):
+        is_missing = error["type"] == "missing" and place == len(error["loc"])
         if (isinstance(value, dict) and part in value) or (isinstance(value, list) and isinstance(part, int)):
             value = value[part]
-        elif part != "[key]" and not (is_last and error["type"] == "missing"):
+        elif part != "[key]" and not is_missing:
             alternative = alternative or (len(path), part)
             continue
         path.append(part)
