@@ -80,7 +80,7 @@ def _keys_below(rule: dict, prefix: str, definitions: dict) -> Iterator[tuple[st
             forms = [*_alternatives(below, definitions)]
             resolved = below | {"forms": forms, "description": _meaning(below, definitions)}
             yield f"{prefix}{key}", resolved
-            if "properties" in forms[0]:
+            if any("properties" in form for form in forms):
                 yield from _keys_below(below, f"{prefix}{key}.", definitions)
         for below in form.get("patternProperties", {}).values():
             yield from _keys_below(below, f"{prefix}<name>.", definitions)
