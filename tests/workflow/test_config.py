@@ -227,6 +227,26 @@ def test_the_default_config_lists_all_samplers():
         ("fields", ["charge", "charge"], ["fields holds a value twice"]),
         ("fields", "charge", ["fields is 'charge', but must be a list, as [charge]"]),
         ("paper", "none", ["paper is 'none'", "none of the proteins tdp43"]),
+        ("frames", None, ["frames is None, but must be a mapping"]),
+        ("surface.density", -1, ["surface.density is -1, but must be more than 0"]),
+        ("complementarity.centres", "some", ["centres is 'some', but must be all or a mapping"]),
+        ("complementarity.centres", {"n_S": 5}, ["complementarity.centres lacks the key 'sampler'."]),
+        ("complementarity.centres", {"sampler": "farthest"}, ["exactly one of 'n_S_percent' and 'n_S'"]),
+        ("complementarity.thinning", {"draws": 0}, ["complementarity.thinning.draws is 0"]),
+        ("ensemble.combination", [0, 1, 1, 1], ["ensemble.combination is [0, 1, 1, 1]", "alpha"]),
+        (
+            "ensemble.combination",
+            [1, 1, 1],
+            ["ensemble.combination is [1, 1, 1], but needs at least 4 values"],
+        ),
+        ("sites", {"s": {"query": "a/x/2", "residues": "1"}}, ["sites.s.query is 'a/x/2'", "my_protein/c2"]),
+        ("sites", {"s": {"query": "a"}}, ["sites.s needs either 'query' and 'residues'"]),
+        ("sites", {"s": {"query": "a", "residues": "1", "targets": "b"}}, ["must be all or a list, as [b]"]),
+        ("proteins", "none.csv", ["proteins is 'none.csv', but there is no such table."]),
+        ("proteins.tdp43.simulate", {"water": "../tip3p"}, ["proteins.tdp43.simulate.water is '../tip3p'"]),
+        ("exclude", {"tdp43": 3}, ["exclude.tdp43 is 3, but must be a string"]),
+        ("seed", True, ["seed is True, but must be a whole number"]),
+        ("seed", 2**64, ["seed is 18446744073709551616, but must be 18446744073709551615 or less"]),
     ],
 )
 def test_a_mistake_is_answered_with_a_sentence(path, value, words):
@@ -589,6 +609,13 @@ def test_residues_may_be_ranges_of_chains_or_of_all(residues):
         check_config(changed("proteins.tdp43.residues", residues))["proteins"]["tdp43"]["residues"]
         == residues
     )
+
+
+def test_all_mistakes_are_reported_at_once():
+    wrong = {"seed": -1, "draws": 3, "patches": {"R_patch": 0}, "proteins": {"a/b": {"pdb": 453}}}
+    with pytest.raises(InputError) as error:
+        check_config(wrong)
+    assert str(error.value).count("\n") == 4
 
 
 def test_of_many_mistakes_the_first_are_told():

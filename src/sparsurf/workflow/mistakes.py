@@ -3,7 +3,7 @@
 import datetime
 import difflib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from pydantic import BaseModel
@@ -31,12 +31,12 @@ NUMBER = re.compile(r"[+-]?\d*\.?\d+(e[+-]?\d+)?", re.I)
 NAME_RULE = "cannot name a folder; use at most 100 letters, digits, '_', '-' and '.', not '.' first."
 
 
-def sentences(errors: list[dict], config: dict, model: type[BaseModel]) -> Iterator[str]:
+def sentences(errors: Iterable[Any], config: dict, model: type[BaseModel]) -> Iterator[str]:
     """Yield one sentence for each mistake: the key, what is wrong, what is allowed.
 
     Parameters
     ----------
-    errors : list of dict, as `pydantic.ValidationError.errors` returns them
+    errors : iterable of dict, as `pydantic.ValidationError.errors` returns them
     config : dict that was validated
     model : the pydantic model of the config
     """

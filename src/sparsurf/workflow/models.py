@@ -162,7 +162,9 @@ class Protein(Section):
     model: Integer = optional("Number of one model; without it, models are frames.", ge=1)
     altloc: Text = optional("Alternate location: first (the default), highest (occupancy) or a letter.")
     hydrogens: Literal["keep", "remove"] = optional("Hydrogens of the file; kept by default.")
-    simulate: Annotated[Simulate, AfterValidator(Simulate.model_dump), PlainSerializer(dict)] = Field(None)
+    simulate: Annotated[Simulate, AfterValidator(Simulate.model_dump), PlainSerializer(dict)] = optional(
+        Simulate.__doc__ or ""
+    )
     ligands: bool | list[str] = optional("true for all, or a list of residue names; false by default.")
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [key]} for key in SOURCE_KEYS]})
