@@ -82,8 +82,8 @@ class Evaluator:
             settings["seed"],
             name,
             threads,
-            defects["moved_centre"],
-            defects["every_patch"],
+            defects["distance_from_moved_centre"],
+            defects["chance_in_every_patch"],
             patches.get("descriptor", descriptors.PUBLISHED),
             patches.get("roughness", PUBLISHED),
         )
