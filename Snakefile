@@ -427,7 +427,6 @@ rule write_front_page:
     output:
         page="results/{run}/index.html",
         failures="results/{run}/failures.csv",
-        crate="results/{run}/ro-crate-metadata.json",
     log:
         "results/{run}/logs/write_front_page.log",
     localrule: True
@@ -441,3 +440,20 @@ rule write_front_page:
         "First page of the run"
     script:
         "scripts/write_front_page.py"
+
+
+rule write_crate:
+    input:
+        results=results_before_pages,
+        pages=["results/{run}/index.html", "results/{run}/failures.csv", "results/{run}/warnings.csv"],
+    output:
+        crate="results/{run}/ro-crate-metadata.json",
+    log:
+        "results/{run}/logs/write_crate.log",
+    localrule: True
+    conda:
+        "envs/study.yaml"
+    message:
+        "Description of all files for archives"
+    script:
+        "scripts/write_crate.py"

@@ -3,7 +3,7 @@
 import re
 
 from sparsurf.workflow.code_version import METHOD, REPORT
-from sparsurf.workflow.config import check_config, proteins
+from sparsurf.workflow.config import check_config, named_conformations, proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
 from sparsurf.workflow.memory import memory_of_grid
 from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
@@ -46,8 +46,8 @@ SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
 
-SEARCHED = [place for name in SEARCHES for place in (SITES[name]["query"], *SITES[name].get("targets", ()))]
-SEARCH_ALL = any(SITES[name].get("targets", "all") == "all" for name in SEARCHES)
+SEARCHED = [place for name in SEARCHES for place in named_conformations(SITES[name])]
+SEARCH_ALL = any(SITES[name]["targets"] == "all" for name in SEARCHES)
 DESCRIBED = {place.partition("/")[0] for place in SEARCHED} | set(MOLECULES if SEARCH_ALL else ())
 GRID_MB = memory_of_grid(config) / 1e6  # all distances of a grid, at the worst moment
 
@@ -171,7 +171,7 @@ def partner_files(wildcards):
 def searched_places(wildcards):
     """Described places of the query and of all targets of a search; none where the study has no such conformation."""
     site = SITES[wildcards.site]
-    query, targets = folder_of(site["query"]), site.get("targets", "all")
+    query, targets = folder_of(site["query"]), site["targets"]
     if targets == "all":
         targets = [f"{name}/{conformation}" for name in MOLECULES for conformation in conformations(name)]
         targets = [place for place in targets if folder_of(place) != query]

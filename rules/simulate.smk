@@ -19,7 +19,7 @@ rule prepare_system:  # hydrogens, a box of water, ions
         "../envs/study.yaml"
     params:
         simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
-        structure_options=lambda wildcards: PROTEINS[wildcards.protein].chosen,
+        structure_options=lambda wildcards: PROTEINS[wildcards.protein].file_options,
         seed=config["seed"],
         code=METHOD,
     message:

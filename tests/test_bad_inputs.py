@@ -22,8 +22,7 @@ from sparsurf.sites.describing import load_sites
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
-from sparsurf.workflow.config import check
-from sparsurf.workflow.yaml_file import read_config
+from sparsurf.workflow.config import check_config, read_config
 
 # Words of the sentence: what is wrong and what to do. The name of the file or of the key is checked for all.
 REFUSED = {
@@ -74,7 +73,7 @@ def bad(shared, monkeypatch):
 def read(path):
     """What a study does first with a file of this kind."""
     if path.suffix == ".yaml":
-        return check(read_config(path), [path])
+        return check_config(read_config(path), [path])
     if path.name in OWN_TRAJECTORY:
         return read_molecule(path.with_name("top.pdb"), path)
     return read_molecule(path) if {".pdb", ".gro"} & set(path.suffixes) else read_surface(path)

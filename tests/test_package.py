@@ -17,7 +17,7 @@ from conftest import ROOT
 
 USE = """
 import sys, sparsurf
-sys.modules |= dict.fromkeys(["jinja2", "jsonschema", "matplotlib", "snakemake", "tables", "yaml"])  # of the study
+sys.modules |= dict.fromkeys(["jinja2", "matplotlib", "pydantic", "snakemake", "tables", "yaml"])  # of the study
 print(sparsurf.__file__, sparsurf.__version__)
 assert not {"numpy", "numba", "pandas", "scipy", "mdtraj"} & set(sys.modules), "the import is not cheap"
 dots = sparsurf.surface("protein.pdb", density=1.0, d_link=1.5)

@@ -10,7 +10,6 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from scipy.spatial.distance import pdist
 
 import sparsurf
@@ -26,6 +25,7 @@ from sparsurf.streams import stream
 from sparsurf.study.minimal import tell_of_another_number
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
+from sparsurf.workflow.models import Config
 
 D_LINK = 0.8  # Å, for the few dots of the blob
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
@@ -49,21 +49,21 @@ def test_what_is_prepared_is_what_was_wished(blob, ready):
 @pytest.mark.parametrize(
     ("limits", "key"),
     [
-        (inputs.LENGTH, "patches.R_patch"),
-        (inputs.LENGTH, "patches.R_zernike"),
-        (inputs.LENGTH, "patches.D_link"),
-        (inputs.PROBE, "surface.probe_radius"),
-        (inputs.DENSITY, "surface.density.anyOf.1"),
-        (inputs.SEED, "seed"),
-        (inputs.TEST_DOTS, "evaluation.test_dots.anyOf.1"),
-        (inputs.PERCENT, "minimal.n_S_percent"),
-        (inputs.ALPHA, "minimal.combination.prefixItems.0"),
-        (inputs.EXPONENT, "minimal.combination.items"),
+        (inputs.LENGTH, "Patches.R_patch"),
+        (inputs.LENGTH, "Patches.R_zernike"),
+        (inputs.LENGTH, "Patches.D_link"),
+        (inputs.PROBE, "Surface.probe_radius"),
+        (inputs.DENSITY, "Surface.density.anyOf.1"),
+        (inputs.SEED, "Config.seed"),
+        (inputs.TEST_DOTS, "Evaluation.test_dots.anyOf.1"),
+        (inputs.PERCENT, "Minimal.n_S_percent"),
+        (inputs.ALPHA, "Sampling.alpha.items"),
+        (inputs.EXPONENT, "Minimal.combination.items"),
     ],
 )
 def test_numbers_have_the_limits_of_the_config(limits, key):
-    path = ROOT / "src/sparsurf/workflow/config.schema.yaml"
-    rule = {"properties": yaml.safe_load(path.read_text("utf-8"))["properties"]}
+    schema = Config.model_json_schema()
+    rule = schema["$defs"] | {"Config": schema}
     for word in key.split("."):
         rule = rule[int(word)] if isinstance(rule, list) else rule.get("properties", rule)[word]
     low = rule.get("exclusiveMinimum", rule.get("minimum"))

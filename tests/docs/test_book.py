@@ -19,14 +19,6 @@ PAGES = ("index", "method", "_gallery/index")
 LONGEST = 900  # words of a page
 
 
-def test_every_key_of_the_config_is_in_its_readme():
-    text = reference.CONFIG.read_text(encoding="utf-8")
-    assert reference.filled(text) == text, "run python docs/reference.py"
-    shown = {*re.findall(r"^(?:\| `|## )([\w.<>]+)", text, re.M)}
-    assert {*reference.SCHEMA["properties"]} <= shown
-    assert {"sampler", "<name>.simulate.ns", "thinning.draws", "centres"} <= shown  # below others
-
-
 def test_an_example_is_short():
     lengths = {path.name: len(path.read_text().splitlines()) for path in ROOT.glob("docs/gallery/*.py")}
     assert len(lengths) >= 8 and max(lengths.values()) <= 40, lengths

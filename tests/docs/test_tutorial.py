@@ -10,8 +10,7 @@ import pandas as pd
 import pytest
 
 from conftest import ROOT
-from sparsurf.workflow.config import check
-from sparsurf.workflow.yaml_file import read_config
+from sparsurf.workflow.config import check_config, read_config
 
 TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 
@@ -59,4 +58,4 @@ def test_its_study_is_one(folder, monkeypatch):
     (config,) = blocks("yaml")
     (folder / "my_study.yaml").write_text(config)
     monkeypatch.chdir(folder)
-    assert check(read_config("my_study.yaml"))["run"] == "my_study"
+    assert check_config(read_config("my_study.yaml"))["run"] == "my_study"

@@ -11,7 +11,7 @@ import sys
 import pytest
 import yaml
 
-from conftest import ROOT
+from conftest import ROOT, WORKFLOW
 from sparsurf import InputError
 from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.patches.descriptors import DESCRIPTORS
@@ -27,6 +27,12 @@ DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())
 @pytest.fixture(autouse=True)
 def at_root(monkeypatch):
     monkeypatch.chdir(ROOT)
+
+
+def refuse(config, words):
+    """Check that a config is refused with these words, a regular expression."""
+    with pytest.raises(InputError, match=words):
+        check_config(config)
 
 
 def changed(path, value):
@@ -49,8 +55,7 @@ def test_a_config_without_proteins_changes_the_default_study(tmp_path, monkeypat
     given = {"minimal": {"n_S": 100}, "evaluation": {"draws": 2}}
     assert check_config({}) == check_config(DEFAULT)
     monkeypatch.chdir(tmp_path)  # whose folder has no config.yaml
-    with pytest.raises(InputError, match="the config lacks the key 'proteins'"):
-        check_config(given)
+    refuse(given, "the config lacks the key 'proteins'")
     whole = check_config(given, home=ROOT)
     assert whole["minimal"]["n_S"] == 100 and whole["evaluation"]["test_dots"] == 200
     assert whole["proteins"]["tdp43"]["structure"] == str(ROOT / "data" / "tdp43" / "topology.pdb")
@@ -67,17 +72,9 @@ def test_a_section_that_runs_or_not_may_be_true_or_false():
         for value in (True, False):
             assert check_config(plain | {key: value}) == bare | {key: bare[key] | {"run": value}}
     large = {"sampling": {"alpha": [k / 100 for k in range(1, 101)]}, "evaluation": {"draws": 10000}}
-    with pytest.raises(InputError, match="GB of memory"):
-        check_config(plain | large)
+    refuse(plain | large, "GB of memory")
     check_config(plain | large | {"sampling": False})
-    with pytest.raises(InputError, match="patches"):
-        check_config(plain | {"patches": False})
-
-
-def test_what_needs_the_grid_is_refused_without_it():
-    for key, value in (("compare", True), ("paper", "tdp43")):
-        with pytest.raises(InputError, match=f"sampling is false, but `{key}` needs its grid"):
-            check_config({"proteins": DEFAULT["proteins"], "sampling": False, key: value})
+    refuse(plain | {"patches": False}, "patches")
 
 
 def test_every_key_is_described():
@@ -227,6 +224,26 @@ def test_the_default_config_lists_all_samplers():
         ("fields", ["charge", "charge"], ["fields holds a value twice"]),
         ("fields", "charge", ["fields is 'charge', but must be a list, as [charge]"]),
         ("paper", "none", ["paper is 'none'", "none of the proteins tdp43"]),
+        ("frames", None, ["frames is None, but must be a mapping"]),
+        ("surface.density", -1, ["surface.density is -1, but must be more than 0"]),
+        ("complementarity.centres", "some", ["centres is 'some', but must be all or a mapping"]),
+        ("complementarity.centres", {"n_S": 5}, ["complementarity.centres lacks the key 'sampler'."]),
+        ("complementarity.centres", {"sampler": "farthest"}, ["exactly one of 'n_S_percent' and 'n_S'"]),
+        ("complementarity.thinning", {"draws": 0}, ["complementarity.thinning.draws is 0"]),
+        ("ensemble.combination", [0, 1, 1, 1], ["ensemble.combination is [0, 1, 1, 1]", "alpha"]),
+        (
+            "ensemble.combination",
+            [1, 1, 1],
+            ["ensemble.combination is [1, 1, 1], but needs at least 4 values"],
+        ),
+        ("sites", {"s": {"query": "a/x/2", "residues": "1"}}, ["sites.s.query is 'a/x/2'", "my_protein/c2"]),
+        ("sites", {"s": {"query": "a"}}, ["sites.s needs either 'query' and 'residues'"]),
+        ("sites", {"s": {"query": "a", "residues": "1", "targets": "b"}}, ["must be all or a list, as [b]"]),
+        ("proteins", "none.csv", ["proteins is 'none.csv', but there is no such table."]),
+        ("proteins.tdp43.simulate", {"water": "../tip3p"}, ["proteins.tdp43.simulate.water is '../tip3p'"]),
+        ("exclude", {"tdp43": 3}, ["exclude.tdp43 is 3, but must be a string"]),
+        ("seed", True, ["seed is True, but must be a whole number"]),
+        ("seed", 2**64, ["seed is 18446744073709551616, but must be 18446744073709551615 or less"]),
     ],
 )
 def test_a_mistake_is_answered_with_a_sentence(path, value, words):
@@ -271,12 +288,6 @@ def test_the_minimal_subset_reaches_the_floor_where_no_other_wish_is_given():
     assert "floor" not in check_config(DEFAULT | {"minimal": {"n_S": 9}})["minimal"]
 
 
-def test_a_comparison_needs_surfaces():
-    pairs = {"ab": {"files": [str(ROOT / "data" / "tdp43" / "topology.pdb"), str(ROOT / "README.md")]}}
-    with pytest.raises(InputError, match=r"compare\.run is true, but there are no surfaces to sample"):
-        check_config({"pairs": pairs, "compare": True})
-
-
 def test_what_is_excluded_is_a_part_of_the_study():
     plain = {"proteins": DEFAULT["proteins"]}
     for place in ("tdp43", "tdp43/c2", "tdp43/*"):
@@ -284,10 +295,10 @@ def test_what_is_excluded_is_a_part_of_the_study():
         assert check_config(plain | {"exclude": [place]})["exclude"] == {place: ""}
     unknown = ["tdp34", "tdp34/c2", "tdp43/foo", "tdp43/c99x", "pairs/ab", "sites/x", "pairs"]
     for place in (*unknown, "tdp43/c1/describe_places", "summarise_run"):
-        with pytest.raises(
-            InputError, match=rf"exclude: '{re.escape(place)}' is no part of the study; remove it"
-        ):
-            check_config(plain | {"exclude": {place: "why"}})
+        refuse(
+            plain | {"exclude": {place: "why"}},
+            rf"exclude: '{re.escape(place)}' is no part of the study; remove it",
+        )
 
 
 def test_what_needs_an_excluded_protein_is_excluded_too():
@@ -304,74 +315,84 @@ def test_what_needs_an_excluded_protein_is_excluded_too():
         ({"a/c1": ""}, "pairs/ab", "a"),  # whose first conformation the pair takes
         ({"b/c1": "", "pairs/ab": "", "sites/s": ""}, "sites/t", "b"),
     ):
-        with pytest.raises(
-            InputError, match=f"exclude: {place} needs '{name}', which is excluded; exclude {place}, too"
-        ):
-            check_config(both | {"exclude": excluded})
+        refuse(
+            both | {"exclude": excluded},
+            f"exclude: {place} needs '{name}', which is excluded; exclude {place}, too",
+        )
     every = {"b": "", "pairs/ab": "", "sites/s": "", "sites/t": ""}
     assert check_config(both | {"exclude": every})["exclude"] == every
     assert check_config(both | {"exclude": {"a/c2": "", "b/f0": ""}})
-    with pytest.raises(InputError, match="exclude: pairs/ab needs 'b'"):
-        check_config(
-            both | {"exclude": {"b/f0000": "", "sites/s": "", "sites/t": ""}, "frames": {"selection": "all"}}
-        )
+    refuse(
+        both | {"exclude": {"b/f0000": "", "sites/s": "", "sites/t": ""}, "frames": {"selection": "all"}},
+        "exclude: pairs/ab needs 'b'",
+    )
+
+
+STRUCTURE = {"structure": "data/tdp43/topology.pdb"}
+READY = {"proteins": {"a": {"surface": "README.md"}}}  # any file: it is not read
+MIXED = {"proteins": READY["proteins"] | DEFAULT["proteins"]}
+PAIRS = {"pairs": {"ab": {"files": ["data/tdp43/topology.pdb", "README.md"]}}}
+MOVED_ATOMS = {"minimal": {"floor": "atoms moved 0.1 Å"}}
+FETCHED = {"url": "https://a.org/b.pdb", "sha256": 64 * "0"}
+OWN = {"proteins": DEFAULT["proteins"]}
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("config", "said"),
     [
-        ({"compare": {"samplers": ["farthest"]}}, "compare.samplers names farthest alone"),
-        ({"compare": {"samplers": ["poisson", "farthest"]}}, ""),
-        ({"surface": {"method": "dms", "radii": "bondi"}}, "surface.radii is bondi, but the program DMS"),
-        ({"surface": {"method": "dms"}}, ""),
+        (OWN | {"sampling": False, "compare": True}, "sampling is false, but `compare` needs its grid"),
+        (OWN | {"sampling": False, "paper": "tdp43"}, "sampling is false, but `paper` needs its grid"),
+        (PAIRS | {"compare": True}, "compare.run is true, but there are no surfaces to sample"),
+        (OWN | {"compare": {"samplers": ["farthest"]}}, "compare.samplers names farthest alone"),
         (
-            {"paper": "tdp43", "tables": {"ranges": 5}},
-            "tables.ranges is 5, but `paper` has 10 to compare with",
+            READY | {"compare": {"samplers": ["poisson", "paper"]}},
+            "neither uniform nor farthest, which proteins.a",
         ),
-        ({"paper": "tdp43"}, ""),
+        (
+            OWN | {"surface": {"method": "dms", "radii": "bondi"}},
+            "surface.radii is bondi, but the program DMS",
+        ),
+        (OWN | {"paper": "tdp43", "tables": {"ranges": 5}}, "tables.ranges is 5, but `paper` has 10"),
+        (OWN | {"paper": "tdp43", "evaluation": {"readings": ["as_coded"]}}, "but `paper` needs both"),
+        (
+            OWN | {"paper": "tdp43", "frames": {"selection": [0, 7]}},
+            "frames.selection is [0, 7], but `paper` compares",
+        ),
+        ({"proteins": {"a": STRUCTURE | {"simulate": {}, "ligands": True}}}, "only the protein is simulated"),
+        (
+            {"proteins": {"a": STRUCTURE | {"simulate": {}, "ligands": ["XK2"]}}},
+            "only the protein is simulated",
+        ),
+        (
+            {"proteins": {"a": STRUCTURE | {"sha256": 64 * "0"}}},
+            "proteins.a.sha256 is for a file that is fetched",
+        ),
+        (READY | {"ensemble": {"run": True}}, "ensemble.run is true, but every protein is a ready surface"),
+        (READY | {"fields": ["hydropathy"]}, "fields names hydropathy, which needs atoms"),
+        (READY | MOVED_ATOMS, "'atoms moved 0.1 Å', but proteins.a is a ready surface"),
     ],
 )
-def test_what_cannot_be_answered_together_is_refused(change, said):
-    if not said:
-        assert check_config(DEFAULT | change)
-        return
-    with pytest.raises(InputError, match=said):
-        check_config(DEFAULT | change)
+def test_keys_that_exclude_each_other_are_refused(config, said):
+    refuse(config, re.escape(said))
 
 
-def test_a_ready_surface_is_compared_by_farthest_or_uniform_and_a_simulation_has_no_ligands(tmp_path):
-    (tmp_path / "dots.dms").write_text("")
-    ready = {"a": {"surface": str(tmp_path / "dots.dms")}}
-    assert check_config({"proteins": ready, "compare": {"samplers": ["poisson", "uniform"]}})
-    with pytest.raises(
-        InputError, match=r"neither uniform nor farthest, which proteins\.a, a ready surface, needs"
-    ):
-        check_config({"proteins": ready, "compare": {"samplers": ["poisson", "paper"]}})
-    simulated = {"structure": DEFAULT["proteins"]["tdp43"]["structure"], "simulate": {"ns": 1}}
-    assert check_config({"proteins": {"a": simulated | {"ligands": False}}})
-    for ligands in (True, ["XK2"]):
-        with pytest.raises(
-            InputError, match=r"proteins\.a asks for ligands, but only the protein is simulated"
-        ):
-            check_config({"proteins": {"a": simulated | {"ligands": ligands}}})
-
-
-def test_a_ready_surface_alone_has_no_frames_and_no_fields_of_atoms(tmp_path):
-    (tmp_path / "dots.dms").write_text("")
-    ready = {"a": {"surface": str(tmp_path / "dots.dms")}}
-    with pytest.raises(InputError, match=r"ensemble\.run is true, but every protein is a ready surface"):
-        check_config({"proteins": ready, "ensemble": {"run": True}})
-    with pytest.raises(InputError, match="fields names hydropathy, which needs atoms"):
-        check_config({"proteins": ready, "fields": ["hydropathy"]})
-    both = ready | DEFAULT["proteins"]
-    assert check_config({"proteins": both, "ensemble": {"run": True}, "fields": ["hydropathy"]})
-
-
-def test_a_checksum_is_of_what_is_fetched():
-    own = DEFAULT["proteins"]["tdp43"]
-    with pytest.raises(InputError, match=r"proteins\.a\.sha256 is for a file that is fetched"):
-        check_config({"proteins": {"a": own | {"sha256": 64 * "0"}}})
-    assert check_config({"proteins": {"a": {"url": "https://a.org/b.pdb", "sha256": 64 * "0"}}})
+@pytest.mark.parametrize(
+    "config",
+    [
+        OWN | {"compare": {"samplers": ["poisson", "farthest"]}},
+        READY | {"compare": {"samplers": ["poisson", "uniform"]}},
+        OWN | {"surface": {"method": "dms"}},
+        OWN | {"paper": "tdp43"},
+        READY | {"paper": "a", "frames": {"selection": [0, 7]}},  # has no frames
+        {"proteins": {"a": STRUCTURE | {"simulate": {"ns": 1}, "ligands": False}}},
+        {"proteins": {"a": FETCHED}},
+        MIXED | {"ensemble": {"run": True}, "fields": ["hydropathy"]},
+        READY | {"minimal": {"floor": "turned"}},
+        OWN | MOVED_ATOMS,
+    ],
+)
+def test_keys_that_go_together_are_taken(config):
+    assert check_config(config)
 
 
 def test_a_combination_stands_without_another_sampler():
@@ -386,33 +407,6 @@ def test_a_combination_stands_without_another_sampler():
         assert str(error.value) == (
             f"config: minimal.sampler is {sampler}, but minimal.combination belongs to the paper's; remove one of the two."
         )
-
-
-def test_a_floor_of_moved_atoms_needs_atoms(tmp_path):
-    (tmp_path / "dots.dms").write_text("")
-    config = {"proteins": {"a": {"surface": str(tmp_path / "dots.dms")}}}
-    with pytest.raises(InputError, match=r"'atoms moved 0\.1 Å', but proteins\.a is a ready surface"):
-        check_config(config | {"minimal": {"floor": "atoms moved 0.1 Å"}})
-    assert check_config(config | {"minimal": {"floor": "turned"}})
-    assert check_config(DEFAULT | {"minimal": {"floor": "atoms moved 0.1 Å"}})
-
-
-def test_paper_asks_for_both_readings():
-    config = {"proteins": DEFAULT["proteins"], "paper": "tdp43"}
-    assert check_config(config)["paper"] == "tdp43"
-    with pytest.raises(InputError, match=r"evaluation.readings is \['as_coded'\], but `paper` needs both"):
-        check_config(config | {"evaluation": {"readings": ["as_coded"]}})
-
-
-def test_paper_asks_for_clusters(tmp_path):
-    config = {"proteins": DEFAULT["proteins"], "paper": "tdp43", "frames": {"selection": [0, 7]}}
-    with pytest.raises(
-        InputError, match=r"frames.selection is \[0, 7\], but `paper` compares the first of the clus"
-    ):
-        check_config(config)
-    (tmp_path / "dots.dms").write_text("")
-    ready = {"tdp43": {"surface": str(tmp_path / "dots.dms")}}  # has no frames
-    assert check_config(config | {"proteins": ready})["paper"] == "tdp43"
 
 
 def test_the_grid_is_the_papers_unless_told():
@@ -470,8 +464,10 @@ def test_more_memory_than_the_machine_has_is_told_before_anything_runs(monkeypat
     monkeypatch.setattr(memory, "memory_of_machine", lambda: 2.0**30)
     evaluation = {"draws": 3, "test_dots": 400}
     check_config(DEFAULT | {"evaluation": evaluation})
-    with pytest.raises(InputError, match=r"need 23\.2 GB of memory .*, but this machine has 1\.0 GB"):
-        check_config(DEFAULT | {"evaluation": evaluation | {"draws": 1000}})
+    refuse(
+        DEFAULT | {"evaluation": evaluation | {"draws": 1000}},
+        r"need 23\.2 GB of memory .*, but this machine has 1\.0 GB",
+    )
     check_config(DEFAULT | {"evaluation": evaluation | {"draws": 1000}}, here=False)  # jobs run elsewhere
     check_config(changed("evaluation.test_dots", "published"))
 
@@ -480,18 +476,20 @@ def test_more_memory_than_the_machine_has_is_told_before_anything_runs(monkeypat
     "name", ["summary.csv", "Verdict.HTML", "logs", "Logs", "PAIRS", "compare.png", "report.html", "x.json"]
 )
 def test_a_protein_is_not_called_like_a_file_of_the_run(name):
-    with pytest.raises(InputError, match="is a file or folder of the study itself"):
-        check_config({"proteins": {name: DEFAULT["proteins"]["tdp43"]}})
+    refuse({"proteins": {name: DEFAULT["proteins"]["tdp43"]}}, "is a file or folder of the study itself")
+
+
+def test_no_file_or_folder_of_a_run_can_be_the_name_of_a_protein():
+    for name in {*re.findall(r'"results/\{run\}/([\w.-]*\w)[/"]', WORKFLOW)}:
+        refuse({"proteins": {name: DEFAULT["proteins"]["tdp43"]}}, "is a file or folder of the study itself")
 
 
 def test_a_run_is_not_called_like_a_file_in_results():
-    with pytest.raises(InputError, match=r"results/README\.md is a file; choose another name"):
-        check_config(changed("run", "README.md"))
+    refuse(changed("run", "README.md"), r"results/README\.md is a file; choose another name")
 
 
 def test_a_template_that_snakemake_would_run_is_refused():
-    with pytest.raises(InputError, match="unknown key '__use_yte__'"):
-        check_config(DEFAULT | {"__use_yte__": True})
+    refuse(DEFAULT | {"__use_yte__": True}, "unknown key '__use_yte__'")
 
 
 def test_names_are_those_of_the_library():
@@ -591,6 +589,13 @@ def test_residues_may_be_ranges_of_chains_or_of_all(residues):
     )
 
 
+def test_all_mistakes_are_reported_at_once():
+    wrong = {"seed": -1, "draws": 3, "patches": {"R_patch": 0}, "proteins": {"a/b": {"pdb": 453}}}
+    with pytest.raises(InputError) as error:
+        check_config(wrong)
+    assert str(error.value).count("\n") == 4
+
+
 def test_of_many_mistakes_the_first_are_told():
     with pytest.raises(InputError) as error:
         check_config(DEFAULT | {"compare": {"run": True, "percents": [*range(101, 200)]}})
@@ -626,11 +631,9 @@ def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeyp
     assert found["c"] == {"pdb": "3enl"}
     assert found["d"] == {"structure": str(tmp_path / "4530.pdb")} and found["e"] == {"pdb": "4531"}
     for wrong in (45.3, ["1abc"], None):
-        with pytest.raises(InputError, match=r"proteins.a.pdb is .*, but must be a string"):
-            check_config({"proteins": {"a": {"pdb": wrong}}})
+        refuse({"proteins": {"a": {"pdb": wrong}}}, r"proteins.a.pdb is .*, but must be a string")
     monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path / "none"))
-    with pytest.raises(InputError, match=r"SPARSURF_STRUCTURES is '.*none', but there is no such folder"):
-        check_config({"proteins": listed})
+    refuse({"proteins": listed}, r"SPARSURF_STRUCTURES is '.*none', but there is no such folder")
 
 
 @pytest.mark.parametrize("name", ["dots.csv.gz", "dots.PLY"])

@@ -22,7 +22,7 @@ from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import fitting_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow import listing
-from sparsurf.workflow.config import check
+from sparsurf.workflow.config import check_config
 from sparsurf.workflow.partner_files import partners, requested_centres
 
 sys.path.append(str(ROOT / "scripts"))
@@ -49,7 +49,7 @@ def folder(tmp_path_factory):
 
 
 def config(**pairs):
-    return check({"run": "x", "pairs": pairs})
+    return check_config({"run": "x", "pairs": pairs})
 
 
 def test_a_config_of_pairs_needs_no_proteins(folder):
@@ -93,14 +93,14 @@ def test_pairs_come_from_a_table_or_a_folder(folder):
     assert found["one"] == {"files": [str(folder / "both_r.pdb"), str(folder / "both_l.pdb")]}
     assert found["two"] == {"complex": str(folder / "both.pdb"), "chains": [["A"], ["B"]]}
     assert listing.pairs_from_folder(str(folder)) == {"both": found["one"]}
-    assert set(check({"pairs": str(table)})["pairs"]) == {"one", "two"}
-    assert set(check({"pairs": {"folder": str(folder)}})["pairs"]) == {"both"}
+    assert set(check_config({"pairs": str(table)})["pairs"]) == {"one", "two"}
+    assert set(check_config({"pairs": {"folder": str(folder)}})["pairs"]) == {"both"}
 
 
 @pytest.mark.parametrize("key", ["pairs", "proteins"])
 def test_a_folder_stands_alone(folder, key):
-    with pytest.raises(InputError, match=f"{key}.folder stands alone, but mine stands beside it"):
-        check({key: {"folder": str(folder), "mine": {"files": ["a.pdb", "b.pdb"]}}})
+    with pytest.raises(InputError, match=f"{key}.folder cannot stand next to other keys .mine."):
+        check_config({key: {"folder": str(folder), "mine": {"files": ["a.pdb", "b.pdb"]}}})
 
 
 @pytest.mark.parametrize(

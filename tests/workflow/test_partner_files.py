@@ -102,7 +102,7 @@ def test_pairs_of_a_folder_are_kept_apart_and_what_is_left_out_is_named(tmp_path
     expected = {name: [str(tmp_path / f"{file}.pdb") for file in both] for name, both in pairs.items()}
     assert {name: pair["files"] for name, pair in found.items()} == expected
     assert [record.getMessage().split(" (")[0] for record in caplog.records] == [
-        f"{tmp_path / name} is left out: beside it lies no partner" for name in ("alone_r.pdb", "whole.pdb")
+        f"{tmp_path / name} is left out: its folder has no partner" for name in ("alone_r.pdb", "whole.pdb")
     ]
 
 

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from sparsurf import InputError
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.texts import short
+from sparsurf.workflow.conformations import without_zeros
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.memory import too_large
 from sparsurf.workflow.mistakes import one_of, sentences
@@ -260,27 +261,28 @@ def _check_pairs(config: dict) -> Iterator[str]:
         yield "complementarity.thinning.run is true, but there are no pairs to thin; name one under pairs."
 
 
-def _named_in(site: dict) -> list[str]:
+def named_conformations(site: dict) -> list[str]:
     """Proteins and conformations that a site names, the query first."""
     if "changes" in site:
         return site["changes"]
     return [site["query"], *(site["targets"] if site["targets"] != "all" else ())]
 
 
+def needed_conformations(config: dict) -> dict[str, list[str]]:
+    """Proteins and conformations that each pair and each site names, by pairs/<name> and sites/<name>."""
+    needed = {f"pairs/{name}": list(pair.get("proteins", ())) for name, pair in config["pairs"].items()}
+    return needed | {f"sites/{name}": named_conformations(site) for name, site in config["sites"].items()}
+
+
 def _check_sites(config: dict) -> Iterator[str]:
     for name, site in config["sites"].items():
-        named = _named_in(site)
+        named = named_conformations(site)
         yield from _check_known(f"sites.{name}", named, config)
         for place in named if "changes" in site else named[:1]:
             if "surface" in config["proteins"].get(place.partition("/")[0], ()):
                 yield f"sites.{name}: {place!r} is a ready surface without residues; it can only be a target."
         if named[0] in named[1:]:
             yield f"sites.{name}: {named[0]!r} stands on both sides; name another."
-
-
-def _without_zeros(place: str) -> str:
-    """A place without zeros before the number of a conformation: p/f0007 becomes p/f7."""
-    return re.sub(r"/([cf])0*(\d+)$", r"/\1\2", place)
 
 
 def _check_excluded(config: dict) -> Iterator[str]:
@@ -291,12 +293,10 @@ def _check_excluded(config: dict) -> Iterator[str]:
         if not known or (kind in config["proteins"] and name and not CONFORMATION.fullmatch(name)):
             yield f"exclude: {place!r} is no part of the study; remove it, or correct its name."
     first = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # stands for its protein
-    excluded = {_without_zeros(place) for place in config["exclude"]}
-    needs = {f"pairs/{name}": pair.get("proteins", ()) for name, pair in config["pairs"].items()}
-    needs |= {f"sites/{name}": _named_in(site) for name, site in config["sites"].items()}
-    for place, named in needs.items():
+    excluded = {without_zeros(place) for place in config["exclude"]}
+    for place, named in needed_conformations(config).items():
         for name in named:
-            parts = {name.partition("/")[0], _without_zeros(name) if "/" in name else f"{name}/{first}"}
+            parts = {name.partition("/")[0], without_zeros(name) if "/" in name else f"{name}/{first}"}
             if parts & excluded and place not in config["exclude"]:
                 yield f"exclude: {place} needs {name!r}, which is excluded; exclude {place}, too."
                 break

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sparsurf.workflow.models import Config
+from sparsurf.workflow.names import SAMPLERS
 
 HOME = Path(__file__).resolve().parents[3]
 SCHEMA_FILE, PAGE = HOME / "config" / "schema.json", HOME / "docs" / "config.md"
@@ -15,6 +16,7 @@ INTRODUCTION = """\
 
 A config is a YAML file. It needs only `proteins`, or `pairs`. A key that is left out takes its default.
 `config.yaml` is the default study; `config/README.md` shows how to run your own. `<name>` is a name of your own.
+A sampler is one of {samplers}.
 
 """
 HEAD = "| key | type, range | default | meaning |\n|---|---|---|---|\n"
@@ -33,7 +35,7 @@ def _without_titles(rule: Any) -> Any:
         return [_without_titles(part) for part in rule]
     if not isinstance(rule, dict):
         return rule
-    empty = {"title": str, "default": type(None)}
+    empty: dict[str, type] = {"title": str, "default": type(None)}
     return {
         key: _without_titles(value)
         for key, value in rule.items()
@@ -52,7 +54,8 @@ def reference_page() -> str:
             sections.append(f"\n## {key}\n\n{_meaning(rule, definitions)}\n\n{HEAD}{''.join(rows)}")
         else:
             alone.append(_row(key, rule))
-    return INTRODUCTION + HEAD + "".join([*alone, *sections])
+    samplers = ", ".join(f"`{name}`" for name in SAMPLERS)
+    return INTRODUCTION.format(samplers=samplers) + HEAD + "".join([*alone, *sections])
 
 
 def _alternatives(rule: dict, definitions: dict) -> Iterator[dict]:
@@ -80,7 +83,7 @@ def _keys_below(rule: dict, prefix: str, definitions: dict) -> Iterator[tuple[st
             forms = [*_alternatives(below, definitions)]
             resolved = below | {"forms": forms, "description": _meaning(below, definitions)}
             yield f"{prefix}{key}", resolved
-            if "properties" in forms[0]:
+            if any("properties" in form for form in forms):
                 yield from _keys_below(below, f"{prefix}{key}.", definitions)
         for below in form.get("patternProperties", {}).values():
             yield from _keys_below(below, f"{prefix}<name>.", definitions)
@@ -97,6 +100,8 @@ def _type(rule: dict) -> str:
     """Type and range of a value in a few words."""
     if "anyOf" in rule:
         return " or ".join(dict.fromkeys(map(_type, rule["anyOf"])))
+    if rule.get("enum") == [*SAMPLERS]:
+        return "sampler"
     if "enum" in rule or "const" in rule:
         return ", ".join(f"`{value}`" for value in rule.get("enum", [rule.get("const")]))
     kind = rule.get("type")

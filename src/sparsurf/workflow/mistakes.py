@@ -3,7 +3,7 @@
 import datetime
 import difflib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from pydantic import BaseModel
@@ -31,12 +31,12 @@ NUMBER = re.compile(r"[+-]?\d*\.?\d+(e[+-]?\d+)?", re.I)
 NAME_RULE = "cannot name a folder; use at most 100 letters, digits, '_', '-' and '.', not '.' first."
 
 
-def sentences(errors: list[dict], config: dict, model: type[BaseModel]) -> Iterator[str]:
+def sentences(errors: Iterable[Any], config: dict, model: type[BaseModel]) -> Iterator[str]:
     """Yield one sentence for each mistake: the key, what is wrong, what is allowed.
 
     Parameters
     ----------
-    errors : list of dict, as `pydantic.ValidationError.errors` returns them
+    errors : iterable of dict, as `pydantic.ValidationError.errors` returns them
     config : dict that was validated
     model : the pydantic model of the config
     """
@@ -59,11 +59,11 @@ def _split_location(error: dict, config: dict) -> tuple[tuple, tuple[int, str] |
     """Split pydantic's location into the path of a key, and the place and name of a union's alternative."""
     path: list = []
     alternative, value = None, config
-    for part in error["loc"]:
-        is_last = len(path) + (alternative is not None) == len(error["loc"]) - 1
+    for place, part in enumerate(error["loc"], 1):
+        is_missing = error["type"] == "missing" and place == len(error["loc"])
         if (isinstance(value, dict) and part in value) or (isinstance(value, list) and isinstance(part, int)):
             value = value[part]
-        elif part != "[key]" and not (is_last and error["type"] == "missing"):
+        elif part != "[key]" and not is_missing:
             alternative = alternative or (len(path), part)
             continue
         path.append(part)

@@ -63,7 +63,9 @@ def _as_id(value: Any) -> Any:
 
 INTEGER, NUMBER = BeforeValidator(_as_integer), WrapValidator(_as_written)
 Integer = Annotated[int, INTEGER]
+Thousand = Annotated[int, Field(ge=1, le=1000), INTEGER]
 Positive = Annotated[int, Field(ge=1, le=10**9), INTEGER]
+FrameNumber = Annotated[int, Field(ge=0, le=10**9), INTEGER]
 Count = Annotated[int, Field(ge=1, le=10_000), INTEGER]
 TestDots = Literal["published"] | Annotated[int, Field(ge=2, le=10**6), INTEGER]
 Number = Annotated[float, NUMBER]
@@ -71,7 +73,13 @@ Alpha = Annotated[float, Field(gt=0, le=1), NUMBER]
 Exponent = Annotated[float, Field(ge=0, le=1000), NUMBER]
 Percent = Annotated[float, Field(gt=0, le=100), NUMBER]
 Length = Annotated[float, Field(gt=0, le=100), NUMBER]  # Å
+PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER]
 Text = Annotated[str, Field(min_length=1)]
+Word = Annotated[str, Field(pattern="^[A-Za-z0-9_-]+$", examples=["charmm27"])]
+Url = Annotated[str, Field(pattern="^https?://", examples=["https://address/of/a/file"])]
+PDB_ID = "^([0-9][A-Za-z0-9]{3}|pdb_[0-9]{5}[A-Za-z0-9]{3})$"
+PdbId = Annotated[str, Field(pattern=PDB_ID, examples=["1ubi"]), BeforeValidator(_as_id)]
+Sha256 = Annotated[str, Field(pattern="^[0-9A-Fa-f]{64}$", examples=["64 digits and letters from a to f"])]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100)]  # of a folder
 Conformation = Annotated[
     str, Field(pattern="^[^/]+(/[cf][0-9]+)?$", examples=["my_protein or my_protein/c2"])
@@ -90,11 +98,12 @@ Values = Annotated[UniqueList[T], Field(max_length=100)]
 Combination = Annotated[list[Exponent], Field(min_length=4, max_length=4), AfterValidator(_alpha_first)]
 
 
-def _key(default: Any, description: str, **limits: Any) -> Any:
+def key(default: Any, description: str, **limits: Any) -> Any:
+    """A key with its default and meaning."""
     return Field(default, description=description, **limits)
 
 
-def _optional(description: str, **limits: Any) -> Any:
+def optional(description: str, **limits: Any) -> Any:
     """A key without a default: its attribute is None, and `model_dump` leaves it out."""
     return Field(None, description=description, **limits)
 
@@ -120,63 +129,43 @@ def _switch(section: type[Section]) -> BeforeValidator:
 
 
 class Simulate(Section):
-    """Molecular dynamics of the protein by GROMACS before the study; {} for the paper's protocol over 1 ns."""
+    """Molecular dynamics by GROMACS before the study; {} for the paper's protocol over 1 ns."""
 
-    ns: Number = _key(1.0, "Length of the production, ns.", gt=0, le=100_000)
-    nvt_ns: Number = _key(0.1, "Length of the thermalisation, ns.", gt=0, le=1000)
-    npt_ns: Number = _key(0.1, "Length of the pressurisation, ns.", gt=0, le=1000)
-    save_ps: Number = _key(1.0, "Time between two saved frames, ps.", gt=0, le=10**6)
-    time_step_fs: Number = _key(2.0, "Time step, fs.", gt=0, le=5)
-    temperature: Number = _key(300.0, "Temperature, K.", gt=0, le=1000)
-    pressure: Number = _key(1.0, "Pressure, bar.", gt=0, le=100_000)
-    cutoff: Number = _key(12.0, "Cut-off of the short-range interactions, Å.", ge=6, le=30)
-    margin: Number = _key(11.0, "Distance from the protein to the border of the box, Å.", ge=5, le=50)
-    force_field: str = _key(
-        "charmm27", "A force field that GROMACS has.", pattern="^[A-Za-z0-9_-]+$", examples=["charmm27"]
-    )
-    water: str = _key(
-        "tip3p", "A water model that the force field has.", pattern="^[A-Za-z0-9]+$", examples=["tip3p"]
-    )
+    ns: Number = key(1.0, "Length of the production, ns.", gt=0, le=100_000)
+    nvt_ns: Number = key(0.1, "Length of the thermalisation, ns.", gt=0, le=1000)
+    npt_ns: Number = key(0.1, "Length of the pressurisation, ns.", gt=0, le=1000)
+    save_ps: Number = key(1.0, "Time between two saved frames, ps.", gt=0, le=10**6)
+    time_step_fs: Number = key(2.0, "Time step, fs.", gt=0, le=5)
+    temperature: Number = key(300.0, "Temperature, K.", gt=0, le=1000)
+    pressure: Number = key(1.0, "Pressure, bar.", gt=0, le=100_000)
+    cutoff: Number = key(12.0, "Cut-off of the short-range interactions, Å.", ge=6, le=30)
+    margin: Number = key(11.0, "Distance from the protein to the border of the box, Å.", ge=5, le=50)
+    force_field: Word = key("charmm27", "A force field that GROMACS has.")
+    water: str = key("tip3p", "A water model that the force field has.", pattern="^[A-Za-z0-9]+$")
 
 
 class Protein(Section):
     """A structure (with or without a trajectory) or a ready surface."""
 
-    structure: Text = _optional("PDB or mmCIF file (also .gz), or any topology that mdtraj reads.")
-    trajectory: Text = _optional(
-        "Any trajectory that mdtraj reads. A molecule must not be cut at the box between two frames."
+    structure: Text = optional("PDB or mmCIF file (also .gz), or any topology that mdtraj reads.")
+    trajectory: Text = optional(
+        "Any trajectory that mdtraj reads; a file cut off between two frames looks complete."
     )
-    url: str = _optional(
-        "Address of the structure: https, or http with a sha256.",
-        pattern="^https?://",
-        examples=["https://address/of/a/file"],
+    url: Url = optional("Address of the structure: https, or http with a sha256.")
+    pdb: PdbId = optional("PDB id; the entry is fetched as mmCIF.")
+    sha256: Sha256 = optional("Checksum that a fetched file must have.")
+    surface: Text = optional("Ready surface: DMS file, CSV, PLY or npz.")
+    table: Text = optional("CSV of values per residue or atom: residue, chain, atom, columns for `fields`.")
+    selection: Text = optional("Atoms that take part, as an mdtraj expression.")
+    chains: list[str] = optional("Chain identifiers.", min_length=1)
+    residues: Residues = optional("Residue ranges, like A:10-52A,-5-3.")
+    model: Integer = optional("Number of one model; without it, models are frames.", ge=1)
+    altloc: Text = optional("Alternate location: first (the default), highest (occupancy) or a letter.")
+    hydrogens: Literal["keep", "remove"] = optional("Hydrogens of the file; kept by default.")
+    simulate: Annotated[Simulate, AfterValidator(Simulate.model_dump), PlainSerializer(dict)] = optional(
+        Simulate.__doc__ or ""
     )
-    pdb: Annotated[str, BeforeValidator(_as_id)] = _optional(
-        "PDB id; the entry is fetched as mmCIF.",
-        pattern="^([0-9][A-Za-z0-9]{3}|pdb_[0-9]{5}[A-Za-z0-9]{3})$",
-        examples=["1ubi"],
-    )
-    sha256: str = _optional(
-        "Checksum that a fetched file must have.",
-        pattern="^[0-9A-Fa-f]{64}$",
-        examples=["64 digits and letters from a to f"],
-    )
-    surface: Text = _optional("Ready surface: DMS file, CSV, PLY or npz.")
-    table: Text = _optional(
-        "CSV with a value per residue or atom: columns residue, chain, atom, and others that `fields` names."
-    )
-    selection: Text = _optional("Atoms that take part, as an mdtraj expression.")
-    chains: list[str] = _optional("Chain identifiers.", min_length=1)
-    residues: Residues = _optional("Residue ranges, like A:10-52A,-5-3.")
-    model: Integer = _optional(
-        "Model number of a structure with several; without it, models are frames.", ge=1
-    )
-    altloc: Text = _optional("Alternate location: first (the default), highest (occupancy) or a letter.")
-    hydrogens: Literal["keep", "remove"] = _optional("Hydrogens of the file; kept by default.")
-    simulate: Annotated[Simulate, AfterValidator(Simulate.model_dump), PlainSerializer(dict)] = Field(None)
-    ligands: bool | list[str] = _optional(
-        "true for all ligands, or a list of residue names; false by default."
-    )
+    ligands: bool | list[str] = optional("true for all, or a list of residue names; false by default.")
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [key]} for key in SOURCE_KEYS]})
 
@@ -209,7 +198,7 @@ class Protein(Section):
 
     @property
     def molecule_options(self) -> dict[str, Any]:
-        """Keyword arguments of `read_molecule` for the molecule of the study: a simulated one holds the chosen atoms only."""
+        """The same for the molecule of the study: a simulated one holds the chosen atoms only."""
         skip = BEFORE if self.simulate is not None else ()
         return {key: value for key, value in self.file_options.items() if key not in skip}
 
@@ -225,10 +214,10 @@ class Protein(Section):
 class Pair(Section):
     """Two partners whose patches are compared: two proteins, two files or two parts of one file."""
 
-    proteins: Two[str] = _optional("Two of the proteins; their first conformations are compared.")
-    files: Two[Text] = _optional("Two structures, placed as in the complex.")
-    complex: Text = _optional("One structure that holds both partners.")
-    chains: Two[UniqueList[str]] = _optional("Chains of the first and of the second partner of `complex`.")
+    proteins: Two[str] = optional("Two of the proteins; their first conformations are compared.")
+    files: Two[Text] = optional("Two structures, placed as in the complex.")
+    complex: Text = optional("One structure that holds both partners.")
+    chains: Two[UniqueList[str]] = optional("Chains of the first and of the second partner of `complex`.")
 
     model_config = ConfigDict(
         json_schema_extra={"oneOf": [{"required": [key]} for key in ("proteins", "files", "complex")]}
@@ -245,14 +234,12 @@ class Pair(Section):
 class Site(Section):
     """A site that is sought on other surfaces, or two conformations that are compared."""
 
-    query: Conformation = _optional("Protein, or protein/conformation, that has the site.")
-    residues: Residues = _optional("Residues of the site, like 'A:57,102,195', in quotes.")
-    targets: Literal["all"] | UniqueList[Conformation] = _optional(
-        "Proteins and conformations to search; all (the default) for every other conformation with atoms."
+    query: Conformation = optional("Protein, or protein/conformation, that has the site.")
+    residues: Residues = optional("Residues of the site, like 'A:57,102,195', in quotes.")
+    targets: Literal["all"] | UniqueList[Conformation] = optional(
+        "Where to search; all (the default): every other conformation with atoms."
     )
-    changes: Two[Conformation] = _optional(
-        "Instead: two proteins or conformations that are compared residue by residue."
-    )
+    changes: Two[Conformation] = optional("Instead: two conformations to compare residue by residue.")
 
     model_config = ConfigDict(
         json_schema_extra={"oneOf": [{"required": ["query", "residues"]}, {"required": ["changes"]}]}
@@ -272,8 +259,8 @@ class Centres(Section):
     """Dots whose patches are compared, chosen by a sampler."""
 
     sampler: names.Sampler = Field(description="Sampler that chooses the centres.")
-    n_S_percent: Percent = _optional("Number of centres, % of the dots.")
-    n_S: Integer = _optional("Number of centres.", ge=1)
+    n_S_percent: Percent = optional("Number of centres, % of the dots.")
+    n_S: Integer = optional("Number of centres.", ge=1)
 
     model_config = ConfigDict(
         json_schema_extra={"oneOf": [{"required": ["n_S_percent"]}, {"required": ["n_S"]}]}
@@ -289,27 +276,22 @@ class Centres(Section):
 class Thinning(Section):
     """Complementarity from few centres, compared with the map of all dots."""
 
-    run: bool = _key(False, "Thin the centres of every pair.")
-    percents: UniqueList[Percent] = _key([1, 2.5, 5, 10, 20], "Centres, % of the dots.")
-    samplers: UniqueList[names.Sampler] = _key(
-        ["farthest", "poisson", "uniform", "paper"], "Samplers that choose the centres."
+    run: bool = key(False, "Thin the centres of every pair.")
+    percents: UniqueList[Percent] = key([1, 2.5, 5, 10, 20], "Centres, % of the dots.")
+    samplers: UniqueList[names.Sampler] = key(
+        ["farthest", "poisson", "uniform", "paper"], "Samplers of the centres."
     )
-    recovered: bool = _key(True, "Also describe the surface recovered from the centres.")
-    draws: Integer = _key(3, "Draws of each sampler and size.", ge=1, le=1000)
+    recovered: bool = key(True, "Also describe the surface recovered from the centres.")
+    draws: Integer = key(3, "Draws of each sampler and size.", ge=1, le=1000)
 
 
 class Complementarity(Section):
     """How the partners of a pair are compared."""
 
-    centres: Literal["all"] | Centres = _key(
-        "all",
-        "Dots whose patches are compared: all, {sampler: farthest, n_S_percent: 5} or {sampler: farthest, n_S: 2500}.",
-    )
-    nearest: Integer = _key(
-        10, "Number of nearest patches whose mean distance is the second map.", ge=1, le=1000
-    )
-    smoothing: Number = _key(6.0, "Radius over which the maps are averaged, Å; 0 for none.", ge=0, le=100)
-    interface: Length = _key(3.0, "Dots nearer than this to the partner are interface, Å.")
+    centres: Literal["all"] | Centres = key("all", "Dots whose patches are compared.")
+    nearest: Integer = key(10, "Nearest patches whose mean distance is the second map.", ge=1, le=1000)
+    smoothing: Number = key(6.0, "Radius over which the maps are averaged, Å; 0 for none.", ge=0, le=100)
+    interface: Length = key(3.0, "Dots nearer than this to the partner are interface, Å.")
     thinning: Annotated[Thinning, _switch(Thinning)] = Thinning()
 
 
@@ -322,105 +304,92 @@ class Stride(Section):
 class Frames(Section):
     """Frames of a trajectory that enter the study as conformations."""
 
-    clusters: Literal["auto"] | Annotated[int, Field(ge=1, le=1000), INTEGER] = _key(
-        "auto",
-        "Number of k-means clusters on the first two principal components; auto takes the best mean silhouette.",
+    clusters: Literal["auto"] | Thousand = key(
+        "auto", "Number of k-means clusters on two principal components; auto: best mean silhouette."
     )
-    selection: (
-        Literal["clusters", "all"] | UniqueList[Annotated[int, Field(ge=0, le=10**9), INTEGER]] | Stride
-    ) = _key(
+    selection: Literal["clusters", "all"] | UniqueList[FrameNumber] | Stride = key(
         "clusters",
-        "Frames to analyse: clusters (those nearest to the centroids), all, a list of frame numbers (from 0), "
-        "or {stride: n}.",
+        "Frames: clusters (nearest to the centroids), all, a list of numbers from 0, or {stride: n}.",
     )
-    pca_atoms: Text = _key(
-        "auto", "Atoms of the superposition and the PCA: auto (C-alpha) or an mdtraj expression."
-    )
-    stride: Positive = _key(1, "Read every n-th frame of a trajectory.")
+    pca_atoms: Text = key("auto", "Atoms of superposition and PCA: auto (C-alpha) or an mdtraj expression.")
+    stride: Positive = key(1, "Read every n-th frame of a trajectory.")
 
 
 class Surface(Section):
     """How the molecular surface is computed."""
 
-    method: Literal["analytic", "dms"] = _key(
-        "analytic", "analytic for the dots of sparsurf; dms for the DMS program on the PATH."
+    method: Literal["analytic", "dms"] = key("analytic", "Own dots, or those of the DMS program on the PATH.")
+    probe_radius: Number = key(1.4, "Radius of the solvent probe, Å.", gt=0, le=10)
+    density: Literal["auto"] | Length = key(
+        "auto", "Dots per Å^2; auto: 5.35, or more where D_link needs it."
     )
-    probe_radius: Number = _key(1.4, "Radius of the solvent probe, Å.", gt=0, le=10)
-    density: Literal["auto"] | Length = _key(
-        "auto", "Dots per Å^2; auto takes 5.35, or more where D_link needs more."
+    radii: Literal["dms", "bondi"] = key("dms", "Table of atomic radii.")
+    cavities: Literal["keep", "remove"] = key(
+        "keep", "Dots of closed cavities inside the molecule; DMS and the paper keep them."
     )
-    radii: Literal["dms", "bondi"] = _key("dms", "Table of atomic radii.")
-    cavities: Literal["keep", "remove"] = _key(
-        "keep", "Dots of closed cavities inside the molecule: kept as in DMS and the paper, or removed."
-    )
-    reentrant: Literal["exact", "dms"] = _key(
-        "exact", "Self-intersecting concave dots: removed (exact), or kept as in DMS (dms)."
+    reentrant: Literal["exact", "dms"] = key(
+        "exact", "Self-intersecting concave dots: removed (exact) or kept as in DMS."
     )
 
 
 class Patches(Section):
     """Radii of the patches and the linking distance of islands."""
 
-    R_patch: Length = _key(4.0, "Patch radius of roughness and sampling, Å.")
-    R_zernike: Length = _key(6.0, "Patch radius of the descriptors, Å.")
-    D_link: Length = _key(0.5, "Dots closer than this are linked, Å.")
-    roughness: names.Roughness = _key("published", "Definition of the roughness of a patch.")
-    descriptor: names.Descriptor = _key("published", "Descriptor of a patch.")
+    R_patch: Length = key(4.0, "Patch radius of roughness and sampling, Å.")
+    R_zernike: Length = key(6.0, "Patch radius of the descriptors, Å.")
+    D_link: Length = key(0.5, "Dots closer than this are linked, Å.")
+    roughness: names.Roughness = key("published", "Definition of the roughness of a patch.")
+    descriptor: names.Descriptor = key("published", "Descriptor of a patch.")
 
 
 class Sampling(Section):
     """The grid of combinations, and two rules of the published sampling."""
 
-    run: bool = _key(
-        True, "Evaluate the paper's sampling over the grid; `sampling: false` leaves the grid out."
+    run: bool = key(True, "Evaluate the paper's sampling over the grid; `sampling: false` leaves it out.")
+    alpha: Values[Alpha] = key([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of alpha.")
+    beta: Values[Exponent] = key([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of beta.")
+    gamma: Values[Exponent] = key([0, 2, 4, 6, 8, 10], "Values of gamma.")
+    delta: Values[Exponent] = key([0, 2, 4, 6, 8, 10], "Values of delta.")
+    distance_from_moved_centre: bool = key(
+        True, "As published: distances start at a centre that may have moved, so p can exceed 1."
     )
-    alpha: Values[Alpha] = _key([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of alpha.")
-    beta: Values[Exponent] = _key([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], "Values of beta.")
-    gamma: Values[Exponent] = _key([0, 2, 4, 6, 8, 10], "Values of gamma.")
-    delta: Values[Exponent] = _key([0, 2, 4, 6, 8, 10], "Values of delta.")
-    distance_from_moved_centre: bool = _key(
-        True, "As published: distances start at a centre that may have moved, so that p can exceed 1."
-    )
-    chance_in_every_patch: bool = _key(True, "As published: a dot has a chance in every patch that holds it.")
+    chance_in_every_patch: bool = key(True, "As published: a dot has a chance in every patch that holds it.")
 
 
 class Evaluation(Section):
     """How subsets are compared with the whole surface."""
 
-    test_dots: TestDots = _key(200, "Number of test dots; published for N / 200.")
-    shared_test_dots: bool = _key(
-        True, "Use the same test dots for all combinations; false draws new ones for each, as published."
+    test_dots: TestDots = key(200, "Number of test dots; published for N / 200.")
+    shared_test_dots: bool = key(
+        True, "Same test dots for all combinations; false draws new ones for each, as published."
     )
-    draws: Count = _key(6, "Samplings and uniform subsets per combination.")
-    readings: UniqueList[names.Reading] = _key(
+    draws: Count = key(6, "Samplings and uniform subsets per combination.")
+    readings: UniqueList[names.Reading] = key(
         ["as_coded", "as_written"],
-        "Readings of the removal of islands. recovered costs 0.04 CPU s more per sampling of 20,000 dots.",
+        "Readings of the removal of islands; recovered costs 0.04 CPU s more per sampling of 20,000 dots.",
     )
 
 
 class Tables(Section):
     """What the tables of the best combinations show."""
 
-    ranges: Integer = _key(10, "Number of equal ranges of n_S.", ge=1, le=1000)
-    max_n_S_percent: Percent = _key(20, "Largest n_S for the restricted best combination, % of the dots.")
+    ranges: Integer = key(10, "Number of equal ranges of n_S.", ge=1, le=1000)
+    max_n_S_percent: Percent = key(20, "Largest n_S for the restricted best combination, % of the dots.")
 
 
 class Minimal(Section):
     """The minimal subset, by one of floor, n_S_percent, n_S, Z and combination."""
 
-    sampler: names.Sampler = _key("farthest", "Sampler of the subset.")
-    relax: bool = _key(
-        False, "Move the dots off the surface, so that the surface recovered from them fits better."
+    sampler: names.Sampler = key("farthest", "Sampler of the subset.")
+    relax: bool = key(False, "Move the dots off the surface, so that the recovered surface fits better.")
+    floor: names.Floor = optional(
+        "Noise floor that the recovered surface reaches within 10 %; fresh dots by default."
     )
-    floor: names.Floor = _optional(
-        "Noise floor that the recovered surface comes within 10 % of; fresh dots without another request."
-    )
-    n_S_percent: Percent = _optional("Requested n_S, % of the dots.")
-    n_S: Positive = _optional("Requested number of dots.")
-    Z: Number = _optional("Requested Z under `as_written`; the smallest n_S that reaches it is taken.", ge=0)
-    combination: Combination = _optional(
-        "alpha, beta, gamma, delta of one draw of the paper's sampling; `sampler: paper_corrected` draws by the "
-        "corrected rules."
+    n_S_percent: Percent = optional("Requested n_S, % of the dots.")
+    n_S: Positive = optional("Requested number of dots.")
+    Z: Number = optional("Requested Z under `as_written`; the smallest n_S that reaches it is taken.", ge=0)
+    combination: Combination = optional(
+        "alpha, beta, gamma, delta of one draw of the paper's sampling, or of paper_corrected."
     )
 
     @model_validator(mode="after")
@@ -436,22 +405,20 @@ class Minimal(Section):
 class Ensemble(Section):
     """One combination over all frames of each trajectory."""
 
-    run: bool = _key(False, "Write ensemble.csv and its figure.")
-    combination: Combination = _key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma, delta.")
-    test_dots: TestDots = _key(200, "Test dots of each frame; published for N / 200.")
-    draws: Count = _key(1, "Samplings and uniform subsets of each frame.")
-    stride: Positive = _key(1, "Every n-th frame of the file, whatever frames.stride is.")
-    jobs: Count = _key(1, "Number of jobs that share the frames.")
+    run: bool = key(False, "Write ensemble.csv and its figure.")
+    combination: Combination = key([1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma, delta.")
+    test_dots: TestDots = key(200, "Test dots of each frame; published for N / 200.")
+    draws: Count = key(1, "Samplings and uniform subsets of each frame.")
+    stride: Positive = key(1, "Every n-th frame of the file, whatever frames.stride is.")
+    jobs: Count = key(1, "Number of jobs that share the frames.")
 
 
 class Compare(Section):
     """Samplers compared at equal n_S."""
 
-    run: bool = _key(False, "Compare in every run; `make compare` does it once.")
-    percents: UniqueList[Annotated[float, Field(gt=0, lt=100), NUMBER]] = _key(
-        [2.5, 5, 10, 20, 40, 60], "Requested n_S, % of the dots."
-    )
-    samplers: UniqueList[names.Sampler] = _optional("Samplers to compare; all of them by default.")
+    run: bool = key(False, "Compare in every run; `make compare` does it once.")
+    percents: UniqueList[PercentBelow100] = key([2.5, 5, 10, 20, 40, 60], "Requested n_S, % of the dots.")
+    samplers: UniqueList[names.Sampler] = optional("Samplers to compare; all of them by default.")
 
 
 class Folder(Section):
@@ -460,6 +427,13 @@ class Folder(Section):
     folder: Text = Field(description="Folder that holds the files.")
 
 
+FIELD_ITEMS = {"anyOf": [{"enum": [*FIELDS]}, {"type": "string"}]}
+PLACES = "protein, protein/c2, protein/* (what is over all its frames), pairs/name, sites/name"
+Fields = Annotated[
+    list[str],
+    AfterValidator(_without_repeats),
+    Field(json_schema_extra={"items": FIELD_ITEMS, "uniqueItems": True}),
+]
 ListedProteins = Annotated[
     dict[Name, Protein],
     BeforeValidator(listing.list_proteins, json_schema_input_type=dict[Name, Protein] | Folder | Text),
@@ -476,34 +450,18 @@ Excluded = Annotated[
 class Config(Section):
     """Config of a study. Lengths are in Å. A key that is left out takes its default."""
 
-    run: Name = _key("default", "Name of the study; its results go to results/<run>/.")
-    seed: Integer = _key(20261120, "Seed of all random numbers.", ge=0, le=2**64 - 1)
-    proteins: ListedProteins = _key({}, "Proteins by name, a CSV table of them, or {folder: path}.")
-    pairs: ListedPairs = _key(
-        {}, "Partners whose patches are compared, by name, a CSV table of them, or {folder: path}."
-    )
-    sites: dict[Name, Site] = _key(
-        {}, "Sites to find on other surfaces, and forms of a protein to compare, by name."
-    )
-    exclude: Excluded = _key(
-        {},
-        "What to leave out, with the reason that the first page shows: protein, protein/c2, protein/* (what is "
-        "over all its frames), pairs/name, sites/name.",
-    )
+    run: Name = key("default", "Name of the study; its results go to results/<run>/.")
+    seed: Integer = key(20261120, "Seed of all random numbers.", ge=0, le=2**64 - 1)
+    proteins: ListedProteins = key({}, "Proteins by name, a CSV table of them, or {folder: path}.")
+    pairs: ListedPairs = key({}, "Pairs of partners by name, a CSV table of them, or {folder: path}.")
+    sites: dict[Name, Site] = key({}, "Sites to find, and forms of a protein to compare, by name.")
+    exclude: Excluded = key({}, f"What to leave out, with the reason that the first page shows: {PLACES}.")
     complementarity: Complementarity = Complementarity()
-    paper: Text = _optional(
-        "Name of the protein that is the paper's A1; its tables are compared with the published ones."
-    )
+    paper: Text = optional("Protein that is the paper's A1, to compare with the published tables.")
     frames: Frames = Frames()
     surface: Surface = Surface()
-    fields: Annotated[list[str], AfterValidator(_without_repeats)] = _key(
-        [],
-        "Values at every dot besides roughness: from the atoms, or a column of the `table` of every protein that "
-        "has one.",
-        json_schema_extra={
-            "items": {"anyOf": [{"enum": [*FIELDS]}, {"type": "string"}]},
-            "uniqueItems": True,
-        },
+    fields: Fields = key(
+        [], "Values at every dot besides roughness: from the atoms, or a column of every `table`."
     )
     patches: Patches = Patches()
     sampling: Annotated[Sampling, _switch(Sampling)] = Sampling()

@@ -11,6 +11,7 @@ from pathlib import Path
 import yaml
 
 from sparsurf import InputError
+from sparsurf.workflow.config import needed_conformations
 from sparsurf.workflow.conformations import first_column, without_zeros
 from sparsurf.workflow.job_logs import FULL_DISK_BYTES, failure, place_of_log
 
@@ -85,18 +86,6 @@ def chosen_conformations(config: dict, run: Path, protein: str) -> list[str]:
         return ["c1"]
     frames = run / protein / "frames.csv"
     return first_column(frames) if frames.is_file() else []
-
-
-def needed_conformations(config: dict) -> dict[str, list[str]]:
-    """Return the proteins or conformations that each pair and each site names."""
-    needed = {f"pairs/{name}": list(pair.get("proteins", ())) for name, pair in config["pairs"].items()}
-    for name, site in config["sites"].items():
-        targets = site.get("targets", "all")
-        named = (
-            site["changes"] if "changes" in site else [site["query"], *(targets if targets != "all" else ())]
-        )
-        needed[f"sites/{name}"] = list(named)
-    return needed
 
 
 def _is_in(exclude: dict[str, str], place: str) -> bool:
