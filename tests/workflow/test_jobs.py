@@ -2,7 +2,6 @@
 
 import errno
 import io
-import os
 import re
 import shutil
 import subprocess
@@ -148,7 +147,14 @@ def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkey
         path.write_text(f"WARNING {log}\n")
     (run / "logs/a/c1/measure_floors.log").write_text("WARNING a/c1/compute_surface\n")
     files = ("a/c1/surface.npz", "a/c1/figures/enough.png", "surfaces.csv", "pairs/ab/pair.html")
-    names = ("compute_surface", "measure_floors", "simulate_", "choose_frames", "summarise_best", "match_partners")
+    names = (
+        "compute_surface",
+        "measure_floors",
+        "simulate_",
+        "choose_frames",
+        "summarise_best",
+        "match_partners",
+    )
     collect_warnings.main(
         results=[f"{run}/{file}" for file in files],
         table=f"{run}/w.csv",
