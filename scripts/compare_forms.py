@@ -1,43 +1,84 @@
-"""Two forms of a protein compared residue by residue."""
+"""Compare two forms of a protein residue by residue."""
 
 import numpy as np
-from sparsurf.workflow.files_of_sites import refuse_absent
 
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_own
-from sparsurf.pairs.changes import RARE, Form, changes, laid, numbered_alike
+from sparsurf.pairs.changes import RARE, Form, laid, numbered_alike
+from sparsurf.pairs.changes import changes as changes_between
 from sparsurf.pairs.matching import on_atoms
 from sparsurf.report.page import write
 from sparsurf.report.site_page import OF_FORMS, changes_page
+from sparsurf.sites.conformations import refuse_absent
 from sparsurf.streams import stream
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import layer
 from sparsurf.surfaces.radii import radii
-from sparsurf.workflow.jobs import run
-from sparsurf.workflow.partner_files import SIDES
+from sparsurf.workflow.jobs import job
 
-BURIED = -1.0  # in the B-factor column, of residues without a change
+B_FACTOR_OF_BURIED = -1.0  # of residues without a change
 
 
-def main(inputs, outputs, settings, site, name, threads):
-    """Write changes.csv, a page, and both structures with the change as B factor, the second laid on the first."""
-    refuse_absent(inputs, "structure_1", name)
-    if inputs["structure_1"] == inputs["structure_2"]:
+def main(
+    surface_1: str | None,
+    surface_2: str | None,
+    structure_1: str | None,
+    structure_2: str | None,
+    changes: str,
+    pdb_1: str,
+    pdb_2: str,
+    page: str,
+    forms: list[str],
+    settings: dict,
+    d_link: float,
+    seed: int,
+    name: str,
+    threads: int = 1,
+) -> None:
+    """Write changes.csv, a page, and both structures with the change as B factor, the second superposed onto the first.
+
+    Parameters
+    ----------
+    surface_1, surface_2, structure_1, structure_2 : None where the study does not have one of the conformations
+    forms : both conformations as the config names them
+    settings : dict, the section `surface` of the config
+    d_link : float, Å
+    name : of the comparison
+    """
+    refuse_absent(structure_1, name)
+    if structure_1 == structure_2:
         raise InputError(f"sites.{name}: both names mean one conformation; name another.")
-    molecules = [read_own(inputs[f"structure_{side}"]) for side in SIDES]
-    molecules[1] = numbered_alike(molecules[1], molecules[0])
-    rules, forms = settings["surface"], []
-    for side, molecule, form in zip(SIDES, molecules, site["changes"], strict=True):
-        own = radii(molecule, rules["radii"])
-        lay = layer(molecule, 0, own, rules, settings["patches"]["D_link"], form)["lay"]
-        forms.append(Form(form, read_npz(inputs[f"surface_{side}"]), molecule, lay))
-    table = changes(*forms, stream(settings["seed"], "changes", *site["changes"]), threads)
-    table.to_csv(outputs["changes"], index=False, float_format="%.5g")
-    for side, molecule in zip(SIDES, (molecules[0], laid(molecules[1], molecules[0])), strict=True):
-        shown = on_atoms(molecule, table, "total", BURIED)
-        molecule.write_pdb(outputs[f"pdb_{side}"], b_factor=np.nan_to_num(shown, nan=BURIED))
-    write(outputs["page"], OF_FORMS, **changes_page(name, site["changes"], table, RARE))
+    reference = read_own(structure_1)
+    molecules = reference, numbered_alike(read_own(structure_2), reference)
+    compared = []
+    for form, surface, molecule in zip(forms, (surface_1, surface_2), molecules, strict=True):
+        atom_radii = radii(molecule, settings["radii"])
+        lay = layer(molecule, 0, atom_radii, settings, d_link, form)["lay"]
+        compared.append(Form(form, read_npz(surface), molecule, lay))
+    table = changes_between(*compared, stream(seed, "changes", *forms), threads)
+    table.to_csv(changes, index=False, float_format="%.5g")
+    superposed = reference, laid(molecules[1], reference)
+    for pdb, molecule in zip((pdb_1, pdb_2), superposed, strict=True):
+        change = on_atoms(molecule, table, "total", B_FACTOR_OF_BURIED)
+        molecule.write_pdb(pdb, b_factor=np.nan_to_num(change, nan=B_FACTOR_OF_BURIED))
+    write(page, OF_FORMS, **changes_page(name, forms, table, RARE))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface_1=snakemake.input.get("surface_1"),
+            surface_2=snakemake.input.get("surface_2"),
+            structure_1=snakemake.input.get("structure_1"),
+            structure_2=snakemake.input.get("structure_2"),
+            changes=snakemake.output.changes,
+            pdb_1=snakemake.output.pdb_1,
+            pdb_2=snakemake.output.pdb_2,
+            page=snakemake.output.page,
+            forms=snakemake.params.forms,
+            settings=snakemake.params.surface,
+            d_link=snakemake.params.d_link,
+            seed=snakemake.params.seed,
+            name=snakemake.wildcards.site,
+            threads=snakemake.threads,
+        )

@@ -1,5 +1,6 @@
-"""Samplers compared at equal n_S on one surface."""
+"""Compare samplers at equal n_S on one surface."""
 
+from collections.abc import Callable
 from functools import partial
 
 from sparsurf.molecules.read_molecule import read_own
@@ -8,69 +9,147 @@ from sparsurf.report.figures import comparison_figure, layout
 from sparsurf.report.page import write
 from sparsurf.sampling.combination import OF_PAPER, choices_of
 from sparsurf.study.centres import centres_table
-from sparsurf.study.comparison import contestants, fewer, measuring
+from sparsurf.study.comparison import contestants, measuring
+from sparsurf.study.comparison import fewer as fewer_dots
 from sparsurf.study.comparison.contestants import dotted
 from sparsurf.study.comparison.measuring import stand_alone
-from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.evaluator import number_of_tests
+from sparsurf.study.prepare import prepare_surface
 from sparsurf.study.tables import as_references, combinations_in, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
-from sparsurf.workflow.jobs import reporter, run
+from sparsurf.workflow.jobs import job, reporter
+
+SAMPLERS_ALONE = ("farthest", "uniform")  # whose subsets are described without the full surface
 
 
-def main(inputs, outputs, settings, name, threads):
-    """Write compare.csv with its page and figure, and the tables that follow from it."""
-    surface = read_npz(inputs["surface"])
-    rough, ranges = read_roughness(inputs["roughness"], surface), read_table(inputs["ranges"])
-    grid = read_table(inputs["grid"], combinations_in(ranges), "combinations")
-    evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
-    percents, names = settings["compare"]["percents"], settings["compare"].get("samplers")
-    n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
-    draws = settings["evaluation"]["draws"]
-    drawers, raw = contestants.contestants(evaluator, names, ranges, grid, percents), {}
-    table = measuring.compare(
-        evaluator,
+def main(
+    surface: str,
+    roughness: str,
+    grid: str,
+    ranges: str,
+    floors: str,
+    structure: str | None,
+    table: str,
+    page: str,
+    pairs: str,
+    fewer: str,
+    alone: str,
+    needed: str,
+    centres: str,
+    png: str,
+    surface_settings: dict,
+    patches: dict,
+    distance_from_moved_centre: bool,
+    chance_in_every_patch: bool,
+    evaluation: dict,
+    percents: list[float],
+    samplers: list[str] | None,
+    seed: int,
+    name: str,
+    threads: int = 1,
+) -> None:
+    """Write compare.csv with its page and figure, and the tables that follow from it.
+
+    Parameters
+    ----------
+    structure : None for a ready surface
+    table, pairs, fewer, alone, needed, centres : tables to be written
+    surface_settings, patches, evaluation : dict, the sections `surface`, `patches` and `evaluation` of the config
+    percents : n_S in % of the dots
+    samplers : names; None for all
+    name : protein/conformation
+    """
+    dots = read_npz(surface)
+    rough, best = read_roughness(roughness, dots), read_table(ranges)
+    grid_table = read_table(grid, combinations_in(best), "combinations")
+    prepared = prepare_surface(
+        dots, patches, rough, seed, name, threads, distance_from_moved_centre, chance_in_every_patch
+    )
+    n_tests, draws = number_of_tests(evaluation["test_dots"], len(dots)), evaluation["draws"]
+    drawers = contestants.contestants(prepared, samplers, best, grid_table, percents)
+    distances: dict = {}  # filled by `compare`: those of every test dot, for the intervals
+    comparison = measuring.compare(
+        prepared,
         drawers,
         percents,
         n_tests,
         draws,
         reporter(f"{name}: comparison", "samplers"),
-        as_references(read_table(inputs["floors"])),
-        raw,
+        as_references(read_table(floors)),
+        distances,
     )
-    lay = None
-    if inputs.get("structure"):
-        atoms, rules = read_own(inputs["structure"]), settings["surface"]
-        lay = partial(
-            dotted,
-            atoms.xyz[0],
-            radii(atoms, rules["radii"]),
-            probe=rules["probe_radius"],
-            reentrant=rules["reentrant"],
-            cavities=rules.get("cavities", "keep"),
-        )
-    against = dict.fromkeys([*fewer.AGAINST, comparison_page.best_of(table)[-1]])
-    own = {key: drawers[key] for key in ("farthest", "uniform") if key in drawers}
-    more = {
-        "pairs": fewer.paired(raw, percents, against=against),
-        "fewer": fewer.times_fewer_intervals(raw, table, evaluator.stream("times fewer")),
-        "alone": stand_alone(evaluator, own, lay, percents, n_tests, draws),
-        "centres": centres_table(evaluator, grid, ranges, n_tests, draws),
-    }
-    for key, each in more.items():
-        each.to_csv(outputs[key], index=False)
-    table.to_csv(outputs["table"], index=False)
-    fewer.all_needed(table).to_csv(outputs["needed"], index=False)
-    area, estimated = area_of(surface)
-    facts = {"n_dots": len(surface), "area": area, "estimated": estimated, "n_tests": n_tests, "draws": draws}
-    facts["of_paper"] = choices_of(ranges) is OF_PAPER
-    shown = (more[key] for key in ("fewer", "pairs", "alone", "centres"))
-    page = comparison_page.comparison_page(name, table, *shown, **facts)
-    write(outputs["page"], comparison_page.TEMPLATE, **page)
-    figure = comparison_figure.comparison_figure(table, name)
-    layout.save(figure, outputs["png"].removesuffix(".png"))
+    drawers_alone = {key: drawers[key] for key in SAMPLERS_ALONE if key in drawers}
+    place_dots = _place_dots(structure, surface_settings) if structure else None
+    references = dict.fromkeys([*fewer_dots.AGAINST, comparison_page.best_of(comparison)[-1]])
+    pair_table = fewer_dots.paired(distances, percents, against=references)
+    fewer_table = fewer_dots.times_fewer_intervals(distances, comparison, prepared.stream("times fewer"))
+    alone_table = stand_alone(prepared, drawers_alone, place_dots, percents, n_tests, draws)
+    centre_table = centres_table(prepared, grid_table, best, n_tests, draws)
+    pair_table.to_csv(pairs, index=False)
+    fewer_table.to_csv(fewer, index=False)
+    alone_table.to_csv(alone, index=False)
+    centre_table.to_csv(centres, index=False)
+    comparison.to_csv(table, index=False)
+    fewer_dots.all_needed(comparison).to_csv(needed, index=False)
+    area, estimated = area_of(dots)
+    facts = comparison_page.comparison_page(
+        name,
+        comparison,
+        fewer_table,
+        pair_table,
+        alone_table,
+        centre_table,
+        n_dots=len(dots),
+        area=area,
+        estimated=estimated,
+        n_tests=n_tests,
+        draws=draws,
+        of_paper=choices_of(best) is OF_PAPER,
+    )
+    write(page, comparison_page.TEMPLATE, **facts)
+    layout.save(comparison_figure.comparison_figure(comparison, name), png.removesuffix(".png"))
+
+
+def _place_dots(structure: str, settings: dict) -> Callable:
+    """Return the function that places any number of dots on the surface of a structure."""
+    atoms = read_own(structure)
+    return partial(
+        dotted,
+        atoms.xyz[0],
+        radii(atoms, settings["radii"]),
+        probe=settings["probe_radius"],
+        reentrant=settings["reentrant"],
+        cavities=settings.get("cavities", "keep"),
+    )
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface=snakemake.input.surface,
+            roughness=snakemake.input.roughness,
+            grid=snakemake.input.grid,
+            ranges=snakemake.input.ranges,
+            floors=snakemake.input.floors,
+            structure=snakemake.input.structure or None,
+            table=snakemake.output.table,
+            page=snakemake.output.page,
+            pairs=snakemake.output.pairs,
+            fewer=snakemake.output.fewer,
+            alone=snakemake.output.alone,
+            needed=snakemake.output.needed,
+            centres=snakemake.output.centres,
+            png=snakemake.output.png,
+            surface_settings=snakemake.params.surface,
+            patches=snakemake.params.patches,
+            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
+            chance_in_every_patch=snakemake.params.chance_in_every_patch,
+            evaluation=snakemake.params.evaluation,
+            percents=snakemake.params.percents,
+            samplers=snakemake.params.samplers,
+            seed=snakemake.params.seed,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            threads=snakemake.threads,
+        )

@@ -1,29 +1,59 @@
-"""The surfaces of both partners of a pair that is given by structures."""
+"""Compute the surfaces of both partners of a pair that is given by structures."""
 
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import fitting_surface
 from sparsurf.surfaces.radii import radii
-from sparsurf.workflow.jobs import run
-from sparsurf.workflow.partner_files import SIDES
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, pair, settings, name):
-    """Write surface and structure of each partner: the chains named of one complex, or two files."""
-    if "complex" in pair:
-        molecules = [read_molecule(inputs["complex"], chains=chains) for chains in pair["chains"]]
+def main(
+    files: list[str],
+    surface_1: str,
+    surface_2: str,
+    structure_1: str,
+    structure_2: str,
+    chains: list[list[str]] | None,
+    settings: dict,
+    d_link: float,
+    name: str,
+) -> None:
+    """Write surface and structure of each partner.
+
+    Parameters
+    ----------
+    files : two structures, or one complex
+    chains : of each partner in the complex; None for two structures
+    settings : dict, the section `surface` of the config
+    d_link : float, Å
+    name : of the pair
+    """
+    if chains:
+        molecules = [read_molecule(files[0], chains=chains_of_partner) for chains_of_partner in chains]
     else:
-        molecules = [read_molecule(inputs[key]) for key in ("first", "second")]
-    for side, molecule in zip(SIDES, molecules, strict=True):
+        molecules = [read_molecule(file) for file in files]
+    outputs = (surface_1, structure_1), (surface_2, structure_2)
+    for side, (molecule, (surface, structure)) in enumerate(zip(molecules, outputs, strict=True), 1):
+        partner = f"{name}, partner {side}"
         if molecule.n_frames > 1:
             raise InputError(f"{name}: partner {side} has {molecule.n_frames} models; give a file with one.")
-        sizes = radii(molecule, settings["surface"]["radii"])
-        rules, which = settings["surface"], f"{name}, partner {side}"
-        surface, _ = fitting_surface(molecule, 0, sizes, rules, settings["patches"]["D_link"], which)
-        write_npz(outputs[f"surface_{side}"], surface)
-        molecule.write_pdb(outputs[f"structure_{side}"])
+        atom_radii = radii(molecule, settings["radii"])
+        dots, _ = fitting_surface(molecule, 0, atom_radii, settings, d_link, partner)
+        write_npz(surface, dots)
+        molecule.write_pdb(structure)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            files=list(snakemake.input),
+            surface_1=snakemake.output.surface_1,
+            surface_2=snakemake.output.surface_2,
+            structure_1=snakemake.output.structure_1,
+            structure_2=snakemake.output.structure_2,
+            chains=snakemake.params.chains,
+            settings=snakemake.params.surface,
+            d_link=snakemake.params.d_link,
+            name=snakemake.wildcards.pair,
+        )

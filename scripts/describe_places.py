@@ -1,16 +1,30 @@
-"""The places of one conformation in numbers, by which the same site is found on another."""
+"""Describe the places of one conformation in numbers, by which the same site is found on another."""
 
 from sparsurf.molecules.read_molecule import read_own
 from sparsurf.sites.describing import describe_surface
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, name, threads):
-    """Write the places of a surface, with their residues where there is a structure."""
-    molecule = read_own(inputs["structure"]) if inputs.get("structure") else None
-    describe_surface(read_npz(inputs["surface"]), molecule, name, threads=threads).save(outputs["sites"])
+def main(surface: str, structure: str | None, sites: str, name: str, threads: int = 1) -> None:
+    """Write the places of a surface, with their residues where there is a structure.
+
+    Parameters
+    ----------
+    structure : None for a ready surface
+    sites : file to be written
+    name : protein/conformation
+    """
+    molecule = read_own(structure) if structure else None
+    describe_surface(read_npz(surface), molecule, name, threads=threads).save(sites)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface=snakemake.input.surface,
+            structure=snakemake.input.structure or None,
+            sites=snakemake.output.sites,
+            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            threads=snakemake.threads,
+        )

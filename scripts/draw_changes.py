@@ -1,4 +1,4 @@
-"""Two forms of a protein in the colours of their change, and the change along the residues."""
+"""Draw two forms of a protein in the colours of their change, and the change along the residues."""
 
 from pathlib import Path
 
@@ -10,26 +10,69 @@ from sparsurf.report.figures.site_figures import changes_figure
 from sparsurf.report.site_page import read_residues
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.workflow.jobs import run
-from sparsurf.workflow.partner_files import SIDES
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, settings, site, name):
-    """Draw and save the picture, and a page of each form to look at."""
-    table = read_residues(inputs["changes"])
-    reference, forms = read_own(inputs["structure_1"]), []
-    for side in SIDES:
-        path = inputs[f"structure_{side}"]
-        surface, molecule = read_npz(inputs[f"surface_{side}"]), numbered_alike(read_own(path), reference)
-        change = on_atoms(molecule, table, "total")[surface.atom]
-        forms.append((site["changes"][int(side) - 1], surface, molecule, change))
+def main(
+    surface_1: str,
+    surface_2: str,
+    structure_1: str,
+    structure_2: str,
+    changes: str,
+    png: str,
+    view_1: str,
+    view_2: str,
+    forms: list[str],
+    patches: dict,
+    name: str,
+    distance_from_moved_centre: bool = True,
+    chance_in_every_patch: bool = True,
+    seed: int = 20261120,
+) -> None:
+    """Write the picture (PNG and SVG) and a page of each form.
+
+    Parameters
+    ----------
+    forms : both conformations as the config names them
+    patches : dict, the section `patches` of the config
+    name : of the comparison
+    """
+    settings = {
+        "patches": patches,
+        "sampling": {
+            "distance_from_moved_centre": distance_from_moved_centre,
+            "chance_in_every_patch": chance_in_every_patch,
+        },
+        "seed": seed,
+    }
+    table = read_residues(changes)
+    reference = read_own(structure_1)
+    files = (surface_1, structure_1, view_1), (surface_2, structure_2, view_2)
+    drawn = []
+    for side, (form, (surface, structure, view)) in enumerate(zip(forms, files, strict=True), 1):
+        dots, molecule = read_npz(surface), numbered_alike(read_own(structure), reference)
+        change = on_atoms(molecule, table, "total")[dots.atom]
+        drawn.append((form, dots, molecule, change))
         values = [Values("change from one form to the other", "change", "", change, "alike", "changed")]
-        text = coloured_page(
-            f"{name}, {forms[-1][0]}", f"{name}/{side}", surface, settings, values, residue_names(path)
+        page = coloured_page(
+            f"{name}, {form}", f"{name}/{side}", dots, settings, values, residue_names(structure)
         )
-        Path(outputs[f"view_{side}"]).write_text(text, encoding="utf-8")
-    layout.save(changes_figure(name, forms, table), outputs["png"].removesuffix(".png"))
+        Path(view).write_text(page, encoding="utf-8")
+    layout.save(changes_figure(name, drawn, table), png.removesuffix(".png"))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface_1=snakemake.input.surface_1,
+            surface_2=snakemake.input.surface_2,
+            structure_1=snakemake.input.structure_1,
+            structure_2=snakemake.input.structure_2,
+            changes=snakemake.input.changes,
+            png=snakemake.output.png,
+            view_1=snakemake.output.view_1,
+            view_2=snakemake.output.view_2,
+            forms=snakemake.params.forms,
+            patches=snakemake.params.patches,
+            name=snakemake.wildcards.site,
+        )

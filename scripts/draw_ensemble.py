@@ -1,22 +1,49 @@
-"""n_S, roughness and d of one combination over time, and the roughness of the residues."""
+"""Draw n_S, roughness and d of one combination over time, and the roughness of the residues."""
 
 import pandas as pd
 
 from sparsurf.report.ensemble_page import TEMPLATE, ensemble_page
-from sparsurf.report.figures import layout, over_time
+from sparsurf.report.figures import layout
+from sparsurf.report.figures.over_time import ensemble_figure, residues_figure
 from sparsurf.report.page import write
 from sparsurf.report.site_page import read_residues
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, settings, name):
-    """Draw and save the two figures, and write their page."""
-    table, combination = pd.read_csv(inputs["table"]), settings["ensemble"]["combination"]
-    layout.save(over_time.ensemble_figure(table, combination, name), outputs["png"].removesuffix(".png"))
-    rows, residues = (read_residues(inputs[key]) for key in ("over_time", "residues"))
-    layout.save(over_time.residues_figure(rows, residues, name), outputs["residues"].removesuffix(".png"))
-    write(outputs["page"], TEMPLATE, **ensemble_page(name, table, combination))
+def main(
+    table: str,
+    over_time: str,
+    residues: str,
+    png: str,
+    residues_png: str,
+    page: str,
+    combination: list[float],
+    name: str,
+) -> None:
+    """Write the two figures (PNG and SVG) and their page.
+
+    Parameters
+    ----------
+    table, over_time, residues : tables of the ensemble
+    combination : alpha, beta, gamma and delta
+    name : of the protein
+    """
+    frames = pd.read_csv(table)
+    layout.save(ensemble_figure(frames, combination, name), png.removesuffix(".png"))
+    figure = residues_figure(read_residues(over_time), read_residues(residues), name)
+    layout.save(figure, residues_png.removesuffix(".png"))
+    write(page, TEMPLATE, **ensemble_page(name, frames, combination))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            table=snakemake.input.table,
+            over_time=snakemake.input.over_time,
+            residues=snakemake.input.residues,
+            png=snakemake.output.png,
+            residues_png=snakemake.output.residues_png,
+            page=snakemake.output.page,
+            combination=snakemake.params.combination,
+            name=snakemake.wildcards.protein,
+        )

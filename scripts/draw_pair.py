@@ -1,4 +1,4 @@
-"""Both partners of a pair, opened like a book, and a page to look at each, with the binding propensity of its dots."""
+"""Draw both partners of a pair, opened like a book, and a page of each with the binding propensity of its dots."""
 
 from pathlib import Path
 
@@ -9,28 +9,67 @@ from sparsurf.report.figures import layout
 from sparsurf.report.figures.pair_figures import book_figure
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.workflow.jobs import run
-from sparsurf.workflow.partner_files import SIDES
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, settings, name):
-    """Draw and save the picture, and write view_1.html and view_2.html."""
-    dots = pd.read_csv(inputs["dots"], low_memory=False)
-    surfaces = [read_npz(inputs[f"surface_{side}"]) for side in SIDES]
-    tables = [dots[dots["partner"] == int(side)] for side in SIDES]
-    layout.save(book_figure(name, surfaces, tables), outputs["png"].removesuffix(".png"))
-    for side, surface, own in zip(SIDES, surfaces, tables, strict=True):
+def main(
+    surface_1: str,
+    surface_2: str,
+    structure_1: str | None,
+    structure_2: str | None,
+    dots: str,
+    png: str,
+    view_1: str,
+    view_2: str,
+    patches: dict,
+    name: str,
+    distance_from_moved_centre: bool = True,
+    chance_in_every_patch: bool = True,
+    seed: int = 20261120,
+) -> None:
+    """Write the picture (PNG and SVG) and the pages view_1.html and view_2.html.
+
+    Parameters
+    ----------
+    structure_1, structure_2 : name the residues of the dots; None for a ready surface
+    patches : dict, the section `patches` of the config
+    name : of the pair
+    """
+    settings = {
+        "patches": patches,
+        "sampling": {
+            "distance_from_moved_centre": distance_from_moved_centre,
+            "chance_in_every_patch": chance_in_every_patch,
+        },
+        "seed": seed,
+    }
+    dot_table = pd.read_csv(dots, low_memory=False)
+    surfaces = [read_npz(surface) for surface in (surface_1, surface_2)]
+    tables = [dot_table[dot_table["partner"] == side] for side in (1, 2)]
+    layout.save(book_figure(name, surfaces, tables), png.removesuffix(".png"))
+    files = (structure_1, view_1), (structure_2, view_2)
+    for side, (surface, table, (structure, view)) in enumerate(zip(surfaces, tables, files, strict=True), 1):
+        propensity, gap = table["propensity_smoothed"].to_numpy(), table["gap"].to_numpy()
         values = [
-            Values(
-                "binding propensity", "propensity", "",
-                own["propensity_smoothed"].to_numpy(), "good match", "poor match",
-            ),
-            Values("distance to the partner", "gap", " Å", own["gap"].to_numpy(), "touching", "far"),
-        ]  # fmt: skip
-        title, residues = f"{name}, partner {side}", residue_names(inputs.get(f"structure_{side}"))
-        text = coloured_page(title, f"{name}/{side}", surface, settings, values, residues)
-        Path(outputs[f"view_{side}"]).write_text(text, encoding="utf-8")
+            Values("binding propensity", "propensity", "", propensity, "good match", "poor match"),
+            Values("distance to the partner", "gap", " Å", gap, "touching", "far"),
+        ]
+        title = f"{name}, partner {side}"
+        page = coloured_page(title, f"{name}/{side}", surface, settings, values, residue_names(structure))
+        Path(view).write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface_1=snakemake.input.surface_1,
+            surface_2=snakemake.input.surface_2,
+            structure_1=snakemake.input.get("structure_1"),
+            structure_2=snakemake.input.get("structure_2"),
+            dots=snakemake.input.dots,
+            png=snakemake.output.png,
+            view_1=snakemake.output.view_1,
+            view_2=snakemake.output.view_2,
+            patches=snakemake.params.patches,
+            name=snakemake.wildcards.pair,
+        )

@@ -1,4 +1,4 @@
-"""A site and its clearest hits, side by side."""
+"""Draw a site and its clearest hits, side by side."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,44 +12,97 @@ from sparsurf.report.site_page import by_rarity, p_value, residue_text
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.sites.describing import load_sites, numbered_residues, places_of_residues
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.workflow.jobs import run
-from sparsurf.workflow.partner_files import SIDES
+from sparsurf.workflow.jobs import job
 
-PICTURES = 3  # hits that are shown
+MAX_HITS = 3  # that are drawn
 
 
-def main(inputs, outputs, settings, site, name):
-    """Draw and save the picture, and a page of the site and of its clearest hit to look at."""
-    surfaces, structures = (
-        {"/".join(Path(path).parts[-3:-1]): path for path in inputs[key]}
-        for key in ("surfaces", "structures")
-    )
-    hits = by_rarity(pd.read_csv(inputs["hits"], keep_default_na=False)).head(PICTURES)
-    poses = pd.read_csv(inputs["poses"]).drop(columns=["rank", "target"]).loc[hits.index].to_numpy()
-    query = load_sites(inputs["query"])
-    loaded = {place: read_npz(surfaces[place]) for place in (query.name, *hits["target"])}
-    own, molecule = loaded[query.name], read_own(inputs["structure"])
-    wanted = query.labels.iloc[places_of_residues(query, site["residues"])].drop_duplicates()
-    residues = molecule.residues[numbered_residues(molecule.residues, wanted) >= 0]
-    residue = numbered_residues(molecule.labels(own.atom), residues)
-    panels = [(f"the site on {query.name}", own.points, own.normals, residue)]
-    dots = own.points[residue >= 0], residue[residue >= 0]
-    for row, pose in zip(hits.itertuples(), poses, strict=True):
-        pose = pose[:9].reshape(3, 3), pose[9:]
+def main(
+    query: str,
+    structure: str,
+    surfaces: list[str],
+    structures: list[str],
+    hits: str,
+    poses: str,
+    png: str,
+    view_1: str,
+    view_2: str,
+    site: dict,
+    patches: dict,
+    name: str,
+    distance_from_moved_centre: bool = True,
+    chance_in_every_patch: bool = True,
+    seed: int = 20261120,
+) -> None:
+    """Write the picture (PNG and SVG), and a page each of the site and of its clearest hit.
+
+    Parameters
+    ----------
+    query, structure : described places and structure of the conformation with the site
+    surfaces, structures : of the query and of all targets; paths that end in <protein>/<conformation>/<file>
+    hits, poses : tables of the search
+    site : dict, the entry of `sites` in the config
+    patches : dict, the section `patches` of the config
+    name : of the site
+    """
+    settings = {
+        "patches": patches,
+        "sampling": {
+            "distance_from_moved_centre": distance_from_moved_centre,
+            "chance_in_every_patch": chance_in_every_patch,
+        },
+        "seed": seed,
+    }
+    path_of_surface, path_of_structure = (_by_conformation(paths) for paths in (surfaces, structures))
+    best_hits = by_rarity(pd.read_csv(hits, keep_default_na=False)).head(MAX_HITS)
+    best_poses = pd.read_csv(poses).drop(columns=["rank", "target"]).loc[best_hits.index].to_numpy()
+    places = load_sites(query)
+    dots = {target: read_npz(path_of_surface[target]) for target in (places.name, *best_hits["target"])}
+    query_dots, molecule = dots[places.name], read_own(structure)
+    labels = places.labels.iloc[places_of_residues(places, site["residues"])].drop_duplicates()
+    residues = molecule.residues[numbered_residues(molecule.residues, labels) >= 0]
+    residue_of_dot = numbered_residues(molecule.labels(query_dots.atom), residues)
+    on_site = residue_of_dot >= 0
+    site_dots = query_dots.points[on_site], residue_of_dot[on_site]
+    panels = [(f"the site on {places.name}", query_dots.points, query_dots.normals, residue_of_dot)]
+    for row, numbers in zip(best_hits.itertuples(), best_poses, strict=True):
+        pose = numbers[:9].reshape(3, 3), numbers[9:]
         title = f"hit {row.rank}: {row.target}, p {p_value(float(row.p))}"
-        panels.append((title, *carried(loaded[row.target], dots, pose)))
+        panels.append((title, *carried(dots[row.target], site_dots, pose)))
+    turn = facing(query_dots.points, query_dots.normals, on_site).T
+    shown = (places.name, view_1), (best_hits["target"].iloc[0], view_2)
+    for side, ((conformation, view), panel) in enumerate(zip(shown, panels, strict=False), 1):
+        _, points, normals, residue = panel
+        surface = replace(dots[conformation], points=points @ turn, normals=normals @ turn)
+        distance = distance_from(points, residue >= 0)
+        values = [Values("distance from the site", "distance", " Å", distance, "on it", "far")]
+        names_of_atoms = residue_names(path_of_structure.get(conformation))
+        page = coloured_page(
+            f"{name}, {conformation}", f"{name}/{side}", surface, settings, values, names_of_atoms
+        )
+        Path(view).write_text(page, encoding="utf-8")
     names = [residue_text(*row) for row in residues[["chain", "residue_name", "residue"]].to_numpy()]
-    turn = facing(own.points, own.normals, residue >= 0).T
-    for side, place, panel in zip(SIDES, (query.name, hits["target"].iloc[0]), panels, strict=False):
-        _, points, normals, on_site = panel
-        surface = replace(loaded[place], points=points @ turn, normals=normals @ turn)
-        gap = distance_from(points, on_site >= 0)
-        values = [Values("distance from the site", "distance", " Å", gap, "on it", "far")]
-        atoms = residue_names(structures.get(place))
-        text = coloured_page(f"{name}, {place}", f"{name}/{side}", surface, settings, values, atoms)
-        Path(outputs[f"view_{side}"]).write_text(text, encoding="utf-8")
-    layout.save(site_figure(name, panels, names), outputs["png"].removesuffix(".png"))
+    layout.save(site_figure(name, panels, names), png.removesuffix(".png"))
+
+
+def _by_conformation(paths: list[str]) -> dict[str, str]:
+    """Map protein/conformation to the path of a file in its folder."""
+    return {"/".join(Path(path).parts[-3:-1]): path for path in paths}
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            query=snakemake.input.query,
+            structure=snakemake.input.structure,
+            surfaces=list(snakemake.input.surfaces),
+            structures=list(snakemake.input.structures),
+            hits=snakemake.input.hits,
+            poses=snakemake.input.poses,
+            png=snakemake.output.png,
+            view_1=snakemake.output.view_1,
+            view_2=snakemake.output.view_2,
+            site=snakemake.params.site,
+            patches=snakemake.params.patches,
+            name=snakemake.wildcards.site,
+        )

@@ -1,47 +1,82 @@
-"""Where a site of one conformation lies on others."""
+"""Find a site of one conformation on others."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
-from sparsurf.workflow.files_of_sites import refuse_absent
 
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_own
 from sparsurf.report.page import write
 from sparsurf.report.site_page import TEMPLATE, laid_file, site_page
+from sparsurf.sites.conformations import refuse_absent
 from sparsurf.sites.describing import load_sites, places_of_residues
 from sparsurf.sites.finding import find_site, matched
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
-MOST = 10  # hits that the query is laid on
-POSE = [f"{name}_{k}" for name in ("turn_1", "turn_2", "turn_3", "shift") for k in "xyz"]
+MAX_SUPERPOSED = 10  # hits that the query is superposed onto
+POSE_COLUMNS = [f"{name}_{axis}" for name in ("turn_1", "turn_2", "turn_3", "shift") for axis in "xyz"]
 
 
-def main(inputs, outputs, site, name):
-    """Write a row for each target, which places meet, the poses, the page, and the query laid on the best hits."""
-    refuse_absent(inputs, "query", name)
-    query = load_sites(inputs["query"])
-    targets = [load_sites(path) for path in inputs.get("targets", [])]
-    if not targets or query.name in {target.name for target in targets}:
-        raise InputError(f"sites.{name}: {query.name} is all that would be searched; name other targets.")
-    found = find_site(query.take(places_of_residues(query, site["residues"])), targets, len(targets))
-    found.table.to_csv(outputs["hits"], index=False)
-    pairs = matched(found, targets)
-    pairs.to_csv(outputs["matches"], index=False, float_format="%.3f")
-    poses = [[*pose.turn.ravel(), *pose.shift] for pose in found.poses]
-    poses = pd.concat([found.table[["rank", "target"]], pd.DataFrame(poses, columns=POSE)], axis=1)
-    poses.to_csv(outputs["poses"], index=False, float_format="%.6f")
-    Path(outputs["superposed"]).mkdir()
-    molecule = read_own(inputs["structure"])
-    for row, pose in zip(found.table.head(MOST).itertuples(), found.poses, strict=False):
-        if not row.places:  # nothing agrees, so that nothing is laid
+def main(
+    query: str | None,
+    structure: str | None,
+    targets: list[str],
+    hits: str,
+    matches: str,
+    poses: str,
+    superposed: str,
+    page: str,
+    site: dict,
+    name: str,
+) -> None:
+    """Write the hits, the places that match, the poses, the page, and the query superposed onto the best hits.
+
+    Parameters
+    ----------
+    query, targets : described places of the conformation with the site and of those to search
+    structure : of the conformation with the site
+    query, structure : None where the study does not have a conformation that the site names
+    site : dict, the entry of `sites` in the config
+    name : of the site
+    """
+    refuse_absent(query, name)
+    query_places = load_sites(query)
+    target_places = [load_sites(path) for path in targets]
+    if not target_places or query_places.name in {places.name for places in target_places}:
+        raise InputError(
+            f"sites.{name}: {query_places.name} is all that would be searched; name other targets."
+        )
+    site_places = query_places.take(places_of_residues(query_places, site["residues"]))
+    found = find_site(site_places, target_places, len(target_places))
+    found.table.to_csv(hits, index=False)
+    match_table = matched(found, target_places)
+    match_table.to_csv(matches, index=False, float_format="%.3f")
+    numbers = pd.DataFrame([[*pose.turn.ravel(), *pose.shift] for pose in found.poses], columns=POSE_COLUMNS)
+    pose_table = pd.concat([found.table[["rank", "target"]], numbers], axis=1)
+    pose_table.to_csv(poses, index=False, float_format="%.6f")
+    Path(superposed).mkdir()
+    molecule = read_own(structure)
+    for row, pose in zip(found.table.head(MAX_SUPERPOSED).itertuples(), found.poses, strict=False):
+        if not row.places:  # nothing agrees, so there is no pose
             continue
-        laid = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
-        laid.write_pdb(Path(outputs["superposed"], laid_file(row.rank, row.target)))
-    page = site_page(name, site, query.name, found.table, pairs, len(found.places))
-    write(outputs["page"], TEMPLATE, **page)
+        moved = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
+        moved.write_pdb(Path(superposed, laid_file(row.rank, row.target)))
+    facts = site_page(name, site, query_places.name, found.table, match_table, len(found.places))
+    write(page, TEMPLATE, **facts)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            query=snakemake.input.get("query"),
+            structure=snakemake.input.get("structure"),
+            targets=list(snakemake.input.get("targets", [])),
+            hits=snakemake.output.hits,
+            matches=snakemake.output.matches,
+            poses=snakemake.output.poses,
+            superposed=snakemake.output.superposed,
+            page=snakemake.output.page,
+            site=snakemake.params.site,
+            name=snakemake.wildcards.site,
+        )

@@ -1,30 +1,53 @@
-"""What all frames of a trajectory gave, as one table, and R_i of the residues over them."""
+"""Gather the rows of all frames of a trajectory in one table, and R_i of the residues over them."""
 
 from pathlib import Path
 
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.ensemble import apart, gathered
 from sparsurf.study.residues import over_frames
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
-FIRST_ONLY = 10**9  # a stride that leaves one frame: the residues are the same in all
+STRIDE_TO_FIRST_FRAME = 10**9  # leaves one frame: the residues are the same in all
 
 
-def main(inputs, outputs, molecule_options):
-    """Write ensemble.csv, and R_i of the residues in every frame and over all."""
-    residues = read_molecule(
-        inputs["structure"], inputs.get("trajectory"), stride=FIRST_ONLY, **molecule_options
-    ).residues
-    table, over_time = apart(
-        gathered(Path(path).read_text(encoding="utf-8") for path in inputs["rows"]), residues
-    )
-    table.to_csv(outputs["table"], index=False)
-    over_time.to_csv(outputs["over_time"], index=False)
-    over_frames(residues, over_time.to_numpy(float)[:, 2:]).to_csv(outputs["residues"], index=False)
-    rows = [Path(path) for path in inputs["rows"]]
-    for left in set(rows[0].parent.glob("*of*.csv*")) - set(rows):
-        left.unlink()  # by a run that was killed when other parts shared the frames
+def main(
+    structure: str,
+    trajectory: str | None,
+    rows: list[str],
+    table: str,
+    over_time: str,
+    residues: str,
+    molecule_options: dict,
+) -> None:
+    """Write ensemble.csv, and R_i of the residues in every frame and over all.
+
+    Parameters
+    ----------
+    trajectory : None where the structure holds the frames
+    rows : paths of the rows of all parts, in order
+    table, over_time, residues : tables to be written
+    molecule_options : dict, options of `read_molecule`
+    """
+    molecule = read_molecule(structure, trajectory, stride=STRIDE_TO_FIRST_FRAME, **molecule_options)
+    paths = [Path(path) for path in rows]
+    all_rows = gathered(path.read_text(encoding="utf-8") for path in paths)
+    frames, roughness_over_time = apart(all_rows, molecule.residues)
+    frames.to_csv(table, index=False)
+    roughness_over_time.to_csv(over_time, index=False)
+    roughness = roughness_over_time.to_numpy(float)[:, 2:]
+    over_frames(molecule.residues, roughness).to_csv(residues, index=False)
+    for leftover in set(paths[0].parent.glob("*of*.csv*")) - set(paths):
+        leftover.unlink()  # of a killed run with another number of parts
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            structure=snakemake.input.structure,
+            trajectory=snakemake.input.get("trajectory"),
+            rows=list(snakemake.input.rows),
+            table=snakemake.output.table,
+            over_time=snakemake.output.over_time,
+            residues=snakemake.output.residues,
+            molecule_options=snakemake.params.molecule_options,
+        )

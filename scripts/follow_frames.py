@@ -1,25 +1,87 @@
-"""n_S and d of one combination over some of the frames of a trajectory."""
+"""Follow n_S and d of one combination over some of the frames of a trajectory."""
 
 from pathlib import Path
 
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.ensemble import follow
-from sparsurf.workflow.jobs import reporter, run
+from sparsurf.workflow.jobs import job, reporter
 
 
-def main(inputs, outputs, molecule_options, settings, protein, part, threads, path_to_part, code):
-    """Write the rows of a part of the frames; what an interrupted run has done is taken from the file beside it."""
-    molecule = read_molecule(
-        inputs["structure"],
-        inputs.get("trajectory"),
-        stride=settings["ensemble"]["stride"],
-        **molecule_options,
-    )
-    tell = reporter(f"{protein}, part {part[0]} of {part[1]}", "frames")
-    text = follow(molecule, settings, protein, threads, path_to_part, code, tell, part)
-    Path(outputs["rows"]).write_text(text, encoding="utf-8")
-    Path(path_to_part).unlink()
+def main(
+    structure: str,
+    trajectory: str | None,
+    rows: str,
+    surface: dict,
+    patches: dict,
+    distance_from_moved_centre: bool,
+    chance_in_every_patch: bool,
+    readings: list[str],
+    combination: list[float],
+    test_dots: int | str,
+    draws: int,
+    stride: int,
+    seed: int,
+    molecule_options: dict,
+    unfinished: str,
+    code: str,
+    part: int,
+    parts: int,
+    name: str,
+    threads: int = 1,
+) -> None:
+    """Write the rows of a part of the frames.
+
+    Parameters
+    ----------
+    trajectory : None where the structure holds the frames
+    surface, patches : dict, sections of the config
+    readings : see the section `evaluation` of the config
+    combination, test_dots, draws, stride : see the section `ensemble` of the config
+    molecule_options : dict, options of `read_molecule`
+    unfinished : path of the rows that an interrupted run has left, which are not computed again
+    code : version of the code; rows of another version are computed again
+    part, parts : the part, from 1, of that many equal parts of the frames
+    name : of the protein
+    """
+    molecule = read_molecule(structure, trajectory, stride=stride, **molecule_options)
+    settings = {
+        "surface": surface,
+        "patches": patches,
+        "sampling": {
+            "distance_from_moved_centre": distance_from_moved_centre,
+            "chance_in_every_patch": chance_in_every_patch,
+        },
+        "evaluation": {"readings": readings},
+        "ensemble": {"combination": combination, "test_dots": test_dots, "draws": draws, "stride": stride},
+        "seed": seed,
+    }
+    progress = reporter(f"{name}, part {part} of {parts}", "frames")
+    text = follow(molecule, settings, name, threads, unfinished, code, progress, (part, parts))
+    Path(rows).write_text(text, encoding="utf-8")
+    Path(unfinished).unlink()
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            structure=snakemake.input.structure,
+            trajectory=snakemake.input.get("trajectory"),
+            rows=snakemake.output.rows,
+            surface=snakemake.params.surface,
+            patches=snakemake.params.patches,
+            distance_from_moved_centre=snakemake.params.distance_from_moved_centre,
+            chance_in_every_patch=snakemake.params.chance_in_every_patch,
+            readings=snakemake.params.readings,
+            combination=snakemake.params.combination,
+            test_dots=snakemake.params.test_dots,
+            draws=snakemake.params.draws,
+            stride=snakemake.params.stride,
+            seed=snakemake.params.seed,
+            molecule_options=snakemake.params.molecule_options,
+            unfinished=snakemake.params.unfinished,
+            code=snakemake.params.code,
+            part=int(snakemake.wildcards.part),
+            parts=int(snakemake.wildcards.parts),
+            name=snakemake.wildcards.protein,
+            threads=snakemake.threads,
+        )

@@ -1,31 +1,66 @@
-"""The protein's trajectory without water, and whether the simulation did what it was asked."""
+"""Extract the protein's trajectory without water, and check that the simulation reached its targets."""
 
 import logging
 
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.simulation import simulation_figure
-from sparsurf.simulation import quality
-from sparsurf.simulation.protocol import STAGES, completed
+from sparsurf.simulation import quality as checks
+from sparsurf.simulation.protocol import completed
 from sparsurf.simulation.stages import take_trajectory
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 log = logging.getLogger("sparsurf")
 
 
-def main(inputs, outputs, simulate):
-    """Write topology.pdb, trajectory.xtc, the tables of quality and their figure; warn of a mean off its target."""
-    take_trajectory(inputs["system"], inputs["production"], outputs["topology"], outputs["trajectory"])
-    energies = quality.energies({stage: inputs[stage] for stage in STAGES})
-    motion = quality.motion(read_molecule(outputs["topology"], outputs["trajectory"]))
-    judged = quality.judge(energies, completed(simulate))
-    for sentence in quality.warnings(judged):
+def main(
+    system: str,
+    minimise: str,
+    nvt: str,
+    npt: str,
+    production: str,
+    topology: str,
+    trajectory: str,
+    energies: str,
+    motion: str,
+    quality: str,
+    png: str,
+    simulate: dict,
+) -> None:
+    """Write topology.pdb, trajectory.xtc, the tables of quality and their figure; warn of a mean off its target.
+
+    Parameters
+    ----------
+    minimise, nvt, npt, production : folders of the stages
+    energies, motion, quality : tables to be written
+    simulate : dict, the key `simulate` of the protein in the config
+    """
+    take_trajectory(system, production, topology, trajectory)
+    stages = {"minimise": minimise, "nvt": nvt, "npt": npt, "production": production}
+    energy_table = checks.energies(stages)
+    motion_table = checks.motion(read_molecule(topology, trajectory))
+    quality_table = checks.judge(energy_table, completed(simulate))
+    for sentence in checks.warnings(quality_table):
         log.warning(sentence)
-    energies.to_csv(outputs["energies"], index=False)
-    motion.to_csv(outputs["motion"], index=False)
-    judged.to_csv(outputs["quality"], index=False)
-    layout.save(simulation_figure(energies, motion, judged), outputs["png"].removesuffix(".png"))
+    energy_table.to_csv(energies, index=False)
+    motion_table.to_csv(motion, index=False)
+    quality_table.to_csv(quality, index=False)
+    layout.save(simulation_figure(energy_table, motion_table, quality_table), png.removesuffix(".png"))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            system=snakemake.input.system,
+            minimise=snakemake.input.minimise,
+            nvt=snakemake.input.nvt,
+            npt=snakemake.input.npt,
+            production=snakemake.input.production,
+            topology=snakemake.output.topology,
+            trajectory=snakemake.output.trajectory,
+            energies=snakemake.output.energies,
+            motion=snakemake.output.motion,
+            quality=snakemake.output.quality,
+            png=snakemake.output.png,
+            simulate=snakemake.params.simulate,
+        )

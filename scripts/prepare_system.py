@@ -1,20 +1,39 @@
-"""A protein enters a box of water: the simulated system."""
+"""Put a protein into a box of water: the simulated system."""
 
 import json
 from pathlib import Path
 
 from sparsurf.simulation.protocol import completed
 from sparsurf.simulation.system import chosen_protein, prepare
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, chosen, simulate, settings):
-    """Write the system's topology and coordinates, and what it is made of."""
-    folder, path = Path(outputs["system"]), inputs["structure"]
+def main(
+    structure: str, system: str, contents: str, simulate: dict, structure_options: dict, seed: int
+) -> None:
+    """Write the topology and coordinates of the system, and what it consists of.
+
+    Parameters
+    ----------
+    system : folder to be made
+    contents : JSON file to be written
+    simulate : dict, the key `simulate` of the protein in the config
+    structure_options : dict, the keys of the protein that choose its atoms
+    """
+    folder = Path(system)
     folder.mkdir()
-    built = prepare(chosen_protein(path, chosen), path, completed(simulate), settings["seed"], folder)
-    Path(outputs["contents"]).write_text(json.dumps(built, indent=2) + "\n", encoding="ascii")
+    protein = chosen_protein(structure, structure_options)
+    facts = prepare(protein, structure, completed(simulate), seed, folder)
+    Path(contents).write_text(json.dumps(facts, indent=2) + "\n", encoding="ascii")
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            structure=snakemake.input.structure,
+            system=snakemake.output.system,
+            contents=snakemake.output.contents,
+            simulate=snakemake.params.simulate,
+            structure_options=snakemake.params.structure_options,
+            seed=snakemake.params.seed,
+        )

@@ -1,4 +1,4 @@
-"""The paper's Table I beside ours, what it rests on, and a verdict on each of its claims."""
+"""Compare the paper's Table I and its claims with results on the same protein."""
 
 import json
 from pathlib import Path
@@ -11,58 +11,121 @@ from sparsurf.report.figures.table1 import table1_figure
 from sparsurf.report.page import embedded, write
 from sparsurf.report.paper_page import TEMPLATE, paper_page, surface_of
 from sparsurf.sampling import law
-from sparsurf.study import tables
-from sparsurf.study.evaluator import Evaluator, number_of_tests
+from sparsurf.study.evaluator import number_of_tests
+from sparsurf.study.prepare import prepare_surface
+from sparsurf.study.tables import read_roughness, read_table, with_references
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.workflow.jobs import reporter, run
+from sparsurf.workflow.jobs import job, reporter
 
 
-def main(inputs, outputs, settings, name, threads, path_to_surface):
-    """Write the tables of the comparison and the page of verdicts."""
-    surface = read_npz(inputs["surface"])
-    rough = tables.read_roughness(inputs["roughness"], surface)
-    ranges = tables.read_table(inputs["ranges"])
-    best = json.loads(Path(inputs["best"]).read_text(encoding="utf-8"))
-    grid = tables.read_table(inputs["grid"], best["combinations"], "combinations")
-    evaluator = Evaluator.from_settings(surface, settings, rough, name, threads)
-    combinations = law.grid(**settings["sampling"])
-    n_tests = number_of_tests(settings["evaluation"]["test_dots"], len(surface))
-    draws = settings["evaluation"]["draws"]
+def main(
+    surface: str,
+    roughness: str,
+    grid: str,
+    ranges: str,
+    best: str,
+    enough: str,
+    bins: str,
+    page: str,
+    tables: dict[str, str],
+    png: str,
+    surface_settings: dict,
+    patches: dict,
+    sampling: dict,
+    evaluation: dict,
+    seed: int,
+    a1: str,
+    path_to_surface: str | None,
+    threads: int = 1,
+) -> None:
+    """Write the tables of the comparison, the figure of Table I and the page of verdicts.
 
-    runs = published_runs.as_published(
-        evaluator, combinations, progress=reporter(f"{name} as published", "runs of the grid")
+    Parameters
+    ----------
+    grid, ranges, best, enough, bins : results of the conformation that is the paper's A1
+    tables : paths to be written, by the names runs, places, tests, rows, links, defects and family
+    surface_settings, patches, sampling, evaluation : dict, sections of the config
+    a1 : protein/conformation
+    path_to_surface : file of the surface where the config names one; None for a surface that was computed
+    """
+    dots = read_npz(surface)
+    rough = read_roughness(roughness, dots)
+    best_results = json.loads(Path(best).read_text(encoding="utf-8"))
+    grid_table = read_table(grid, best_results["combinations"], "combinations")
+    prepared = prepare_surface(
+        dots,
+        patches,
+        rough,
+        seed,
+        a1,
+        threads,
+        sampling["distance_from_moved_centre"],
+        sampling["chance_in_every_patch"],
     )
+    combinations = law.grid(sampling["alpha"], sampling["beta"], sampling["gamma"], sampling["delta"])
+    n_tests, draws = number_of_tests(evaluation["test_dots"], len(dots)), evaluation["draws"]
+
+    progress = reporter(f"{a1} as published", "runs of the grid")
+    runs = published_runs.as_published(prepared, combinations, progress=progress)
     places = published_runs.place_of_published(runs)
+    n_centres = published_runs.centres_in_any_order(prepared)
     results = {
         "runs": runs,
         "places": places,
-        "tests": published_runs.tests_of_table_1(places, published_runs.centres_in_any_order(evaluator)),
-        "rows": replication.published_rows(evaluator, n_tests, draws),
-        "links": replication.sweep_links(evaluator, replication.LINKS, n_tests, draws),
-        "defects": replication.compare_defects(evaluator, n_tests, draws),
-        "family": replication.tuned_family(evaluator, combinations[:, 1:], n_tests=n_tests, draws=draws),
+        "tests": published_runs.tests_of_table_1(places, n_centres),
+        "rows": replication.published_rows(prepared, n_tests, draws),
+        "links": replication.sweep_links(prepared, replication.LINKS, n_tests, draws),
+        "defects": replication.compare_defects(prepared, n_tests, draws),
+        "family": replication.tuned_family(prepared, combinations[:, 1:], n_tests=n_tests, draws=draws),
     }
-    for key, table in results.items():
-        tables.with_references(table, best["references"]).to_csv(outputs[key], index=False)
-    page = paper_page(
+    for key, result in results.items():
+        with_references(result, best_results["references"]).to_csv(tables[key], index=False)
+    facts = paper_page(
         results
         | {
-            "grid": grid,
-            "ranges": ranges,
-            "best": best,
-            "bias": published_runs.selection_bias(runs, grid),
+            "grid": grid_table,
+            "ranges": read_table(ranges),
+            "best": best_results,
+            "bias": published_runs.selection_bias(runs, grid_table),
             "signs": replication.sign_changes(results["links"]),
-            "bins": tables.read_table(inputs["bins"]),
-            "enough": tables.read_table(inputs["enough"]),
+            "bins": read_table(bins),
+            "enough": read_table(enough),
             "family": replication.best_of_family(results["family"]),
-            "uniform": {"median": float(np.median(np.bincount(evaluator.cover.dot)))},
-            "surface": surface_of(evaluator, settings["surface"], path_to_surface),
+            "uniform": {"median": float(np.median(np.bincount(prepared.cover.dot)))},
+            "surface": surface_of(prepared, surface_settings, path_to_surface),
         }
     )
-    figure = table1_figure(results["places"], results["rows"])
-    layout.save(figure, outputs["png"].removesuffix(".png"))
-    write(outputs["html"], TEMPLATE, **page, first=name, figure=embedded(outputs["png"]))
+    layout.save(table1_figure(results["places"], results["rows"]), png.removesuffix(".png"))
+    write(page, TEMPLATE, **facts, first=a1, figure=embedded(png))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            surface=snakemake.input.surface,
+            roughness=snakemake.input.roughness,
+            grid=snakemake.input.grid,
+            ranges=snakemake.input.ranges,
+            best=snakemake.input.best,
+            enough=snakemake.input.enough,
+            bins=snakemake.input.bins,
+            page=snakemake.output.page,
+            tables={
+                "runs": snakemake.output.runs,
+                "places": snakemake.output.places,
+                "tests": snakemake.output.tests,
+                "rows": snakemake.output.rows,
+                "links": snakemake.output.links,
+                "defects": snakemake.output.defects,
+                "family": snakemake.output.family,
+            },
+            png=snakemake.output.png,
+            surface_settings=snakemake.params.surface,
+            patches=snakemake.params.patches,
+            sampling=snakemake.params.sampling,
+            evaluation=snakemake.params.evaluation,
+            seed=snakemake.params.seed,
+            a1=snakemake.params.a1,
+            path_to_surface=snakemake.params.path_to_surface,
+            threads=snakemake.threads,
+        )

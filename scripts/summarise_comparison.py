@@ -1,4 +1,4 @@
-"""Samplers compared at equal n_S over all conformations and proteins of a study."""
+"""Summarise the comparison of samplers at equal n_S over all conformations and proteins of a study."""
 
 from pathlib import Path
 
@@ -9,29 +9,40 @@ from sparsurf.report.figures import layout
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.report.page import write
 from sparsurf.study.comparison.fewer import by_protein, needed_over_proteins, over_proteins
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs):
-    """Write the means and the spread between proteins, as table, page and figure.
+def main(tables: list[str], table: str, needed: str, page: str, png: str, run: str) -> None:
+    """Write the means and the spread between proteins, as tables, page and figure.
 
-    The tables that come in end in <protein>/<conformation>/compare.csv.
+    Parameters
+    ----------
+    tables : paths that end in <protein>/<conformation>/compare.csv
     """
-    tables = {Path(path).parts[-3:-1]: pd.read_csv(path) for path in inputs["tables"]}
-    units = by_protein(tables)
-    several = "proteins" if len({protein for protein, _ in tables}) > 1 else "conformations"
-    of = several if len(units) > 1 else "conformation"
-    table = over_proteins(units)
-    fewer = needed_over_proteins(units)
-    table.to_csv(outputs["table"], index=False)
-    fewer.to_csv(outputs["needed"], index=False)
-    run_name = Path(inputs["tables"][0]).parts[-4]
-    write(outputs["page"], TEMPLATE, **comparison_page(run_name, table, fewer, of=of, n=len(units)))
-    drawn = table.rename(columns={"lowest": "low", "highest": "high"})
-    subject = f"mean of {len(units)} {of}" if len(units) > 1 else next(iter(units))
-    figure = comparison_figure(drawn, subject, f"lowest to highest of {len(units)} {of}")
-    layout.save(figure, outputs["png"].removesuffix(".png"))
+    comparisons = {Path(path).parts[-3:-1]: pd.read_csv(path) for path in tables}
+    units = by_protein(comparisons)
+    several = "proteins" if len({protein for protein, _ in comparisons}) > 1 else "conformations"
+    kind = several if len(units) > 1 else "conformation"
+    means, needed_table = over_proteins(units), needed_over_proteins(units)
+    means.to_csv(table, index=False)
+    needed_table.to_csv(needed, index=False)
+    write(page, TEMPLATE, **comparison_page(run, means, needed_table, of=kind, n=len(units)))
+    subject = f"mean of {len(units)} {kind}" if len(units) > 1 else next(iter(units))
+    figure = comparison_figure(
+        means.rename(columns={"lowest": "low", "highest": "high"}),
+        subject,
+        f"lowest to highest of {len(units)} {kind}",
+    )
+    layout.save(figure, png.removesuffix(".png"))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            tables=list(snakemake.input.tables),
+            table=snakemake.output.table,
+            needed=snakemake.output.needed,
+            page=snakemake.output.page,
+            png=snakemake.output.png,
+            run=snakemake.wildcards.run,
+        )

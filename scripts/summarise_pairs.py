@@ -1,4 +1,4 @@
-"""Agreement of the maps with the interface, over all pairs of a run."""
+"""Summarise the agreement of the maps with the interface, over all pairs of a run."""
 
 from pathlib import Path
 
@@ -9,20 +9,33 @@ from sparsurf.report.figures import layout
 from sparsurf.report.figures.pair_figures import over_pairs
 from sparsurf.report.page import write
 from sparsurf.report.pair_page import OF_ALL, pairs_page
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs):
-    """Write pairs.csv, a row per pair, partner and score, their means, figure and page; tables end in <pair>/agreement.csv."""
-    paths = [Path(path) for path in inputs["tables"]]
-    table = pd.concat([pd.read_csv(path).assign(complex=path.parent.name) for path in paths])
-    means = means_over_complexes(table, ["score"])
-    table.to_csv(outputs["table"], index=False)
-    means.to_csv(outputs["means"], index=False)
-    layout.save(over_pairs(paths[0].parts[-4], table, means), outputs["png"].removesuffix(".png"))
-    known = pairs_page(paths[0].parts[-4], means, len(paths), table["complex"].nunique(), table)
-    write(outputs["page"], OF_ALL, **known)
+def main(tables: list[str], table: str, means: str, page: str, png: str, run: str) -> None:
+    """Write pairs.csv, a row per pair, partner and score, the means over pairs, their figure and page.
+
+    Parameters
+    ----------
+    tables : paths that end in <pair>/agreement.csv
+    """
+    paths = [Path(path) for path in tables]
+    scores = pd.concat([pd.read_csv(path).assign(complex=path.parent.name) for path in paths])
+    mean_scores = means_over_complexes(scores, ["score"])
+    scores.to_csv(table, index=False)
+    mean_scores.to_csv(means, index=False)
+    layout.save(over_pairs(run, scores, mean_scores), png.removesuffix(".png"))
+    n_touching = scores["complex"].nunique()
+    write(page, OF_ALL, **pairs_page(run, mean_scores, len(paths), n_touching, scores))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            tables=list(snakemake.input.tables),
+            table=snakemake.output.table,
+            means=snakemake.output.means,
+            page=snakemake.output.page,
+            png=snakemake.output.png,
+            run=snakemake.wildcards.run,
+        )

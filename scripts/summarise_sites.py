@@ -1,4 +1,4 @@
-"""All sites against all surfaces that were searched for them."""
+"""Summarise all sites on all surfaces that were searched for them."""
 
 from pathlib import Path
 
@@ -7,19 +7,31 @@ import pandas as pd
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import matrix_figure
 from sparsurf.report.site_page import is_found
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 COLUMNS = ("target", "score", "p", "places")
 
 
-def main(inputs, outputs):
-    """Write matrix.csv, a row per site and target, and its picture; the tables of hits end in <site>/hits.csv."""
-    tables = {Path(path).parent.name: pd.read_csv(path, usecols=COLUMNS) for path in inputs["hits"]}
-    table = pd.concat([own.assign(found=is_found(own).astype(int)) for own in tables.values()], keys=tables)
-    table = table.droplevel(1).rename_axis("site").reset_index()[["site", *COLUMNS, "found"]]
-    table.to_csv(outputs["matrix"], index=False)
-    layout.save(matrix_figure(Path(outputs["png"]).parts[-3], table), outputs["png"].removesuffix(".png"))
+def main(hits: list[str], matrix: str, png: str, run: str) -> None:
+    """Write matrix.csv, a row per site and target, and its picture.
+
+    Parameters
+    ----------
+    hits : paths that end in <site>/hits.csv
+    """
+    tables = {Path(path).parent.name: pd.read_csv(path, usecols=COLUMNS) for path in hits}
+    marked = [table.assign(found=is_found(table).astype(int)) for table in tables.values()]
+    rows = pd.concat(marked, keys=tables).droplevel(1).rename_axis("site").reset_index()
+    rows = rows[["site", *COLUMNS, "found"]]
+    rows.to_csv(matrix, index=False)
+    layout.save(matrix_figure(run, rows), png.removesuffix(".png"))
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            hits=list(snakemake.input.hits),
+            matrix=snakemake.output.matrix,
+            png=snakemake.output.png,
+            run=snakemake.wildcards.run,
+        )
