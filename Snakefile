@@ -413,7 +413,7 @@ rule collect_warnings:
         "envs/study.yaml"
     params:
         logs="results/{run}/logs",
-        jobs=[rule.name for rule in workflow.rules],
+        jobs=log_names(workflow.rules),
     message:
         "Warnings of the run"
     script:

@@ -57,6 +57,11 @@ def any_of(names):
     return "|".join(map(re.escape, names)) or "(?!)"
 
 
+def log_names(rules):
+    """What the names of the logs of rules begin with; the rules themselves may be renamed by a workflow that imports this one."""
+    return [Path(str(log)).stem.partition("{")[0] for rule in rules for log in rule.log]
+
+
 def is_excluded(*place):
     """Whether the config excludes a protein, or one of its conformations."""
     return without_zeros("/".join(place)) in EXCLUDED

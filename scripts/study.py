@@ -13,12 +13,11 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from sparsurf.workflow.memory import memory_of_grid, memory_of_machine
-
 from sparsurf import InputError
 from sparsurf.workflow import partial_runs
 from sparsurf.workflow.config import check_config, read_config
 from sparsurf.workflow.jobs import DISK_ERRORS
+from sparsurf.workflow.memory import memory_of_grid, memory_of_machine
 from sparsurf.workflow.running import locked, run_snakemake
 from sparsurf.workflow.slurm import stop_at_impossible_job
 

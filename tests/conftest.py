@@ -1,5 +1,6 @@
 """Fixtures that several test files share."""
 
+import fcntl
 import os
 from pathlib import Path
 
@@ -12,8 +13,6 @@ settings.register_profile("repeatable", derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 ROOT = Path(__file__).resolve().parents[1]
-RULES = [ROOT / "Snakefile", *sorted(ROOT.glob("rules/*.smk"))]  # the workflow's files
-WORKFLOW = "\n".join(path.read_text(encoding="utf-8") for path in RULES)
 
 
 @pytest.fixture(scope="session")
@@ -39,6 +38,23 @@ def blob():
     return make_blob(3000)
 
 
+@pytest.fixture(scope="session")
+def study(tmp_path_factory):
+    """Folder of the small study of small_study.py, finished; one for all workers of pytest-xdist, so nobody changes it."""
+    from small_study import output, run_study
+
+    base = tmp_path_factory.getbasetemp()
+    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    with open(base / "study.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (base / "study.log").is_file():
+            process = run_study(base / "study")
+            (base / "study.log").write_text(f"exit code {process.returncode}\n{output(process)}")
+    log = (base / "study.log").read_text()
+    assert log.startswith("exit code 0\n"), log
+    return base / "study"
+
+
 def make_blob(n, seed=5):
     """Dots spread over r = 8 + bumps (Å) with approximate normals, and a small sphere beside it."""
     rng = np.random.default_rng(seed)
@@ -60,9 +76,7 @@ def pytest_collection_modifyitems(items):
     first = [
         "test_slurm.py",
         "test_every_rule.py",
-        "test_workflow.py",
-        "test_own_proteins.py",
-        "test_pairs.py",
+        "test_runs.py",
         "test_simulation.py",
     ]
     items.sort(key=lambda item: first.index(item.path.name) if item.path.name in first else len(first))

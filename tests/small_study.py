@@ -1,43 +1,153 @@
-"""A study of a few seconds for tests, and Snakemake as a user runs it."""
+"""A small study in which every rule runs but for those of simulations, and Snakemake as a user runs it."""
 
+import hashlib
+import importlib
+import multiprocessing
+import os
+import re
+import shutil
 import subprocess
 import sys
+import threading
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import yaml
 
 from conftest import ROOT
+from peptides import peptide, write
 
-SMALL = {
+TDP43 = ROOT / "data" / "tdp43"
+SEQUENCE = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
+SETTINGS = {
     "run": "small",
-    "proteins": {
-        "tdp43": {
-            "structure": str(ROOT / "data" / "tdp43" / "topology.pdb"),
-            "trajectory": str(ROOT / "data" / "tdp43" / "trajectory.xtc"),
-            "residues": "209-222",
-        }
-    },
-    "frames": {"use": [0, 700]},
-    "sampling": {"alpha": [0.5, 1.0], "beta": [0.0, 0.4], "gamma": [0, 6], "delta": [0, 6]},
-    "evaluation": {"test_dots": 40, "draws": 2},
-    "tables": {"ranges": 3},
+    "frames": {"selection": [0, 700]},
+    "sampling": {"alpha": [0.5, 1.0], "beta": [0.0, 0.4], "gamma": [0, 6], "delta": [0]},
+    "evaluation": {"test_dots": 20, "draws": 2},
     "fields": ["hydropathy"],
 }
-ONE = SMALL | {"frames": {"use": [0]}}  # its first conformation only
+MOVING = {"structure": str(TDP43 / "topology.pdb"), "trajectory": str(TDP43 / "trajectory.xtc")}
+MOVING["residues"] = "209-216"
+SMALL = SETTINGS | {"proteins": {"moving": MOVING}}
+ONE = SMALL | {"frames": {"selection": [0]}}  # its first conformation only
+
+
+def write_study(folder, address="http://127.0.0.1:1"):
+    """Write the input files of the small study into a folder; return its config.
+
+    Parameters
+    ----------
+    folder : path
+    address : of a server of the files in the folder
+    """
+    from sparsurf.molecules.read_molecule import read_molecule
+    from sparsurf.surfaces.formats.npz import write_npz
+    from sparsurf.surfaces.molecular_surface import molecular_surface
+    from sparsurf.surfaces.radii import radii
+
+    folder.mkdir(exist_ok=True)
+    for name in ("topology.pdb", "trajectory.xtc"):
+        shutil.copy(TDP43 / name, folder)
+    for name, chain, y in (("still", "A", 0.0), ("loaded", "A", 0.0), ("one", "A", 0.0), ("two", "B", 9.0)):
+        write(folder / f"{name}.pdb", peptide(SEQUENCE, chain, origin=(0, y, 0)) + "END\n")
+    write(folder / "scores.csv", "residue,score\n2,1\n5,0\n")
+    molecule = read_molecule(folder / "one.pdb")
+    write_npz(folder / "ready.npz", molecular_surface(molecule.xyz[0], radii(molecule, "dms"), density=9.0))
+    digest = hashlib.sha256((folder / "loaded.pdb").read_bytes()).hexdigest()
+    proteins = {
+        "moving": {"structure": "topology.pdb", "trajectory": "trajectory.xtc", "residues": "209-216"},
+        "still": {"structure": "still.pdb", "table": "scores.csv"},
+        "loaded": {"url": f"{address}/loaded.pdb", "sha256": digest},
+        "ready": {"surface": "ready.npz"},
+    }
+    pairs = {"both": {"proteins": ["moving", "still"]}, "files": {"files": ["one.pdb", "two.pdb"]}}
+    sites = {
+        "turn": {"query": "still", "residues": "2-4", "targets": ["moving/f700"]},
+        "back": {"query": "moving/f0", "residues": "210-212", "targets": ["still"]},
+        "bend": {"changes": ["moving/f0", "moving/f700"]},
+    }
+    thinning = {"run": True, "percents": [20], "samplers": ["uniform"], "draws": 1, "recovered": False}
+    return SETTINGS | {
+        "proteins": proteins,
+        "pairs": pairs,
+        "sites": sites,
+        "paper": "ready",
+        "fields": ["hydropathy", "score"],
+        "compare": {"run": True, "percents": [20, 40], "samplers": ["paper", "uniform", "farthest"]},
+        "ensemble": {"run": True, "jobs": 2, "test_dots": 20, "stride": 500},
+        "complementarity": {"thinning": thinning},
+    }
+
+
+def run_study(folder):
+    """Run the small study in a folder; return the finished process."""
+    folder.mkdir()
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=folder))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        return snakemake(folder, write_study(folder, f"http://127.0.0.1:{server.server_port}"))
+    finally:
+        server.shutdown()
 
 
 def snakemake(folder, config, *options, root=ROOT):
-    """Run the workflow in a folder of its own; returns the finished process."""
+    """Run the workflow in a folder of its own; return the finished process."""
     return subprocess.run(
         command(folder, config, *options, root=root), capture_output=True, text=True, check=False
     )
 
 
 def command(folder, config, *options, root=ROOT):
+    """Return the command of Snakemake for a config in a folder of its own."""
     folder.mkdir(exist_ok=True)
-    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    (folder / "config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     where = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", folder / "config.yaml"]
     return [sys.executable, "-m", "snakemake", *map(str, where), "--cores", "2", *options]
 
 
 def output(process):
+    """Return what a process printed."""
     return process.stdout + process.stderr
+
+
+def copy_of(study, folder):
+    """Copy the folder of a study by hard links: files of the copy may be deleted and replaced, not edited."""
+    shutil.copytree(study, folder, copy_function=os.link, ignore=shutil.ignore_patterns("locks", "log"))
+    return folder
+
+
+def planned_rules(folder, config, **versions):
+    """Return the names of the rules that a dry run in the folder of a study plans.
+
+    Parameters
+    ----------
+    folder : path
+    config : dict
+    versions : METHOD or REPORT, as if the code of the library were another
+    """
+    (path := folder / f"planned-{os.getpid()}.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
+    where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", path]
+    options = [*map(str, where), "--cores", "2", "--dry-run", "--nolock", "--quiet", "host", "reason"]
+    log = path.with_suffix(".log")
+    importlib.import_module("snakemake.cli")  # once for all dry runs, which are forks of this process
+    process = multiprocessing.get_context("fork").Process(target=_dry_run, args=(log, options, versions))
+    process.start()
+    process.join()
+    text = log.read_text()
+    path.unlink(), log.unlink()
+    assert process.exitcode == 0, text
+    return {*re.findall(r"^(\w+) +\d+$", text, re.M)} - {"total", "all", "complete_protein"}
+
+
+def _dry_run(log, options, versions):
+    """Plan in this process, whose output goes to a file."""
+    with open(log, "w", encoding="utf-8") as stream:
+        os.dup2(stream.fileno(), 1)
+        os.dup2(stream.fileno(), 2)
+        sys.stdout, sys.stderr = (os.fdopen(number, "w", closefd=False) for number in (1, 2))
+        from snakemake.cli import main
+
+        from sparsurf.workflow import code_version
+
+        vars(code_version).update(versions)
+        main(options)

@@ -5,17 +5,18 @@ from pathlib import Path
 
 LIBRARY = Path(__file__).parents[1]
 DRAWING = ("report",)  # packages that draw figures and write pages
-NOT_COMPUTING = (*DRAWING, "cli", "workflow")
+NOT_COMPUTING = (*DRAWING, "cli", "workflow", "__init__", "__main__", "kernel_cache", "compile_kernels")
 
 
-def code_version(*packages: str) -> str:
-    """Return a short hash of the bytes of all source files in packages of the library.
+def code_version(*parts: str) -> str:
+    """Return a short hash of the bytes of all source files in parts of the library.
 
     Parameters
     ----------
-    packages : names of folders in src/sparsurf
+    parts : names of packages, or of modules beside them, in src/sparsurf
     """
-    paths = sorted(path for package in packages for path in (LIBRARY / package).rglob("*") if path.is_file())
+    found = (path for part in parts for path in (LIBRARY / f"{part}.py", *(LIBRARY / part).rglob("*")))
+    paths = sorted(path for path in found if path.is_file())
     sources = [path for path in paths if "__pycache__" not in path.parts]
     digest = hashlib.sha256()
     for path in sources:
@@ -23,11 +24,13 @@ def code_version(*packages: str) -> str:
     return digest.hexdigest()[:16]
 
 
-def computing_packages() -> list[str]:
-    """Return the names of the packages whose code decides the numbers of a study."""
-    folders = (path.name for path in LIBRARY.iterdir() if (path / "__init__.py").is_file())
-    return sorted(name for name in folders if name not in NOT_COMPUTING)
+def computing_parts() -> list[str]:
+    """Return the names of the packages and modules whose code decides the numbers of a study."""
+    names = {
+        path.stem for path in LIBRARY.iterdir() if path.suffix == ".py" or (path / "__init__.py").is_file()
+    }
+    return sorted(names - {*NOT_COMPUTING})
 
 
-METHOD = code_version(*computing_packages())
+METHOD = code_version(*computing_parts())
 REPORT = code_version(*DRAWING)
