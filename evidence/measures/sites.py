@@ -18,7 +18,7 @@ from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.residues import standard_name
 from sparsurf.pairs.complexes import laid_on
 from sparsurf.sites.arrangement import rigid_fit
-from sparsurf.sites.describing import FIELDS, RADIUS, SHAPE, load_sites
+from sparsurf.sites.describing import FIELDS, RADIUS, SHAPE, Sites, load_sites
 from sparsurf.sites.finding import find_site, null_terms
 from sparsurf.sites.weighing import learn, weighed
 
@@ -278,24 +278,26 @@ def outcomes(distance, right):
     }
 
 
-def halves(inputs, forms):
-    """What was described of both partners of complexes, and the weights that each half of the complexes gives.
+def halves(
+    numbers_paths: list[str], target_paths: list[str], site_paths: list[str], forms: list[str]
+) -> tuple[list[str], np.ndarray, list[dict], list[Sites], list[Sites], list[dict]]:
+    """Read the descriptions of both partners of complexes, and learn weights from each half of the complexes.
 
     Parameters
     ----------
-    inputs : dict of lists of paths, a path for each partner: numbers, targets, sites
-    forms : sequence of str, names of the complexes
+    numbers_paths, target_paths, site_paths : a path for each partner
+    forms : names of the complexes
 
     Returns
     -------
-    names, half (0 or 1 of each; both partners of a complex are in one), numbers, targets, sites : one of each partner
+    names, half (0 or 1; both partners of a complex are in one), numbers, targets, sites : one of each partner
     learned : weights of the first and of the second half, see `weighing.weights`
     """
     names = [f"{form}_{side}" for form in forms for side in "rl"]
     half = np.repeat(np.arange(len(forms)) % 2, 2)
-    numbers = [dict(np.load(path)) for path in inputs["numbers"]]
-    targets, queries = ([load_sites(path) for path in inputs[key]] for key in ("targets", "sites"))
-    learned = [_learned([own for own, h in zip(numbers, half, strict=True) if h == k]) for k in (0, 1)]
+    numbers = [dict(np.load(path)) for path in numbers_paths]
+    targets, queries = ([load_sites(path) for path in paths] for paths in (target_paths, site_paths))
+    learned = [_learned([arrays for arrays, h in zip(numbers, half, strict=True) if h == k]) for k in (0, 1)]
     return names, half, numbers, targets, queries, learned
 
 

@@ -8,14 +8,10 @@ import numpy as np
 import pytest
 import yaml
 
-import measure_needs
 from conftest import ROOT, WORKFLOW
-from sparsurf import InputError
 from sparsurf.study import tables
 from sparsurf.study.evaluator import AS_PUBLISHED_SHARE
 from sparsurf.study.grid import Grid
-from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow import needs
 from sparsurf.workflow.needs import BYTES_PER_ATOM, BYTES_PER_DOT, DOTS_PER_ATOM
 
@@ -128,75 +124,6 @@ def test_dots_are_guessed_from_the_size_of_the_files(tmp_path):
     assert needs.thousand_dots([tmp_path / "a.dms"], True) == pytest.approx(5)
     assert needs.thousand_dots([tmp_path / "a.dms.gz"], True) == pytest.approx(20)
     assert needs.megabytes([tmp_path / "not yet there.pdb"]) == 0
-
-
-def test_a_line_lies_above_all_that_was_measured():
-    x, y = np.array([1.0, 2.0, 9.0, 10.0]), np.array([10.0, 14.0, 30.0, 28.0])
-    base, slope = measure_needs.line_above(x, y, 7.0)
-    assert (base + slope * x - y).min() == pytest.approx(0) and slope == pytest.approx(np.polyfit(x, y, 1)[0])
-    assert measure_needs.line_above(np.array([1.0, 2.0]), np.array([5.0, 3.0]), 7.0) == (5.0, 0.0)
-
-
-def test_jobs_of_one_size_tell_no_slope():
-    assert measure_needs.line_above(np.array([2.0, 3.9]), np.array([4.0, 5.0]), 0.5) == (3.05, 0.5)
-    assert measure_needs.line_above(np.array([2.0]), np.array([1.0]), 0.7) == (0.0, 0.7)
-
-
-def test_needs_are_read_from_the_logs_of_runs(tmp_path):
-    for name, n, used in (
-        ("small", 1000, "USED 300 MB 5.0 s for 2.00 MB"),
-        ("large", 3000, "USED 500 MB 7.0 s for 4.00 MB"),
-    ):
-        run = tmp_path / name
-        for folder in (run / "logs" / "p" / "c1", run / "p" / "c1"):
-            folder.mkdir(parents=True)
-        failed = "USED 9000 MB 900.0 s for 2.00 MB"  # before it was tried again
-        (run / "logs" / "p" / "c1" / "take_minimal.log").write_text(f"INFO said\n{failed}\n{used}\n")
-        (run / "logs" / "p" / "c1" / "draw_view.log").write_text("killed before it could tell\n")
-        (run / "logs" / "p" / "follow_frames_2of10.log").write_text(f"{used}\n")
-        points = np.random.default_rng(0).normal(size=(n, 3))
-        write_npz(run / "p" / "c1" / "surface.npz", Surface(points, np.tile([0.0, 0, 1], (n, 1))))
-    pair = tmp_path / "large" / "logs" / "pairs" / "p"  # has no surface of its own, and no line in the table
-    pair.mkdir(parents=True)
-    (pair / "match_partners.log").write_text("USED 300 MB 5.0 s for 2.00 MB\n")
-    (tmp_path / "needs.csv").write_text(
-        "rule,unit,mb,mb_per_unit,seconds,seconds_per_unit\nfollow_frames,MB of input,1,1,1,1\n"
-        "take_minimal,thousand dots,1,1,1,1\nsimulate_stage,ns,1000,0,600,9000\n"
-    )
-    measure_needs.main([tmp_path / "small", tmp_path / "large"], tmp_path / "needs.csv")
-    assert (tmp_path / "needs.csv").read_text().splitlines() == [
-        "rule,unit,jobs,mb,mb_per_unit,seconds,seconds_per_unit",
-        "follow_frames,MB of input,2,100,100,30,10",
-        "take_minimal,thousand dots,2,200,100,4,1",
-        "simulate_stage,ns,0,1000,0,600,9000",  # in none of the runs
-    ]
-
-
-def test_lines_that_no_run_tells_anew_keep_their_jobs_and_slopes(tmp_path):
-    (tmp_path / "logs" / "p").mkdir(parents=True)
-    (tmp_path / "logs" / "p" / "choose_frames.log").write_text("USED 300 MB 50.0 s for 2.00 MB\n")
-    table = tmp_path / "needs.csv"
-    table.write_text(
-        "rule,unit,jobs,mb,mb_per_unit,seconds,seconds_per_unit\nchoose_frames,MB of input,5,1,10,1,20\n"
-        "simulate_stage,ns,4,1000,0,600,9000\n"
-    )
-    measure_needs.main([tmp_path], table)
-    assert table.read_text().splitlines()[1:] == [
-        "choose_frames,MB of input,1,280,10,10,20",
-        "simulate_stage,ns,4,1000,0,600,9000",
-    ]
-
-
-@pytest.mark.parametrize(
-    ("folders", "said"), [([], "(no folder given)"), (["mistyped"], "mistyped"), (["."], ".")]
-)
-def test_runs_that_tell_nothing_are_a_sentence(tmp_path, monkeypatch, folders, said):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "logs" / "p").mkdir(parents=True)
-    (tmp_path / "logs" / "p" / "choose_frames.log").write_text("killed before it could tell\n")
-    with pytest.raises(InputError, match=f"is in {re.escape(said)}: give results/"):
-        measure_needs.main(folders, tmp_path / "needs.csv")
-    assert not (tmp_path / "needs.csv").exists()
 
 
 def test_every_rule_that_asks_is_measured_and_grouped():
