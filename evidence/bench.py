@@ -16,8 +16,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import yaml
@@ -72,32 +74,34 @@ OF_PLACE = 700  # bytes that a place may take in a file
 PAIRS = {720: None, 14_400: 8, 50_000: 120}  # dots of each partner: CPU seconds that comparing them may take
 
 
-def embedded(residues=None):
+def embedded(residues: str | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Centres and radii of the atoms of the embedded structure, Å."""
     molecule = read_molecule(EMBEDDED, residues=residues)
     return molecule.xyz[0], radii(molecule)
 
 
-def a1(quick):
+def a1(quick: bool) -> Surface:
     """Dots of A1, of our own surface of the embedded structure without them; of a piece of that where quick."""
     if quick:
         return molecular_surface(*embedded(PIECE))
     return read_surface(A1_DOTS) if A1_DOTS.is_file() else molecular_surface(*embedded())
 
 
-def lattice(xyz, copies):
+def lattice(xyz: np.ndarray, copies: int) -> np.ndarray:
     """`xyz` (n, 3) repeated on a cubic lattice, (copies * n, 3)."""
     side = np.arange(int(np.ceil(copies ** (1 / 3))))
     cells = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 1, 3)[:copies]
     return (cells * (np.ptp(xyz, axis=0) + GAP) + xyz).reshape(-1, 3)
 
 
-def repeated(surface, copies):
+def repeated(surface: Surface, copies: int) -> Surface:
     """A surface repeated on a lattice."""
     return Surface(lattice(surface.points, copies), np.tile(surface.normals, (copies, 1)))
 
 
-def measure_dots(table, surface, promised, repeats, n_tests, combinations):
+def measure_dots(
+    table: Table, surface: Surface, promised: bool, repeats: int, n_tests: int, combinations: np.ndarray
+) -> None:
     """Everything that scales with the dots: index, roughness, cover, sampling, descriptors of 64 subsets."""
     n = len(surface)
     index = build_index(surface.points, surface.normals)
@@ -110,11 +114,11 @@ def measure_dots(table, surface, promised, repeats, n_tests, combinations):
     evaluator = Evaluator(surface, roughness_values=rough, name="bench")
     rng = np.random.default_rng(0)
 
-    def sample():
+    def sample() -> None:
         for combination in combinations:
             law.sample(evaluator.cover, combination, rng)
 
-    def pair():
+    def pair() -> None:
         for combination in combinations:
             evaluator.pair(combination, 0)
 
@@ -125,7 +129,9 @@ def measure_dots(table, surface, promised, repeats, n_tests, combinations):
     measure_descriptors(table, evaluator, rng, repeats, n_tests)
 
 
-def measure_descriptors(table, evaluator, rng, repeats, n_tests):
+def measure_descriptors(
+    table: Table, evaluator: Evaluator, rng: np.random.Generator, repeats: int, n_tests: int
+) -> None:
     """64 subsets at shared test dots, as the grid evaluates them."""
     index, n = evaluator.index, len(evaluator.points)
     tests = rng.choice(n, min(n, n_tests), replace=False)
@@ -152,7 +158,7 @@ def measure_descriptors(table, evaluator, rng, repeats, n_tests):
             table.time(what, n, run, repeats, "µs", per, STEADY)
 
 
-def measure_pairs(table, sizes, repeats):
+def measure_pairs(table: Table, sizes: dict[int, float | None], repeats: int) -> None:
     """The nearest patch of every dot of two surfaces, both ways: time goes with descriptors, not with what they are."""
     rng = np.random.default_rng(0)
     for n, most in sizes.items():
@@ -161,7 +167,7 @@ def measure_pairs(table, sizes, repeats):
         table.time("nearest patches of two surfaces, both ways", n, partial(nearest, *both), times, most=most)
 
 
-def measure_sites(table, places, repeats, promised):
+def measure_sites(table: Table, places: int, repeats: int, promised: bool) -> None:
     """Sites of a structure, and the places nearest to a query's, exactly, among made-up ones; all cores."""
     molecule = read_molecule(EMBEDDED, residues=None if promised else PIECE)
     sites = describe_sites(molecule)
@@ -179,7 +185,9 @@ def measure_sites(table, places, repeats, promised):
     table.time(f"{QUERY} places sought among {places:,}", None, run, repeats, most=1 if promised else None)
 
 
-def measure_grids(table, surface, combinations, limits, repeats):
+def measure_grids(
+    table: Table, surface: Surface, combinations: np.ndarray, limits: dict[int, float | None], repeats: int
+) -> None:
     """Whole grids with one draw, reading `as_coded`, and one combination at every dot."""
     evaluator, n = Evaluator(surface, name="bench"), len(surface)
     for n_tests, most in limits.items():
@@ -191,7 +199,7 @@ def measure_grids(table, surface, combinations, limits, repeats):
         table.time(f"a combination at every dot, {names}", n, run, repeats, most=1)
 
 
-def measure_surface(table, copies, repeats, residues=None):
+def measure_surface(table: Table, copies: Sequence[int], repeats: int, residues: str | None = None) -> None:
     """Our own dots of the embedded structure, repeated."""
     xyz, r = embedded(residues)
     for c in copies:
@@ -200,7 +208,7 @@ def measure_surface(table, copies, repeats, residues=None):
         table.time(what, len(run()), run, repeats, "µs", per)
 
 
-def measure_frames(table, quick):
+def measure_frames(table: Table, quick: bool) -> None:
     """One combination on frames of the embedded trajectory, as an ensemble evaluates each."""
     settings = checked(yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8")), [], ROOT)
     residues = PIECE if quick else None
@@ -209,7 +217,7 @@ def measure_frames(table, quick):
     density = fitting_density(molecule, 0, own, settings["surface"], settings["patches"]["D_link"], "bench")
     settings["surface"] = settings["surface"] | {"density": density}
 
-    def frames():
+    def frames() -> None:
         for k in range(molecule.n_frames):
             frame_row(molecule, k, own, settings, "bench")
 
@@ -217,7 +225,7 @@ def measure_frames(table, quick):
     table.time(what, None, frames, 1, "s", 1 / molecule.n_frames, most)
 
 
-def measure_peers(table, surface, repeats):
+def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
     """Other programs on the same work, each where it is installed; ours beside it."""
     n, keep = len(surface), round(KEPT * len(surface))
     if shutil.which("EDTSurf"):
@@ -241,7 +249,7 @@ def measure_peers(table, surface, repeats):
         )
 
 
-def installed(name):
+def installed(name: str) -> ModuleType | None:
     """A module where it can be imported, else None."""
     try:
         return importlib.import_module(name)
@@ -249,7 +257,7 @@ def installed(name):
         return None
 
 
-def measure_reference(table, surface, name):
+def measure_reference(table: Table, surface: Surface, name: str) -> None:
     """Another program's descriptor function on the same patches, (n, 6) arrays of dots and normals."""
     module, _, function = name.partition(":")
     sys.path.append(os.getcwd())
@@ -274,13 +282,13 @@ def measure_reference(table, surface, name):
     table.add("ratio, 64 subsets in one pass", n, theirs / in_one_pass[0], "times")
 
 
-def warm_up():
+def warm_up() -> None:
     """Load every kernel, so that what follows measures the dots."""
     dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
     grid.run(Evaluator(dots), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
 
 
-def print_memory(copies, quick):
+def print_memory(copies: int, quick: bool) -> None:
     """In a process of its own: bytes above the imports, for all that a surface goes through."""
     warm_up()
     one = a1(quick)
@@ -290,12 +298,12 @@ def print_memory(copies, quick):
     print(json.dumps({"dots": len(surface), "bytes": peak_memory() - before}))
 
 
-def print_ribosome():
+def print_ribosome() -> None:
     """In a process of its own: seconds of every step on a large assembly, and the peak of memory."""
     warm_up()
     before, seconds, cores = peak_memory(), {}, available_cores()
 
-    def step(name, run):
+    def step(name: str, run: Callable) -> object:
         wall, cpu = time.perf_counter(), time.process_time()
         result = run()
         seconds[name] = (time.process_time() - cpu, time.perf_counter() - wall)
@@ -316,7 +324,7 @@ def print_ribosome():
     print(json.dumps(found))
 
 
-def measure_ribosome(table):
+def measure_ribosome(table: Table) -> None:
     """A large assembly from its file to the end, all cores."""
     found = in_child("print_ribosome()")
     for what, (cpu, wall) in found["seconds"].items():
@@ -324,13 +332,13 @@ def measure_ribosome(table):
     table.add("ribosome: peak memory", found["dots"], found["bytes"] / found["dots"], "bytes per dot")
 
 
-def in_child(call):
+def in_child(call: str) -> dict:
     """Result of a `print_...` of this file in a fresh process."""
     command = [sys.executable, "-c", f"import bench; bench.{call}"]
     return json.loads(subprocess.run(command, cwd=ROOT / "evidence", capture_output=True, check=True).stdout)
 
 
-def measure_start(table, quick):
+def measure_start(table: Table, quick: bool) -> None:
     """Import and compilation with an empty cache of kernels and with a full one; wall seconds of a process."""
     with tempfile.TemporaryDirectory() as cache:
         for what in ("warm",) if quick else ("cold", "warm"):
@@ -343,7 +351,7 @@ def measure_start(table, quick):
             table.add(f"{what} start: imports and kernels", None, cpu, "s", time.perf_counter() - wall)
 
 
-def measure_study(table):
+def measure_study(table: Table) -> None:
     """The default study from nothing, split by rule, and again with nothing to do; wall seconds."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "data").symlink_to(ROOT / "data")
@@ -365,7 +373,7 @@ def measure_study(table):
                 measure_rules(table, Path(folder, ".snakemake", "metadata"), wall)
 
 
-def measure_rules(table, metadata, wall):
+def measure_rules(table: Table, metadata: Path, wall: float) -> None:
     """Wall seconds of the jobs of every rule, of loading their libraries, and the share of them all in the study."""
     jobs = {}
     for path in metadata.rglob("*"):
@@ -389,7 +397,7 @@ def measure_rules(table, metadata, wall):
     table.add("share of the study in which jobs run", None, None, "%", 100 * busy / wall)
 
 
-def main(path_to_output, quick=False, reference=None):
+def main(path_to_output: str | Path, quick: bool = False, reference: str | None = None) -> None:
     """Measure, print and write the JSON file, and the table beside it as Markdown."""
     table, surface = Table(), a1(quick)
     copies, repeats, n_tests = ((1,), 1, 16) if quick else (COPIES, 3, 512)
@@ -425,7 +433,7 @@ def main(path_to_output, quick=False, reference=None):
     path.with_suffix(".md").write_text(table.markdown(), encoding="utf-8")
 
 
-def command(arguments=None):
+def command(arguments: Sequence[str] | None = None) -> None:
     """Measure what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument("--quick", action="store_true", help="a small surface, once: to see that all runs")

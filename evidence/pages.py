@@ -19,6 +19,7 @@ import re
 import shlex
 import string
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -32,7 +33,7 @@ TABLE = re.compile(
 )
 
 
-def rows_of(file, conditions, folder=TABLES):
+def rows_of(file: str, conditions: Sequence[str], folder: Path = TABLES) -> pd.DataFrame:
     """Rows of a table that fulfil every `column=value|value`, in the order of the file."""
     path = Path(folder) / file
     if not path.is_file():
@@ -50,7 +51,7 @@ def rows_of(file, conditions, folder=TABLES):
     return table
 
 
-def cell(text, folder=TABLES):
+def cell(text: str, folder: Path = TABLES) -> str | float:
     """The value that 'file.csv key=value ... column' names.
 
     Raises
@@ -66,7 +67,7 @@ def cell(text, folder=TABLES):
     return found[column].iloc[0]
 
 
-def differing(text, folder=TABLES):
+def differing(text: str, folder: Path = TABLES) -> list[str]:
     """Sentences on the numbers of a page that are not those of their cells, rounded to as many decimals."""
     out = []
     for found in NUMBER.finditer(text):
@@ -80,10 +81,10 @@ def differing(text, folder=TABLES):
     return out
 
 
-def filled(text, folder=TABLES):
+def filled(text: str, folder: Path = TABLES) -> str:
     """A page with its tables made from their files."""
 
-    def one(found):
+    def one(found: re.Match) -> str:
         file, *conditions = shlex.split(found["rows"])
         columns = [line.split(": ", 1) for line in found["columns"].strip().splitlines()]
         rows = rows_of(file, conditions, folder).to_dict("records")
@@ -94,7 +95,7 @@ def filled(text, folder=TABLES):
     return TABLE.sub(one, text)
 
 
-def _shown(form, row):
+def _shown(form: str, row: dict) -> str:
     """One cell; empty where one of its values is missing."""
     names = [name for _, name, _, _ in string.Formatter().parse(form) if name]
     if any(pd.isna(row[name]) for name in names):
@@ -102,7 +103,7 @@ def _shown(form, row):
     return re.sub(r"(?<![\w.])-(?=[\d.])", "−", form.format_map(row))
 
 
-def main(paths):
+def main(paths: Sequence[str]) -> list[str]:
     """Fill the tables of pages; the sentences of all numbers that differ."""
     wrong = []
     for path in map(Path, paths):

@@ -5,6 +5,8 @@ the truth. A replicate draws test dots, shared by all combinations, and draws of
 replacement, and goes through the very functions of the study.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from scipy.stats import norm
@@ -12,6 +14,7 @@ from scipy.stats import norm
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import grid
 from sparsurf.study.best_set import best_set
+from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.statistics import estimate, held_out, winners_outside
 from sparsurf.study.tables import difference, range_limits, range_of
 
@@ -19,7 +22,9 @@ CONTENDERS = 20  # combinations of the highest d of each range and reading that 
 N_RANGES = 10
 
 
-def pool(evaluator, table, readings, draws=24, n_tests=1000):
+def pool(
+    evaluator: Evaluator, table: pd.DataFrame, readings: Sequence[str], draws: int = 24, n_tests: int = 1000
+) -> tuple[np.ndarray, np.ndarray]:
     """The pool of one surface.
 
     Parameters
@@ -48,7 +53,15 @@ def pool(evaluator, table, readings, draws=24, n_tests=1000):
     return d.astype(np.float32), member[chosen]
 
 
-def replicates(d, member, draws, tests, n, rng, sets=True):
+def replicates(
+    d: np.ndarray,
+    member: np.ndarray,
+    draws: int,
+    tests: int,
+    n: int,
+    rng: np.random.Generator,
+    sets: bool = True,
+) -> pd.DataFrame:
     """Coverage over replicates of one design under one reading.
 
     Parameters
@@ -84,7 +97,7 @@ def replicates(d, member, draws, tests, n, rng, sets=True):
     return pd.DataFrame(rows)
 
 
-def one_replicate(x, truth, sets=True):
+def one_replicate(x: np.ndarray, truth: np.ndarray, sets: bool = True) -> dict[str, float | bool]:
     """What one replicate (K, D, T) shows of true means (K,), a dict of numbers and truths."""
     found, honest = estimate(x), held_out(x)
     winner, target = int(np.argmax(found.mean)), truth[winners_outside(x)].mean()

@@ -6,12 +6,13 @@ triangles for every corner 24 again, so equal numbers are equal bytes. An atom t
 three places of 15 bits and the number of its radius.
 """
 
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
 import pandas as pd
 
-from measures.recovery import ERRORS, errors, truth
+from measures.recovery import ERRORS, Truth, errors, truth
 from sparsurf.patches.index import apart, build_grid, build_index
 from sparsurf.recovery.errors import DENSE, curvature, off, tails
 from sparsurf.recovery.recovering import APART, recover
@@ -20,7 +21,7 @@ from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.sampling.spreading import spread
 from sparsurf.study.comparison.contestants import dotted
 from sparsurf.study.evaluator import Evaluator
-from sparsurf.surfaces.mesh import molecular_mesh
+from sparsurf.surfaces.mesh import Mesh, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
 
@@ -41,9 +42,20 @@ KEPT, SETTLED, SPARSE, MESH, CORNERS, QUANTISED, ROUNDED, ATOMS, ROUNDED_ATOMS =
     "atoms, rounded",
 )
 MEASURES = ("bytes", "Z", *ERRORS)
+# (vertices, triangles, number of triangles) -> vertices and triangles of a mesh with fewer of them
+Simplifier = Callable[[np.ndarray, np.ndarray, int], tuple[np.ndarray, np.ndarray]]
 
 
-def measure(name, xyz, radii, simplify, n_tests, percents, seed=20261120, threads=1):
+def measure(
+    name: str,
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    simplify: Simplifier | None,
+    n_tests: int,
+    percents: Sequence[float],
+    seed: int = 20261120,
+    threads: int = 1,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Z and errors of each opponent, all on one set of test dots.
 
     Parameters
@@ -69,7 +81,7 @@ def measure(name, xyz, radii, simplify, n_tests, percents, seed=20261120, thread
     bend = curvature(evaluator.index, threads=threads)
     mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
 
-    def add(opponent, percent, n, size, dots):
+    def add(opponent: str, percent: float, n: int, size: int, dots: tuple[np.ndarray, np.ndarray]) -> None:
         z = evaluator.distances_of(build_index(*dots, evaluator.d_link), tests, z_tot)[0].mean()
         row = {"protein": name, "sampler": opponent, "percent": percent, "n_S": n, "bytes": size, "Z": z}
         rows.append(row | errors(*dots, true))
@@ -86,7 +98,15 @@ def measure(name, xyz, radii, simplify, n_tests, percents, seed=20261120, thread
     return pd.DataFrame(rows), pd.concat(where)
 
 
-def _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
+def _of_size(
+    evaluator: Evaluator,
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    n: int,
+    mesh: Mesh | None,
+    simplify: Simplifier | None,
+    true: Truth,
+) -> Iterator[tuple[str, int, int, Callable]]:
     """Opponent, number of its dots or corners, bytes, and what lays the dense dots that it stands for at a density."""
     points, normals = evaluator.points, evaluator.normals
     farthest = partial(SAMPLERS["farthest"], evaluator)
@@ -110,7 +130,9 @@ def _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
     yield CORNERS, len(corners), DOT * len(corners), partial(recover, true.points[near], true.normals[near])
 
 
-def sparse(xyz, radii, n, rng):
+def sparse(
+    xyz: np.ndarray, radii: np.ndarray, n: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
     """A surface laid with n dots from the first: the turn of the molecule with the fewest dots above n, less those that lie
     closest to others."""
     best, asked, tries = None, n, 0
@@ -124,7 +146,7 @@ def sparse(xyz, radii, n, rng):
     return best[0][kept], best[1][kept]
 
 
-def rounded(points, normals):
+def rounded(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Dots of 8 bytes: places on a grid of `STEP`, normals on an octahedron unfolded into a square of `ANGLES` steps.
 
     Source: Meyer et al., Computer Graphics Forum 29:1405, 2010.
@@ -139,25 +161,25 @@ def rounded(points, normals):
     return STEP * np.round(points / STEP), back / np.linalg.norm(back, axis=1, keepdims=True)
 
 
-def _folded(flat):
+def _folded(flat: np.ndarray) -> np.ndarray:
     """The other side of the octahedron, in the plane: (n, 2)."""
     return (1 - np.abs(flat[:, ::-1])) * np.where(flat < 0, -1.0, 1.0)
 
 
-def rounded_places(xyz):
+def rounded_places(xyz: np.ndarray) -> np.ndarray:
     """Places of atoms in steps of their box, of which 15 bits count along the longest side."""
     step = np.ptp(xyz, axis=0).max() / BOX
     return xyz.min(axis=0) + step * np.round((xyz - xyz.min(axis=0)) / step)
 
 
-def in_common(table):
+def in_common(table: pd.DataFrame) -> pd.DataFrame:
     """The opponents of given numbers of dots, on the structures that have all of them."""
     found = table[~table["sampler"].isin((ATOMS, ROUNDED_ATOMS))]
     full = set(found.loc[found["sampler"] == MESH, "protein"]) or set(found["protein"])
     return found[found["protein"].isin(full)]
 
 
-def simplifier():
+def simplifier() -> Simplifier | None:
     """Decimation by quadric error of the package fast-simplification; None where it is not installed."""
     try:
         from fast_simplification import simplify
@@ -165,14 +187,14 @@ def simplifier():
         print("fast-simplification is not installed: no mesh takes part")
         return None
 
-    def fewer(vertices, triangles, n):
+    def fewer(vertices: np.ndarray, triangles: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
         found = simplify(vertices.astype("float32"), triangles.astype("int32"), target_count=n)
         return found[0].astype(float), found[1].astype(int)
 
     return fewer
 
 
-def corner_normals(corners, triangles):
+def corner_normals(corners: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Unit normals at the corners of a mesh, (V, 3): the mean of those of the triangles around, by angle.
 
     Source: Thürmer & Wüthrich, J. Graphics Tools 3:43, 1998.
@@ -189,7 +211,9 @@ def corner_normals(corners, triangles):
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 
 
-def dots_on(corners, triangles, rng, density=DENSITY):
+def dots_on(
+    corners: np.ndarray, triangles: np.ndarray, rng: np.random.Generator, density: float = DENSITY
+) -> tuple[np.ndarray, np.ndarray]:
     """Dots on a mesh, as far apart as recovered ones, with normals interpolated between those of the corners.
 
     Parameters

@@ -1,5 +1,7 @@
 """What holds over many proteins: each counts once, and every interval of a mean is `statistics.mean_interval`."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pandas as pd
 from scipy.stats import binom, rankdata
@@ -10,7 +12,7 @@ from sparsurf.study.best_set import best_set
 from sparsurf.study.comparison.fewer import REFERENCE
 from sparsurf.study.enough import CLOSE, smallest_n_s
 from sparsurf.study.relation import mean_interval, rho_interval, with_interval
-from sparsurf.study.summary import readings, stacked
+from sparsurf.study.summary import Result, readings, stacked
 from sparsurf.study.tables import range_limits, range_of
 
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are, whose Z the others are to reach
@@ -20,7 +22,7 @@ RESAMPLED = 4000
 SETS_RESAMPLED = 200  # a confidence set takes longer than a mean
 
 
-def d_by_range(summary):
+def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
     """d over the proteins, per reading and range of n_S.
 
     Parameters
@@ -52,7 +54,7 @@ def d_by_range(summary):
     return pd.DataFrame(rows)
 
 
-def plateaus(results, summary):
+def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
     """The combinations that may be the best of all on average over proteins, and whether they are on each.
 
     Returns
@@ -90,7 +92,7 @@ def plateaus(results, summary):
     return pd.DataFrame(rows)
 
 
-def enough(curves, floors):
+def enough(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     """The fewest dots that come within `CLOSE` of each reference, of each protein.
 
     Parameters
@@ -114,7 +116,7 @@ def enough(curves, floors):
     return pd.DataFrame(rows, columns=["protein", "sampler", "reading", "reference", "Z", "n_S_percent"])
 
 
-def enough_means(table):
+def enough_means(table: pd.DataFrame) -> pd.DataFrame:
     """Distribution of `enough` over proteins: quartiles, the largest, and how many lie beyond what was measured."""
     rows = []
     for keys, part in table.groupby(["sampler", "reading", "reference"], sort=False):
@@ -129,7 +131,7 @@ def enough_means(table):
     return pd.DataFrame(rows)
 
 
-def median_interval(values):
+def median_interval(values: np.ndarray) -> tuple[float, float]:
     """95 % interval of a median by the binomial law of ranks, at least that wide whatever the distribution; NaN below 6."""
     if len(values) < 6:
         return np.nan, np.nan
@@ -137,7 +139,7 @@ def median_interval(values):
     return ordered[rank - 1], ordered[len(values) - rank]
 
 
-def needed(curves):
+def needed(curves: pd.DataFrame) -> pd.DataFrame:
     """Dots that each sampler needs, as it is and recovered, for the Z of uniform dots as they are; of each protein.
 
     Returns
@@ -160,7 +162,7 @@ def needed(curves):
     return pd.DataFrame(rows, columns=columns)
 
 
-def needed_means(table):
+def needed_means(table: pd.DataFrame) -> pd.DataFrame:
     """Geometric means of `needed` over proteins with 95 % intervals, and how many of them are bounds."""
     rows = []
     for keys, part in table.groupby(["target", "sampler", "reading"], sort=False):
@@ -171,7 +173,7 @@ def needed_means(table):
     return pd.DataFrame(rows)
 
 
-def recovered_means(curves, floors):
+def recovered_means(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     """Z of each sampler by n_S over proteins, as it is and recovered, and over that of fresh dots.
 
     Returns
@@ -187,13 +189,13 @@ def recovered_means(curves, floors):
     return pd.DataFrame(rows)
 
 
-def over_floor(curves, floors):
+def over_floor(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     """`curves` with `over_floor`, Z over that of fresh dots of the same protein."""
     fresh = floors[floors["floor"] == REFERENCES[0]].set_index("protein")["Z"]
     return curves.assign(over_floor=curves["Z"] / curves["protein"].map(fresh))
 
 
-def rank_correlations(quantities, surfaces):
+def rank_correlations(quantities: dict[str, pd.Series], surfaces: pd.DataFrame) -> pd.DataFrame:
     """Spearman's rho of numbers of the proteins with their size and mean roughness, with 95 % intervals.
 
     Parameters
@@ -216,7 +218,7 @@ def rank_correlations(quantities, surfaces):
     return pd.DataFrame(rows, columns=["quantity", "against", "n", "rho", "rho_low", "rho_high"])
 
 
-def power(n, rng, requested=0.8, runs=4000):
+def power(n: int, rng: np.random.Generator, requested: float = 0.8, runs: int = 4000) -> dict[str, float]:
     """The smallest correlation of one parameter with roughness that the test of `relation` finds often enough.
 
     Roughness and the parameter are drawn from a normal law with a correlation, the three other parameters without one;
@@ -227,7 +229,7 @@ def power(n, rng, requested=0.8, runs=4000):
     dict: n, requested, critical (the largest |rho| of four that chance gives in 5 % of runs), rho (smallest Spearman's found)
     """
 
-    def largest(correlation):
+    def largest(correlation: float) -> tuple[np.ndarray, float]:
         x = rng.standard_normal((runs, n))
         y = rng.standard_normal((runs, len(PARAMETERS), n))
         y[:, 0] = correlation * x + np.sqrt(1 - correlation**2) * y[:, 0]
@@ -243,7 +245,12 @@ def power(n, rng, requested=0.8, runs=4000):
     return {"n": n, "requested": requested, "critical": critical, "rho": np.nan}
 
 
-def coverage_of_mean(values, rng, n=None, interval=mean_interval):
+def coverage_of_mean(
+    values: np.ndarray | pd.Series,
+    rng: np.random.Generator,
+    n: int | None = None,
+    interval: Callable = mean_interval,
+) -> float:
     """Share of samples of n proteins (as many, unless given), drawn again from these, whose interval holds the mean of all."""
     values = np.asarray(values, float)
     values = values[np.isfinite(values)]
@@ -254,7 +261,14 @@ def coverage_of_mean(values, rng, n=None, interval=mean_interval):
     return held / RESAMPLED
 
 
-def coverage_of_set(results, reading, range_number, n_ranges, rng, resampled=SETS_RESAMPLED):
+def coverage_of_set(
+    results: list[Result],
+    reading: str,
+    range_number: int,
+    n_ranges: int,
+    rng: np.random.Generator,
+    resampled: int = SETS_RESAMPLED,
+) -> float:
     """Share of samples of as many proteins whose confidence set holds the combination that is the best on all of these."""
     mean = stacked(results, "n_S_percent").mean(axis=0)
     inside = np.flatnonzero(range_of(mean, range_limits(mean, n_ranges)) == range_number - 1)

@@ -1,9 +1,14 @@
 """Complexes: which structures are partners, and partners made ready for their maps."""
 
+from collections.abc import Sequence
+
+import numpy as np
+
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.complexes import carried_labels, laid_on
 from sparsurf.pairs.interface import interface
-from sparsurf.pairs.partners import partner_of
+from sparsurf.pairs.partners import Partner, partner_of
 from sparsurf.surfaces.molecular_surface import fitting_surface
 from sparsurf.surfaces.radii import radii
 
@@ -11,18 +16,20 @@ SETTINGS = {"method": "analytic", "density": "auto", "probe_radius": 1.4, "reent
 D_LINK = 0.5  # Å
 
 
-def ready(molecule, name):
+def ready(molecule: Molecule, name: str) -> Partner:
     """A molecule's surface, ready for its maps."""
     surface, _ = fitting_surface(molecule, 0, radii(molecule, "dms"), SETTINGS, D_LINK, name)
     return partner_of(surface, molecule, name)
 
 
-def pair_of(paths, name):
+def pair_of(paths: Sequence[str], name: str) -> list[Partner]:
     """Both partners of a bound complex."""
     return [ready(read_molecule(path), f"{name} {side}") for side, path in enumerate(paths, 1)]
 
 
-def unbound_pair(paths, bound, name):
+def unbound_pair(
+    paths: Sequence[str], bound: Sequence[str], name: str
+) -> tuple[list[Partner], list[np.ndarray]]:
     """Both partners of an unbound form, laid on the bound one, and the interface that they take from it.
 
     Returns

@@ -1,7 +1,11 @@
 """Figures of the study over many proteins: d, mean roughness, dots that are enough, Z by n_S."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
@@ -22,7 +26,7 @@ AXIS = "$n_S$ (% of the dots)"
 
 
 @styled
-def d(stored):
+def d(stored: dict[str, pd.DataFrame]) -> Figure:
     """d by range of n_S: each protein's own best, and what all others choose for it; of the recovered grid, the means."""
     figure = layout.sheet(layout.PAGE, 80)
     summary = stored["summary"]
@@ -53,7 +57,7 @@ def d(stored):
 
 
 @styled
-def roughness(stored):
+def roughness(stored: dict[str, pd.DataFrame]) -> Figure:
     """Rank correlation of the best parameters with mean roughness, and what a choice by it gains."""
     figure = layout.sheet(layout.PAGE, 112)
     relation, critical = stored["relation"], stored["power"]["critical"].min()
@@ -88,7 +92,7 @@ def roughness(stored):
 
 
 @styled
-def enough(stored):
+def enough(stored: dict[str, pd.DataFrame]) -> Figure:
     """n_S that is enough, over the proteins and against their size and mean roughness."""
     figure = layout.sheet(layout.PAGE, 126)
     table = stored["enough"].assign(n=stored["enough"]["n_S_percent"].clip(*ENDS))
@@ -141,7 +145,7 @@ def enough(stored):
 
 
 @styled
-def needed(stored):
+def needed(stored: dict[str, pd.DataFrame]) -> Figure:
     """Z by n_S over the proteins, as it is and recovered, beside the floors."""
     figure = layout.sheet(layout.PAGE, 82)
     table, surfaces = stored["by_n_s"], stored["surfaces"]
@@ -178,12 +182,12 @@ def needed(stored):
     return figure
 
 
-def _percents(axis):
+def _percents(axis: Axis) -> None:
     """Ticks at round percents of a logarithmic axis."""
     _ticks(axis, [1, 2, 5, 10, 20, 40, 60])
 
 
-def _ticks(axis, values):
+def _ticks(axis: Axis, values: Sequence[float]) -> None:
     """Ticks at these values of a logarithmic axis and nowhere else."""
     axis.set_ticks(values, [f"{x:g}" for x in values])
     axis.set_minor_locator(NullLocator())

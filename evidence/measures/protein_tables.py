@@ -1,15 +1,18 @@
 """All tables of the study over many proteins, from what its runs have measured on each."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
 from measures import over_proteins
 from measures.over_proteins import REFERENCES
+from measures.studies import Measured
 from sparsurf.patches.readings import PUBLISHED, TEXT
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.streams import stream
 from sparsurf.study.relation import with_interval
-from sparsurf.study.summary import summary_table
+from sparsurf.study.summary import Result, summary_table
 
 SEED = 20261120
 N_RANGES = 10
@@ -17,7 +20,14 @@ LOWEST_TARGET = 10.0  # %, whose Z recovered dots reach below the fewest that we
 WHOLE = "recovered_whole"  # the run that recovers for all of the grid, and its table
 
 
-def tables_of(measured, summary, relation, surfaces, recovered=(), whole=()):
+def tables_of(
+    measured: list[Measured],
+    summary: pd.DataFrame,
+    relation: pd.DataFrame,
+    surfaces: pd.DataFrame,
+    recovered: Sequence[Measured] = (),
+    whole: Sequence[Measured] = (),
+) -> dict[str, pd.DataFrame]:
     """Every table by name.
 
     Parameters
@@ -58,7 +68,7 @@ def tables_of(measured, summary, relation, surfaces, recovered=(), whole=()):
     return found | {"coverage": pd.concat(covered, ignore_index=True)}
 
 
-def of_recovered(results):
+def of_recovered(results: list[Result]) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Of the proteins whose grid was recovered: d per range of n_S with the combination that is best on average and the
     protein on which the choice of all others does worst; and how often such an interval holds, a row of `coverage`."""
     summary = summary_table(results)
@@ -73,13 +83,13 @@ def of_recovered(results):
     return over_proteins.d_by_range(summary).merge(chosen, on="range", how="left"), covered
 
 
-def _covered(words, values, key):
+def _covered(words: str, values: np.ndarray, key: str) -> pd.DataFrame:
     """How often the interval of a mean over so many proteins holds, a row of `coverage`."""
     share = over_proteins.coverage_of_mean(values, stream(SEED, "coverage", key))
     return pd.DataFrame([{"quantity": words, "interval": "mean", "n": len(values), "coverage": share}])
 
 
-def of_whole_grid(whole, quarter):
+def of_whole_grid(whole: list[Result], quarter: list[Result]) -> tuple[pd.DataFrame, pd.DataFrame]:
     """What the best of the whole recovered grid gains over the best of a quarter of it, on proteins that have both.
 
     Returns
@@ -109,7 +119,7 @@ def of_whole_grid(whole, quarter):
     )
 
 
-def quantities_of(summary, enough, needed):
+def quantities_of(summary: pd.DataFrame, enough: pd.DataFrame, needed: pd.DataFrame) -> dict[str, pd.Series]:
     """Numbers of each protein that are set against its size and mean roughness: words -> Series by protein."""
     own = summary[summary["n_combinations"] > 0].groupby(["reading", "protein"])["d_held_out"].mean()
     out = {f"d held out, `{reading}`": own[reading] for reading in (PUBLISHED, TEXT)}
@@ -122,7 +132,9 @@ def quantities_of(summary, enough, needed):
     return out
 
 
-def coverage(results, quantities, curves, floors):
+def coverage(
+    results: list[Result], quantities: dict[str, pd.Series], curves: pd.DataFrame, floors: pd.DataFrame
+) -> pd.DataFrame:
     """How often intervals over as many proteins hold what they should, the measured proteins being all there are."""
     rng = stream(SEED, "coverage over proteins")
     means = {words: values for words, values in quantities.items() if words.startswith("d ")}

@@ -2,6 +2,7 @@ import numpy as np
 import pandas as pd
 
 from measures.over_proteins import needed, with_interval
+from measures.studies import Measured
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import split, texts_of
 from sparsurf.study.floors import FRESH
@@ -9,7 +10,7 @@ from sparsurf.study.floors import FRESH
 DEFAULT = "as it is"
 
 
-def claims(measured):
+def claims(measured: Measured) -> dict[str, float]:
     """The numbers that the claims of the study rest on, of one protein under one variant.
 
     Parameters
@@ -33,7 +34,7 @@ def claims(measured):
     return out | {"factor": rows.loc[(25.0, "farthest", RECOVERED), "factor"]}
 
 
-def table(measured):
+def table(measured: dict[str, list[Measured]]) -> pd.DataFrame:
     """Claims by variant over the proteins, with what changed against the unvaried rules, protein by protein.
 
     Parameters
@@ -62,7 +63,7 @@ def table(measured):
     return pd.DataFrame(rows)
 
 
-def held(measured, reference, reading="as_coded"):
+def held(measured: Measured, reference: Measured, reading: str = "as_coded") -> float:
     """Share of the ranges of n_S whose confidence set of the best holds the winner that the reference has there."""
     mine, theirs = (
         each.result.ranges[each.result.ranges["reading"] == reading].reset_index(drop=True)

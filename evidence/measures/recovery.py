@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -44,7 +45,16 @@ class Truth(NamedTuple):
     spacing: float
 
 
-def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=20261120, threads=1):
+def measure(
+    name: str,
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    n_tests: int = 400,
+    percents: Sequence[float] = PERCENTS,
+    names: Sequence[str] = NAMES,
+    seed: int = 20261120,
+    threads: int = 1,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Floors and subsets of one protein, all on one set of test dots.
 
     Parameters
@@ -83,14 +93,14 @@ def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=
     return table.assign(**own), pd.DataFrame(rows)
 
 
-def truth(xyz, radii, area=0.0):
+def truth(xyz: np.ndarray, radii: np.ndarray, area: float = 0.0) -> Truth:
     """Truth of a molecule's surface, of about `area` (Å^2)."""
     density = min(DENSE, MOST_DENSE / max(area, 1.0))
     dense = molecular_surface(xyz, radii, density=density)
     return Truth(cKDTree(dense.points), dense.points, dense.normals, 1 / np.sqrt(density))
 
 
-def _quality(points, normals, true):
+def _quality(points: np.ndarray, normals: np.ndarray, true: Truth) -> dict[str, float]:
     """Size, errors and cost of the surface recovered from dots."""
     seconds = []
     for _ in range(3):
@@ -100,20 +110,20 @@ def _quality(points, normals, true):
     return errors(*dots, true) | {"dots": len(dots[0]), "microseconds": 1e6 * min(seconds) / len(dots[0])}
 
 
-def distances(points, true):
+def distances(points: np.ndarray, true: Truth) -> np.ndarray:
     """Distance (Å) of every dot to the surface that `truth` made, (M,); along the normal of the nearest dense dot, unless
     that one lies farther than dense dots do."""
     return _nearest(points, true)[0]
 
 
-def _nearest(points, true):
+def _nearest(points: np.ndarray, true: Truth) -> tuple[np.ndarray, np.ndarray]:
     """What `distances` gives, and the normals of the nearest dense dots, (M, 3)."""
     gap, near = true.tree.query(points)
     along = np.abs(np.sum((points - true.points[near]) * true.normals[near], axis=1))
     return np.where(gap > 2 * true.spacing, gap, along), true.normals[near]
 
 
-def errors(points, normals, true):
+def errors(points: np.ndarray, normals: np.ndarray, true: Truth) -> dict[str, float]:
     """`ERRORS` of dots against the surface that `truth` made: Å, and degrees for the angle."""
     some = slice(None, None, max(1, len(points) // TRUE_SAMPLE))
     distance, directions = _nearest(points[some], true)
@@ -123,8 +133,10 @@ def errors(points, normals, true):
 
 
 def means(
-    table, measures=("Z_kept", "Z", "Z_over_floor", *ERRORS, "microseconds"), groups=("sampler", "percent")
-):
+    table: pd.DataFrame,
+    measures: Sequence[str] = ("Z_kept", "Z", "Z_over_floor", *ERRORS, "microseconds"),
+    groups: Sequence[str] = ("sampler", "percent"),
+) -> pd.DataFrame:
     """Means over proteins with 95 % intervals: the groups, n, and of each measure itself, `_low` and `_high`."""
     rows = []
     for group, part in table.groupby(list(groups), sort=False):
@@ -135,7 +147,7 @@ def means(
     return pd.DataFrame(rows)
 
 
-def dense_means(table):
+def dense_means(table: pd.DataFrame) -> pd.DataFrame:
     """What subsets of dense surfaces keep, over proteins: hydrogens, asked (the density), n, and means of density, N, n_S and
     n_S_percent; how many times as many dots are asked for where the surface is recovered at 5.35 dots per Å^2 (geometric
     mean `times`, `fewest`, `most`)."""
@@ -149,7 +161,9 @@ def dense_means(table):
     return pd.DataFrame(rows)
 
 
-def paired(table, first, second, measures=("Z", "distance", "angle")):
+def paired(
+    table: pd.DataFrame, first: str, second: str, measures: Sequence[str] = ("Z", "distance", "angle")
+) -> pd.DataFrame:
     """First sampler minus second, in %, over the proteins that have both: percent, measure, change, n."""
     rows = []
     for percent, part in table.groupby("percent", sort=False):
@@ -164,7 +178,7 @@ def paired(table, first, second, measures=("Z", "distance", "angle")):
     return pd.DataFrame(rows)
 
 
-def copies_of_a_tenth(xyz, radii, dots):
+def copies_of_a_tenth(xyz: np.ndarray, radii: np.ndarray, dots: int) -> tuple[np.ndarray, np.ndarray]:
     """Points and normals of farthest-point dots, a tenth, of copies of a molecule side by side that have `dots` in all."""
     surface = molecular_surface(xyz, radii)
     evaluator = Evaluator(surface, roughness_values=np.zeros(len(surface)))
@@ -175,7 +189,7 @@ def copies_of_a_tenth(xyz, radii, dots):
     return np.concatenate(places), np.tile(surface.normals[kept], (copies, 1))
 
 
-def cost(points, normals):
+def cost(points: np.ndarray, normals: np.ndarray) -> dict[str, float]:
     """CPU seconds for a million recovered dots, and the peak of memory for each, of a process that did nothing before."""
     recover(points[:1000], normals[:1000])
     before, begin = peak_memory(), time.process_time()

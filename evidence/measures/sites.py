@@ -3,6 +3,7 @@
 import logging
 import tempfile
 import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,12 +16,14 @@ from scipy.spatial.transform import Rotation
 
 import sparsurf
 from sparsurf.dot_fields.registry import HYDROPATHY
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
 from sparsurf.pairs.complexes import laid_on
-from sparsurf.sites.arrangement import rigid_fit
+from sparsurf.sites.arrangement import Pose, rigid_fit
 from sparsurf.sites.describing import FIELDS, RADIUS, SHAPE, Sites, load_sites
 from sparsurf.sites.finding import find_site, null_terms
 from sparsurf.sites.weighing import learn, weighed
+from sparsurf.surfaces.surface import Surface
 
 log = logging.getLogger("sparsurf")
 
@@ -51,7 +54,16 @@ LEAST = 0.3  # score below which only the number of scores counts
 RESIDUES = sorted(HYDROPATHY.keys() - {"MSE"})
 
 
-def forms(bound, dots, interface, unbound, percents, n, n_learned, rng):
+def forms(
+    bound: Molecule,
+    dots: Surface,
+    interface: np.ndarray,
+    unbound: Molecule,
+    percents: Sequence[float],
+    n: int,
+    n_learned: int,
+    rng: np.random.Generator,
+) -> tuple[dict[str, np.ndarray], list[tuple], Sites, Sites | None]:
     """Numbers of places on both forms of one protein; the unbound one is turned at random.
 
     Parameters
@@ -117,7 +129,7 @@ def forms(bound, dots, interface, unbound, percents, n, n_learned, rng):
     return out, costs, target, site
 
 
-def numbered_as(molecule, reference):
+def numbered_as(molecule: Molecule, reference: Molecule) -> tuple[Molecule, float]:
     """A relative of one chain numbered as the reference, by their alignment where their backbones lie on each other.
 
     Returns
@@ -146,7 +158,7 @@ def numbered_as(molecule, reference):
     return replace(molecule, residue=number[molecule.residue_index], chain=chain), alike
 
 
-def _alpha(molecule):
+def _alpha(molecule: Molecule) -> np.ndarray:
     """The C-alpha atom of each residue, (R,) int; where there is none, the first atom."""
     first = np.unique(molecule.residue_index, return_index=True)[1]
     alpha = np.flatnonzero(molecule.name == "CA")
@@ -154,7 +166,7 @@ def _alpha(molecule):
     return first
 
 
-def displacements(places, bound, laid):
+def displacements(places: np.ndarray, bound: Molecule, laid: Molecule) -> tuple[np.ndarray, np.ndarray]:
     """How the atoms within AROUND of places (P, 3) move from one form to the other: mean (P, 3) and rms (P,), Å.
 
     NaN where no atom that both forms have lies near.
@@ -177,7 +189,7 @@ def displacements(places, bound, laid):
     return mean, rms
 
 
-def numbers_at(dots, places):
+def numbers_at(dots: Surface, places: np.ndarray) -> np.ndarray:
     """Numbers (P, C, K) at places; zeros where a patch has too few dots."""
     sites = sparsurf.describe_sites(dots, percent=100, fields=FIELDS, at=places)
     out = np.zeros((len(places), *sites.numbers.shape[1:]), np.float16)
@@ -185,7 +197,7 @@ def numbers_at(dots, places):
     return out
 
 
-def saved_bytes(sites):
+def saved_bytes(sites: Sites) -> int:
     """Size of the file that holds them."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "a.sites")
@@ -193,7 +205,7 @@ def saved_bytes(sites):
         return path.stat().st_size
 
 
-def _composition(molecule, dots, places):
+def _composition(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
     """How many residues of each of the 20 types have an atom within AROUND of places: (P, 20)."""
     residues = molecule.residues
     kind = np.array(
@@ -206,11 +218,11 @@ def _composition(molecule, dots, places):
     return out
 
 
-def _published(molecule, dots, places):
+def _published(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
     return sparsurf.descriptors(dots, places).astype(np.float32)
 
 
-def _fpfh(molecule, dots, places):
+def _fpfh(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
     """Fast point feature histograms (Rusu, Blodow & Beetz, ICRA 2009) within RADIUS, of MOST of the dots: (P, 33)."""
     import open3d
 
@@ -224,7 +236,7 @@ def _fpfh(molecule, dots, places):
     return histograms[np.searchsorted(own, at)].astype(np.float32)
 
 
-def opponents():
+def opponents() -> dict[str, Callable]:
     """Other descriptors by name, functions (molecule, dots, places) -> (P, M) float32; FPFH where Open3D is installed."""
     found = {COMPOSITION: _composition, PUBLISHED: _published}
     try:
@@ -235,7 +247,9 @@ def opponents():
     return found | {FPFH: _fpfh}
 
 
-def described(arrays, percent, channels, learned):
+def described(
+    arrays: dict[str, np.ndarray], percent: float, channels: str, learned: dict
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Numbers of the sought places and of the candidates (Q, M) and (P, M), and where the candidates are."""
     if channels in CHANNELS:
         taken = [0] + [1 + FIELDS.index(name) for name in CHANNELS[channels]]
@@ -248,13 +262,13 @@ def described(arrays, percent, channels, learned):
     return arrays[f"query {channels}"], arrays[f"target {channels}"][:n], arrays["place of all"][:n]
 
 
-def apart(query, target):
+def apart(query: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Distances (Q, P) between rows."""
     square = (query**2).sum(axis=1)[:, None] + (target**2).sum(axis=1) - 2 * query @ target.T
     return np.sqrt(np.maximum(square, 0))
 
 
-def outcomes(distance, right):
+def outcomes(distance: np.ndarray, right: np.ndarray) -> dict[str, np.ndarray]:
     """How each place is found, from distances (Q, P) to the candidates and whether these are right.
 
     Returns
@@ -301,13 +315,13 @@ def halves(
     return names, half, numbers, targets, queries, learned
 
 
-def _learned(numbers):
+def _learned(numbers: list[dict]) -> dict:
     """Weights from the places of some proteins on both forms."""
     pairs = np.concatenate([own["learned"] for own in numbers], axis=1)
     return learn(pairs, np.concatenate([own[f"target {MAIN}"] for own in numbers]), (SHAPE, *FIELDS))
 
 
-def scores(arrays, weights):
+def scores(arrays: dict[str, np.ndarray], weights: dict) -> Iterator[dict]:
     """Rows of how the places of one protein are found, by percent, channels and kind of place."""
     percents = [float(key.split()[1]) for key in arrays if key.startswith("place ") and key != "place of all"]
     for percent in percents:
@@ -328,7 +342,7 @@ def scores(arrays, weights):
                         yield row | {key: np.nanmean(values[own]) for key, values in each.items()}
 
 
-def by_place(arrays, weights, every):
+def by_place(arrays: dict[str, np.ndarray], weights: dict, every: list[dict]) -> pd.DataFrame:
     """How each place of one protein is found at MAIN by all fields, also among the candidates of `every` protein.
 
     Returns
@@ -352,7 +366,14 @@ def by_place(arrays, weights, every):
     return table.assign(first_of_all=table["first"] & (distance.min(axis=1) <= nearest))
 
 
-def whole(names, half, queries, targets, true, weights):
+def whole(
+    names: list[str],
+    half: np.ndarray,
+    queries: list[Sites],
+    targets: list[Sites],
+    true: list[np.ndarray | None],
+    weights: list[dict],
+) -> pd.DataFrame:
     """Each interface sought as a whole on the unbound forms of its half: is the right one first, laid where it belongs?
 
     Returns
@@ -377,12 +398,19 @@ def whole(names, half, queries, targets, true, weights):
     return pd.DataFrame(rows)
 
 
-def off_place(site, pose, true):
+def off_place(site: Sites, pose: Pose, true: np.ndarray) -> float:
     """Median distance of the places of a site, as laid on a target, from where they belong (Q, 3), Å."""
     return np.median(np.linalg.norm(site.points @ pose.turn + pose.shift - true, axis=1))
 
 
-def null_scores(names, half, queries, targets, weights, rng):
+def null_scores(
+    names: list[str],
+    half: np.ndarray,
+    queries: list[Sites],
+    targets: list[Sites],
+    weights: list[dict],
+    rng: np.random.Generator,
+) -> pd.DataFrame:
     """Scores of parts of each interface, compact ones of SITES places, on unrelated proteins and on its own unbound form.
 
     Returns
@@ -404,11 +432,11 @@ def null_scores(names, half, queries, targets, weights, rng):
     return pd.DataFrame(rows, columns=["half", "protein", "same", "places", "score", *TERMS])
 
 
-def fitted_null(table):
+def fitted_null(table: pd.DataFrame) -> np.ndarray:
     """Constants (6,) of `finding.chance` by maximum likelihood; scores below LEAST count as such."""
     score, terms = table["score"].to_numpy(), table[TERMS].to_numpy()
 
-    def loss(constants):
+    def loss(constants: np.ndarray) -> float:
         width = np.exp(np.clip(terms[:, :2] @ constants[4:], -5, 5))
         z = np.clip((np.maximum(score, LEAST) - terms @ constants[:4]) / width, -50, 500)
         return np.where(score > LEAST, np.log(width) + z + np.exp(-z), np.exp(-z)).sum()

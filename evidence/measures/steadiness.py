@@ -1,5 +1,7 @@
 """What a descriptor measures that is not the surface: how much it changes when only the position or the dots do."""
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
@@ -10,6 +12,7 @@ from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study import grid
+from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
 
@@ -17,7 +20,14 @@ CHANGES = ("turned", "fresh dots", "turned, fresh dots")
 TURNS, DRAWS = 5, 3
 
 
-def poses(xyz, radii, tests, density, rng, turns=TURNS):
+def poses(
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    tests: np.ndarray,
+    density: float,
+    rng: np.random.Generator,
+    turns: int = TURNS,
+) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
     """Yield (change, points, normals, places of the tests) of one surface: as it is first, then changed.
 
     Fresh dots are those that the surface of the turned molecule gets, turned back.
@@ -38,7 +48,15 @@ def poses(xyz, radii, tests, density, rng, turns=TURNS):
         yield CHANGES[2], other.points, other.normals, tests @ turn.T
 
 
-def steadiness(xyz, radii, tests, rng, density=DENSITY, d_link=0.5, threads=1):
+def steadiness(
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    tests: np.ndarray,
+    rng: np.random.Generator,
+    density: float = DENSITY,
+    d_link: float = 0.5,
+    threads: int = 1,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """How far each descriptor moves, against how far two patches are apart; and the same by order n.
 
     Returns
@@ -72,7 +90,7 @@ def steadiness(xyz, radii, tests, rng, density=DENSITY, d_link=0.5, threads=1):
     )
 
 
-def rows_of_paper(evaluator, n_tests):
+def rows_of_paper(evaluator: Evaluator, n_tests: int) -> pd.DataFrame:
     """The ten published combinations under both descriptors and readings: mean Z_tS, d and its standard error."""
     out = []
     for name in DESCRIPTORS:
@@ -86,7 +104,7 @@ def rows_of_paper(evaluator, n_tests):
     return pd.DataFrame(out, columns=["descriptor", "reading", "row", "n_S_percent", "Z_tS", "d", "error"])
 
 
-def whole_grid(evaluator, combinations, n_tests):
+def whole_grid(evaluator: Evaluator, combinations: np.ndarray, n_tests: int) -> pd.DataFrame:
     """Of a grid of combinations: share with d > 0, best d, and what the descriptors share."""
     d = {}
     for name in DESCRIPTORS:
@@ -113,7 +131,7 @@ def whole_grid(evaluator, combinations, n_tests):
     return pd.DataFrame(out, columns=columns)
 
 
-def of_samplers(evaluator, n_tests, percents):
+def of_samplers(evaluator: Evaluator, n_tests: int, percents: Sequence[float]) -> pd.DataFrame:
     """Z of every sampler at equal n_S under `as_written`, by both descriptors; the error is that over test dots."""
     tests, out = evaluator.draw_tests(n_tests), []
     z_tot = {name: evaluator.changed(descriptor=name).describe(tests)[0] for name in DESCRIPTORS}
@@ -131,7 +149,7 @@ def of_samplers(evaluator, n_tests, percents):
     return pd.DataFrame(out, columns=["descriptor", "sampler", "percent", "n_S_percent", "Z", "error"])
 
 
-def means(table, keys):
+def means(table: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
     """Ratio over the structures, with its 95 % interval: keys, structures, lowest and highest."""
     rows = []
     for group, part in table.groupby(keys, sort=False):
@@ -144,7 +162,7 @@ def means(table, keys):
     return pd.DataFrame(rows)
 
 
-def grid_means(table):
+def grid_means(table: pd.DataFrame) -> pd.DataFrame:
     """What each descriptor makes of the paper's grid, over the structures: means, `_lowest` and `_highest` of each number."""
     rows = []
     for group, part in table.groupby(["descriptor", "reading"], sort=False):
