@@ -20,6 +20,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import yaml
@@ -135,8 +136,8 @@ def measure_descriptors(
     """64 subsets at shared test dots, as the grid evaluates them."""
     index, n = evaluator.index, len(evaluator.points)
     tests = rng.choice(n, min(n, n_tests), replace=False)
-    some = tests[: max(1, n_tests // 8)]
-    z_tot, steady = evaluator.describe(tests)[0], evaluator.changed(descriptor="steady").describe(some)[0]
+    subset = tests[: max(1, n_tests // 8)]
+    z_tot, steady = evaluator.describe(tests)[0], evaluator.changed(descriptor="steady").describe(subset)[0]
     for share, most in SHARES.items():
         words = np.zeros(n, np.uint64)
         for bit in range(descriptors.BITS):
@@ -148,12 +149,12 @@ def measure_descriptors(
             what, per = f"a descriptor, {share:.0%} kept, `{reading}`", 1e6 / len(tests) / descriptors.BITS
             table.time(what, n, run, repeats, "µs", per, most)
             run = partial(
-                descriptors.evaluate, index, evaluator.points[some], words, descriptors.BITS, reading, steady,
+                descriptors.evaluate, index, evaluator.points[subset], words, descriptors.BITS, reading, steady,
                 descriptor="steady",
             )  # fmt: skip
             what, per = (
                 what.replace("a descriptor", "a steady descriptor"),
-                1e6 / len(some) / descriptors.BITS,
+                1e6 / len(subset) / descriptors.BITS,
             )
             table.time(what, n, run, repeats, "µs", per, STEADY)
 
@@ -213,13 +214,15 @@ def measure_frames(table: Table, quick: bool) -> None:
     settings = checked(yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8")), [], ROOT)
     residues = PIECE if quick else None
     molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
-    own = radii(molecule)
-    density = fitting_density(molecule, 0, own, settings["surface"], settings["patches"]["D_link"], "bench")
+    atom_radii = radii(molecule)
+    density = fitting_density(
+        molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], "bench"
+    )
     settings["surface"] = settings["surface"] | {"density": density}
 
     def frames() -> None:
         for k in range(molecule.n_frames):
-            frame_row(molecule, k, own, settings, "bench")
+            frame_row(molecule, k, atom_radii, settings, "bench")
 
     what, most = f"a frame of an ensemble, {molecule.n_atoms} atoms", None if quick else MOST_OF_FRAME
     table.time(what, None, frames, 1, "s", 1 / molecule.n_frames, most)
@@ -269,17 +272,17 @@ def measure_reference(table: Table, surface: Surface, name: str) -> None:
     tests = np.random.default_rng(0).choice(n, REFERENCE_PATCHES, replace=False)
     ids = [patch(index, t, R_ZERNIKE) for t in tests]
     patches = [np.hstack([surface.points[i], surface.normals[i]]) for i in ids]
-    theirs, _ = timed(lambda: [other(p) for p in patches], 3)
-    theirs = table.add(f"a patch by {name}", n, 1e6 * theirs / len(tests), "µs")
+    reference_time, _ = timed(lambda: [other(p) for p in patches], 3)
+    reference_time = table.add(f"a patch by {name}", n, 1e6 * reference_time / len(tests), "µs")
     many = np.tile(surface.points[tests], (200, 1))
     ours = table.time(
         "the same patches here", n, lambda: descriptors.describe(index, many), 3, "µs", 1e6 / len(many)
     )
-    table.add("ratio", n, theirs / ours, "times")
+    table.add("ratio", n, reference_time / ours, "times")
     in_one_pass = [
         row["value"] for row in table.rows if row["what"] == "a descriptor, 100% kept, `as_written`"
     ]
-    table.add("ratio, 64 subsets in one pass", n, theirs / in_one_pass[0], "times")
+    table.add("ratio, 64 subsets in one pass", n, reference_time / in_one_pass[0], "times")
 
 
 def warm_up() -> None:
@@ -303,7 +306,7 @@ def print_ribosome() -> None:
     warm_up()
     before, seconds, cores = peak_memory(), {}, available_cores()
 
-    def step(name: str, run: Callable) -> object:
+    def step(name: str, run: Callable) -> Any:
         wall, cpu = time.perf_counter(), time.process_time()
         result = run()
         seconds[name] = (time.process_time() - cpu, time.perf_counter() - wall)
@@ -315,21 +318,21 @@ def print_ribosome() -> None:
     rough = step("roughness", lambda: roughness(index, threads=cores))
     evaluator = step("cover", lambda: Evaluator(surface, roughness_values=rough, threads=cores))
     step("grid of 36, 400 test dots", lambda: grid.run(evaluator, law.grid(*FEW), 400))
-    found = {
+    figures = {
         "atoms": molecule.n_atoms,
         "dots": len(surface),
         "bytes": peak_memory() - before,
         "seconds": seconds,
     }
-    print(json.dumps(found))
+    print(json.dumps(figures))
 
 
 def measure_ribosome(table: Table) -> None:
     """A large assembly from its file to the end, all cores."""
-    found = in_child("print_ribosome()")
-    for what, (cpu, wall) in found["seconds"].items():
-        table.add(f"ribosome of {found['atoms']} atoms: {what}", found["dots"], cpu, "s", wall)
-    table.add("ribosome: peak memory", found["dots"], found["bytes"] / found["dots"], "bytes per dot")
+    figures = in_child("print_ribosome()")
+    for what, (cpu, wall) in figures["seconds"].items():
+        table.add(f"ribosome of {figures['atoms']} atoms: {what}", figures["dots"], cpu, "s", wall)
+    table.add("ribosome: peak memory", figures["dots"], figures["bytes"] / figures["dots"], "bytes per dot")
 
 
 def in_child(call: str) -> dict:
@@ -417,10 +420,10 @@ def main(path_to_output: str | Path, quick: bool = False, reference: str | None 
             measure_reference(table, surface, reference)
     measure_start(table, quick)
     for c in copies:
-        found = in_child(f"print_memory({c}, {quick})")
+        memory = in_child(f"print_memory({c}, {quick})")
         most = 400 if c == COPIES[-1] else None
-        per_dot = found["bytes"] / found["dots"]
-        table.add("peak memory above the imports", found["dots"], per_dot, "bytes per dot", most=most)
+        per_dot = memory["bytes"] / memory["dots"]
+        table.add("peak memory above the imports", memory["dots"], per_dot, "bytes per dot", most=most)
     if not quick and RIBOSOME.is_file():
         measure_ribosome(table)
     if not quick:
@@ -439,9 +442,9 @@ def command(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--quick", action="store_true", help="a small surface, once: to see that all runs")
     parser.add_argument("--reference", help="module:function of another program, timed on the same patches")
     parser.add_argument("--out", default=ROOT / "results" / "bench" / "bench.json", help="JSON file to write")
-    asked = parser.parse_args(arguments)
+    args = parser.parse_args(arguments)
     try:
-        main(asked.out, asked.quick, asked.reference)
+        main(args.out, args.quick, args.reference)
     except InputError as error:
         parser.error(str(error))
 

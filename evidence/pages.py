@@ -43,11 +43,11 @@ def rows_of(file: str, conditions: Sequence[str], folder: Path = TABLES) -> pd.D
         column, _, values = condition.partition("=")
         if column not in table:
             raise InputError(f"{file} has no column {column!r}.")
-        own = table[column]
+        cells = table[column]
         wanted = [
-            float(value) if pd.api.types.is_numeric_dtype(own) else value for value in values.split("|")
+            float(value) if pd.api.types.is_numeric_dtype(cells) else value for value in values.split("|")
         ]
-        table = table[own.isin(wanted)]
+        table = table[cells.isin(wanted)]
     return table
 
 
@@ -59,38 +59,38 @@ def cell(text: str, folder: Path = TABLES) -> str | float:
     InputError : no such file, row or column, or several such rows
     """
     file, *conditions, column = shlex.split(text)
-    found = rows_of(file, conditions, folder)
-    if len(found) != 1 or column not in found:
+    rows = rows_of(file, conditions, folder)
+    if len(rows) != 1 or column not in rows:
         raise InputError(
-            f"{text}: {len(found)} rows, {'with' if column in found else 'without'} such a column."
+            f"{text}: {len(rows)} rows, {'with' if column in rows else 'without'} such a column."
         )
-    return found[column].iloc[0]
+    return rows[column].iloc[0]
 
 
 def differing(text: str, folder: Path = TABLES) -> list[str]:
     """Sentences on the numbers of a page that are not those of their cells, rounded to as many decimals."""
     out = []
-    for found in NUMBER.finditer(text):
-        shown = found["number"].replace("−", "-").replace(",", "")
-        value = float(cell(found["cell"], folder))
+    for match in NUMBER.finditer(text):
+        shown = match["number"].replace("−", "-").replace(",", "")
+        value = float(cell(match["cell"], folder))
         decimals = len(shown.partition(".")[2])
         if f"{value:.{decimals}f}".removeprefix("-") != shown.lstrip("+-") or (value < 0) != shown.startswith(
             "-"
         ):
-            out.append(f"{found['number']} is {value:.{decimals + 1}f} in {found['cell']}")
+            out.append(f"{match['number']} is {value:.{decimals + 1}f} in {match['cell']}")
     return out
 
 
 def filled(text: str, folder: Path = TABLES) -> str:
     """A page with its tables made from their files."""
 
-    def one(found: re.Match) -> str:
-        file, *conditions = shlex.split(found["rows"])
-        columns = [line.split(": ", 1) for line in found["columns"].strip().splitlines()]
+    def one(match: re.Match) -> str:
+        file, *conditions = shlex.split(match["rows"])
+        columns = [line.split(": ", 1) for line in match["columns"].strip().splitlines()]
         rows = rows_of(file, conditions, folder).to_dict("records")
         lines = [[header.strip() for header, _ in columns], ["---"] * len(columns)]
         lines += [[_shown(form.strip(), row) for _, form in columns] for row in rows]
-        return found["mark"] + "".join(f"| {' | '.join(line)} |\n" for line in lines)
+        return match["mark"] + "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
     return TABLE.sub(one, text)
 

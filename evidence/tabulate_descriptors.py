@@ -11,13 +11,13 @@ def main(tables: dict[str, list[str]], outputs: dict[str, str], logs: str) -> No
     `tables` and `outputs` have the keys changes, linked, orders, rows, samplers and grid; `outputs` also has changes_means,
     linked_means, orders_means, grid_means and cpu.
     """
-    found = {key: read_tables(paths) for key, paths in tables.items()}
-    found["changes_means"] = means(found["changes"], ["density", "descriptor", "change"])
-    found["linked_means"] = means(found["linked"], ["D_link", "descriptor", "change"])
-    found["orders_means"] = means(found["orders"], ["density", "descriptor", "n"])
-    found["grid_means"] = grid_means(found["grid"])
-    found["cpu"] = cpu_table(logs)
-    write_tables({outputs[key]: table for key, table in found.items()})
+    results = {key: read_tables(paths) for key, paths in tables.items()}
+    results["changes_means"] = means(results["changes"], ["density", "descriptor", "change"])
+    results["linked_means"] = means(results["linked"], ["D_link", "descriptor", "change"])
+    results["orders_means"] = means(results["orders"], ["density", "descriptor", "n"])
+    results["grid_means"] = grid_means(results["grid"])
+    results["cpu"] = cpu_table(logs)
+    write_tables({outputs[key]: table for key, table in results.items()})
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The small tables of the study of many complexes, from what was measured on each."""
+"""Tables of the study of many complexes, from the measurements of each."""
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ REFERENCES = ("flatness", "planarity", "protrusion", "hydropathy", "centroid")
 
 
 def named(areas: pd.DataFrame) -> pd.DataFrame:
-    """Areas with the complexes told apart by `group`.
+    """Add the column `group` to the areas.
 
     Groups: 'tutorial' (1a1u), 'bound' (complexes known bound only), 'bound six' and 'unbound six' (those with both).
     """

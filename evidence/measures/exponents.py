@@ -9,23 +9,23 @@ from sparsurf.recovery.readings import RECOVERED
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.relation import with_interval
 
-LEAST = 0.02  # of 1 - R, so that no dot's chance is 0 or without bounds
+MIN_FLATNESS = 0.02  # lower bound of 1 - R, so that no probability is 0 or infinite
 READINGS = ("as_written", RECOVERED)
 
 
 def density(roughness: np.ndarray, k: float) -> np.ndarray:
     """Density of each dot, (N,), without a unit."""
-    return np.maximum(1 - roughness, LEAST) ** k
+    return np.maximum(1 - roughness, MIN_FLATNESS) ** k
 
 
 def random_dots(evaluator: Evaluator, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
-    """Without replacement, each draw with a chance proportional to the density (Efraimidis & Spirakis 2006)."""
+    """Draw without replacement, each dot with a probability proportional to the density (Efraimidis & Spirakis 2006)."""
     keys = rng.standard_exponential(len(evaluator.points)) / density(evaluator.roughness, k)
     return np.argsort(keys, kind="stable")[:n]
 
 
 def spaced_dots(evaluator: Evaluator, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
-    """Farthest-point dots, with distances in units of the spacing that the density asks for at each dot."""
+    """Choose farthest-point dots, with distances in units of the spacing that corresponds to the density at each dot."""
     points, scale = evaluator.points, density(evaluator.roughness, k)
     chosen, gap = np.empty(n, np.int64), np.full(len(points), np.inf)
     chosen[0] = rng.integers(len(points))
@@ -71,7 +71,7 @@ def ratios(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def best(table: pd.DataFrame) -> pd.DataFrame:
-    """What the best exponent gains, chosen on all other proteins: sampler, percent, reading, k (most often), n, gain in %."""
+    """Gain of the best exponent, chosen on all other proteins: sampler, percent, reading, k (most often), n, gain in %."""
     rows = []
     for group, part in table.groupby(["sampler", "percent", "reading"], sort=False):
         z = part.pivot(index="protein", columns="k", values="Z")

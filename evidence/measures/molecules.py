@@ -1,4 +1,4 @@
-"""Structures as the chains read them."""
+"""Structures as the evidence reads them."""
 
 from pathlib import Path
 
@@ -9,6 +9,6 @@ from sparsurf.surfaces.radii import radii
 
 
 def atoms_of(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
-    """Places (A, 3) and radii (A,), Å, of the atoms of the first model of a structure, all its polymers."""
+    """Read coordinates (A, 3) and radii (A,), Å, of the atoms of the first model of a structure, all its polymers."""
     molecule = read_molecule(path, selection=None)
     return molecule.xyz[0], radii(molecule, "dms")

@@ -1,8 +1,8 @@
-"""Other ways to keep a surface in few numbers, at equal bytes, each in its best form.
+"""Other ways to store a surface in few numbers, at equal bytes, each in its best form.
 
 A dot with its normal takes 24 bytes (six float32); rounded, 8: three places of 16 bits, .005 Å apart, and a normal of 16
 bits. A mesh takes 12 for a corner and 6 for a triangle (three indices of two bytes, for up to 65,536 corners): with two
-triangles for every corner 24 again, so equal numbers are equal bytes. An atom takes 16, a place and a radius; rounded, 6:
+triangles per corner this is 24 again, so that equal numbers mean equal bytes. An atom takes 16, a place and a radius; rounded, 6:
 three places of 15 bits and the number of its radius.
 """
 
@@ -27,9 +27,9 @@ from sparsurf.surfaces.spacing import DENSITY
 
 DOT, ROUNDED_DOT, VERTEX, TRIANGLE, ATOM, ROUNDED_ATOM = 24, 8, 12, 6, 16, 6  # bytes
 STEP, ANGLES, BOX = 0.005, 2**8 - 1, 2**15 - 1  # Å; steps of a normal's two numbers; of a place in the box
-CANDIDATES = 8  # places on a mesh per dot that is laid on it
-TRIES = 8  # turns of the molecule that is dotted sparsely
-MORE = 1.1  # times as many dots are asked for where too few came
+CANDIDATES = 8  # positions on a mesh per dot that is placed on it
+TRIES = 8  # orientations of the molecule for sparse dots
+MORE = 1.1  # factor on the requested number of dots if there are too few
 KEPT, SETTLED, SPARSE, MESH, CORNERS, QUANTISED, ROUNDED, ATOMS, ROUNDED_ATOMS = (
     "farthest dots",
     "settled dots",
@@ -56,7 +56,7 @@ def measure(
     seed: int = 20261120,
     threads: int = 1,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Z and errors of each opponent, all on one set of test dots.
+    """Measure Z and errors of each method, all on one set of test dots.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def measure(
     Returns
     -------
     two DataFrames: protein, sampler (the opponent), percent, n_S, bytes, Z and `recovery.ERRORS`; and protein, sampler,
-    percent and what `errors.tails` tells of the dots of the surface itself, in clefts, on flats and on ridges
+    percent and the columns of `errors.tails` for the dots of the surface itself, in clefts, on flats and on ridges
     """
     surface = molecular_surface(xyz, radii)
     flat = np.zeros(len(surface))
@@ -107,7 +107,7 @@ def _of_size(
     simplify: Simplifier | None,
     true: Truth,
 ) -> Iterator[tuple[str, int, int, Callable]]:
-    """Opponent, number of its dots or corners, bytes, and what lays the dense dots that it stands for at a density."""
+    """Yield each method, its number of dots or corners, its bytes, and a function (density) -> dense dots."""
     points, normals = evaluator.points, evaluator.normals
     farthest = partial(SAMPLERS["farthest"], evaluator)
     chosen = farthest(n, evaluator.stream("recovery", "farthest"))
@@ -133,15 +133,14 @@ def _of_size(
 def sparse(
     xyz: np.ndarray, radii: np.ndarray, n: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A surface laid with n dots from the first: the turn of the molecule with the fewest dots above n, less those that lie
-    closest to others."""
-    best, asked, tries = None, n, 0
+    """Generate a surface of n dots: take the orientation with the fewest dots above n, and remove those closest to others."""
+    best, requested, tries = None, n, 0
     while best is None or tries < TRIES:
-        found, tries = dotted(xyz, radii, asked, rng), tries + 1
-        if len(found[0]) < n:
-            asked *= MORE
-        elif best is None or len(found[0]) < len(best[0]):
-            best = found
+        dots, tries = dotted(xyz, radii, requested, rng), tries + 1
+        if len(dots[0]) < n:
+            requested *= MORE
+        elif best is None or len(dots[0]) < len(best[0]):
+            best = dots
     kept = spread(build_grid(best[0], side=1.0), n, rng)
     return best[0][kept], best[1][kept]
 
@@ -173,10 +172,10 @@ def rounded_places(xyz: np.ndarray) -> np.ndarray:
 
 
 def in_common(table: pd.DataFrame) -> pd.DataFrame:
-    """The opponents of given numbers of dots, on the structures that have all of them."""
-    found = table[~table["sampler"].isin((ATOMS, ROUNDED_ATOMS))]
-    full = set(found.loc[found["sampler"] == MESH, "protein"]) or set(found["protein"])
-    return found[found["protein"].isin(full)]
+    """Rows of the methods with a chosen number of dots, on the structures that have all methods."""
+    surfaces = table[~table["sampler"].isin((ATOMS, ROUNDED_ATOMS))]
+    full = set(surfaces.loc[surfaces["sampler"] == MESH, "protein"]) or set(surfaces["protein"])
+    return surfaces[surfaces["protein"].isin(full)]
 
 
 def simplifier() -> Simplifier | None:
@@ -188,8 +187,8 @@ def simplifier() -> Simplifier | None:
         return None
 
     def fewer(vertices: np.ndarray, triangles: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-        found = simplify(vertices.astype("float32"), triangles.astype("int32"), target_count=n)
-        return found[0].astype(float), found[1].astype(int)
+        reduced = simplify(vertices.astype("float32"), triangles.astype("int32"), target_count=n)
+        return reduced[0].astype(float), reduced[1].astype(int)
 
     return fewer
 
@@ -214,7 +213,7 @@ def corner_normals(corners: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 def dots_on(
     corners: np.ndarray, triangles: np.ndarray, rng: np.random.Generator, density: float = DENSITY
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Dots on a mesh, as far apart as recovered ones, with normals interpolated between those of the corners.
+    """Place dots on a mesh, as far apart as recovered ones, with normals interpolated between those of the corners.
 
     Parameters
     ----------
@@ -229,11 +228,11 @@ def dots_on(
     a, b, c = (corners[triangles[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     n = int(CANDIDATES * density * area.sum())
-    of = rng.choice(len(triangles), n, p=area / area.sum())
+    triangle = rng.choice(len(triangles), n, p=area / area.sum())
     u, v = rng.random((2, n))
     share = np.stack([1 - np.sqrt(u), np.sqrt(u) * (1 - v), np.sqrt(u) * v], axis=1)
-    points = np.einsum("nk,nkc->nc", share, corners[triangles[of]])
-    normals = np.einsum("nk,nkc->nc", share, corner_normals(corners, triangles)[triangles[of]])
+    points = np.einsum("nk,nkc->nc", share, corners[triangles[triangle]])
+    normals = np.einsum("nk,nkc->nc", share, corner_normals(corners, triangles)[triangles[triangle]])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     index = build_grid(points, side=1.0)
     chosen = apart(index, np.arange(len(points)), APART / np.sqrt(density), len(points), 0)

@@ -1,4 +1,4 @@
-"""What holds over many proteins: each counts once, and every interval of a mean is `statistics.mean_interval`."""
+"""Statistics over many proteins: each counts once, and every interval of a mean is `statistics.mean_interval`."""
 
 from collections.abc import Callable
 
@@ -15,7 +15,7 @@ from sparsurf.study.relation import mean_interval, rho_interval, with_interval
 from sparsurf.study.summary import Result, readings, stacked
 from sparsurf.study.tables import range_limits, range_of
 
-TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are, whose Z the others are to reach
+TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z
 REFERENCES = ("fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å")
 COLUMNS = {"own": "d_held_out", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
 RESAMPLED = 4000
@@ -38,24 +38,29 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
     n_above and n_below, proteins whose own interval of d held out lies above and below 0.
     """
     rows = []
-    found = summary[summary["n_combinations"] > 0].assign(
+    sampled = summary[summary["n_combinations"] > 0].assign(
         lost=lambda t: t["d_held_out"] - t["d_from_all"], near=lambda t: t["d_from_near"] - t["d_from_all"]
     )
-    for reading, part in found.groupby("reading", sort=False):
-        whole = part.groupby("protein", sort=False).mean(numeric_only=True)
-        for k, own in [(0, whole), *part.groupby("range")]:
-            row = {"reading": reading, "range": k, "n": len(own), "n_S_percent": own["n_S_percent"].mean()}
+    for reading, part in sampled.groupby("reading", sort=False):
+        by_protein = part.groupby("protein", sort=False).mean(numeric_only=True)
+        for k, rows_of_range in [(0, by_protein), *part.groupby("range")]:
+            row = {
+                "reading": reading,
+                "range": k,
+                "n": len(rows_of_range),
+                "n_S_percent": rows_of_range["n_S_percent"].mean(),
+            }
             for name, column in COLUMNS.items():
-                row |= with_interval(name, own[column])
+                row |= with_interval(name, rows_of_range[column])
             if k:
-                row["n_above"] = int((own["d_held_out_low"] > 0).sum())
-                row["n_below"] = int((own["d_held_out_high"] < 0).sum())
+                row["n_above"] = int((rows_of_range["d_held_out_low"] > 0).sum())
+                row["n_below"] = int((rows_of_range["d_held_out_high"] < 0).sum())
             rows.append(row)
     return pd.DataFrame(rows)
 
 
 def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
-    """The combinations that may be the best of all on average over proteins, and whether they are on each.
+    """Find the combinations that may be the best on average over proteins, and on how many proteins they are.
 
     Returns
     -------
@@ -67,18 +72,22 @@ def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
     mean, rows = percents.mean(axis=0), []
     grid = results[0].grid
     for reading in readings(results[0]):
-        d, own = stacked(results, f"d_{reading}"), summary[summary["reading"] == reading]
-        n_ranges = int(own["range"].max())
+        d, rows_of_reading = stacked(results, f"d_{reading}"), summary[summary["reading"] == reading]
+        n_ranges = int(rows_of_reading["range"].max())
         limits = range_limits(mean, n_ranges)
         member = range_of(mean, limits)
-        places = [range_of(percent, range_limits(percent, n_ranges)) for percent in percents]
-        sets = own.set_index(["protein", "range"])["best_set"].map(split)
+        ranges = [range_of(percent, range_limits(percent, n_ranges)) for percent in percents]
+        sets = rows_of_reading.set_index(["protein", "range"])["best_set"].map(split)
         for k in np.unique(member):
             inside = np.flatnonzero(member == k)
             values = d[:, inside].T[:, None, :]
             best = inside[np.argmax(values.mean(axis=(1, 2)))]
             winner = texts_of(grid.loc[[best]])[0]
-            there = [one.protein for one, place in zip(results, places, strict=True) if place[best] == k]
+            there = [
+                one.protein
+                for one, range_of_each in zip(results, ranges, strict=True)
+                if range_of_each[best] == k
+            ]
             among = grid.loc[inside[best_set(values)]]
             row = {
                 "reading": reading,
@@ -93,7 +102,7 @@ def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
 
 
 def enough(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
-    """The fewest dots that come within `CLOSE` of each reference, of each protein.
+    """Find the fewest dots of each protein whose Z comes within `CLOSE` of each reference.
 
     Parameters
     ----------
@@ -140,7 +149,7 @@ def median_interval(values: np.ndarray) -> tuple[float, float]:
 
 
 def needed(curves: pd.DataFrame) -> pd.DataFrame:
-    """Dots that each sampler needs, as it is and recovered, for the Z of uniform dots as they are; of each protein.
+    """Find how many dots each sampler needs on each protein, as they are and recovered, for the Z of uniform dots as they are.
 
     Returns
     -------
@@ -149,15 +158,17 @@ def needed(curves: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for protein, part in curves.groupby("protein", sort=False):
-        lines = {keys: own for keys, own in part.groupby(["sampler", "reading"], sort=False)}
+        lines = {keys: line for keys, line in part.groupby(["sampler", "reading"], sort=False)}
         reference = lines[REFERENCE, TEXT].set_index("percent")
         for target in TARGETS:
-            z, own = reference.loc[target, ["Z", "n_S_percent"]]
+            z, n_uniform = reference.loc[target, ["Z", "n_S_percent"]]
             for (sampler, reading), line in lines.items():
                 sizes = line["n_S_percent"].to_numpy()
                 n = smallest_n_s(z, sizes, line["Z"].to_numpy())
                 inside = np.clip(n, sizes[0], sizes[-1])
-                rows.append((protein, target, z, sampler, reading, inside, own / inside, bool(n != inside)))
+                rows.append(
+                    (protein, target, z, sampler, reading, inside, n_uniform / inside, bool(n != inside))
+                )
     columns = ["protein", "target", "Z", "sampler", "reading", "n_S_percent", "factor", "bound"]
     return pd.DataFrame(rows, columns=columns)
 
@@ -219,10 +230,10 @@ def rank_correlations(quantities: dict[str, pd.Series], surfaces: pd.DataFrame) 
 
 
 def power(n: int, rng: np.random.Generator, requested: float = 0.8, runs: int = 4000) -> dict[str, float]:
-    """The smallest correlation of one parameter with roughness that the test of `relation` finds often enough.
+    """Find the smallest correlation of one parameter with roughness that the test of `relation` detects often enough.
 
     Roughness and the parameter are drawn from a normal law with a correlation, the three other parameters without one;
-    the largest of the four |Spearman's rho| is held against its 95 % quantile where none is correlated.
+    the largest of the four |Spearman's rho| is compared with its 95 % quantile where none is correlated.
 
     Returns
     -------
@@ -233,14 +244,14 @@ def power(n: int, rng: np.random.Generator, requested: float = 0.8, runs: int = 
         x = rng.standard_normal((runs, n))
         y = rng.standard_normal((runs, len(PARAMETERS), n))
         y[:, 0] = correlation * x + np.sqrt(1 - correlation**2) * y[:, 0]
-        x, y = (rankdata(each, axis=-1) - (n + 1) / 2 for each in (x, y))
+        x, y = (rankdata(values, axis=-1) - (n + 1) / 2 for values in (x, y))
         rho = np.einsum("rn,rpn->rp", x, y) / (n * (n * n - 1) / 12)
         return np.abs(rho).max(axis=1), rho[:, 0].mean()
 
     critical = float(np.quantile(largest(0.0)[0], 0.95))
     for correlation in np.arange(0.05, 1.0, 0.01):
-        found, rho = largest(correlation)
-        if (found > critical).mean() >= requested:
+        strongest, rho = largest(correlation)
+        if (strongest > critical).mean() >= requested:
             return {"n": n, "requested": requested, "critical": critical, "rho": float(rho)}
     return {"n": n, "requested": requested, "critical": critical, "rho": np.nan}
 
@@ -251,7 +262,7 @@ def coverage_of_mean(
     n: int | None = None,
     interval: Callable = mean_interval,
 ) -> float:
-    """Share of samples of n proteins (as many, unless given), drawn again from these, whose interval holds the mean of all."""
+    """Share of bootstrap samples of n proteins (default: as many as given) whose interval contains the mean of all."""
     values = np.asarray(values, float)
     values = values[np.isfinite(values)]
     held = 0
@@ -269,7 +280,7 @@ def coverage_of_set(
     rng: np.random.Generator,
     resampled: int = SETS_RESAMPLED,
 ) -> float:
-    """Share of samples of as many proteins whose confidence set holds the combination that is the best on all of these."""
+    """Share of bootstrap samples of the proteins whose confidence set contains the best combination over all proteins."""
     mean = stacked(results, "n_S_percent").mean(axis=0)
     inside = np.flatnonzero(range_of(mean, range_limits(mean, n_ranges)) == range_number - 1)
     d = stacked(results, f"d_{reading}")[:, inside].T

@@ -1,4 +1,4 @@
-"""Complexes: which structures are partners, and partners made ready for their maps."""
+"""Partners of complexes, prepared for their maps."""
 
 from collections.abc import Sequence
 
@@ -17,30 +17,30 @@ D_LINK = 0.5  # Å
 
 
 def ready(molecule: Molecule, name: str) -> Partner:
-    """A molecule's surface, ready for its maps."""
+    """Prepare the surface of a molecule for its maps."""
     surface, _ = fitting_surface(molecule, 0, radii(molecule, "dms"), SETTINGS, D_LINK, name)
     return partner_of(surface, molecule, name)
 
 
 def pair_of(paths: Sequence[str], name: str) -> list[Partner]:
-    """Both partners of a bound complex."""
+    """Prepare both partners of a bound complex."""
     return [ready(read_molecule(path), f"{name} {side}") for side, path in enumerate(paths, 1)]
 
 
 def unbound_pair(
     paths: Sequence[str], bound: Sequence[str], name: str
 ) -> tuple[list[Partner], list[np.ndarray]]:
-    """Both partners of an unbound form, laid on the bound one, and the interface that they take from it.
+    """Prepare both partners of an unbound form, superposed onto the bound one, and transfer its interface to them.
 
     Returns
     -------
     two Partner, two (N,) bool
     """
     references = [read_molecule(path) for path in bound]
-    dots = [each.surface.points for each in pair_of(bound, name)]
+    dots = [partner.surface.points for partner in pair_of(bound, name)]
     known = [(a, interface(a, b)) for a, b in (dots, dots[::-1])]
     molecules = [laid_on(read_molecule(p), one) for p, one in zip(paths, references, strict=True)]
     pair = [ready(molecule, f"{name} unbound {side}") for side, molecule in enumerate(molecules, 1)]
     return pair, [
-        carried_labels(one.surface.points, *theirs) for one, theirs in zip(pair, known, strict=True)
+        carried_labels(one.surface.points, *labels) for one, labels in zip(pair, known, strict=True)
     ]

@@ -47,14 +47,16 @@ def table(measured: dict[str, list[Measured]]) -> pd.DataFrame:
     intervals over proteins; claim `held`: share of the ranges of n_S under `as_coded` in whose confidence set of the best the
     unvaried rules' winner lies
     """
-    known = {each.result.protein: each for each in measured[DEFAULT]}
+    known = {protein.result.protein: protein for protein in measured[DEFAULT]}
     rows = []
-    for variant, some in measured.items():
-        pairs = [(each, known[each.result.protein]) for each in some if each.result.protein in known]
-        found = [claims(each) | {"held": held(each, old)} for each, old in pairs]
+    for variant, studied in measured.items():
+        pairs = [
+            (protein, known[protein.result.protein]) for protein in studied if protein.result.protein in known
+        ]
+        changed = [claims(protein) | {"held": held(protein, old)} for protein, old in pairs]
         before = [claims(old) | {"held": held(old, old)} for _, old in pairs]
-        for claim in found[0] if found else ():
-            values, old = (np.array([one[claim] for one in each]) for each in (found, before))
+        for claim in changed[0] if changed else ():
+            values, old = (np.array([one[claim] for one in protein]) for protein in (changed, before))
             row = {"variant": variant, "claim": claim, "n": len(values)}
             row |= with_interval("value", values) | with_interval("change", values - old)
             if claim == "held":  # a share
@@ -65,10 +67,10 @@ def table(measured: dict[str, list[Measured]]) -> pd.DataFrame:
 
 def held(measured: Measured, reference: Measured, reading: str = "as_coded") -> float:
     """Share of the ranges of n_S whose confidence set of the best holds the winner that the reference has there."""
-    mine, theirs = (
-        each.result.ranges[each.result.ranges["reading"] == reading].reset_index(drop=True)
-        for each in (measured, reference)
+    ranges, reference_ranges = (
+        study.result.ranges[study.result.ranges["reading"] == reading].reset_index(drop=True)
+        for study in (measured, reference)
     )
-    both = (mine["n_combinations"] > 0) & (theirs["n_combinations"] > 0)
-    winners, sets = texts_of(theirs[both]), mine["best_set"][both]
+    both = (ranges["n_combinations"] > 0) & (reference_ranges["n_combinations"] > 0)
+    winners, sets = texts_of(reference_ranges[both]), ranges["best_set"][both]
     return np.mean([text in split(field) for text, field in zip(winners, sets, strict=True)])

@@ -11,12 +11,12 @@ from sparsurf.threads import available_cores
 
 
 class Table:
-    """Figures, printed as they come.
+    """Figures, printed as they are measured.
 
     Attributes
     ----------
     rows : list of dict: what, dots, value (CPU seconds or what `unit` says), wall (the same of the wall clock),
-        unit, at_most (what was promised); None where there is none
+        unit, at_most (what the project promises); None where there is none
     """
 
     def __init__(self) -> None:
@@ -48,14 +48,14 @@ class Table:
         per: float = 1.0,
         most: float | None = None,
     ) -> float | None:
-        """Median time of `run()` after one call in vain, in `unit`, of which `per` are a second."""
+        """Median time of `run()` after one call for warm-up, in `unit`, of which `per` are a second."""
         cpu, wall = timed(run, repeats)
         return self.add(what, dots, cpu * per, unit, wall * per, most)
 
     def missed(self) -> list[str]:
         """Names of the figures above what was promised; of times without CPU seconds the wall time counts."""
-        found = [(row, row["wall"] if row["value"] is None else row["value"]) for row in self.rows]
-        return [row["what"] for row, value in found if row["at_most"] and value > row["at_most"]]
+        measured = [(row, row["wall"] if row["value"] is None else row["value"]) for row in self.rows]
+        return [row["what"] for row, value in measured if row["at_most"] and value > row["at_most"]]
 
     def markdown(self) -> str:
         """The whole table."""
@@ -80,7 +80,7 @@ def timed(run: Callable, repeats: int) -> tuple[float, float]:
 
 
 def peak_memory() -> float:
-    """Most memory that this process held so far, in bytes; NaN where the system does not tell (not Linux).
+    """Peak memory of this process so far, in bytes; NaN where the system does not report it (not Linux).
 
     Not getrusage's ru_maxrss, which counts the parent process in as well.
     """
@@ -91,7 +91,7 @@ def peak_memory() -> float:
 
 
 def machine() -> dict[str, str | int]:
-    """What figures were measured on, a dict."""
+    """Describe the machine: processor, cores and versions."""
     cpu = platform.processor()
     info = Path("/proc/cpuinfo")
     if info.is_file():
