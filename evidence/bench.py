@@ -1,9 +1,9 @@
 """Measure speed and memory: `python evidence/bench.py [--quick] [--reference module:function] [--out FILE]`.
 
-Figures are medians over several runs of CPU seconds on one core, BLAS at one thread, with the wall time beside them,
-of A1 of the paper (20045 dots; the embedded structure stands in where its surface is not there) and of A1 repeated on
-a lattice. Peak memory, start-up, a ribosome and the default study are measured in processes of their own. `at most`
-is what the project promises on a machine of 2 cores.
+Figures are medians over several runs: CPU seconds on one core with BLAS at one thread, and wall time. They are measured on
+A1 of the paper (20045 dots; without its file, on the embedded structure) and on A1 repeated on a lattice. Peak memory,
+start-up, a ribosome and the default study are measured in processes of their own. `at most` is what the project
+promises on a machine of 2 cores.
 """
 
 import argparse
@@ -57,22 +57,26 @@ A1_DOTS = SHARED / "data" / "tdp43" / "A1.dms.gz"
 RIBOSOME = SHARED / "data" / "structures" / "6zu5_ribosome.cif.gz"
 EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"
 TRAJECTORY = EMBEDDED.with_name("trajectory.xtc")
-MOST_OF_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
-KEPT = 0.05  # of the dots, by farthest point
+MAX_SECONDS_PER_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
+KEPT_FRACTION = 0.05  # of the dots, by farthest point
 COPIES = (1, 10, 50)  # of A1: 20 thousand, 200 thousand and a million dots
-SHARES = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
-STEADY = 60  # µs that a steady descriptor may take
-FEW = ([0.4, 0.8, 1.0], [0.0, 0.4], [0, 4, 8], [0, 6])  # a grid of 36 combinations
-FULL = ([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0], range(0, 11, 2), range(0, 11, 2))
-BEST = np.array([[1.0, 0.0, 6.0, 0.0]])  # the paper's best combination
-GRIDS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that it may take
-PIECE = "209-214"  # residues of the quick surface
-GAP = 10.0  # Å between the copies on the lattice, so that no patch holds dots of two
+DESCRIPTOR_LIMITS = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
+MAX_MICROSECONDS_STEADY = 60  # µs that a steady descriptor may take
+SMALL_GRID = ([0.4, 0.8, 1.0], [0.0, 0.4], [0, 4, 8], [0, 6])  # a grid of 36 combinations
+FULL_GRID = ([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0], range(0, 11, 2), range(0, 11, 2))
+BEST_COMBINATION = np.array([[1.0, 0.0, 6.0, 0.0]])  # the paper's best combination
+GRID_LIMITS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that it may take
+QUICK_RESIDUES = "209-214"  # residues of the quick surface
+GAP = 10.0  # Å between the copies on the lattice, so that no patch contains dots of two
 REFERENCE_PATCHES = 5
-QUERY, HITS = 50, 80  # places that are sought at once, and the nearest that each gets
-PLACES = 1_000_000  # made-up places, of 240 proteins of 1000 atoms
-OF_PLACE = 700  # bytes that a place may take in a file
-PAIRS = {720: None, 14_400: 8, 50_000: 120}  # dots of each partner: CPU seconds that comparing them may take
+QUERY, HITS = 50, 80  # places that are searched at once, and the nearest places returned for each
+PLACES = 1_000_000  # random places, as of 240 proteins of 1000 atoms
+MAX_BYTES_PER_PLACE = 700  # bytes that a place may take in a file
+PAIR_LIMITS = {
+    720: None,
+    14_400: 8,
+    50_000: 120,
+}  # dots of each partner: CPU seconds that comparing them may take
 
 
 def embedded(residues: str | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -82,9 +86,9 @@ def embedded(residues: str | None = None) -> tuple[np.ndarray, np.ndarray]:
 
 
 def a1(quick: bool) -> Surface:
-    """Dots of A1, of our own surface of the embedded structure without them; of a piece of that where quick."""
+    """Dots of A1 or, without its file, of the embedded structure; if quick, of a piece of that."""
     if quick:
-        return molecular_surface(*embedded(PIECE))
+        return molecular_surface(*embedded(QUICK_RESIDUES))
     return read_surface(A1_DOTS) if A1_DOTS.is_file() else molecular_surface(*embedded())
 
 
@@ -103,7 +107,7 @@ def repeated(surface: Surface, copies: int) -> Surface:
 def measure_dots(
     table: Table, surface: Surface, promised: bool, repeats: int, n_tests: int, combinations: np.ndarray
 ) -> None:
-    """Everything that scales with the dots: index, roughness, cover, sampling, descriptors of 64 subsets."""
+    """Measure what scales with the dots: index, roughness, cover, sampling, descriptors of 64 subsets."""
     n = len(surface)
     index = build_index(surface.points, surface.normals)
     table.time("index", n, lambda: build_index(surface.points, surface.normals), repeats)
@@ -133,12 +137,12 @@ def measure_dots(
 def measure_descriptors(
     table: Table, evaluator: Evaluator, rng: np.random.Generator, repeats: int, n_tests: int
 ) -> None:
-    """64 subsets at shared test dots, as the grid evaluates them."""
+    """Measure descriptors of 64 subsets at shared test dots, as the grid evaluates them."""
     index, n = evaluator.index, len(evaluator.points)
     tests = rng.choice(n, min(n, n_tests), replace=False)
     subset = tests[: max(1, n_tests // 8)]
     z_tot, steady = evaluator.describe(tests)[0], evaluator.changed(descriptor="steady").describe(subset)[0]
-    for share, most in SHARES.items():
+    for share, most in DESCRIPTOR_LIMITS.items():
         words = np.zeros(n, np.uint64)
         for bit in range(descriptors.BITS):
             descriptors.add(words, index, law.uniform(n, round(share * n), rng), bit)
@@ -156,11 +160,11 @@ def measure_descriptors(
                 what.replace("a descriptor", "a steady descriptor"),
                 1e6 / len(subset) / descriptors.BITS,
             )
-            table.time(what, n, run, repeats, "µs", per, STEADY)
+            table.time(what, n, run, repeats, "µs", per, MAX_MICROSECONDS_STEADY)
 
 
 def measure_pairs(table: Table, sizes: dict[int, float | None], repeats: int) -> None:
-    """The nearest patch of every dot of two surfaces, both ways: time goes with descriptors, not with what they are."""
+    """Measure the search for the nearest patch of every dot of two surfaces, in both directions, on random descriptors."""
     rng = np.random.default_rng(0)
     for n, most in sizes.items():
         both = rng.random((2, n, 121))
@@ -169,8 +173,8 @@ def measure_pairs(table: Table, sizes: dict[int, float | None], repeats: int) ->
 
 
 def measure_sites(table: Table, places: int, repeats: int, promised: bool) -> None:
-    """Sites of a structure, and the places nearest to a query's, exactly, among made-up ones; all cores."""
-    molecule = read_molecule(EMBEDDED, residues=None if promised else PIECE)
+    """Measure the description of sites, and the exact search of nearest places among random ones on all cores."""
+    molecule = read_molecule(EMBEDDED, residues=None if promised else QUICK_RESIDUES)
     sites = describe_sites(molecule)
     what = f"sites of {molecule.n_atoms} atoms, a tenth of the dots"
     table.time(what, len(sites), partial(describe_sites, molecule), repeats, most=1 if promised else None)
@@ -178,7 +182,11 @@ def measure_sites(table: Table, places: int, repeats: int, promised: bool) -> No
         path = Path(folder, "bench.sites")
         sites.save(path)
         table.add(
-            "a place in a file of sites", len(sites), path.stat().st_size / len(sites), "bytes", most=OF_PLACE
+            "a place in a file of sites",
+            len(sites),
+            path.stat().st_size / len(sites),
+            "bytes",
+            most=MAX_BYTES_PER_PLACE,
         )
     rng = np.random.default_rng(0)
     every, query = (rng.standard_normal((n, WIDTH), dtype=np.float32) for n in (places, QUERY))
@@ -189,19 +197,19 @@ def measure_sites(table: Table, places: int, repeats: int, promised: bool) -> No
 def measure_grids(
     table: Table, surface: Surface, combinations: np.ndarray, limits: dict[int, float | None], repeats: int
 ) -> None:
-    """Whole grids with one draw, reading `as_coded`, and one combination at every dot."""
+    """Measure whole grids with one draw, reading `as_coded`, and one combination at every dot."""
     evaluator, n = Evaluator(surface, name="bench"), len(surface)
     for n_tests, most in limits.items():
         what = f"grid of {len(combinations)}, {n_tests} test dots"
         run = partial(grid.run, evaluator, combinations, n_tests, 1, ("as_coded",))
         table.time(what, n, run, repeats, most=most)
     for readings, names in ((("as_coded",), "`as_coded`"), (OF_GRID, "both readings")):
-        run = partial(grid.run, evaluator, BEST, n, 1, readings)
+        run = partial(grid.run, evaluator, BEST_COMBINATION, n, 1, readings)
         table.time(f"a combination at every dot, {names}", n, run, repeats, most=1)
 
 
 def measure_surface(table: Table, copies: Sequence[int], repeats: int, residues: str | None = None) -> None:
-    """Our own dots of the embedded structure, repeated."""
+    """Measure the surface of the embedded structure, repeated."""
     xyz, r = embedded(residues)
     for c in copies:
         run = partial(molecular_surface, lattice(xyz, c), np.tile(r, c))
@@ -210,9 +218,9 @@ def measure_surface(table: Table, copies: Sequence[int], repeats: int, residues:
 
 
 def measure_frames(table: Table, quick: bool) -> None:
-    """One combination on frames of the embedded trajectory, as an ensemble evaluates each."""
+    """Measure one combination on frames of the embedded trajectory, as an ensemble evaluates each."""
     settings = checked(yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8")), [], ROOT)
-    residues = PIECE if quick else None
+    residues = QUICK_RESIDUES if quick else None
     molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
     atom_radii = radii(molecule)
     density = fitting_density(
@@ -224,13 +232,13 @@ def measure_frames(table: Table, quick: bool) -> None:
         for k in range(molecule.n_frames):
             frame_row(molecule, k, atom_radii, settings, "bench")
 
-    what, most = f"a frame of an ensemble, {molecule.n_atoms} atoms", None if quick else MOST_OF_FRAME
+    what, most = f"a frame of an ensemble, {molecule.n_atoms} atoms", None if quick else MAX_SECONDS_PER_FRAME
     table.time(what, None, frames, 1, "s", 1 / molecule.n_frames, most)
 
 
 def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
-    """Other programs on the same work, each where it is installed; ours beside it."""
-    n, keep = len(surface), round(KEPT * len(surface))
+    """Measure other programs on the same work, if they are installed, and ours."""
+    n, keep = len(surface), round(KEPT_FRACTION * len(surface))
     if shutil.which("EDTSurf"):
         with tempfile.TemporaryDirectory() as folder:
             command = ["EDTSurf", "-i", EMBEDDED, "-o", Path(folder, "out")]
@@ -239,7 +247,7 @@ def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
         table.time("the same surface here", None, partial(molecular_surface, *embedded()), repeats)
     if fpsample := installed("fpsample"):
         farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
-        table.time(f"peer: {KEPT:.0%} farthest dots by fpsample", n, farthest, repeats)
+        table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
         evaluator, rng = Evaluator(surface, name="bench"), np.random.default_rng(0)
         table.time("the same here", n, partial(SAMPLERS["farthest"], evaluator, keep, rng), repeats)
     if mahotas := installed("mahotas.features"):
@@ -253,7 +261,7 @@ def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
 
 
 def installed(name: str) -> ModuleType | None:
-    """A module where it can be imported, else None."""
+    """A module if it can be imported, else None."""
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -261,7 +269,7 @@ def installed(name: str) -> ModuleType | None:
 
 
 def measure_reference(table: Table, surface: Surface, name: str) -> None:
-    """Another program's descriptor function on the same patches, (n, 6) arrays of dots and normals."""
+    """Measure another program's descriptor function on the same patches, (n, 6) arrays of dots and normals."""
     module, _, function = name.partition(":")
     sys.path.append(os.getcwd())
     try:
@@ -292,17 +300,17 @@ def warm_up() -> None:
 
 
 def print_memory(copies: int, quick: bool) -> None:
-    """In a process of its own: bytes above the imports, for all that a surface goes through."""
+    """Print, in a process of its own, the bytes above the imports for all steps of one surface."""
     warm_up()
     one = a1(quick)
     before = peak_memory()
     surface = repeated(one, copies)
-    grid.run(Evaluator(surface, threads=available_cores()), law.grid(*FEW), 100)
+    grid.run(Evaluator(surface, threads=available_cores()), law.grid(*SMALL_GRID), 100)
     print(json.dumps({"dots": len(surface), "bytes": peak_memory() - before}))
 
 
 def print_ribosome() -> None:
-    """In a process of its own: seconds of every step on a large assembly, and the peak of memory."""
+    """Print, in a process of its own, the seconds of every step on a large assembly and the peak memory."""
     warm_up()
     before, seconds, cores = peak_memory(), {}, available_cores()
 
@@ -317,7 +325,7 @@ def print_ribosome() -> None:
     index = step("index", lambda: build_index(surface.points, surface.normals))
     rough = step("roughness", lambda: roughness(index, threads=cores))
     evaluator = step("cover", lambda: Evaluator(surface, roughness_values=rough, threads=cores))
-    step("grid of 36, 400 test dots", lambda: grid.run(evaluator, law.grid(*FEW), 400))
+    step("grid of 36, 400 test dots", lambda: grid.run(evaluator, law.grid(*SMALL_GRID), 400))
     figures = {
         "atoms": molecule.n_atoms,
         "dots": len(surface),
@@ -328,7 +336,7 @@ def print_ribosome() -> None:
 
 
 def measure_ribosome(table: Table) -> None:
-    """A large assembly from its file to the end, all cores."""
+    """Measure all steps on a large assembly, on all cores."""
     figures = in_child("print_ribosome()")
     for what, (cpu, wall) in figures["seconds"].items():
         table.add(f"ribosome of {figures['atoms']} atoms: {what}", figures["dots"], cpu, "s", wall)
@@ -342,7 +350,7 @@ def in_child(call: str) -> dict:
 
 
 def measure_start(table: Table, quick: bool) -> None:
-    """Import and compilation with an empty cache of kernels and with a full one; wall seconds of a process."""
+    """Measure import and compilation with an empty cache of kernels and with a full one; wall seconds of a process."""
     with tempfile.TemporaryDirectory() as cache:
         for what in ("warm",) if quick else ("cold", "warm"):
             place = {} if quick else {"NUMBA_CACHE_DIR": cache}
@@ -355,7 +363,7 @@ def measure_start(table: Table, quick: bool) -> None:
 
 
 def measure_study(table: Table) -> None:
-    """The default study from nothing, split by rule, and again with nothing to do; wall seconds."""
+    """Measure the default study from the start, split by rule, and again with nothing to do; wall seconds."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "data").symlink_to(ROOT / "data")
         files = [
@@ -377,7 +385,7 @@ def measure_study(table: Table) -> None:
 
 
 def measure_rules(table: Table, metadata: Path, wall: float) -> None:
-    """Wall seconds of the jobs of every rule, of loading their libraries, and the share of them all in the study."""
+    """Add wall seconds of the jobs of every rule, of loading their libraries, and their share of the study."""
     jobs = {}
     for path in metadata.rglob("*"):
         if path.is_file():
@@ -401,19 +409,19 @@ def measure_rules(table: Table, metadata: Path, wall: float) -> None:
 
 
 def main(path_to_output: str | Path, quick: bool = False, reference: str | None = None) -> None:
-    """Measure, print and write the JSON file, and the table beside it as Markdown."""
+    """Measure, print and write the JSON file, and the same table as Markdown."""
     table, surface = Table(), a1(quick)
     copies, repeats, n_tests = ((1,), 1, 16) if quick else (COPIES, 3, 512)
     with threadpool_limits(1, "blas"):
         for c in copies:
             promised = c == 1 and not quick
-            combinations = law.grid(*(FULL if promised else FEW))
+            combinations = law.grid(*(FULL_GRID if promised else SMALL_GRID))
             measure_dots(table, repeated(surface, c), promised, repeats, n_tests, combinations)
-        combinations = law.grid(*FEW)[:2] if quick else law.grid(*FULL)
-        measure_grids(table, surface, combinations, {n_tests: None} if quick else GRIDS, repeats)
-        measure_pairs(table, {500: None} if quick else PAIRS, repeats)
+        combinations = law.grid(*SMALL_GRID)[:2] if quick else law.grid(*FULL_GRID)
+        measure_grids(table, surface, combinations, {n_tests: None} if quick else GRID_LIMITS, repeats)
+        measure_pairs(table, {500: None} if quick else PAIR_LIMITS, repeats)
         measure_sites(table, 10_000 if quick else PLACES, repeats, not quick)
-        measure_surface(table, copies, repeats, PIECE if quick else None)
+        measure_surface(table, copies, repeats, QUICK_RESIDUES if quick else None)
         measure_frames(table, quick)
         measure_peers(table, surface, repeats)
         if reference:
