@@ -1,4 +1,4 @@
-"""The subset that is handed out of one structure at several densities, recovered at the density of its surface or at 5.35."""
+"""Minimal subsets of one structure at several densities, recovered at the surface's own density or at 5.35 dots per Å^2."""
 
 import pandas as pd
 
@@ -12,7 +12,7 @@ from sparsurf.study.minimal import smallest_recovered
 from sparsurf.surfaces.molecular_surface import fitting_surface, layer
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import DENSITY
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
 class AtOneDensity(Evaluator):
@@ -21,26 +21,38 @@ class AtOneDensity(Evaluator):
     density = DENSITY
 
 
-def main(inputs, outputs, settings, name, threads):
-    """Write a row for each surface: with hydrogens and without, and at each density."""
+def main(
+    structure: str, table: str, protein: str, densities: list[float], test_dots: int, seed: int, threads: int
+) -> None:
+    """Write a row for each surface: with and without hydrogens at the automatic density, and at each density."""
     rows = []
-    surfaces = [("keep", "auto"), ("remove", "auto"), *(("keep", each) for each in settings["densities"])]
-    for hydrogens, asked in surfaces:
-        molecule = read_molecule(inputs["structure"], hydrogens=hydrogens)
-        atoms, rules = radii(molecule, "dms"), rules_of(1.4, asked, "keep")
-        surface, density = fitting_surface(molecule, 0, atoms, rules, D_LINK, name)
-        row = {"protein": name, "hydrogens": hydrogens, "asked": asked, "density": density, "N": len(surface)}
-        of_surface = Evaluator(surface, seed=settings["seed"], threads=threads)
-        lay = layer(molecule, 0, atoms, rules, D_LINK, name)
-        table = floors(of_surface, settings["test_dots"], **lay)
-        row["floor"] = table.set_index("floor").loc[FRESH, "Z"]
-        for kind, end in ((Evaluator, ""), (AtOneDensity, "_at_5.35")):
-            own = kind(surface, roughness_values=of_surface.roughness, seed=settings["seed"], threads=threads)
-            trials = Trials(own, "farthest", settings["test_dots"])
-            row[f"n_S{end}"] = len(smallest_recovered(trials, table, FRESH))
+    surfaces = [("keep", "auto"), ("remove", "auto"), *(("keep", density) for density in densities)]
+    for hydrogens, requested in surfaces:
+        molecule = read_molecule(structure, hydrogens=hydrogens)
+        atoms, rules = radii(molecule, "dms"), rules_of(1.4, requested, "keep")
+        dots, density = fitting_surface(molecule, 0, atoms, rules, D_LINK, protein)
+        row = {"protein": protein, "hydrogens": hydrogens, "asked": requested}
+        row |= {"density": density, "N": len(dots)}
+        evaluator = Evaluator(dots, seed=seed, threads=threads)
+        fresh_surface = layer(molecule, 0, atoms, rules, D_LINK, protein)
+        references = floors(evaluator, test_dots, **fresh_surface)
+        row["floor"] = references.set_index("floor").loc[FRESH, "Z"]
+        for kind, suffix in ((Evaluator, ""), (AtOneDensity, "_at_5.35")):
+            recovering = kind(dots, roughness_values=evaluator.roughness, seed=seed, threads=threads)
+            trials = Trials(recovering, "farthest", test_dots)
+            row[f"n_S{suffix}"] = len(smallest_recovered(trials, references, FRESH))
         rows.append(row)
-    pd.DataFrame(rows).to_csv(outputs["table"], index=False)
+    pd.DataFrame(rows).to_csv(table, index=False)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            structure=snakemake.input.structure,
+            table=snakemake.output.table,
+            protein=snakemake.wildcards.protein,
+            densities=snakemake.params.densities,
+            test_dots=snakemake.params.test_dots,
+            seed=snakemake.params.seed,
+            threads=snakemake.threads,
+        )

@@ -1,7 +1,11 @@
-"""Figures of the study over many proteins: d, mean roughness, dots that are enough, Z by n_S."""
+"""Figures of the study of many proteins: d, mean roughness, sufficient dots, Z by n_S."""
+
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
@@ -22,7 +26,7 @@ AXIS = "$n_S$ (% of the dots)"
 
 
 @styled
-def d(stored):
+def d(stored: dict[str, pd.DataFrame]) -> Figure:
     """d by range of n_S: each protein's own best, and what all others choose for it; of the recovered grid, the means."""
     figure = layout.sheet(layout.PAGE, 80)
     summary = stored["summary"]
@@ -53,7 +57,7 @@ def d(stored):
 
 
 @styled
-def roughness(stored):
+def roughness(stored: dict[str, pd.DataFrame]) -> Figure:
     """Rank correlation of the best parameters with mean roughness, and what a choice by it gains."""
     figure = layout.sheet(layout.PAGE, 112)
     relation, critical = stored["relation"], stored["power"]["critical"].min()
@@ -61,11 +65,11 @@ def roughness(stored):
         rows, left = relation[relation["reading"] == reading], 16 + 88 * k
         ax = layout.axes(figure, left, 9, 72, 42)
         ax.axhspan(-critical, critical, color="#EEEEEE", label="largest of four by chance, 95 %")
-        for place, (name, greek) in enumerate(GREEK.items()):
+        for k_parameter, (name, greek) in enumerate(GREEK.items()):
             values = rows[[f"rho_{name}{end}" for end in ("", "_low", "_high")]].to_numpy().T
             error = [values[0] - values[1], values[2] - values[0]]
-            x = rows["range"] + 0.16 * (place - 1.5)
-            ax.errorbar(x, values[0], error, color=PALETTE[place], fmt="o", capsize=1, label=greek)
+            x = rows["range"] + 0.16 * (k_parameter - 1.5)
+            ax.errorbar(x, values[0], error, color=PALETTE[k_parameter], fmt="o", capsize=1, label=greek)
         ax.set(
             ylim=(-1, 1),
             xticks=rows["range"],
@@ -88,18 +92,20 @@ def roughness(stored):
 
 
 @styled
-def enough(stored):
-    """n_S that is enough, over the proteins and against their size and mean roughness."""
+def enough(stored: dict[str, pd.DataFrame]) -> Figure:
+    """Draw the sufficient n_S over the proteins and against their size and mean roughness."""
     figure = layout.sheet(layout.PAGE, 126)
     table = stored["enough"].assign(n=stored["enough"]["n_S_percent"].clip(*ENDS))
-    sticks = list(table["reference"].unique())
+    references = list(table["reference"].unique())
     groups = [("uniform", TEXT), ("farthest", TEXT), ("uniform", RECOVERED), ("farthest", RECOVERED)]
     ax = layout.axes(figure, 16, 9, 160, 46)
     rng = np.random.default_rng(0)  # of the places side by side only
     for g, (sampler, reading) in enumerate(groups):
-        for s, stick in enumerate(sticks):
+        for s, reference in enumerate(references):
             n = table[
-                (table["sampler"] == sampler) & (table["reading"] == reading) & (table["reference"] == stick)
+                (table["sampler"] == sampler)
+                & (table["reading"] == reading)
+                & (table["reference"] == reference)
             ]["n"]
             x = s + 0.2 * (g - 1.5)
             ax.plot(x + rng.uniform(-0.06, 0.06, len(n)), n, ".", color=PALETTE[g], markersize=2)
@@ -109,8 +115,8 @@ def enough(stored):
                 else None
             )
             ax.plot([x - 0.08, x + 0.08], [n.median()] * 2, color=PALETTE[g], linewidth=2, label=words)
-    ax.set(yscale="log", xticks=range(len(sticks)), ylabel=AXIS, ylim=(0.9, 70))
-    ax.set_xticklabels(sticks)
+    ax.set(yscale="log", xticks=range(len(references)), ylabel=AXIS, ylim=(0.9, 70))
+    ax.set_xticklabels(references)
     _percents(ax.yaxis)
     ax.legend(ncols=4, loc="lower left", bbox_to_anchor=(0, 1.0), columnspacing=1, handlelength=1)
     layout.letter(figure, 2, 2, "A")
@@ -120,10 +126,10 @@ def enough(stored):
         (("N", "dots of the surface, N (thousand)"), ("mean_roughness", "mean roughness (1 is flat)"))
     ):
         ax = layout.axes(figure, 16 + 88 * k, 72, 72, 44)
-        for place, stick in enumerate(sticks):
-            rows = own[own["reference"] == stick]
+        for place, reference in enumerate(references):
+            rows = own[own["reference"] == reference]
             x = known[column].reindex(rows["protein"]) / (1000 if k == 0 else 1)
-            ax.plot(x, rows["n"], "o", color=PALETTE[place], markersize=2, label=stick)
+            ax.plot(x, rows["n"], "o", color=PALETTE[place], markersize=2, label=reference)
         ax.set(
             xscale="log" if k == 0 else "linear",
             yscale="log",
@@ -141,8 +147,8 @@ def enough(stored):
 
 
 @styled
-def needed(stored):
-    """Z by n_S over the proteins, as it is and recovered, beside the floors."""
+def needed(stored: dict[str, pd.DataFrame]) -> Figure:
+    """Draw Z by n_S over the proteins, as they are and recovered, with the noise floors."""
     figure = layout.sheet(layout.PAGE, 82)
     table, surfaces = stored["by_n_s"], stored["surfaces"]
     floors = {"fresh dots": surfaces["fresh_dots"].mean(), "turned": surfaces["turned"].mean()}
@@ -160,8 +166,8 @@ def needed(stored):
             ax.axhline(z, color="#4D4D4D", linewidth=0.5, linestyle=":")
             if k == 0:
                 below = words != "turned"
-                place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
-                ax.annotate(words, (0, z), (3, -1 if below else 1), va="top" if below else "bottom", **place)
+                offset = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+                ax.annotate(words, (0, z), (3, -1 if below else 1), va="top" if below else "bottom", **offset)
         ax.set(
             xscale="log",
             xlabel=AXIS,
@@ -178,12 +184,12 @@ def needed(stored):
     return figure
 
 
-def _percents(axis):
+def _percents(axis: Axis) -> None:
     """Ticks at round percents of a logarithmic axis."""
     _ticks(axis, [1, 2, 5, 10, 20, 40, 60])
 
 
-def _ticks(axis, values):
+def _ticks(axis: Axis, values: Sequence[float]) -> None:
     """Ticks at these values of a logarithmic axis and nowhere else."""
     axis.set_ticks(values, [f"{x:g}" for x in values])
     axis.set_minor_locator(NullLocator())

@@ -59,10 +59,13 @@ def test_time_is_counted_per_piece_of_work(monkeypatch):
     monkeypatch.setattr("measures.timing.timed", lambda run, repeats: (1.0, 1.0))
     table = bench.Table()
     surface = bench.a1(True)
-    bench.measure_dots(table, surface, False, 1, 16, law.grid(*bench.FEW)[:2])
-    bench.measure_surface(table, (2,), 1, bench.PIECE)
+    bench.measure_dots(table, surface, False, 1, 16, law.grid(*bench.SMALL_GRID)[:2])
+    bench.measure_surface(table, (2,), 1, bench.QUICK_RESIDUES)
     bench.measure_frames(table, True)
-    value, atoms = {row["what"]: row["value"] for row in table.rows}, len(bench.embedded(bench.PIECE)[1])
+    value, atoms = (
+        {row["what"]: row["value"] for row in table.rows},
+        len(bench.embedded(bench.QUICK_RESIDUES)[1]),
+    )
     assert value["one sampling"] == value["one sampling and a uniform subset"] == 1e3 / 2
     assert value["one sampling per dot"] == pytest.approx(1e9 / 2 / len(surface))
     assert value["a descriptor, 20% kept, `as_coded`"] == pytest.approx(1e6 / 16 / 64)

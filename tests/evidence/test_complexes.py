@@ -13,7 +13,7 @@ from scipy.stats import t
 from conftest import ROOT
 from measures import complex_tables, partners
 from measures.complex_tables import tables_of
-from measures.tables import joined
+from measures.tables import read_tables
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
@@ -279,5 +279,5 @@ def test_variants_are_chosen_on_the_tutorial_and_the_first_ten():
 def test_a_complex_that_looks_like_a_number_keeps_its_name(tmp_path):
     for name in ("1E96", "1CGI"):
         (tmp_path / f"{name}.csv").write_text(f"complex,auc\n{name},0.5\n")
-    table = joined([tmp_path / "1E96.csv", tmp_path / "1CGI.csv"])
+    table = read_tables([tmp_path / "1E96.csv", tmp_path / "1CGI.csv"])
     assert table["complex"].tolist() == ["1E96", "1CGI"] and table["auc"].sum() == 1
