@@ -205,7 +205,7 @@ def test_a_pipe_a_device_a_folder_or_nothing_is_a_sentence_at_once(tmp_path, kin
             (
                 lambda: os.mkfifo(path),
                 path.unlink,
-                f"{path} is a pipe or a device: store what it gives in a file",
+                f"{path} is a pipe or a device: store its content in a file",
             ),
             (lambda: path.symlink_to(os.devnull), path.unlink, f"{path} is a pipe or a device"),
             (path.mkdir, path.rmdir, f"{path} is a folder: give one file"),

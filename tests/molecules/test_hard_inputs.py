@@ -170,7 +170,7 @@ REFUSED = {
     "short-joined.pdb": (SHORT.replace("\n", "", 1), "line 1 of .* not in the columns"),
     "joined.pdb": (GOOD.replace("\n", "", 1), "line 1 of .* not in the columns"),
     "cut.pdb": (GOOD[:-24], "cut short: it stops in the middle"),
-    "zeros.pdb": (GOOD + "\0", "damaged or no text file"),
+    "zeros.pdb": (GOOD + "\0", "damaged or not a text file"),
     "open-model.pdb": ("MODEL        1\n" + peptide(), "its last MODEL has no ENDMDL"),
     "no-end.pdb": (SEQUENCE + peptide(), "4 of the 9 residues .* SEQRES .* no END"),
     "connected-before.pdb": (SEQUENCE + "CONECT    1    2\n" + peptide(), "4 of the 9 residues"),

@@ -14,7 +14,7 @@ import sparsurf
 from peptides import peptide, write
 from small_study import output, snakemake
 from sparsurf import InputError
-from sparsurf.dot_fields.smoothing import smoothed
+from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.workflow.config import check
@@ -164,7 +164,7 @@ def test_a_column_of_a_proteins_table_is_a_field_of_that_protein(folder, study):
     one, two = (study[0] / name / "f0" for name in ("one", "two"))
     molecule = sparsurf.read_molecule(one / "structure.pdb", selection="all", whole=False)
     dots = read_npz(one / "surface.npz")
-    score = smoothed(np.array(SCORES)[molecule.residue_index], molecule.xyz[0], dots.points)
+    score = gaussian_mean(np.array(SCORES)[molecule.residue_index], molecule.xyz[0], dots.points)
     assert np.ptp(score) > 4
     np.testing.assert_array_equal(np.load(one / "fields.npz")["score"], score)
     whole, minimal = read_surface(one / "surface.ply"), pd.read_csv(one / "minimal.csv")

@@ -154,7 +154,7 @@ def surfaces(asked):
     molecule = read_atoms(asked)
     numbers = frames_of(asked, molecule)
     say(f"surface of {molecule.n_atoms:,} atoms")
-    for frame in progress.each(numbers, "frames"):
+    for frame in progress.progress_bar(numbers, "frames"):
         yield frame, surface_of(molecule, frame=frame, **how(asked)), molecule
 
 

@@ -16,9 +16,9 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from sparsurf import InputError
+from sparsurf.files import read_text
 from sparsurf.molecules.residues import VARIANTS, standard_name
 from sparsurf.molecules.selection import log
-from sparsurf.texts import read_text
 
 BOND = 2.0  # Å, longest between two heavy atoms of a molecule
 BOND_TO_H = 1.4  # Å, longest to a hydrogen

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.files import read_text
 from sparsurf.surfaces.components import FIELD
 from sparsurf.surfaces.surface import ARRAYS, is_field
-from sparsurf.texts import read_text
 
 log = logging.getLogger("sparsurf")
 

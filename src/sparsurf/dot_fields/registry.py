@@ -13,7 +13,7 @@ from sparsurf import InputError
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.potential import potential_of_charges
-from sparsurf.dot_fields.smoothing import smoothed
+from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.molecules.residues import standard_name
 
 FIELDS = {}
@@ -84,7 +84,7 @@ def _of_residues(scale, molecule, points):
     """A scale of residues as a smooth field."""
     names, place = np.unique(molecule.residue_name, return_inverse=True)
     of_name = np.array([scale.get(standard_name(str(name)), np.nan) for name in names])
-    return smoothed(of_name[place], molecule.xyz[0], points)
+    return gaussian_mean(of_name[place], molecule.xyz[0], points)
 
 
 @field("electrostatic potential", "kT/e")
@@ -100,7 +100,9 @@ def potential(molecule, points, charges="table"):
 @field("B factor", "Å^2")
 def bfactor(molecule, points):
     """B factors of the atoms around, as the file has them; none where all are 0."""
-    return smoothed(np.where(molecule.b_factor.any(), molecule.b_factor, np.nan), molecule.xyz[0], points)
+    return gaussian_mean(
+        np.where(molecule.b_factor.any(), molecule.b_factor, np.nan), molecule.xyz[0], points
+    )
 
 
 def values(names, molecule, points, charges="table", table=None):
@@ -136,7 +138,7 @@ def values(names, molecule, points, charges="table", table=None):
             options = {"charges": charges} if name == "potential" else {}
             out[name] = FIELDS[name].function(molecule, points, **options)
         elif table is not None:
-            out[name] = smoothed(column_of_atoms(table, name, molecule), molecule.xyz[0], points)
+            out[name] = gaussian_mean(column_of_atoms(table, name, molecule), molecule.xyz[0], points)
         else:
             raise InputError(f"fields: there is no field {name!r}; the fields are {', '.join(FIELDS)}.")
         if not np.isfinite(out[name]).any():

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.texts import counted
+from sparsurf.files import pluralise
 
 log = logging.getLogger("sparsurf")
 
@@ -117,7 +117,7 @@ def report_duplicates(atoms, path):
     count = int(identity.duplicated().sum())
     if count:
         words = "stands twice in its residue" if count == 1 else "stand twice in their residues"
-        log.warning("%s: %s %s", path, counted(count, "atom"), words)
+        log.warning("%s: %s %s", path, pluralise(count, "atom"), words)
 
 
 def _kept_of_residue(residue, altloc):

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sparsurf.texts import as_path
+from sparsurf.files import as_path
 
 PDB = (".pdb", ".ent")
 MMCIF = (".cif", ".mmcif")

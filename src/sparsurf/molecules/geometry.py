@@ -5,9 +5,9 @@ import logging
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import pluralise
 from sparsurf.molecules.formats import IN_NM, suffix
 from sparsurf.molecules.residues import AMINO_ACIDS, HEAVY_ATOMS, PEPTIDE, standard_name
-from sparsurf.texts import counted
 
 log = logging.getLogger("sparsurf")
 
@@ -269,7 +269,7 @@ def _warn_of_doubts(molecule, links, apart, path):
     if len(broken):
         a, b = links[broken[0]]
         message = "%s: %s missing, the first between %s and %s, %.1f Å apart"
-        words = counted(len(broken), "peptide bond") + (" is" if len(broken) == 1 else " are")
+        words = pluralise(len(broken), "peptide bond") + (" is" if len(broken) == 1 else " are")
         log.warning(message, path, words, _residue(molecule, a), _residue(molecule, b), apart[broken[0]])
 
 

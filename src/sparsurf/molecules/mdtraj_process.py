@@ -24,8 +24,8 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import existing_file
 from sparsurf.molecules.formats import ONE_FRAME, suffix
-from sparsurf.texts import as_file
 
 OWN_TOPOLOGY = (".h5", ".hdf5")
 OTHER_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
@@ -77,7 +77,7 @@ def frames(path, n_atoms, atoms=None, stride=1, first=False, only=()):
 
 def _run(path, task, *arguments):
     """Bytes that the other process answers."""
-    if as_file(path).suffix.lower() in OWN_TOPOLOGY and find_spec("tables") is None:
+    if existing_file(path).suffix.lower() in OWN_TOPOLOGY and find_spec("tables") is None:
         raise InputError(f"{path} needs PyTables: run pip install tables.")
     with _one_by_one, _readable(Path(path).absolute()) as readable:
         try:

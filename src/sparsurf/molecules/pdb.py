@@ -18,9 +18,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.files import shorten
 from sparsurf.molecules.atom_table import AtomFile, box_vectors, log, missing_residues
 from sparsurf.molecules.residues import HEAVY_ATOMS, VARIANTS, WATERS, standard_name
-from sparsurf.texts import short
 
 COLUMNS = [
     "model", "hetero", "name", "altloc", "residue_name", "chain", "residue", "x", "y", "z", "occupancy",
@@ -215,7 +215,7 @@ def _written_chains(chain):
     letters = ascii_uppercase + ascii_lowercase + digits
     names = [*letters, *map("".join, product(letters, repeat=2))]
     renamed = dict(zip(long, (name for name in names if name not in ids), strict=False))
-    told = short(", ".join(f"{old} is {new}" for old, new in renamed.items()))
+    told = shorten(", ".join(f"{old} is {new}" for old, new in renamed.items()))
     log.warning("chains whose ids are too long for a PDB file have other names in its results: %s", told)
     return [renamed.get(each, each) for each in chain.tolist()]
 

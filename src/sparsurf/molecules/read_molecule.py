@@ -10,6 +10,7 @@ from numbers import Integral
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import no_warnings, pluralise, read_text
 from sparsurf.molecules.atom_table import (
     AtomFile,
     choose_altlocs,
@@ -42,7 +43,6 @@ from sparsurf.molecules.trajectory import (
     table_of,
 )
 from sparsurf.molecules.unwrapping import make_whole
-from sparsurf.texts import counted, read_text, said_before
 
 log = logging.getLogger("sparsurf")
 
@@ -295,7 +295,7 @@ def _chosen(molecule, path, keys, linked=()):
     if len(incomplete):
         atom = incomplete[0]
         label = f"{touched.residue_name[atom]} {touched.chain[atom]} {touched.residue[atom]}"
-        lacking = counted(len(incomplete), "residue") + (" lacks" if len(incomplete) == 1 else " lack")
+        lacking = pluralise(len(incomplete), "residue") + (" lacks" if len(incomplete) == 1 else " lack")
         log.warning("%s: %s heavy atoms, the first is %s; the surface has holes there", path, lacking, label)
     return chosen
 
@@ -305,14 +305,14 @@ def _report_missing(molecule, missing, path):
     lacking = {chain: full - found for chain, (found, full) in missing.items() if chain in molecule.chain}
     if lacking:
         listed = ", ".join(f"{count} in chain {chain}" for chain, count in list(lacking.items())[:5])
-        more = f" and {counted(len(lacking) - 5, 'more chain')}" if len(lacking) > 5 else ""
-        missing = counted(sum(lacking.values()), "residue")
+        more = f" and {pluralise(len(lacking) - 5, 'more chain')}" if len(lacking) > 5 else ""
+        missing = pluralise(sum(lacking.values()), "residue")
         log.warning("%s: no coordinates for %s of the sequence: %s%s", path, missing, listed, more)
 
 
 def read_own(path):
     """The Molecule of a structure that a study wrote itself: what there is to warn of was said of the file it came from."""
-    with said_before():
+    with no_warnings():
         return read_molecule(path, selection="all", whole=False)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.texts import short
+from sparsurf.files import shorten
 
 log = logging.getLogger("sparsurf")
 
@@ -102,7 +102,7 @@ def _in_chains(molecule, path, chains):
         )
     if absent:
         raise InputError(
-            f"{path} has no chain {short(', '.join(absent))}: its chains are {_chains(molecule)}."
+            f"{path} has no chain {shorten(', '.join(absent))}: its chains are {_chains(molecule)}."
         )
     return np.isin(molecule.chain, wanted)
 
@@ -121,7 +121,7 @@ def _in_residues(molecule, path, residues, report):
         parsed = RANGE.fullmatch(item)
         if not parsed:
             raise InputError(
-                f"residues: '{short(item)}' is not of the form chain:first-last, such as A:10-52A or -5--3."
+                f"residues: '{shorten(item)}' is not of the form chain:first-last, such as A:10-52A or -5--3."
             )
         chain = parsed["chain"] if parsed["chain"] is not None else chain
         first, last = _place(parsed["first"]), _place(parsed["last"] or parsed["first"])
@@ -129,9 +129,9 @@ def _in_residues(molecule, path, residues, report):
         if chain is not None:
             inside &= molecule.chain == chain
         if last < first:
-            raise InputError(f"residues: '{short(item)}' ends before it begins: exchange both ends.")
+            raise InputError(f"residues: '{shorten(item)}' ends before it begins: exchange both ends.")
         if not inside.any():
-            raise InputError(f"residues: '{short(item)}' is not in {path}, which has {_extents(molecule)}.")
+            raise InputError(f"residues: '{shorten(item)}' is not in {path}, which has {_extents(molecule)}.")
         there = set(labels[np.unique(inverse[inside])].tolist())
         absent = [end for end in dict.fromkeys((parsed["first"], parsed["last"])) if end and end not in there]
         if absent and report:
@@ -167,7 +167,7 @@ def atoms_of_expression(molecule, selection):
     except Exception as error:  # mdtraj compiles the expression: any exception can come out
         reason = (str(error).splitlines() or [""])[0]
         raise InputError(
-            f"selection: '{short(selection)}' is no mdtraj expression ({short(reason)}): see mdtraj.org."
+            f"selection: '{shorten(selection)}' is no mdtraj expression ({shorten(reason)}): see mdtraj.org."
         ) from None
     chosen = np.zeros(len(molecule.chain), bool)
     chosen[indices] = True
@@ -184,7 +184,7 @@ def _ligands(molecule, path, ligands):
         others = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
         listed = ", ".join(sorted(others)) or "none"
         raise InputError(
-            f"{path} has no ligand {short(', '.join(absent))}: beside the polymers it has {listed}."
+            f"{path} has no ligand {shorten(', '.join(absent))}: beside the polymers it has {listed}."
         )
     return np.isin(molecule.residue_name, names)
 

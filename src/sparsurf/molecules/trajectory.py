@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.files import existing_file
 from sparsurf.molecules.formats import AMBER, SELF_CONTAINED, TIMED, TRAJECTORIES, suffix
 from sparsurf.molecules.mdtraj_process import frames, names
-from sparsurf.texts import as_file
 
 log = logging.getLogger("sparsurf")
 
@@ -185,7 +185,7 @@ def warn_of_repeats(path, xyz, time):
 
 def check_gro(path):
     """Raise InputError, with the line, where the first frame of a GRO file is not in the columns of the format."""
-    with as_file(path).open(encoding="latin-1") as file:
+    with existing_file(path).open(encoding="latin-1") as file:
         lines = [file.readline() for _ in range(2)]
         if not lines[1].strip().isdecimal():
             raise InputError(f"{path}: line 2 is not the number of atoms: give a GRO file.")

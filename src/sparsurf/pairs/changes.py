@@ -100,7 +100,7 @@ def distances(first, second):
 def noise(form, own, rng, moved=0.0, draws=DRAWS, threads=1):
     """Distances (draws, R, C + 1) of a form's residues to its own on fresh dots, with its atoms moved by `moved` Å rms."""
     found, around = [], form.molecule.xyz[0].mean(axis=0)
-    for _ in progress.each(range(draws), f"floors of {form.name}"):
+    for _ in progress.progress_bar(range(draws), f"floors of {form.name}"):
         turn, atoms = turning(rng), form.molecule.xyz[0]
         if moved:
             atoms = atoms + moved / np.sqrt(3) * rng.normal(size=atoms.shape)

@@ -10,13 +10,13 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.dot_fields.registry import values
+from sparsurf.files import read_bytes
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling.spreading import spread
-from sparsurf.texts import read_bytes
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
 PERCENT = 10  # of the dots that are kept and described
