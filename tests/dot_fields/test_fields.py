@@ -228,16 +228,16 @@ def test_a_pdb2pqr_that_fails_or_is_absent_is_a_sentence(tmp_path, monkeypatch, 
         pdb2pqr_charges(molecule)
     (tmp_path / "pdb2pqr").write_text(f"#!/bin/sh\n{script}\n")
     (tmp_path / "pdb2pqr").chmod(0o755)
-    with pytest.raises(InputError, match=rf"pdb2pqr failed \({reason}\); take the built-in table"):
+    with pytest.raises(InputError, match=rf"pdb2pqr failed \({reason}\); use the built-in table"):
         pdb2pqr_charges(molecule)
 
 
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("nan 0 0 -0.5 1.5", "line 1: no atom has such a place or charge"),
-        ("0 0 0 nan 1.5", "line 1: no atom has such a place or charge"),
-        ("0 0 0 -10.5 1.5", "line 1: no atom has such a place or charge"),
+        ("nan 0 0 -0.5 1.5", "line 1: no atom has such a position or charge"),
+        ("0 0 0 nan 1.5", "line 1: no atom has such a position or charge"),
+        ("0 0 0 -10.5 1.5", "line 1: no atom has such a position or charge"),
         ("0 0 0 0.6 0.3", "half of its charges are above 0.5 e"),
         ("1.2 0 0 0.1 1.5", "its atoms lie 1.2 Å from those of the molecule"),
         ("0.9 0 0 0.1 1.5", None),
@@ -292,8 +292,8 @@ def test_charges_of_a_file_lie_at_the_atoms_of_the_molecule(tmp_path, molecule):
         (pqr(molecule, scale=0.1), "its atoms lie .* Å from those of the molecule"),
         (pqr(molecule, shift=50.0), "its atoms lie .* Å from those of the molecule"),
         (pqr(molecule, charge=lambda k: 1.5, radius=0.3), "exchange charge and radius"),
-        (pqr(molecule).replace("-0.3", "nan", 1), r"a\.pqr, line 2: no atom has such a place or charge"),
-        (pqr(molecule).replace("-0.3", "-11", 1), r"a\.pqr, line 2: no atom has such a place or charge"),
+        (pqr(molecule).replace("-0.3", "nan", 1), r"a\.pqr, line 2: no atom has such a position or charge"),
+        (pqr(molecule).replace("-0.3", "-11", 1), r"a\.pqr, line 2: no atom has such a position or charge"),
     ):
         path.write_text(text)
         with pytest.raises(InputError, match=said):

@@ -16,7 +16,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.cli.inputs import as_molecule, same_atoms
-from sparsurf.dot_fields.columns import TAKEN
+from sparsurf.dot_fields.columns import RESERVED_NAMES
 from sparsurf.files import shorten
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.csv import write_csv
@@ -217,7 +217,7 @@ def write_dots(output, format_given, dots, plain=False, binary=False):
         write_dms(path, surface, own.residue_name, own.residue, own.name, own.xyz[dots.frame])
 
     def npz(path):
-        if taken := sorted(TAKEN & surface.fields.keys()):
+        if taken := sorted(RESERVED_NAMES & surface.fields.keys()):
             raise InputError(
                 f"{output}: npz has no room for a field called {taken[0]}; rename it, or write CSV."
             )

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.dot_fields.registry import values
+from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.files import read_bytes
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import describe, describe_fields
@@ -142,7 +142,7 @@ def describe_surface(dots, molecule, name, percent=PERCENT, fields=FIELDS, at=No
     """
     kept = few_of(dots, percent)
     if molecule is not None:
-        table = values(fields, molecule, kept.points) if fields else {}
+        table = compute_fields(fields, molecule, kept.points) if fields else {}
         kept = replace(kept, fields={key: np.asarray(table[key]) for key in table})
     lacking = [key for key in fields if key not in kept.fields]
     if lacking:
