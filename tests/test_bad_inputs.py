@@ -155,8 +155,8 @@ MOLECULES = {  # content, how it is read, and its residues or words of the sente
     "bom.cif": ("\ufeff" + mmcif(), {}, "1 2 3 4"),
     "twice.pdb.gz": (gzip.compress(ZIPPED), {}, ["a gzip file within"]),
     "members.pdb.gz": (gzip.compress(GOOD[:162].encode()) + gzip.compress(GOOD[162:].encode()), {}, "1 2 3 4"),
-    "twice.pdb.gz.gz": (ZIPPED, {}, ["no structure by its extension"]),
-    "packed.pdb.bz2": (b"BZh", {}, ["no structure by its extension"]),
+    "twice.pdb.gz.gz": (ZIPPED, {}, ["not a structure by its extension"]),
+    "packed.pdb.bz2": (b"BZh", {}, ["not a structure by its extension"]),
 }  # fmt: skip
 
 

@@ -130,9 +130,11 @@ def test_trajectory_and_topology_have_to_fit(shared):
     refused(
         folder / "tz2.nc", "is a trajectory: give it as the trajectory, and its topology as the structure"
     )
-    refused(folder / "tz2.parm7", "is no trajectory by its extension", folder / "1vii_3frames.pdb")
+    refused(folder / "tz2.parm7", "is not a trajectory by its extension", folder / "1vii_3frames.pdb")
     refused(folder / "tz2.parm7", "does not exist", folder / "none.xtc")
-    refused(folder / "tz2.parm7", "is packed, which no trajectory can be", folder / "none.xtc.gz")
+    refused(
+        folder / "tz2.parm7", "is compressed, which is not supported for trajectories", folder / "none.xtc.gz"
+    )
 
 
 def test_trajectory_cut_short_is_refused(shared, tmp_path):
@@ -197,22 +199,22 @@ REFUSED = {
     ),
     "ten-models.pdb": (
         "".join(f"MODEL {k}\n{peptide(['ALA'] * (3 + k % 2))}ENDMDL\n" for k in range(1, 11)),
-        r"\(atoms chosen: (20 15 ){4}20\)",
+        r"\(selected atoms: (20 15 ){4}20\)",
     ),
-    "one-place.pdb": (re.sub(r"(?m)^(.{30}).{24}", r"\1   0.000   0.000   0.000", peptide()), "all atoms in one place"),
+    "one-place.pdb": (re.sub(r"(?m)^(.{30}).{24}", r"\1   0.000   0.000   0.000", peptide()), "all atoms at one position"),
     "is-cif.pdb": (CIF, "is an mmCIF file by its content: rename"),
-    "is-pdb.cif": (GOOD, "no readable mmCIF"),
+    "is-pdb.cif": (GOOD, "not a readable mmCIF"),
     "no-loop.cif": ("data_x\n_cell.length_a 10\n", "holds no atoms"),
-    "nan.cif": (CIF.replace("3.0", "nan", 1), "no numbers"),
-    "unknown.cif": (CIF.replace("3.0", "?", 1), "no numbers"),
-    "cut.cif": (CIF[:-8], "no readable mmCIF file .*Wrong number of values"),
+    "nan.cif": (CIF.replace("3.0", "nan", 1), "not numbers"),
+    "unknown.cif": (CIF.replace("3.0", "?", 1), "not numbers"),
+    "cut.cif": (CIF[:-8], "not a readable mmCIF file .*Wrong number of values"),
     "no-x.cif": (CIF.replace("Cartn_y", "Cartn_q"), "has no y in its _atom_site"),
     "number.cif": (CIF.replace(" A 1 ", " A one ", 1), "residue numbered 'one'"),
     "lost-chain.cif": (
         "data_x\nloop_\n_struct_asym.id\nA\nB\n" + CIF[7:].replace("auth_asym_id", "label_asym_id"),
         "cut short: it has no atoms for B",
     ),
-    "notes.txt": (GOOD, "no structure by its extension: give one of .pdb, .ent, .cif"),
+    "notes.txt": (GOOD, "not a structure by its extension: give one of .pdb, .ent, .cif"),
     "is-not.pdb.gz": (GOOD, "is named .gz but is not gzip"),
     "broken.gro": ("title\n 2\n    1ALA     CA    1   0.1\n", "line 3 has no three coordinates"),
     "count.gro": ("title\nx\n", "line 2 is not the number of atoms"),

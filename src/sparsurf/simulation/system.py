@@ -9,7 +9,7 @@ import numpy as np
 
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.molecules.residues import PEPTIDE, heavy_atoms_found
+from sparsurf.molecules.residues import PEPTIDE, count_heavy_atoms
 from sparsurf.simulation import gromacs
 from sparsurf.simulation.protocol import CHOICE, parameters, velocity_seed
 
@@ -130,7 +130,7 @@ def refuse_unknown(molecule, path, known, force_field):
 def refuse_incomplete(molecule, path):
     """Raise InputError where heavy atoms are missing or a chain has a gap: the simulation would not notice a gap."""
     first = _first_atoms(molecule)
-    found, expected = heavy_atoms_found(molecule.residue_name, molecule.residue_index, molecule.element)
+    found, expected = count_heavy_atoms(molecule.residue_name, molecule.residue_index, molecule.element)
     lacking = [i for i, some, all_ in zip(first, found, expected, strict=True) if some < all_]
     if lacking:
         raise InputError(
