@@ -153,7 +153,7 @@ MOLECULES = {  # content, how it is read, and its residues or words of the sente
     "mac.cif": (mmcif(end="\r"), {}, "1 2 3 4"),
     "tabs.cif": (mmcif(between="\t"), {}, "1 2 3 4"),
     "bom.cif": ("\ufeff" + mmcif(), {}, "1 2 3 4"),
-    "twice.pdb.gz": (gzip.compress(ZIPPED), {}, ["a gzip file within"]),
+    "twice.pdb.gz": (gzip.compress(ZIPPED), {}, ["is compressed twice"]),
     "members.pdb.gz": (gzip.compress(GOOD[:162].encode()) + gzip.compress(GOOD[162:].encode()), {}, "1 2 3 4"),
     "twice.pdb.gz.gz": (ZIPPED, {}, ["not a structure by its extension"]),
     "packed.pdb.bz2": (b"BZh", {}, ["not a structure by its extension"]),

@@ -329,7 +329,9 @@ def test_more_than_a_tenth_of_ten_elements_or_more_is_refused(molecule, atoms, w
     given = replace(molecule, name=names, element=elements, **same)
     if not words:
         return geometry._refuse_other_elements(given, "a.pdb")
-    with pytest.raises(InputError, match=f"a.pdb: {words} has the element O; {wrong} atoms have an element that contradicts"):
+    with pytest.raises(
+        InputError, match=f"a.pdb: {words} has the element O; {wrong} atoms have an element that contradicts"
+    ):
         geometry._refuse_other_elements(given, "a.pdb")
 
 
