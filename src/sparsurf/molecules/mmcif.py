@@ -86,8 +86,8 @@ def read_mmcif(text: str, path: str | os.PathLike[str]) -> AtomFile:
 
 def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
     """Return the table of atoms of a data block."""
-    found = {name: _strings(block, items) for name, items in ITEMS.items()}
-    absent = sorted(name for name in REQUIRED if not found[name])
+    values_of = {name: _strings(block, items) for name, items in ITEMS.items()}
+    absent = sorted(name for name in REQUIRED if not values_of[name])
     if absent:
         raise InputError(f"{path} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
     present = set(block.find_values("_atom_site.label_asym_id"))
@@ -96,8 +96,8 @@ def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
         raise InputError(
             f"{path} is cut short: it has no atoms for {', '.join(missing)} of its _struct_asym list."
         )
-    length = len(found["name"])
-    columns = {name: values or [""] * length for name, values in found.items()}
+    length = len(values_of["name"])
+    columns = {name: values or [""] * length for name, values in values_of.items()}
     numbers = {name: np.array([cif.as_number(value) for value in columns[name]]) for name in NUMERIC}
     residues = [a + b for a, b in zip(columns["number"], columns["insertion"], strict=True)]
     malformed = next((label for label in residues if not LABEL.fullmatch(label)), None)
