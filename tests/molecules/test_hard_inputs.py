@@ -150,7 +150,7 @@ def test_nan_in_a_trajectory_is_refused(shared, tmp_path):
     frames = mdtraj.load(str(shared / "example" / "trajectory.xtc"), top=str(topology), stride=300)
     frames.xyz[2, 5, 1] = np.nan
     frames.save(str(tmp_path / "nan.dcd"))
-    refused(topology, "no numbers .* in frame 2", tmp_path / "nan.dcd")
+    refused(topology, "not numbers .* in frame 2", tmp_path / "nan.dcd")
 
 
 # --- made for the test ---------------------------------------------------------------------------------

@@ -81,14 +81,14 @@ def test_frames_at_some_times_are_read_without_the_others(example, monkeypatch):
     """What is held beside them is one atom of each frame: its time is wanted."""
     topology, trajectory = example
     whole, asked = read_molecule(topology, trajectory), []
-    read = trajectories.frames
+    read = trajectories.load_frames
 
     def noted(*arguments, **keys):
         found = read(*arguments, **keys)
         asked.append(found[0].shape[:2])
         return found
 
-    monkeypatch.setattr(trajectories, "frames", noted)
+    monkeypatch.setattr(trajectories, "load_frames", noted)
     few = read_molecule(topology, trajectory, times=[-1, 7, 350.0, 700.012, 999.996, 5000])
     assert asked == [(1, whole.n_atoms), (1001, 1), (4, whole.n_atoms)]
     assert few.frame_number.tolist() == few.time_ps.tolist() == [0, 7, 350, 1000]
