@@ -1,9 +1,6 @@
 """The benchmark runs, and what is done for speed changes nothing. How fast it is is not asserted."""
 
 import json
-import os
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,8 +8,6 @@ import pytest
 
 import bench
 import sparsurf
-from conftest import ROOT
-from sparsurf import kernel_cache
 from sparsurf.sampling import law
 from sparsurf.study import grid
 from sparsurf.study.evaluator import Evaluator
@@ -152,39 +147,6 @@ def test_lattice_keeps_the_copies_apart():
     for a in range(5):
         for b in range(a):
             assert np.maximum(lows[a] - highs[b], lows[b] - highs[a]).max() >= bench.GAP - 1e-9
-
-
-def kernel_folder(base):
-    """Where a fresh process keeps its kernels when told `base`, and whether it can compile there."""
-    code = "import sparsurf, os; from numba import njit; import sparsurf.surfaces.vectors as v; "
-    code += "v.dot((1., 0., 0.), (1., 0., 0.)); folder = os.environ['NUMBA_CACHE_DIR']; "
-    code += "print(folder, sum(len(files) for *_, files in os.walk(folder)))"
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(base)}
-    command = [sys.executable, "-c", code]
-    run = subprocess.run(
-        command, cwd=ROOT / "src", env=environment, capture_output=True, text=True, check=True
-    )
-    folder, files = run.stdout.split()
-    return folder, int(files)
-
-
-def test_kernels_are_kept_per_version_of_their_sources(tmp_path):
-    folder, files = kernel_folder(tmp_path)
-    assert folder.startswith(str(tmp_path / "sources-")) and files > 0
-    assert kernel_folder(folder)[0] == folder  # as a child process is told
-
-
-def test_kernels_go_to_a_temporary_folder_where_theirs_cannot_be_written(tmp_path):
-    (tmp_path / "file").write_text("not a folder")
-    folder, files = kernel_folder(tmp_path / "file")
-    assert not folder.startswith(str(tmp_path)) and files > 0
-    assert not os.path.exists(folder)  # gone with the process that made it
-
-
-def test_constants_compiled_into_kernels_count_as_their_sources():
-    # zernike.py has no kernel, but its number of pixels is part of those in images.py
-    assert b"PIXELS = 25" in kernel_cache.kernel_sources()
-    assert b"import mdtraj" not in kernel_cache.kernel_sources()
 
 
 def test_blocks_of_random_numbers_change_no_draw(blob, monkeypatch):

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError, progress
-from sparsurf.dot_fields.registry import values
+from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.complexes import laid_on
 from sparsurf.sites.describing import FIELDS, PERCENT, SHAPE, few_of, numbered_residues, sites_of
@@ -62,7 +62,7 @@ def residues_of(dots, molecule, name, threads=1):
     The moment of n = 0 is the mean of a field; unlike in Sites it keeps its sign, so that a charge that turns round counts.
     """
     kept = few_of(dots, PERCENT)
-    table = values(FIELDS, molecule, kept.points)
+    table = compute_fields(FIELDS, molecule, kept.points)
     # Lifted so far, a mean and its modulus are the same
     lift = np.ceil(np.nanmax(np.abs(table.to_numpy()), axis=0))
     kept = replace(kept, fields=dict(table + lift))
@@ -100,7 +100,7 @@ def distances(first, second):
 def noise(form, own, rng, moved=0.0, draws=DRAWS, threads=1):
     """Distances (draws, R, C + 1) of a form's residues to its own on fresh dots, with its atoms moved by `moved` Å rms."""
     found, around = [], form.molecule.xyz[0].mean(axis=0)
-    for _ in progress.each(range(draws), f"floors of {form.name}"):
+    for _ in progress.progress_bar(range(draws), f"floors of {form.name}"):
         turn, atoms = turning(rng), form.molecule.xyz[0]
         if moved:
             atoms = atoms + moved / np.sqrt(3) * rng.normal(size=atoms.shape)

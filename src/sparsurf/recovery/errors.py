@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from sparsurf.patches.index import R_ZERNIKE, ball, ball_bound
 from sparsurf.recovery.recovering import recover
 from sparsurf.surfaces.spacing import DENSITY
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 DENSE = 20.0  # dots per Å^2 of a recovered surface from which errors are measured; three times as many change them by 2 %
 BEND = 0.05  # 1/Å: a patch that bends more, as a sphere of 20 Å does, is a cleft or a ridge
@@ -64,7 +64,7 @@ def curvature(index, radius=R_ZERNIKE, threads=1):
     (N,) float64, 1/Å, by dot; 0 for a dot without others
     """
     out, room = np.zeros(len(index.dot)), ball_bound(index, index.xyz, radius) + 1
-    over_slices(lambda a, b: _bend(index, a, b, float(radius), room, out), len(out), threads)
+    parallel_map(lambda a, b: _bend(index, a, b, float(radius), room, out), len(out), threads)
     return out
 
 

@@ -19,7 +19,7 @@ from numba import njit
 
 from sparsurf.patches.index import Index, build_grid
 from sparsurf.recovery.neighbours import local_spacing, nearest
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 NEIGHBOURS = 12  # with itself; with 8 the error is a third larger, with 24 a twentieth smaller
 FEW = 8  # of dots that lie close, see `fit`
@@ -70,12 +70,12 @@ def fit(points, normals, threads=1, neighbours=NEIGHBOURS, close=0.0):
     near, gap = np.empty((n, k), np.int32), np.empty((n, k))
     box = np.maximum(np.ptp(index.xyz, axis=0), 1.0)
     first = 1.5 * math.sqrt(2 * (box[0] * box[1] + box[1] * box[2] + box[2] * box[0]) / n)
-    over_slices(lambda a, b: nearest(index, a, b, first, near, gap), n, threads, SLICE)
+    parallel_map(lambda a, b: nearest(index, a, b, first, near, gap), n, threads, SLICE)
     support = SUPPORT * np.maximum(gap[:, -1], 1e-3)
     curvature, centre, coefficient = np.zeros(n), np.zeros((n, 3, k)), np.zeros((n, 4, k))
     count, spacing = (near >= 0).sum(axis=1), local_spacing(gap)
     count = np.where(spacing < close, np.minimum(count, FEW), count)
-    over_slices(
+    parallel_map(
         lambda a, b: _fit(index, a, b, near, count, support, curvature, centre, coefficient),
         n,
         threads,

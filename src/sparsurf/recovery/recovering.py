@@ -12,7 +12,7 @@ from numba import njit
 from sparsurf.patches.index import apart, ball, build_grid
 from sparsurf.recovery.interpolants import SLICE, fit, value
 from sparsurf.surfaces.spacing import DENSITY
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 # A farthest-point subset lies within 0.9 spacings of every dot; more only helps very uneven subsets
 REACH = 1.0
@@ -69,7 +69,7 @@ def recover(points, normals, density=DENSITY, reach=REACH, steps=STEPS, threads=
 def _laid(points, normals, density, reach, steps, threads, close):
     """Points and normals around the kept dots, a pair for each slice of them."""
     functions, gap = fit(points, normals, threads, close=close), APART / math.sqrt(density) if close else 0.0
-    return over_slices(
+    return parallel_map(
         lambda a, b: _lay(functions, a, b, density, reach, steps, gap), len(points), threads, SLICE
     )
 

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from sparsurf.recovery.interpolants import fit, value
 from sparsurf.recovery.recovering import FLAT
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 ROUNDS = 8  # after three most is gained, after eight all
 DAMPED = 0.5  # share of each step: neighbours move at the same time
@@ -61,7 +61,7 @@ def _heights(functions, points, normals, all_points, all_normals, threads):
     own = near[np.arange(len(near)), np.argmax(alike, axis=1)]
     height = np.where(alike.any(axis=1), 0.0, np.inf)
     at = functions.index.position[own]
-    over_slices(
+    parallel_map(
         lambda a, b: _above(functions, at[a:b], all_points[a:b], height[a:b]), len(own), threads, SLICE
     )
     return own, height

@@ -8,7 +8,7 @@ from numba import njit
 from sparsurf.patches.index import apart, ball
 from sparsurf.recovery.interpolants import SLICE, fit, value
 from sparsurf.sampling.samplers import farthest, sampler
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 FIRST = 0.01  # of the dots are farthest-point dots: enough to tell where the surface bends
 FEWEST = 50
@@ -59,7 +59,7 @@ def errors(points, normals, chosen, threads=1):
     points, normals = (np.ascontiguousarray(each, np.float64) for each in (points, normals))
     functions = fit(points[chosen], normals[chosen], threads)
     out = np.empty(len(points))
-    over_slices(lambda a, b: _error(functions, points, normals, a, b, out), len(points), threads, 8 * SLICE)
+    parallel_map(lambda a, b: _error(functions, points, normals, a, b, out), len(points), threads, 8 * SLICE)
     out[chosen] = 0.0
     return out
 

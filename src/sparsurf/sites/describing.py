@@ -9,14 +9,14 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.dot_fields.registry import values
+from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.files import read_bytes
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling.spreading import spread
-from sparsurf.texts import read_bytes
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
 PERCENT = 10  # of the dots that are kept and described
@@ -142,7 +142,7 @@ def describe_surface(dots, molecule, name, percent=PERCENT, fields=FIELDS, at=No
     """
     kept = few_of(dots, percent)
     if molecule is not None:
-        table = values(fields, molecule, kept.points) if fields else {}
+        table = compute_fields(fields, molecule, kept.points) if fields else {}
         kept = replace(kept, fields={key: np.asarray(table[key]) for key in table})
     lacking = [key for key in fields if key not in kept.fields]
     if lacking:

@@ -17,7 +17,7 @@ from sparsurf.study.tables import grid_table
 from sparsurf.surfaces.molecular_surface import fitting_density, surface_of
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 OF_RESIDUE = "residue_"  # begins the names of the columns of residues
 CHUNK = 20  # frames between two writes: what a kill can cost
@@ -64,7 +64,7 @@ def follow(
     Path(path_to_part).write_text("".join([mark, header, *rows]), encoding="utf-8")
     for a in range(first + len(rows), last, CHUNK):
         chunk = pd.DataFrame(
-            over_slices(
+            parallel_map(
                 lambda i, _, a=a: frame_row(molecule, a + i, atom_radii, settings, name),
                 min(CHUNK, last - a),
                 threads,

@@ -17,7 +17,7 @@ from sparsurf.sampling import law
 from sparsurf.sampling.combination import Combination
 from sparsurf.streams import stream
 from sparsurf.surfaces.spacing import area_of
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 AS_PUBLISHED_SHARE = 200  # the authors test N / 200 dots
 
@@ -138,7 +138,7 @@ class Evaluator:
         alone = (many and READINGS[reading].of_many) or READINGS[reading].alone
         if alone:
             one = self.changed(threads=1)
-            found = over_slices(
+            found = parallel_map(
                 lambda k, _: one.distances_alone(subsets[k], tests, z_tot, alone),
                 len(subsets),
                 self.threads,

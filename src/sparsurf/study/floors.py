@@ -58,7 +58,7 @@ def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED, d
         )
         return np.linalg.norm(z - z_tot, axis=1)
 
-    for _ in progress.each(range(draws), "noise floors"):
+    for _ in progress.progress_bar(range(draws), "noise floors"):
         turn = turning(rng)
         points, normals = _fresh(evaluator, lay, atoms, around, turn)
         found[FRESH].append(against(((points @ turn) + around, normals @ turn), place))

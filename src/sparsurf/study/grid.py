@@ -16,7 +16,7 @@ from sparsurf.patches import descriptors
 from sparsurf.patches.readings import OF_GRID
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import Combination
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 ON_CURVE = 32  # n_S of a curve; between them a straight line over ln n_S lies .0005 off, draws scatter by .01
 
@@ -115,7 +115,7 @@ def run(
             done.append(i)
             progress(draws * len(done), draws * k)
 
-        over_slices(one, k, evaluator.threads, 1)
+        parallel_map(one, k, evaluator.threads, 1)
     return out
 
 
@@ -194,7 +194,7 @@ def _draw(evaluator, out, jobs):
         if keep:
             subsets[i], subsets[i + len(jobs)] = pair
 
-    over_slices(one, len(jobs), evaluator.threads, 1)
+    parallel_map(one, len(jobs), evaluator.threads, 1)
     return words, subsets
 
 

@@ -154,7 +154,7 @@ def searched(trials, reading, limit, too_few, halvings):
 def _first(trials, reading, limit):
     """Position in `trials.sizes` of the first whose Z is at most `limit`, their number if none; the rest is not measured."""
     sizes, side_by_side = trials.sizes, trials.evaluator.threads
-    for a in progress.each(range(0, len(sizes), side_by_side), "trying numbers of dots"):
+    for a in progress.progress_bar(range(0, len(sizes), side_by_side), "trying numbers of dots"):
         reached = trials.measured(sizes[a : a + side_by_side], reading)[1] <= limit
         if reached.any():
             return a + int(np.argmax(reached))

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.files import read_bytes
 from sparsurf.sampling.combination import PARAMETERS, joined, texts_of
 from sparsurf.study.best_set import best_set
 from sparsurf.study.statistics import estimate, held_out, references
-from sparsurf.texts import read_bytes
 
 
 def read_table(path, rows=None, of="rows"):

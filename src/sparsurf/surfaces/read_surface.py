@@ -1,8 +1,8 @@
 """Reading of a surface from a file of any format."""
 
 from sparsurf import InputError
+from sparsurf.files import read_bytes
 from sparsurf.surfaces.formats import compact, csv, dms, npz, ply, vtp
-from sparsurf.texts import read_bytes
 
 # Every surface format, one line each; the first that knows a file by its beginning reads it.
 FORMATS = (

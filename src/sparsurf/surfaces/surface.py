@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.molecules.geometry import APART, widest_gap
+from sparsurf.molecules.geometry import MAX_GAP, widest_gap
 
 log = logging.getLogger("sparsurf")
 
@@ -244,7 +244,7 @@ def refuse_implausible(points, normals, path, where):
     if len(points) < FEWEST:
         return
     gap, dot = widest_gap(points)
-    if gap > APART:
+    if gap > MAX_GAP:
         raise InputError(f"{path}: {where(dot)} lies {gap:.0f} Å from all other dots: remove or repair it.")
     some = np.linspace(0, len(points) - 1, SAMPLE).astype(int)
     distance, other = nearest_of(points, some)

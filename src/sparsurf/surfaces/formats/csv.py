@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import NO_FIELDS, Format, is_field, surface_of_columns
-from sparsurf.texts import short, text_of
 
 log = logging.getLogger("sparsurf")
 
@@ -60,7 +60,7 @@ def write_csv(path, table, fields=()):
 
 def _columns(content, path, names):
     """(N, names) float64 of a table, NaN where there is no number; its fields, (N,) by name; the line of each row."""
-    text = text_of(content, path)
+    text = decode_text(content, path)
     before = text[: REMARKS.match(text).end()].count("\n")
     text = text[REMARKS.match(text).end() :]
     if "," not in text.split("\n", 1)[0]:
@@ -126,13 +126,13 @@ def _tell_left_out(path, table, given, numbers, of_fields):
                     "%s: the column %s is left out: it holds %s, which is no number",
                     path,
                     name,
-                    short(repr(wrong.iloc[0])),
+                    shorten(repr(wrong.iloc[0])),
                 )
         elif k in numbers and k not in of_fields and name and table.columns[k] not in NO_FIELDS:
             log.warning(
                 "%s: the column %s is left out: a field has another name, of letters, digits and _",
                 path,
-                short(repr(name)),
+                shorten(repr(name)),
             )
 
 

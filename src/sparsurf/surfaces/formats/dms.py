@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import decode_text, read_bytes, shorten
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, DENSITY, SADDLE, Format, surface_of_columns
-from sparsurf.texts import read_bytes, short, text_of
 
 KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
 DOT_TYPE = re.compile(r"\s(SC|SS|SR)\d*(?=\s)")
@@ -29,7 +29,7 @@ def read_dms(content, path):
     `atom` counts the atoms of the file.
     """
     rows, kinds, atoms, lines, atom = [], [], [], [], -1
-    text = text_of(content, path)
+    text = decode_text(content, path)
     for number, line in enumerate(text.split("\n"), 1):
         found = list(DOT_TYPE.finditer(line))
         if not found:
@@ -46,7 +46,7 @@ def read_dms(content, path):
             x = head[-27:-18] if head[-27:-26] == "-" else head[-26:-18]
             row = _floats([x, head[-18:-9], head[-9:], *rest])
         if row is None or len(row) != 7:
-            line = short(repr(line.strip()))
+            line = shorten(repr(line.strip()))
             raise InputError(f"{path}: line {number} is no dot with its area and normal: {line}; repair it.")
         rows.append(row)
         kinds.append(KINDS[found[-1].group(1)])

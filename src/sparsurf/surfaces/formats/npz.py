@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import MAX_BYTES, no_warnings, read_bytes
 from sparsurf.surfaces.surface import ARRAYS, Format, is_field, surface_of_columns
-from sparsurf.texts import MOST_BYTES, read_bytes, said_before
 
 
 def _sniff(head):
@@ -18,7 +18,7 @@ def _sniff(head):
 
 def read_npz(path):
     """Surface of a file of `write_npz` that a study wrote itself: what there is to warn of was said before."""
-    with said_before():
+    with no_warnings():
         return _read(read_bytes(path), path)
 
 
@@ -26,8 +26,8 @@ def _read(content, path):
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             unpacked = sum(each.file_size for each in archive.infolist())
-        if unpacked > MOST_BYTES:
-            raise InputError(f"{path} unpacks to more than {MOST_BYTES // 2**20} MB.")
+        if unpacked > MAX_BYTES:
+            raise InputError(f"{path} unpacks to more than {MAX_BYTES // 2**20} MB.")
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             names = [*ARRAYS, *(name for name in file.files if name not in ARRAYS and is_field(name))]
             columns = {name: file[name] for name in names}

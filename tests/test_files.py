@@ -1,4 +1,4 @@
-"""Texts of users: any line ends, packed or not, nothing that is no text."""
+"""Files of users: any line ending, compressed or not, and a sentence for what is not text."""
 
 import gzip
 import logging
@@ -6,37 +6,37 @@ import logging
 import pytest
 
 from sparsurf import InputError
-from sparsurf.texts import read_bytes, read_text, said_before, short, text_of
+from sparsurf.files import decode_text, no_warnings, read_bytes, read_text, shorten
 
 
 def test_every_line_ends_once():
-    assert text_of(b"a\r\nb\rc\n\nd\xe5", "x") == "a\nb\nc\n\ndå"
+    assert decode_text(b"a\r\nb\rc\n\nd\xe5", "x") == "a\nb\nc\n\ndå"
 
 
 def test_a_byte_order_mark_is_no_text():
-    assert text_of("\ufeffx,y".encode(), "x") == "x,y"
+    assert decode_text("\ufeffx,y".encode(), "x") == "x,y"
 
 
-def test_packed_texts_are_unpacked_and_bytes_of_zero_are_refused(tmp_path):
+def test_compressed_text_is_uncompressed_and_null_bytes_are_refused(tmp_path):
     (tmp_path / "a.GZ").write_bytes(gzip.compress(b"a\r\n"))
     assert read_text(tmp_path / "a.GZ") == "a\n"
-    with pytest.raises(InputError, match="bytes of zero"):
-        text_of(b"a\0", "x")
+    with pytest.raises(InputError, match="null bytes"):
+        decode_text(b"a\0", "x")
 
 
-def test_a_name_with_a_byte_of_zero_is_a_sentence():
+def test_a_null_byte_in_a_name_is_a_sentence():
     with pytest.raises(InputError, match=r"cannot be read: .*null"):
         read_text("a\0.pdb")
 
 
 def test_a_long_text_is_cut_in_the_middle():
-    assert short("a" * 200) == "a" * 200
-    assert short("a" * 100 + "b" * 41 + "c" * 60) == "a" * 100 + "..." + "c" * 60 + " (201 characters)"
+    assert shorten("a" * 200) == "a" * 200
+    assert shorten("a" * 100 + "b" * 41 + "c" * 60) == "a" * 100 + "..." + "c" * 60 + " (201 characters)"
 
 
 @pytest.mark.parametrize("name", ["a.txt", "a.gz"])
 def test_a_file_is_read_up_to_the_limit_and_refused_beyond_it(tmp_path, monkeypatch, name):
-    monkeypatch.setattr("sparsurf.texts.MOST_BYTES", 10)
+    monkeypatch.setattr("sparsurf.files.MAX_BYTES", 10)
     pack = gzip.compress if name == "a.gz" else bytes
     (tmp_path / name).write_bytes(pack(b"x" * 10))
     assert read_bytes(tmp_path / name) == b"x" * 10
@@ -64,7 +64,7 @@ def test_what_is_no_whole_gzip_is_told(tmp_path, content, words):
 
 def test_what_was_said_before_is_not_said_again(caplog):
     log = logging.getLogger("sparsurf")
-    with pytest.raises(KeyError), said_before():
+    with pytest.raises(KeyError), no_warnings():
         log.warning("once")
         raise KeyError
     log.warning("again")
