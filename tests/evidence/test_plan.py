@@ -108,7 +108,7 @@ def test_code_that_reads_ages_the_other_chains_only_once_it_reads_something_else
         "nothing",
         "/molecules/pdb.py",
         "/surfaces/formats/ply.py",
-        "/surfaces/placing_dots.py",
+        "/surfaces/dot_placement.py",
         "/summary.html.j2",
     ):
         monkeypatch.setattr(
@@ -128,7 +128,7 @@ def test_code_that_reads_ages_the_other_chains_only_once_it_reads_something_else
     code_digests.digest.cache_clear()
     code, code_of_reading, study, drawn = codes.pop("nothing")
     assert codes["/molecules/pdb.py"][0] == codes["/surfaces/formats/ply.py"][0] == code
-    assert codes["/surfaces/placing_dots.py"][0] != code
+    assert codes["/surfaces/dot_placement.py"][0] != code
     assert codes["/molecules/pdb.py"][1] != code_of_reading
     assert codes["/summary.html.j2"][2] == study and codes["/summary.html.j2"][3] != drawn
     assert study != drawn

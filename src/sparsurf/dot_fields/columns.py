@@ -8,14 +8,16 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.surfaces.components import FIELD
-from sparsurf.surfaces.surface import ARRAYS, is_field
+from sparsurf.surfaces.components import COMPONENT_FIELD
+from sparsurf.surfaces.surface import ARRAY_NAMES, is_field_name
 from sparsurf.texts import read_text
 
 log = logging.getLogger("sparsurf")
 
 KEYS = ("chain", "residue", "atom")  # columns that say where a row belongs; `residue` must be there
-TAKEN = frozenset([*ARRAYS, "file", "allow_pickle"])  # names that something else has in numpy's files of dots
+TAKEN = frozenset(
+    [*ARRAY_NAMES, "file", "allow_pickle"]
+)  # names that something else has in numpy's files of dots
 
 
 def column_of_atoms(path, name, molecule):
@@ -38,7 +40,7 @@ def column_of_atoms(path, name, molecule):
     table = _read(path)
     if name not in table.columns or name in KEYS:
         raise InputError(f"{path} has no column {name!r} of values; it has {', '.join(table.columns)}.")
-    if name == FIELD or not is_field(name):
+    if name == COMPONENT_FIELD or not is_field_name(name):
         raise InputError(
             f"{path}: {name!r} cannot name a field; rename the column, to letters, digits and _ that mean nothing else."
         )

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from sparsurf.surfaces.vectors import apart2, cells_of, column, point
+from sparsurf.surfaces.vectors import cell_column, point, sort_into_cells, squared_distance
 
 WIDTH = 2.5  # Å, of the Gaussian that weighs the atoms
 REACH = 4.0  # widths; atoms beyond weigh less than e^-8
@@ -27,7 +27,7 @@ def smoothed(values, xyz, points, width=WIDTH):
     out = np.full(len(points), np.nan)
     if known.any():
         places = np.ascontiguousarray(xyz[known], np.float64)
-        cells = cells_of(places, REACH * width)
+        cells = sort_into_cells(places, REACH * width)
         _smooth(places, np.asarray(values, np.float64)[known], cells, float(width), points, out)
     return out
 
@@ -37,10 +37,10 @@ def _smooth(xyz, values, cells, width, points, out):
     for i in range(len(points)):
         place, total, weights = point(points, i), 0.0, 0.0
         for c in range(9):
-            slot, last = column(cells, place, c)
+            slot, last = cell_column(cells, place, c)
             while slot < len(cells.key) and cells.key[slot] <= last:
                 j = cells.order[slot]
-                d2 = apart2(place, point(xyz, j))
+                d2 = squared_distance(place, point(xyz, j))
                 if d2 < (REACH * width) ** 2:
                     weight = np.exp(-d2 / (2 * width * width))
                     total += weight * values[j]

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from sparsurf.patches.index import Index, build_grid
+from sparsurf.patches.index import PatchIndex, build_grid
 from sparsurf.recovery.neighbours import local_spacing, nearest
 from sparsurf.threads import over_slices
 
@@ -41,7 +41,7 @@ class Interpolants(NamedTuple):
     support : (n,) float64, Å
     """
 
-    index: Index
+    index: PatchIndex
     spacing: np.ndarray
     count: np.ndarray
     curvature: np.ndarray
