@@ -20,7 +20,7 @@ class Partner:
     ----------
     name : str
     surface : Surface
-    index : patches.Index
+    index : PatchIndex
     roughness : (N,) float64, R_i
     residue : (N,) int64, row of `residues` under each dot; None where no atoms are known
     residues : DataFrame with chain, residue and residue_name; None where no atoms are known

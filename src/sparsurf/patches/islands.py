@@ -117,19 +117,19 @@ def _smallest_key(queue: np.ndarray, begin: int, end: int, key: np.ndarray) -> n
 
 @njit(cache=True, nogil=True)
 def patch_of(
-    index: PatchIndex, p: int, radius: float, found: np.ndarray, mark: np.ndarray, queue: np.ndarray
+    index: PatchIndex, p: int, radius: float, in_ball: np.ndarray, mark: np.ndarray, queue: np.ndarray
 ) -> tuple[int, int]:
     """Find the patch of the dot at position `p`, cut to its largest island, as the slice begin:end of `queue`."""
-    n = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, found)
-    mark_all(mark, found, n)
+    n = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, in_ball)
+    mark_all(mark, in_ball, n)
     slot_of_dot = 0
     for k in range(n):
-        slot_of_dot = k if found[k] == p else slot_of_dot
-    found[0], found[slot_of_dot] = (
-        found[slot_of_dot],
-        found[0],
+        slot_of_dot = k if in_ball[k] == p else slot_of_dot
+    in_ball[0], in_ball[slot_of_dot] = (
+        in_ball[slot_of_dot],
+        in_ball[0],
     )  # the search starts at p, which is mostly in the largest island
-    return largest_island(found, n, mark, index.link_start, index.link, index.dot, queue)
+    return largest_island(in_ball, n, mark, index.link_start, index.link, index.dot, queue)
 
 
 def patch(index: PatchIndex, dot: int, radius: float) -> np.ndarray:

@@ -61,10 +61,10 @@ def _roughness(
     index: PatchIndex, first: int, last: int, radius: float, buffer_size: int, out: np.ndarray
 ) -> None:
     """Fill in the roughness of the dots at the positions first:last."""
-    found, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
+    in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
     mark = np.zeros(len(index.dot) + 1, np.uint8)
     for p in range(first, last):
-        begin, end = patch_of(index, p, radius, found, mark, queue)
+        begin, end = patch_of(index, p, radius, in_ball, mark, queue)
         out[index.dot[p]] = mean_cosine(index.normals, queue, begin, end)
 
 

@@ -112,7 +112,7 @@ def patches_of(
     weight : float64 for each of `ids`, or empty like `weights`
     """
     lists, count = np.empty((n_subsets, buffer_size), np.int32), np.empty(n_subsets, np.intp)
-    found, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
+    in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
     island, word = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.uint64)
     whole = sizes.shape[1] - len(among_kept) * n_subsets
     needs_surface_island = whole > 0
@@ -121,10 +121,10 @@ def patches_of(
     row = end_of_ids = np.intp(0)  # with a plain 0, numba compiles the called kernels twice
     start[0] = 0
     for t in range(len(tests)):
-        n = ball(index, tests[t, 0], tests[t, 1], tests[t, 2], radius, found)
+        n = ball(index, tests[t, 0], tests[t, 1], tests[t, 2], radius, in_ball)
         if needs_surface_island:  # the island on the full surface serves all subsets
-            mark_all(mark, found, n)
-            begin, end = largest_island(found, n, mark, index.link_start, index.link, index.dot, queue)
+            mark_all(mark, in_ball, n)
+            begin, end = largest_island(in_ball, n, mark, index.link_start, index.link, index.dot, queue)
             n_island = end - begin
             _copy(queue[begin:end], island, n_island)
         if whole > 0:
@@ -137,7 +137,7 @@ def patches_of(
             row += 1
             start[row] = end_of_ids
         for r in range(len(among_kept)):
-            dots = found[:n] if among_kept[r] else island[:n_island]
+            dots = in_ball[:n] if among_kept[r] else island[:n_island]
             for k in range(len(dots)):
                 word[k] = words[np.uintp(dots[k])]
             if among_kept[r] and n_subsets >= MIN_SUBSETS_FOR_JOINT_SEARCH:

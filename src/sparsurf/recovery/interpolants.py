@@ -32,7 +32,7 @@ FAST = {"contract", "reassoc", "arcp", "nsz"}
 class Interpolants(NamedTuple):
     """Functions f of all kept dots; made by `fit`, read by `value`. Arrays by position in the index.
 
-    index : patches.Index of the kept dots
+    index : PatchIndex of the kept dots
     spacing : (n,) float64, Å
     count : (n,) int64, neighbours in use
     curvature : (n,) float64, c, in 1 / supports

@@ -69,7 +69,7 @@ def run(
     draws : int
         D, samplings and uniform subsets per combination.
     readings : tuple of str
-        Those of `readings.OF_GRID` come in one pass; each other one costs a surface of its own per subset: per sampling,
+        Those of `readings.GRID_READINGS` come in one pass; each other one costs a surface of its own per subset: per sampling,
         and along a curve where more than `ON_CURVE` combinations share their test dots, else per uniform subset too.
     shared : bool
         The same test dots for all combinations; False draws them anew for each, as published.

@@ -27,9 +27,8 @@ log = logging.getLogger("sparsurf")
 
 DENSITY_RESERVE = 1.02  # an automatic density exceeds what D_link needs by this factor
 MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
-_warned: set[tuple[str, float]] = (
-    set()
-)  # names and D_link of warnings about the density, given once for all calls
+# Names and D_link of the warnings about the density: each is given once for all calls
+_warned: set[tuple[str, float]] = set()
 
 
 def surface_for_d_link(

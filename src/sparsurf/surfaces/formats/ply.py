@@ -65,9 +65,9 @@ def write_ply(
     InputError
         A property has another length than the surface.
     """
-    given = ({} if values is None else {name: values}) | dict(columns or {})
-    integers = [key for key, column in given.items() if np.asarray(column).dtype.kind in "iu"]
-    properties = {key: np.asarray(column, float) for key, column in given.items()}
+    raw = ({} if values is None else {name: values}) | dict(columns or {})
+    integers = [key for key, column in raw.items() if np.asarray(column).dtype.kind in "iu"]
+    properties = {key: np.asarray(column, float) for key, column in raw.items()}
     for key, column in properties.items():
         if len(column) != len(surface):
             raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
