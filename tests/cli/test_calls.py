@@ -485,7 +485,7 @@ def test_a_name_that_other_programs_do_not_read_is_refused(blob, tmp_path, name)
 
 
 def test_triangles_that_are_left_out_are_told(blob, tmp_path, monkeypatch, caplog):
-    monkeypatch.setattr(outputs, "MANY_DOTS", 100)
+    monkeypatch.setattr(outputs, "MAX_DOTS_TO_TRIANGULATE", 100)
     sparsurf.write(Surface(*blob), tmp_path / "a.ply")
     assert caplog.messages == [
         f"{len(blob[0])} dots are too many for triangles between them: {tmp_path / 'a.ply'} has none"

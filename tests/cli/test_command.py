@@ -23,7 +23,7 @@ from sparsurf.cli.minimal import DEFAULT_SEED as SEED
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.floors import floors
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.molecular_surface import fitting_surface
+from sparsurf.surfaces.molecular_surface import surface_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
 
@@ -296,7 +296,7 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
     """Whatever the study calls the protein; the seed is the same by default."""
     molecule, place = read_molecule(folder / "protein.pdb"), {key: str(tmp_path / key) for key in FILES}
     rules = rules_of(1.4, "auto", "keep")
-    surface = fitting_surface(molecule, 0, radii(molecule, "dms"), rules, 0.5, "x", False)[0]
+    surface = surface_for_d_link(molecule, 0, radii(molecule, "dms"), rules, 0.5, "x", False)[0]
     write_npz(place["surface"], surface)
     pd.DataFrame({"roughness": sparsurf.roughness(surface)}).to_csv(place["roughness"])
     settings = {"surface": rules | {"radii": "dms"}, "seed": SEED, "evaluation": {"test_dots": 200}}

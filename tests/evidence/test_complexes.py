@@ -21,7 +21,7 @@ from sparsurf.pairs import complex_scores, complexes
 from sparsurf.pairs.complex_scores import centres_of, score_complex
 from sparsurf.pairs.matching import Recipe
 from sparsurf.pairs.partners import partner_of
-from sparsurf.surfaces.molecular_surface import fitting_surface, molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface, surface_for_d_link
 from sparsurf.surfaces.radii import radii
 
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY")
@@ -193,7 +193,7 @@ def test_centres_are_spread(pair):
 def test_surfaces_of_complexes_are_laid_by_the_published_rules(molecules):
     partner = partners.ready(molecules[0], "A")
     rules = {"method": "analytic", "density": "auto", "probe_radius": 1.4, "reentrant": "exact"}
-    wanted, _ = fitting_surface(molecules[0], 0, radii(molecules[0], "dms"), rules, 0.5, "A")
+    wanted, _ = surface_for_d_link(molecules[0], 0, radii(molecules[0], "dms"), rules, 0.5, "A")
     assert np.array_equal(partner.surface.points, wanted.points) and partner.name == "A"
     assert partner.residues["residue_name"].tolist() == list(3 * SEQUENCE)
 

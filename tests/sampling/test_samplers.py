@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sparsurf import InputError
-from sparsurf.patches.index import apart, build_index
+from sparsurf.patches.index import build_index, select_separated
 from sparsurf.sampling import law
 from sparsurf.sampling.samplers import (
     HINDSIGHT,
@@ -136,7 +136,7 @@ def test_poisson_equals_the_plain_method(surface):
     for i in order:
         if not kept or np.linalg.norm(surface.points[kept] - surface.points[i], axis=1).min() > 1.1:
             kept.append(int(i))
-    assert apart(surface.index, order, 1.1, len(order), 0).tolist() == kept
+    assert select_separated(surface.index, order, 1.1, len(order), 0).tolist() == kept
 
 
 @pytest.mark.parametrize("name", ["voxel", "poisson"])

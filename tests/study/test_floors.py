@@ -106,7 +106,7 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
 
     monkeypatch.setattr(measure_floors, "read_molecule", noted)
     monkeypatch.setattr(
-        "sparsurf.surfaces.molecular_surface.fitting_density", lambda *_, tell: told.append(tell) or 1.0
+        "sparsurf.surfaces.molecular_surface.density_for_d_link", lambda *_, tell: told.append(tell) or 1.0
     )
     found = measure_floors._with_atoms(inputs, {"radii": "dms"}, 0.5, part, "tdp43/c1")
     assert told == [False]  # where the surface was made, it was
@@ -120,7 +120,7 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
 def test_neighbours_that_a_trajectory_has_not_are_no_warning(tmp_path, monkeypatch, caplog):
     path, part = ROOT / "data" / "tdp43", {"residues": "209-212"}
     frames = mdtraj.load(str(path / "trajectory.xtc"), top=str(path / "topology.pdb"))[[3, 500]]
-    monkeypatch.setattr("sparsurf.surfaces.molecular_surface.fitting_density", lambda *_, tell: 1.0)
+    monkeypatch.setattr("sparsurf.surfaces.molecular_surface.density_for_d_link", lambda *_, tell: 1.0)
     read_molecule(path / "topology.pdb", **part).write_pdb(tmp_path / "own.pdb", 0)
     inputs = {"structure": path / "topology.pdb", "own": tmp_path / "own.pdb"}
     for ending, time, known in (("xtc", "500.0", {}), ("dcd", "", None)):  # a DCD tells no times

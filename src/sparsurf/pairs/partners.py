@@ -7,7 +7,7 @@ import pandas as pd
 
 from sparsurf.molecules.residues import standard_name
 from sparsurf.pairs import baselines
-from sparsurf.patches.index import D_LINK, R_PATCH, Index, build_index
+from sparsurf.patches.index import D_LINK, R_PATCH, PatchIndex, build_index
 from sparsurf.patches.roughness import PUBLISHED, roughness
 from sparsurf.surfaces.surface import Surface
 
@@ -20,7 +20,7 @@ class Partner:
     ----------
     name : str
     surface : Surface
-    index : patches.Index
+    index : PatchIndex
     roughness : (N,) float64, R_i
     residue : (N,) int64, row of `residues` under each dot; None where no atoms are known
     residues : DataFrame with chain, residue and residue_name; None where no atoms are known
@@ -29,7 +29,7 @@ class Partner:
 
     name: str
     surface: Surface
-    index: Index
+    index: PatchIndex
     roughness: np.ndarray
     residue: np.ndarray = None
     residues: pd.DataFrame = None

@@ -10,7 +10,7 @@ import pandas as pd
 from scipy.special import stdtr  # Student's t; scipy.stats takes a quarter of a second to import
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import PUBLISHED
+from sparsurf.patches.readings import CODED_READING
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS, TABLE_1
 from sparsurf.streams import stream
@@ -48,7 +48,7 @@ def as_published(evaluator, combinations, runs=RUNS, progress=lambda done, of: N
     tests, rows = number_of_tests("published", len(evaluator.points)), []
     for run in range(runs):
         own = evaluator.changed(stream_name=f"{evaluator.name} selection {run}")
-        result = grid.run(own, combinations * (alpha, 1, 1, 1), tests, 1, (PUBLISHED,), shared=False)
+        result = grid.run(own, combinations * (alpha, 1, 1, 1), tests, 1, (CODED_READING,), shared=False)
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts
         percent = 100 * result.n_s[:, 0] / result.n_dots
@@ -232,7 +232,7 @@ def selection_bias(runs, table):
     true = table.set_index(PARAMETERS)
     keys = pd.MultiIndex.from_frame(runs[PARAMETERS])
     columns = {
-        f"{name}_bias": runs[name].to_numpy() - true[f"{name}_{PUBLISHED}"].reindex(keys).to_numpy()
+        f"{name}_bias": runs[name].to_numpy() - true[f"{name}_{CODED_READING}"].reindex(keys).to_numpy()
         for name in MEASURES
     }
     return (

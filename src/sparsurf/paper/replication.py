@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import PUBLISHED, TEXT
+from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1
 from sparsurf.sampling.samplers import tune_alpha
@@ -48,8 +48,8 @@ def sweep_links(evaluator, links, n_tests, draws):
     for link in links:
         linked = evaluator.changed(index=build_index(evaluator.points, evaluator.normals, link))
         z_tot, _ = linked.describe(tests)
-        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, PUBLISHED)
-        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, PUBLISHED)
+        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, CODED_READING)
+        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, CODED_READING)
         shape = (len(PUBLISHED_ROWS), draws, len(tests))
         d = estimate((z_tr - z_ts).reshape(shape))
         for row in range(len(PUBLISHED_ROWS)):
@@ -153,7 +153,7 @@ def tuned_family(evaluator, exponents, percents=PERCENTS, n_tests=400, draws=3):
         for row in exponents[reach >= n]:
             requested.append(percent)
             rows.append(tune_alpha(evaluator.cover, (1.0, *row), n))
-    result = grid.run(evaluator, rows, n_tests, draws, (TEXT,))
+    result = grid.run(evaluator, rows, n_tests, draws, (WRITTEN_READING,))
     d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
     table = pd.DataFrame(result.combinations, columns=PARAMETERS)
     table.insert(0, "percent", requested)
@@ -179,15 +179,17 @@ def best_of_family(table):
 
 def correlation(table):
     """Correlation over the grid of d under both readings."""
-    return float(np.corrcoef(table[f"d_{PUBLISHED}"], table[f"d_{TEXT}"])[0, 1])
+    return float(np.corrcoef(table[f"d_{CODED_READING}"], table[f"d_{WRITTEN_READING}"])[0, 1])
 
 
 def follows_fragments(table):
     """Correlation of d under the published reading with the logarithm of how much larger the patches stay."""
-    larger = np.log(table[f"fragment_{PUBLISHED}"] / table[f"fragment_uniform_{PUBLISHED}"])
-    return float(np.corrcoef(table[f"d_{PUBLISHED}"], larger)[0, 1])
+    larger = np.log(table[f"fragment_{CODED_READING}"] / table[f"fragment_uniform_{CODED_READING}"])
+    return float(np.corrcoef(table[f"d_{CODED_READING}"], larger)[0, 1])
 
 
 def shattered(table):
     """Share of the combinations whose median patch holds little of its kept dots under the published reading."""
-    return float((table[f"fragment_{PUBLISHED}"] < SHATTERED * table[f"fragment_{TEXT}"]).mean())
+    return float(
+        (table[f"fragment_{CODED_READING}"] < SHATTERED * table[f"fragment_{WRITTEN_READING}"]).mean()
+    )

@@ -55,7 +55,7 @@ def curvature(index, radius=R_ZERNIKE, threads=1):
 
     Parameters
     ----------
-    index : patches.Index
+    index : PatchIndex
     radius : float, Å
     threads : int
 

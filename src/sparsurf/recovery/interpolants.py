@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from sparsurf.patches.index import Index, build_grid
+from sparsurf.patches.index import PatchIndex, build_grid
 from sparsurf.recovery.neighbours import local_spacing, nearest
 from sparsurf.threads import parallel_map
 
@@ -32,7 +32,7 @@ FAST = {"contract", "reassoc", "arcp", "nsz"}
 class Interpolants(NamedTuple):
     """Functions f of all kept dots; made by `fit`, read by `value`. Arrays by position in the index.
 
-    index : patches.Index of the kept dots
+    index : PatchIndex of the kept dots
     spacing : (n,) float64, Å
     count : (n,) int64, neighbours in use
     curvature : (n,) float64, c, in 1 / supports
@@ -41,7 +41,7 @@ class Interpolants(NamedTuple):
     support : (n,) float64, Å
     """
 
-    index: Index
+    index: PatchIndex
     spacing: np.ndarray
     count: np.ndarray
     curvature: np.ndarray

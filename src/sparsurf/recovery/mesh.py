@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from sparsurf import InputError
 from sparsurf.recovery.recovering import REACH, STEPS, recover
-from sparsurf.surfaces.mesh import STEP, grid_around, march, mesh_of
+from sparsurf.surfaces.mesh import GRID_STEP, build_mesh, grid_around, marching_tetrahedra
 from sparsurf.surfaces.spacing import DENSITY
 
 log = logging.getLogger("sparsurf")
@@ -20,7 +20,7 @@ BANDS = (2.0, 4.0, 8.0)
 DISSENT = 0.02  # share of the walls of rooms that may be on the other side
 
 
-def recovered_mesh(points, normals, step=STEP, density=DENSITY, reach=REACH, steps=STEPS, threads=1):
+def recovered_mesh(points, normals, step=GRID_STEP, density=DENSITY, reach=REACH, steps=STEPS, threads=1):
     """Triangles of the recovered surface: those where the signed distance to its dense dots changes its sign.
 
     Parameters
@@ -52,14 +52,14 @@ def recovered_mesh(points, normals, step=STEP, density=DENSITY, reach=REACH, ste
             break
     else:
         log.warning("the dots leave holes wider than %.1f Å: the mesh has walls there", 2 * band * step)
-    vertices, triangles = march(values)
+    vertices, triangles = marching_tetrahedra(values)
     if len(triangles) == 0:
         raise InputError("the mesh is too coarse to hold the surface; ask for a higher density.")
     vertices = low + step * vertices
     for _ in range(2):
         height, across = _height(tree, outward, vertices, threads)
         vertices = vertices - height[:, None] * across
-    return mesh_of(vertices, across, triangles)
+    return build_mesh(vertices, across, triangles)
 
 
 def _gap(dense, low, shape, step):

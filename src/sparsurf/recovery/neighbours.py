@@ -20,7 +20,7 @@ def nearest(index, begin, end, first_radius, near, gap):
 
     Parameters
     ----------
-    index : patches.Index of the kept dots
+    index : PatchIndex of the kept dots
     begin, end : slice of the positions
     first_radius : Å, of the first search
     near : (n, k) int32, out; positions by distance, -1 where there are no more

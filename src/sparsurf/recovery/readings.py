@@ -33,7 +33,9 @@ def fair_density(density, d_link=D_LINK):
 
 
 OF_MANY = partial(recovered, close=CLOSE)
-READINGS = readings.READINGS | {RECOVERED: readings.Reading("recovered", alone=recovered, of_many=OF_MANY)}
+READINGS = readings.READINGS | {
+    RECOVERED: readings.Reading("recovered", build_index=recovered, build_index_fast=OF_MANY)
+}
 
 
 def readings_in(names, start=""):

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from sparsurf.patches.index import apart, ball, build_grid
+from sparsurf.patches.index import ball, build_grid, select_separated
 from sparsurf.recovery.interpolants import SLICE, fit, value
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import parallel_map
@@ -62,7 +62,7 @@ def recover(points, normals, density=DENSITY, reach=REACH, steps=STEPS, threads=
     all_normals = np.concatenate([normals[:n_kept], *(x for _, x in laid)])
     del laid  # memory is highest from here on
     index, n = build_grid(all_points, side=CELL), len(all_points)
-    chosen = apart(index, np.arange(n), APART / math.sqrt(density), n, n_kept)
+    chosen = select_separated(index, np.arange(n), APART / math.sqrt(density), n, n_kept)
     return all_points[chosen], all_normals[chosen]
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.report.numbers import interval, number, share
 from sparsurf.sampling.samplers import called
 from sparsurf.study.comparison.measuring import DOTTED
@@ -131,7 +131,10 @@ def against(fewer, at):
 def centre_rows(centres):
     """By range of n_S, as written where that was evaluated: n_S in % and d of the best combination, and d of the centres."""
     own = centres.dropna(subset="d")
-    own = own[own["reading"] == (TEXT if TEXT in set(own["reading"]) else own["reading"].iloc[0])]
+    own = own[
+        own["reading"]
+        == (WRITTEN_READING if WRITTEN_READING in set(own["reading"]) else own["reading"].iloc[0])
+    ]
     return [
         [share(row["n_S_percent"])]
         + [interval(*(row[f"{key}{end}"] for end in ("", "_low", "_high"))) for key in ("d", "d_centres")]

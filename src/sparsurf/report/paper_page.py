@@ -4,7 +4,7 @@ import numpy as np
 
 from sparsurf.paper import replication
 from sparsurf.paper.published_runs import MEASURES
-from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
+from sparsurf.patches.readings import CODED_READING, GRID_READINGS, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.numbers import against_zero, combination, interval, number, share
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination, split, texts_of
@@ -45,7 +45,7 @@ def paper_page(data):
     }
     return chapters | {
         "claims": [(name, chapter["holds"]) for name, chapter in chapters.items()],
-        "readings": OF_GRID,
+        "readings": GRID_READINGS,
         "surface": data["surface"],
         "links": links(data["links"], data["signs"], grid),
         "defects": defects(data["defects"]),
@@ -72,7 +72,7 @@ def judged(agree, several=False):
 
 def both(holds):
     """The same answer under both readings."""
-    return dict.fromkeys(OF_GRID, holds)
+    return dict.fromkeys(GRID_READINGS, holds)
 
 
 def span_of(grid):
@@ -90,12 +90,12 @@ def span_of(grid):
 def table1(places, tests, rows, bias):
     """Table I against runs made as published, under both binnings, and against the other reading."""
     agree = tests.loc[tests["measure"] == "together", "p"] >= UNLIKELY
-    d, low, high = (rows[f"{key}_{TEXT}"] for key in ("d", "d_low", "d_high"))
+    d, low, high = (rows[f"{key}_{WRITTEN_READING}"] for key in ("d", "d_low", "d_high"))
     inside = (low <= rows["d_published"]) & (rows["d_published"] <= high)
     own = places[places["binning"] == "half-open"]
     of_bias = bias[bias["binning"] == "closed"]["d_bias"]
     return {
-        "holds": {PUBLISHED: judged(np.mean(agree)), TEXT: judged(inside.mean())},
+        "holds": {CODED_READING: judged(np.mean(agree)), WRITTEN_READING: judged(inside.mean())},
         "runs": int(own["n_runs"].max()),
         "tests": [
             (
@@ -141,14 +141,14 @@ def winners(ranges, places):
     """Our winner of each range beside the published one, and how often that won the runs."""
     published = [str(Combination(*row)) for row in PUBLISHED_ROWS]
     found, same, among = {}, {}, {}
-    for reading in OF_GRID:
+    for reading in GRID_READINGS:
         own = ranges[ranges["reading"] == reading]
         found[reading] = texts_of(own)
         same[reading] = sum(a == b for a, b in zip(found[reading], published, strict=False))
         among[reading] = sum(b in split(field) for field, b in zip(own["best_set"], published, strict=False))
     runs = places[places["binning"] == "half-open"]
     return {
-        "holds": {reading: judged(among[reading] / len(published)) for reading in OF_GRID},
+        "holds": {reading: judged(among[reading] / len(published)) for reading in GRID_READINGS},
         "same": same,
         "among": among,
         "rows": len(published),
@@ -165,7 +165,7 @@ def best_at_one(best, grid):
     """The best combination at the largest alpha, and d of the published one."""
     said = grid[np.isclose(grid[PARAMETERS], BEST).all(axis=1)]
     holds, table = {}, []
-    for reading in OF_GRID:
+    for reading in GRID_READINGS:
         row = best[reading]["unrestricted"]
         holds[reading] = YES if str(Combination(*BEST)) in split(row["best_set"]) else NO
         ends = (
@@ -181,7 +181,7 @@ def best_at_one(best, grid):
 def positive(grid, family):
     """In how many combinations the sampling beats a uniform subset, and with alpha tuned to the same n_S."""
     holds, loses, table = {}, {}, []
-    for reading in OF_GRID:
+    for reading in GRID_READINGS:
         d, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
         holds[reading] = judged((low > 0).mean(), several=True)
         loses[reading] = bool((high < 0).mean() > 0.5)
@@ -214,7 +214,7 @@ def positive(grid, family):
 def describe(grid, rows, null):
     """In how many combinations a subset tells less of a patch than the mean patch."""
     holds, table = {}, []
-    for reading in OF_GRID:
+    for reading in GRID_READINGS:
         worse, of_rows = (each[f"Z_tS_{reading}"] > null for each in (grid, rows))
         holds[reading] = judged(1 - worse.mean(), several=True)
         table.append((reading, [int(worse.sum()), len(grid), int(of_rows.sum()), len(rows)]))
@@ -223,11 +223,11 @@ def describe(grid, rows, null):
 
 def rough_and_flat(bins):
     """d in rough and flat patches, around kept dots (as the paper has them) and around any dots."""
-    agree, table = {reading: [] for reading in OF_GRID}, []
+    agree, table = {reading: [] for reading in GRID_READINGS}, []
     for around, own in bins.groupby("around", sort=False):
         single = own[~own["bin"].isin(HALVES) & (own["n"] >= FEWEST)]
         rough, flat = (own[own["bin"] == name].iloc[0] for name in HALVES)
-        for reading in OF_GRID:
+        for reading in GRID_READINGS:
             cells = [_d(row, reading) for row in (rough, flat, single.iloc[-1])]
             more = bool(rough[f"d_low_{reading}"] > max(0, flat[f"d_high_{reading}"]))
             equal = against_zero(*single.iloc[-1][[f"d_low_{reading}", f"d_high_{reading}"]]) == "around"
@@ -276,7 +276,7 @@ def defects(table):
     """How n_S and d of the ten rows change, on average, with each defect of the published sampling corrected."""
     by = {name: own.set_index("row") for name, own in table.groupby("sampling", sort=False)}
     reference = by.pop("as published")
-    columns = {"n_S_percent": 1} | {f"d_{reading}": 2 for reading in OF_GRID}
+    columns = {"n_S_percent": 1} | {f"d_{reading}": 2 for reading in GRID_READINGS}
     return [
         (
             name,
@@ -302,8 +302,8 @@ def outlook(enough):
         "table": [
             [
                 floor,
-                number(by.loc[(floor, TEXT), "Z_floor"]),
-                *(bounded(by.loc[(floor, r)]) for r in (TEXT, RECOVERED)),
+                number(by.loc[(floor, WRITTEN_READING), "Z_floor"]),
+                *(bounded(by.loc[(floor, r)]) for r in (WRITTEN_READING, RECOVERED)),
             ]
             for floor in floors
         ],

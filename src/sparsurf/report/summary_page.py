@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.special import bdtr
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED, readings_in
 from sparsurf.report.numbers import combination, interval, number, share, span
 from sparsurf.study.enough import FEWEST as FEWEST_DOTS
@@ -66,7 +66,9 @@ def surface_row(row, readings):
 def floor_rows(surfaces):
     """One noise floor a row: the share of dots that reaches it, as they are and recovered, median (lowest to highest)."""
     names = [
-        name.removesuffix(f"_{TEXT}") for name in surfaces if name.startswith(PREFIX) and name.endswith(TEXT)
+        name.removesuffix(f"_{WRITTEN_READING}")
+        for name in surfaces
+        if name.startswith(PREFIX) and name.endswith(WRITTEN_READING)
     ]
     fewest = (
         100 * np.maximum(FEWEST_DOTS, np.round(PERCENTS[0] / 100 * surfaces["N"])) / surfaces["N"]
@@ -74,7 +76,7 @@ def floor_rows(surfaces):
     return [
         [
             name.removeprefix(PREFIX).replace("_", " "),
-            *(enough_text(surfaces.get(f"{name}_{r}"), fewest) for r in (TEXT, RECOVERED)),
+            *(enough_text(surfaces.get(f"{name}_{r}"), fewest) for r in (WRITTEN_READING, RECOVERED)),
         ]
         for name in names
     ]

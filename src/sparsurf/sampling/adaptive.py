@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from sparsurf.patches.index import apart, ball
+from sparsurf.patches.index import ball, select_separated
 from sparsurf.recovery.interpolants import SLICE, fit, value
 from sparsurf.sampling.samplers import farthest, sampler
 from sparsurf.threads import parallel_map
@@ -38,7 +38,9 @@ def _worst(evaluator, chosen, wanted):
     error = errors(evaluator.points, evaluator.normals, chosen)
     order = np.argsort(-error, kind="stable")
     order = order[~np.isin(order, chosen)]
-    clear = apart(evaluator.index, order, CLEAR * math.sqrt(evaluator.area / len(chosen)), wanted, 0)
+    clear = select_separated(
+        evaluator.index, order, CLEAR * math.sqrt(evaluator.area / len(chosen)), wanted, 0
+    )
     rest = order[~np.isin(order, clear)]
     return np.concatenate([clear, rest[: wanted - len(clear)]])
 

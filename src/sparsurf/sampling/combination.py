@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sparsurf.patches.readings import PUBLISHED
+from sparsurf.patches.readings import CODED_READING
 
 SEPARATOR = "; "  # between combinations in one field of a table
 
@@ -88,7 +88,7 @@ OF_PAPER = Choices(TABLE_1["n_S_low_percent"], PUBLISHED_ROWS)
 
 def choices_of(ranges):
     """The winners of ranges.csv under the published reading; Table I of the paper without any."""
-    if ranges is None or not (ranges["reading"] == PUBLISHED).any():
+    if ranges is None or not (ranges["reading"] == CODED_READING).any():
         return OF_PAPER
-    rows = ranges[(ranges["reading"] == PUBLISHED) & (ranges["n_combinations"] > 0)]
+    rows = ranges[(ranges["reading"] == CODED_READING) & (ranges["n_combinations"] > 0)]
     return Choices(rows["n_S_low_percent"].to_numpy(), rows[PARAMETERS].to_numpy())

@@ -46,7 +46,7 @@ def build_cover(index, roughness, radius=R_PATCH, moved_centre=True, every_patch
 
     Parameters
     ----------
-    index : patches.Index
+    index : PatchIndex
     roughness : (N,) float64
         R_i of every dot.
     radius : float

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.patches.index import apart
+from sparsurf.patches.index import select_separated
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import OF_PAPER
 from sparsurf.sampling.spreading import denser_where_rough, spread
@@ -165,7 +165,9 @@ def poisson(evaluator, n, rng):
     The radius is as large as n dots allow; surplus dots are left out at random.
     """
     order = rng.permutation(len(evaluator.points))
-    return _longest(lambda radius: apart(evaluator.index, order, radius, len(order), 0), evaluator, n, rng)
+    return _longest(
+        lambda radius: select_separated(evaluator.index, order, radius, len(order), 0), evaluator, n, rng
+    )
 
 
 def _longest(dots_at, evaluator, n, rng):

@@ -17,7 +17,7 @@ def spread(index, n, rng, weight=None):
 
     Parameters
     ----------
-    index : patches.Index
+    index : PatchIndex
     n : int
     rng : numpy.random.Generator
     weight : (N,) float64, by dot, above 0; all alike without

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED, recovered
 from sparsurf.recovery.settling import settle
 from sparsurf.sampling.combination import OF_PAPER
@@ -48,7 +48,7 @@ def smallest_n_s(z, n, values):
     return float(n[k - 1] * (n[k] / n[k - 1]) ** share)
 
 
-def enough(grid, null_model, floors, reading=TEXT):
+def enough(grid, null_model, floors, reading=WRITTEN_READING):
     """The smallest n_S of the grid whose Z lies below the null model by its 95 % interval, or within a tenth of each floor.
 
     Floors are measured at the same test dots, whose error they share; the null model is measured at none of them.
@@ -176,7 +176,7 @@ class Trials:
         return n[order], z[order]
 
 
-def curves_table(trials, readings=(TEXT, RECOVERED)):
+def curves_table(trials, readings=(WRITTEN_READING, RECOVERED)):
     """Z over the n_S of `PERCENTS` of one sampler: a DataFrame with sampler, reading, n_S, n_S_percent and Z."""
     tables = []
     for reading in readings:
@@ -186,7 +186,7 @@ def curves_table(trials, readings=(TEXT, RECOVERED)):
     return pd.concat(tables, ignore_index=True)
 
 
-def enough_dots(trials, floors, readings=(TEXT, RECOVERED), handed_out=None):
+def enough_dots(trials, floors, readings=(WRITTEN_READING, RECOVERED), handed_out=None):
     """The smallest n_S of a sampler whose Z is at most `CLOSE` times each floor.
 
     Parameters

@@ -14,7 +14,7 @@ from sparsurf.study import grid
 from sparsurf.study.evaluator import Evaluator, number_of_tests
 from sparsurf.study.residues import mean_roughness
 from sparsurf.study.tables import grid_table
-from sparsurf.surfaces.molecular_surface import fitting_density, surface_of
+from sparsurf.surfaces.molecular_surface import density_for_d_link, surface_of_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import parallel_map
@@ -56,7 +56,7 @@ def follow(
     mark = f"# {fingerprint(molecule, settings, name, code)} {part[0]} of {part[1]}\n"
     header, rows = rows_done(path_to_part, mark)
     atom_radii = radii(molecule, settings["surface"]["radii"])
-    density = fitting_density(
+    density = density_for_d_link(
         molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], name
     )
     settings = settings | {"surface": settings["surface"] | {"density": density}}  # the same for all frames
@@ -116,7 +116,7 @@ def frame_row(molecule, position, atom_radii, settings, name):
     number, own = int(molecule.frame_number[position]), settings["ensemble"]
     where = f"{name}, frame {number}"
     try:
-        surface = surface_of(molecule, position, atom_radii, settings["surface"])
+        surface = surface_of_frame(molecule, position, atom_radii, settings["surface"])
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     evaluator = Evaluator.from_settings(surface, settings, None, f"{name}/f{number}", 1)

@@ -10,7 +10,7 @@ import numpy as np
 
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, build_index
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.patches.roughness import PUBLISHED, roughness
 from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import law
@@ -132,10 +132,10 @@ class Evaluator:
     def distances(self, subsets, tests, z_tot, reading, weights=None, many=False):
         """|z_tot - z| of subsets at the test dots under a reading: (B, T) float64, and patch sizes, (B, T).
 
-        `weights` (B, N), by position, count each kept dot; for readings of the one surface only. `many`: see `of_many` of
-        a `readings.Reading`.
+        `weights` (B, N), by position, count each kept dot; for readings of the one surface only. `many`: see
+        `readings.Reading.build_index_fast`.
         """
-        alone = (many and READINGS[reading].of_many) or READINGS[reading].alone
+        alone = (many and READINGS[reading].build_index_fast) or READINGS[reading].build_index
         if alone:
             one = self.changed(threads=1)
             found = parallel_map(
@@ -150,7 +150,7 @@ class Evaluator:
 
     def under(self, readings, subsets, tests):
         """z_tot at the test dots, (T, 121), and |z_tot - z| of subsets there: a dict of reading -> (B, T) float64."""
-        together = tuple(reading for reading in readings if reading in OF_GRID)
+        together = tuple(reading for reading in readings if reading in GRID_READINGS)
         z_tot, z, _ = self._in_passes(subsets, tests, together)
         found = dict(zip(together, z, strict=True))
         others = [reading for reading in readings if reading not in found]
@@ -159,10 +159,10 @@ class Evaluator:
     def _in_passes(self, subsets, tests, readings, z_tot=None, weights=None):
         """As `compare`, of any number of subsets: z_tot, distances and patch sizes, (R, B, T)."""
         parts = []
-        for a in range(0, len(subsets), descriptors.BITS):
-            some = subsets[a : a + descriptors.BITS]
-            words = descriptors.pack(self.index, some)
-            weight = None if weights is None else weights[a : a + descriptors.BITS]
+        for a in range(0, len(subsets), descriptors.MAX_SUBSETS):
+            some = subsets[a : a + descriptors.MAX_SUBSETS]
+            words = descriptors.pack_subsets(self.index, some)
+            weight = None if weights is None else weights[a : a + descriptors.MAX_SUBSETS]
             z_tot, *found = self.compare(words, len(some), tests, readings, z_tot, weight)
             parts.append([each.reshape(len(readings), len(some), len(tests)) for each in found])
         return z_tot, *(np.concatenate(each, axis=1) for each in zip(*parts, strict=True))

@@ -13,7 +13,7 @@ import numpy as np
 
 from sparsurf import InputError
 from sparsurf.patches import descriptors
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.sampling import law
 from sparsurf.sampling.combination import Combination
 from sparsurf.threads import parallel_map
@@ -54,7 +54,7 @@ def run(
     combinations,
     n_tests,
     draws=1,
-    readings=OF_GRID,
+    readings=GRID_READINGS,
     shared=True,
     progress=lambda done, of: None,
 ):
@@ -69,7 +69,7 @@ def run(
     draws : int
         D, samplings and uniform subsets per combination.
     readings : tuple of str
-        Those of `readings.OF_GRID` come in one pass; each other one costs a surface of its own per subset: per sampling,
+        Those of `readings.GRID_READINGS` come in one pass; each other one costs a surface of its own per subset: per sampling,
         and along a curve where more than `ON_CURVE` combinations share their test dots, else per uniform subset too.
     shared : bool
         The same test dots for all combinations; False draws them anew for each, as published.
@@ -98,7 +98,7 @@ def run(
         readings=tuple(readings),
     )
     if shared:
-        per = max(1, descriptors.BITS // (2 * draws))
+        per = max(1, descriptors.MAX_SUBSETS // (2 * draws))
         z_tot, along = None, k > ON_CURVE
         for a in range(0, k, per):
             z_tot = _fill(evaluator, out, range(a, min(a + per, k)), tests, z_tot, along)
@@ -129,9 +129,9 @@ def _fill(evaluator, out, some, tests, z_tot=None, along=False):
     draws = out.n_s.shape[1]
     jobs = np.array([(k, draw) for k in some for draw in range(draws)])
     sizes = np.zeros((len(out.readings), 2, len(jobs), len(tests)), np.int32)
-    together = tuple(reading for reading in out.readings if reading in OF_GRID)
-    for a in range(0, len(jobs), descriptors.BITS // 2):
-        part = slice(a, a + descriptors.BITS // 2)
+    together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
+    for a in range(0, len(jobs), descriptors.MAX_SUBSETS // 2):
+        part = slice(a, a + descriptors.MAX_SUBSETS // 2)
         k, draw = jobs[part].T
         words, subsets = _draw(evaluator, out, jobs[part])
         shape = (2, len(k), len(tests))
@@ -163,7 +163,7 @@ def _fill_along_curves(evaluator, out, tests):
     places = np.interp(np.log(out.n_s), np.log(sizes), np.arange(len(sizes)))  # among the n_S of the curve
     below, share = places.astype(int), (places % 1)[..., None]
     above = np.ceil(places).astype(int)
-    for r in [r for r, reading in enumerate(out.readings) if reading not in OF_GRID]:
+    for r in [r for r, reading in enumerate(out.readings) if reading not in GRID_READINGS]:
         dots = np.empty(out.z_tr[r].shape)
         for draw in range(out.n_s.shape[1]):
             streams = (evaluator.stream("uniform", "curve", n, draw) for n in sizes)
@@ -181,7 +181,7 @@ def _draw(evaluator, out, jobs):
     The subsets themselves come along where a reading needs them.
     """
     words, lock = np.zeros(len(evaluator.points), np.uint64), Lock()
-    keep = any(reading not in OF_GRID for reading in out.readings)
+    keep = any(reading not in GRID_READINGS for reading in out.readings)
     subsets = [None] * (2 * len(jobs) if keep else 0)
 
     def one(i, _):
@@ -190,7 +190,7 @@ def _draw(evaluator, out, jobs):
         out.n_s[k, draw] = len(pair[0])
         with lock:  # bits at once: 64 subsets of a million dots would need more memory than all else
             for half, subset in enumerate(pair):
-                descriptors.add(words, evaluator.index, subset, i + half * len(jobs))
+                descriptors.add_subset(words, evaluator.index, subset, i + half * len(jobs))
         if keep:
             subsets[i], subsets[i + len(jobs)] = pair
 

@@ -5,7 +5,7 @@ import logging
 import numpy as np
 
 from sparsurf import InputError, progress
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import OF_PAPER
 from sparsurf.sampling.samplers import named, weights
@@ -76,14 +76,14 @@ def tell_of_another_number(sampler, requested, n):
 def _smallest_at(z, trials):
     """The smallest subset whose Z as written is at most z."""
     name, every = trials.evaluator.name, trials.draw(trials.n_dots)
-    least = trials.distances([every], TEXT).mean()
+    least = trials.distances([every], WRITTEN_READING).mean()
     if least > z + 1e-9:  # of the whole surface it is 0 but for rounding
         raise InputError(
             f"minimal.Z is {z:g}, but {trials.sampler} comes down to {least:.3g} only, with all the "
             f"{len(every)} dots that it can keep; asked for more, or choose a sampler that can keep every dot."
         )
-    best = searched(trials, TEXT, z, 0, trials.n_dots)
-    value = estimate(trials.distances([best], TEXT))
+    best = searched(trials, WRITTEN_READING, z, 0, trials.n_dots)
+    value = estimate(trials.distances([best], WRITTEN_READING))
     log.info(
         "%s: %s reaches Z = %.3f (95 %%: %.3f to %.3f) with %d of %d dots",
         name, trials.sampler, value.mean, value.low, value.high, len(best), trials.n_dots,

@@ -17,7 +17,7 @@ from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study.enough import percents
 from sparsurf.study.relation import relation
 from sparsurf.study.tables import combinations_in, range_limits, range_of, read_roughness, read_table
-from sparsurf.surfaces.components import FIELD, numbers_of, table_of_components
+from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components, table_of_components
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 
@@ -63,8 +63,8 @@ def read_result(folder, sampled=True):
             float(read_roughness(folder / "roughness.csv", surface).mean()),
             enough=table("enough"),
             minimal=table("minimal"),
-            components=table_of_components(surface, surface.fields[FIELD].astype(int))
-            if FIELD in surface.fields
+            components=table_of_components(surface, surface.fields[COMPONENT_FIELD].astype(int))
+            if COMPONENT_FIELD in surface.fields
             else None,
         )
         if not sampled:
@@ -100,7 +100,7 @@ def surfaces_table(results, patches):
     rows = []
     for one in results:
         row = {"protein": one.protein, "conformation": one.conformation, "N": one.n_dots, "area": one.area}
-        row |= {} if one.components is None else numbers_of(one.components)
+        row |= {} if one.components is None else summarize_components(one.components)
         row |= {"spacing": one.spacing, "mean_roughness": one.mean_roughness}
         if one.minimal is not None:
             n = len(one.minimal)

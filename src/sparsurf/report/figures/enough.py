@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
@@ -78,7 +78,7 @@ def draw(results):
 
 
 @styled
-def figure(surfaces, floor=FRESH, reading=TEXT):
+def figure(surfaces, floor=FRESH, reading=WRITTEN_READING):
     """Z against n_S: of one surface, of a few side by side, of many the median and where most of them lie.
 
     Parameters
@@ -110,7 +110,7 @@ def figure(surfaces, floor=FRESH, reading=TEXT):
     return sheet
 
 
-def panel_of(tables, floor=FRESH, reading=TEXT):
+def panel_of(tables, floor=FRESH, reading=WRITTEN_READING):
     """The panel of one surface."""
     grid, curves, enough = tables.grid, tables.curves, tables.enough
     lines = {

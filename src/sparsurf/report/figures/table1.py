@@ -2,7 +2,7 @@
 
 from matplotlib.lines import Line2D
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import RANDOM, SAMPLED, styled
 from sparsurf.report.numbers import share
@@ -52,7 +52,7 @@ def _panel(ax, own, rows, name):
         low, high, said = (row[f"{name}_{key}"] for key in ("lowest", "highest", "published"))
         ax.plot([low, high], [y, y], **RUNS)
         ax.plot([said], [y], color="black" if low <= said <= high else SAMPLED, **PUBLISHED)
-    ax.plot(rows[f"{name}_{TEXT}"], range(len(rows)), **OTHER)
+    ax.plot(rows[f"{name}_{WRITTEN_READING}"], range(len(rows)), **OTHER)
     ax.set_ylim(len(rows) - 0.5, -0.5)
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.sampling import law, samplers
 from sparsurf.sampling.combination import PARAMETERS, Choices, choices_of
 from sparsurf.sampling.samplers import HINDSIGHT
@@ -44,7 +44,7 @@ def contestants(evaluator, names=None, ranges=None, grid=None, percents=PERCENTS
     InputError : a name that no sampler has
     """
     chosen = samplers.named(names or samplers.SAMPLERS, "compare.samplers", choices_of(ranges))
-    if "paper" in chosen and grid is not None and f"Z_tS_{TEXT}" in grid:
+    if "paper" in chosen and grid is not None and f"Z_tS_{WRITTEN_READING}" in grid:
         best = best_in_hindsight(evaluator, grid, percents)
         chosen[HINDSIGHT] = partial(samplers.paper, choices=best)
     return {name: partial(function, evaluator) for name, function in chosen.items()}
@@ -64,7 +64,7 @@ def best_in_hindsight(evaluator, grid, percents):
         gap = np.abs(np.log(grid["n_S_percent"].to_numpy() / percent))
         gap[100 * reach < percent * len(evaluator.points)] += 10.0  # last resort
         near = np.flatnonzero(gap <= max(np.log(NEAR), gap.min()))
-        best.append(rows[near[np.argmin(grid[f"Z_tS_{TEXT}"].to_numpy()[near])]])
+        best.append(rows[near[np.argmin(grid[f"Z_tS_{WRITTEN_READING}"].to_numpy()[near])]])
     return Choices(0.99 * np.array(percents), np.array(best))
 
 

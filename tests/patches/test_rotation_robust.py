@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 import naive
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
-from sparsurf.patches.zernike import quadrature, steady
+from sparsurf.patches.zernike import quadrature, rotation_robust
 from sparsurf.patches.zernike.polynomials import indices
 
 D_LINK = 0.8
@@ -58,7 +58,7 @@ def test_a_shape_is_the_same_after_any_turn(shape, up):
 
 def exact(shape):
     """|c_nm| of r on a disc that the shape fills to its rim: r = distance to an apex 6 sqrt(2) Å below."""
-    x, y, weight = quadrature.points()
+    x, y, weight = quadrature.integration_points()
     height = {
         "plane": 0 * x,
         "sphere": np.sqrt(100 - 36 * (x * x + y * y)) - 10,
@@ -107,14 +107,14 @@ def test_subsets_and_weights_equal_the_plain_method(blob, index, share):
     subset, tests = np.flatnonzero(rng.random(len(points)) < share), np.arange(5, 3000, 1000)
     weights = rng.uniform(0.2, 5, len(points))
     z, sizes = descriptors.evaluate(
-        index, points[tests], descriptors.pack(index, [subset]), 1, "as_written", weights=weights[index.dot][None],
+        index, points[tests], descriptors.pack_subsets(index, [subset]), 1, "as_written", weights=weights[index.dot][None],
         descriptor="steady",
     )  # fmt: skip
     for k, i in enumerate(tests):
         ids = np.intersect1d(naive.patch(points, i, 6.0, D_LINK), subset)
         plain = naive.steady(points[ids], normals[ids], points[i], weights=weights[ids])
         assert sizes[k, 0] == len(ids)
-        assert np.abs(z[k, 0] - plain[steady.order()]).max() < 2e-5
+        assert np.abs(z[k, 0] - plain[rotation_robust.order()]).max() < 2e-5
 
 
 @pytest.mark.parametrize("up", [True, False])
@@ -136,12 +136,12 @@ def test_dots_that_face_all_ways_equal_the_plain_method(cancel, up):
 def test_distances_are_those_of_the_descriptors(blob, index):
     points, _ = blob
     rng = np.random.default_rng(11)
-    words = descriptors.pack(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(3)])
+    words = descriptors.pack_subsets(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(3)])
     z_tot, z, _ = descriptors.compare(
         index, points[::300], words, 3, ("as_coded", "as_written"), descriptor="steady"
     )
     raw, _ = descriptors.evaluate(index, points[::300], words, 3, "as_written", descriptor="steady")
-    expected = np.linalg.norm(raw - z_tot[:, None, steady.order()], axis=2)
+    expected = np.linalg.norm(raw - z_tot[:, None, rotation_robust.order()], axis=2)
     assert np.allclose(z[:, 3:], expected, rtol=1e-12)
     alone, _ = descriptors.evaluate(index, points[::300], words, 3, "as_written", z_tot, descriptor="steady")
     assert np.allclose(alone, expected, rtol=1e-12)
@@ -150,11 +150,11 @@ def test_distances_are_those_of_the_descriptors(blob, index):
 def test_no_dot_is_the_zero_vector_and_one_dot_a_plane_through_it():
     up = np.array([[0.0, 0, 1]])
     index = build_index(np.array([[0.0, 0, 0], [0.3, 0, 0]]), np.repeat(up, 2, axis=0), 0.5)
-    words = descriptors.pack(index, [[], [0], [1]])
+    words = descriptors.pack_subsets(index, [[], [0], [1]])
     z, sizes = descriptors.evaluate(index, np.zeros((1, 3)), words, 3, "as_coded", descriptor="steady")
     assert sizes.tolist() == [[0, 1, 1]]
     assert not z[0, 0].any()
-    assert np.allclose(z[0, 1], describe(*PLANE)[steady.order()], atol=1e-9)
+    assert np.allclose(z[0, 1], describe(*PLANE)[rotation_robust.order()], atol=1e-9)
     assert np.allclose(z[0, 2], z[0, 1], atol=1e-9)
 
 
@@ -212,10 +212,10 @@ def test_a_field_that_is_a_polynomial_has_its_one_coefficient(n, m):
     z = quadrature.harmonics(x, y)[indices().index((n, m))] * np.pi / (n + 1)
     parts = np.empty((4, 1, len(tables.row)))
     field = (z.real + 0.5 * z.imag).reshape(25, 25)
-    steady._split(field, tables.row, tables.column, parts[:, 0])
+    rotation_robust._split(field, tables.row, tables.column, parts[:, 0])
     out = np.empty((1, 121))
     products = [a @ b for a, b in zip(parts, (*tables.even, *tables.odd), strict=True)]
-    steady._moduli(*products, np.zeros(11), np.array([0, 1]), 1, out)
+    rotation_robust._moduli(*products, np.zeros(11), np.array([0, 1]), 1, out)
     expected = np.zeros(121)
     expected[indices().index((n, m))] = 1 if m == 0 else np.hypot(0.5, 0.25)
     assert np.abs(out[0] - expected[tables.order]).max() < (1e-9 if n <= 2 else 5e-3)

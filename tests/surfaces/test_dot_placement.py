@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
+from sparsurf.surfaces.dot_placement import sphere_template
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
-from sparsurf.surfaces.placing_dots import template
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.rolling_probe import PHI_0, roll
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
@@ -256,7 +256,7 @@ def test_two_probes_that_cut_each_other_keep_what_lies_on_their_own_side():
     xyz = ring * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
     height = math.sqrt((1.5 + PROBE) ** 2 - ring**2)
     assert height < PROBE
-    units = template(1.0, 0.005)
+    units = sphere_template(1.0, 0.005)
     to_atoms = xyz - [0, 0, height]
     # faces of the cone over the triangle, turned inwards: that is, down
     faces = np.cross(to_atoms, np.roll(to_atoms, -1, axis=0))
@@ -354,7 +354,7 @@ def components(points, link=0.7):
 
 def test_cavity_is_kept_and_can_be_counted():
     """A shell of atoms: an outer surface and one inside, whose normals point to the middle."""
-    xyz = 6.0 * template(6.0, 1.2)
+    xyz = 6.0 * sphere_template(6.0, 1.2)
     xyz = np.vstack([xyz, [0, 0, -6.0]])
     surface = molecular_surface(xyz, np.full(len(xyz), 1.7))
     label = components(surface.points)
@@ -366,7 +366,7 @@ def test_cavity_is_kept_and_can_be_counted():
 
 def test_template_has_the_rings_of_dms():
     """Dots on the rings of the spheres in DMS's files; the south pole has none."""
-    units = template(1.4, 0.4582)
+    units = sphere_template(1.4, 0.4582)
     z, counts = np.unique(np.round(units[:, 2], 9), return_counts=True)
     assert counts[::-1].tolist() == [1, 5, 10, 15, 17, 19, 19, 17, 15, 10, 5]
     np.testing.assert_allclose(np.sort(np.arccos(z)), math.pi * np.arange(11) / 11, atol=1e-8)
