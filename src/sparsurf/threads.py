@@ -12,7 +12,7 @@ def available_cores():
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def over_slices(kernel, n, threads=1, size=2048):
+def parallel_map(kernel, n, threads=1, size=2048):
     """Call `kernel(begin, end)` on slices of range(n), in threads; returns the results in order.
 
     BLAS runs in one thread within each: its own would only stand in their way.

@@ -12,8 +12,8 @@ import measure_needs
 from conftest import ROOT, WORKFLOW
 from sparsurf import InputError
 from sparsurf.study import tables
-from sparsurf.study.evaluator import AS_PUBLISHED_SHARE
 from sparsurf.study.grid import Grid
+from sparsurf.study.prepared_surface import AS_PUBLISHED_SHARE
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow import needs

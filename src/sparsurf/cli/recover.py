@@ -11,8 +11,8 @@ from sparsurf.cli.descriptors import described, table_of
 from sparsurf.cli.inputs import DENSITY as DENSITIES
 from sparsurf.cli.inputs import Limits, as_surface
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
-from sparsurf.recovery.fields import recovered_fields
-from sparsurf.recovery.recovering import REACH, STEPS
+from sparsurf.recovery.fields import interpolate_fields
+from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.recovery.recovering import recover as recovered_dots
 from sparsurf.surfaces.components import fields_alone
 from sparsurf.surfaces.read_surface import read_places, read_surface
@@ -80,7 +80,7 @@ def recover(surface, *, density=DENSITY):
 def _fields_of(few, points):
     """Fields of a surface of a few dots at `points`, whose first are these dots; numbers of components are none."""
     fields = fields_alone(few)
-    between = recovered_fields(few.points, fields, points[len(few) :])
+    between = interpolate_fields(few.points, fields, points[len(few) :])
     return {name: np.concatenate([fields[name], values]) for name, values in between.items()}
 
 
@@ -105,8 +105,8 @@ def arguments(parser):
     parser.add_argument(
         "--steps",
         type=Limits(0, MOST_STEPS, whole=True).parse,
-        default=STEPS,
-        help=f"of Newton at most (default {STEPS})",
+        default=NEWTON_STEPS,
+        help=f"of Newton at most (default {NEWTON_STEPS})",
     )
     parser.add_argument(
         "--around",

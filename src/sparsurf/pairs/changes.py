@@ -16,7 +16,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.complexes import laid_on
 from sparsurf.sites.describing import FIELDS, PERCENT, SHAPE, few_of, numbered_residues, sites_of
 from sparsurf.sites.weighing import weights
-from sparsurf.study.floors import turning
+from sparsurf.study.floors import random_rotation
 from sparsurf.surfaces.surface import Surface
 
 CHANNELS = (SHAPE, *FIELDS)
@@ -101,7 +101,7 @@ def noise(form, own, rng, moved=0.0, draws=DRAWS, threads=1):
     """Distances (draws, R, C + 1) of a form's residues to its own on fresh dots, with its atoms moved by `moved` Å rms."""
     found, around = [], form.molecule.xyz[0].mean(axis=0)
     for _ in progress.each(range(draws), f"floors of {form.name}"):
-        turn, atoms = turning(rng), form.molecule.xyz[0]
+        turn, atoms = random_rotation(rng), form.molecule.xyz[0]
         if moved:
             atoms = atoms + moved / np.sqrt(3) * rng.normal(size=atoms.shape)
         laid = form.lay((atoms - around) @ turn.T)

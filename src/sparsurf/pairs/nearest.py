@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from sparsurf import InputError
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 ROWS, COLUMNS = 256, 2048  # of a block of distances: 4 MB per thread
 
@@ -70,7 +70,7 @@ def nearest(a, b, k=1, threads=1):
         with lock:
             _merge(*mine, *of_b)
 
-    over_slices(rows, len(a), threads, ROWS)
+    parallel_map(rows, len(a), threads, ROWS)
     return _measured(a, b, of_a[1]), _measured(b, a, of_b[1])
 
 

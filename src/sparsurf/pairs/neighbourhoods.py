@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from sparsurf.patches.index import ball, ball_bound, build_index
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 SMOOTHING = 6.0  # Å, radius of the mean of a propensity (authors' scripts)
 
@@ -38,7 +38,7 @@ def means_within(points, places, values, radius, threads=1):
     def block(a, b):
         _means(index, points[a:b], columns, radius, room, means[a:b], counts[a:b])
 
-    over_slices(block, len(points), threads)
+    parallel_map(block, len(points), threads)
     return means.reshape(len(points), *np.shape(values)[1:]), counts
 
 

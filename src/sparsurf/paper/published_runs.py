@@ -11,12 +11,12 @@ from scipy.special import stdtr  # Student's t; scipy.stats takes a quarter of a
 
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import PUBLISHED
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, TABLE_1
 from sparsurf.streams import stream
 from sparsurf.study import grid
-from sparsurf.study.evaluator import number_of_tests
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.tables import range_index, range_limits
 
 RUNS = 40  # as-published runs of the whole grid
 BINNINGS = {"closed": True, "half-open": False}  # whether the last range holds the largest n_S
@@ -26,7 +26,7 @@ SIMULATED = 100_000  # sums of squares from which the p of all rows is taken
 LEVEL = 0.05  # p below which a run counts as another one
 
 
-def as_published(evaluator, combinations, runs=RUNS, progress=lambda done, of: None, alpha=1.0):
+def runs_as_published(evaluator, combinations, runs=RUNS, progress=lambda done, of: None, alpha=1.0):
     """Table I made the paper's way, again and again: N / 200 fresh test dots per combination, one draw, `as_coded`.
 
     Parameters
@@ -48,7 +48,9 @@ def as_published(evaluator, combinations, runs=RUNS, progress=lambda done, of: N
     tests, rows = number_of_tests("published", len(evaluator.points)), []
     for run in range(runs):
         own = evaluator.changed(stream_name=f"{evaluator.name} selection {run}")
-        result = grid.run(own, combinations * (alpha, 1, 1, 1), tests, 1, (PUBLISHED,), shared=False)
+        result = grid.evaluate_grid(
+            own, combinations * (alpha, 1, 1, 1), tests, 1, (PUBLISHED,), shared=False
+        )
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts
         percent = 100 * result.n_s[:, 0] / result.n_dots
@@ -57,7 +59,7 @@ def as_published(evaluator, combinations, runs=RUNS, progress=lambda done, of: N
     return pd.DataFrame(rows)
 
 
-def centres_in_any_order(evaluator, runs=RUNS):
+def centres_in_random_orders(evaluator, runs=RUNS):
     """Number of centres of patches where the dots are swept in random orders, (runs,) int.
 
     It depends on R_patch and D_link, and on the order of the dots, which differs between programs.
@@ -66,7 +68,7 @@ def centres_in_any_order(evaluator, runs=RUNS):
     for run in range(runs):
         order = evaluator.stream("order of the dots", run).permutation(len(points))
         index = build_index(points[order], normals[order], evaluator.d_link)
-        found.append(len(law.build_cover(index, np.zeros(len(order)), evaluator.r_patch).centre))
+        found.append(len(published.build_cover(index, np.zeros(len(order)), evaluator.r_patch).centre))
     return np.array(found)
 
 
@@ -74,7 +76,7 @@ def winners(combinations, percent, d, z_ts):
     """The combination with the highest d in each range, under both binnings, as dicts."""
     limits = range_limits(percent, len(TABLE_1))
     for binning, closed in BINNINGS.items():
-        member = range_of(percent, limits, closed)
+        member = range_index(percent, limits, closed)
         for k in range(len(TABLE_1)):
             inside = np.flatnonzero(member == k)
             row = {"binning": binning, "range": k + 1}
@@ -95,7 +97,7 @@ def table_1():
     return pd.DataFrame(TABLE_1)[[*PARAMETERS, *MEASURES]].assign(range=np.arange(1, len(TABLE_1) + 1))
 
 
-def place_of_published(runs, published=None):
+def place_published_values(runs, published=None):
     """Each published value among the winners of the runs.
 
     Parameters
@@ -131,7 +133,7 @@ def _place(values, published):
     return found | {"p": min(1.0, 2 * (min(n_below, n_above) + 1) / (len(values) + 1))}
 
 
-def all_rows_at_once(places, name, leave_out=()):
+def joint_test(places, name, leave_out=()):
     """One test of all published values: the sum of their squared distances from the runs, in standard deviations.
 
     If a published row is one more run of the same kind, (value - mean) / (sd sqrt(1 + 1 / n)) follows Student's t with
@@ -185,7 +187,7 @@ def tests_of_table_1(places, centres, published_centres=CENTRES):
     of_centres = {"n_rows": 1, "statistic": off**2, "p": float(2 * stdtr(len(centres) - 1, -abs(off)))}
     rows = []
     for binning, own in places.groupby("binning", sort=False):
-        tests = {name: all_rows_at_once(own, name) for name in MEASURES} | {"centres": of_centres}
+        tests = {name: joint_test(own, name) for name in MEASURES} | {"centres": of_centres}
         least = min(test["p"] for test in tests.values())
         tests["together"] = {"n_rows": len(own), "statistic": np.nan, "p": min(1.0, len(tests) * least)}
         rows += [{"binning": binning, "measure": name, **test} for name, test in tests.items()]
@@ -209,7 +211,7 @@ def power(runs, centres, other_runs, other_centres):
     tables = []
     for run, own in other_runs.groupby("run"):
         for binning, table in own.groupby("binning", sort=False):
-            places = place_of_published(runs[runs["binning"] == binning], table)
+            places = place_published_values(runs[runs["binning"] == binning], table)
             tables.append(tests_of_table_1(places, centres, other_centres[(run - 1) % len(other_centres)]))
     groups = pd.concat(tables).groupby(["binning", "measure"], sort=False)["p"]
     return groups.agg(n_runs="size", power=lambda p: (p < LEVEL).mean()).reset_index()

@@ -8,15 +8,15 @@ import pandas as pd
 
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import PUBLISHED, TEXT
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1
 from sparsurf.sampling.samplers import tune_alpha
 from sparsurf.study import grid, tables
 from sparsurf.study.statistics import estimate
 
 PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S at which the family is tuned, % of the dots
-SHATTERED = 0.3  # share of a patch's kept dots below which Z measures how the subset breaks up
-LINKS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
+FRAGMENTED_BELOW = 0.3  # share of a patch's kept dots below which Z measures how the subset breaks up
+LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
 
 
 def published_rows(evaluator, n_tests, draws):
@@ -27,7 +27,7 @@ def published_rows(evaluator, n_tests, draws):
     DataFrame, ten rows: n_S_low_percent, n_S_high_percent, d_published, Z_tS_published, then `tables.grid_table`
     """
     published = pd.DataFrame(TABLE_1)[["n_S_low_percent", "n_S_high_percent", "d", "Z_tS"]]
-    found = tables.grid_table(grid.run(evaluator, PUBLISHED_ROWS, n_tests, draws))
+    found = tables.grid_table(grid.evaluate_grid(evaluator, PUBLISHED_ROWS, n_tests, draws))
     return pd.concat(
         [published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"}), found], axis=1
     )
@@ -114,11 +114,15 @@ def compare_defects(evaluator, n_tests, draws):
     DataFrame: sampling, row, n_S_percent (closed form), then d and Z_tS under both readings
     """
     out = []
-    for name, (moved_centre, every_patch) in DEFECTS.items():
-        cover = law.build_cover(
-            evaluator.index, evaluator.roughness, evaluator.r_patch, moved_centre, every_patch
+    for name, (distance_from_moved_centre, chance_in_every_patch) in DEFECTS.items():
+        cover = published.build_cover(
+            evaluator.index,
+            evaluator.roughness,
+            evaluator.r_patch,
+            distance_from_moved_centre,
+            chance_in_every_patch,
         )
-        result = grid.run(evaluator.changed(cover=cover), PUBLISHED_ROWS, n_tests, draws)
+        result = grid.evaluate_grid(evaluator.changed(cover=cover), PUBLISHED_ROWS, n_tests, draws)
         table = tables.grid_table(result)
         part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
         part["n_S_percent"] = 100 * result.n_s_expected / result.n_dots
@@ -147,13 +151,13 @@ def tuned_family(evaluator, exponents, percents=PERCENTS, n_tests=400, draws=3):
     """
     n_dots, requested, rows = len(evaluator.points), [], []
     exponents = np.unique(np.asarray(exponents, float), axis=0)
-    reach = law.expected_n_s(evaluator.cover, np.insert(exponents, 0, 1.0, axis=1))
+    reach = published.expected_n_s(evaluator.cover, np.insert(exponents, 0, 1.0, axis=1))
     for percent in percents:
         n = percent / 100 * n_dots
         for row in exponents[reach >= n]:
             requested.append(percent)
             rows.append(tune_alpha(evaluator.cover, (1.0, *row), n))
-    result = grid.run(evaluator, rows, n_tests, draws, (TEXT,))
+    result = grid.evaluate_grid(evaluator, rows, n_tests, draws, (TEXT,))
     d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
     table = pd.DataFrame(result.combinations, columns=PARAMETERS)
     table.insert(0, "percent", requested)
@@ -177,17 +181,17 @@ def best_of_family(table):
     return pd.DataFrame(rows)
 
 
-def correlation(table):
+def correlation_of_readings(table):
     """Correlation over the grid of d under both readings."""
     return float(np.corrcoef(table[f"d_{PUBLISHED}"], table[f"d_{TEXT}"])[0, 1])
 
 
-def follows_fragments(table):
+def correlation_with_fragments(table):
     """Correlation of d under the published reading with the logarithm of how much larger the patches stay."""
     larger = np.log(table[f"fragment_{PUBLISHED}"] / table[f"fragment_uniform_{PUBLISHED}"])
     return float(np.corrcoef(table[f"d_{PUBLISHED}"], larger)[0, 1])
 
 
-def shattered(table):
+def fragmented_share(table):
     """Share of the combinations whose median patch holds little of its kept dots under the published reading."""
-    return float((table[f"fragment_{PUBLISHED}"] < SHATTERED * table[f"fragment_{TEXT}"]).mean())
+    return float((table[f"fragment_{PUBLISHED}"] < FRAGMENTED_BELOW * table[f"fragment_{TEXT}"]).mean())

@@ -16,7 +16,7 @@ from sparsurf.patches.index import R_ZERNIKE, ball_bound
 from sparsurf.patches.kept_dots import BITS, add, pack, patches_of
 from sparsurf.patches.readings import READINGS
 from sparsurf.patches.zernike import published, steady
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 __all__ = ["BITS", "DESCRIPTORS", "PUBLISHED", "Descriptor", "add", "compare", "describe", "evaluate", "pack"]
 
@@ -228,7 +228,7 @@ def _described(kind, index, tests, words, n_subsets, readings, whole, radius, up
         centres = np.repeat(tests[a:b], sizes.shape[1], axis=0)
         keep(a, b, kind.describe(index, ids, start, centres, weight, radius, up))
 
-    over_slices(block, len(tests), threads, max(1, ROWS // sizes.shape[1]))
+    parallel_map(block, len(tests), threads, max(1, ROWS // sizes.shape[1]))
     return sizes
 
 

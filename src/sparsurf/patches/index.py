@@ -199,7 +199,7 @@ def ball(index, x, y, z, radius, out):
 
 
 @njit(cache=True, nogil=True)
-def apart(index, order, radius, most, first):
+def select_separated(index, order, radius, most, first):
     """Dots of `order`, at most `most`: its `first` ones, then those that no earlier one lies within `radius` (Å) of.
 
     Parameters

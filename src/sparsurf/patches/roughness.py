@@ -10,7 +10,7 @@ from numba import njit
 
 from sparsurf.patches.index import R_PATCH, ball_bound
 from sparsurf.patches.islands import patch_of
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 PUBLISHED = "published"
 ROUGHNESS = {}
@@ -46,7 +46,7 @@ def published(index, radius, threads):
     """Mean cosine between the normals of a patch and their mean; 1 for a patch of one dot."""
     out = np.empty(len(index.dot))
     room = ball_bound(index, index.xyz, radius) + 1
-    over_slices(lambda a, b: _roughness(index, a, b, radius, room, out), len(out), threads)
+    parallel_map(lambda a, b: _roughness(index, a, b, radius, room, out), len(out), threads)
     return out
 
 

@@ -6,10 +6,10 @@ import numpy as np
 from scipy.special import bdtr
 
 from sparsurf.patches.readings import TEXT
-from sparsurf.recovery.readings import RECOVERED, readings_in
+from sparsurf.recovery.readings import RECOVERED, readings_of_columns
 from sparsurf.report.numbers import combination, interval, number, share, span
-from sparsurf.study.enough import FEWEST as FEWEST_DOTS
-from sparsurf.study.enough import PERCENTS, PREFIX
+from sparsurf.study.required_dots import COLUMN_PREFIX, CURVE_PERCENTS
+from sparsurf.study.required_dots import MIN_DOTS as FEWEST_DOTS
 
 TEMPLATE = "summary.html.j2"
 FEWEST = 10  # proteins that a relation takes: with 5 a real one is found in 1 to 3 % of runs
@@ -27,7 +27,7 @@ def summary_page(run, surfaces, relation, draws=None):
     draws : int, optional
         Of each combination.
     """
-    readings = readings_in(surfaces, "best_")
+    readings = readings_of_columns(surfaces, "best_")
     known = relation[relation["p"].notna()]
     columns = 7 if len(known) else 5  # the last two are empty where nothing was tested
     return {
@@ -66,14 +66,14 @@ def surface_row(row, readings):
 def floor_rows(surfaces):
     """One noise floor a row: the share of dots that reaches it, as they are and recovered, median (lowest to highest)."""
     names = [
-        name.removesuffix(f"_{TEXT}") for name in surfaces if name.startswith(PREFIX) and name.endswith(TEXT)
+        name.removesuffix(f"_{TEXT}") for name in surfaces if name.startswith(COLUMN_PREFIX) and name.endswith(TEXT)
     ]
     fewest = (
-        100 * np.maximum(FEWEST_DOTS, np.round(PERCENTS[0] / 100 * surfaces["N"])) / surfaces["N"]
+        100 * np.maximum(FEWEST_DOTS, np.round(CURVE_PERCENTS[0] / 100 * surfaces["N"])) / surfaces["N"]
     )  # that are tried
     return [
         [
-            name.removeprefix(PREFIX).replace("_", " "),
+            name.removeprefix(COLUMN_PREFIX).replace("_", " "),
             *(enough_text(surfaces.get(f"{name}_{r}"), fewest) for r in (TEXT, RECOVERED)),
         ]
         for name in names

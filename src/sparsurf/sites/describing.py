@@ -15,7 +15,7 @@ from sparsurf.patches.descriptors import describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
-from sparsurf.sampling.spreading import spread
+from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.texts import read_bytes
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
@@ -159,7 +159,7 @@ def few_of(dots, percent):
     if percent == 100:
         return dots
     n = max(1, round(percent / 100 * len(dots)))
-    return dots.take(spread(build_grid(dots.points), n, np.random.default_rng(0)))
+    return dots.take(farthest_point_sampling(build_grid(dots.points), n, np.random.default_rng(0)))
 
 
 def _no_labels(n):
@@ -250,9 +250,9 @@ def sites_of(kept, labels, name, percent, at=None, radius=RADIUS, threads=1):
 
 def _area(kept):
     """Area of the surface that dots stand for, Å^2, by the distances between them."""
-    from sparsurf.recovery.recovering import spacing_of
+    from sparsurf.recovery.recovering import dot_spacing
 
-    return float((spacing_of(kept.points, kept.normals) ** 2).sum())
+    return float((dot_spacing(kept.points, kept.normals) ** 2).sum())
 
 
 def _filled(values):

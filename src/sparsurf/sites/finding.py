@@ -11,7 +11,7 @@ from sparsurf import InputError
 from sparsurf.sites.arrangement import best_pose
 from sparsurf.sites.describing import FIELDS, LABELS, PERCENT, RADIUS, Sites
 from sparsurf.sites.weighing import weighed
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 SAME = 3.0  # Å; of hits that lie nearer to each other only the best counts
 SAMPLE = 20_000  # places of the targets that tell how far apart unrelated places are
@@ -113,7 +113,7 @@ def nearest_places(query, targets, k, threads=1):
         )
         return np.take_along_axis(square, place, axis=1), place + a
 
-    found = over_slices(best, len(targets), threads, BLOCK)
+    found = parallel_map(best, len(targets), threads, BLOCK)
     square, place = (np.concatenate([part[c] for part in found], axis=1) for c in (0, 1))
     order = np.lexsort((place, square), axis=1)[:, :k]
     square, place = np.take_along_axis(square, order, axis=1), np.take_along_axis(place, order, axis=1)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.streams import stream
-from sparsurf.study.statistics import LEVEL
+from sparsurf.study.statistics import CONFIDENCE_LEVEL
 
 FAR = 4.0  # standard errors behind the first: such a combination neither is the best nor decides who is
 SIMULATED = 1000  # joint outcomes from which a critical value is taken
@@ -98,4 +98,4 @@ def _critical(own, covariance, of_tests, draws):
         seen = own.of_draws[0] * rng.chisquare(freedom, AT_ONCE) / freedom
         error = np.sqrt(of_tests + 2 * seen[:, None, None])
         ahead.append(_studentised(outcome[:, :, None] - outcome[:, None, :], error).max(axis=1))
-    return np.quantile(np.concatenate(ahead), LEVEL, axis=0)
+    return np.quantile(np.concatenate(ahead), CONFIDENCE_LEVEL, axis=0)

@@ -10,7 +10,7 @@ import pandas as pd
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import centres, uniform
 from sparsurf.study.statistics import estimate
-from sparsurf.study.tables import range_of
+from sparsurf.study.tables import range_index
 
 STEPS = 20  # n_S at which the control is measured, evenly in ln n_S
 
@@ -36,7 +36,7 @@ def control_curve(evaluator, n_s, readings, n_tests, draws):
                 evaluator, len(evaluator.points), evaluator.stream("control", sampler.__name__, draw)
             )
             subsets += [every[:n] for n in n_s]
-    _, z = evaluator.under(readings, subsets, tests)
+    _, z = evaluator.distances_under(readings, subsets, tests)
     shape = (2, draws, len(n_s), -1)
     return {r: np.subtract(*values.reshape(shape)).transpose(1, 0, 2) for r, values in z.items()}
 
@@ -68,7 +68,7 @@ def centres_table(evaluator, grid, ranges, n_tests, draws, steps=STEPS):
     for reading, own in ranges.groupby("reading", sort=False):
         control = estimate(_at(curves[reading], n_s, grid["n_S_percent"].to_numpy() * n_dots / 100))
         limits = [*own["n_S_low_percent"], own["n_S_high_percent"].iloc[-1]]
-        member = range_of(grid["n_S_percent"].to_numpy(), limits)
+        member = range_index(grid["n_S_percent"].to_numpy(), limits)
         d, half = grid[f"d_{reading}"].to_numpy(), (grid[f"d_high_{reading}"] - grid[f"d_low_{reading}"]) / 2
         clear = np.hypot(half, control.half)
         for k, winner in enumerate(own.to_dict("records")):

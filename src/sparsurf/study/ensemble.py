@@ -11,19 +11,19 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import grid
-from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.residues import mean_roughness
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.study.residues import mean_roughness_by_residue
 from sparsurf.study.tables import grid_table
 from sparsurf.surfaces.molecular_surface import fitting_density, surface_of
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 OF_RESIDUE = "residue_"  # begins the names of the columns of residues
 CHUNK = 20  # frames between two writes: what a kill can cost
 
 
-def follow(
+def evaluate_frames(
     molecule, settings, name, threads, path_to_part, code="", progress=lambda done, of: None, part=(1, 1)
 ):
     """Evaluate one combination on every frame, or on those of a part.
@@ -54,7 +54,7 @@ def follow(
     the columns of `tables.grid_table` without the parameters, then the mean R_i of each residue (see `apart`).
     """
     mark = f"# {fingerprint(molecule, settings, name, code)} {part[0]} of {part[1]}\n"
-    header, rows = rows_done(path_to_part, mark)
+    header, rows = read_finished_rows(path_to_part, mark)
     atom_radii = radii(molecule, settings["surface"]["radii"])
     density = fitting_density(
         molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], name
@@ -64,7 +64,7 @@ def follow(
     Path(path_to_part).write_text("".join([mark, header, *rows]), encoding="utf-8")
     for a in range(first + len(rows), last, CHUNK):
         chunk = pd.DataFrame(
-            over_slices(
+            parallel_map(
                 lambda i, _, a=a: frame_row(molecule, a + i, atom_radii, settings, name),
                 min(CHUNK, last - a),
                 threads,
@@ -78,7 +78,7 @@ def follow(
     return text if first == 0 else text.partition("\n")[2]
 
 
-def gathered(texts):
+def join_parts(texts):
     """DataFrame of the texts of all parts, in order."""
     return pd.read_csv(io.StringIO("".join(texts)))
 
@@ -92,7 +92,7 @@ def fingerprint(molecule, settings, name, code):
     return content.hexdigest()[:32]
 
 
-def rows_done(path, mark):
+def read_finished_rows(path, mark):
     """Header and rows, as lines, that an interrupted run with the same first line left; ("", []) without."""
     try:
         lines = Path(path).read_bytes().decode("utf-8", "replace").splitlines(keepends=True)
@@ -119,10 +119,10 @@ def frame_row(molecule, position, atom_radii, settings, name):
         surface = surface_of(molecule, position, atom_radii, settings["surface"])
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    evaluator = Evaluator.from_settings(surface, settings, None, f"{name}/f{number}", 1)
+    evaluator = PreparedSurface.from_settings(surface, settings, None, f"{name}/f{number}", 1)
     if position == 0:  # the spacing of the dots is that of the settings, the same in every frame
         refuse_sparse(evaluator.points, evaluator.d_link, where)
-    result = grid.run(
+    result = grid.evaluate_grid(
         evaluator,
         [own["combination"]],
         number_of_tests(own["test_dots"], len(surface)),
@@ -130,7 +130,7 @@ def frame_row(molecule, position, atom_radii, settings, name):
         tuple(settings["evaluation"]["readings"]),
     )
     row = grid_table(result).drop(columns=PARAMETERS)
-    of_residues = mean_roughness(
+    of_residues = mean_roughness_by_residue(
         evaluator.roughness, molecule.residue_index[surface.atom], molecule.n_residues
     )
     return {
@@ -144,7 +144,7 @@ def frame_row(molecule, position, atom_radii, settings, name):
     }
 
 
-def apart(table, residues):
+def split_residue_columns(table, residues):
     """The rows of `follow` as two tables: without the residues, and frame and time_ps with a column for each of them.
 
     Parameters

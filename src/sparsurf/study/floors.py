@@ -16,13 +16,15 @@ from sparsurf.study.statistics import estimate
 
 DRAWS = 10  # sets of fresh dots and turns: what is enough rests on them
 FEW_DRAWS = 3  # of moved atoms; and of all where many proteins are measured, which scatter more
-MOVED = (0.1, 0.3)  # Å, rms displacement of the atoms: a good and a fair crystal structure
-APART = (1.0, 20.0, 100.0)  # ps between two frames
+ATOM_DISPLACEMENTS = (0.1, 0.3)  # Å, rms displacement of the atoms: a good and a fair crystal structure
+TIME_GAPS_PS = (1.0, 20.0, 100.0)  # ps between two frames
 FRESH = "fresh dots"
 TURNED = "turned"
 
 
-def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED, draws=DRAWS):
+def noise_floors(
+    evaluator, n_tests, lay=None, atoms=None, frames=None, moved=ATOM_DISPLACEMENTS, draws=DRAWS
+):
     """Table of the floors of one surface.
 
     Parameters
@@ -59,7 +61,7 @@ def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED, d
         return np.linalg.norm(z - z_tot, axis=1)
 
     for _ in progress.each(range(draws), "noise floors"):
-        turn = turning(rng)
+        turn = random_rotation(rng)
         points, normals = _fresh(evaluator, lay, atoms, around, turn)
         found[FRESH].append(against(((points @ turn) + around, normals @ turn), place))
         found[TURNED].append(against((points, normals), (place - around) @ turn.T))
@@ -74,7 +76,7 @@ def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED, d
     return pd.DataFrame([_row(name, np.array(z)) for name, z in found.items()])
 
 
-def turning(rng):
+def random_rotation(rng):
     """A random rotation, (3, 3), every one equally likely."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
@@ -108,7 +110,7 @@ def _row(name, z):
     }
 
 
-def frames_apart(molecule, atoms, time):
+def frames_at_gaps(molecule, atoms, time):
     """Frames before and after a time, superposed on the atoms of that time.
 
     Parameters
@@ -122,7 +124,7 @@ def frames_apart(molecule, atoms, time):
     dict: ps -> list of (A, 3); no entry where the trajectory has no such frame.
     """
     found = {}
-    for gap in APART:
+    for gap in TIME_GAPS_PS:
         at = [
             k
             for sign in (-1, 1)

@@ -14,11 +14,13 @@ import numpy as np
 from sparsurf import InputError
 from sparsurf.patches import descriptors
 from sparsurf.patches.readings import OF_GRID
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
-ON_CURVE = 32  # n_S of a curve; between them a straight line over ln n_S lies .0005 off, draws scatter by .01
+N_CURVE_SIZES = (
+    32  # n_S of a curve; between them a straight line over ln n_S lies .0005 off, draws scatter by .01
+)
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Grid:
     readings: tuple
 
 
-def run(
+def evaluate_grid(
     evaluator,
     combinations,
     n_tests,
@@ -89,7 +91,7 @@ def run(
         combinations=combinations,
         n_dots=len(evaluator.points),
         n_s=np.empty((k, draws), np.int64),
-        n_s_expected=law.expected_n_s(evaluator.cover, combinations),
+        n_s_expected=published.expected_n_s(evaluator.cover, combinations),
         tests=tests,
         z_tot=np.empty((tests.shape[-1], descriptors.DESCRIPTORS[evaluator.descriptor].width)),
         z_ts=np.empty(shape, np.float32),
@@ -99,7 +101,7 @@ def run(
     )
     if shared:
         per = max(1, descriptors.BITS // (2 * draws))
-        z_tot, along = None, k > ON_CURVE
+        z_tot, along = None, k > N_CURVE_SIZES
         for a in range(0, k, per):
             z_tot = _fill(evaluator, out, range(a, min(a + per, k)), tests, z_tot, along)
             progress(draws * min(a + per, k), draws * k)
@@ -115,7 +117,7 @@ def run(
             done.append(i)
             progress(draws * len(done), draws * k)
 
-        over_slices(one, k, evaluator.threads, 1)
+        parallel_map(one, k, evaluator.threads, 1)
     return out
 
 
@@ -159,7 +161,7 @@ def _fill_along_curves(evaluator, out, tests):
     Each draw has a curve of its own, so that the scatter of the draws holds the error of the curves.
     """
     least, most = np.log(out.n_s.min()), np.log(out.n_s.max())
-    sizes = np.unique(np.round(np.exp(np.linspace(least, most, ON_CURVE))).astype(int))
+    sizes = np.unique(np.round(np.exp(np.linspace(least, most, N_CURVE_SIZES))).astype(int))
     places = np.interp(np.log(out.n_s), np.log(sizes), np.arange(len(sizes)))  # among the n_S of the curve
     below, share = places.astype(int), (places % 1)[..., None]
     above = np.ceil(places).astype(int)
@@ -167,7 +169,9 @@ def _fill_along_curves(evaluator, out, tests):
         dots = np.empty(out.z_tr[r].shape)
         for draw in range(out.n_s.shape[1]):
             streams = (evaluator.stream("uniform", "curve", n, draw) for n in sizes)
-            subsets = [law.uniform(out.n_dots, n, rng) for n, rng in zip(sizes, streams, strict=True)]
+            subsets = [
+                published.uniform_subset(out.n_dots, n, rng) for n, rng in zip(sizes, streams, strict=True)
+            ]
             curves = evaluator.distances(subsets, tests, out.z_tot, out.readings[r], many=True)
             for values, curve in zip((out.z_tr[r], dots), curves, strict=True):
                 low, high = curve[below[:, draw]], curve[above[:, draw]]
@@ -194,17 +198,17 @@ def _draw(evaluator, out, jobs):
         if keep:
             subsets[i], subsets[i + len(jobs)] = pair
 
-    over_slices(one, len(jobs), evaluator.threads, 1)
+    parallel_map(one, len(jobs), evaluator.threads, 1)
     return words, subsets
 
 
-def save(path, grid):
+def write_grid(path, grid):
     """Write a Grid as npz (no pickles; the same bytes for the same grid)."""
     with open(path, "wb") as stream:
         np.savez(stream, **{f.name: np.asarray(getattr(grid, f.name)) for f in fields(Grid)})
 
 
-def load(path):
+def read_grid(path):
     """Read what `save` wrote; raises InputError where the file is damaged."""
     try:
         with np.load(path, allow_pickle=False) as data:

@@ -12,16 +12,16 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtri  # scipy.stats takes a quarter of a second to import
 
-from sparsurf.sampling.combination import PARAMETERS, split, texts_of
+from sparsurf.sampling.combination import PARAMETERS, combination_labels, split_combinations
 from sparsurf.study import statistics
 
 NORMAL = ndtri(0.975)
-EQUAL = 0.01  # surfaces whose mean roughness differs by less count as equally rough
+EQUAL_ROUGHNESS = 0.01  # surfaces whose mean roughness differs by less count as equally rough
 EXACT = 6  # up to so many surfaces all permutations are taken (720), beyond a sample of
 PERMUTATIONS = 1999
 
 
-def relation(rows, rng):
+def relate_to_roughness(rows, rng):
     """How the winners of one range go with mean roughness.
 
     Parameters
@@ -40,33 +40,37 @@ def relation(rows, rng):
     the probability of so large an |rho| of any parameter if roughness did not matter; gain, the mean of d_from_near -
     d_from_far, and over_all, that of d_from_near - d_from_all, with their 95 % intervals. NaN where it cannot be told.
     """
-    winners, sets = texts_of(rows), rows["best_set"].map(split).tolist()
+    winners, sets = combination_labels(rows), rows["best_set"].map(split_combinations).tolist()
     held = Counter(text for one in sets for text in one)
     shared, n_shared = max(held.items(), key=lambda item: (item[1], winners.count(item[0])), default=("", 0))
-    counted = one_each(rows)
+    counted = protein_means(rows)
     out = {"n_surfaces": len(rows), "n_proteins": len(counted), "n_winners": len(set(winners))}
     out |= {"shared": shared, "n_shared": n_shared}
-    out |= changes(rows["mean_roughness"].to_numpy(), winners, sets)
-    out |= correlations(counted["mean_roughness"].to_numpy(), counted[PARAMETERS].to_numpy(float), rng)
+    out |= winner_changes(rows["mean_roughness"].to_numpy(), winners, sets)
+    out |= roughness_correlations(
+        counted["mean_roughness"].to_numpy(), counted[PARAMETERS].to_numpy(float), rng
+    )
     gain, over_all = (counted["d_from_near"] - counted[f"d_from_{who}"] for who in ("far", "all"))
     return out | with_interval("gain", gain) | with_interval("over_all", over_all)
 
 
-def one_each(rows):
+def protein_means(rows):
     """Means over the conformations of each protein, a row each."""
     columns = ["mean_roughness", *PARAMETERS, "d", "d_held_out", "d_from_near", "d_from_far", "d_from_all"]
     return rows.groupby("protein", sort=False)[columns].mean()
 
 
-def changes(rough, winners, sets):
+def winner_changes(rough, winners, sets):
     """How often the winner changes between surfaces of equal mean roughness."""
-    pairs = [(a, b) for a, b in combinations(range(len(rough)), 2) if abs(rough[a] - rough[b]) < EQUAL]
+    pairs = [
+        (a, b) for a, b in combinations(range(len(rough)), 2) if abs(rough[a] - rough[b]) < EQUAL_ROUGHNESS
+    ]
     differ = [(a, b) for a, b in pairs if winners[a] != winners[b]]
     apart = [winners[a] not in sets[b] and winners[b] not in sets[a] for a, b in differ]
     return {"n_pairs": len(pairs), "n_changes": len(differ), "n_told_apart": sum(apart)}
 
 
-def correlations(rough, values, rng):
+def roughness_correlations(rough, values, rng):
     """Spearman's rho of each column of `values` (S, 4) with `rough` (S,), its 95 % interval, and the joint p."""
     x, y = _ranks(rough[:, None])[:, 0], _ranks(values)
     rho = x @ y if len(x) > 2 else np.full(len(PARAMETERS), np.nan)

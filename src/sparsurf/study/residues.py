@@ -34,7 +34,7 @@ def residue_table(surface, roughness, molecule, kept=(), weight=()):
     table["area"] = np.bincount(residue, surface.area, n)
     for name, kind in KINDS.items():
         table[f"area_{name}"] = np.bincount(residue, surface.area * (surface.kind == kind), n)
-    table["mean_roughness"] = mean_roughness(roughness, residue, n)
+    table["mean_roughness"] = mean_roughness_by_residue(roughness, residue, n)
     table["least_roughness"] = pd.Series(roughness).groupby(residue).min().reindex(range(n)).to_numpy()
     for name, values in fields_alone(surface).items():
         table[f"mean_{name}"] = pd.Series(values).groupby(residue).mean().reindex(range(n)).to_numpy()
@@ -45,13 +45,13 @@ def residue_table(surface, roughness, molecule, kept=(), weight=()):
     return table
 
 
-def mean_roughness(roughness, residue, n):
+def mean_roughness_by_residue(roughness, residue, n):
     """Mean R_i of the dots of each of n residues, (n,) float64; NaN for one without dots."""
     with np.errstate(invalid="ignore"):
         return np.bincount(residue, roughness, n) / np.bincount(residue, minlength=n)
 
 
-def over_frames(residues, roughness):
+def roughness_over_frames(residues, roughness):
     """How the mean R_i of each residue varies over the frames of a trajectory.
 
     Parameters

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.study.statistics import Estimate, estimate
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.tables import range_index, range_limits
 
-BINS = 10  # of equal width, as in Fig. 4
-FEWEST = 10  # test dots of a bin that counts
+N_BINS = 10  # of equal width, as in Fig. 4
+MIN_TEST_DOTS = 10  # test dots of a bin that counts
 AROUND = {"kept dots": True, "any dots": False}  # where the patches lie; kept dots as in the paper
 
 
@@ -57,11 +57,16 @@ def by_roughness(evaluator, combination, readings, n_tests, draws, kept):
     )
     if kept:
         dots = [sampled[_drawn(evaluator, len(sampled), n, draw)] for draw, (sampled, _) in enumerate(pairs)]
-        found = [evaluator.under(readings, pair, tests)[1] for pair, tests in zip(pairs, dots, strict=True)]
+        found = [
+            evaluator.distances_under(readings, pair, tests)[1]
+            for pair, tests in zip(pairs, dots, strict=True)
+        ]
     else:
         tests = _drawn(evaluator, len(evaluator.points), n)
         dots = [tests] * draws
-        together = evaluator.under(readings, [subset for pair in pairs for subset in pair], tests)[1]
+        together = evaluator.distances_under(readings, [subset for pair in pairs for subset in pair], tests)[
+            1
+        ]
         found = [{r: z[2 * draw : 2 * draw + 2] for r, z in together.items()} for draw in range(draws)]
     dots = np.array(dots)
     z = {reading: np.stack([of_draw[reading] for of_draw in found], axis=1) for reading in readings}
@@ -70,10 +75,10 @@ def by_roughness(evaluator, combination, readings, n_tests, draws, kept):
 
 def _drawn(evaluator, n_dots, n, *keys):
     """Places of n test dots among n_dots."""
-    return law.uniform(n_dots, n, evaluator.stream("rough and flat", *keys))
+    return published.uniform_subset(n_dots, n, evaluator.stream("rough and flat", *keys))
 
 
-def bins_table(found, kept, bins=BINS):
+def bins_table(found, kept, bins=N_BINS):
     """Mean distances and d by roughness.
 
     Parameters
@@ -89,7 +94,7 @@ def bins_table(found, kept, bins=BINS):
     'rougher half' and 'flatter half' in the column `bin`, hold the test dots of the lower and upper half of the bins.
     """
     edges = range_limits(found.roughness, bins)
-    place = range_of(found.roughness, edges)
+    place = range_index(found.roughness, edges)
     groups = [(str(k + 1), k, k + 1) for k in range(bins)]
     groups += [("rougher half", 0, bins // 2), ("flatter half", bins // 2, bins)]
     rows = []

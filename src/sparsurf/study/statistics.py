@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit  # Student's t; scipy.stats takes a quarter of a second to import
 
-LEVEL = 0.95  # of every interval
+CONFIDENCE_LEVEL = 0.95  # of every interval
 FOLDS = (3, 5)  # of the draws and of the test dots: a winner is chosen on the others and measured on each
 
 
@@ -19,7 +19,7 @@ class Estimate(NamedTuple):
     @property
     def half(self):
         """Half the width of the 95 % interval, by Student's t."""
-        return stdtrit(self.df, (1 + LEVEL) / 2) * self.error
+        return stdtrit(self.df, (1 + CONFIDENCE_LEVEL) / 2) * self.error
 
     @property
     def low(self):
@@ -43,7 +43,7 @@ def mean_interval(values, fewest=2):
     n, mean = len(values), float(values.mean()) if len(values) else np.nan
     if n < fewest:
         return mean, np.nan, np.nan
-    sd, quantile = values.std(ddof=1), float(stdtrit(n - 1, (1 + LEVEL) / 2))
+    sd, quantile = values.std(ddof=1), float(stdtrit(n - 1, (1 + CONFIDENCE_LEVEL) / 2))
     below, above = (_unskewed(t, values, sd) for t in (quantile, -quantile))
     return mean, float(mean - sd * below), float(mean - sd * above)
 
@@ -124,7 +124,7 @@ def mean_and_error(x):
     return estimate(x)[:2]
 
 
-def held_out(x, folds=FOLDS):
+def cross_validated(x, folds=FOLDS):
     """What a selection is worth where it was not made: d of winners on test dots and draws that did not choose them.
 
     Draws and test dots are dealt into folds. For every pair of a fold of draws and a fold of test dots, the winner is
@@ -175,7 +175,7 @@ def winners_outside(x, folds=FOLDS):
     return chosen[of_draw][:, of_test]
 
 
-def references(z_tot):
+def reference_values(z_tot):
     """What every table of Z needs beside it, from the descriptors of the full surface.
 
     Parameters

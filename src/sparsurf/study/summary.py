@@ -14,15 +14,21 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.sampling.combination import PARAMETERS, Combination
-from sparsurf.study.enough import percents
-from sparsurf.study.relation import relation
-from sparsurf.study.tables import combinations_in, range_limits, range_of, read_roughness, read_table
+from sparsurf.study.relation import relate_to_roughness
+from sparsurf.study.required_dots import percent_columns
+from sparsurf.study.tables import (
+    number_of_combinations,
+    range_index,
+    range_limits,
+    read_roughness,
+    read_table,
+)
 from sparsurf.surfaces.components import FIELD, numbers_of, table_of_components
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 
 OF_BEST = ("n_S_percent", "d_held_out", "d_held_out_low", "d_held_out_high", "d", "Z_tS", "n_best_set")
-NEAREST = 3  # surfaces that stand for 'near', and for 'far'
+N_NEAREST = 3  # surfaces that stand for 'near', and for 'far'
 GUESSES = ["d_from_near", "d_from_far", "d_from_all"]
 
 
@@ -71,7 +77,7 @@ def read_result(folder, sampled=True):
             return found
         best = json.loads((folder / "best.json").read_text(encoding="utf-8"))
         ranges = table("ranges", True)
-        grid = read_table(folder / "grid.csv", combinations_in(ranges), "combinations")
+        grid = read_table(folder / "grid.csv", number_of_combinations(ranges), "combinations")
         return replace(found, grid=grid, ranges=ranges, best=best)
     except InputError:
         raise
@@ -106,7 +112,7 @@ def surfaces_table(results, patches):
             n = len(one.minimal)
             row |= {"minimal_n_S": n, "minimal_n_S_percent": 100 * n / one.n_dots}
         row |= {} if one.grid is None else _of_grid(one)
-        row |= {} if one.enough is None else percents(one.enough)
+        row |= {} if one.enough is None else percent_columns(one.enough)
         rows.append(row | {"R_patch": patches["R_patch"], "D_link": patches["D_link"]})
     return pd.DataFrame(rows)
 
@@ -115,15 +121,15 @@ def _of_grid(one):
     """n_S of the grid, the best combination by reading, and the reference values."""
     percent, sticks = one.grid["n_S_percent"], one.best["references"]
     row = {"n_S_min_percent": percent.min(), "n_S_max_percent": percent.max()}
-    for reading in readings(one):
+    for reading in evaluated_readings(one):
         winner = one.best[reading]["unrestricted"]
-        row[f"best_{reading}"] = str(Combination.of(winner))
+        row[f"best_{reading}"] = str(Combination.from_row(winner))
         row |= {f"{key}_{reading}": winner[key] for key in OF_BEST}
     row |= {"empty_patch": sticks["empty_patch"], "null_model": sticks["null_model"]}
     return row | {words.replace(" ", "_"): z for words, z in sticks.get("floors", {}).items()}
 
 
-def readings(result):
+def evaluated_readings(result):
     """The readings that a conformation was evaluated under."""
     return list(result.ranges["reading"].unique())
 
@@ -140,7 +146,7 @@ def summary_table(results):
     others. Others are those of other proteins, where there are any. They do not know this surface, so there is no
     selection bias. NaN where there are too few.
     """
-    chosen = {reading: chosen_nearby(results, reading) for reading in readings(results[0])}
+    chosen = {reading: chosen_nearby(results, reading) for reading in evaluated_readings(results[0])}
     tables = []
     for s, one in enumerate(results):
         for reading, rows in one.ranges.groupby("reading", sort=False):
@@ -161,21 +167,21 @@ def summary_table(results):
 
 def chosen_nearby(results, reading):
     """d of every surface and range under the choices of `GUESSES`, (S, ranges, 3), and `local`, (S, ranges)."""
-    d, percent = stacked(results, f"d_{reading}"), stacked(results, "n_S_percent")
+    d, percent = stack_column(results, f"d_{reading}"), stack_column(results, "n_S_percent")
     n_ranges = int((results[0].ranges["reading"] == reading).sum())
     guesses = np.full((len(results), n_ranges, 3), np.nan)
     local = np.full((len(results), n_ranges), np.nan, object)
     for s, one in enumerate(results):
         others = nearest_first(results, s)
-        near = min(NEAREST, len(others) // 2)
-        groups = others[:near], others[len(others) - near :], others, np.append(others[: NEAREST - 1], s)
+        near = min(N_NEAREST, len(others) // 2)
+        groups = others[:near], others[len(others) - near :], others, np.append(others[: N_NEAREST - 1], s)
         scores = [d[group].mean(axis=0) if len(group) else None for group in groups]
-        member = range_of(percent[s], range_limits(percent[s], n_ranges))
+        member = range_index(percent[s], range_limits(percent[s], n_ranges))
         for k in np.unique(member):
             inside = np.flatnonzero(member == k)
             best = [None if score is None else inside[np.argmax(score[inside])] for score in scores]
             guesses[s, k] = [np.nan if b is None else d[s, b] for b in best[:3]]
-            local[s, k] = str(Combination.of(one.grid.loc[best[3]]))
+            local[s, k] = str(Combination.from_row(one.grid.loc[best[3]]))
     return guesses, local
 
 
@@ -187,7 +193,7 @@ def nearest_first(results, s):
     return np.array(foreign or order, int)
 
 
-def stacked(results, column):
+def stack_column(results, column):
     """One column of all grids, (S, K) float64; the grids must be of the same combinations."""
     first = results[0].grid[PARAMETERS].to_numpy()
     for one in results:
@@ -215,12 +221,12 @@ def relation_table(results, summary, rng):
     over all surfaces, that d and its standard deviation over the surfaces, the mean of `d_from_all`, and the
     columns of `relation.relation`.
     """
-    percent = stacked(results, "n_S_percent").mean(axis=0)
+    percent = stack_column(results, "n_S_percent").mean(axis=0)
     rows = []
     for reading, part in summary.groupby("reading", sort=False):
-        d = stacked(results, f"d_{reading}")
+        d = stack_column(results, f"d_{reading}")
         limits = range_limits(percent, int(part["range"].max()))
-        member = range_of(percent, limits)
+        member = range_index(percent, limits)
         for k, own in part.groupby("range"):
             row = {
                 "reading": reading,
@@ -235,5 +241,5 @@ def relation_table(results, summary, rng):
                 row |= {"n_S_percent": percent[best], "d": d[:, best].mean()}
                 row["d_sd"] = d[:, best].std(ddof=1) if len(results) > 1 else np.nan
             row["d_from_all"] = own["d_from_all"].mean()
-            rows.append(row | relation(own[own["n_combinations"] > 0], rng))
+            rows.append(row | relate_to_roughness(own[own["n_combinations"] > 0], rng))
     return pd.DataFrame(rows)

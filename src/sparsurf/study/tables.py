@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.sampling.combination import PARAMETERS, joined, texts_of
+from sparsurf.sampling.combination import PARAMETERS, combination_labels, join_combinations
 from sparsurf.study.best_set import best_set
-from sparsurf.study.statistics import estimate, held_out, references
+from sparsurf.study.statistics import cross_validated, estimate, reference_values
 from sparsurf.texts import read_bytes
 
 
@@ -61,7 +61,7 @@ def read_minimal(path, surface):
     return table
 
 
-def combinations_in(ranges):
+def number_of_combinations(ranges):
     """How many combinations a table of ranges was chosen from."""
     return int(ranges.groupby("reading")["n_combinations"].sum().max())
 
@@ -84,7 +84,7 @@ def grid_table(grid):
     table["n_S_percent"] = 100 * table["n_S"] / grid.n_dots
     table["n_S_expected"] = grid.n_s_expected
     for r, reading in enumerate(grid.readings):
-        values = {"Z_tS": grid.z_ts[r], "Z_tR": grid.z_tr[r], "d": difference(grid, r)}
+        values = {"Z_tS": grid.z_ts[r], "Z_tR": grid.z_tr[r], "d": d_values(grid, r)}
         for name, x in values.items():
             found = estimate(x)
             table[f"{name}_{reading}"], table[f"{name}_se_{reading}"] = found.mean, found.error
@@ -93,7 +93,7 @@ def grid_table(grid):
     return table
 
 
-def difference(grid, r):
+def d_values(grid, r):
     """d of every combination, draw and test dot, under reading number r: (K, D, T) float64."""
     return grid.z_tr[r].astype(np.float64) - grid.z_ts[r]
 
@@ -119,28 +119,28 @@ def ranges_table(table, grid, n_ranges=10, floors=None):
     """
     percent = table["n_S_percent"].to_numpy()
     limits = range_limits(percent, n_ranges)
-    member = range_of(percent, limits)
+    member = range_index(percent, limits)
     rows = []
     for r, reading in enumerate(grid.readings):
-        d = difference(grid, r)
+        d = d_values(grid, r)
         for k in range(n_ranges):
             inside = np.flatnonzero(member == k)
             row = {"reading": reading, "n_S_low_percent": limits[k], "n_S_high_percent": limits[k + 1]}
             rows.append(row | (_winner(table, d, reading, inside) if len(inside) else {"n_combinations": 0}))
-    return with_references(pd.DataFrame(rows), all_references(grid, floors))
+    return add_reference_columns(pd.DataFrame(rows), all_references(grid, floors))
 
 
 def all_references(grid, floors=None):
     """`statistics.references`, and the noise floors (floor -> Z) where they were measured."""
-    return references(grid.z_tot) | ({"floors": floors} if floors else {})
+    return reference_values(grid.z_tot) | ({"floors": floors} if floors else {})
 
 
-def as_references(floors):
+def floors_by_name(floors):
     """floor -> Z of a table of `floors.floors`."""
     return dict(zip(floors["floor"], floors["Z"].astype(float), strict=True))
 
 
-def with_references(table, sticks):
+def add_reference_columns(table, sticks):
     """A table of Z with its references in every row: empty_patch, null_model, and fresh_dots where measured."""
     table = table.assign(empty_patch=sticks["empty_patch"], null_model=sticks["null_model"])
     return table.assign(fresh_dots=sticks["floors"]["fresh dots"]) if "floors" in sticks else table
@@ -150,7 +150,7 @@ def _winner(table, d, reading, inside):
     """The row of the highest d among the combinations `inside`."""
     sub = table.iloc[inside]
     best = int(np.argmax(sub[f"d_{reading}"].to_numpy()))
-    honest = held_out(d[inside])
+    honest = cross_validated(d[inside])
     row = {
         "n_combinations": len(inside),
         **{p: sub.iloc[best][p] for p in PARAMETERS},
@@ -166,11 +166,11 @@ def _winner(table, d, reading, inside):
     }
     among = sub[best_set(d[inside])]
     row["n_best_set"] = len(among)
-    row["best_set"] = joined(texts_of(among))
+    row["best_set"] = join_combinations(combination_labels(among))
     return row
 
 
-def best(table, grid, max_n_s_percent, floors=None):
+def best_combinations(table, grid, max_n_s_percent, floors=None):
     """The best combinations of a surface and the references beside them.
 
     Returns
@@ -189,7 +189,7 @@ def best(table, grid, max_n_s_percent, floors=None):
     }
     out["references"] = all_references(grid, floors)
     for r, reading in enumerate(grid.readings):
-        d = difference(grid, r)
+        d = d_values(grid, r)
         free = _winner(table, d, reading, np.flatnonzero(table["alpha"] == alpha))
         if few.any():
             bounded = _winner(table, d, reading, np.flatnonzero(few))
@@ -208,7 +208,7 @@ def range_limits(values, n_ranges):
     return np.linspace(np.min(values), np.max(values), n_ranges + 1)
 
 
-def range_of(values, limits, closed=True):
+def range_index(values, limits, closed=True):
     """Number of the range, from 0, that each value falls into.
 
     A range holds its lower limit and not its upper one. The largest value belongs to the last range where that is

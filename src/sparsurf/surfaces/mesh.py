@@ -19,7 +19,7 @@ from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, T, blo
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
 from sparsurf.surfaces.vectors import along, apart2, cells_of, column, dot, minus, part, point
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 STEP = 0.5  # Å, of the grid, where dots have the density DENSITY
 MARGIN = 2  # steps of the grid around the surface
@@ -142,7 +142,7 @@ def molecular_mesh(xyz, radii, probe=1.4, step=STEP, threads=1):
 def _nearest_centres(places, rolling, far, limit, threads):
     """Distance (n,) to the nearest centre of an accessible probe, `limit` at most, that centre (n, 3) and its kind."""
     gap, centres, kind = np.empty(len(places)), np.zeros((len(places), 3)), np.zeros(len(places), np.int8)
-    over_slices(
+    parallel_map(
         lambda a, b: _search(places[a:b], rolling, *far, limit, gap[a:b], centres[a:b], kind[a:b]),
         len(places),
         threads,

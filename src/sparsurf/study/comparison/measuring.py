@@ -13,8 +13,8 @@ import pandas as pd
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.samplers import nearest_kept
-from sparsurf.study.comparison.contestants import PERCENTS
-from sparsurf.study.statistics import estimate, references
+from sparsurf.study.comparison.methods import PERCENTS
+from sparsurf.study.statistics import estimate, reference_values
 
 log = logging.getLogger("sparsurf")
 
@@ -36,7 +36,7 @@ USE = {  # of each measure: the subset is the surface, gives the patch centres, 
 }
 
 
-def compare(
+def compare_samplers(
     evaluator,
     drawers,
     percents=PERCENTS,
@@ -73,7 +73,7 @@ def compare(
     tests = evaluator.draw_tests(n_tests)
     parts = []
     z_tot, _ = evaluator.describe(tests)
-    sticks = references(z_tot)
+    sticks = reference_values(z_tot)
     for name, draw in drawers.items():
         subsets, seconds = _draw(evaluator, name, draw, percents, draws)
         measured = {"seconds": np.median(seconds, axis=1)}
@@ -212,7 +212,7 @@ def stand_alone(evaluator, drawers, lay=None, percents=PERCENTS, n_tests=200, dr
                 z = []
                 for points, normals in subsets:
                     index = linked_by_spacing(points, normals, evaluator.d_link, evaluator.area, scale=scale)
-                    z.append(evaluator.distances_of(index, tests, z_tot)[0])
+                    z.append(evaluator.distances_to_index(index, tests, z_tot)[0])
                 found = estimate(np.array(z))
                 row = {"sampler": name, "percent": percent, "n_S_percent": share, "scale": scale}
                 rows.append(row | {"Z": found.mean, "low": found.low, "high": found.high})

@@ -7,9 +7,9 @@ import numpy as np
 from sparsurf import InputError, progress
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import RECOVERED
-from sparsurf.sampling.combination import OF_PAPER
-from sparsurf.sampling.samplers import named, weights
-from sparsurf.study.enough import CLOSE, FEWEST, Trials
+from sparsurf.sampling.combination import PUBLISHED_CHOICES
+from sparsurf.sampling.samplers import get_samplers, subset_weights
+from sparsurf.study.required_dots import FLOOR_FACTOR, MIN_DOTS, Trials
 from sparsurf.study.statistics import estimate
 
 log = logging.getLogger("sparsurf")
@@ -18,8 +18,8 @@ OTHERWISE = 0.1  # warn if the number of dots differs from the request by more t
 HALVINGS = 3  # of the step between two n_S of the curve; each recovers a surface
 
 
-def minimal_subset(
-    evaluator, sampler="farthest", n_s=None, z=None, combination=None, n_tests=400, choices=OF_PAPER
+def find_subset(
+    evaluator, sampler="farthest", n_s=None, z=None, combination=None, n_tests=400, choices=PUBLISHED_CHOICES
 ):
     """The subset that is handed out for a number of dots, a Z or a combination.
 
@@ -45,7 +45,7 @@ def minimal_subset(
     ------
     InputError : an unknown sampler, more dots than there are, a Z that cannot be reached
     """
-    function, n_dots = named([sampler], "minimal.sampler", choices)[sampler], len(evaluator.points)
+    function, n_dots = get_samplers([sampler], "minimal.sampler", choices)[sampler], len(evaluator.points)
     if combination is not None:
         if sampler == "paper_corrected":
             evaluator = evaluator.changed(cover=evaluator.corrected_cover)
@@ -56,15 +56,15 @@ def minimal_subset(
                 f"minimal.n_S is {n_s}, but {evaluator.name} has {n_dots} dots; give 1 to {n_dots}, or n_S_percent."
             )
         kept = function(evaluator, n_s, evaluator.stream("minimal", sampler))
-        tell_of_another_number(sampler, n_s, len(kept))
+        warn_if_number_differs(sampler, n_s, len(kept))
     else:
         if not z >= 0:
             raise InputError(f"minimal.Z is {z:g}, but a distance cannot be negative.")
         kept = _smallest_at(z, Trials(evaluator, sampler, n_tests, choices))
-    return kept, weights(evaluator.points, kept)
+    return kept, subset_weights(evaluator.points, kept)
 
 
-def tell_of_another_number(sampler, requested, n):
+def warn_if_number_differs(sampler, requested, n):
     """Warn where a sampler keeps clearly more or fewer dots than are requested."""
     if abs(n - requested) > OTHERWISE * requested:
         log.warning(
@@ -91,7 +91,7 @@ def _smallest_at(z, trials):
     return best
 
 
-def smallest_recovered(trials, floors, floor):
+def smallest_recovered_subset(trials, floors, floor):
     """The smallest subset whose recovered Z comes near a floor.
 
     Parameters
@@ -114,7 +114,7 @@ def smallest_recovered(trials, floors, floor):
             f"minimal.floor is {floor!r}, but {name} has {', '.join(floors['floor'])} only; name one of them."
         )
     limit = floors.set_index("floor").loc[floor, "Z"]
-    best = searched(trials, RECOVERED, CLOSE * limit, FEWEST, HALVINGS)
+    best = searched(trials, RECOVERED, FLOOR_FACTOR * limit, MIN_DOTS, HALVINGS)
     log.info(
         "%s: recovered from %d of %d dots of %s, Z is that of %s, %.3f, within a tenth",
         name, len(best), trials.n_dots, trials.sampler, floor, limit,

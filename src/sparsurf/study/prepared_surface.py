@@ -13,16 +13,16 @@ from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, build_index
 from sparsurf.patches.readings import OF_GRID
 from sparsurf.patches.roughness import PUBLISHED, roughness
 from sparsurf.recovery.readings import READINGS
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
 from sparsurf.streams import stream
 from sparsurf.surfaces.spacing import area_of
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 AS_PUBLISHED_SHARE = 200  # the authors test N / 200 dots
 
 
-class Evaluator:
+class PreparedSurface:
     """A surface made ready for many evaluations: index, roughness and cover, computed once.
 
     Parameters
@@ -36,7 +36,7 @@ class Evaluator:
     name : str
         Conformation, names the random streams.
     threads : int
-    moved_centre, every_patch : bool
+    distance_from_moved_centre, chance_in_every_patch : bool
         The two defects of the published sampling, see `law.build_cover`.
     descriptor : str
         Name in `descriptors.DESCRIPTORS`.
@@ -54,8 +54,8 @@ class Evaluator:
         seed=0,
         name="",
         threads=1,
-        moved_centre=True,
-        every_patch=True,
+        distance_from_moved_centre=True,
+        chance_in_every_patch=True,
         descriptor=descriptors.PUBLISHED,
         kind=PUBLISHED,
     ):
@@ -67,7 +67,9 @@ class Evaluator:
         self.roughness = (
             roughness(self.index, r_patch, threads, kind) if roughness_values is None else roughness_values
         )
-        self.cover = law.build_cover(self.index, self.roughness, r_patch, moved_centre, every_patch)
+        self.cover = published.build_cover(
+            self.index, self.roughness, r_patch, distance_from_moved_centre, chance_in_every_patch
+        )
 
     @classmethod
     def from_settings(cls, surface, settings, roughness_values, name, threads):
@@ -82,8 +84,8 @@ class Evaluator:
             settings["seed"],
             name,
             threads,
-            defects["moved_centre"],
-            defects["every_patch"],
+            defects["distance_from_moved_centre"],
+            defects["chance_in_every_patch"],
             patches.get("descriptor", descriptors.PUBLISHED),
             patches.get("roughness", PUBLISHED),
         )
@@ -91,7 +93,7 @@ class Evaluator:
     @cached_property
     def corrected_cover(self):
         """The cover without the two defects of the published sampling."""
-        return law.build_cover(self.index, self.roughness, self.r_patch, False, False)
+        return published.build_cover(self.index, self.roughness, self.r_patch, False, False)
 
     @cached_property
     def area(self):
@@ -115,13 +117,15 @@ class Evaluator:
     def draw_tests(self, n_tests, *keys):
         """`n_tests` test dots (all where the surface has fewer), ascending."""
         n = len(self.points)
-        return law.uniform(n, min(n_tests, n), self.stream("tests", *keys))
+        return published.uniform_subset(n, min(n_tests, n), self.stream("tests", *keys))
 
     def pair(self, combination, draw):
         """The sampled subset of one draw and a uniform one of the same size."""
         keys = Combination(*combination).keys()
-        sampled = law.sample(self.cover, combination, self.stream("sampled", *keys, draw))
-        return sampled, law.uniform(len(self.points), len(sampled), self.stream("uniform", *keys, draw))
+        sampled = published.sample(self.cover, combination, self.stream("sampled", *keys, draw))
+        return sampled, published.uniform_subset(
+            len(self.points), len(sampled), self.stream("uniform", *keys, draw)
+        )
 
     def describe(self, tests, up=True):
         """Descriptors of the full surface at test dots, (T, 121), and the patch sizes, (T,)."""
@@ -138,7 +142,7 @@ class Evaluator:
         alone = (many and READINGS[reading].of_many) or READINGS[reading].alone
         if alone:
             one = self.changed(threads=1)
-            found = over_slices(
+            found = parallel_map(
                 lambda k, _: one.distances_alone(subsets[k], tests, z_tot, alone),
                 len(subsets),
                 self.threads,
@@ -148,7 +152,7 @@ class Evaluator:
         _, z, sizes = self._in_passes(subsets, tests, (reading,), z_tot, weights)
         return z[0], sizes[0]
 
-    def under(self, readings, subsets, tests):
+    def distances_under(self, readings, subsets, tests):
         """z_tot at the test dots, (T, 121), and |z_tot - z| of subsets there: a dict of reading -> (B, T) float64."""
         together = tuple(reading for reading in readings if reading in OF_GRID)
         z_tot, z, _ = self._in_passes(subsets, tests, together)
@@ -182,9 +186,9 @@ class Evaluator:
         `alone` is that of a `readings.Reading`.
         """
         index = alone(self.points[subset], self.normals[subset], self.d_link, self.area, self.density)
-        return self.distances_of(index, tests, z_tot)
+        return self.distances_to_index(index, tests, z_tot)
 
-    def distances_of(self, index, tests, z_tot):
+    def distances_to_index(self, index, tests, z_tot):
         """|z_tot - z| of another surface (its Index) at the places of test dots of this one, and patch sizes, (T,)."""
         everything = np.ones(len(index.dot), np.uint64)
         z, sizes = descriptors.evaluate(

@@ -10,19 +10,19 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sparsurf.patches.readings import TEXT
-from sparsurf.sampling import law, samplers
-from sparsurf.sampling.combination import PARAMETERS, Choices, choices_of
+from sparsurf.sampling import published, samplers
+from sparsurf.sampling.combination import PARAMETERS, Choices, choices_from_ranges
 from sparsurf.sampling.samplers import HINDSIGHT
 from sparsurf.surfaces.components import components_of, without_cavities
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
 
 PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
-NEAR = 1.1  # 'near' a requested n_S is up to this factor
+NEAR_FACTOR = 1.1  # 'near' a requested n_S is up to this factor
 STEPS = 4  # of the search for the density that gives a requested number of dots
 
 
-def contestants(evaluator, names=None, ranges=None, grid=None, percents=PERCENTS):
+def select_methods(evaluator, names=None, ranges=None, grid=None, percents=PERCENTS):
     """Who takes part, and with which parameters the paper's sampler does.
 
     Parameters
@@ -43,7 +43,9 @@ def contestants(evaluator, names=None, ranges=None, grid=None, percents=PERCENTS
     ------
     InputError : a name that no sampler has
     """
-    chosen = samplers.named(names or samplers.SAMPLERS, "compare.samplers", choices_of(ranges))
+    chosen = samplers.get_samplers(
+        names or samplers.SAMPLERS, "compare.samplers", choices_from_ranges(ranges)
+    )
     if "paper" in chosen and grid is not None and f"Z_tS_{TEXT}" in grid:
         best = best_in_hindsight(evaluator, grid, percents)
         chosen[HINDSIGHT] = partial(samplers.paper, choices=best)
@@ -58,17 +60,17 @@ def best_in_hindsight(evaluator, grid, percents):
     the very test dots of the comparison: a fair opponent, rather favoured.
     """
     rows = grid[PARAMETERS].to_numpy()
-    reach = law.expected_n_s(evaluator.cover, rows * (0, 1, 1, 1) + (1, 0, 0, 0))
+    reach = published.expected_n_s(evaluator.cover, rows * (0, 1, 1, 1) + (1, 0, 0, 0))
     best = []
     for percent in percents:
         gap = np.abs(np.log(grid["n_S_percent"].to_numpy() / percent))
         gap[100 * reach < percent * len(evaluator.points)] += 10.0  # last resort
-        near = np.flatnonzero(gap <= max(np.log(NEAR), gap.min()))
+        near = np.flatnonzero(gap <= max(np.log(NEAR_FACTOR), gap.min()))
         best.append(rows[near[np.argmin(grid[f"Z_tS_{TEXT}"].to_numpy()[near])]])
     return Choices(0.99 * np.array(percents), np.array(best))
 
 
-def dotted(xyz, radii, n, rng, probe=1.4, reentrant="exact", cavities="keep"):
+def dotted_surface(xyz, radii, n, rng, probe=1.4, reentrant="exact", cavities="keep"):
     """The surface of atoms laid with about n dots, the molecule being turned at random first: points and normals."""
     turn = Rotation.random(random_state=rng).as_matrix()
     turned, density, best = xyz @ turn.T, None, None

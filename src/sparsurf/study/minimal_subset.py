@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from sparsurf.recovery.recovering import REACH, spacing_of
-from sparsurf.recovery.settling import settle
-from sparsurf.sampling.samplers import weights
-from sparsurf.study.minimal import minimal_subset, smallest_recovered
+from sparsurf.recovery.recovering import REACH, dot_spacing
+from sparsurf.recovery.relaxation import relax
+from sparsurf.sampling.samplers import subset_weights
+from sparsurf.study.subset_search import find_subset, smallest_recovered_subset
 from sparsurf.surfaces.surface import Surface
 
 
@@ -37,7 +37,7 @@ class Subset(NamedTuple):
         return self.table
 
 
-def hand_out(trials, asked, floors=None, molecule=None):
+def select_minimal_subset(trials, asked, floors=None, molecule=None):
     """The subset that is asked for.
 
     Parameters
@@ -61,15 +61,15 @@ def hand_out(trials, asked, floors=None, molecule=None):
     """
     own = trials.evaluator
     if "floor" in asked:
-        dots = smallest_recovered(trials, floors, asked["floor"])
-        weight = weights(own.points, dots)
+        dots = smallest_recovered_subset(trials, floors, asked["floor"])
+        weight = subset_weights(own.points, dots)
     else:
         how = _size(asked, len(own.points)), asked.get("Z"), asked.get("combination")
-        dots, weight = minimal_subset(own, trials.sampler, *how, len(trials.tests), trials.choices)
+        dots, weight = find_subset(own, trials.sampler, *how, len(trials.tests), trials.choices)
     whole = own.surface
     kept = whole.take(dots)
-    if trials.settled:
-        places = settle(kept.points, kept.normals, whole.points, whole.normals, threads=own.threads)
+    if trials.relaxed:
+        places = relax(kept.points, kept.normals, whole.points, whole.normals, threads=own.threads)
         kept = replace(kept, points=places[0], normals=places[1])
     return Subset(dots, weight, kept, subset_table(dots, weight, kept, molecule))
 
@@ -97,6 +97,6 @@ def subset_table(dots, weight, kept, molecule=None):
     """
     table = pd.DataFrame({"dot": dots})
     table[["x", "y", "z"]], table[["nx", "ny", "nz"]] = kept.points, kept.normals
-    table["weight"], table["spacing"] = weight, spacing_of(kept.points, kept.normals)
+    table["weight"], table["spacing"] = weight, dot_spacing(kept.points, kept.normals)
     table["reach"] = REACH
     return table if molecule is None else table.join(molecule.labels(kept.atom))

@@ -6,18 +6,43 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.readings import TEXT
-from sparsurf.recovery.readings import RECOVERED, recovered
-from sparsurf.recovery.settling import settle
-from sparsurf.sampling.combination import OF_PAPER
-from sparsurf.sampling.samplers import named
+from sparsurf.recovery.readings import RECOVERED, recovered_index
+from sparsurf.recovery.relaxation import relax
+from sparsurf.sampling.combination import PUBLISHED_CHOICES
+from sparsurf.sampling.samplers import get_samplers
 
 COLUMNS = {"uniform": "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
 SHARE = 50  # of the rows, one part of this many makes a running median
-CLOSE = 1.1  # a Z within a tenth of a floor counts as the floor: surfaces that are recovered level off there
+FLOOR_FACTOR = (
+    1.1  # a Z within a tenth of a floor counts as the floor: surfaces that are recovered level off there
+)
 NULL_MODEL = "null_model"
-PREFIX = "enough_"  # of the columns of surfaces.csv
-PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)  # of the dots
-FEWEST = 12  # dots; fewer hold no surface that could be recovered
+COLUMN_PREFIX = "enough_"  # of the columns of surfaces.csv
+CURVE_PERCENTS = (
+    1,
+    1.5,
+    2,
+    2.5,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    10,
+    12,
+    15,
+    20,
+    25,
+    30,
+    40,
+    50,
+    60,
+    70,
+    80,
+    90,
+)  # of the dots
+MIN_DOTS = 12  # dots; fewer hold no surface that could be recovered
 UNIFORM = "uniform"
 AT_MOST, MORE = "at most", "more"  # the smallest n_S measured is enough already, or the largest is not
 
@@ -48,7 +73,7 @@ def smallest_n_s(z, n, values):
     return float(n[k - 1] * (n[k] / n[k - 1]) ** share)
 
 
-def enough(grid, null_model, floors, reading=TEXT):
+def required_on_grid(grid, null_model, floors, reading=TEXT):
     """The smallest n_S of the grid whose Z lies below the null model by its 95 % interval, or within a tenth of each floor.
 
     Floors are measured at the same test dots, whose error they share; the null model is measured at none of them.
@@ -74,7 +99,7 @@ def enough(grid, null_model, floors, reading=TEXT):
         if sampler == UNIFORM:  # its rows differ by n_S and luck alone, which no row is to win by
             mean = _smooth(mean)
         for name, value in {NULL_MODEL: null_model, **floors}.items():
-            limit, curve = (value, highest) if name == NULL_MODEL else (CLOSE * value, mean)
+            limit, curve = (value, highest) if name == NULL_MODEL else (FLOOR_FACTOR * value, mean)
             found = smallest_n_s(limit, percent, curve)
             least = found <= percent[0]
             shown = percent[0] if least else found if np.isfinite(found) else np.nan
@@ -109,10 +134,10 @@ class Trials:
     InputError : an unknown sampler
     """
 
-    def __init__(self, evaluator, sampler, n_tests, choices=OF_PAPER, settled=False):
-        self.evaluator, self.sampler, self.choices, self.settled = evaluator, sampler, choices, settled
+    def __init__(self, evaluator, sampler, n_tests, choices=PUBLISHED_CHOICES, relaxed=False):
+        self.evaluator, self.sampler, self.choices, self.relaxed = evaluator, sampler, choices, relaxed
         self.tests, self.n_dots = evaluator.draw_tests(n_tests), len(evaluator.points)
-        self._draw = named([sampler], "minimal.sampler", choices)[sampler]
+        self._draw = get_samplers([sampler], "minimal.sampler", choices)[sampler]
         self.down_to = -np.inf
         self._known = {}  # reading -> requested n_S -> n_S that was kept, Z
 
@@ -134,21 +159,21 @@ class Trials:
 
     def distances(self, subsets, reading):
         """|z_tot - z| at the test dots, (B, T)."""
-        if not (self.settled and reading == RECOVERED):
+        if not (self.relaxed and reading == RECOVERED):
             return self.evaluator.distances(subsets, self.tests, self._z_tot, reading)[0]
         return np.array([self._settled(dots) for dots in subsets])
 
     def _settled(self, dots):
         own = self.evaluator
-        kept = settle(own.points[dots], own.normals[dots], own.points, own.normals, threads=own.threads)
-        index = recovered(*kept, own.d_link, own.area, own.density)
-        return own.distances_of(index, self.tests, self._z_tot)[0]
+        kept = relax(own.points[dots], own.normals[dots], own.points, own.normals, threads=own.threads)
+        index = recovered_index(*kept, own.d_link, own.area, own.density)
+        return own.distances_to_index(index, self.tests, self._z_tot)[0]
 
     @cached_property
     def sizes(self):
         """The n_S of `PERCENTS`, ascending ints."""
-        wanted = np.round(np.array(PERCENTS) / 100 * self.n_dots).astype(int)
-        return np.unique(np.clip(wanted, FEWEST, None).clip(max=self.n_dots))
+        wanted = np.round(np.array(CURVE_PERCENTS) / 100 * self.n_dots).astype(int)
+        return np.unique(np.clip(wanted, MIN_DOTS, None).clip(max=self.n_dots))
 
     def measured(self, sizes, reading):
         """n_S that were kept where `sizes` are requested, (P,) int, and the Z there, (P,) float64."""
@@ -186,7 +211,7 @@ def curves_table(trials, readings=(TEXT, RECOVERED)):
     return pd.concat(tables, ignore_index=True)
 
 
-def enough_dots(trials, floors, readings=(TEXT, RECOVERED), handed_out=None):
+def required_dots(trials, floors, readings=(TEXT, RECOVERED), handed_out=None):
     """The smallest n_S of a sampler whose Z is at most `CLOSE` times each floor.
 
     Parameters
@@ -207,14 +232,14 @@ def enough_dots(trials, floors, readings=(TEXT, RECOVERED), handed_out=None):
     for reading in readings:
         n, z = trials.curve(reading)
         for floor in floors.itertuples():
-            found = smallest_n_s(CLOSE * floor.Z, n, z)
+            found = smallest_n_s(FLOOR_FACTOR * floor.Z, n, z)
             row = {"sampler": trials.sampler, "floor": floor.floor, "Z_floor": floor.Z, "reading": reading}
             if found == 0:
                 row |= {"n_S": int(n[0]), "Z": z[0], "bound": AT_MOST}
             elif found == np.inf:
                 row |= {"n_S": trials.n_dots, "Z": 0.0, "bound": MORE}
             else:
-                row |= {"n_S": int(np.ceil(found - 1e-6)), "Z": CLOSE * floor.Z, "bound": ""}
+                row |= {"n_S": int(np.ceil(found - 1e-6)), "Z": FLOOR_FACTOR * floor.Z, "bound": ""}
             if reading == RECOVERED and handed_out and handed_out[0] == floor.floor and handed_out[1] in n:
                 row |= {"n_S": handed_out[1], "Z": z[list(n).index(handed_out[1])], "bound": ""}
             rows.append(row)
@@ -223,8 +248,9 @@ def enough_dots(trials, floors, readings=(TEXT, RECOVERED), handed_out=None):
     return table
 
 
-def percents(enough):
+def percent_columns(enough):
     """The n_S_percent of `enough_dots` as columns of one surface: a dict by floor and reading."""
     return {
-        f"{PREFIX}{row.floor.replace(' ', '_')}_{row.reading}": row.n_S_percent for row in enough.itertuples()
+        f"{COLUMN_PREFIX}{row.floor.replace(' ', '_')}_{row.reading}": row.n_S_percent
+        for row in enough.itertuples()
     }

@@ -7,27 +7,27 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.study.comparison.measuring import USE
-from sparsurf.study.enough import smallest_n_s
-from sparsurf.study.statistics import LEVEL, estimate
+from sparsurf.study.required_dots import smallest_n_s
+from sparsurf.study.statistics import CONFIDENCE_LEVEL, estimate
 
 REFERENCE = "uniform"  # sampler that the others are set against
 # What a factor is whose n_S `smallest_n_s` finds beyond those that were measured
 BOUND = {0.0: "more than ", np.inf: "less than "}
-OF_ERROR = ("Z as_written", "Z centres")  # the Z of each use that `needed` speaks of
-AGAINST = (REFERENCE, "farthest")  # samplers that the others are set against, beside the best
+Z_MEASURES = ("Z as_written", "Z centres")  # the Z of each use that `needed` speaks of
+BASELINES = (REFERENCE, "farthest")  # samplers that the others are set against, beside the best
 OF_FEWER = ["use", "measure", "than", "sampler", "percent", "factor", "low", "high", "bound"]
 RESAMPLED = 400  # bootstrap samples of test dots and draws
 KEYS = ["sampler", "percent", "use", "measure"]
 
 
-def values_of(table, measure, column="value"):
+def measure_matrix(table, measure, column="value"):
     """One measure as a matrix: samplers down, requested n_S (%) across, in the order of the table."""
     part = table[table["measure"] == measure]
     matrix = part.pivot(index="sampler", columns="percent", values=column)
     return matrix.reindex(index=part["sampler"].unique(), columns=part["percent"].unique())
 
 
-def needed(table, measure="Z as_written"):
+def dots_needed(table, measure="Z as_written"):
     """Number of dots that each sampler needs for the Z that another one reaches.
 
     Parameters
@@ -54,18 +54,18 @@ def needed(table, measure="Z as_written"):
     return pd.DataFrame(rows)
 
 
-def all_needed(table):
+def dots_needed_for_all_uses(table):
     """`needed` for both uses, as the surface and as centres."""
-    return pd.concat([needed(table, measure) for measure in OF_ERROR], ignore_index=True)
+    return pd.concat([dots_needed(table, measure) for measure in Z_MEASURES], ignore_index=True)
 
 
-def ends_of(table, measure="Z as_written"):
+def measured_ranges(table, measure="Z as_written"):
     """The smallest and the largest n_S in % that were measured, (2,), of each sampler."""
     own = table[table["measure"] == measure].groupby("sampler")["n_S_percent"]
     return {name: (n_s.min(), n_s.max()) for name, n_s in own}
 
 
-def factor_of(row, of, ends):
+def factor_with_bound(row, of, ends):
     """How many times fewer dots the sampler `of` needs for the Z of a row of `needed`, with what `ends_of` gives.
 
     Returns
@@ -76,7 +76,7 @@ def factor_of(row, of, ends):
     return float(own / np.clip(other, *ends[of])), BOUND.get(other, "")
 
 
-def paired(raw, percents, measures=("Z as_written", "Z scaled", "Z centres"), against=AGAINST):
+def paired_differences(raw, percents, measures=("Z as_written", "Z scaled", "Z centres"), against=BASELINES):
     """Differences of Z between samplers.
 
     Parameters
@@ -104,7 +104,7 @@ def paired(raw, percents, measures=("Z as_written", "Z scaled", "Z centres"), ag
     return pd.concat(rows, ignore_index=True) if rows else pd.DataFrame()
 
 
-def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampled=RESAMPLED):
+def factor_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampled=RESAMPLED):
     """How many times fewer dots each sampler needs than another for the Z that one reaches, with 95 % intervals.
 
     Test dots, shared by all samplers, and the draws of each are drawn again with replacement, and the curves of Z over n_S
@@ -127,7 +127,7 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
     nothing is known of the scatter, and low and high are NaN.
     """
     rows = []
-    for measure in OF_ERROR:
+    for measure in Z_MEASURES:
         names = [name for name, each in raw if each == measure]
         if not names:
             continue
@@ -142,7 +142,9 @@ def times_fewer_intervals(raw, table, rng, against=(REFERENCE, "paper"), resampl
                     pairs = zip(curves[than], curves[name], strict=True)
                     needed = [smallest_n_s(a[p], other, b) for a, b in pairs]
                     factors = own[p] / np.clip(needed, other[0], other[-1])
-                    low, high = np.quantile(factors[1:], [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+                    low, high = np.quantile(
+                        factors[1:], [(1 - CONFIDENCE_LEVEL) / 2, (1 + CONFIDENCE_LEVEL) / 2]
+                    )
                     bound = BOUND.get(needed[0], "")
                     if bound and low == high:
                         low = high = np.nan
@@ -168,7 +170,7 @@ def _together(raw, measure, names, rng, resampled):
         yield np.array([x[:, d][:, :, t].mean(axis=(1, 2)) for d, t in zip(draws, tests, strict=True)])
 
 
-def by_protein(tables):
+def means_by_protein(tables):
     """Means over the conformations of each protein.
 
     Parameters
@@ -190,7 +192,7 @@ def by_protein(tables):
     return out
 
 
-def over_proteins(units):
+def means_over_proteins(units):
     """Means over proteins and the spread between them.
 
     Parameters
@@ -222,7 +224,7 @@ def over_proteins(units):
     return out.reset_index()
 
 
-def needed_over_proteins(units):
+def factors_over_proteins(units):
     """How many times fewer dots each sampler needs than the uniform one and than the paper's.
 
     Parameters
@@ -237,13 +239,13 @@ def needed_over_proteins(units):
     measured, so that its factor is but a bound; 'about ' where both happen.
     """
     rows = []
-    for measure in OF_ERROR:
+    for measure in Z_MEASURES:
         for table in units.values():
-            need, ends = needed(table, measure), ends_of(table, measure)
+            need, ends = dots_needed(table, measure), measured_ranges(table, measure)
             for row in need[need["sampler"].isin([REFERENCE, "paper"])].to_dict("records"):
                 for name in need["sampler"].unique():
                     keys = (row["use"], measure, row["sampler"], name, row["percent"])
-                    rows += [(*keys, *factor_of(row, name, ends))] if name != row["sampler"] else []
+                    rows += [(*keys, *factor_with_bound(row, name, ends))] if name != row["sampler"] else []
     keys = ["use", "measure", "than", "sampler", "percent"]
     groups = pd.DataFrame(rows, columns=[*keys, "factor", "bound"]).groupby(keys, sort=False)
     out = groups["factor"].agg(
