@@ -9,7 +9,7 @@ import pytest
 from sparsurf.sampling import published
 from sparsurf.study import grid as grids
 from sparsurf.study import tables
-from sparsurf.study.centres import _at, centres_table, control_curve
+from sparsurf.study.centres import _interpolate, centres_table, control_curve
 from sparsurf.study.prepared_surface import PreparedSurface
 
 READINGS = ("as_coded", "as_written")
@@ -46,9 +46,9 @@ def test_the_control_is_what_its_subsets_measure(evaluator):
 
 def test_between_two_n_s_the_control_is_a_line_over_the_logarithm():
     curve = np.array([0.0, 2.0, 3.0])[:, None, None]
-    found = _at(curve, np.array([10, 100, 1000]), np.array([10, 10**1.5, 100, 10**2.25, 1000]))
+    found = _interpolate(curve, np.array([10, 100, 1000]), np.array([10, 10**1.5, 100, 10**2.25, 1000]))
     assert found[:, 0, 0] == pytest.approx([0, 1, 2, 2.25, 3])
-    assert _at(curve[:1], np.array([10]), np.array([10.0])).tolist() == [[[0.0]]]
+    assert _interpolate(curve[:1], np.array([10]), np.array([10.0])).tolist() == [[[0.0]]]
 
 
 def test_a_sampling_without_roughness_is_explained_by_its_centres(evaluator):

@@ -436,7 +436,7 @@ def test_minimal_without_any_error(evaluator):
         ({"z": -0.1}, "minimal.Z is -0.1, but a distance cannot be negative"),
         ({"z": float("nan")}, "minimal.Z is nan"),
         ({"sampler": "best", "n_s": 3}, "minimal.sampler: there is no sampler 'best'"),
-        ({"sampler": "paper_corrected", "z": 1e-4}, "minimal.Z is 0.0001, but paper_corrected comes down to"),
+        ({"sampler": "paper_corrected", "z": 1e-4}, "minimal.Z is 0.0001, but paper_corrected reaches only"),
     ],
 )
 def test_minimal_refuses_in_one_sentence(evaluator, asked, sentence):

@@ -107,8 +107,8 @@ def test_all_dots_may_be_handed_out_but_not_more(evaluator):
 
 
 def test_a_share_of_the_dots_is_one_dot_at_least():
-    assert [minimal_subset._size({"n_S_percent": p}, 300) for p in (0.01, 1)] == [1, 3]
-    assert minimal_subset._size({"n_S": 7}, 300) == 7 and minimal_subset._size({}, 300) is None
+    assert [minimal_subset._n_s({"n_S_percent": p}, 300) for p in (0.01, 1)] == [1, 3]
+    assert minimal_subset._n_s({"n_S": 7}, 300) == 7 and minimal_subset._n_s({}, 300) is None
 
 
 def test_a_wished_z_is_told_with_its_interval(evaluator, caplog):

@@ -132,7 +132,7 @@ def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule, tmp_pat
 def test_a_killed_run_is_taken_up_again(molecule, table, tmp_path, monkeypatch, cut):
     # two frames per write; killed after the third write, and the partial file cut anywhere at that
     path, done = tmp_path / "part", []
-    monkeypatch.setattr(ensemble, "CHUNK", 2)
+    monkeypatch.setattr(ensemble, "FRAMES_PER_WRITE", 2)
 
     def killed(count, of):
         if count >= 6:

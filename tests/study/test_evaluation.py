@@ -116,7 +116,7 @@ def test_grid_survives_the_disk(grid, tmp_path):
     assert np.array_equal(back.z_ts, grid.z_ts)
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     (tmp_path / "a.npz").write_bytes((tmp_path / "b.npz").read_bytes()[:1000])  # of a disk that was full
-    with pytest.raises(InputError, match=r"a.npz is damaged \(.*\): delete it, it is made again.$"):
+    with pytest.raises(InputError, match=r"a.npz is damaged \(.*\): delete it, it will be computed again.$"):
         grids.read_grid(tmp_path / "a.npz")
 
 

@@ -97,12 +97,12 @@ class MadeUp(Trials):
     """A surface of 1000 dots whose Z is 100 / n_S, twice that unless recovered."""
 
     def __init__(self):
-        self.evaluator, self.sampler, self.n_dots = (
+        self.prepared, self.sampler, self.n_dots = (
             SimpleNamespace(name="made up", threads=1),
             "farthest",
             1000,
         )
-        self._known, self.down_to = {}, -1
+        self._measured, self.down_to = {}, -1
 
     def draw(self, n):
         return np.arange(n)

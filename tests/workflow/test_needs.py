@@ -13,7 +13,7 @@ from conftest import ROOT, WORKFLOW
 from sparsurf import InputError
 from sparsurf.study import tables
 from sparsurf.study.grid import Grid
-from sparsurf.study.prepared_surface import AS_PUBLISHED_SHARE
+from sparsurf.study.prepared_surface import DOTS_PER_PUBLISHED_TEST
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow import needs
@@ -233,4 +233,4 @@ def test_the_page_on_clusters_tells_what_the_profile_does():
 
 
 def test_as_many_test_dots_as_published_are_as_many_in_a_study():
-    assert needs.DOTS_PER_TEST == AS_PUBLISHED_SHARE
+    assert needs.DOTS_PER_TEST == DOTS_PER_PUBLISHED_TEST

@@ -1,6 +1,8 @@
-"""How many dots are enough: the smallest n_S whose Z comes down to a reference value."""
+"""How many dots are required: the smallest n_S whose Z falls to a reference value."""
 
+from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -8,47 +10,26 @@ import pandas as pd
 from sparsurf.patches.readings import TEXT
 from sparsurf.recovery.readings import RECOVERED, recovered_index
 from sparsurf.recovery.relaxation import relax
-from sparsurf.sampling.combination import PUBLISHED_CHOICES
+from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers
+from sparsurf.study.prepared_surface import PreparedSurface
 
-COLUMNS = {"uniform": "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
-SHARE = 50  # of the rows, one part of this many makes a running median
+UNIFORM = "uniform"
+COLUMNS = {UNIFORM: "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
+MEDIAN_WINDOWS = 50  # a running median covers one of so many parts of the rows
 FLOOR_FACTOR = (
-    1.1  # a Z within a tenth of a floor counts as the floor: surfaces that are recovered level off there
+    1.1  # a Z within a tenth of a floor counts as the floor: Z of recovered surfaces levels off there
 )
 NULL_MODEL = "null_model"
 COLUMN_PREFIX = "enough_"  # of the columns of surfaces.csv
-CURVE_PERCENTS = (
-    1,
-    1.5,
-    2,
-    2.5,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    10,
-    12,
-    15,
-    20,
-    25,
-    30,
-    40,
-    50,
-    60,
-    70,
-    80,
-    90,
-)  # of the dots
-MIN_DOTS = 12  # dots; fewer hold no surface that could be recovered
-UNIFORM = "uniform"
-AT_MOST, MORE = "at most", "more"  # the smallest n_S measured is enough already, or the largest is not
+# n_S of the measured curves, % of the dots
+CURVE_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
+MIN_DOTS = 12  # no surface can be recovered from fewer
+AT_MOST, MORE = "at most", "more"  # the smallest measured n_S is enough already, or the largest is not
 
 
-def smallest_n_s(z, n, values):
-    """Smallest n_S that reaches Z = z on a measured curve: the one place where this is decided.
+def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
+    """Find the smallest n_S that reaches Z = z on a measured curve.
 
     The curve is taken as never rising, and as a straight line of ln Z over ln n_S between two points.
 
@@ -59,7 +40,7 @@ def smallest_n_s(z, n, values):
 
     Returns
     -------
-    float in the unit of `n`; 0 stands for fewer than the smallest n_S that was measured, inf for more than the largest
+    float in the unit of `n`; 0 stands for fewer than the smallest measured n_S, inf for more than the largest
     """
     values = np.minimum.accumulate(values).clip(1e-9)
     if z > values[0]:
@@ -73,10 +54,13 @@ def smallest_n_s(z, n, values):
     return float(n[k - 1] * (n[k] / n[k - 1]) ** share)
 
 
-def required_on_grid(grid, null_model, floors, reading=TEXT):
-    """The smallest n_S of the grid whose Z lies below the null model by its 95 % interval, or within a tenth of each floor.
+def required_on_grid(
+    grid: pd.DataFrame, null_model: float, floors: Mapping[str, float], reading: str = TEXT
+) -> pd.DataFrame:
+    """Find the smallest n_S of the grid that beats the null model or comes within a tenth of each noise floor.
 
-    Floors are measured at the same test dots, whose error they share; the null model is measured at none of them.
+    The 95 % interval of Z must lie below the null model. Floors are measured at the same test dots and share their error;
+    the null model does not.
 
     Parameters
     ----------
@@ -88,121 +72,138 @@ def required_on_grid(grid, null_model, floors, reading=TEXT):
 
     Returns
     -------
-    DataFrame: reading; sampler (`uniform`, or `paper` with whichever combination does it), reference, Z,
-    n_S_percent, NaN where no n_S of the grid is enough, and `smallest`, whether that is the smallest of the grid.
+    DataFrame: reading; sampler (`uniform`, or `paper` with whichever combination achieves it), reference, Z, n_S_percent
+    (NaN if no n_S of the grid is enough), and `smallest`, whether that is the smallest of the grid.
     """
     rows, grid = [], grid.sort_values("n_S_percent", kind="stable")
     percent = grid["n_S_percent"].to_numpy(float)
     for sampler, column in COLUMNS.items():
         highest = grid[f"{column}_high_{reading}"].fillna(grid[f"{column}_{reading}"]).to_numpy()
         mean = grid[f"{column}_{reading}"].to_numpy()
-        if sampler == UNIFORM:  # its rows differ by n_S and luck alone, which no row is to win by
-            mean = _smooth(mean)
+        if sampler == UNIFORM:  # rows that differ only in n_S and chance must not be ranked
+            mean = _running_median(mean)
         for name, value in {NULL_MODEL: null_model, **floors}.items():
             limit, curve = (value, highest) if name == NULL_MODEL else (FLOOR_FACTOR * value, mean)
-            found = smallest_n_s(limit, percent, curve)
-            least = found <= percent[0]
-            shown = percent[0] if least else found if np.isfinite(found) else np.nan
-            rows.append((reading, sampler, name, value, shown, least))
+            required = smallest_n_s(limit, percent, curve)
+            smallest = required <= percent[0]
+            if smallest:
+                required = percent[0]
+            elif not np.isfinite(required):
+                required = np.nan
+            rows.append((reading, sampler, name, value, required, smallest))
     return pd.DataFrame(rows, columns=["reading", "sampler", "reference", "Z", "n_S_percent", "smallest"])
 
 
-def _smooth(z):
-    """Running median of Z, by rising n_S: of every fiftieth part of the rows."""
-    window = 1 + 2 * (len(z) // SHARE // 2)
+def _running_median(z: np.ndarray) -> np.ndarray:
+    """Return the running median of Z over rows of ascending n_S."""
+    window = 1 + 2 * (len(z) // MEDIAN_WINDOWS // 2)
     return pd.Series(z).rolling(window, center=True, min_periods=1).median().to_numpy()
 
 
 class Trials:
-    """Subsets of one sampler and their Z, on the test dots of the study, which are those of the floors.
+    """Subsets of one sampler and their Z at the test dots of the study, which are also those of the floors.
 
     Parameters
     ----------
-    evaluator : Evaluator
+    prepared : PreparedSurface
     sampler : str
     n_tests : int
     choices : combination.Choices
-    settled : bool
-        The surface is recovered from the dots at better places, see `settling.settle`.
+    relaxed : bool
+        Recover the surface from relaxed dots, see `relaxation.relax`.
 
     Attributes
     ----------
-    down_to : float, where curves of recovered surfaces end: at the first Z that is not above it
+    down_to : float
+        Curves of recovered surfaces end at the first Z that is not above this value.
 
     Raises
     ------
-    InputError : an unknown sampler
+    InputError
+        If the sampler is unknown.
     """
 
-    def __init__(self, evaluator, sampler, n_tests, choices=PUBLISHED_CHOICES, relaxed=False):
-        self.evaluator, self.sampler, self.choices, self.relaxed = evaluator, sampler, choices, relaxed
-        self.tests, self.n_dots = evaluator.draw_tests(n_tests), len(evaluator.points)
-        self._draw = get_samplers([sampler], "minimal.sampler", choices)[sampler]
+    def __init__(
+        self,
+        prepared: PreparedSurface,
+        sampler: str,
+        n_tests: int,
+        choices: Choices = PUBLISHED_CHOICES,
+        relaxed: bool = False,
+    ) -> None:
+        self.prepared, self.sampler, self.choices, self.relaxed = prepared, sampler, choices, relaxed
+        self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
+        self._sampler = get_samplers([sampler], "minimal.sampler", choices)[sampler]
         self.down_to = -np.inf
-        self._known = {}  # reading -> requested n_S -> n_S that was kept, Z
+        self._measured: dict[str, dict[int, tuple[int, float]]] = {}  # reading -> requested n_S -> n_S, Z
 
     @cached_property
-    def _z_tot(self):
-        return self.evaluator.describe(self.tests)[0]
+    def _z_tot(self) -> np.ndarray:
+        """Descriptors of the full surface at the test dots."""
+        return self.prepared.describe(self.tests)[0]
 
     @cached_property
-    def _longest(self):
-        """All dots in the order of choice, of a sampler whose shorter subsets are the beginnings of its longer ones."""
-        return self._drawn(self.n_dots) if self._draw.nested else None
+    def _all_dots(self) -> np.ndarray:
+        """All dots in the order of choice, for a nested sampler."""
+        return self._draw(self.n_dots)
 
-    def _drawn(self, n):
-        return self._draw(self.evaluator, n, self.evaluator.stream("minimal", self.sampler))
+    def _draw(self, n: int) -> np.ndarray:
+        """Call the sampler with its random stream."""
+        return self._sampler(self.prepared, n, self.prepared.stream("minimal", self.sampler))
 
-    def draw(self, n):
-        """(n,) int64 dots, in the order of choice; of the paper's samplers about as many."""
-        return self._drawn(n) if self._longest is None else self._longest[:n]
+    def draw(self, n: int) -> np.ndarray:
+        """Return (n,) int64 dots in the order of choice; the paper's samplers keep about n."""
+        return self._all_dots[:n] if self._sampler.nested else self._draw(n)
 
-    def distances(self, subsets, reading):
-        """|z_tot - z| at the test dots, (B, T)."""
+    def distances(self, subsets: Sequence[np.ndarray], reading: str) -> np.ndarray:
+        """Compute |z_tot - z| at the test dots, (B, T)."""
         if not (self.relaxed and reading == RECOVERED):
-            return self.evaluator.distances(subsets, self.tests, self._z_tot, reading)[0]
-        return np.array([self._settled(dots) for dots in subsets])
+            return self.prepared.distances(subsets, self.tests, self._z_tot, reading)[0]
+        return np.array([self._distances_of_relaxed(dots) for dots in subsets])
 
-    def _settled(self, dots):
-        own = self.evaluator
-        kept = relax(own.points[dots], own.normals[dots], own.points, own.normals, threads=own.threads)
-        index = recovered_index(*kept, own.d_link, own.area, own.density)
-        return own.distances_to_index(index, self.tests, self._z_tot)[0]
+    def _distances_of_relaxed(self, dots: np.ndarray) -> np.ndarray:
+        """Compute |z_tot - z| of the surface recovered from relaxed dots, (T,)."""
+        full = self.prepared
+        points, normals = relax(
+            full.points[dots], full.normals[dots], full.points, full.normals, threads=full.threads
+        )
+        index = recovered_index(points, normals, full.d_link, full.area, full.density)
+        return full.distances_to_index(index, self.tests, self._z_tot)[0]
 
     @cached_property
-    def sizes(self):
-        """The n_S of `PERCENTS`, ascending ints."""
-        wanted = np.round(np.array(CURVE_PERCENTS) / 100 * self.n_dots).astype(int)
-        return np.unique(np.clip(wanted, MIN_DOTS, None).clip(max=self.n_dots))
+    def sizes(self) -> np.ndarray:
+        """The n_S of `CURVE_PERCENTS`, ascending ints."""
+        sizes = np.round(np.array(CURVE_PERCENTS) / 100 * self.n_dots).astype(int)
+        return np.unique(np.clip(sizes, MIN_DOTS, None).clip(max=self.n_dots))
 
-    def measured(self, sizes, reading):
-        """n_S that were kept where `sizes` are requested, (P,) int, and the Z there, (P,) float64."""
-        known = self._known.setdefault(reading, {})
+    def measured(self, sizes: Sequence[int] | np.ndarray, reading: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return the n_S that were kept for requested `sizes`, (P,) int, and the Z there, (P,) float64."""
+        known = self._measured.setdefault(reading, {})
         new = [n for n in map(int, sizes) if n not in known]
         if new:
             subsets = [self.draw(n) for n in new]
             z = self.distances(subsets, reading).mean(axis=1)
             known |= {n: (len(dots), value) for n, dots, value in zip(new, subsets, z, strict=True)}
-        kept, z = zip(*(known[int(n)] for n in sizes), strict=True)
-        return np.array(kept), np.array(z)
+        n_s, values = zip(*(known[int(n)] for n in sizes), strict=True)
+        return np.array(n_s), np.array(values)
 
-    def tried(self, reading):
-        """The n_S of `sizes` that a curve takes, see `down_to`."""
+    def tried(self, reading: str) -> np.ndarray:
+        """Return the n_S of `sizes` at which a curve is measured, see `down_to`."""
         if reading != RECOVERED or self.down_to < 0:
             return self.sizes
         reached = (self.measured([n], reading)[1][0] <= self.down_to for n in self.sizes)
-        return self.sizes[: next((k for k, enough in enumerate(reached, 1) if enough), None)]
+        return self.sizes[: next((k for k, is_reached in enumerate(reached, 1) if is_reached), None)]
 
-    def curve(self, reading):
-        """All that is measured so far, `tried` at least: n_S, ascending, and Z."""
+    def curve(self, reading: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return n_S, ascending, and Z of all that is measured so far, at least `tried`."""
         self.measured(self.tried(reading), reading)
-        n, z = self.measured(sorted(self._known[reading]), reading)
+        n, z = self.measured(sorted(self._measured[reading]), reading)
         order = np.argsort(n, kind="stable")
         return n[order], z[order]
 
 
-def curves_table(trials, readings=(TEXT, RECOVERED)):
-    """Z over the n_S of `PERCENTS` of one sampler: a DataFrame with sampler, reading, n_S, n_S_percent and Z."""
+def curves_table(trials: Trials, readings: Sequence[str] = (TEXT, RECOVERED)) -> pd.DataFrame:
+    """Measure Z over the n_S of `CURVE_PERCENTS` of one sampler: sampler, reading, n_S, n_S_percent and Z."""
     tables = []
     for reading in readings:
         n, z = trials.measured(trials.tried(reading), reading)
@@ -211,46 +212,52 @@ def curves_table(trials, readings=(TEXT, RECOVERED)):
     return pd.concat(tables, ignore_index=True)
 
 
-def required_dots(trials, floors, readings=(TEXT, RECOVERED), handed_out=None):
-    """The smallest n_S of a sampler whose Z is at most `CLOSE` times each floor.
+def required_dots(
+    trials: Trials,
+    floors: pd.DataFrame,
+    readings: Sequence[str] = (TEXT, RECOVERED),
+    minimal: tuple[str, int] | None = None,
+) -> pd.DataFrame:
+    """Find the smallest n_S of a sampler whose Z is at most `FLOOR_FACTOR` times each floor.
 
     Parameters
     ----------
     trials : Trials
     floors : DataFrame
-        See `floors.floors`.
-    readings : sequence of str, `as_written`, `recovered` or both
-    handed_out : (floor, n_S) of a subset that was sought for a floor: what its recovered surface needs
+        See `floors.noise_floors`.
+    readings : sequence of str
+        `as_written`, `recovered` or both.
+    minimal : (floor, n_S), optional
+        A minimal subset that was searched for a floor: its n_S is what the recovered surface needs.
 
     Returns
     -------
     DataFrame: sampler, floor, Z_floor, reading (`as_written`: the kept dots as they are, patches cut on the full surface;
-    `recovered`), n_S, n_S_percent and Z there, by `smallest_n_s`, rounded up; `bound`: 'at most' where the smallest n_S
-    measured is enough, 'more' where the largest is not, so that all dots are named.
+    `recovered`), n_S, n_S_percent and Z there, by `smallest_n_s`, rounded up; `bound`: 'at most' if the smallest measured
+    n_S is enough, 'more' if the largest is not and n_S is therefore N.
     """
     rows = []
     for reading in readings:
         n, z = trials.curve(reading)
-        for floor in floors.itertuples():
-            found = smallest_n_s(FLOOR_FACTOR * floor.Z, n, z)
-            row = {"sampler": trials.sampler, "floor": floor.floor, "Z_floor": floor.Z, "reading": reading}
-            if found == 0:
+        for floor, z_floor in zip(floors["floor"], floors["Z"].astype(float), strict=True):
+            required = smallest_n_s(FLOOR_FACTOR * z_floor, n, z)
+            row: dict[str, Any] = {"sampler": trials.sampler, "floor": floor}
+            row |= {"Z_floor": z_floor, "reading": reading}
+            if required == 0:
                 row |= {"n_S": int(n[0]), "Z": z[0], "bound": AT_MOST}
-            elif found == np.inf:
+            elif required == np.inf:
                 row |= {"n_S": trials.n_dots, "Z": 0.0, "bound": MORE}
             else:
-                row |= {"n_S": int(np.ceil(found - 1e-6)), "Z": FLOOR_FACTOR * floor.Z, "bound": ""}
-            if reading == RECOVERED and handed_out and handed_out[0] == floor.floor and handed_out[1] in n:
-                row |= {"n_S": handed_out[1], "Z": z[list(n).index(handed_out[1])], "bound": ""}
+                row |= {"n_S": int(np.ceil(required - 1e-6)), "Z": FLOOR_FACTOR * z_floor, "bound": ""}
+            if reading == RECOVERED and minimal and minimal[0] == floor and minimal[1] in n:
+                row |= {"n_S": minimal[1], "Z": z[list(n).index(minimal[1])], "bound": ""}
             rows.append(row)
     table = pd.DataFrame(rows)
     table.insert(5, "n_S_percent", 100 * table["n_S"] / trials.n_dots)
     return table
 
 
-def percent_columns(enough):
-    """The n_S_percent of `enough_dots` as columns of one surface: a dict by floor and reading."""
-    return {
-        f"{COLUMN_PREFIX}{row.floor.replace(' ', '_')}_{row.reading}": row.n_S_percent
-        for row in enough.itertuples()
-    }
+def percent_columns(required: pd.DataFrame) -> dict[str, float]:
+    """Return the n_S_percent of `required_dots` as columns of one surface, by floor and reading."""
+    columns = required["floor"].str.replace(" ", "_") + "_" + required["reading"]
+    return dict(zip(COLUMN_PREFIX + columns, required["n_S_percent"], strict=True))

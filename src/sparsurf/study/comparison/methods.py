@@ -1,38 +1,49 @@
-"""Who takes part in a comparison of samplers.
+"""Methods that take part in a comparison of samplers.
 
-The paper's sampling takes part with what its criterion chose, and in hindsight with what proved best. Next to the samplers
-stands a surface dotted at low density in the first place, which needs no full surface.
+The paper's sampling takes part with the choices of its criterion, and in hindsight with the combination that proved best.
+Next to the samplers stands a surface generated at low density, which needs no full surface.
 """
 
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 import numpy as np
+import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from sparsurf.patches.readings import TEXT
 from sparsurf.sampling import published, samplers
 from sparsurf.sampling.combination import PARAMETERS, Choices, choices_from_ranges
 from sparsurf.sampling.samplers import HINDSIGHT
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.components import components_of, without_cavities
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
 
+Method = Callable[[int, np.random.Generator], np.ndarray]  # (n, rng) -> dots
+
 PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
-NEAR_FACTOR = 1.1  # 'near' a requested n_S is up to this factor
-STEPS = 4  # of the search for the density that gives a requested number of dots
+NEAR_FACTOR = 1.1  # an n_S up to this factor from a requested one is 'near' it
+DENSITY_STEPS = 4  # of the search for the density that gives a requested number of dots
 
 
-def select_methods(evaluator, names=None, ranges=None, grid=None, percents=PERCENTS):
-    """Who takes part, and with which parameters the paper's sampler does.
+def select_methods(
+    prepared: PreparedSurface,
+    names: Iterable[str] | None = None,
+    ranges: pd.DataFrame | None = None,
+    grid: pd.DataFrame | None = None,
+    percents: Sequence[float] = PERCENTS,
+) -> dict[str, Method]:
+    """Select the methods to compare, with the parameters of the paper's sampler.
 
     Parameters
     ----------
-    evaluator : Evaluator
-    names : sequence of str, optional
-        Of samplers; all without.
+    prepared : PreparedSurface
+    names : iterable of str, optional
+        Names of samplers; all by default.
     ranges, grid : DataFrame, optional
-        ranges.csv: the paper's sampler takes its winners under `as_coded`; Table I of the paper without.
-        grid.csv: lets the paper's sampler also take part with the combination whose Z is lowest near each n_S.
+        With ranges.csv, the paper's sampler uses its winners under `as_coded`, otherwise Table I of the paper. With
+        grid.csv, it also takes part with the combination of lowest Z near each n_S.
     percents : sequence of float
 
     Returns
@@ -41,44 +52,72 @@ def select_methods(evaluator, names=None, ranges=None, grid=None, percents=PERCE
 
     Raises
     ------
-    InputError : a name that no sampler has
+    InputError
+        If a name is not registered.
     """
     chosen = samplers.get_samplers(
         names or samplers.SAMPLERS, "compare.samplers", choices_from_ranges(ranges)
     )
+    methods: dict[str, Method] = {
+        name: partial(sampler.__call__, prepared) for name, sampler in chosen.items()
+    }
     if "paper" in chosen and grid is not None and f"Z_tS_{TEXT}" in grid:
-        best = best_in_hindsight(evaluator, grid, percents)
-        chosen[HINDSIGHT] = partial(samplers.paper, choices=best)
-    return {name: partial(function, evaluator) for name, function in chosen.items()}
+        best = best_in_hindsight(prepared, grid, percents)
+        methods[HINDSIGHT] = partial(samplers.paper, prepared, choices=best)
+    return methods
 
 
-def best_in_hindsight(evaluator, grid, percents):
-    """The combination of the grid with the lowest Z under `as_written` near each n_S, as `combination.Choices`.
+def best_in_hindsight(prepared: PreparedSurface, grid: pd.DataFrame, percents: Sequence[float]) -> Choices:
+    """Choose the combination of the grid with the lowest Z under `as_written` near each n_S.
 
-    Near is within `NEAR` at a combination's own alpha, or the nearest. Only combinations that can keep as many dots
-    take part, as their alpha is then set for n_S: Z may rise by that, above that of other choices. They were chosen on
-    the very test dots of the comparison: a fair opponent, rather favoured.
+    Near is within `NEAR_FACTOR` at a combination's own alpha, or the nearest. Only combinations that can keep that many dots
+    take part. Their alpha is later set for n_S, which may raise Z above that of other choices. They are chosen on the test
+    dots of the comparison itself, which favours them.
     """
     rows = grid[PARAMETERS].to_numpy()
-    reach = published.expected_n_s(evaluator.cover, rows * (0, 1, 1, 1) + (1, 0, 0, 0))
+    max_n_s = published.expected_n_s(prepared.cover, rows * (0, 1, 1, 1) + (1, 0, 0, 0))
     best = []
     for percent in percents:
-        gap = np.abs(np.log(grid["n_S_percent"].to_numpy() / percent))
-        gap[100 * reach < percent * len(evaluator.points)] += 10.0  # last resort
-        near = np.flatnonzero(gap <= max(np.log(NEAR_FACTOR), gap.min()))
+        difference = np.abs(np.log(grid["n_S_percent"].to_numpy() / percent))
+        difference[100 * max_n_s < percent * len(prepared.points)] += 10.0  # last resort
+        near = np.flatnonzero(difference <= max(np.log(NEAR_FACTOR), difference.min()))
         best.append(rows[near[np.argmin(grid[f"Z_tS_{TEXT}"].to_numpy()[near])]])
     return Choices(0.99 * np.array(percents), np.array(best))
 
 
-def dotted_surface(xyz, radii, n, rng, probe=1.4, reentrant="exact", cavities="keep"):
-    """The surface of atoms laid with about n dots, the molecule being turned at random first: points and normals."""
-    turn = Rotation.random(random_state=rng).as_matrix()
-    turned, density, best = xyz @ turn.T, None, None
-    for _ in range(STEPS):
-        surface = molecular_surface(turned, radii, probe, density or DENSITY, reentrant)
+def dotted_surface(
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    n: int,
+    rng: np.random.Generator,
+    probe: float = 1.4,
+    reentrant: str = "exact",
+    cavities: str = "keep",
+) -> tuple[np.ndarray, np.ndarray]:
+    """Generate the surface of atoms with about n dots, after a random rotation of the molecule.
+
+    Parameters
+    ----------
+    xyz, radii : (A, 3) and (A,) float64, Å
+    n : int
+    rng : numpy.random.Generator
+    probe : float, Å
+    reentrant : str
+        See `molecular_surface`.
+    cavities : {'keep', 'remove'}
+
+    Returns
+    -------
+    points, normals : (M, 3) float64, in the original orientation
+    """
+    rotation = Rotation.random(random_state=rng).as_matrix()
+    rotated, density, best = xyz @ rotation.T, DENSITY, None
+    for _ in range(DENSITY_STEPS):
+        surface = molecular_surface(rotated, radii, probe, density, reentrant)
         if cavities == "remove":
-            surface = without_cavities(surface, components_of(surface, turned, radii, probe))
+            surface = without_cavities(surface, components_of(surface, rotated, radii, probe))
         if best is None or abs(len(surface) - n) < abs(len(best) - n):
             best = surface
-        density = (density or DENSITY) * n / len(surface)
-    return best.points @ turn, best.normals @ turn
+        density = density * n / len(surface)
+    assert best is not None
+    return best.points @ rotation, best.normals @ rotation
