@@ -626,7 +626,7 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     Path(inputs["best"]).write_text('{"combinations": 3}')
     shown = []
     monkeypatch.setattr(draw_view, "residue_names", lambda _: RESIDUES)
-    monkeypatch.setattr(draw_view, "off_recovered", lambda dots, kept, *_: len(dots) / len(kept))
+    monkeypatch.setattr(draw_view, "distance_to_recovered", lambda dots, kept, *_: len(dots) / len(kept))
     monkeypatch.setattr(draw_view, "page", lambda *given: shown.append(given) or "the page")
     draw, drawn = draw_view.render.draw_surface, []
     monkeypatch.setattr(

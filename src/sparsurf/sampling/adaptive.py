@@ -7,7 +7,7 @@ from numba import njit
 
 from sparsurf.patches.index import ball, select_separated
 from sparsurf.recovery.interpolants import DOTS_PER_TASK, Interpolants, fit_interpolants, interpolant_value
-from sparsurf.sampling.sampled_surface import SampledSurface
+from sparsurf.sampling.published import SampledSurface
 from sparsurf.sampling.samplers import farthest, sampler
 from sparsurf.threads import parallel_map
 

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from sparsurf.patches.index import Index, ball
-from sparsurf.sampling.sampled_surface import SampledSurface
+from sparsurf.sampling.published import SampledSurface
 
 MIN_ONE_MINUS_R = 0.01  # smaller values of 1 - R count as this, so that no weight is 0 or infinite
 

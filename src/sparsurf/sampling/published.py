@@ -6,7 +6,7 @@ The sweep that covers the surface with patches depends neither on the parameters
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numba import njit
@@ -39,6 +39,34 @@ class Cover(NamedTuple):
     dot: np.ndarray
     log_ratio: np.ndarray
     n_dots: int
+
+
+class SampledSurface(Protocol):
+    """A surface from which dots are chosen; `study.prepared_surface.PreparedSurface` is one.
+
+    Attributes
+    ----------
+    points, normals : (N, 3) float64, Å and unit vectors
+    index : Index
+    roughness : (N,) float64, R_i of every dot
+    cover, corrected_cover : Cover
+        Patches of the published sampling, and those without its two defects.
+    area : float, Å^2
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    index: Index
+    roughness: np.ndarray
+    cover: Cover
+
+    @property
+    def corrected_cover(self) -> Cover:
+        """Patches of the sampling without the two defects of the published one."""
+
+    @property
+    def area(self) -> float:
+        """Area of the surface in Å^2."""
 
 
 def build_cover(

@@ -15,7 +15,7 @@ from sparsurf.patches.index import select_separated
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.farthest_point import farthest_point_sampling, roughness_weighted_sampling
-from sparsurf.sampling.sampled_surface import SampledSurface
+from sparsurf.sampling.published import SampledSurface
 
 HINDSIGHT = "paper_in_hindsight"  # in tables only: `paper` with the combinations that proved best
 MAX_SURPLUS = 0.005  # a length that gives at most this share of dots too many is accepted; the surplus is left out at random
