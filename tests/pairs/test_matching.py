@@ -17,7 +17,7 @@ from sparsurf.pairs.ranking import auc
 from sparsurf.pairs.thinning import thinning
 from sparsurf.patches.descriptors import describe
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
@@ -249,7 +249,7 @@ def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
     assert np.allclose(every["correlation"], 1.0, atol=1e-12)
     assert every.groupby("side")["auc"].nunique().eq(1).all()
     few = table[table["percent"] == 10]
-    evaluators = [Evaluator(each.surface, roughness_values=each.roughness, name=each.name) for each in blobs]
+    evaluators = [PreparedSurface(each.surface, roughness_values=each.roughness, name=each.name) for each in blobs]
     centres = [thinning_module._choose(SAMPLERS["farthest"], "farthest", each, 10, 0) for each in evaluators]
     thin = thinning_module.thinned_maps(blobs, centres, thinning_module.Clock())
     wide = thinning(*blobs, percents=(10,), samplers=("farthest",), within=6.0)
@@ -287,7 +287,7 @@ def test_a_map_from_all_dots_is_that_of_a_match_and_knows_no_patches_of_one_dot(
 
 
 def test_centres_of_one_draw_are_nested_and_those_of_another_differ(blobs):
-    evaluator = Evaluator(blobs[0].surface, roughness_values=blobs[0].roughness, name="one")
+    evaluator = PreparedSurface(blobs[0].surface, roughness_values=blobs[0].roughness, name="one")
     for name in ("farthest", "uniform"):
         few, more, other = (
             set(thinning_module._choose(SAMPLERS[name], name, evaluator, percent, draw).tolist())

@@ -10,10 +10,10 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli import command
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.recovery.mesh import _filled, _height, recovered_mesh
+from sparsurf.recovery.mesh import _assign_sides, _height, recovered_mesh
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces import mesh as meshes
 from sparsurf.surfaces.mesh import grid_step_for_density, marching_tetrahedra, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -159,7 +159,7 @@ def test_a_grid_that_is_too_fine_is_refused(monkeypatch):
 
 def test_the_recovered_surface_as_a_mesh():
     dots = molecular_surface(ATOMS, RADII)
-    evaluator = Evaluator(dots, seed=1)
+    evaluator = PreparedSurface(dots, seed=1)
     kept = SAMPLERS["farthest"](evaluator, len(dots) // 8, np.random.default_rng(0))
     mesh, true = recovered_mesh(dots.points[kept], dots.normals[kept]), molecular_mesh(ATOMS, RADII)
     assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
@@ -196,15 +196,15 @@ def test_rooms_take_the_side_of_their_walls_and_the_corner_is_outside():
     values[:, :, 3:] = -1
     near[1, 1, 1] = near[3, 3, 4] = near[1, 3, 2] = False
     values[~near] = 0
-    filled, agreed = _filled(values, near)
+    filled, agreed = _assign_sides(values, near)
     # five walls inside, one outside, of the third room
     assert filled[1, 1, 1] == 1 and filled[3, 3, 4] == -1 and filled[1, 3, 2] == 1
     assert not agreed
     near[1, 3, 2], values[1, 3, 2] = True, 1
-    filled, agreed = _filled(values, near)
+    filled, agreed = _assign_sides(values, near)
     assert agreed and np.array_equal(filled[near], values[near])
     near[0, 0, 0] = False
-    filled, agreed = _filled(values, near)
+    filled, agreed = _assign_sides(values, near)
     assert filled[0, 0, 0] == -1 and not agreed
 
 
@@ -242,7 +242,7 @@ def test_proteins_close(shared, name):
     closed(true.triangles, len(true.vertices))
     assert true.vertices.area.sum() == pytest.approx(dots.area.sum(), rel=0.005)
     kept = SAMPLERS["farthest"](
-        Evaluator(dots, roughness_values=np.zeros(len(dots))), len(dots) // 10, np.random.default_rng(0)
+        PreparedSurface(dots, roughness_values=np.zeros(len(dots))), len(dots) // 10, np.random.default_rng(0)
     )
     back = recovered_mesh(dots.points[kept], dots.normals[kept])
     closed(back.triangles, len(back.vertices))

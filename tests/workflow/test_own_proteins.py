@@ -11,7 +11,7 @@ import yaml
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import SMALL, output, snakemake
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.npz import read_npz
 
 
@@ -41,7 +41,7 @@ def test_your_own_protein_as_the_readme_says_beside_a_bad_one(tmp_path):
     assert (run / "my_protein" / ".complete").is_file()
     verdict = (run / "verdict.html").read_text()
     assert re.search(r"\b4 combinations", verdict)
-    cover = Evaluator(read_npz(run / "my_protein" / "c1" / "surface.npz")).cover
+    cover = PreparedSurface(read_npz(run / "my_protein" / "c1" / "surface.npz")).cover
     assert f"A dot lies in {np.median(np.bincount(cover.dot)):g} patches (median)" in verdict
     del config["proteins"]["broken"]
     process = snakemake(folder, config)

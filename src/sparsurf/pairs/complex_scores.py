@@ -9,9 +9,9 @@ from sparsurf.pairs.matching import Recipe, blocks_of, contacts, descriptors_at
 from sparsurf.pairs.nearest import nearest
 from sparsurf.pairs.neighbourhoods import smooth
 from sparsurf.pairs.ranking import bootstrap_auc
-from sparsurf.sampling.samplers import named
+from sparsurf.sampling.samplers import get_samplers
 from sparsurf.streams import stream
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 
 MOST = 1500  # patches of each surface
 K_VALUES = (1, 10)  # nearest patches whose mean distance is taken
@@ -25,8 +25,8 @@ def centres_of(partner, n, sampler="farthest", seed=0):
     """Centres by a sampler, ascending, (n,) int; all dots where there are no more than n."""
     if len(partner.surface) <= n:
         return np.arange(len(partner.surface))
-    function = named([sampler], "complementarity.centres.sampler")[sampler]
-    view = Evaluator(partner.surface, roughness_values=partner.roughness, seed=seed, name=partner.name)
+    function = get_samplers([sampler], "complementarity.centres.sampler")[sampler]
+    view = PreparedSurface(partner.surface, roughness_values=partner.roughness, seed=seed, name=partner.name)
     return np.sort(function(view, n, view.stream("centres", sampler)))
 
 

@@ -14,10 +14,10 @@ from sparsurf.pairs.neighbourhoods import SMOOTHING, smooth
 from sparsurf.pairs.partners import Partner
 from sparsurf.pairs.ranking import auc
 from sparsurf.patches.index import D_LINK, build_index
-from sparsurf.recovery.readings import fair_density
+from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.recovering import recover
-from sparsurf.sampling.samplers import named
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.sampling.samplers import get_samplers
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.surfaces.surface import Surface
 
@@ -76,7 +76,7 @@ def thinned_maps(pair, centres, clock, recipe=RECIPE, smoothing=SMOOTHING, descr
 def recovered(partner, dots, d_link=D_LINK):
     """A partner whose surface is recovered from some of its dots (n,) and their normals alone, without atoms."""
     whole = partner.surface
-    density = fair_density(len(whole) / area_of(whole)[0], d_link)
+    density = comparable_density(len(whole) / area_of(whole)[0], d_link)
     surface = Surface(*recover(whole.points[dots], whole.normals[dots], density))
     return Partner(partner.name, surface, build_index(surface.points, surface.normals, d_link), None)
 
@@ -111,7 +111,8 @@ def thinning(
     smoothing, within : float, Å
     seed, threads : int
     rules : dict, optional
-        What an Evaluator goes by beside: r_patch, d_link, moved_centre, every_patch; the published ones without.
+        What a PreparedSurface goes by beside: r_patch, d_link, distance_from_moved_centre,
+        chance_in_every_patch; the published ones without.
 
     Returns
     -------
@@ -125,11 +126,11 @@ def thinning(
         interface(a.surface.points, b.surface.points, within) for a, b in ((first, second), (second, first))
     ]
     evaluators = [
-        Evaluator(each.surface, roughness_values=each.roughness, seed=seed, name=each.name, **rules or {})
+        PreparedSurface(each.surface, roughness_values=each.roughness, seed=seed, name=each.name, **rules or {})
         for each in pair
     ]
     d_link = evaluators[0].d_link
-    samplers = named(samplers, "complementarity.thinning.samplers")
+    samplers = get_samplers(samplers, "complementarity.thinning.samplers")
     _warm_up(pair, evaluators[0], samplers, with_recovered)
     everything = [np.arange(len(each.surface)) for each in pair]
     clock = Clock()

@@ -4,7 +4,7 @@ import numpy as np
 
 from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.report.numbers import interval, number, share
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import lookup_sampler
 from sparsurf.study.comparison.measuring import DOTTED
 
 TEMPLATE = "compare.html.j2"
@@ -42,9 +42,9 @@ def comparison_page(name, table, fewer, pairs=None, alone=None, centres=None, of
         "name": name,
         "of": of,
         "at": f"{at:g}",
-        "best": called(best).words,
+        "best": lookup_sampler(best).words,
         "best_Z": number(z.loc[best, at]),
-        "alike": [called(each).words for each in alike(pairs, best, at)] if pairs is not None else [],
+        "alike": [lookup_sampler(each).words for each in alike(pairs, best, at)] if pairs is not None else [],
         "recovered": recovered(table, at),
         "fewer": fewer_rows(fewer, at),
         "against": against(fewer, at),
@@ -83,7 +83,7 @@ def rows_of(table, measure):
     values = matrix(table, measure)
     values = values.sort_values(values.columns[np.argmin(np.abs(values.columns - AT))])
     return [
-        [called(name).words, *map(number, row)]
+        [lookup_sampler(name).words, *map(number, row)]
         for name, row in zip(values.index, values.to_numpy(), strict=True)
     ]
 
@@ -101,7 +101,7 @@ def recovered(table, at):
         return None
     z = matrix(table, RECOVERED)[at]
     floor = table["fresh_dots"].mean() if "fresh_dots" in table else np.nan
-    return {"sampler": called(z.idxmin()).words, "Z": number(z.min()), "floor": number(floor)}
+    return {"sampler": lookup_sampler(z.idxmin()).words, "Z": number(z.min()), "floor": number(floor)}
 
 
 def bounded(row):
@@ -116,7 +116,7 @@ def fewer_rows(fewer, at):
     by = {(row["sampler"], row["than"]): bounded(row) for _, row in own.iterrows()}
     names = dict.fromkeys(own.sort_values("factor", ascending=False)["sampler"])
     return [
-        [called(name).words, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")] for name in names
+        [lookup_sampler(name).words, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")] for name in names
     ]
 
 
@@ -146,7 +146,7 @@ def alone_rows(alone, at):
     """Z of dots that stand alone, nothing known of the full surface, at one n_S and the middle linking distance."""
     scales = sorted(alone["scale"].unique())
     own = alone[(alone["percent"] == at) & (alone["scale"] == scales[len(scales) // 2])].sort_values("Z")
-    words = {name: called(name).words for name in own["sampler"]} | {DOTTED: "sparsely laid dots"}
+    words = {name: lookup_sampler(name).words for name in own["sampler"]} | {DOTTED: "sparsely laid dots"}
     return [
         [words[row["sampler"]], share(row["n_S_percent"]), interval(row["Z"], row["low"], row["high"])]
         for _, row in own.iterrows()

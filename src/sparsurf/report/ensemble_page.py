@@ -1,6 +1,6 @@
 """The page on one combination over all frames of a trajectory."""
 
-from sparsurf.recovery.readings import readings_in
+from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.report.numbers import number
 from sparsurf.sampling.combination import Combination
 
@@ -18,7 +18,7 @@ def ensemble_page(name, table, given):
         ensemble.csv.
     given : sequence of 4 float, the combination
     """
-    readings = readings_in(table, "d_")
+    readings = readings_of_columns(table, "d_")
     columns = MEASURED | {f"d_{reading}": 2 for reading in readings}
     return {
         "name": name,

@@ -31,7 +31,7 @@ def interval(value, low, high, digits=2):
 
 def combination(row):
     """α, β, γ, δ of a row; empty where it has none."""
-    return "" if math.isnan(row["alpha"]) else str(Combination.of(row))
+    return "" if math.isnan(row["alpha"]) else str(Combination.from_row(row))
 
 
 def against_zero(low, high):

@@ -7,9 +7,16 @@ from sparsurf.paper.published_runs import MEASURES
 from sparsurf.patches.readings import CODED_READING, GRID_READINGS, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.numbers import against_zero, combination, interval, number, share
-from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination, split, texts_of
-from sparsurf.study.enough import AT_MOST, MORE
-from sparsurf.study.rough_and_flat import FEWEST
+from sparsurf.sampling.combination import (
+    PARAMETERS,
+    PUBLISHED_ROWS,
+    TABLE_1,
+    Combination,
+    combination_labels,
+    split_combinations,
+)
+from sparsurf.study.required_dots import AT_MOST, MORE
+from sparsurf.study.rough_and_flat import MIN_TEST_DOTS
 
 TEMPLATE = "paper.html.j2"
 YES, NO, PARTLY = "yes", "no", "in part"
@@ -143,9 +150,9 @@ def winners(ranges, places):
     found, same, among = {}, {}, {}
     for reading in GRID_READINGS:
         own = ranges[ranges["reading"] == reading]
-        found[reading] = texts_of(own)
+        found[reading] = combination_labels(own)
         same[reading] = sum(a == b for a, b in zip(found[reading], published, strict=False))
-        among[reading] = sum(b in split(field) for field, b in zip(own["best_set"], published, strict=False))
+        among[reading] = sum(b in split_combinations(field) for field, b in zip(own["best_set"], published, strict=False))
     runs = places[places["binning"] == "half-open"]
     return {
         "holds": {reading: judged(among[reading] / len(published)) for reading in GRID_READINGS},
@@ -167,7 +174,7 @@ def best_at_one(best, grid):
     holds, table = {}, []
     for reading in GRID_READINGS:
         row = best[reading]["unrestricted"]
-        holds[reading] = YES if str(Combination(*BEST)) in split(row["best_set"]) else NO
+        holds[reading] = YES if str(Combination(*BEST)) in split_combinations(row["best_set"]) else NO
         ends = (
             [said[f"{key}_{reading}"].iloc[0] for key in ("d", "d_low", "d_high")]
             if len(said)
@@ -225,7 +232,7 @@ def rough_and_flat(bins):
     """d in rough and flat patches, around kept dots (as the paper has them) and around any dots."""
     agree, table = {reading: [] for reading in GRID_READINGS}, []
     for around, own in bins.groupby("around", sort=False):
-        single = own[~own["bin"].isin(HALVES) & (own["n"] >= FEWEST)]
+        single = own[~own["bin"].isin(HALVES) & (own["n"] >= MIN_TEST_DOTS)]
         rough, flat = (own[own["bin"] == name].iloc[0] for name in HALVES)
         for reading in GRID_READINGS:
             cells = [_d(row, reading) for row in (rough, flat, single.iloc[-1])]
@@ -265,10 +272,10 @@ def links(table, signs, grid):
         "best": [number(x, 1) for x in (signs["D_link_best"].min(), signs["D_link_best"].max())],
         "turned": int(signs["negative_from"].notna().sum()),
         "rows": len(signs),
-        "correlation": number(replication.correlation(grid)),
-        "fragments": number(replication.follows_fragments(grid)),
-        "shattered": share(100 * replication.shattered(grid)),
-        "threshold": share(100 * replication.SHATTERED),
+        "correlation": number(replication.correlation_of_readings(grid)),
+        "fragments": number(replication.correlation_with_fragments(grid)),
+        "shattered": share(100 * replication.fragmented_share(grid)),
+        "threshold": share(100 * replication.FRAGMENTED_BELOW),
     }
 
 

@@ -13,9 +13,9 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.report.numbers import interval, number, span
 from sparsurf.report.page import render
-from sparsurf.sampling.combination import PARAMETERS, Combination, split
-from sparsurf.study.relation import EQUAL, mean_interval, one_each, relation
-from sparsurf.study.summary import NEAREST
+from sparsurf.sampling.combination import PARAMETERS, Combination, split_combinations
+from sparsurf.study.relation import EQUAL_ROUGHNESS, mean_interval, protein_means, relate_to_roughness
+from sparsurf.study.summary import N_NEAREST
 from sparsurf.study.tables import read_table
 
 TEMPLATE = "recommend.txt.j2"
@@ -102,7 +102,7 @@ def recommend(run, roughness, percent, rng):
         percent=f"{percent:g}",
         roughness=number(roughness, 3),
         fewest=FEWEST,
-        near=NEAREST,
+        near=N_NEAREST,
         readings=[of_reading(run, name, roughness, percent, rng) for name in names],
     )
 
@@ -117,7 +117,7 @@ def of_reading(run, reading, roughness, percent, rng):
         return known
     rows = rows.iloc[np.argsort((rows["mean_roughness"] - roughness).abs(), kind="stable")]
     pooled = run["relation"][run["relation"]["reading"] == reading].set_index("range")
-    chosen = choice(rows, relation(rows, rng), pooled.loc[rows["range"].mode()[0]], roughness)
+    chosen = choice(rows, relate_to_roughness(rows, rng), pooled.loc[rows["range"].mode()[0]], roughness)
     return known | {"beaten": beaten(rows)} | chosen | {"surfaces": evidence(rows)}
 
 
@@ -131,7 +131,7 @@ def beaten(rows):
 
 def against_uniform(rows):
     """Mean d held out of each surface's own winner, and its 95 % interval: over proteins, of which it takes 3."""
-    counted = one_each(rows)
+    counted = protein_means(rows)
     d, low, high = mean_interval(counted["d_held_out"].to_numpy())
     if np.isnan(low):  # too few proteins: the scatter over test dots and draws of these surfaces
         half = np.sqrt((((rows["d_held_out_high"] - rows["d_held_out_low"]) / 2) ** 2).sum()) / len(rows)
@@ -144,7 +144,7 @@ def reasons(rows, found, roughness):
     n, low, high = found["n_proteins"], rows["mean_roughness"].min(), rows["mean_roughness"].max()
     if n < FEWEST:
         yield "few"
-    if not low - EQUAL <= roughness <= high + EQUAL:
+    if not low - EQUAL_ROUGHNESS <= roughness <= high + EQUAL_ROUGHNESS:
         yield "outside"
     if found["n_shared"] == len(rows) > 1:
         yield "shared"
@@ -174,8 +174,8 @@ def choice(rows, found, pooled, roughness):
         "d": number(pooled["d"]) + (f" ± {number(pooled['d_sd'])}" if np.isfinite(pooled["d_sd"]) else ""),
     }
     if known["against"] and known["d"]:  # else none lies in the range on average: that of the nearest surface
-        text = str(Combination.of(pooled))
-    return known | {"text": text, "held": sum(text in split(field) for field in rows["best_set"])}
+        text = str(Combination.from_row(pooled))
+    return known | {"text": text, "held": sum(text in split_combinations(field) for field in rows["best_set"])}
 
 
 def evidence(rows):
@@ -184,7 +184,7 @@ def evidence(rows):
         (
             f"{row['protein']}/{row['conformation']}",
             number(row["mean_roughness"], 3),
-            str(Combination.of(row)),
+            str(Combination.from_row(row)),
             interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"]),
         )
         for _, row in rows.head(SHOWN).iterrows()

@@ -5,8 +5,13 @@ from matplotlib.ticker import NullLocator
 
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import GREY, HALO, LINES, SPARE, styled
-from sparsurf.sampling.samplers import called
-from sparsurf.study.comparison.fewer import ends_of, factor_of, needed, values_of
+from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.study.comparison.equal_error import (
+    dots_needed,
+    factor_with_bound,
+    measure_matrix,
+    measured_ranges,
+)
 
 SMALL = [  # measure, title, label of the y axis; two panels in each row
     ("Z scaled", "as A, surface unknown: islands\ncut by the kept dots' spacing", "error Z"),
@@ -117,15 +122,15 @@ def _name(ax, words, value, above=True):
 
 def _name_lines(ax, table, lines):
     """Name of each line at its right end, and of the reference, moved apart where they would touch."""
-    matrix = values_of(table, "Z as_written")
-    ends = values_of(table, "Z as_written", "n_S_percent").iloc[:, -1]
+    matrix = measure_matrix(table, "Z as_written")
+    ends = measure_matrix(table, "Z as_written", "n_S_percent").iloc[:, -1]
     null, empty = table["null_model"].mean(), table["empty_patch"].mean()
     words = f"mean descriptor for\nevery patch: {null:.2f}\n(empty patches: {empty:.1f})"
     labels = [(null, None, words, GREY, "normal")]
     for name, value in matrix.iloc[:, -1].items():
         colour, width, _ = lines[name]
         weight = "bold" if width > 1 else "normal"
-        labels.append((value, ends[name], called(name).words, colour, weight))
+        labels.append((value, ends[name], lookup_sampler(name).words, colour, weight))
     labels.sort(key=lambda label: label[0])
     height = ax.get_ylim()[1]
     room = np.array([3.1 * (1 + words.count("\n")) + 0.3 for _, _, words, _, _ in labels]) / TALL * height
@@ -140,12 +145,12 @@ def _name_lines(ax, table, lines):
 
 def _mark_gain(ax, table):
     """Arrow from the paper's sampler to as good a subset of the farthest-point one."""
-    rows = needed(table)
+    rows = dots_needed(table)
     # at the right end the lines have their names
     rows = rows[(rows["sampler"] == "paper") & (rows["percent"] < rows["percent"].max())]
     if len(rows) and "farthest" in rows:
         row = rows.iloc[int(np.argmin(np.abs(rows["percent"] - ARROW)))]
-        factor, bound = factor_of(row, "farthest", ends_of(table))
+        factor, bound = factor_with_bound(row, "farthest", measured_ranges(table))
         if factor > 1 and not bound:
             ends = (row["farthest"], row["Z"]), (row["paper"], row["Z"])
             ax.annotate(

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
 
-from sparsurf.recovery.readings import READINGS, RECOVERED, readings_in
+from sparsurf.recovery.readings import READINGS, RECOVERED, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 
@@ -37,7 +37,7 @@ def figure(grid, name=""):
     -------
     matplotlib.figure.Figure
     """
-    readings = readings_in(grid, "d_")
+    readings = readings_of_columns(grid, "d_")
     alpha = grid.alpha.max()
     largest = "" if alpha == 1 else " (the largest of the grid)"
     grid = grid[grid.alpha == alpha].reset_index(drop=True)

@@ -12,8 +12,8 @@ from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import share
-from sparsurf.sampling.samplers import called
-from sparsurf.study.enough import AT_MOST, MORE
+from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.study.required_dots import AT_MOST, MORE
 from sparsurf.study.tables import read_table
 
 FRESH = "fresh dots"
@@ -155,7 +155,7 @@ def _look(sampler, reading):
         return BACK, "the surface recovered\nfrom the same dots"
     if sampler == "uniform":
         return UNIFORM, "uniform subset"
-    return AS_THEY_ARE, f"{called(sampler).words.split(' (')[0]} dots\nas they are"
+    return AS_THEY_ARE, f"{lookup_sampler(sampler).words.split(' (')[0]} dots\nas they are"
 
 
 def _draw(ax, panel, floor):

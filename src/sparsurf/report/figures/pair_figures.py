@@ -10,7 +10,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import LINES, SPARE, styled
 from sparsurf.report.pair_page import called as called_score
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import lookup_sampler
 
 INSIDE, OUTSIDE = "#D55E00", "#DDDDDD"  # of the interface
 WIDTH, HEIGHT = 78, 62  # mm of a page
@@ -164,7 +164,7 @@ def thinning_figure(table, subject):
             ):
                 colour, width, marker = LINES.get(sampler, (SPARE[place % len(SPARE)], 0.8, "*"))
                 dashes = RECOVERED if surface == "recovered" else "-"
-                name = called(sampler).words + (", recovered" if surface == "recovered" else "")
+                name = lookup_sampler(sampler).words + (", recovered" if surface == "recovered" else "")
                 style = {"color": colour, "linewidth": width, "marker": marker, "linestyle": dashes}
                 rows = rows.sort_values(against)
                 handles[name] = ax.plot(rows[against], rows[value], label=name, **style)[0]

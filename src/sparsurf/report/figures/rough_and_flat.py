@@ -9,8 +9,8 @@ from matplotlib.patches import Patch
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import span
-from sparsurf.study.rough_and_flat import BINS
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.rough_and_flat import N_BINS
+from sparsurf.study.tables import range_index, range_limits
 
 REFERENCES = {
     "empty_patch": ("empty patch", "--"),
@@ -26,7 +26,7 @@ def draw(results):
 
 
 @styled
-def figure(panels, patches, references=None, bins=BINS, name=""):
+def figure(panels, patches, references=None, bins=N_BINS, name=""):
     """A rough and a flat patch, and Z_tS(j), Z_tR(j) by the roughness of the patch.
 
     Parameters
@@ -92,7 +92,7 @@ def _binned(roughness, bins):
     edges = range_limits(roughness, bins)
     if edges[0] == edges[-1]:
         edges = edges[0] + np.array([-0.05, 0.05])
-    bin_of = range_of(roughness, edges)
+    bin_of = range_index(roughness, edges)
     return edges, {k: np.flatnonzero(bin_of == k) for k in np.unique(bin_of)}
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sparsurf.recovery.readings import READINGS, readings_in
+from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
-from sparsurf.sampling.samplers import called, farthest
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.sampling.samplers import farthest, lookup_sampler
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import spacing
 
@@ -122,7 +122,7 @@ def coloured_page(title, name, surface, settings, values, residues=()):
     surface, values, residues : as for `page`
     settings : dict, see `Evaluator.from_settings`
     """
-    evaluator = Evaluator.from_settings(surface, settings, None, name, 1)
+    evaluator = PreparedSurface.from_settings(surface, settings, None, name, 1)
     order = farthest(evaluator, min(len(surface), MOST_DOTS), evaluator.stream("view"))
     return page(
         title, surface, evaluator.roughness, evaluator.cover, evaluator.r_patch, {"farthest": order},
@@ -136,11 +136,11 @@ def _read(name):
 
 def _header(surface, dots, radius, orders, grid, best, values, minimal):
     """What the page needs beside the dots."""
-    readings = readings_in(grid, "d_")
+    readings = readings_of_columns(grid, "d_")
     columns = [*PARAMETERS, "n_S_percent"]
     columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
     samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
-    samplers |= {name: called(name).words for name in (*orders, *SAMPLERS)}
+    samplers |= {name: lookup_sampler(name).words for name in (*orders, *SAMPLERS)}
     return {
         "total": len(surface),
         "stored": len(dots),
@@ -166,11 +166,11 @@ def _number(value):
 def _presets(best):
     """Combinations worth a look, with their names."""
     out = [("the paper's best", [1.0, 0.0, 6.0, 0.0])]
-    for reading in readings_in(best):
+    for reading in readings_of_columns(best):
         names = {"unrestricted": "best", "under_max_n_S": f"best below {best['max_n_S_percent']:g} %"}
         for key, name in names.items():
             if "d" in best[reading][key]:
-                out.append((f"{name}, {READINGS[reading].words}", list(Combination.of(best[reading][key]))))
+                out.append((f"{name}, {READINGS[reading].words}", list(Combination.from_row(best[reading][key]))))
     return out
 
 

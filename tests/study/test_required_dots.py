@@ -8,16 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sparsurf.study.enough import (
-    PERCENTS,
+from sparsurf.study.required_dots import (
+    CURVE_PERCENTS,
     Trials,
     curves_table,
-    enough,
-    enough_dots,
-    percents,
+    percent_columns,
+    required_dots,
+    required_on_grid,
     smallest_n_s,
 )
-from sparsurf.study.minimal import smallest_recovered
+from sparsurf.study.subset_search import smallest_recovered_subset
 
 GRID = pd.DataFrame(
     {
@@ -43,7 +43,7 @@ def test_the_null_model_is_undercut_by_the_interval():
         (9.0, 5, 5),
     )
     for null_model, uniform, paper in cases:
-        found = enough(GRID, null_model, {}).set_index("sampler")
+        found = required_on_grid(GRID, null_model, {}).set_index("sampler")
         assert found["n_S_percent"].tolist() == pytest.approx([uniform, paper], nan_ok=True)
         assert found["smallest"].tolist() == [uniform == 5.0, paper == 5.0]
         assert (found["reading"] == "as_written").all() and found["Z"].tolist() == [null_model] * 2
@@ -51,7 +51,9 @@ def test_the_null_model_is_undercut_by_the_interval():
 
 def test_a_floor_is_reached_within_a_tenth_of_it_whatever_the_interval():
     floors = {"turned": 1.5, "fresh dots": 0.4, "far": 9.0}  # times 1.1: 1.65, .44, 9.9
-    found = enough(GRID.iloc[[2, 0, 1]], 9.0, floors).set_index(["reference", "sampler"])["n_S_percent"]
+    found = required_on_grid(GRID.iloc[[2, 0, 1]], 9.0, floors).set_index(["reference", "sampler"])[
+        "n_S_percent"
+    ]
     wanted = {
         ("turned", "uniform"): between(1.65, (10, 20), (2, 1)), ("turned", "paper"): between(1.65, (5, 10), (2, 1)),
         ("fresh dots", "uniform"): np.nan, ("fresh dots", "paper"): np.nan, ("far", "uniform"): 5, ("far", "paper"): 5,
@@ -71,7 +73,9 @@ def test_no_row_of_uniform_dots_wins_by_luck():
     grid = grid.assign(
         Z_tR_high_as_written=grid["Z_tR_as_written"], Z_tS_high_as_written=grid["Z_tS_as_written"]
     )
-    found = enough(grid, 1.0, {"turned": 2.0 / 1.1}).set_index(["reference", "sampler"])["n_S_percent"]
+    found = required_on_grid(grid, 1.0, {"turned": 2.0 / 1.1}).set_index(["reference", "sampler"])[
+        "n_S_percent"
+    ]
     assert found["turned", "uniform"] == pytest.approx(50, abs=0.5)
     assert (
         percent[37] < found["turned", "paper"] <= percent[38] * (1 + 1e-9)
@@ -86,19 +90,19 @@ def test_percents_are_columns_by_floor_and_reading():
             "n_S_percent": [80.0, 2.5],
         }
     )
-    assert percents(table) == {"enough_fresh_dots_as_written": 80.0, "enough_turned_recovered": 2.5}
+    assert percent_columns(table) == {"enough_fresh_dots_as_written": 80.0, "enough_turned_recovered": 2.5}
 
 
 class MadeUp(Trials):
     """A surface of 1000 dots whose Z is 100 / n_S, twice that unless recovered."""
 
     def __init__(self):
-        self.evaluator, self.sampler, self.n_dots = (
+        self.prepared, self.sampler, self.n_dots = (
             SimpleNamespace(name="made up", threads=1),
             "farthest",
             1000,
         )
-        self._known, self.down_to = {}, -1
+        self._measured, self.down_to = {}, -1
 
     def draw(self, n):
         return np.arange(n)
@@ -113,7 +117,7 @@ def one_floor(value):
 
 def test_a_floor_is_reached_within_a_tenth_however_well_it_is_known():
     # ln Z is a straight line over ln n_S here, so that between two steps the answer is exact: 100 / n = 1.98 at 50.5
-    found = enough_dots(MadeUp(), one_floor(1.8)).set_index("reading")
+    found = required_dots(MadeUp(), one_floor(1.8)).set_index("reading")
     assert found["n_S"].to_dict() == {"as_written": 102, "recovered": 51}
     assert found["n_S_percent"].to_dict() == {"as_written": 10.2, "recovered": 5.1}
     assert found["Z"].tolist() == pytest.approx([1.98, 1.98]) and found["bound"].tolist() == ["", ""]
@@ -123,7 +127,7 @@ def test_a_floor_is_reached_within_a_tenth_however_well_it_is_known():
     ("value", "n", "z", "bound"), [(99, 12, 100 / 12, "at most"), (0.1, 1000, 0, "more")]
 )
 def test_beyond_what_was_measured_there_is_a_bound(value, n, z, bound):
-    found = enough_dots(MadeUp(), one_floor(value), ("recovered",)).iloc[0]
+    found = required_dots(MadeUp(), one_floor(value), ("recovered",)).iloc[0]
     assert (found["n_S"], found["bound"]) == (n, bound) and found["Z"] == pytest.approx(z)
 
 
@@ -137,7 +141,7 @@ def test_beyond_what_was_measured_there_is_a_bound(value, n, z, bound):
     ],
 )
 def test_the_step_before_is_halved_three_times(value, n):
-    assert len(smallest_recovered(MadeUp(), one_floor(value), "turned")) == n
+    assert len(smallest_recovered_subset(MadeUp(), one_floor(value), "turned")) == n
 
 
 def test_what_the_search_measured_joins_the_curve():
@@ -146,22 +150,22 @@ def test_what_the_search_measured_joins_the_curve():
         [[2.0 if len(dots) < 55 else 1.0] for dots in subsets]
     )
     # Z drops at 55: between the steps of 50 and 60 a straight line alone would say 50 (1.98 / 2)^(ln 1.2 / ln .5)
-    assert enough_dots(trials, floors, ("recovered",))["n_S"].tolist() == [51]
-    assert len(smallest_recovered(trials, floors, "turned")) == 55
-    assert enough_dots(trials, floors, ("recovered",))["n_S"].tolist() == [54]
-    steps = [12, *(10 * p for p in PERCENTS if p >= 1.5)]
+    assert required_dots(trials, floors, ("recovered",))["n_S"].tolist() == [51]
+    assert len(smallest_recovered_subset(trials, floors, "turned")) == 55
+    assert required_dots(trials, floors, ("recovered",))["n_S"].tolist() == [54]
+    steps = [12, *(10 * p for p in CURVE_PERCENTS if p >= 1.5)]
     assert curves_table(trials, ("recovered",))["n_S"].tolist() == steps
-    handed_out = enough_dots(trials, floors, ("recovered",), ("turned", 55))
+    handed_out = required_dots(trials, floors, ("recovered",), ("turned", 55))
     assert handed_out[["n_S", "n_S_percent", "Z"]].iloc[0].tolist() == [55, 5.5, 1.0]
 
 
 def test_a_curve_ends_where_the_lowest_floor_is_reached():
     trials, floors = MadeUp(), one_floor(1.8)
-    whole = enough_dots(MadeUp(), floors)
+    whole = required_dots(MadeUp(), floors)
     trials.down_to = 1.98
     assert curves_table(trials, ("recovered",))["n_S"].tolist() == [12, 15, 20, 25, 30, 40, 50, 60]
     assert len(curves_table(trials, ("as_written",))) == len(trials.sizes)
-    pd.testing.assert_frame_equal(enough_dots(trials, floors), whole)
+    pd.testing.assert_frame_equal(required_dots(trials, floors), whole)
 
 
 @given(

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from measures import recovery
-from sparsurf.recovery.interpolants import fit, value
-from sparsurf.recovery.recovering import FLAT, recover
-from sparsurf.recovery.settling import settle
+from sparsurf.recovery.interpolants import fit_interpolants, interpolant_value
+from sparsurf.recovery.recovering import MIN_GRADIENT, recover
+from sparsurf.recovery.relaxation import relax
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import molecular_surface
 
 ATOMS = np.array(
@@ -24,14 +24,14 @@ def dots():
 
 @pytest.fixture(scope="module")
 def kept(dots):
-    chosen = SAMPLERS["farthest"](Evaluator(dots), len(dots) // 20, np.random.default_rng(0))
+    chosen = SAMPLERS["farthest"](PreparedSurface(dots), len(dots) // 20, np.random.default_rng(0))
     return dots.points[chosen], dots.normals[chosen]
 
 
 def test_the_recovered_surface_comes_nearer(dots, kept):
     true = recovery.truth(ATOMS, RADII)
     before = recovery.errors(*recover(*kept), true)
-    moved = settle(*kept, dots.points, dots.normals)
+    moved = relax(*kept, dots.points, dots.normals)
     after = recovery.errors(*recover(*moved), true)
     assert after["distance"] < 0.8 * before["distance"] and after["distance_95"] < 0.8 * before["distance_95"]
     assert np.linalg.norm(moved[0] - kept[0], axis=1).max() < 1
@@ -44,17 +44,17 @@ def test_a_round_goes_half_the_way_to_a_plane_through_the_heights(dots, kept):
     places = np.concatenate([dots.points, sheet])  # two that are too far off, and one that faces anywhere
     anywhere = np.random.default_rng(0).normal(size=(30, 3))
     directions = np.concatenate([dots.normals, dots.normals[:60], anywhere])
-    functions = fit(points, normals)
+    functions = fit_interpolants(points, normals)
     own = [[] for _ in points]
     for x, n in zip(places, directions, strict=True):
         near = np.argsort(np.linalg.norm(points - x, axis=1))[:4]
         alike = near[normals[near] @ n > 0]
         if len(alike):
-            f, *gradient = value(functions, functions.index.position[alike[0]], *x)
-            height = f / max(np.linalg.norm(gradient), FLAT)
+            f, *gradient = interpolant_value(functions, functions.index.position[alike[0]], *x)
+            height = f / max(np.linalg.norm(gradient), MIN_GRADIENT)
             if abs(height) < 1:
                 own[alike[0]].append((x, height))
-    moved = settle(points, normals, places, directions, rounds=1)
+    moved = relax(points, normals, places, directions, rounds=1)
     for i, (p, n) in enumerate(zip(points, normals, strict=True)):
         across = np.linalg.svd(n[None])[2][1:]
         spacing = functions.spacing[functions.index.position[i]]
@@ -67,28 +67,28 @@ def test_a_round_goes_half_the_way_to_a_plane_through_the_heights(dots, kept):
 
 
 def test_threads_and_turning_do_not_matter(dots, kept):
-    one = settle(*kept, dots.points, dots.normals)
-    two = settle(*kept, dots.points, dots.normals, threads=2)
+    one = relax(*kept, dots.points, dots.normals)
+    two = relax(*kept, dots.points, dots.normals, threads=2)
     assert all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
     turn = np.array([[0, 1.0, 0], [0, 0, 1.0], [1.0, 0, 0]])
-    turned = settle(*(x @ turn for x in kept), dots.points @ turn, dots.normals @ turn)
+    turned = relax(*(x @ turn for x in kept), dots.points @ turn, dots.normals @ turn)
     assert turned[0] == pytest.approx(one[0] @ turn, abs=1e-6)
 
 
 def test_a_dot_off_the_surface_is_drawn_onto_it(dots, kept):
     points = kept[0].copy()
     points[3] += 0.3 * kept[1][3]
-    moved, _ = settle(points, kept[1], dots.points, dots.normals)
-    stayed, _ = settle(*kept, dots.points, dots.normals)
+    moved, _ = relax(points, kept[1], dots.points, dots.normals)
+    stayed, _ = relax(*kept, dots.points, dots.normals)
     assert np.linalg.norm(moved[3] - stayed[3]) < 0.05
 
 
 def test_a_dense_subset_and_a_few_dots_stay(dots):
     whole = dots.points, dots.normals
-    moved, _ = settle(dots.points[::2], dots.normals[::2], *whole)
+    moved, _ = relax(dots.points[::2], dots.normals[::2], *whole)
     assert np.linalg.norm(moved - dots.points[::2], axis=1).mean() < 0.03
-    few = settle(dots.points[:3], dots.normals[:3], *whole)
+    few = relax(dots.points[:3], dots.normals[:3], *whole)
     assert np.array_equal(few[0], dots.points[:3])
     alone = [x[::100][:4] for x in whole]  # some face all others, and have no spacing
-    settled = settle(*alone, *whole)
+    settled = relax(*alone, *whole)
     assert np.isfinite(settled).all() and not np.array_equal(settled[0], alone[0])
