@@ -54,13 +54,13 @@ def test_another_form_is_laid_on_and_takes_the_labels(molecules):
     turn = Rotation.random(rng=2).as_matrix()
     moved = replace(bound, xyz=bound.xyz @ turn.T + [30.0, -5, 2])
     part = moved.take(moved.residue != "1")  # one residue is missing in the other form
-    laid = complexes.laid_on(part, bound)
+    laid = complexes.superpose_onto(part, bound)
     assert np.abs(laid.xyz[0] - bound.xyz[0][bound.residue != "1"]).max() < 1e-9
     labels = bound.xyz[0][:, 0] > 10
     carried = complexes.carried_labels(laid.xyz[0] + 0.1, bound.xyz[0], labels)
     assert np.array_equal(carried, labels[bound.residue != "1"])
     with pytest.raises(InputError, match="share 0 residues"):
-        complexes.laid_on(molecules[1], bound)
+        complexes.superpose_onto(molecules[1], bound)
 
 
 def test_relative_values_lose_what_flatness_explains():

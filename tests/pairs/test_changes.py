@@ -21,7 +21,7 @@ from sparsurf.pairs.changes import (
     residues_of,
 )
 from sparsurf.sites.describing import FIELDS, describe_surface
-from sparsurf.sites.weighing import weights
+from sparsurf.sites.metric import weights
 from sparsurf.study.floors import turning
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
@@ -150,7 +150,7 @@ def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
     np.testing.assert_allclose(table[[*CHANNELS, "total"]], wanted)
     for above, key, floor in (
         ("above", "total_floor", 0.02),
-        ("above_moved", "total_moved", 0.02 + module.MOVED),
+        ("above_moved", "total_moved", 0.02 + module.RMS_DISPLACEMENT),
     ):
         np.testing.assert_allclose(table[key], floor)
         assert (table[above] == (wanted[:, -1] > floor)).all()

@@ -1,14 +1,26 @@
 """Figures of sites: the site and its hits side by side, all seen from the same side; two forms and where they differ."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps, colors
 from scipy.spatial import cKDTree
 
-from sparsurf.pairs.changes import laid
+from sparsurf.pairs.changes import superpose_forms
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import DARK, GREY, PALETTE, SAMPLED, styled
-from sparsurf.sites.arrangement import rigid_fit
+from sparsurf.sites.pose_search import rigid_fit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from sparsurf.molecules.molecule import Molecule
+    from sparsurf.surfaces.surface import Surface
 
 AROUND = 12.0  # Å around the site that the pictures show
 ON_IT = 1.5  # Å; dots of a hit nearer to the site laid on it take its colour
@@ -20,7 +32,9 @@ REST = render.PALE
 MANY = colormaps["turbo"]  # colours of more residues than the palette has
 
 
-def carried(surface, site, pose):
+def carried(
+    surface: Surface, site: tuple[np.ndarray, np.ndarray], pose: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A hit in the frame of the site, and which of the site's residues each of its dots lies on.
 
     Parameters
@@ -39,20 +53,22 @@ def carried(surface, site, pose):
     return points, normals, np.where(np.isfinite(gap), site[1][np.minimum(nearest, len(site[1]) - 1)], -1)
 
 
-def distance_from(points, site):
+def distance_from(points: np.ndarray, site: np.ndarray) -> np.ndarray:
     """Distance of each dot (N, 3) from the nearest of some of them, Å, at most FAR; NaN of none."""
     if not site.any():
         return np.full(len(points), np.nan)
     return np.minimum(cKDTree(points[site]).query(points)[0], FAR)
 
 
-def facing(points, normals, site):
+def facing(points: np.ndarray, normals: np.ndarray, site: np.ndarray) -> np.ndarray:
     """Rotation that looks at some dots (N,) bool of a surface from above."""
     return render.oblique(points[site], normals[site], 90)
 
 
 @styled
-def site_figure(name, panels, residues):
+def site_figure(
+    name: str, panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]], residues: Sequence[str]
+) -> Figure:
     """The site and its best hits.
 
     Parameters
@@ -93,7 +109,7 @@ def site_figure(name, panels, residues):
 
 
 @styled
-def matrix_figure(name, table):
+def matrix_figure(name: str, table: pd.DataFrame) -> Figure:
     """How rarely chance matches each site on each target as well.
 
     Parameters
@@ -129,7 +145,9 @@ def matrix_figure(name, table):
 
 
 @styled
-def changes_figure(name, forms, table):
+def changes_figure(
+    name: str, forms: Sequence[tuple[str, Surface, Molecule, np.ndarray]], table: pd.DataFrame
+) -> Figure:
     """Two forms in the colours of their change, and the change along the residues.
 
     Parameters
@@ -146,7 +164,7 @@ def changes_figure(name, forms, table):
     scale = layout.scale(0, max(np.nanquantile(change, 0.98), 1e-6))
     most = change >= np.nanquantile(change, 0.9)
     rotation = facing(surface.points, surface.normals, most)
-    turn, shift = rigid_fit(moved.xyz[0], laid(moved, molecule).xyz[0], np.ones(moved.n_atoms))
+    turn, shift = rigid_fit(moved.xyz[0], superpose_forms(moved, molecule).xyz[0], np.ones(moved.n_atoms))
     places = [(surface.points, surface.normals), (other.points @ turn + shift, other.normals @ turn)]
     shape = layout.pixels(WIDTH - 8, HEIGHT)
     camera = render.aim(np.concatenate([points for points, _ in places]), rotation, shape)
@@ -162,7 +180,7 @@ def changes_figure(name, forms, table):
     return figure
 
 
-def _along(ax, table):
+def _along(ax: Axes, table: pd.DataFrame) -> None:
     """The change of each residue, in their order, and its floors."""
     place = np.arange(len(table))
     above = table["above_moved"] == 1
