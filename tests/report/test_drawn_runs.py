@@ -245,7 +245,7 @@ def stages():
 def test_a_simulation_is_drawn_stage_after_stage():
     energies, motion, judged = stages()
     figure = simulation_figure(energies, motion, judged)
-    assert [ax.get_title(loc="left").split(" (")[0] for ax in figure.axes] == [
+    assert [ax.get_title(loc="left").split("  ")[1].split(" (")[0] for ax in figure.axes] == [
         "temperature", "pressure", "density", "potential energy", "Cα RMSD to the first frame", "radius of gyration",
     ]  # fmt: skip
     columns = ["temperature_K", "pressure_bar", "density_kg_m3", "potential_kJ_mol"]
@@ -270,7 +270,7 @@ def test_a_simulation_is_drawn_stage_after_stage():
         found = np.asarray(dark.get_ydata(), float)[1:]
         np.testing.assert_allclose(found[2:-2], wanted[2:-2])
         assert ax.get_xlabel() == "time of the production (ps)"
-    said = {text.get_text(): to_hex(text.get_color()).upper() for text in figure.texts}
+    said = dict(legend_of(figure))
     assert [said[w] for w in ("NVT, protein held", "NPT, protein held", "production")] == [
         BLUE,
         ORANGE,
