@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from string import ascii_uppercase
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -48,22 +48,23 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
     panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_in(table, "d_")}
     time, unit = time_axis(table)
     window = (len(table) // WINDOWS) | 1 if len(table) >= 3 * WINDOWS else 0  # odd
-    figure = layout.sheet(PAGE, 18 + 32 * len(panels), name)
-    for k, (column, label) in enumerate(panels.items()):
-        y = 12 + 32 * k
-        layout.letter(figure, 1, y - 5, ascii_uppercase[k])
-        ax = layout.axes(figure, 15, y, 122, 25)
+    figure = layout.constrained(PAGE, 18 + 32 * len(panels), name)
+    rows = figure.subplots(len(panels), 2, width_ratios=[4, 1], squeeze=False)
+    for letter, (ax, beside), (column, label) in zip(ascii_uppercase, rows, panels.items(), strict=False):
+        reading = READINGS.get(column.removeprefix("d_"))
+        layout.panel_title(ax, letter, reading.words if reading else "")
         _over_time(ax, time, table[column], window)
         ax.set_ylabel(label)
-        ax.tick_params(labelbottom=k == len(panels) - 1)
-        reading = column.removeprefix("d_")
-        if reading in READINGS:
-            layout.text(figure, 15, y - 4.7, READINGS[reading].words)
-        error = table[f"d_se_{reading}"].mean() if reading in READINGS else np.nan
-        _distribution(layout.axes(figure, 142, y, 30, 25), table[column], ax.get_ylim(), error)
-    ax.set_xlabel(unit)
-    _ensemble_key(figure, combination, window)
-    return figure
+        error = table[column.replace("d_", "d_se_")].mean() if reading else np.nan
+        _distribution(beside, table[column], ax.get_ylim(), error)
+    for ax in rows[:-1, 0]:
+        ax.tick_params(labelbottom=False)
+    rows[-1, 0].set_xlabel(unit)
+    values = zip(PARAMETERS, combination, strict=True)
+    title = ", ".join(f"{GREEK[parameter]} = {value:g}" for parameter, value in values)
+    handles = _ensemble_handles(window)
+    figure.legend(handles=handles, loc="outside lower left", ncols=3, title=title, alignment="left")
+    return layout.fix_layout(figure)
 
 
 def time_axis(table: pd.DataFrame) -> tuple[pd.Series, str]:
@@ -102,27 +103,13 @@ def _distribution(ax: Axes, values: pd.Series, limits: tuple[float, float], erro
         ax.errorbar(place, values.mean(), error, color="black", elinewidth=0.8, capsize=2, clip_on=False)
 
 
-def _ensemble_key(figure: layout.Sheet, combination: Sequence[float], window: int) -> None:
-    """Write the combination and the legend."""
-    text = ", ".join(
-        f"{GREEK[name]} = {value:g}" for name, value in zip(PARAMETERS, combination, strict=True)
-    )
+def _ensemble_handles(window: int) -> list[Line2D]:
+    """Return the entries of the legend."""
     handles = [Line2D([], [], color=PALE if window else DARK, label="each frame")]
     if window:
         handles.append(Line2D([], [], color=DARK, linewidth=1.2, label=f"moving mean, {window} frames"))
-    handles.append(
-        Line2D(
-            [],
-            [],
-            color="black",
-            marker="|",
-            markersize=6,
-            linestyle="",
-            label="mean standard error of a frame's $d$",
-        )
-    )
-    layout.text(figure, 15, 1.5, text)
-    layout.legend(figure, 62, 1.5, handles, ncols=3)
+    error: dict[str, Any] = {"color": "black", "marker": "|", "markersize": 6, "linestyle": ""}
+    return [*handles, Line2D([], [], **error, label="mean standard error of a frame's $d$")]
 
 
 @styled
