@@ -128,10 +128,10 @@ def test_variants_are_chosen_on_few_and_reported_on_the_others():
 
 def test_a_complex_gets_all_scores_and_the_tables_sum_them_up(pair):
     recipes = (Recipe(), Recipe(radius=8.0))
-    table, touching, own, same = score_complex(pair, None, None, recipes, (1, 3), most=200)
+    table, touching, own, same = score_complex(pair, None, None, recipes, (1, 3), max_patches=200)
     assert np.isnan(same).all()
     labels = [each.surface.points[:, 0] > 9 for each in pair]  # as of another form
-    again, _, _, same = score_complex(pair, own, labels, recipes, (1, 3), most=200)
+    again, _, _, same = score_complex(pair, own, labels, recipes, (1, 3), max_patches=200)
     for side in (0, 1):
         at_centres = labels[side][centres_of(pair[side], 200)]
         assert (again.loc[again["side"] == side + 1, "interface"] == at_centres.sum()).all()

@@ -50,13 +50,13 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
     window = (len(table) // WINDOWS) | 1 if len(table) >= 3 * WINDOWS else 0  # odd
     figure = layout.constrained(PAGE, 18 + 32 * len(panels), name)
     rows = figure.subplots(len(panels), 2, width_ratios=[4, 1], squeeze=False)
-    for letter, (ax, beside), (column, label) in zip(ascii_uppercase, rows, panels.items(), strict=False):
+    for letter, (ax, side), (column, label) in zip(ascii_uppercase, rows, panels.items(), strict=False):
         reading = READINGS.get(column.removeprefix("d_"))
         layout.panel_title(ax, letter, reading.words if reading else "")
         _over_time(ax, time, table[column], window)
         ax.set_ylabel(label)
         error = table[column.replace("d_", "d_se_")].mean() if reading else np.nan
-        _distribution(beside, table[column], ax.get_ylim(), error)
+        _distribution(side, table[column], ax.get_ylim(), error)
     for ax in rows[:-1, 0]:
         ax.tick_params(labelbottom=False)
     rows[-1, 0].set_xlabel(unit)
