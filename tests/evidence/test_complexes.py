@@ -54,13 +54,13 @@ def test_another_form_is_laid_on_and_takes_the_labels(molecules):
     turn = Rotation.random(rng=2).as_matrix()
     moved = replace(bound, xyz=bound.xyz @ turn.T + [30.0, -5, 2])
     part = moved.take(moved.residue != "1")  # one residue is missing in the other form
-    laid = complexes.laid_on(part, bound)
+    laid = complexes.superpose_onto(part, bound)
     assert np.abs(laid.xyz[0] - bound.xyz[0][bound.residue != "1"]).max() < 1e-9
     labels = bound.xyz[0][:, 0] > 10
     carried = complexes.carried_labels(laid.xyz[0] + 0.1, bound.xyz[0], labels)
     assert np.array_equal(carried, labels[bound.residue != "1"])
     with pytest.raises(InputError, match="share 0 residues"):
-        complexes.laid_on(molecules[1], bound)
+        complexes.superpose_onto(molecules[1], bound)
 
 
 def test_relative_values_lose_what_flatness_explains():
@@ -128,10 +128,10 @@ def test_variants_are_chosen_on_few_and_reported_on_the_others():
 
 def test_a_complex_gets_all_scores_and_the_tables_sum_them_up(pair):
     recipes = (Recipe(), Recipe(radius=8.0))
-    table, touching, own, same = score_complex(pair, None, None, recipes, (1, 3), most=200)
+    table, touching, own, same = score_complex(pair, None, None, recipes, (1, 3), max_patches=200)
     assert np.isnan(same).all()
     labels = [each.surface.points[:, 0] > 9 for each in pair]  # as of another form
-    again, _, _, same = score_complex(pair, own, labels, recipes, (1, 3), most=200)
+    again, _, _, same = score_complex(pair, own, labels, recipes, (1, 3), max_patches=200)
     for side in (0, 1):
         at_centres = labels[side][centres_of(pair[side], 200)]
         assert (again.loc[again["side"] == side + 1, "interface"] == at_centres.sum()).all()

@@ -12,7 +12,7 @@ import tabulate_means
 from conftest import ROOT
 from measures import sites
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.pairs.complexes import laid_on
+from sparsurf.pairs.complexes import superpose_onto
 from sparsurf.sites.finding import chance
 
 
@@ -56,7 +56,7 @@ def test_a_relative_is_numbered_by_its_alignment_where_the_backbones_meet():
     wanted = np.where(apart, "own", own.residue)
     assert [each.split()[0] for each in found.residue] == wanted.tolist() and len(found.residues) == 59
     assert alike == pytest.approx((59 - 7 - 3) / (59 - 7))
-    moved = laid_on(found, bound)
+    moved = superpose_onto(found, bound)
     kept = ~apart
     np.testing.assert_allclose(moved.xyz[0][kept], own.xyz[0][kept], atol=1e-6)
 

@@ -117,7 +117,7 @@ def sorted_pair(found, side, i, partner):
 
 def test_best_pairs_are_ranked_and_apart(peptides):
     found = matching.match(*peptides)
-    table = matching.best_pairs(found, most=20)
+    table = matching.best_pairs(found, n=20)
     assert table["distance"].is_monotonic_increasing
     best = min(near.distance.min() for near in found.complementary)
     assert table["distance"][0] == best
@@ -138,7 +138,7 @@ def test_best_pairs_are_ranked_and_apart(peptides):
             chosen.append((distance, *at, a, b))
     assert table[["dot_1", "dot_2"]].to_numpy().tolist() == [[a, b] for *_, a, b in chosen[:20]]
     assert table["residue_1"].str.match(r"A:(ALA|LEU|LYS|GLY)[1-4]$").all()
-    assert matching.best_pairs(found, most=3).equals(table[:3])
+    assert matching.best_pairs(found, n=3).equals(table[:3])
 
 
 def test_agreement_is_the_area_of_each_score(peptides):
@@ -172,7 +172,7 @@ def test_labels_that_are_known_otherwise_count(peptides):
 def test_pairs_of_patches_are_drawn_from_the_whole_contact_and_keep_their_blocks(peptides, monkeypatch):
     places, drawn = [], []
     describe_as_ever, area = matching.descriptors_at, matching.bootstrap_auc
-    monkeypatch.setattr(matching, "MOST_CONTACTS", 20)
+    monkeypatch.setattr(matching, "MAX_CONTACTS", 20)
     monkeypatch.setattr(
         matching, "descriptors_at", lambda *given: places.append(given[1]) or describe_as_ever(*given)
     )

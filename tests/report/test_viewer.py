@@ -138,7 +138,7 @@ def test_a_hundred_thousand_dots_fit(grid):
     header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
     assert header["total"] == n
     assert header["stored"] == 100_000
-    assert viewer.MOST_BYTES <= 1_500_000  # the frame of a report shows 1.57 MB at most
+    assert viewer.MAX_BYTES <= 1_500_000  # the frame of a report shows 1.57 MB at most
     assert set(columns["index"]) == set(order["farthest"][: header["stored"]].tolist())
     shown = np.isin(dot, columns["index"])
     assert len(columns["pair"]) == shown.sum()
@@ -149,7 +149,7 @@ def test_a_hundred_thousand_dots_fit(grid):
 
 def test_a_page_that_would_be_too_long_shows_fewer_dots(evaluator, grid, monkeypatch):
     whole, order = write(evaluator, grid)
-    monkeypatch.setattr(viewer, "MOST_BYTES", len(whole) - 5000)
+    monkeypatch.setattr(viewer, "MAX_BYTES", len(whole) - 5000)
     fewer, _ = write(evaluator, grid)
     assert len(fewer) <= len(whole) - 5000
     header, columns = unpacked(fewer.split('PACKED = "')[1].split('"')[0])
@@ -641,7 +641,7 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     np.testing.assert_array_equal(field.values, charge)
     assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
     assert list(dots) == MINIMAL
-    low, high = draw_view.render.ROUGH
+    low, high = draw_view.render.ROUGHNESS_LIMITS
     wanted = matplotlib.colormaps["viridis"](((evaluator.roughness - low) / (high - low)).clip(0, 1))[:, :3]
     np.testing.assert_allclose(drawn[0], wanted, atol=1 / 255)  # of whole numbers, cut off
 
@@ -672,7 +672,7 @@ def test_distances_count_from_the_origin_of_a_patch(evaluator):
     n = len(evaluator.points)
     cover = evaluator.cover._replace(origin=(evaluator.cover.centre + 1) % n)
     columns = viewer.cover_columns(evaluator.surface, np.arange(n), cover)
-    found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * viewer.STEP
+    found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * viewer.COORDINATE_STEP
     assert np.allclose(found, evaluator.points[cover.origin], atol=1e-9)
 
 
@@ -682,7 +682,7 @@ def reading_words(reading):
 
 def test_the_share_of_a_subset_is_that_of_the_whole_surface(browser, tmp_path, evaluator, monkeypatch):
     """On a page that holds some of the dots only, the subset is still the part of the surface that the tables tell."""
-    monkeypatch.setattr(viewer, "MOST_DOTS", 400)
+    monkeypatch.setattr(viewer, "MAX_DOTS", 400)
     order = farthest(evaluator, len(evaluator.points), evaluator.stream("view"))
     values = [viewer.Values("height", "z", " Å", np.full(len(order), np.nan), "low", "high")]
     text = viewer.page(
