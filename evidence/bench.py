@@ -33,18 +33,18 @@ from sparsurf.pairs.nearest import nearest
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import R_ZERNIKE, build_index
 from sparsurf.patches.islands import patch
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.patches.roughness import roughness
 from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
-from sparsurf.sampling import law
+from sparsurf.sampling import published as published_sampling
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.sites.finding import nearest_places
-from sparsurf.sites.weighing import WIDTH
+from sparsurf.sites.metric import N_COMPONENTS
 from sparsurf.study import grid
 from sparsurf.study.ensemble import frame_row
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.surfaces.molecular_surface import fitting_density, molecular_surface
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -115,13 +115,13 @@ def measure_dots(
     most = 0.15 if promised else None
     seconds = table.time("roughness of all dots", n, lambda: roughness(index), repeats, most=most)
     table.add("roughness per dot", n, 1e6 * seconds / n, "µs")
-    table.time("cover", n, lambda: law.build_cover(index, rough), repeats)
-    evaluator = Evaluator(surface, roughness_values=rough, name="bench")
+    table.time("cover", n, lambda: published_sampling.build_cover(index, rough), repeats)
+    evaluator = PreparedSurface(surface, roughness_values=rough, name="bench")
     rng = np.random.default_rng(0)
 
     def sample() -> None:
         for combination in combinations:
-            law.sample(evaluator.cover, combination, rng)
+            published_sampling.sample(evaluator.cover, combination, rng)
 
     def pair() -> None:
         for combination in combinations:
@@ -135,7 +135,7 @@ def measure_dots(
 
 
 def measure_descriptors(
-    table: Table, evaluator: Evaluator, rng: np.random.Generator, repeats: int, n_tests: int
+    table: Table, evaluator: PreparedSurface, rng: np.random.Generator, repeats: int, n_tests: int
 ) -> None:
     """Measure descriptors of 64 subsets at shared test dots, as the grid evaluates them."""
     index, n = evaluator.index, len(evaluator.points)
@@ -144,21 +144,30 @@ def measure_descriptors(
     z_tot, steady = evaluator.describe(tests)[0], evaluator.changed(descriptor="steady").describe(subset)[0]
     for share, most in DESCRIPTOR_LIMITS.items():
         words = np.zeros(n, np.uint64)
-        for bit in range(descriptors.BITS):
-            descriptors.add(words, index, law.uniform(n, round(share * n), rng), bit)
-        for reading in OF_GRID:
+        for bit in range(descriptors.MAX_SUBSETS):
+            descriptors.add_subset(words, index, published_sampling.uniform_subset(n, round(share * n), rng), bit)
+        for reading in GRID_READINGS:
             run = partial(
-                descriptors.evaluate, index, evaluator.points[tests], words, descriptors.BITS, reading, z_tot
+                descriptors.evaluate,
+                index,
+                evaluator.points[tests],
+                words,
+                descriptors.MAX_SUBSETS,
+                reading,
+                z_tot,
             )
-            what, per = f"a descriptor, {share:.0%} kept, `{reading}`", 1e6 / len(tests) / descriptors.BITS
+            what, per = (
+                f"a descriptor, {share:.0%} kept, `{reading}`",
+                1e6 / len(tests) / descriptors.MAX_SUBSETS,
+            )
             table.time(what, n, run, repeats, "µs", per, most)
             run = partial(
-                descriptors.evaluate, index, evaluator.points[subset], words, descriptors.BITS, reading, steady,
+                descriptors.evaluate, index, evaluator.points[subset], words, descriptors.MAX_SUBSETS, reading, steady,
                 descriptor="steady",
             )  # fmt: skip
             what, per = (
                 what.replace("a descriptor", "a steady descriptor"),
-                1e6 / len(subset) / descriptors.BITS,
+                1e6 / len(subset) / descriptors.MAX_SUBSETS,
             )
             table.time(what, n, run, repeats, "µs", per, MAX_MICROSECONDS_STEADY)
 
@@ -189,7 +198,7 @@ def measure_sites(table: Table, places: int, repeats: int, promised: bool) -> No
             most=MAX_BYTES_PER_PLACE,
         )
     rng = np.random.default_rng(0)
-    every, query = (rng.standard_normal((n, WIDTH), dtype=np.float32) for n in (places, QUERY))
+    every, query = (rng.standard_normal((n, N_COMPONENTS), dtype=np.float32) for n in (places, QUERY))
     run = partial(nearest_places, query, every, HITS, available_cores())
     table.time(f"{QUERY} places sought among {places:,}", None, run, repeats, most=1 if promised else None)
 
@@ -198,13 +207,13 @@ def measure_grids(
     table: Table, surface: Surface, combinations: np.ndarray, limits: dict[int, float | None], repeats: int
 ) -> None:
     """Measure whole grids with one draw, reading `as_coded`, and one combination at every dot."""
-    evaluator, n = Evaluator(surface, name="bench"), len(surface)
+    evaluator, n = PreparedSurface(surface, name="bench"), len(surface)
     for n_tests, most in limits.items():
         what = f"grid of {len(combinations)}, {n_tests} test dots"
-        run = partial(grid.run, evaluator, combinations, n_tests, 1, ("as_coded",))
+        run = partial(grid.evaluate_grid, evaluator, combinations, n_tests, 1, ("as_coded",))
         table.time(what, n, run, repeats, most=most)
-    for readings, names in ((("as_coded",), "`as_coded`"), (OF_GRID, "both readings")):
-        run = partial(grid.run, evaluator, BEST_COMBINATION, n, 1, readings)
+    for readings, names in ((("as_coded",), "`as_coded`"), (GRID_READINGS, "both readings")):
+        run = partial(grid.evaluate_grid, evaluator, BEST_COMBINATION, n, 1, readings)
         table.time(f"a combination at every dot, {names}", n, run, repeats, most=1)
 
 
@@ -223,7 +232,7 @@ def measure_frames(table: Table, quick: bool) -> None:
     residues = QUICK_RESIDUES if quick else None
     molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
     atom_radii = radii(molecule)
-    density = fitting_density(
+    density = density_for_d_link(
         molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], "bench"
     )
     settings["surface"] = settings["surface"] | {"density": density}
@@ -248,7 +257,7 @@ def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
     if fpsample := installed("fpsample"):
         farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
         table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
-        evaluator, rng = Evaluator(surface, name="bench"), np.random.default_rng(0)
+        evaluator, rng = PreparedSurface(surface, name="bench"), np.random.default_rng(0)
         table.time("the same here", n, partial(SAMPLERS["farthest"], evaluator, keep, rng), repeats)
     if mahotas := installed("mahotas.features"):
         image = np.random.default_rng(0).random((PIXELS, PIXELS))
@@ -296,7 +305,7 @@ def measure_reference(table: Table, surface: Surface, name: str) -> None:
 def warm_up() -> None:
     """Load every kernel, so that what follows measures the dots."""
     dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
-    grid.run(Evaluator(dots), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+    grid.evaluate_grid(PreparedSurface(dots), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
 
 
 def print_memory(copies: int, quick: bool) -> None:
@@ -305,7 +314,9 @@ def print_memory(copies: int, quick: bool) -> None:
     one = a1(quick)
     before = peak_memory()
     surface = repeated(one, copies)
-    grid.run(Evaluator(surface, threads=available_cores()), law.grid(*SMALL_GRID), 100)
+    grid.evaluate_grid(
+        PreparedSurface(surface, threads=available_cores()), published_sampling.parameter_grid(*SMALL_GRID), 100
+    )
     print(json.dumps({"dots": len(surface), "bytes": peak_memory() - before}))
 
 
@@ -324,8 +335,11 @@ def print_ribosome() -> None:
     surface = step("surface", lambda: molecular_surface(molecule.xyz[0], radii(molecule)))
     index = step("index", lambda: build_index(surface.points, surface.normals))
     rough = step("roughness", lambda: roughness(index, threads=cores))
-    evaluator = step("cover", lambda: Evaluator(surface, roughness_values=rough, threads=cores))
-    step("grid of 36, 400 test dots", lambda: grid.run(evaluator, law.grid(*SMALL_GRID), 400))
+    evaluator = step("cover", lambda: PreparedSurface(surface, roughness_values=rough, threads=cores))
+    step(
+        "grid of 36, 400 test dots",
+        lambda: grid.evaluate_grid(evaluator, published_sampling.parameter_grid(*SMALL_GRID), 400),
+    )
     figures = {
         "atoms": molecule.n_atoms,
         "dots": len(surface),
@@ -415,9 +429,11 @@ def main(path_to_output: str | Path, quick: bool = False, reference: str | None 
     with threadpool_limits(1, "blas"):
         for c in copies:
             promised = c == 1 and not quick
-            combinations = law.grid(*(FULL_GRID if promised else SMALL_GRID))
+            combinations = published_sampling.parameter_grid(*(FULL_GRID if promised else SMALL_GRID))
             measure_dots(table, repeated(surface, c), promised, repeats, n_tests, combinations)
-        combinations = law.grid(*SMALL_GRID)[:2] if quick else law.grid(*FULL_GRID)
+        combinations = (
+            published_sampling.parameter_grid(*SMALL_GRID)[:2] if quick else published_sampling.parameter_grid(*FULL_GRID)
+        )
         measure_grids(table, surface, combinations, {n_tests: None} if quick else GRID_LIMITS, repeats)
         measure_pairs(table, {500: None} if quick else PAIR_LIMITS, repeats)
         measure_sites(table, 10_000 if quick else PLACES, repeats, not quick)

@@ -5,7 +5,7 @@ from measures.molecules import atoms_of
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import layout, subsets
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import job
@@ -14,7 +14,7 @@ from sparsurf.workflow.jobs import job
 def main(structure: str, figure_path: str, threads: int) -> None:
     """Draw the dots, a tenth of them, and the recovered surface with its distance from the true one."""
     atoms = atoms_of(structure)
-    evaluator = Evaluator(molecular_surface(*atoms), seed=1, name="example", threads=threads)
+    evaluator = PreparedSurface(molecular_surface(*atoms), seed=1, name="example", threads=threads)
     dots = SAMPLERS["farthest"](evaluator, len(evaluator.points) // 10, evaluator.stream("figure"))
     subset = evaluator.points[dots], evaluator.normals[dots]
     recovered = recover(*subset, threads=threads)

@@ -1,7 +1,7 @@
 """How much of d the always-kept centres of patches contribute on one surface of the study of many proteins."""
 
 from sparsurf.study.centres import centres_table
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
@@ -22,7 +22,7 @@ def main(
 ) -> None:
     """Write a row for each of these readings and each range."""
     dots = read_npz(surface)
-    evaluator = Evaluator(
+    evaluator = PreparedSurface(
         dots, roughness_values=read_roughness(roughness, dots), seed=seed, name=protein, threads=threads
     )
     centres = centres_table(evaluator, read_table(grid), read_table(ranges), test_dots, draws)

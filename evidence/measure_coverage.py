@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from measures import coverage
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.streams import stream
 from sparsurf.workflow.jobs import job
 
@@ -16,7 +16,7 @@ def main(
     with np.load(pool) as arrays:
         d, member = arrays["d"], arrays["member"]
     tables = []
-    for r, reading in enumerate(OF_GRID):
+    for r, reading in enumerate(GRID_READINGS):
         for draws, test_dots in designs:
             rng = stream(0, "coverage", protein, r, draws)
             with_sets = [draws, test_dots] == default

@@ -5,17 +5,17 @@ import pandas as pd
 from sparsurf.cli.making import rules_of
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import D_LINK
-from sparsurf.study.enough import Trials
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.floors import FRESH, floors
-from sparsurf.study.minimal import smallest_recovered
-from sparsurf.surfaces.molecular_surface import fitting_surface, layer
+from sparsurf.study.floors import FRESH, noise_floors
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.required_dots import Trials
+from sparsurf.study.subset_search import smallest_recovered_subset
+from sparsurf.surfaces.molecular_surface import surface_for_d_link, surface_generator
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.workflow.jobs import job
 
 
-class AtOneDensity(Evaluator):
+class AtOneDensity(PreparedSurface):
     """Recovers every surface at 5.35 dots per Å^2, whatever its own density."""
 
     density = DENSITY
@@ -30,17 +30,17 @@ def main(
     for hydrogens, requested in surfaces:
         molecule = read_molecule(structure, hydrogens=hydrogens)
         atoms, rules = radii(molecule, "dms"), rules_of(1.4, requested, "keep")
-        dots, density = fitting_surface(molecule, 0, atoms, rules, D_LINK, protein)
+        dots, density = surface_for_d_link(molecule, 0, atoms, rules, D_LINK, protein)
         row = {"protein": protein, "hydrogens": hydrogens, "asked": requested}
         row |= {"density": density, "N": len(dots)}
-        evaluator = Evaluator(dots, seed=seed, threads=threads)
-        fresh_surface = layer(molecule, 0, atoms, rules, D_LINK, protein)
-        references = floors(evaluator, test_dots, **fresh_surface)
+        evaluator = PreparedSurface(dots, seed=seed, threads=threads)
+        fresh_surface = surface_generator(molecule, 0, atoms, rules, D_LINK, protein)
+        references = noise_floors(evaluator, test_dots, **fresh_surface)
         row["floor"] = references.set_index("floor").loc[FRESH, "Z"]
-        for kind, suffix in ((Evaluator, ""), (AtOneDensity, "_at_5.35")):
+        for kind, suffix in ((PreparedSurface, ""), (AtOneDensity, "_at_5.35")):
             recovering = kind(dots, roughness_values=evaluator.roughness, seed=seed, threads=threads)
             trials = Trials(recovering, "farthest", test_dots)
-            row[f"n_S{suffix}"] = len(smallest_recovered(trials, references, FRESH))
+            row[f"n_S{suffix}"] = len(smallest_recovered_subset(trials, references, FRESH))
         rows.append(row)
     pd.DataFrame(rows).to_csv(table, index=False)
 

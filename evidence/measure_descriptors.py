@@ -5,9 +5,9 @@ import pandas as pd
 from measures import steadiness
 from measures.molecules import atoms_of
 from sparsurf.patches.index import D_LINK
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.streams import stream
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.workflow.jobs import job
@@ -42,8 +42,8 @@ def main(
 
     by_density = [steadiness_at(density, D_LINK) for density in densities]
     by_link = {D_LINK: by_density[0][0]} | {link: steadiness_at(DENSITY, link)[0] for link in d_link}
-    evaluator = Evaluator(surface, seed=seed, name=protein, threads=threads)
-    combinations = law.grid(**sampling)
+    evaluator = PreparedSurface(surface, seed=seed, name=protein, threads=threads)
+    combinations = published.parameter_grid(**sampling)
     tables = {
         changes: pd.concat([table for table, _ in by_density]),
         orders: pd.concat([table for _, table in by_density]),

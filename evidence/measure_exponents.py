@@ -2,7 +2,7 @@
 
 from measures.exponents import measure
 from measures.molecules import atoms_of
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.workflow.jobs import job
 
@@ -20,7 +20,7 @@ def main(
 ) -> None:
     """Write Z for every exponent, n_S and sampler."""
     surface = molecular_surface(*atoms_of(structure))
-    evaluator = Evaluator(surface, seed=seed, name=protein, threads=threads)
+    evaluator = PreparedSurface(surface, seed=seed, name=protein, threads=threads)
     z = measure(evaluator, exponents, percents, test_dots, draws)
     z.assign(protein=protein).to_csv(table, index=False)
 

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.paper.published_runs import as_published, centres_in_any_order
-from sparsurf.sampling import law
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.surfaces.molecular_surface import surface_of
+from sparsurf.paper.published_runs import centres_in_random_orders, runs_as_published
+from sparsurf.sampling import published
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.surfaces.molecular_surface import surface_of_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job, reporter
 
@@ -29,13 +29,17 @@ def main(
     `rules` are the changed ones: parameters of the patches, or alpha, a factor on every alpha of the grid.
     """
     molecule = read_molecule(structure)
-    dots = surface_of(molecule, 0, radii(molecule, "dms"), surface)
+    dots = surface_of_frame(molecule, 0, radii(molecule, "dms"), surface)
     changed = {key.lower(): value for key, value in rules.items()}
     alpha_factor = changed.pop("alpha", 1.0)
-    evaluator = Evaluator(dots, **patches | changed, seed=seed, name=f"power {variant}", threads=threads)
-    combinations = law.grid(**sampling)
-    winners = as_published(evaluator, combinations, runs, reporter(variant, "runs of the grid"), alpha_factor)
-    centres = pd.Series(centres_in_any_order(evaluator, runs), index=np.arange(1, runs + 1))
+    evaluator = PreparedSurface(
+        dots, **patches | changed, seed=seed, name=f"power {variant}", threads=threads
+    )
+    combinations = published.parameter_grid(**sampling)
+    winners = runs_as_published(
+        evaluator, combinations, runs, reporter(variant, "runs of the grid"), alpha_factor
+    )
+    centres = pd.Series(centres_in_random_orders(evaluator, runs), index=np.arange(1, runs + 1))
     winners.assign(centres=winners["run"].map(centres)).to_csv(table, index=False)
 
 

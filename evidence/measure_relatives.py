@@ -8,7 +8,7 @@ from measures import sites
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.interface import interface
 from sparsurf.sites.finding import find_site
-from sparsurf.sites.weighing import weights
+from sparsurf.sites.metric import weights
 from sparsurf.streams import stream
 from sparsurf.workflow.jobs import job
 

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from measures import coverage
-from sparsurf.patches.readings import OF_GRID
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.patches.readings import GRID_READINGS
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
 
@@ -21,14 +21,14 @@ def main(
     threads: int,
 ) -> None:
     """Write d of every contender, draw and test dot, and the range of each contender."""
-    evaluator = Evaluator(
+    evaluator = PreparedSurface(
         read_npz(surface),
         roughness_values=pd.read_csv(roughness)["roughness"].to_numpy(),
         seed=1,
         name=f"coverage of {protein}",
         threads=threads,
     )
-    d, member = coverage.pool(evaluator, pd.read_csv(grid), OF_GRID, draws, test_dots)
+    d, member = coverage.pool(evaluator, pd.read_csv(grid), GRID_READINGS, draws, test_dots)
     np.savez(pool, d=d, member=member)
 
 

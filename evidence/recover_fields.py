@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import sparsurf
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.recovery.fields import PERCENTS, recovery_table
+from sparsurf.recovery.fields import SUBSET_PERCENTS, recovery_table
 from sparsurf.workflow.jobs import job
 
 
@@ -14,8 +14,8 @@ def main(structure: str, table: str, protein: str) -> None:
     dots = sparsurf.surface(molecule)
     fields = sparsurf.fields(molecule, dots)
     surface = replace(dots, fields=fields)
-    recovered = recovery_table(surface, sparsurf.sample(surface, percent=PERCENTS[-1]))
-    percent = [*PERCENTS] * fields.shape[1]
+    recovered = recovery_table(surface, sparsurf.sample(surface, percent=SUBSET_PERCENTS[-1]))
+    percent = [*SUBSET_PERCENTS] * fields.shape[1]
     recovered.assign(protein=protein, percent=percent).to_csv(table, index=False)
 
 

@@ -14,16 +14,20 @@ from scipy.stats import norm
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import grid
 from sparsurf.study.best_set import best_set
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.statistics import estimate, held_out, winners_outside
-from sparsurf.study.tables import difference, range_limits, range_of
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.statistics import cross_validated, estimate, winners_outside
+from sparsurf.study.tables import d_values, range_index, range_limits
 
 CONTENDERS = 20  # combinations of the highest d of each range and reading that enter the pool
 N_RANGES = 10
 
 
 def pool(
-    evaluator: Evaluator, table: pd.DataFrame, readings: Sequence[str], draws: int = 24, n_tests: int = 1000
+    evaluator: PreparedSurface,
+    table: pd.DataFrame,
+    readings: Sequence[str],
+    draws: int = 24,
+    n_tests: int = 1000,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute the pool of one surface.
 
@@ -41,15 +45,17 @@ def pool(
     d : (readings, K, draws, test dots) float32, and member : (K,) int, the range of each combination
     """
     percent = table["n_S_percent"].to_numpy()
-    member, chosen = range_of(percent, range_limits(percent, N_RANGES)), set()
+    member, chosen = range_index(percent, range_limits(percent, N_RANGES)), set()
     for reading in readings:
         d = table[f"d_{reading}"].to_numpy()
         for k in range(N_RANGES):
             inside = np.flatnonzero(member == k)
             chosen |= set(inside[np.argsort(-d[inside])[:CONTENDERS]].tolist())
     chosen = np.array(sorted(chosen))
-    result = grid.run(evaluator, table.loc[chosen, PARAMETERS].to_numpy(), n_tests, draws, tuple(readings))
-    d = np.stack([difference(result, r) for r in range(len(readings))])
+    result = grid.evaluate_grid(
+        evaluator, table.loc[chosen, PARAMETERS].to_numpy(), n_tests, draws, tuple(readings)
+    )
+    d = np.stack([d_values(result, r) for r in range(len(readings))])
     return d.astype(np.float32), member[chosen]
 
 
@@ -99,7 +105,7 @@ def replicates(
 
 def one_replicate(x: np.ndarray, truth: np.ndarray, sets: bool = True) -> dict[str, float | bool]:
     """Compare the estimates from one replicate (K, D, T) with the true means (K,)."""
-    estimates, honest = estimate(x), held_out(x)
+    estimates, honest = estimate(x), cross_validated(x)
     winner, target = int(np.argmax(estimates.mean)), truth[winners_outside(x)].mean()
     out = {
         "fixed_t": np.mean((estimates.low <= truth) & (truth <= estimates.high)),

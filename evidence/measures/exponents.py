@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.recovery.readings import RECOVERED
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.relation import with_interval
 
 MIN_FLATNESS = 0.02  # lower bound of 1 - R, so that no probability is 0 or infinite
@@ -18,13 +18,13 @@ def density(roughness: np.ndarray, k: float) -> np.ndarray:
     return np.maximum(1 - roughness, MIN_FLATNESS) ** k
 
 
-def random_dots(evaluator: Evaluator, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
+def random_dots(evaluator: PreparedSurface, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
     """Draw without replacement, each dot with a probability proportional to the density (Efraimidis & Spirakis 2006)."""
     keys = rng.standard_exponential(len(evaluator.points)) / density(evaluator.roughness, k)
     return np.argsort(keys, kind="stable")[:n]
 
 
-def spaced_dots(evaluator: Evaluator, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
+def spaced_dots(evaluator: PreparedSurface, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
     """Choose farthest-point dots, with distances in units of the spacing that corresponds to the density at each dot."""
     points, scale = evaluator.points, density(evaluator.roughness, k)
     chosen, gap = np.empty(n, np.int64), np.full(len(points), np.inf)
@@ -39,7 +39,11 @@ SAMPLERS = {"random": random_dots, "blue noise": spaced_dots}
 
 
 def measure(
-    evaluator: Evaluator, exponents: Sequence[float], percents: Sequence[float], n_tests: int, draws: int
+    evaluator: PreparedSurface,
+    exponents: Sequence[float],
+    percents: Sequence[float],
+    n_tests: int,
+    draws: int,
 ) -> pd.DataFrame:
     """Z of both samplers for every exponent and n_S: sampler, percent, k, reading, Z (mean of the draws)."""
     tests, rows = evaluator.draw_tests(n_tests), []

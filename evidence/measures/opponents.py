@@ -13,14 +13,14 @@ import numpy as np
 import pandas as pd
 
 from measures.recovery import ERRORS, Truth, errors, truth
-from sparsurf.patches.index import apart, build_grid, build_index
-from sparsurf.recovery.errors import DENSE, curvature, off, tails
-from sparsurf.recovery.recovering import APART, recover
-from sparsurf.recovery.settling import settle
+from sparsurf.patches.index import build_grid, build_index, select_separated
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_surface, error_table
+from sparsurf.recovery.recovering import MIN_SEPARATION, recover
+from sparsurf.recovery.relaxation import relax
+from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.sampling.spreading import spread
-from sparsurf.study.comparison.contestants import dotted
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.comparison.methods import dotted_surface
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.mesh import Mesh, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
@@ -75,14 +75,14 @@ def measure(
     """
     surface = molecular_surface(xyz, radii)
     flat = np.zeros(len(surface))
-    evaluator = Evaluator(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
+    evaluator = PreparedSurface(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
     tests, true, rows, where = evaluator.draw_tests(n_tests), truth(xyz, radii, evaluator.area), [], []
     z_tot, _ = evaluator.describe(tests)
     bend = curvature(evaluator.index, threads=threads)
     mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
 
     def add(opponent: str, percent: float, n: int, size: int, dots: tuple[np.ndarray, np.ndarray]) -> None:
-        z = evaluator.distances_of(build_index(*dots, evaluator.d_link), tests, z_tot)[0].mean()
+        z = evaluator.distances_to_index(build_index(*dots, evaluator.d_link), tests, z_tot)[0].mean()
         row = {"protein": name, "sampler": opponent, "percent": percent, "n_S": n, "bytes": size, "Z": z}
         rows.append(row | errors(*dots, true))
 
@@ -90,16 +90,16 @@ def measure(
         n = max(4, round(percent / 100 * len(surface)))
         for opponent, number, size, lay in _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
             add(opponent, percent, number, size, lay(DENSITY))
-            gap = off(surface.points, *lay(DENSE), threads)
-            where.append(tails(gap, bend).assign(protein=name, sampler=opponent, percent=percent))
+            gap = distance_to_surface(surface.points, *lay(DENSITY_FOR_ERRORS), threads)
+            where.append(error_table(gap, bend).assign(protein=name, sampler=opponent, percent=percent))
     for opponent, size, places in ((ATOMS, ATOM, xyz), (ROUNDED_ATOMS, ROUNDED_ATOM, rounded_places(xyz))):
-        turned = dotted(places, radii, len(surface), evaluator.stream("recovery", "atoms"))
+        turned = dotted_surface(places, radii, len(surface), evaluator.stream("recovery", "atoms"))
         add(opponent, 100 * len(xyz) / len(surface), len(xyz), size * len(xyz), turned)
     return pd.DataFrame(rows), pd.concat(where)
 
 
 def _of_size(
-    evaluator: Evaluator,
+    evaluator: PreparedSurface,
     xyz: np.ndarray,
     radii: np.ndarray,
     n: int,
@@ -113,7 +113,7 @@ def _of_size(
     chosen = farthest(n, evaluator.stream("recovery", "farthest"))
     kept = points[chosen], normals[chosen]
     yield KEPT, n, DOT * n, partial(recover, *kept)
-    settled = settle(*kept, points, normals, threads=evaluator.threads)
+    settled = relax(*kept, points, normals, threads=evaluator.threads)
     yield SETTLED, n, DOT * n, partial(recover, *settled)
     yield ROUNDED, n, ROUNDED_DOT * n, partial(recover, *rounded(*kept))
     many = farthest(min(3 * n, len(points)), evaluator.stream("recovery", "farthest"))
@@ -136,12 +136,12 @@ def sparse(
     """Generate a surface of n dots: take the orientation with the fewest dots above n, and remove those closest to others."""
     best, requested, tries = None, n, 0
     while best is None or tries < TRIES:
-        dots, tries = dotted(xyz, radii, requested, rng), tries + 1
+        dots, tries = dotted_surface(xyz, radii, requested, rng), tries + 1
         if len(dots[0]) < n:
             requested *= MORE
         elif best is None or len(dots[0]) < len(best[0]):
             best = dots
-    kept = spread(build_grid(best[0], side=1.0), n, rng)
+    kept = farthest_point_sampling(build_grid(best[0], side=1.0), n, rng)
     return best[0][kept], best[1][kept]
 
 
@@ -235,5 +235,7 @@ def dots_on(
     normals = np.einsum("nk,nkc->nc", share, corner_normals(corners, triangles)[triangles[triangle]])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     index = build_grid(points, side=1.0)
-    chosen = apart(index, np.arange(len(points)), APART / np.sqrt(density), len(points), 0)
+    chosen = select_separated(
+        index, np.arange(len(points)), MIN_SEPARATION / np.sqrt(density), len(points), 0
+    )
     return points[chosen], normals[chosen]

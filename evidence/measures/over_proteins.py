@@ -6,14 +6,19 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binom, rankdata
 
-from sparsurf.patches.readings import TEXT
-from sparsurf.sampling.combination import PARAMETERS, joined, split, texts_of
+from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.sampling.combination import (
+    PARAMETERS,
+    combination_labels,
+    join_combinations,
+    split_combinations,
+)
 from sparsurf.study.best_set import best_set
-from sparsurf.study.comparison.fewer import REFERENCE
-from sparsurf.study.enough import CLOSE, smallest_n_s
+from sparsurf.study.comparison.equal_error import REFERENCE
 from sparsurf.study.relation import mean_interval, rho_interval, with_interval
-from sparsurf.study.summary import Result, readings, stacked
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.required_dots import FLOOR_FACTOR, smallest_n_s
+from sparsurf.study.summary import Result, evaluated_readings, stack_column
+from sparsurf.study.tables import range_index, range_limits
 
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z
 REFERENCES = ("fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å")
@@ -68,21 +73,21 @@ def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
     best_set, its 95 % confidence set with the proteins as units; n_there, proteins on which the winner falls into this
     range, and n_held, those of them whose own confidence set of the best it lies in.
     """
-    percents = stacked(results, "n_S_percent")
+    percents = stack_column(results, "n_S_percent")
     mean, rows = percents.mean(axis=0), []
     grid = results[0].grid
-    for reading in readings(results[0]):
-        d, rows_of_reading = stacked(results, f"d_{reading}"), summary[summary["reading"] == reading]
+    for reading in evaluated_readings(results[0]):
+        d, rows_of_reading = stack_column(results, f"d_{reading}"), summary[summary["reading"] == reading]
         n_ranges = int(rows_of_reading["range"].max())
         limits = range_limits(mean, n_ranges)
-        member = range_of(mean, limits)
-        ranges = [range_of(percent, range_limits(percent, n_ranges)) for percent in percents]
-        sets = rows_of_reading.set_index(["protein", "range"])["best_set"].map(split)
+        member = range_index(mean, limits)
+        ranges = [range_index(percent, range_limits(percent, n_ranges)) for percent in percents]
+        sets = rows_of_reading.set_index(["protein", "range"])["best_set"].map(split_combinations)
         for k in np.unique(member):
             inside = np.flatnonzero(member == k)
             values = d[:, inside].T[:, None, :]
             best = inside[np.argmax(values.mean(axis=(1, 2)))]
-            winner = texts_of(grid.loc[[best]])[0]
+            winner = combination_labels(grid.loc[[best]])[0]
             there = [
                 one.protein
                 for one, range_of_each in zip(results, ranges, strict=True)
@@ -96,7 +101,7 @@ def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
                 "n_S_high_percent": limits[k + 1],
             }
             row |= {"n_combinations": len(inside), "winner": winner, "n_best_set": len(among)}
-            row |= {"best_set": joined(texts_of(among)), "n_there": len(there)}
+            row |= {"best_set": join_combinations(combination_labels(among)), "n_there": len(there)}
             rows.append(row | {"n_held": sum(winner in sets[name, k + 1] for name in there)})
     return pd.DataFrame(rows)
 
@@ -120,7 +125,7 @@ def enough(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     for (protein, sampler, reading), part in curves.groupby(["protein", "sampler", "reading"], sort=False):
         for name in REFERENCES:
             z = limits[protein, name]
-            n = smallest_n_s(CLOSE * z, part["n_S_percent"].to_numpy(), part["Z"].to_numpy())
+            n = smallest_n_s(FLOOR_FACTOR * z, part["n_S_percent"].to_numpy(), part["Z"].to_numpy())
             rows.append((protein, sampler, reading, name, z, n))
     return pd.DataFrame(rows, columns=["protein", "sampler", "reading", "reference", "Z", "n_S_percent"])
 
@@ -159,7 +164,7 @@ def needed(curves: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for protein, part in curves.groupby("protein", sort=False):
         lines = {keys: line for keys, line in part.groupby(["sampler", "reading"], sort=False)}
-        reference = lines[REFERENCE, TEXT].set_index("percent")
+        reference = lines[REFERENCE, WRITTEN_READING].set_index("percent")
         for target in TARGETS:
             z, n_uniform = reference.loc[target, ["Z", "n_S_percent"]]
             for (sampler, reading), line in lines.items():
@@ -281,9 +286,9 @@ def coverage_of_set(
     resampled: int = SETS_RESAMPLED,
 ) -> float:
     """Share of bootstrap samples of the proteins whose confidence set contains the best combination over all proteins."""
-    mean = stacked(results, "n_S_percent").mean(axis=0)
-    inside = np.flatnonzero(range_of(mean, range_limits(mean, n_ranges)) == range_number - 1)
-    d = stacked(results, f"d_{reading}")[:, inside].T
+    mean = stack_column(results, "n_S_percent").mean(axis=0)
+    inside = np.flatnonzero(range_index(mean, range_limits(mean, n_ranges)) == range_number - 1)
+    d = stack_column(results, f"d_{reading}")[:, inside].T
     best, n = int(np.argmax(d.mean(axis=1))), d.shape[1]
     held = [best_set(d[:, rng.integers(0, n, n)][:, None, :])[best] for _ in range(resampled)]
     return float(np.mean(held))

@@ -8,20 +8,20 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
+from sparsurf.patches.readings import CODED_READING, GRID_READINGS, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import LINES, PALETTE, styled
 from sparsurf.report.figures.summary_figures import GREEK
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import lookup_sampler
 
 FAIR = "atoms moved 0.3 Å"
-COLOURS = {TEXT: PALETTE[0], PUBLISHED: PALETTE[5], RECOVERED: PALETTE[2]}
-WORDS = {reading: reading.replace("_", " ") for reading in OF_GRID} | {
+COLOURS = {WRITTEN_READING: PALETTE[0], CODED_READING: PALETTE[5], RECOVERED: PALETTE[2]}
+WORDS = {reading: reading.replace("_", " ") for reading in GRID_READINGS} | {
     RECOVERED: "recovered, a quarter of the grid"
 }
 ENDS = (1.0, 60.0)  # %, the n_S that were measured
-READINGS_SHOWN = [name for name in OF_GRID if name in COLOURS]
+READINGS_SHOWN = [name for name in GRID_READINGS if name in COLOURS]
 AXIS = "$n_S$ (% of the dots)"
 
 
@@ -97,7 +97,12 @@ def enough(stored: dict[str, pd.DataFrame]) -> Figure:
     figure = layout.sheet(layout.PAGE, 126)
     table = stored["enough"].assign(n=stored["enough"]["n_S_percent"].clip(*ENDS))
     references = list(table["reference"].unique())
-    groups = [("uniform", TEXT), ("farthest", TEXT), ("uniform", RECOVERED), ("farthest", RECOVERED)]
+    groups = [
+        ("uniform", WRITTEN_READING),
+        ("farthest", WRITTEN_READING),
+        ("uniform", RECOVERED),
+        ("farthest", RECOVERED),
+    ]
     ax = layout.axes(figure, 16, 9, 160, 46)
     rng = np.random.default_rng(0)  # of the places side by side only
     for g, (sampler, reading) in enumerate(groups):
@@ -110,7 +115,7 @@ def enough(stored: dict[str, pd.DataFrame]) -> Figure:
             x = s + 0.2 * (g - 1.5)
             ax.plot(x + rng.uniform(-0.06, 0.06, len(n)), n, ".", color=PALETTE[g], markersize=2)
             words = (
-                f"{called(sampler).words}, {'recovered' if reading == RECOVERED else 'as they are'}"
+                f"{lookup_sampler(sampler).words}, {'recovered' if reading == RECOVERED else 'as they are'}"
                 if s == 0
                 else None
             )
@@ -153,14 +158,19 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
     table, surfaces = stored["by_n_s"], stored["surfaces"]
     floors = {"fresh dots": surfaces["fresh_dots"].mean(), "turned": surfaces["turned"].mean()}
     floors[FAIR] = surfaces["atoms_moved_0.3_Å"].mean()
-    for k, reading in enumerate((TEXT, RECOVERED)):
+    for k, reading in enumerate((WRITTEN_READING, RECOVERED)):
         ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
         for sampler, rows in table[table["reading"] == reading].groupby("sampler", sort=False):
             colour, width, marker = LINES[sampler]
             ax.fill_between(
                 rows["percent"], rows["Z_low"], rows["Z_high"], color=colour, alpha=0.2, linewidth=0
             )
-            style = {"color": colour, "linewidth": width, "marker": marker, "label": called(sampler).words}
+            style = {
+                "color": colour,
+                "linewidth": width,
+                "marker": marker,
+                "label": lookup_sampler(sampler).words,
+            }
             ax.plot(rows["percent"], rows["Z"], **style)
         for words, z in floors.items():
             ax.axhline(z, color="#4D4D4D", linewidth=0.5, linestyle=":")

@@ -8,7 +8,7 @@ import pandas as pd
 from measures import over_proteins
 from measures.over_proteins import REFERENCES
 from measures.studies import Measured
-from sparsurf.patches.readings import PUBLISHED, TEXT
+from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.streams import stream
 from sparsurf.study.relation import with_interval
@@ -129,7 +129,7 @@ def of_whole_grid(whole: list[Result], quarter: list[Result]) -> tuple[pd.DataFr
 def quantities_of(summary: pd.DataFrame, enough: pd.DataFrame, needed: pd.DataFrame) -> dict[str, pd.Series]:
     """Numbers of each protein to correlate with its size and mean roughness: words -> Series by protein."""
     own = summary[summary["n_combinations"] > 0].groupby(["reading", "protein"])["d_held_out"].mean()
-    out = {f"d held out, `{reading}`": own[reading] for reading in (PUBLISHED, TEXT)}
+    out = {f"d held out, `{reading}`": own[reading] for reading in (CODED_READING, WRITTEN_READING)}
     rows = enough[(enough["sampler"] == "farthest") & (enough["reading"] == RECOVERED)]
     for name in REFERENCES:
         out[f"n_S enough, {name}"] = rows[rows["reference"] == name].set_index("protein")["n_S_percent"]
@@ -158,7 +158,7 @@ def coverage(
         (words, "mean", len(values), over_proteins.coverage_of_mean(values.to_numpy(), rng))
         for words, values in means.items()
     ]
-    for reading in (PUBLISHED, TEXT):
+    for reading in (CODED_READING, WRITTEN_READING):
         for k in (2, 5):
             held = over_proteins.coverage_of_set(results, reading, k, N_RANGES, rng)
             rows.append((f"the best of range {k}, `{reading}`", "confidence set", len(results), held))

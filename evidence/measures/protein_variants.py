@@ -4,7 +4,7 @@ import pandas as pd
 from measures.over_proteins import needed, with_interval
 from measures.studies import Measured
 from sparsurf.recovery.readings import RECOVERED
-from sparsurf.sampling.combination import split, texts_of
+from sparsurf.sampling.combination import combination_labels, split_combinations
 from sparsurf.study.floors import FRESH
 
 DEFAULT = "as it is"
@@ -72,5 +72,5 @@ def held(measured: Measured, reference: Measured, reading: str = "as_coded") -> 
         for study in (measured, reference)
     )
     both = (ranges["n_combinations"] > 0) & (reference_ranges["n_combinations"] > 0)
-    winners, sets = texts_of(reference_ranges[both]), ranges["best_set"][both]
-    return np.mean([text in split(field) for text, field in zip(winners, sets, strict=True)])
+    winners, sets = combination_labels(reference_ranges[both]), ranges["best_set"][both]
+    return np.mean([text in split_combinations(field) for text, field in zip(winners, sets, strict=True)])

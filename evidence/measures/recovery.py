@@ -12,8 +12,8 @@ from scipy.spatial import cKDTree
 from measures.timing import peak_memory
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.floors import FEW_DRAWS, FRESH, floors
+from sparsurf.study.floors import FEW_DRAWS, FRESH, noise_floors
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.molecular_surface import molecular_surface
 
@@ -74,8 +74,10 @@ def measure(
     recovery per recovered dot, the least of three).
     """
     surface = molecular_surface(xyz, radii)
-    evaluator = Evaluator(surface, roughness_values=None, seed=seed, name=name, threads=threads)
-    table = floors(evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz, draws=FEW_DRAWS)
+    evaluator = PreparedSurface(surface, roughness_values=None, seed=seed, name=name, threads=threads)
+    table = noise_floors(
+        evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz, draws=FEW_DRAWS
+    )
     keys = {"protein": name, "N": len(surface), "area": evaluator.area, "atoms": len(xyz)}
     floor = table.set_index("floor").loc[FRESH, "Z"]
     true = truth(xyz, radii, evaluator.area)
@@ -185,7 +187,7 @@ def paired(
 def copies_of_a_tenth(xyz: np.ndarray, radii: np.ndarray, dots: int) -> tuple[np.ndarray, np.ndarray]:
     """Points and normals of farthest-point dots, a tenth, of copies of a molecule side by side that have `dots` in all."""
     surface = molecular_surface(xyz, radii)
-    evaluator = Evaluator(surface, roughness_values=np.zeros(len(surface)))
+    evaluator = PreparedSurface(surface, roughness_values=np.zeros(len(surface)))
     kept = SAMPLERS["farthest"](evaluator, len(surface) // 10, evaluator.stream("cost"))
     points, copies = surface.points[kept], math.ceil(dots / len(surface))
     apart = [np.ptp(points[:, 0]) + 10.0, 0.0, 0.0]

@@ -18,11 +18,11 @@ import sparsurf
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
-from sparsurf.pairs.complexes import laid_on
-from sparsurf.sites.arrangement import Pose, rigid_fit
+from sparsurf.pairs.complexes import superpose_onto
 from sparsurf.sites.describing import FIELDS, RADIUS, SHAPE, Sites, load_sites
 from sparsurf.sites.finding import find_site, null_terms
-from sparsurf.sites.weighing import learn, weighed
+from sparsurf.sites.metric import learn_weights, to_metric_space
+from sparsurf.sites.pose_search import Pose, rigid_fit
 from sparsurf.surfaces.surface import Surface
 
 log = logging.getLogger("sparsurf")
@@ -83,7 +83,7 @@ def forms(
     target, site : Sites at MAIN, of the unbound form and of the bound interface; None for an interface of a few dots
     """
     turn = Rotation.random(random_state=rng).as_matrix()
-    superposed = laid_on(unbound, bound)
+    superposed = superpose_onto(unbound, bound)
     turned = replace(superposed, xyz=superposed.xyz @ turn)
     other = sparsurf.surface(turned)
     shift, moved = displacements(dots.points, bound, superposed)
@@ -255,7 +255,7 @@ def described(
     if channels in CHANNELS:
         taken = [0] + [1 + FIELDS.index(name) for name in CHANNELS[channels]]
         both = (
-            weighed(arrays[f"{side} {percent:g}"][:, taken], CHANNELS[channels], learned)
+            to_metric_space(arrays[f"{side} {percent:g}"][:, taken], CHANNELS[channels], learned)
             for side in ("query", "target")
         )
         return *both, arrays[f"place {percent:g}"]
@@ -319,7 +319,9 @@ def halves(
 def _learned(numbers: list[dict]) -> dict:
     """Weights from the places of some proteins on both forms."""
     pairs = np.concatenate([arrays["learned"] for arrays in numbers], axis=1)
-    return learn(pairs, np.concatenate([arrays[f"target {MAIN}"] for arrays in numbers]), (SHAPE, *FIELDS))
+    return learn_weights(
+        pairs, np.concatenate([arrays[f"target {MAIN}"] for arrays in numbers]), (SHAPE, *FIELDS)
+    )
 
 
 def scores(arrays: dict[str, np.ndarray], weights: dict) -> Iterator[dict]:

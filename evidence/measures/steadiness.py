@@ -12,7 +12,7 @@ from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study import grid
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
 
@@ -90,11 +90,11 @@ def steadiness(
     )
 
 
-def rows_of_paper(evaluator: Evaluator, n_tests: int) -> pd.DataFrame:
+def rows_of_paper(evaluator: PreparedSurface, n_tests: int) -> pd.DataFrame:
     """The ten published combinations under both descriptors and readings: mean Z_tS, d and its standard error."""
     out = []
     for name in DESCRIPTORS:
-        result = grid.run(evaluator.changed(descriptor=name), PUBLISHED_ROWS, n_tests, DRAWS)
+        result = grid.evaluate_grid(evaluator.changed(descriptor=name), PUBLISHED_ROWS, n_tests, DRAWS)
         gain = (result.z_tr - result.z_ts).mean(axis=2)  # over the draws
         for r, reading in enumerate(result.readings):
             for k in range(len(PUBLISHED_ROWS)):
@@ -106,11 +106,11 @@ def rows_of_paper(evaluator: Evaluator, n_tests: int) -> pd.DataFrame:
     return pd.DataFrame(out, columns=["descriptor", "reading", "row", "n_S_percent", "Z_tS", "d", "error"])
 
 
-def whole_grid(evaluator: Evaluator, combinations: np.ndarray, n_tests: int) -> pd.DataFrame:
+def whole_grid(evaluator: PreparedSurface, combinations: np.ndarray, n_tests: int) -> pd.DataFrame:
     """Share of a grid's combinations with d > 0, the best d, and the correlation of d between the descriptors."""
     d = {}
     for name in DESCRIPTORS:
-        result = grid.run(evaluator.changed(descriptor=name), combinations, n_tests, 1)
+        result = grid.evaluate_grid(evaluator.changed(descriptor=name), combinations, n_tests, 1)
         for r, reading in enumerate(result.readings):
             d[name, reading] = (result.z_tr[r] - result.z_ts[r]).mean(axis=(1, 2))
     first = next(iter(DESCRIPTORS))
@@ -133,7 +133,7 @@ def whole_grid(evaluator: Evaluator, combinations: np.ndarray, n_tests: int) -> 
     return pd.DataFrame(out, columns=columns)
 
 
-def of_samplers(evaluator: Evaluator, n_tests: int, percents: Sequence[float]) -> pd.DataFrame:
+def of_samplers(evaluator: PreparedSurface, n_tests: int, percents: Sequence[float]) -> pd.DataFrame:
     """Z of every sampler at equal n_S under `as_written`, by both descriptors; the error is that over test dots."""
     tests, out = evaluator.draw_tests(n_tests), []
     z_tot = {name: evaluator.changed(descriptor=name).describe(tests)[0] for name in DESCRIPTORS}

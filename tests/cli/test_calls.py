@@ -266,13 +266,15 @@ def test_a_sample_has_the_wished_number(ready):
     )
     assert first == again and len(set(first) & set(other)) < 10
     kept = sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=7)
-    assert np.array_equal(kept, published.sample(ready.cover, (1, 0, 6, 0), ready.stream("sample", "paper", 7)))
+    assert np.array_equal(
+        kept, published.sample(ready.cover, (1, 0, 6, 0), ready.stream("sample", "paper", 7))
+    )
     assert np.array_equal(kept, sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper", seed=7))
     other = sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper_corrected", seed=7)
     rng = ready.stream("sample", "paper_corrected", 7)
-    assert np.array_equal(other, published.sample(ready.corrected_cover, (1, 0, 6, 0), rng)) and len(other) != len(
-        kept
-    )
+    assert np.array_equal(other, published.sample(ready.corrected_cover, (1, 0, 6, 0), rng)) and len(
+        other
+    ) != len(kept)
     assert np.array_equal(sparsurf.sample(ready, n=9), sparsurf.sample(ready, n=9, sampler="farthest"))
 
 

@@ -10,11 +10,11 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
+import take_minimal
 from scipy.spatial import cKDTree
 
 import measure_floors
 import sparsurf
-import take_minimal
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli import command, minimal, surface

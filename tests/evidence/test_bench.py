@@ -8,9 +8,9 @@ import pytest
 
 import bench
 import sparsurf
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.study import grid
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 
 
 def test_quick_run_writes_every_kind_of_figure(tmp_path, monkeypatch):
@@ -54,7 +54,7 @@ def test_time_is_counted_per_piece_of_work(monkeypatch):
     monkeypatch.setattr("measures.timing.timed", lambda run, repeats: (1.0, 1.0))
     table = bench.Table()
     surface = bench.a1(True)
-    bench.measure_dots(table, surface, False, 1, 16, law.grid(*bench.SMALL_GRID)[:2])
+    bench.measure_dots(table, surface, False, 1, 16, published.parameter_grid(*bench.SMALL_GRID)[:2])
     bench.measure_surface(table, (2,), 1, bench.QUICK_RESIDUES)
     bench.measure_frames(table, True)
     value, atoms = (
@@ -150,19 +150,21 @@ def test_lattice_keeps_the_copies_apart():
 
 
 def test_blocks_of_random_numbers_change_no_draw(blob, monkeypatch):
-    surface = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
+    surface = PreparedSurface(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
     combination = (0.7, 0.2, 2.0, 2.0)
-    whole = law.sample(surface.cover, combination, np.random.default_rng(5))
+    whole = published.sample(surface.cover, combination, np.random.default_rng(5))
     for block in (1, 100, 3333):
-        monkeypatch.setattr(law, "BLOCK", block)
-        assert np.array_equal(law.sample(surface.cover, combination, np.random.default_rng(5)), whole)
+        monkeypatch.setattr(published, "BLOCK", block)
+        assert np.array_equal(published.sample(surface.cover, combination, np.random.default_rng(5)), whole)
 
 
 def test_more_draws_than_fit_in_a_pass_are_each_evaluated(blob):
     # 40 draws are 80 subsets, two passes; every distance is that of its own pair
-    surface = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=3, name="blob")
+    surface = PreparedSurface(
+        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=3, name="blob"
+    )
     combinations = np.array([[0.3, 0.0, 2.0, 0.0], [0.9, 0.2, 0.0, 2.0]])
-    result = grid.run(surface, combinations, 5, 40)
+    result = grid.evaluate_grid(surface, combinations, 5, 40)
     for k, draw in ((0, 0), (0, 39), (1, 7), (1, 33)):
         pair = surface.pair(combinations[k], draw)
         assert result.n_s[k, draw] == len(pair[0])
@@ -174,8 +176,8 @@ def test_more_draws_than_fit_in_a_pass_are_each_evaluated(blob):
 
 
 def test_expected_numbers_do_not_depend_on_company_or_order(blob):
-    surface = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
-    grid = law.grid([0.2, 1.0], [0.0, 0.7], [0, 3], [0, 5])
-    together = law.expected_n_s(surface.cover, grid)
-    assert np.array_equal(law.expected_n_s(surface.cover, grid[::-1])[::-1], together)
-    assert [law.expected_n_s(surface.cover, [row])[0] for row in grid] == together.tolist()
+    surface = PreparedSurface(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
+    grid = published.parameter_grid([0.2, 1.0], [0.0, 0.7], [0, 3], [0, 5])
+    together = published.expected_n_s(surface.cover, grid)
+    assert np.array_equal(published.expected_n_s(surface.cover, grid[::-1])[::-1], together)
+    assert [published.expected_n_s(surface.cover, [row])[0] for row in grid] == together.tolist()

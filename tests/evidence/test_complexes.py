@@ -102,7 +102,7 @@ def test_complementarity_takes_the_second_down_and_similarity_up():
 
 
 def test_together_takes_ranks():
-    assert complexes.together([1.0, 2, 300], [3.0, 2, 1]).tolist() == [2.0, 2.0, 2.0]
+    assert complexes.mean_rank([1.0, 2, 300], [3.0, 2, 1]).tolist() == [2.0, 2.0, 2.0]
 
 
 def test_means_over_complexes_average_the_sides_first():

@@ -83,7 +83,9 @@ def test_bytes_and_errors():
         and rows.loc[opponents.ROUNDED_ATOMS, "distance"] < 0.01
     )
     own = where[where["sampler"] == opponents.KEPT].set_index("where")
-    off = distance_to_recovered(surface.points, surface.points[chosen], surface.normals[chosen], density=DENSITY_FOR_ERRORS)
+    off = distance_to_recovered(
+        surface.points, surface.points[chosen], surface.normals[chosen], density=DENSITY_FOR_ERRORS
+    )
     assert own.loc["everywhere", ["mean", "largest"]].to_list() == pytest.approx([off.mean(), off.max()])
     assert own.loc[["clefts", "flats", "ridges"], "dots"].sum() == len(surface)
     few, _ = opponents.measure("no mesh", ATOMS, RADII, None, 40, (100 * 30.6 / len(surface),))

@@ -22,7 +22,7 @@ from sparsurf.pairs.changes import (
 )
 from sparsurf.sites.describing import FIELDS, describe_surface
 from sparsurf.sites.metric import weights
-from sparsurf.study.floors import turning
+from sparsurf.study.floors import random_rotation
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 LYSINE = 15  # LYS 224
@@ -94,7 +94,7 @@ def test_a_floor_is_exceeded_by_one_draw_in_twenty():
 
 
 def test_a_form_turned_stays_below_its_floor(form, own, found):
-    turn = turning(np.random.default_rng(9))
+    turn = random_rotation(np.random.default_rng(9))
     molecule = replace(form.molecule, xyz=form.molecule.xyz @ turn + 20.0)
     other = residues_of(form_of(molecule).surface, molecule, "turned")
     above = distances(own.numbers, other.numbers) > floor_of(found)

@@ -249,7 +249,9 @@ def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
     assert np.allclose(every["correlation"], 1.0, atol=1e-12)
     assert every.groupby("side")["auc"].nunique().eq(1).all()
     few = table[table["percent"] == 10]
-    evaluators = [PreparedSurface(each.surface, roughness_values=each.roughness, name=each.name) for each in blobs]
+    evaluators = [
+        PreparedSurface(each.surface, roughness_values=each.roughness, name=each.name) for each in blobs
+    ]
     centres = [thinning_module._choose(SAMPLERS["farthest"], "farthest", each, 10, 0) for each in evaluators]
     thin = thinning_module.thinned_maps(blobs, centres, thinning_module.Clock())
     wide = thinning(*blobs, percents=(10,), samplers=("farthest",), within=6.0)

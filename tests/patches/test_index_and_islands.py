@@ -12,7 +12,7 @@ from sparsurf import InputError
 from sparsurf.patches import descriptors, index, roughness, subset_patches
 from sparsurf.patches.index import ball, ball_bound, build_index
 from sparsurf.patches.islands import drop_small_islands, patch
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.surfaces.spacing import refuse_sparse, spacing
 
 
@@ -130,9 +130,9 @@ def test_a_surface_too_sparse_for_its_linking_distance_is_refused():
 def test_whole_numbers_compile_no_kernels_of_their_own(blob):
     def compiled(d_link, radius):
         found = build_index(*blob, d_link)
-        law.build_cover(found, roughness.roughness(found, radius), radius)
+        published.build_cover(found, roughness.roughness(found, radius), radius)
         descriptors.describe(found, blob[0][:2], radius)
-        kernels = (index._link, roughness._roughness, law._cover, subset_patches.patches_of)
+        kernels = (index._link, roughness._roughness, published._cover, subset_patches.patches_of)
         return [kernel.signatures for kernel in kernels]
 
     as_floats = [list(each) for each in compiled(1.0, 3.0)]

@@ -20,7 +20,9 @@ def test_a_reading_is_one_entry(blob, monkeypatch):
     # the toy reading links kept dots within 0.8 Å, as `as_coded` does on this surface: the same numbers
     toy = readings.Reading("toy", build_index=lambda points, normals, *_: build_index(points, normals, 0.8))
     monkeypatch.setitem(all_readings.READINGS, "toy", toy)
-    evaluator = PreparedSurface(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob")
+    evaluator = PreparedSurface(
+        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
+    )
     tests = evaluator.draw_tests(12)
     z_tot, _ = evaluator.describe(tests)
     subsets = evaluator.pair((0.8, 0.0, 2.0, 0.0), 0)

@@ -133,7 +133,9 @@ def test_a_hundred_thousand_dots_fit(grid):
     cover = published.Cover(centre, centre, rng.random(len(centre)), start, dot, np.ones(len(dot)), n)
     more = [viewer.Values("other", "o", " Å", np.cos(40 * z)) for _ in range(2)]
     order = {"farthest": rng.permutation(n)}
-    text = viewer.page("big", surface, z**2, cover, 4.0, order, grid[0], tables.best_combinations(*grid, 50), (), more)
+    text = viewer.page(
+        "big", surface, z**2, cover, 4.0, order, grid[0], tables.best_combinations(*grid, 50), (), more
+    )
     assert len(text.encode()) <= 1_500_000
     header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
     assert header["total"] == n
@@ -537,7 +539,14 @@ def test_a_surface_without_structure_and_grid_values(evaluator, grid):
     order = {"farthest": np.arange(len(bare))}
     table = grid[0].assign(d_as_coded=np.nan)
     text = viewer.page(
-        "bare", bare, evaluator.roughness, evaluator.cover, 4.0, order, table, tables.best_combinations(*grid, 50)
+        "bare",
+        bare,
+        evaluator.roughness,
+        evaluator.cover,
+        4.0,
+        order,
+        table,
+        tables.best_combinations(*grid, 50),
     )
     header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
     assert "kind" not in columns and "residue" not in columns

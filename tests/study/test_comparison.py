@@ -6,18 +6,18 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+import take_minimal
 
 import compare_samplers
 import naive
 import summarise_comparison
-import take_minimal
 from conftest import ROOT
 from drawn import check_texts
 from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.islands import patch
-from sparsurf.patches.readings import SCALE
+from sparsurf.patches.readings import SCALED_LINK
 from sparsurf.recovery.relaxation import relax
 from sparsurf.report.comparison_page import comparison_page
 from sparsurf.report.figures.comparison_figure import comparison_figure
@@ -93,7 +93,7 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
     points, normals = surface.points, surface.normals
     gaps = np.linalg.norm(points[:, None] - points[kept][None], axis=2)
     weight = np.bincount(gaps.argmin(axis=1), minlength=len(kept))
-    link = SCALE * np.sqrt(evaluator.area / len(kept))
+    link = SCALED_LINK * np.sqrt(evaluator.area / len(kept))
     assert link > D_LINK
     sizes = {}
     for t, i in enumerate(tests):

@@ -15,7 +15,7 @@ from sparsurf.report.figures import over_time
 from sparsurf.study import ensemble
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.residues import residue_table, roughness_over_frames
-from sparsurf.surfaces.molecular_surface import fitting_density, molecular_surface
+from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 
 SETTINGS = {
@@ -124,7 +124,7 @@ def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule, tmp_pat
     auto = SETTINGS | {"surface": SETTINGS["surface"] | {"density": "auto"}}
     table = followed(molecule, auto, "p", 1, tmp_path / "part", part=(1, 1))
     own = radii(molecule)
-    density = fitting_density(molecule, 0, own, auto["surface"], 0.6, "p")
+    density = density_for_d_link(molecule, 0, own, auto["surface"], 0.6, "p")
     assert table["N"].tolist() == [len(molecular_surface(xyz, own, density=density)) for xyz in molecule.xyz]
 
 

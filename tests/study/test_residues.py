@@ -100,7 +100,7 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
         "minimal.csv",
         "minimal.bild",
     }  # which stand beside them
-    low, high = render.ROUGH
+    low, high = render.ROUGHNESS_LIMITS
     assert f"structure, {low}, {high}" in outputs["pml"].read_text()
     assert f"range {low},{high}" in outputs["cxc"].read_text()
     for kind in ("pdb", "cif"):

@@ -7,9 +7,9 @@ from itertools import permutations
 import numpy as np
 import pandas as pd
 import pytest
+import summarise_run
 from scipy.stats import spearmanr
 
-import summarise_run
 from conftest import ROOT, make_blob
 from drawn import drawn_texts
 from sparsurf import InputError

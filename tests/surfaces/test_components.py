@@ -204,7 +204,9 @@ def test_components_of_a_protein_are_closed_and_turn_with_it(protein):
 
 def test_dots_that_others_are_compared_with_have_no_cavities_either():
     for cavities, inner in (("keep", True), ("remove", False)):
-        points, _ = dotted_surface(shell(), np.full(200, 1.9), 4000, np.random.default_rng(2), cavities=cavities)
+        points, _ = dotted_surface(
+            shell(), np.full(200, 1.9), 4000, np.random.default_rng(2), cavities=cavities
+        )
         assert (np.linalg.norm(points, axis=1) < 9).any() == inner
 
 

@@ -4,12 +4,12 @@ import logging
 from dataclasses import replace
 from types import SimpleNamespace
 
+import make_surface
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
-import make_surface
 from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule

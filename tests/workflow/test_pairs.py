@@ -10,6 +10,7 @@ import pytest
 import yaml
 from matplotlib.image import imread
 from noted import noted
+from sparsurf.workflow.partner_files import partners, requested_centres
 
 from conftest import ROOT
 from peptides import peptide, write
@@ -23,11 +24,11 @@ from sparsurf.surfaces.molecular_surface import surface_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow import listing
 from sparsurf.workflow.config import check_config
-from sparsurf.workflow.partner_files import partners, requested_centres
 
 sys.path.append(str(ROOT / "scripts"))
-import draw_pair
 import make_partners
+
+import draw_pair
 import match_partners
 import summarise_pairs
 import tabulate_pair_residues

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import make_surface
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,7 +14,6 @@ import describe_places
 import draw_changes
 import draw_site
 import find_site
-import make_surface
 from peptides import peptide, write
 from small_study import SMALL
 from sparsurf import InputError

@@ -24,7 +24,7 @@ from sparsurf.study.floors import noise_floors as measured_floors
 from sparsurf.study.minimal_subset import select_minimal_subset
 from sparsurf.study.prepared_surface import number_of_tests
 from sparsurf.study.required_dots import Trials
-from sparsurf.surfaces.molecular_surface import layer
+from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
@@ -192,7 +192,7 @@ def _dots_of(given, frame, how):
 def _laid_on(molecule, frame, probe, density, radii, d_link, cavities):
     """What places other dots on the atoms of one frame."""
     rules = rules_of(probe, density, cavities)
-    return layer(molecule, frame, atomic_radii(molecule, radii), rules, d_link, "surface")
+    return surface_generator(molecule, frame, atomic_radii(molecule, radii), rules, d_link, "surface")
 
 
 def arguments(parser):

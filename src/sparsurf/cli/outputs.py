@@ -16,7 +16,8 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.cli.inputs import as_molecule, same_atoms
-from sparsurf.dot_fields.columns import TAKEN
+from sparsurf.dot_fields.columns import RESERVED_NAMES
+from sparsurf.files import shorten
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
@@ -24,7 +25,6 @@ from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.formats.vtp import write_vtp
 from sparsurf.surfaces.surface import ARRAY_NAMES, Surface, is_field_name
 from sparsurf.surfaces.triangulation import MAX_DOTS_TO_TRIANGULATE, triangulate
-from sparsurf.texts import short
 
 log = logging.getLogger("sparsurf")
 
@@ -125,7 +125,7 @@ def _place(output, format_given, formats):
     name = str(output)
     if "\0" in name or len(os.path.basename(name).encode(errors="surrogateescape")) > LONGEST_NAME:
         raise InputError(
-            f"{short(repr(name))} cannot name a file; take a shorter name, of letters and digits."
+            f"{shorten(repr(name))} cannot name a file; take a shorter name, of letters and digits."
         )
     if name != "-" and os.path.isdir(name):
         raise InputError(f"{name} is a folder; name a file.")
@@ -218,7 +218,7 @@ def write_dots(output, format_given, dots, plain=False, binary=False):
         write_dms(path, surface, own.residue_name, own.residue, own.name, own.xyz[dots.frame])
 
     def npz(path):
-        if taken := sorted(TAKEN & surface.fields.keys()):
+        if taken := sorted(RESERVED_NAMES & surface.fields.keys()):
             raise InputError(
                 f"{output}: npz has no room for a field called {taken[0]}; rename it, or write CSV."
             )

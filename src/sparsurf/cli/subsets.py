@@ -167,7 +167,8 @@ def compare(surface, subsets, *, reading="as_written", test_dots=400):
     kept = [as_subset(name, subset, len(ready.points)) for name, subset in subsets.items()]
     tests = ready.draw_tests(number_of_tests(test_dots, len(ready.points)))
     uniform = [
-        published.uniform_subset(len(ready.points), len(subset), ready.stream("compare", len(subset))) for subset in kept
+        published.uniform_subset(len(ready.points), len(subset), ready.stream("compare", len(subset)))
+        for subset in kept
     ]
     z_tot, _ = ready.describe(tests)
     distances, _ = ready.distances(kept + uniform, tests, z_tot, reading)

@@ -6,10 +6,10 @@ from sparsurf import InputError
 from sparsurf.cli import options, outputs
 from sparsurf.cli.inputs import STRUCTURES, is_structure
 from sparsurf.cli.making import components, mesh
+from sparsurf.files import pluralise
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED
-from sparsurf.texts import counted
 
 OF_DOTS = {
     "fields": None,
@@ -74,7 +74,7 @@ def _dots(asked):
 def _words(parts):
     """What the command tells of the components of a surface."""
     found = summarize_components(parts)
-    words = f"{found['volume']:,.0f} Å^3, {counted(found['components'], 'component')}"
+    words = f"{found['volume']:,.0f} Å^3, {pluralise(found['components'], 'component')}"
     if not found["cavities"]:
         return words
     noun = "cavity" if found["cavities"] == 1 else "cavities"

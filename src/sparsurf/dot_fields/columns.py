@@ -13,8 +13,8 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.files import read_text
-from sparsurf.surfaces.components import FIELD
-from sparsurf.surfaces.surface import ARRAYS, is_field
+from sparsurf.surfaces.components import COMPONENT_FIELD
+from sparsurf.surfaces.surface import ARRAY_NAMES, is_field_name
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 KEYS = ("chain", "residue", "atom")  # columns that identify the atoms of a row; `residue` is required
-RESERVED_NAMES = frozenset([*ARRAYS, "file", "allow_pickle"])  # have another meaning in numpy's files of dots
+RESERVED_NAMES = frozenset(
+    [*ARRAY_NAMES, "file", "allow_pickle"]
+)  # have another meaning in numpy's files of dots
 
 
 def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule) -> np.ndarray:
@@ -49,7 +51,7 @@ def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule)
     table = _read_cells(path)
     if name not in table.columns or name in KEYS:
         raise InputError(f"{path} has no column {name!r} of values; it has {', '.join(table.columns)}.")
-    if name == FIELD or not is_field(name):
+    if name == COMPONENT_FIELD or not is_field_name(name):
         raise InputError(
             f"{path}: {name!r} cannot name a field; rename the column, to letters, digits and _ that mean nothing else."
         )

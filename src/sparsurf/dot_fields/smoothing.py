@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sparsurf.kernel_cache import njit
-from sparsurf.surfaces.vectors import Cells, apart2, cells_of, column, point
+from sparsurf.surfaces.vectors import Cells, cell_column, point, sort_into_cells, squared_distance
 
 SIGMA = 2.5  # Å, of the Gaussian that weights the atoms
 CUTOFF = 4.0  # sigmas; atoms beyond it weigh less than e^-8
@@ -36,7 +36,7 @@ def gaussian_mean(
     out = np.full(len(points), np.nan)
     if known.any():
         atoms = np.ascontiguousarray(xyz[known], np.float64)
-        cells = cells_of(atoms, CUTOFF * sigma)
+        cells = sort_into_cells(atoms, CUTOFF * sigma)
         _smooth(atoms, np.asarray(values, np.float64)[known], cells, float(sigma), points, out)
     return out
 
@@ -49,10 +49,10 @@ def _smooth(
     for i in range(len(points)):
         dot, total, weights = point(points, i), 0.0, 0.0
         for c in range(9):
-            slot, last = column(cells, dot, c)
+            slot, last = cell_column(cells, dot, c)
             while slot < len(cells.key) and cells.key[slot] <= last:
                 j = cells.order[slot]
-                d2 = apart2(dot, point(xyz, j))
+                d2 = squared_distance(dot, point(xyz, j))
                 if d2 < (CUTOFF * sigma) ** 2:
                     weight = np.exp(-d2 / (2 * sigma * sigma))
                     total += weight * values[j]

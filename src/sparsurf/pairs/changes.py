@@ -14,12 +14,12 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError, progress
-from sparsurf.dot_fields.registry import values
+from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.complexes import superpose_onto
 from sparsurf.sites.describing import FIELDS, PERCENT, SHAPE, farthest_subset, numbered_residues, sites_of
 from sparsurf.sites.metric import weights
-from sparsurf.study.floors import turning
+from sparsurf.study.floors import random_rotation
 from sparsurf.surfaces.surface import Surface
 
 CHANNELS = (SHAPE, *FIELDS)
@@ -76,7 +76,7 @@ def residues_of(dots: Surface, molecule: Molecule, name: str, threads: int = 1) 
     Residues
     """
     kept = farthest_subset(dots, PERCENT)
-    table = values(FIELDS, molecule, kept.points)
+    table = compute_fields(FIELDS, molecule, kept.points)
     # Shifted by this much, the mean is positive and equals its modulus
     lift = np.ceil(np.nanmax(np.abs(table.to_numpy()), axis=0))
     kept = replace(kept, fields={name: column.to_numpy() for name, column in (table + lift).items()})
@@ -143,8 +143,8 @@ def noise(
     (draws, R, C + 1) float64, see `distances`
     """
     drawn, centre = [], form.molecule.xyz[0].mean(axis=0)
-    for _ in progress.each(range(draws), f"floors of {form.name}"):
-        turn, atoms = turning(rng), form.molecule.xyz[0]
+    for _ in progress.progress_bar(range(draws), f"floors of {form.name}"):
+        turn, atoms = random_rotation(rng), form.molecule.xyz[0]
         if moved:
             atoms = atoms + moved / np.sqrt(3) * rng.normal(size=atoms.shape)
         rotated = form.lay((atoms - centre) @ turn.T)

@@ -15,9 +15,9 @@ from sparsurf.pairs.nearest import nearest
 from sparsurf.pairs.neighbourhoods import smooth
 from sparsurf.pairs.partners import Partner
 from sparsurf.pairs.ranking import bootstrap_auc
-from sparsurf.sampling.samplers import named
+from sparsurf.sampling.samplers import get_samplers
 from sparsurf.streams import stream
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 
 MAX_PATCHES = 1500  # of each surface
 K_VALUES = (1, 10)  # nearest patches whose mean distance is taken
@@ -43,8 +43,10 @@ def centres_of(partner: Partner, n: int, sampler: str = "farthest", seed: int = 
     """
     if len(partner.surface) <= n:
         return np.arange(len(partner.surface))
-    function = named([sampler], "complementarity.centres.sampler")[sampler]
-    evaluator = Evaluator(partner.surface, roughness_values=partner.roughness, seed=seed, name=partner.name)
+    function = get_samplers([sampler], "complementarity.centres.sampler")[sampler]
+    evaluator = PreparedSurface(
+        partner.surface, roughness_values=partner.roughness, seed=seed, name=partner.name
+    )
     return np.sort(function(evaluator, n, evaluator.stream("centres", sampler)))
 
 

@@ -11,10 +11,10 @@ from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from sparsurf import InputError
-from sparsurf.threads import over_slices
+from sparsurf.kernel_cache import njit
+from sparsurf.threads import parallel_map
 
 ROWS, COLUMNS = 256, 2048  # of a block of distances: 4 MB per thread
 
@@ -75,7 +75,7 @@ def nearest(a: np.ndarray, b: np.ndarray, k: int = 1, threads: int = 1) -> tuple
         with lock:
             _merge(*slice_of_b, *of_b)
 
-    over_slices(rows, len(a), threads, ROWS)
+    parallel_map(rows, len(a), threads, ROWS)
     return _measure(a, b, of_a[1]), _measure(b, a, of_b[1])
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from scipy.spatial import cKDTree
 
-from sparsurf.patches.index import Index, ball, ball_bound, build_index
-from sparsurf.threads import over_slices
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import PatchIndex, ball, ball_bound, build_index
+from sparsurf.threads import parallel_map
 
 SMOOTHING = 6.0  # Å, radius over which a propensity is averaged (authors' scripts)
 
@@ -44,13 +44,13 @@ def means_within(
         """Average around the points a to b."""
         _means(index, points[a:b], columns, radius, capacity, means[a:b], counts[a:b])
 
-    over_slices(block, len(points), threads)
+    parallel_map(block, len(points), threads)
     return means.reshape(len(points), *np.shape(values)[1:]), counts
 
 
 @njit(cache=True, nogil=True)
 def _means(
-    index: Index,
+    index: PatchIndex,
     points: np.ndarray,
     columns: np.ndarray,
     radius: float,

@@ -10,7 +10,7 @@ import pandas as pd
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
 from sparsurf.pairs import baselines
-from sparsurf.patches.index import D_LINK, R_PATCH, Index, build_index
+from sparsurf.patches.index import D_LINK, R_PATCH, PatchIndex, build_index
 from sparsurf.patches.roughness import PUBLISHED, roughness
 from sparsurf.surfaces.surface import Surface
 
@@ -32,7 +32,7 @@ class Partner:
 
     name: str
     surface: Surface
-    index: Index
+    index: PatchIndex
     roughness: np.ndarray
     residue: np.ndarray | None = None
     residues: pd.DataFrame | None = None

@@ -18,10 +18,10 @@ from sparsurf.pairs.neighbourhoods import SMOOTHING, smooth
 from sparsurf.pairs.partners import Partner
 from sparsurf.pairs.ranking import auc
 from sparsurf.patches.index import D_LINK, build_index
-from sparsurf.recovery.readings import fair_density
+from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.recovering import recover
-from sparsurf.sampling.samplers import Sampler, named
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.sampling.samplers import Sampler, get_samplers
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.surfaces.surface import Surface
 
@@ -100,7 +100,7 @@ def recovered(partner: Partner, dots: np.ndarray, d_link: float = D_LINK) -> Par
     Partner without atoms, its roughness NaN
     """
     whole = partner.surface
-    density = fair_density(len(whole) / area_of(whole)[0], d_link)
+    density = comparable_density(len(whole) / area_of(whole)[0], d_link)
     surface = Surface(*recover(whole.points[dots], whole.normals[dots], density))
     unknown = np.full(len(surface), np.nan)
     return Partner(partner.name, surface, build_index(surface.points, surface.normals, d_link), unknown)
@@ -150,13 +150,13 @@ def thinning(
         interface(a.surface.points, b.surface.points, within) for a, b in ((first, second), (second, first))
     ]
     evaluators = [
-        Evaluator(
+        PreparedSurface(
             partner.surface, roughness_values=partner.roughness, seed=seed, name=partner.name, **rules or {}
         )
         for partner in pair
     ]
     d_link = evaluators[0].d_link
-    chosen = named(samplers, "complementarity.thinning.samplers")
+    chosen = get_samplers(samplers, "complementarity.thinning.samplers")
     _warm_up(pair, evaluators[0], chosen, with_recovered)
     everything = [np.arange(len(partner.surface)) for partner in pair]
     clock = Clock()
@@ -181,7 +181,7 @@ def thinning(
 
 
 def _warm_up(
-    pair: Sequence[Partner], evaluator: Evaluator, samplers: dict[str, Sampler], with_recovered: bool
+    pair: Sequence[Partner], evaluator: PreparedSurface, samplers: dict[str, Sampler], with_recovered: bool
 ) -> None:
     """Compile or load every kernel before the first map is timed."""
     few = [np.arange(min(100, len(partner.surface))) for partner in pair]
@@ -193,7 +193,7 @@ def _warm_up(
     thinned_maps(pair, few, Clock(), described=partners)
 
 
-def _choose(sampler: Sampler, name: str, evaluator: Evaluator, percent: float, draw: int) -> np.ndarray:
+def _choose(sampler: Sampler, name: str, evaluator: PreparedSurface, percent: float, draw: int) -> np.ndarray:
     """Choose the centres of one surface, ascending; a nested sampler takes the first ones of one order at every size."""
     keys: tuple = ("thinning", name, draw) if sampler.nested else ("thinning", name, draw, str(percent))
     n = max(1, round(percent / 100 * len(evaluator.points)))

@@ -12,7 +12,7 @@ import pandas as pd
 from scipy.special import stdtr  # Student's t; scipy.stats takes a quarter of a second to import
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import PUBLISHED
+from sparsurf.patches.readings import CODED_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, TABLE_1
 from sparsurf.streams import stream
@@ -57,7 +57,7 @@ def runs_as_published(
     for run in range(runs):
         renamed = prepared.changed(stream_name=f"{prepared.name} selection {run}")
         result = grid.evaluate_grid(
-            renamed, combinations * (alpha, 1, 1, 1), tests, 1, (PUBLISHED,), shared=False
+            renamed, combinations * (alpha, 1, 1, 1), tests, 1, (CODED_READING,), shared=False
         )
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts
@@ -257,7 +257,7 @@ def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
     true = table.set_index(PARAMETERS)
     keys = pd.MultiIndex.from_frame(runs[PARAMETERS])
     columns = {
-        f"{name}_bias": runs[name].to_numpy() - true[f"{name}_{PUBLISHED}"].reindex(keys).to_numpy()
+        f"{name}_bias": runs[name].to_numpy() - true[f"{name}_{CODED_READING}"].reindex(keys).to_numpy()
         for name in MEASURES
     }
     return (

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import PUBLISHED, TEXT
+from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1
 from sparsurf.sampling.samplers import tune_alpha
@@ -48,8 +48,8 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
     for link in links:
         linked = prepared.changed(index=build_index(prepared.points, prepared.normals, link))
         z_tot, _ = linked.describe(tests)
-        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, PUBLISHED)
-        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, PUBLISHED)
+        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, CODED_READING)
+        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, CODED_READING)
         shape = (len(PUBLISHED_ROWS), draws, len(tests))
         d = estimate((z_tr - z_ts).reshape(shape))
         for row in range(len(PUBLISHED_ROWS)):
@@ -164,7 +164,7 @@ def tuned_family(
         for row in exponents[max_n_s >= n]:
             requested.append(percent)
             rows.append(tune_alpha(prepared.cover, (1.0, *row), n))
-    result = grid.evaluate_grid(prepared, rows, n_tests, draws, (TEXT,))
+    result = grid.evaluate_grid(prepared, rows, n_tests, draws, (WRITTEN_READING,))
     d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
     table = pd.DataFrame(result.combinations, columns=PARAMETERS)
     table.insert(0, "percent", requested)
@@ -194,15 +194,17 @@ def best_of_family(table: pd.DataFrame) -> pd.DataFrame:
 
 def correlation_of_readings(table: pd.DataFrame) -> float:
     """Correlate d under both readings over the grid."""
-    return float(np.corrcoef(table[f"d_{PUBLISHED}"], table[f"d_{TEXT}"])[0, 1])
+    return float(np.corrcoef(table[f"d_{CODED_READING}"], table[f"d_{WRITTEN_READING}"])[0, 1])
 
 
 def correlation_with_fragments(table: pd.DataFrame) -> float:
     """Correlate d under the published reading with ln of the ratio of patch sizes, sampled to uniform."""
-    larger = np.log(table[f"fragment_{PUBLISHED}"] / table[f"fragment_uniform_{PUBLISHED}"])
-    return float(np.corrcoef(table[f"d_{PUBLISHED}"], larger)[0, 1])
+    larger = np.log(table[f"fragment_{CODED_READING}"] / table[f"fragment_uniform_{CODED_READING}"])
+    return float(np.corrcoef(table[f"d_{CODED_READING}"], larger)[0, 1])
 
 
 def fragmented_share(table: pd.DataFrame) -> float:
     """Return the share of combinations whose median patch keeps few of its dots under the published reading."""
-    return float((table[f"fragment_{PUBLISHED}"] < FRAGMENTED_BELOW * table[f"fragment_{TEXT}"]).mean())
+    return float(
+        (table[f"fragment_{CODED_READING}"] < FRAGMENTED_BELOW * table[f"fragment_{WRITTEN_READING}"]).mean()
+    )

@@ -12,13 +12,13 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball_bound
 from sparsurf.patches.readings import READINGS
 from sparsurf.patches.subset_patches import MAX_SUBSETS, add_subset, pack_subsets, patches_of
 from sparsurf.patches.zernike import published, rotation_robust
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 __all__ = [
     "DESCRIPTORS",
@@ -294,7 +294,7 @@ def _describe_slices(
         centres = np.repeat(tests[a:b], sizes.shape[1], axis=0)
         store(a, b, kind.describe(index, ids, start, centres, weight, radius, up))
 
-    over_slices(describe_slice, len(tests), threads, max(1, PATCHES_PER_CALL // sizes.shape[1]))
+    parallel_map(describe_slice, len(tests), threads, max(1, PATCHES_PER_CALL // sizes.shape[1]))
     return sizes
 
 

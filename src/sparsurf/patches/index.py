@@ -12,7 +12,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from sparsurf.kernel_cache import njit
 
 R_PATCH = 4.0  # Å, roughness and sampling (authors' scripts)
 R_ZERNIKE = 6.0  # Å, descriptors (paper, Materials and Methods)

@@ -9,11 +9,11 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
 from sparsurf.patches.islands import patch_of
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 PUBLISHED = "published"
 RoughnessFunction = Callable[[PatchIndex, float, int], np.ndarray]
@@ -52,7 +52,7 @@ def published(index: PatchIndex, radius: float, threads: int) -> np.ndarray:
     """Compute the mean cosine between the normals of a patch and their mean; 1 for a patch of one dot."""
     out = np.empty(len(index.dot))
     buffer_size = ball_bound(index, index.xyz, radius) + 1
-    over_slices(lambda a, b: _roughness(index, a, b, radius, buffer_size, out), len(out), threads)
+    parallel_map(lambda a, b: _roughness(index, a, b, radius, buffer_size, out), len(out), threads)
     return out
 
 

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pandas as pd
-from numba import njit
 from scipy.spatial import cKDTree
 
-from sparsurf.patches.index import R_ZERNIKE, Index, ball, ball_bound
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound
 from sparsurf.recovery.recovering import recover
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import parallel_map
@@ -64,7 +64,7 @@ def distance_to_surface(
     return np.where(distance <= 2 * spacing, height, distance)
 
 
-def curvature(index: Index, radius: float = R_ZERNIKE, threads: int = 1) -> np.ndarray:
+def curvature(index: PatchIndex, radius: float = R_ZERNIKE, threads: int = 1) -> np.ndarray:
     """Compute how the surface bends around every dot: 1 / a on a sphere of radius a, negative where it is hollow.
 
     A paraboloid along the mean normal is fitted to the dots on the same side within `radius`.
@@ -87,7 +87,9 @@ def curvature(index: Index, radius: float = R_ZERNIKE, threads: int = 1) -> np.n
 
 
 @njit(cache=True, nogil=True)
-def _curvature(index: Index, begin: int, end: int, radius: float, max_dots: int, out: np.ndarray) -> None:
+def _curvature(
+    index: PatchIndex, begin: int, end: int, radius: float, max_dots: int, out: np.ndarray
+) -> None:
     """Write the curvature at the positions of a slice."""
     nearby, mean_normal, sum_of_offsets = np.empty(max_dots, np.int32), np.zeros(3), np.zeros(3)
     for p in range(begin, end):

@@ -15,9 +15,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import Index, build_grid
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import PatchIndex, build_grid
 from sparsurf.recovery.neighbours import local_spacing, nearest_on_same_side
 from sparsurf.threads import parallel_map
 
@@ -43,7 +43,7 @@ class Interpolants(NamedTuple):
     support : (n,) float64, Å
     """
 
-    index: Index  # type: ignore[assignment]  # hides tuple.index
+    index: PatchIndex  # type: ignore[assignment]  # hides tuple.index
     spacing: np.ndarray
     count: np.ndarray  # type: ignore[assignment]  # hides tuple.count
     curvature: np.ndarray
@@ -99,7 +99,7 @@ def fit_interpolants(
 
 @njit(cache=True, nogil=True, fastmath=FAST_MATH)
 def _fit(
-    index: Index,
+    index: PatchIndex,
     begin: int,
     end: int,
     near: np.ndarray,

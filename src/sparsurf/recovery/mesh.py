@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from sparsurf import InputError
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, recover
-from sparsurf.surfaces.mesh import STEP, Mesh, grid_around, march, mesh_of
+from sparsurf.surfaces.mesh import GRID_STEP, Mesh, build_mesh, grid_around, marching_tetrahedra
 from sparsurf.surfaces.spacing import DENSITY
 
 log = logging.getLogger("sparsurf")
@@ -23,7 +23,7 @@ MAX_DISSENT = 0.02  # share of the boundary faces of regions that may indicate t
 def recovered_mesh(
     points: np.ndarray,
     normals: np.ndarray,
-    step: float = STEP,
+    step: float = GRID_STEP,
     density: float = DENSITY,
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
@@ -61,14 +61,14 @@ def recovered_mesh(
             break
     else:
         log.warning("the dots leave holes wider than %.1f Å: the mesh has walls there", 2 * band * step)
-    vertices, triangles = march(values)
+    vertices, triangles = marching_tetrahedra(values)
     if len(triangles) == 0:
         raise InputError("the mesh is too coarse to hold the surface; ask for a higher density.")
     vertices = low + step * vertices
     for _ in range(2):
         height, vertex_normals = _height(tree, outward, vertices, threads)
         vertices = vertices - height[:, None] * vertex_normals
-    return mesh_of(vertices, vertex_normals, triangles)
+    return build_mesh(vertices, vertex_normals, triangles)
 
 
 def _steps_to_dots(dense: np.ndarray, low: np.ndarray, shape: tuple[int, ...], step: float) -> np.ndarray:

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import Index, span
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import PatchIndex, span
 
 # Cosine of two normals; dots that face each other across a cleft say nothing about each other.
 MIN_COSINE_OF_SAME_SIDE = -0.5
@@ -16,7 +16,12 @@ RADIUS_GROWTH = 1.3  # factor of a search radius that contains too few dots
 
 @njit(cache=True, nogil=True)
 def nearest_on_same_side(
-    index: Index, begin: int, end: int, first_radius: float, neighbours: np.ndarray, distances: np.ndarray
+    index: PatchIndex,
+    begin: int,
+    end: int,
+    first_radius: float,
+    neighbours: np.ndarray,
+    distances: np.ndarray,
 ) -> None:
     """Find the nearest neighbours of kept dots, starting with the dots themselves.
 
@@ -63,7 +68,9 @@ def _sort_nearest(
 
 
 @njit(cache=True, nogil=True)
-def _dots_on_same_side(index: Index, i: int, radius: float, nearby: np.ndarray, distance2: np.ndarray) -> int:
+def _dots_on_same_side(
+    index: PatchIndex, i: int, radius: float, nearby: np.ndarray, distance2: np.ndarray
+) -> int:
     """Write the dots within `radius` of position i that do not face it, with squared distances; return their number."""
     x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
     u, v, w = index.normals[i, 0], index.normals[i, 1], index.normals[i, 2]

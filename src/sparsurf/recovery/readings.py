@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from sparsurf.patches import readings
-from sparsurf.patches.index import D_LINK, Index, build_index
+from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.recovery.recovering import recover
 from sparsurf.surfaces.spacing import DENSITY
 
@@ -24,7 +24,7 @@ def recovered_index(
     area: float,
     density: float,
     close: float = 0.0,
-) -> Index:
+) -> PatchIndex:
     """Return the Index of the surface recovered from kept dots.
 
     Parameters

@@ -7,9 +7,9 @@ the surface that `interpolants` fits to the dot and its neighbours, and are thin
 import math
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import Index, ball, build_grid, select_separated
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import PatchIndex, ball, build_grid, select_separated
 from sparsurf.recovery.interpolants import DOTS_PER_TASK, Interpolants, fit_interpolants, interpolant_value
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import parallel_map
@@ -160,7 +160,7 @@ def _tangents(n: np.ndarray) -> tuple[tuple[float, float, float], tuple[float, f
 
 @njit(cache=True, nogil=True)
 def _rivals(
-    index: Index, i: int, radius: float, nearby: np.ndarray, rivals: np.ndarray
+    index: PatchIndex, i: int, radius: float, nearby: np.ndarray, rivals: np.ndarray
 ) -> tuple[np.ndarray, int]:
     """Return positions (3, at least n) and number n of the dots within `radius` of position i that face the same way."""
     m = ball(index, index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2], radius, nearby)

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.report.numbers import interval, number, share
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import lookup_sampler
 from sparsurf.study.comparison.measuring import DOTTED
 
 TEMPLATE = "compare.html.j2"
@@ -56,9 +56,11 @@ def comparison_page(
         "name": name,
         "of": of,
         "at": f"{at:g}",
-        "best": called(best).words,
+        "best": lookup_sampler(best).words,
         "best_Z": number(float(z[at][best])),
-        "alike": [called(sampler).words for sampler in alike(pairs, best, at)] if pairs is not None else [],
+        "alike": [lookup_sampler(sampler).words for sampler in alike(pairs, best, at)]
+        if pairs is not None
+        else [],
         "recovered": recovered(table, at),
         "fewer": fewer_rows(fewer, at),
         "against": against(fewer, at),
@@ -102,7 +104,7 @@ def rows_of(table: pd.DataFrame, measure: str) -> list[list[str]]:
     values = matrix(table, measure)
     values = values.sort_values(_main_column(values))
     return [
-        [called(name).words, *map(number, row)]
+        [lookup_sampler(name).words, *map(number, row)]
         for name, row in zip(values.index, values.to_numpy(), strict=True)
     ]
 
@@ -121,7 +123,7 @@ def recovered(table: pd.DataFrame, at: float) -> dict[str, str] | None:
         return None
     z = matrix(table, RECOVERED)[at]
     floor = table["fresh_dots"].mean() if "fresh_dots" in table else np.nan
-    return {"sampler": called(str(z.idxmin())).words, "Z": number(z.min()), "floor": number(floor)}
+    return {"sampler": lookup_sampler(str(z.idxmin())).words, "Z": number(z.min()), "floor": number(floor)}
 
 
 def bounded(row: pd.Series) -> str:
@@ -136,7 +138,8 @@ def fewer_rows(fewer: pd.DataFrame, at: float) -> list[list[str]]:
     by = {(row["sampler"], row["than"]): bounded(row) for _, row in rows.iterrows()}
     names = dict.fromkeys(rows.sort_values("factor", ascending=False)["sampler"])
     return [
-        [called(name).words, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")] for name in names
+        [lookup_sampler(name).words, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")]
+        for name in names
     ]
 
 
@@ -151,7 +154,10 @@ def against(fewer: pd.DataFrame, at: float) -> str | None:
 def centre_rows(centres: pd.DataFrame) -> list[list[str]]:
     """Format a row per range of n_S: n_S in % and d of the best combination, and d of the centres."""
     rows = centres.dropna(subset="d")
-    rows = rows[rows["reading"] == (TEXT if TEXT in set(rows["reading"]) else rows["reading"].iloc[0])]
+    rows = rows[
+        rows["reading"]
+        == (WRITTEN_READING if WRITTEN_READING in set(rows["reading"]) else rows["reading"].iloc[0])
+    ]
     return [
         [share(row["n_S_percent"])]
         + [interval(*(row[f"{key}{end}"] for end in ("", "_low", "_high"))) for key in ("d", "d_centres")]
@@ -163,7 +169,7 @@ def alone_rows(alone: pd.DataFrame, at: float) -> list[list[str]]:
     """Format Z of subsets without the full surface, at one n_S and the middle linking distance."""
     scales = sorted(alone["scale"].unique())
     rows = alone[(alone["percent"] == at) & (alone["scale"] == scales[len(scales) // 2])].sort_values("Z")
-    words = {name: called(name).words for name in rows["sampler"]} | {DOTTED: "sparsely laid dots"}
+    words = {name: lookup_sampler(name).words for name in rows["sampler"]} | {DOTTED: "sparsely laid dots"}
     return [
         [words[row["sampler"]], share(row["n_S_percent"]), interval(row["Z"], row["low"], row["high"])]
         for _, row in rows.iterrows()

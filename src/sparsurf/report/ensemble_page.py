@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from sparsurf.recovery.readings import readings_in
+from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.report.numbers import number
 from sparsurf.sampling.combination import Combination
 
@@ -25,7 +25,7 @@ def ensemble_page(name: str, table: pd.DataFrame, combination: Sequence[float]) 
         ensemble.csv.
     combination : sequence of 4 float
     """
-    readings = readings_in(table, "d_")
+    readings = readings_of_columns(table, "d_")
     columns = MEASURED | {f"d_{reading}": 2 for reading in readings}
     return {
         "name": name,

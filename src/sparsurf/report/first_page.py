@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from sparsurf.recovery.readings import RECOVERED, readings_in
+from sparsurf.recovery.readings import RECOVERED, readings_of_columns
 from sparsurf.report.numbers import against_zero, combination, interval, number, share, span
 from sparsurf.report.site_page import by_rarity, found_on
 
@@ -175,7 +175,7 @@ def numbers(surfaces: pd.DataFrame, summary: pd.DataFrame, relation: pd.DataFram
     -------
     dict, by the names in the template
     """
-    readings = readings_in(surfaces, "best_")
+    readings = readings_of_columns(surfaces, "best_")
     places = surfaces[NAMES].drop_duplicates().to_numpy().tolist()
     return {
         "d": [d_card(summary, reading, readings[0]) for reading in readings],
@@ -309,7 +309,7 @@ def of_changes(table: pd.DataFrame) -> dict[str, int]:
 
 def of_ensemble(table: pd.DataFrame) -> dict[str, Any]:
     """Collect d of one combination over the frames of a trajectory, under the first reading of the table."""
-    reading = readings_in(table, "d_")[0]
+    reading = readings_of_columns(table, "d_")[0]
     d = table[f"d_{reading}"].dropna()
     sd = number(d.std(ddof=1), 1)
     return {"frames": len(table), "reading": reading, "d": number(d.mean(), 1), "sd": sd}

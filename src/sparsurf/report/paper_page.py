@@ -9,15 +9,22 @@ import pandas as pd
 
 from sparsurf.paper import replication
 from sparsurf.paper.published_runs import MEASURES
-from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
+from sparsurf.patches.readings import CODED_READING, GRID_READINGS, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.numbers import against_zero, combination, interval, number, share
-from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination, split, texts_of
-from sparsurf.study.enough import AT_MOST, MORE
-from sparsurf.study.rough_and_flat import FEWEST
+from sparsurf.sampling.combination import (
+    PARAMETERS,
+    PUBLISHED_ROWS,
+    TABLE_1,
+    Combination,
+    combination_labels,
+    split_combinations,
+)
+from sparsurf.study.required_dots import AT_MOST, MORE
+from sparsurf.study.rough_and_flat import MIN_TEST_DOTS
 
 if TYPE_CHECKING:
-    from sparsurf.study.evaluator import Evaluator
+    from sparsurf.study.prepared_surface import PreparedSurface
 
 TEMPLATE = "paper.html.j2"
 YES, NO, PARTLY = "yes", "no", "in part"
@@ -53,7 +60,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     }
     return chapters | {
         "claims": [(name, chapter["holds"]) for name, chapter in chapters.items()],
-        "readings": OF_GRID,
+        "readings": GRID_READINGS,
         "surface": data["surface"],
         "links": links(data["links"], data["signs"], grid),
         "defects": defects(data["defects"]),
@@ -62,7 +69,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def surface_of(
-    evaluator: Evaluator, rules: dict[str, Any], path_to_surface: str | None = None
+    evaluator: PreparedSurface, rules: dict[str, Any], path_to_surface: str | None = None
 ) -> dict[str, Any]:
     """Describe the dots: how they were generated, and their numbers next to those of the paper's A1."""
     source = "file" if path_to_surface else "program" if rules["method"] == "dms" else rules["reentrant"]
@@ -82,7 +89,7 @@ def judged(agree: float, several: bool = False) -> str:
 
 def both(holds: str) -> dict[str, str]:
     """Return the same answer for both readings."""
-    return dict.fromkeys(OF_GRID, holds)
+    return dict.fromkeys(GRID_READINGS, holds)
 
 
 def span_of(grid: pd.DataFrame) -> dict[str, Any]:
@@ -102,12 +109,12 @@ def table1(
 ) -> dict[str, Any]:
     """Compare Table I with runs made as published, under both binnings, and with the other reading."""
     agree = tests.loc[tests["measure"] == "together", "p"] >= MIN_P
-    d, low, high = (rows[f"{key}_{TEXT}"] for key in ("d", "d_low", "d_high"))
+    d, low, high = (rows[f"{key}_{WRITTEN_READING}"] for key in ("d", "d_low", "d_high"))
     inside = (low <= rows["d_published"]) & (rows["d_published"] <= high)
     runs = places[places["binning"] == "half-open"]
     of_bias = bias[bias["binning"] == "closed"]["d_bias"]
     return {
-        "holds": {PUBLISHED: judged(float(agree.mean())), TEXT: judged(inside.mean())},
+        "holds": {CODED_READING: judged(float(agree.mean())), WRITTEN_READING: judged(inside.mean())},
         "runs": int(runs["n_runs"].max()),
         "tests": [
             (
@@ -153,14 +160,16 @@ def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
     """Compare our winner of each range with the published one, and count how often that won the runs."""
     published = [str(Combination(*row)) for row in PUBLISHED_ROWS]
     ours, same, among = {}, {}, {}
-    for reading in OF_GRID:
+    for reading in GRID_READINGS:
         rows = ranges[ranges["reading"] == reading]
-        ours[reading] = texts_of(rows)
+        ours[reading] = combination_labels(rows)
         same[reading] = sum(a == b for a, b in zip(ours[reading], published, strict=False))
-        among[reading] = sum(b in split(field) for field, b in zip(rows["best_set"], published, strict=False))
+        among[reading] = sum(
+            b in split_combinations(field) for field, b in zip(rows["best_set"], published, strict=False)
+        )
     runs = places[places["binning"] == "half-open"]
     return {
-        "holds": {reading: judged(among[reading] / len(published)) for reading in OF_GRID},
+        "holds": {reading: judged(among[reading] / len(published)) for reading in GRID_READINGS},
         "same": same,
         "among": among,
         "rows": len(published),
@@ -178,9 +187,11 @@ def best_at_one(best: dict[str, Any], grid: pd.DataFrame) -> dict[str, Any]:
     published = grid[np.isclose(grid[PARAMETERS], PUBLISHED_BEST).all(axis=1)]
     holds: dict[str, str] = {}
     table = []
-    for reading in OF_GRID:
+    for reading in GRID_READINGS:
         row = best[reading]["unrestricted"]
-        holds[reading] = YES if str(Combination(*PUBLISHED_BEST)) in split(row["best_set"]) else NO
+        holds[reading] = (
+            YES if str(Combination(*PUBLISHED_BEST)) in split_combinations(row["best_set"]) else NO
+        )
         d = [f"{key}_{reading}" for key in ("d", "d_low", "d_high")]
         d_published = interval(*published[d].iloc[0]) if len(published) else interval(np.nan, np.nan, np.nan)
         d_ours = interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"])
@@ -191,7 +202,7 @@ def best_at_one(best: dict[str, Any], grid: pd.DataFrame) -> dict[str, Any]:
 def positive(grid: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
     """Count the combinations in which the sampling beats a uniform subset, also with alpha tuned to the same n_S."""
     holds, loses, table = {}, {}, []
-    for reading in OF_GRID:
+    for reading in GRID_READINGS:
         d, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
         holds[reading] = judged((low > 0).mean(), several=True)
         loses[reading] = bool((high < 0).mean() > 0.5)
@@ -224,7 +235,7 @@ def positive(grid: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
 def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, Any]:
     """Count the combinations in which a subset describes a patch worse than the mean patch does."""
     holds, table = {}, []
-    for reading in OF_GRID:
+    for reading in GRID_READINGS:
         worse, of_rows = (table_[f"Z_tS_{reading}"] > null for table_ in (grid, rows))
         holds[reading] = judged(1 - worse.mean(), several=True)
         table.append((reading, [int(worse.sum()), len(grid), int(of_rows.sum()), len(rows)]))
@@ -233,12 +244,12 @@ def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, A
 
 def rough_and_flat(bins: pd.DataFrame) -> dict[str, Any]:
     """Compare d in rough and flat patches, around kept dots (as in the paper) and around any dots."""
-    agree: dict[str, list[bool]] = {reading: [] for reading in OF_GRID}
+    agree: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
     table = []
     for around, rows in bins.groupby("around", sort=False):
-        single = rows[~rows["bin"].isin(HALVES) & (rows["n"] >= FEWEST)]
+        single = rows[~rows["bin"].isin(HALVES) & (rows["n"] >= MIN_TEST_DOTS)]
         rough, flat = (rows[rows["bin"] == name].iloc[0] for name in HALVES)
-        for reading in OF_GRID:
+        for reading in GRID_READINGS:
             cells = [_d(row, reading) for row in (rough, flat, single.iloc[-1])]
             more = bool(rough[f"d_low_{reading}"] > max(0, flat[f"d_high_{reading}"]))
             equal = against_zero(*single.iloc[-1][[f"d_low_{reading}", f"d_high_{reading}"]]) == "around"
@@ -280,10 +291,10 @@ def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[
         "best": [number(x, 1) for x in (signs["D_link_best"].min(), signs["D_link_best"].max())],
         "turned": int(signs["negative_from"].notna().sum()),
         "rows": len(signs),
-        "correlation": number(replication.correlation(grid)),
-        "fragments": number(replication.follows_fragments(grid)),
-        "shattered": share(100 * replication.shattered(grid)),
-        "threshold": share(100 * replication.SHATTERED),
+        "correlation": number(replication.correlation_of_readings(grid)),
+        "fragments": number(replication.correlation_with_fragments(grid)),
+        "shattered": share(100 * replication.fragmented_share(grid)),
+        "threshold": share(100 * replication.FRAGMENTED_BELOW),
     }
 
 
@@ -291,7 +302,7 @@ def defects(table: pd.DataFrame) -> list[tuple[str, list[str]]]:
     """Tabulate how n_S and d of the ten rows change, on average, with each defect of the published sampling corrected."""
     by = {str(name): rows.set_index("row") for name, rows in table.groupby("sampling", sort=False)}
     reference = by.pop("as published")
-    columns = {"n_S_percent": 1} | {f"d_{reading}": 2 for reading in OF_GRID}
+    columns = {"n_S_percent": 1} | {f"d_{reading}": 2 for reading in GRID_READINGS}
     return [
         (
             name,
@@ -317,8 +328,8 @@ def outlook(enough: pd.DataFrame) -> dict[str, Any]:
         "table": [
             [
                 floor,
-                number(by.loc[(floor, TEXT), "Z_floor"]),
-                *(bounded(by.loc[(floor, r)]) for r in (TEXT, RECOVERED)),
+                number(by.loc[(floor, WRITTEN_READING), "Z_floor"]),
+                *(bounded(by.loc[(floor, r)]) for r in (WRITTEN_READING, RECOVERED)),
             ]
             for floor in floors
         ],

@@ -18,9 +18,9 @@ from sparsurf import InputError
 from sparsurf.old_names import refuse_old_names
 from sparsurf.report.numbers import interval, number, span
 from sparsurf.report.page import render
-from sparsurf.sampling.combination import PARAMETERS, Combination, split
-from sparsurf.study.relation import EQUAL, mean_interval, one_each, relation
-from sparsurf.study.summary import NEAREST
+from sparsurf.sampling.combination import PARAMETERS, Combination, split_combinations
+from sparsurf.study.relation import EQUAL_ROUGHNESS, mean_interval, protein_means, relate_to_roughness
+from sparsurf.study.summary import N_NEAREST
 from sparsurf.study.tables import read_table
 
 TEMPLATE = "recommend.txt.j2"
@@ -110,7 +110,7 @@ def recommend(
         percent=f"{percent:g}",
         roughness=number(roughness, 3),
         fewest=FEWEST,
-        near=NEAREST,
+        near=N_NEAREST,
         readings=[of_reading(run, name, roughness, percent, rng) for name in names],
     )
 
@@ -127,7 +127,7 @@ def of_reading(
         return known
     rows = rows.iloc[np.argsort((rows["mean_roughness"] - roughness).abs(), kind="stable")]
     pooled = run["relation"][run["relation"]["reading"] == reading].set_index("range")
-    chosen = choice(rows, relation(rows, rng), pooled.loc[rows["range"].mode()[0]], roughness)
+    chosen = choice(rows, relate_to_roughness(rows, rng), pooled.loc[rows["range"].mode()[0]], roughness)
     return known | {"beaten": beaten(rows)} | chosen | {"surfaces": evidence(rows)}
 
 
@@ -141,7 +141,7 @@ def beaten(rows: pd.DataFrame) -> dict[str, str] | None:
 
 def against_uniform(rows: pd.DataFrame) -> tuple[float, float, float]:
     """Compute the mean cross-validated d of each surface's winner and its 95 % interval over proteins, at least 3."""
-    counted = one_each(rows)
+    counted = protein_means(rows)
     d, low, high = mean_interval(counted["d_held_out"].to_numpy())
     if np.isnan(low):  # too few proteins: the scatter over test dots and draws of these surfaces
         half = np.sqrt((((rows["d_held_out_high"] - rows["d_held_out_low"]) / 2) ** 2).sum()) / len(rows)
@@ -154,7 +154,7 @@ def reasons(rows: pd.DataFrame, found: Mapping[str, Any], roughness: float) -> I
     n, low, high = found["n_proteins"], rows["mean_roughness"].min(), rows["mean_roughness"].max()
     if n < FEWEST:
         yield "few"
-    if not low - EQUAL <= roughness <= high + EQUAL:
+    if not low - EQUAL_ROUGHNESS <= roughness <= high + EQUAL_ROUGHNESS:
         yield "outside"
     if found["n_shared"] == len(rows) > 1:
         yield "shared"
@@ -187,7 +187,10 @@ def choice(
     }
     if known["against"] and known["d"]:  # else none lies in the range on average: that of the nearest surface
         text = str(Combination.of(pooled))
-    return known | {"text": text, "held": sum(text in split(field) for field in rows["best_set"])}
+    return known | {
+        "text": text,
+        "held": sum(text in split_combinations(field) for field in rows["best_set"]),
+    }
 
 
 def evidence(rows: pd.DataFrame) -> list[tuple[str, str, str, str]]:

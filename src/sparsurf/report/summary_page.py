@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 from scipy.special import bdtr
 
-from sparsurf.patches.readings import TEXT
-from sparsurf.recovery.readings import RECOVERED, readings_in
+from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.recovery.readings import RECOVERED, readings_of_columns
 from sparsurf.report.numbers import combination, interval, number, share, span
-from sparsurf.study.enough import FEWEST as FEWEST_DOTS
-from sparsurf.study.enough import PERCENTS, PREFIX
+from sparsurf.study.required_dots import COLUMN_PREFIX, CURVE_PERCENTS
+from sparsurf.study.required_dots import MIN_DOTS as FEWEST_DOTS
 
 TEMPLATE = "summary.html.j2"
 MIN_PROTEINS = 10  # for a relation: with 5 a real one is found in 1 to 3 % of runs
@@ -33,7 +33,7 @@ def summary_page(
     draws : int, optional
         Draws of each combination.
     """
-    readings = readings_in(surfaces, "best_")
+    readings = readings_of_columns(surfaces, "best_")
     known = relation[relation["p"].notna()]
     columns = 7 if len(known) else 5  # the last two are empty where nothing was tested
     return {
@@ -73,14 +73,16 @@ def floor_rows(surfaces: pd.DataFrame) -> list[list[str]]:
     """Format a row per noise floor: the share of dots that reaches it, as they are and recovered, median (lowest to highest)."""
     columns = [str(column) for column in surfaces]
     names = [
-        name.removesuffix(f"_{TEXT}") for name in columns if name.startswith(PREFIX) and name.endswith(TEXT)
+        name.removesuffix(f"_{WRITTEN_READING}")
+        for name in columns
+        if name.startswith(COLUMN_PREFIX) and name.endswith(WRITTEN_READING)
     ]
     # the fewest dots that are tried
-    fewest = 100 * np.maximum(FEWEST_DOTS, np.round(PERCENTS[0] / 100 * surfaces["N"])) / surfaces["N"]
+    fewest = 100 * np.maximum(FEWEST_DOTS, np.round(CURVE_PERCENTS[0] / 100 * surfaces["N"])) / surfaces["N"]
     return [
         [
-            name.removeprefix(PREFIX).replace("_", " "),
-            *(enough_text(surfaces.get(f"{name}_{r}"), fewest) for r in (TEXT, RECOVERED)),
+            name.removeprefix(COLUMN_PREFIX).replace("_", " "),
+            *(enough_text(surfaces.get(f"{name}_{r}"), fewest) for r in (WRITTEN_READING, RECOVERED)),
         ]
         for name in names
     ]

@@ -1,16 +1,16 @@
 """Farthest-point sampling, and sampling that is denser where the surface is rough."""
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import Index, ball
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import PatchIndex, ball
 from sparsurf.sampling.published import SampledSurface
 
 MIN_ONE_MINUS_R = 0.01  # smaller values of 1 - R count as this, so that no weight is 0 or infinite
 
 
 def farthest_point_sampling(
-    index: Index, n: int, rng: np.random.Generator, weight: np.ndarray | None = None
+    index: PatchIndex, n: int, rng: np.random.Generator, weight: np.ndarray | None = None
 ) -> np.ndarray:
     """Choose dots that are as far from one another as possible.
 
@@ -70,7 +70,7 @@ def roughness_weighted_sampling(
 
 
 @njit(cache=True, nogil=True)
-def _farthest_positions(index: Index, first: int, n: int, weight: np.ndarray) -> np.ndarray:
+def _farthest_positions(index: PatchIndex, first: int, n: int, weight: np.ndarray) -> np.ndarray:
     """Return positions in the order of choice, (n,) int32.
 
     `gap` is the squared distance to the nearest chosen dot times the weight.

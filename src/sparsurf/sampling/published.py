@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
-from sparsurf.patches.index import R_PATCH, Index, ball_bound
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
 from sparsurf.patches.islands import patch_of
 
 PAIRS_PER_BLOCK = 1 << 16  # pairs drawn at a time: their random numbers stay in the cache of a core
@@ -56,7 +56,7 @@ class SampledSurface(Protocol):
 
     points: np.ndarray
     normals: np.ndarray
-    index: Index
+    index: PatchIndex
     roughness: np.ndarray
     cover: Cover
 
@@ -70,7 +70,7 @@ class SampledSurface(Protocol):
 
 
 def build_cover(
-    index: Index,
+    index: PatchIndex,
     roughness: np.ndarray,
     radius: float = R_PATCH,
     distance_from_moved_centre: bool = True,
@@ -109,7 +109,7 @@ def build_cover(
 
 @njit(cache=True, nogil=True)
 def _sweep(
-    index: Index,
+    index: PatchIndex,
     radius: float,
     distance_from_moved_centre: bool,
     chance_in_every_patch: bool,
@@ -159,7 +159,7 @@ def _distance2(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _nearest_of_patch(index: Index, p: int | np.integer, queue: np.ndarray, begin: int, end: int) -> int:
+def _nearest_of_patch(index: PatchIndex, p: int | np.integer, queue: np.ndarray, begin: int, end: int) -> int:
     """Return the position in the patch nearest to p (p itself if the patch contains it); on a tie the lower dot."""
     best, best_d2 = queue[begin], np.inf
     for k in range(begin, end):

@@ -17,16 +17,16 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from sparsurf import InputError
-from sparsurf.dot_fields.registry import values
+from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.files import read_bytes
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
-from sparsurf.recovery.recovering import spacing_of
-from sparsurf.sampling.spreading import spread
+from sparsurf.recovery.recovering import dot_spacing
+from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.surfaces.surface import Surface
-from sparsurf.texts import read_bytes
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
 PERCENT = 10  # of the dots, which are kept and described
@@ -169,7 +169,7 @@ def describe_surface(
     """
     kept = farthest_subset(dots, percent)
     if molecule is not None:
-        table = values(fields, molecule, kept.points) if fields else {}
+        table = compute_fields(fields, molecule, kept.points) if fields else {}
         kept = replace(kept, fields={key: np.asarray(table[key]) for key in table})
     lacking = [key for key in fields if key not in kept.fields]
     if lacking:
@@ -196,7 +196,7 @@ def farthest_subset(dots: Surface, percent: float) -> Surface:
     if percent == 100:
         return dots
     n = max(1, round(percent / 100 * len(dots)))
-    return dots.take(spread(build_grid(dots.points), n, np.random.default_rng(0)))
+    return dots.take(farthest_point_sampling(build_grid(dots.points), n, np.random.default_rng(0)))
 
 
 def _empty_labels(n: int) -> pd.DataFrame:
@@ -311,7 +311,7 @@ def sites_of(
 
 def _area(kept: Surface) -> float:
     """Estimate the area of a surface in Å^2 from the distances between its dots."""
-    return float((spacing_of(kept.points, kept.normals) ** 2).sum())
+    return float((dot_spacing(kept.points, kept.normals) ** 2).sum())
 
 
 def _fill_unknown(field: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from sparsurf import InputError
 from sparsurf.sites.describing import FIELDS, LABELS, PERCENT, RADIUS, Sites
 from sparsurf.sites.metric import to_metric_space
 from sparsurf.sites.pose_search import Pose, best_pose
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 MIN_HIT_DISTANCE = 3.0  # Å; of hits that lie nearer to each other only the best counts
 N_BACKGROUND = 20_000  # places of the targets from which distances of unrelated places are estimated
@@ -137,7 +137,7 @@ def nearest_places(
         )
         return np.take_along_axis(square, place, axis=1), place + a
 
-    blocks = over_slices(best, len(targets), threads, BLOCK)
+    blocks = parallel_map(best, len(targets), threads, BLOCK)
     square, place = (np.concatenate([block[c] for block in blocks], axis=1) for c in (0, 1))
     order = np.lexsort((place, square), axis=1)[:, :k]
     square, place = np.take_along_axis(square, order, axis=1), np.take_along_axis(place, order, axis=1)

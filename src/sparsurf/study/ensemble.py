@@ -17,7 +17,7 @@ from sparsurf.study import grid
 from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.study.residues import mean_roughness_by_residue
 from sparsurf.study.tables import grid_table
-from sparsurf.surfaces.molecular_surface import fitting_density, surface_of
+from sparsurf.surfaces.molecular_surface import density_for_d_link, surface_of_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import parallel_map
@@ -65,7 +65,7 @@ def evaluate_frames(
     mark = f"# {fingerprint(molecule, settings, name, code)} {part[0]} of {part[1]}\n"
     header, rows = read_finished_rows(path_to_part, mark)
     atom_radii = radii(molecule, settings["surface"]["radii"])
-    density = fitting_density(
+    density = density_for_d_link(
         molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], name
     )
     # the same density for all frames
@@ -134,7 +134,7 @@ def frame_row(
     number, ensemble = int(molecule.frame_number[position]), settings["ensemble"]
     where = f"{name}, frame {number}"
     try:
-        surface = surface_of(molecule, position, atom_radii, settings["surface"])
+        surface = surface_of_frame(molecule, position, atom_radii, settings["surface"])
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     prepared = PreparedSurface.from_settings(surface, settings, None, f"{name}/f{number}", 1)

@@ -75,7 +75,7 @@ def noise_floors(
         return np.linalg.norm(z - z_tot, axis=1)
 
     z_of_floor: dict[str, list[np.ndarray]] = {FRESH: [], TURNED: []}
-    for _ in progress.each(range(draws), "noise floors"):
+    for _ in progress.progress_bar(range(draws), "noise floors"):
         rotation = random_rotation(rng)
         points, normals = _fresh_dots(prepared, lay, atoms, centre, rotation)
         z_of_floor[FRESH].append(distances((points @ rotation) + centre, normals @ rotation, test_points))

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from sparsurf import InputError
 from sparsurf.patches import descriptors
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
 from sparsurf.study.prepared_surface import PreparedSurface
@@ -61,7 +61,7 @@ def evaluate_grid(
     combinations: ArrayLike,
     n_tests: int,
     draws: int = 1,
-    readings: Sequence[str] = OF_GRID,
+    readings: Sequence[str] = GRID_READINGS,
     shared: bool = True,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> Grid:
@@ -129,7 +129,7 @@ def _evaluate_with_shared_tests(
 ) -> None:
     """Fill a Grid whose combinations share their test dots."""
     k, draws = out.n_s.shape
-    per_pass = max(1, descriptors.BITS // (2 * draws))
+    per_pass = max(1, descriptors.MAX_SUBSETS // (2 * draws))
     z_tot, use_curves = None, k > N_CURVE_SIZES
     for a in range(0, k, per_pass):
         z_tot = _fill(prepared, out, range(a, min(a + per_pass, k)), tests, z_tot, use_curves)
@@ -171,9 +171,9 @@ def _fill(
     draws = out.n_s.shape[1]
     jobs = np.array([(k, draw) for k in which for draw in range(draws)])
     sizes = np.zeros((len(out.readings), 2, len(jobs), len(tests)), np.int32)
-    together = tuple(reading for reading in out.readings if reading in OF_GRID)
-    for a in range(0, len(jobs), descriptors.BITS // 2):
-        part = slice(a, a + descriptors.BITS // 2)
+    together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
+    for a in range(0, len(jobs), descriptors.MAX_SUBSETS // 2):
+        part = slice(a, a + descriptors.MAX_SUBSETS // 2)
         k, draw = jobs[part].T
         words, subsets = _draw_subsets(prepared, out, jobs[part])
         shape = (2, len(k), len(tests))
@@ -208,7 +208,7 @@ def _fill_along_curves(prepared: PreparedSurface, out: Grid, tests: np.ndarray) 
     position = np.interp(np.log(out.n_s), np.log(sizes), np.arange(len(sizes)))  # among the n_S of the curve
     below, share = position.astype(int), (position % 1)[..., None]
     above = np.ceil(position).astype(int)
-    for r in [r for r, reading in enumerate(out.readings) if reading not in OF_GRID]:
+    for r in [r for r, reading in enumerate(out.readings) if reading not in GRID_READINGS]:
         dots = np.empty(out.z_tr[r].shape)
         for draw in range(out.n_s.shape[1]):
             streams = (prepared.stream("uniform", "curve", n, draw) for n in sizes)
@@ -230,7 +230,7 @@ def _draw_subsets(
     The subsets themselves are returned if a reading needs them, otherwise an empty list.
     """
     words, lock = np.zeros(len(prepared.points), np.uint64), Lock()
-    keep = any(reading not in OF_GRID for reading in out.readings)
+    keep = any(reading not in GRID_READINGS for reading in out.readings)
     subsets = [np.empty(0, np.int64)] * (2 * len(jobs) if keep else 0)
 
     def draw_one(i: int, _: int) -> None:
@@ -239,7 +239,7 @@ def _draw_subsets(
         out.n_s[k, draw] = len(pair[0])
         with lock:  # bits at once: 64 subsets of a million dots would need more memory than everything else
             for half, subset in enumerate(pair):
-                descriptors.add(words, prepared.index, subset, i + half * len(jobs))
+                descriptors.add_subset(words, prepared.index, subset, i + half * len(jobs))
         if keep:
             subsets[i], subsets[i + len(jobs)] = pair
 

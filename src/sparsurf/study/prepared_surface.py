@@ -11,8 +11,8 @@ from typing import Any, Self
 import numpy as np
 
 from sparsurf.patches import descriptors
-from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, Index, build_index
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex, build_index
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.patches.roughness import PUBLISHED, roughness
 from sparsurf.recovery.readings import READINGS
 from sparsurf.sampling import published
@@ -67,7 +67,7 @@ class PreparedSurface:
         self.r_patch, self.r_zernike, self.d_link, self.threads = r_patch, r_zernike, d_link, threads
         self.seed, self.name, self.descriptor = seed, name, descriptor
         self.stream_name = name
-        self.index: Index = build_index(surface.points, surface.normals, d_link)
+        self.index: PatchIndex = build_index(surface.points, surface.normals, d_link)
         self.roughness: np.ndarray = (
             roughness(self.index, r_patch, threads, kind) if roughness_values is None else roughness_values
         )
@@ -187,7 +187,7 @@ class PreparedSurface:
         self, readings: Sequence[str], subsets: Sequence[np.ndarray], tests: np.ndarray
     ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Compute z_tot at the test dots, (T, 121), and |z_tot - z| of subsets: a dict of reading -> (B, T) float64."""
-        together = tuple(reading for reading in readings if reading in OF_GRID)
+        together = tuple(reading for reading in readings if reading in GRID_READINGS)
         z_tot, z, _ = self._compare_in_passes(subsets, tests, together)
         by_reading = dict(zip(together, z, strict=True))
         for reading in readings:
@@ -205,10 +205,10 @@ class PreparedSurface:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Run `compare` on any number of subsets: z_tot, distances and patch sizes, (R, B, T)."""
         distances, sizes = [], []
-        for a in range(0, len(subsets), descriptors.BITS):
-            part = subsets[a : a + descriptors.BITS]
-            words = descriptors.pack(self.index, part)
-            weight = None if weights is None else weights[a : a + descriptors.BITS]
+        for a in range(0, len(subsets), descriptors.MAX_SUBSETS):
+            part = subsets[a : a + descriptors.MAX_SUBSETS]
+            words = descriptors.pack_subsets(self.index, part)
+            weight = None if weights is None else weights[a : a + descriptors.MAX_SUBSETS]
             z_tot, z, size = self.compare(words, len(part), tests, readings, z_tot, weight)
             shape = (len(readings), len(part), len(tests))
             distances.append(z.reshape(shape))
@@ -241,7 +241,7 @@ class PreparedSurface:
         return z_tot, z.T, sizes.T
 
     def distances_alone(
-        self, subset: np.ndarray, tests: np.ndarray, z_tot: np.ndarray, alone: Callable[..., Index]
+        self, subset: np.ndarray, tests: np.ndarray, z_tot: np.ndarray, alone: Callable[..., PatchIndex]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute |z_tot - z| of one subset that forms its own surface, (T,), and patch sizes, (T,).
 
@@ -251,7 +251,7 @@ class PreparedSurface:
         return self.distances_to_index(index, tests, z_tot)
 
     def distances_to_index(
-        self, index: Index, tests: np.ndarray, z_tot: np.ndarray
+        self, index: PatchIndex, tests: np.ndarray, z_tot: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute |z_tot - z| of another surface (its Index) at test dots of this one, and patch sizes, (T,)."""
         all_dots = np.ones(len(index.dot), np.uint64)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED, recovered_index
 from sparsurf.recovery.relaxation import relax
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
@@ -55,7 +55,7 @@ def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
 
 
 def required_on_grid(
-    grid: pd.DataFrame, null_model: float, floors: Mapping[str, float], reading: str = TEXT
+    grid: pd.DataFrame, null_model: float, floors: Mapping[str, float], reading: str = WRITTEN_READING
 ) -> pd.DataFrame:
     """Find the smallest n_S of the grid that beats the null model or comes within a tenth of each noise floor.
 
@@ -202,7 +202,7 @@ class Trials:
         return n[order], z[order]
 
 
-def curves_table(trials: Trials, readings: Sequence[str] = (TEXT, RECOVERED)) -> pd.DataFrame:
+def curves_table(trials: Trials, readings: Sequence[str] = (WRITTEN_READING, RECOVERED)) -> pd.DataFrame:
     """Measure Z over the n_S of `CURVE_PERCENTS` of one sampler: sampler, reading, n_S, n_S_percent and Z."""
     tables = []
     for reading in readings:
@@ -215,7 +215,7 @@ def curves_table(trials: Trials, readings: Sequence[str] = (TEXT, RECOVERED)) ->
 def required_dots(
     trials: Trials,
     floors: pd.DataFrame,
-    readings: Sequence[str] = (TEXT, RECOVERED),
+    readings: Sequence[str] = (WRITTEN_READING, RECOVERED),
     minimal: tuple[str, int] | None = None,
 ) -> pd.DataFrame:
     """Find the smallest n_S of a sampler whose Z is at most `FLOOR_FACTOR` times each floor.

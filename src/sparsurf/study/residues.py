@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.components import fields_alone
+from sparsurf.surfaces.components import fields_without_component
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
 
 KINDS = {"contact": CONTACT, "saddle": SADDLE, "concave": CONCAVE}
@@ -45,7 +45,7 @@ def residue_table(
         table[f"area_{name}"] = np.bincount(residue, surface.area * (surface.kind == kind), n)
     table["mean_roughness"] = mean_roughness_by_residue(roughness, residue, n)
     table["least_roughness"] = pd.Series(roughness).groupby(residue).min().reindex(range(n)).to_numpy()
-    for name, values in fields_alone(surface).items():
+    for name, values in fields_without_component(surface).items():
         table[f"mean_{name}"] = pd.Series(values).groupby(residue).mean().reindex(range(n)).to_numpy()
     table["dots"] = np.bincount(residue, minlength=n)
     kept = np.asarray(kept, int)

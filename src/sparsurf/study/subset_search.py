@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError, progress
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers, subset_weights
@@ -87,14 +87,14 @@ def warn_if_number_differs(sampler: str, requested: int, n: int) -> None:
 def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
     """Find the smallest subset whose Z as written is at most z."""
     name, all_dots = trials.prepared.name, trials.draw(trials.n_dots)
-    least = trials.distances([all_dots], TEXT).mean()
+    least = trials.distances([all_dots], WRITTEN_READING).mean()
     if least > z + 1e-9:  # Z of the full surface is 0 except for rounding
         raise InputError(
             f"minimal.Z is {z:g}, but {trials.sampler} reaches only {least:.3g}, with all the "
             f"{len(all_dots)} dots that it can keep; request a larger Z, or choose a sampler that can keep every dot."
         )
-    subset = search_smallest_subset(trials, TEXT, z, 0, trials.n_dots)
-    reached = estimate(trials.distances([subset], TEXT))
+    subset = search_smallest_subset(trials, WRITTEN_READING, z, 0, trials.n_dots)
+    reached = estimate(trials.distances([subset], WRITTEN_READING))
     log.info(
         "%s: %s reaches Z = %.3f (95 %%: %.3f to %.3f) with %d of %d dots",
         name, trials.sampler, reached.mean, reached.low, reached.high, len(subset), trials.n_dots,
@@ -174,7 +174,7 @@ def _first_size(trials: Trials, reading: str, limit: float) -> int:
     Sizes are measured in blocks of as many as there are threads, and only until one is enough.
     """
     sizes, threads = trials.sizes, trials.prepared.threads
-    for a in progress.each(range(0, len(sizes), threads), "trying numbers of dots"):
+    for a in progress.progress_bar(range(0, len(sizes), threads), "trying numbers of dots"):
         reached = trials.measured(sizes[a : a + threads], reading)[1] <= limit
         if reached.any():
             return a + int(np.argmax(reached))

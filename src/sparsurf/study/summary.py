@@ -25,7 +25,7 @@ from sparsurf.study.tables import (
     read_roughness,
     read_table,
 )
-from sparsurf.surfaces.components import FIELD, numbers_of, table_of_components
+from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components, table_of_components
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 
@@ -83,8 +83,8 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
             float(read_roughness(folder / "roughness.csv", surface).mean()),
             enough=optional_table("enough"),
             minimal=optional_table("minimal"),
-            components=table_of_components(surface, surface.fields[FIELD].astype(int))
-            if FIELD in surface.fields
+            components=table_of_components(surface, surface.fields[COMPONENT_FIELD].astype(int))
+            if COMPONENT_FIELD in surface.fields
             else None,
         )
         if not sampled:
@@ -121,7 +121,7 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
     for result in results:
         row: dict[str, Any] = {"protein": result.protein, "conformation": result.conformation}
         row |= {"N": result.n_dots, "area": result.area}
-        row |= {} if result.components is None else numbers_of(result.components)
+        row |= {} if result.components is None else summarize_components(result.components)
         row |= {"spacing": result.spacing, "mean_roughness": result.mean_roughness}
         if result.minimal is not None:
             n = len(result.minimal)

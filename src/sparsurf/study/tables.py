@@ -12,10 +12,10 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sparsurf import InputError
+from sparsurf.files import read_bytes
 from sparsurf.sampling.combination import PARAMETERS, combination_labels, join_combinations
 from sparsurf.study.best_set import best_set
 from sparsurf.study.statistics import cross_validated, estimate, reference_values
-from sparsurf.texts import read_bytes
 
 if TYPE_CHECKING:
     from sparsurf.study.grid import Grid

@@ -14,9 +14,9 @@ from itertools import permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
 from sparsurf import InputError
+from sparsurf.kernel_cache import njit
 from sparsurf.surfaces.dot_placement import at_least_one_probe, checked_spheres, relative_positions
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Rolling, T, blocker, roll
 from sparsurf.surfaces.spacing import DENSITY
@@ -33,7 +33,7 @@ from sparsurf.surfaces.vectors import (
     subtract,
     vector_at,
 )
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -206,7 +206,7 @@ def _nearest_centres(
         np.zeros(len(positions), np.int8),
     )
     probe_cells, atom_cells = cells
-    over_slices(
+    parallel_map(
         lambda a, b: _search_centres(
             positions[a:b], rolling, probe_cells, atom_cells, limit, gap[a:b], centres[a:b], kind[a:b]
         ),

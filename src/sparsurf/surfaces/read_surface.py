@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import read_bytes
 from sparsurf.surfaces.formats import compact, csv, dms, npz, ply, vtp
 from sparsurf.surfaces.surface import Format, Surface
-from sparsurf.texts import read_bytes
 
 # All surface formats. The first that recognises the start of a file reads it.
 FORMATS = (

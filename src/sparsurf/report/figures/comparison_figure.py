@@ -11,8 +11,8 @@ from matplotlib.ticker import NullLocator
 
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import GREY, HALO, LINES, SPARE, styled
-from sparsurf.sampling.samplers import called
-from sparsurf.study.comparison.fewer import ends_of, factor_of, needed
+from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.study.comparison.equal_error import dots_needed, factor_with_bound, measured_ranges
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -104,7 +104,15 @@ def _references(table: pd.DataFrame) -> dict[str, float]:
 def _legend_handles(table: pd.DataFrame, lines: dict[str, tuple[str, float, str]]) -> list[Line2D]:
     """Return the entries of the legend: every sampler, then every reference value."""
     handles = [
-        Line2D([], [], color=colour, linewidth=width, marker=marker, markersize=2.2, label=called(name).words)
+        Line2D(
+            [],
+            [],
+            color=colour,
+            linewidth=width,
+            marker=marker,
+            markersize=2.2,
+            label=lookup_sampler(name).words,
+        )
         for name, (colour, width, marker) in lines.items()
     ]
     for name, value in _references(table).items():
@@ -116,12 +124,12 @@ def _legend_handles(table: pd.DataFrame, lines: dict[str, tuple[str, float, str]
 
 def _mark_gain(ax: Axes, table: pd.DataFrame) -> None:
     """Draw an arrow from the paper's sampler to a farthest-point subset of the same Z."""
-    rows = needed(table)
+    rows = dots_needed(table)
     # not at the right end, where the words have no room
     rows = rows[(rows["sampler"] == "paper") & (rows["percent"] < rows["percent"].max())]
     if len(rows) and "farthest" in rows:
         row = rows.iloc[int(np.argmin(np.abs(rows["percent"] - ARROW_PERCENT)))]
-        factor, bound = factor_of(row, "farthest", ends_of(table))
+        factor, bound = factor_with_bound(row, "farthest", measured_ranges(table))
         if factor > 1 and not bound:
             ends = (row["farthest"], row["Z"]), (row["paper"], row["Z"])
             ax.annotate(

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
 
-from sparsurf.recovery.readings import READINGS, RECOVERED, readings_in
+from sparsurf.recovery.readings import READINGS, RECOVERED, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 
@@ -52,7 +52,7 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    readings = readings_in(grid, "d_")
+    readings = readings_of_columns(grid, "d_")
     alpha = grid.alpha.max()
     largest = "" if alpha == 1 else " (the largest of the grid)"
     grid = grid[grid.alpha == alpha].reset_index(drop=True)

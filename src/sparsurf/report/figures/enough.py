@@ -11,13 +11,13 @@ import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import share
-from sparsurf.sampling.samplers import called
-from sparsurf.study.enough import AT_MOST, MORE
+from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.study.required_dots import AT_MOST, MORE
 from sparsurf.study.tables import read_table
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def draw(results: Results) -> Figure:
 
 
 @styled
-def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = TEXT) -> Figure:
+def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTEN_READING) -> Figure:
     """Draw Z against n_S: of one surface, of a few side by side, of many the median with a band.
 
     Parameters
@@ -120,7 +120,7 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = TEXT) 
     return layout.fix_layout(drawing)
 
 
-def panel_of(tables: Tables, floor: str = FRESH, reading: str = TEXT) -> Panel:
+def panel_of(tables: Tables, floor: str = FRESH, reading: str = WRITTEN_READING) -> Panel:
     """Collect the panel of one surface."""
     grid, curves, enough = tables.grid, tables.curves, tables.enough
     lines: dict[Any, tuple[np.ndarray, ...]] = {
@@ -167,7 +167,7 @@ def _look(sampler: str, reading: str) -> tuple[str, str]:
         return BACK, "the surface recovered\nfrom the same dots"
     if sampler == "uniform":
         return UNIFORM, "uniform subset"
-    return AS_THEY_ARE, f"{called(sampler).words.split(' (')[0]} dots\nas they are"
+    return AS_THEY_ARE, f"{lookup_sampler(sampler).words.split(' (')[0]} dots\nas they are"
 
 
 def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:

@@ -13,7 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from sparsurf.recovery.readings import READINGS, readings_in
+from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import DARK, PAGE, PALE, styled
 from sparsurf.report.figures.summary_figures import GREEK
@@ -45,7 +45,7 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
     matplotlib.figure.Figure
     """
     panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
-    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_in(table, "d_")}
+    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_of_columns(table, "d_")}
     time, unit = time_axis(table)
     window = (len(table) // WINDOWS) | 1 if len(table) >= 3 * WINDOWS else 0  # odd
     figure = layout.constrained(PAGE, 18 + 32 * len(panels), name)

@@ -15,7 +15,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import LINES, SPARE, styled
 from sparsurf.report.pair_page import called as called_score
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import lookup_sampler
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -189,7 +189,7 @@ def thinning_figure(table: pd.DataFrame, subject: str) -> Figure:
                 sampler, surface = map(str, key)
                 colour, width, marker = LINES.get(sampler, (SPARE[place % len(SPARE)], 0.8, "*"))
                 dashes = RECOVERED if surface == "recovered" else "-"
-                name = called(sampler).words + (", recovered" if surface == "recovered" else "")
+                name = lookup_sampler(sampler).words + (", recovered" if surface == "recovered" else "")
                 style: dict[str, Any] = {
                     "color": colour,
                     "linewidth": width,

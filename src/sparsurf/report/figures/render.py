@@ -12,7 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from sparsurf.kernel_cache import njit
 
 SUPERSAMPLING = 2  # rendered pixels per pixel of the picture, along each side
 MIN_VIEW_COSINE = 0.05  # discs seen edge-on or from behind are not drawn

@@ -13,8 +13,8 @@ from matplotlib.patches import Patch
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import span
-from sparsurf.study.rough_and_flat import BINS
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.rough_and_flat import N_BINS
+from sparsurf.study.tables import range_index, range_limits
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -42,7 +42,7 @@ def figure(
     panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]],
     patches: Sequence[tuple],
     references: dict[str, Any] | None = None,
-    bins: int = BINS,
+    bins: int = N_BINS,
     name: str = "",
 ) -> Figure:
     """Draw a rough and a flat patch, and Z_tS(j), Z_tR(j) by the roughness of the patch.
@@ -119,7 +119,7 @@ def _binned(roughness: np.ndarray, bins: int) -> tuple[np.ndarray, dict[int, np.
     edges = range_limits(roughness, bins)
     if edges[0] == edges[-1]:
         edges = edges[0] + np.array([-0.05, 0.05])
-    bin_of = range_of(roughness, edges)
+    bin_of = range_index(roughness, edges)
     return edges, {k: np.flatnonzero(bin_of == k) for k in np.unique(bin_of)}
 
 

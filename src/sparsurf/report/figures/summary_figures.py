@@ -12,7 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from sparsurf.recovery.readings import READINGS, readings_in
+from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 from sparsurf.sampling.combination import PARAMETERS
@@ -52,7 +52,7 @@ def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame, name: str = "
     """
     if summary.groupby(["protein", "conformation"]).ngroups < MIN_SURFACES:
         return _by_range(summary, name)
-    readings = readings_in(summary.reading.unique())
+    readings = readings_of_columns(summary.reading.unique())
     pitch = 160 / max(2, len(readings))
     width = pitch - 16
     limits = np.append(relations.n_S_low_percent[: relations.range.max()], relations.n_S_high_percent.max())
@@ -148,7 +148,7 @@ def _gain(ax: Axes, rows: pd.DataFrame, limit: float, left: bool) -> None:
 
 def _by_range(summary: pd.DataFrame, name: str) -> Figure:
     """Draw the winner of every range of n_S, with a colour and a marker for each surface."""
-    readings = readings_in(summary.reading.unique())
+    readings = readings_of_columns(summary.reading.unique())
     pitch = (PAGE - 3) / max(2, len(readings))
     surfaces = list(summary.groupby(["protein", "conformation"], sort=False))
     figure = layout.sheet(PAGE, 142, name)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 from matplotlib.lines import Line2D
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import RANDOM, SAMPLED, styled
 from sparsurf.report.numbers import share
@@ -61,7 +61,7 @@ def _panel(ax: Axes, places: pd.DataFrame, rows: pd.DataFrame, name: str) -> Non
         low, high, published = (row[f"{name}_{key}"] for key in ("lowest", "highest", "published"))
         ax.plot([low, high], [y, y], **RUNS)
         ax.plot([published], [y], color="black" if low <= published <= high else SAMPLED, **PUBLISHED)
-    ax.plot(rows[f"{name}_{TEXT}"], range(len(rows)), **OTHER)
+    ax.plot(rows[f"{name}_{WRITTEN_READING}"], range(len(rows)), **OTHER)
     ax.set_ylim(len(rows) - 0.5, -0.5)
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from sparsurf.recovery.readings import READINGS, readings_in
+from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
-from sparsurf.sampling.samplers import called, farthest
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.sampling.samplers import farthest, lookup_sampler
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import spacing
 
 if TYPE_CHECKING:
-    from sparsurf.sampling.law import Cover
+    from sparsurf.sampling.published import Cover
     from sparsurf.surfaces.surface import Surface
 
 MAX_DOTS = 100_000
@@ -137,7 +137,7 @@ def coloured_page(
     surface, values, residues : as for `page`
     settings : dict, see `Evaluator.from_settings`
     """
-    evaluator = Evaluator.from_settings(surface, settings, None, name, 1)
+    evaluator = PreparedSurface.from_settings(surface, settings, None, name, 1)
     order = farthest(evaluator, min(len(surface), MAX_DOTS), evaluator.stream("view"))
     return page(
         title, surface, evaluator.roughness, evaluator.cover, evaluator.r_patch, {"farthest": order},
@@ -161,11 +161,11 @@ def _header(
     minimal: Sequence[int],
 ) -> dict[str, Any]:
     """Collect what the page needs besides the dots."""
-    readings = readings_in(grid, "d_")
+    readings = readings_of_columns(grid, "d_")
     columns = [*PARAMETERS, "n_S_percent"]
     columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
     samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
-    samplers |= {name: called(name).words for name in (*orders, *SAMPLERS)}
+    samplers |= {name: lookup_sampler(name).words for name in (*orders, *SAMPLERS)}
     return {
         "total": len(surface),
         "stored": len(dots),
@@ -192,7 +192,7 @@ def _number(value: float) -> float | None:
 def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
     """List named combinations to start from."""
     presets = [("the paper's best", [1.0, 0.0, 6.0, 0.0])]
-    for reading in readings_in(best):
+    for reading in readings_of_columns(best):
         names = {"unrestricted": "best", "under_max_n_S": f"best below {best['max_n_S_percent']:g} %"}
         for key, name in names.items():
             if "d" in best[reading][key]:

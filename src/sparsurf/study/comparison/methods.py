@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.sampling import published, samplers
 from sparsurf.sampling.combination import PARAMETERS, Choices, choices_from_ranges
 from sparsurf.sampling.samplers import HINDSIGHT
@@ -61,7 +61,7 @@ def select_methods(
     methods: dict[str, Method] = {
         name: partial(sampler.__call__, prepared) for name, sampler in chosen.items()
     }
-    if "paper" in chosen and grid is not None and f"Z_tS_{TEXT}" in grid:
+    if "paper" in chosen and grid is not None and f"Z_tS_{WRITTEN_READING}" in grid:
         best = best_in_hindsight(prepared, grid, percents)
         methods[HINDSIGHT] = partial(samplers.paper, prepared, choices=best)
     return methods
@@ -81,7 +81,7 @@ def best_in_hindsight(prepared: PreparedSurface, grid: pd.DataFrame, percents: S
         difference = np.abs(np.log(grid["n_S_percent"].to_numpy() / percent))
         difference[100 * max_n_s < percent * len(prepared.points)] += 10.0  # last resort
         near = np.flatnonzero(difference <= max(np.log(NEAR_FACTOR), difference.min()))
-        best.append(rows[near[np.argmin(grid[f"Z_tS_{TEXT}"].to_numpy()[near])]])
+        best.append(rows[near[np.argmin(grid[f"Z_tS_{WRITTEN_READING}"].to_numpy()[near])]])
     return Choices(0.99 * np.array(percents), np.array(best))
 
 

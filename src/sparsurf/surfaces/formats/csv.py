@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.files import decode_text, shorten
 from sparsurf.surfaces.surface import RESERVED_COLUMNS, Format, Surface, is_field_name, surface_of_columns
-from sparsurf.texts import short, text_of
 
 log = logging.getLogger("sparsurf")
 
@@ -109,7 +109,7 @@ def _columns(
     content: bytes, path: Path | str, names: list[str]
 ) -> tuple[np.ndarray, dict[str, np.ndarray], list[int]]:
     """Return the columns `names`, (N, names) float64 with NaN for other text, fields by name, and the line of each row."""
-    text = text_of(content, path)
+    text = decode_text(content, path)
     n_skipped = text[: _length_of_comments(text)].count("\n")
     text = text[_length_of_comments(text) :]
     table, header = _parse_table(text, n_skipped, path)
@@ -180,13 +180,13 @@ def _warn_of_omitted_columns(
                     "%s: the column %s is left out: it holds %s, which is no number",
                     path,
                     name,
-                    short(repr(wrong.iloc[0])),
+                    shorten(repr(wrong.iloc[0])),
                 )
         elif k in numeric and k not in possible_fields and name and table.columns[k] not in RESERVED_COLUMNS:
             log.warning(
                 "%s: the column %s is left out: a field has another name, of letters, digits and _",
                 path,
-                short(repr(name)),
+                shorten(repr(name)),
             )
 
 

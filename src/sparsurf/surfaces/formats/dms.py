@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import decode_text, read_bytes, shorten
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, DENSITY, SADDLE, Format, Surface, surface_of_columns
-from sparsurf.texts import read_bytes, short, text_of
 
 KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
 DOT_TYPE = re.compile(r"\s(SC|SS|SR)\d*(?=\s)")
@@ -46,7 +46,7 @@ def read_dms(content: bytes, path: Path | str) -> Surface:
         A line is damaged, the file is cut short, or it has no normals.
     """
     rows, kinds, atoms, lines, atom = [], [], [], [], -1
-    text = text_of(content, path)
+    text = decode_text(content, path)
     for number, line in enumerate(text.split("\n"), 1):
         types = list(DOT_TYPE.finditer(line))
         if not types:
@@ -78,7 +78,7 @@ def _dot_of_line(line: str, dot_type: re.Match[str], number: int, path: Path | s
         x = head[-27:-18] if head[-27:-26] == "-" else head[-26:-18]
         row = _floats([x, head[-18:-9], head[-9:], *rest])
     if row is None or len(row) != 7:
-        quoted = short(repr(line.strip()))
+        quoted = shorten(repr(line.strip()))
         raise InputError(f"{path}: line {number} is no dot with its area and normal: {quoted}; repair it.")
     return row
 

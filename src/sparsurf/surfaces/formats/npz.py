@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import MAX_BYTES, no_warnings, read_bytes
 from sparsurf.surfaces.surface import ARRAY_NAMES, Format, Surface, is_field_name, surface_of_columns
-from sparsurf.texts import MOST_BYTES, read_bytes, said_before
 
 
 def _sniff(head: bytes) -> bool:
@@ -35,7 +35,7 @@ def read_npz(path: Path | str) -> Surface:
     InputError
         The file was not written by this program, or is damaged.
     """
-    with said_before():
+    with no_warnings():
         return _read(read_bytes(path), path)
 
 
@@ -44,8 +44,8 @@ def _read(content: bytes, path: Path | str) -> Surface:
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             unpacked = sum(member.file_size for member in archive.infolist())
-        if unpacked > MOST_BYTES:
-            raise InputError(f"{path} unpacks to more than {MOST_BYTES // 2**20} MB.")
+        if unpacked > MAX_BYTES:
+            raise InputError(f"{path} unpacks to more than {MAX_BYTES // 2**20} MB.")
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             fields = [name for name in file.files if name not in ARRAY_NAMES and is_field_name(name)]
             columns = {name: file[name] for name in (*ARRAY_NAMES, *fields)}
