@@ -458,8 +458,12 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
 
     for module, name, made in (
         (reproduce_paper, "read_npz", lambda _: range(8000)),
-        (reproduce_paper.tables, "read_roughness", lambda *_: None),
-        (reproduce_paper.Evaluator, "from_settings", lambda *_: SimpleNamespace(cover=cover)),
+        (reproduce_paper, "read_roughness", lambda *_: None),
+        (
+            reproduce_paper,
+            "prepare_surface",
+            lambda *given: prepared.append(given) or SimpleNamespace(cover=cover),
+        ),
         (published_runs, "as_published", lambda _, grid, progress: table("runs", *grid[1])),
         (published_runs, "place_of_published", lambda runs: table("places of", runs["what"][0])),
         (published_runs, "selection_bias", lambda runs, grid: f"{runs['what'][0]}, {grid['what'][0]}"),
@@ -486,23 +490,38 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
         ),
     ):
         monkeypatch.setattr(module, name, made)
-    told, drawn, names = [], [], ("surface", "roughness", "grid", "ranges", "best", "bins", "enough")
+    told, drawn, prepared, names = (
+        [],
+        [],
+        [],
+        ("surface", "roughness", "grid", "ranges", "best", "bins", "enough"),
+    )
     inputs = {name: str(tmp_path / f"{name}.csv") for name in names}
     for name in names:
         pd.DataFrame({"roughness": [0.5], "what": name}).to_csv(inputs[name])
     Path(inputs["best"]).write_text(
         json.dumps({"combinations": 1, "references": {"empty_patch": 9.5, "null_model": 1.5}})
     )
-    made = ("runs", "places", "tests", "rows", "links", "defects", "family", "html")
+    made = ("runs", "places", "tests", "rows", "links", "defects", "family")
     outputs = {name: str(tmp_path / f"of_{name}") for name in made}
     sampling = {"alpha": [0.5, 1.0], "beta": [0.2], "gamma": [2, 3], "delta": [4, 5, 6]}
-    settings = {
-        "sampling": sampling,
-        "evaluation": {"test_dots": "published", "draws": 3},
-        "surface": "rules",
-    }
-    outputs["png"] = str(tmp_path / "table1.png")
-    reproduce_paper.main(inputs, outputs, settings, "p/c1", 1, "a.pdb")
+    sampling |= {"run": True, "distance_from_moved_centre": True, "chance_in_every_patch": False}
+    page = str(tmp_path / "verdict.html")
+    reproduce_paper.main(
+        **inputs,
+        page=page,
+        tables=outputs,
+        png=str(tmp_path / "table1.png"),
+        surface_settings="rules",
+        patches="patches",
+        sampling=sampling,
+        evaluation={"test_dots": "published", "draws": 3},
+        seed=7,
+        a1="p/c1",
+        path_to_surface="a.pdb",
+        threads=2,
+    )
+    assert [given[1:] for given in prepared] == [("patches", None, 7, "p/c1", 2, True, False)]
     requested = {
         "runs": "runs 0.5 0.2 2.0 5.0",
         "places": "places of runs 0.5 0.2 2.0 5.0",
@@ -520,4 +539,4 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
     assert results["family"] == requested["family"] and results["surface"] == "rules of a.pdb"
     assert results["uniform"] == {"median": 1.0}
     assert drawn[0] == ((requested["places"], requested["rows"]), str(tmp_path / "table1"))
-    assert drawn[1] == (outputs["html"], TEMPLATE, "p/c1")
+    assert drawn[1] == (page, TEMPLATE, "p/c1")

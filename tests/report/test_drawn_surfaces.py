@@ -499,7 +499,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
 ):
     surface = Surface(*make_blob(1500))
     settings = {"patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.1}, "evaluation": {"test_dots": 2}}
-    settings |= {"sampling": {"moved_centre": True, "every_patch": True}, "seed": 1}
+    settings |= {"sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True}, "seed": 1}
     evaluator = Evaluator.from_settings(surface, settings, None, "p/c1", 1)
     unrestricted = {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0}
     other = unrestricted | {"gamma": 0}  # of another reading: not what is drawn

@@ -9,8 +9,8 @@ import pytest
 
 import compare_samplers
 import naive
+import select_minimal_subset
 import summarise_comparison
-import take_minimal
 from conftest import ROOT
 from drawn import check_texts
 from peptides import atom_line, peptide, write
@@ -39,6 +39,7 @@ from sparsurf.study.comparison.measuring import stand_alone
 from sparsurf.study.enough import Trials, enough_dots
 from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.minimal import minimal_subset
+from sparsurf.study.prepare import prepare_surface
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -462,23 +463,24 @@ def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path
     monkeypatch.setattr(summarise_comparison.layout, "save", lambda *_: None)
     monkeypatch.setattr(summarise_comparison, "write", lambda *_, **__: None)
     outputs = {key: str(tmp_path / key) for key in ("table", "needed", "page", "png")}
-    summarise_comparison.main({"tables": [str(path) for path in paths]}, outputs)
+    summarise_comparison.main(tables=[str(path) for path in paths], run="run", **outputs)
     told, words = said
     assert told == ("proteins", 2)
     assert words == ("mean of 2 proteins", "lowest to highest of 2 proteins")
 
 
 def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch, caplog):
-    settings = {
-        "surface": {"radii": "bondi", "probe_radius": 1.2, "reentrant": "dms"},
-        "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK},
-        "sampling": {"moved_centre": True, "every_patch": True},
+    names = {"descriptor": "published", "roughness": "published"}
+    sampling = {"distance_from_moved_centre": True, "chance_in_every_patch": True}
+    settings = {"patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK} | names, "seed": 1} | sampling
+    asked_for = settings | {
+        "surface_settings": {"radii": "bondi", "probe_radius": 1.2, "reentrant": "dms"},
         "evaluation": {"test_dots": 30, "draws": 2},
-        "compare": {"percents": [10, 40], "samplers": ["paper", "uniform", "farthest"]},
-        "minimal": {"sampler": "paper", "n_S_percent": 10, "settle": False},
-        "seed": 1,
+        "percents": [10, 40],
+        "samplers": ["paper", "uniform", "farthest"],
     }
     folders, asked = [tmp_path / "blob" / c for c in ("c1", "c2")], []
+    compared_tables = [str(folder / "compare.csv") for folder in folders]
 
     def alone_without_atoms(evaluator, own, lay, *rest):
         asked.append((lay, *rest))
@@ -500,10 +502,10 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         outputs |= {"page": folder / "compare.html", "png": str(folder / "compare.png")}
         outputs |= {key: folder / f"compare_{key}.csv" for key in ("pairs", "fewer", "alone")}
         outputs["centres"] = folder / "centres.csv"
-        inputs |= {"structure": structure} if folder.name == "c1" else {}
+        inputs["structure"] = structure if folder.name == "c1" else None
         if folder.name == "c2":
             monkeypatch.setattr(fewer, "AGAINST", ("paper",))
-        compare_samplers.main(inputs, outputs, settings, f"blob/{folder.name}", 1)
+        compare_samplers.main(**inputs, **outputs, **asked_for, name=f"blob/{folder.name}")
     page = (folders[0] / "compare.html").read_text(encoding="utf-8")
     assert "estimated from their spacing" in page  # this surface has no areas
     assert "own best combinations" in page and " 30 test dots, 2 draws of each subset" in page
@@ -540,7 +542,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     )
     of_run = {"table": tmp_path / "compare.csv", "needed": tmp_path / "compare_needed.csv"}
     of_run |= {"page": tmp_path / "compare.html", "png": str(tmp_path / "compare.png")}
-    summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
+    summarise_comparison.main(tables=compared_tables, run="run", **of_run)
     assert "means over 2 conformations" in of_run["page"].read_text(encoding="utf-8")
     means = pd.read_csv(of_run["table"])
     for drawn_as, name in (("low", "lowest"), ("high", "highest")):
@@ -556,8 +558,14 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         "enough": enough,
         "curves": curves_path,
         "recovered": tmp_path / "recovered.csv",
+        "fields": tmp_path / "fields.npz",
+        "fields_recovered": tmp_path / "fields.csv",
     }
-    take_minimal.main(inputs, results, settings, "blob/c1")
+    files = {key: inputs[key] for key in ("surface", "roughness", "floors", "ranges")} | results
+    files |= {"structure": None, "field_table": None, "field_names": []}
+    rest = files | settings | {"test_dots": 30, "name": "blob/c1"}
+    minimal_settings = {"sampler": "paper", "n_S_percent": 10, "relax": False}
+    select_minimal_subset.main(**rest, minimal=minimal_settings)
     assert set(pd.read_csv(enough)["reading"]) == {"as_written", "recovered"}
     drawn_curves = pd.read_csv(curves_path).groupby(["sampler", "reading"])["Z"]
     assert [*drawn_curves.groups] == [
@@ -571,18 +579,16 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     assert np.allclose(minimal[["x", "y", "z"]], surface.points[minimal["dot"]], atol=1e-4)
     ranges = pd.read_csv(inputs["ranges"])
     ranges[ranges["reading"] == "as_written"].to_csv(inputs["ranges"], index=False)
-    asked = settings | {"minimal": {"sampler": "farthest", "floor": "fresh dots", "settle": True}}
-    take_minimal.main(inputs, results, asked, "blob/c1")
+    minimal_settings = {"sampler": "farthest", "floor": "fresh dots", "relax": True}
+    select_minimal_subset.main(**rest, minimal=minimal_settings)
     told = [each for each in caplog.messages if "takes the paper's parameters" in each]
     assert [each.split(":")[0] for each in told] == ["blob/c1"]
     dots = (minimal := pd.read_csv(table))["dot"].to_numpy()
     better = settle(surface.points[dots], surface.normals[dots], surface.points, surface.normals)
     assert np.allclose(minimal[["x", "y", "z", "nx", "ny", "nz"]], np.hstack(better), atol=1e-4)
     needed = pd.read_csv(enough).query("floor == 'turned'").set_index(["floor", "reading"])["n_S"]
-    own, one = (
-        pd.read_csv(inputs["floors"]),
-        Evaluator.from_settings(surface, asked, evaluator.roughness, "blob/c1", 1),
-    )
+    own = pd.read_csv(inputs["floors"])
+    one = prepare_surface(surface, settings["patches"], evaluator.roughness, 1, "blob/c1")
     alone = enough_dots(Trials(one, "farthest", 30, settled=True), own, ("recovered",))
     assert (
         needed.xs("recovered", level="reading").to_dict()
@@ -590,8 +596,8 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     )
     for folder in folders:
         pd.read_csv(folder / "compare.csv").query("sampler != 'farthest'").to_csv(folder / "compare.csv")
-    summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
+    summarise_comparison.main(tables=compared_tables, run="run", **of_run)
     table = pd.read_csv(folders[0] / "compare.csv").query("sampler == 'paper'")
     table.to_csv(folders[0] / "compare.csv")
-    summarise_comparison.main({"tables": [str(folders[0] / "compare.csv")]}, of_run)
+    summarise_comparison.main(tables=compared_tables[:1], run="run", **of_run)
     assert "nan" not in of_run["page"].read_text(encoding="utf-8")

@@ -23,7 +23,7 @@ SETTINGS = {
         "method": "analytic", "probe_radius": 1.4, "density": 6.0, "radii": "dms", "reentrant": "exact",
     },
     "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.6},
-    "sampling": {"moved_centre": True, "every_patch": True},
+    "sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True},
     "evaluation": {"readings": ["as_coded", "as_written"]},
     "ensemble": {"combination": [1.0, 0.0, 6.0, 0.0], "test_dots": 20, "draws": 2, "stride": 1},
     "seed": 3,
@@ -74,7 +74,8 @@ def test_the_table_leaves_nothing_of_other_parts(molecule, table, tmp_path):
         (folder / name).write_text("")
     molecule.write_pdb(tmp_path / "own.pdb")
     outputs = {name: tmp_path / f"{name}.csv" for name in ("table", "over_time", "residues")}
-    follow_ensemble.main({"structure": tmp_path / "own.pdb", "rows": [*map(str, rows)]}, outputs, {})
+    structure = tmp_path / "own.pdb"
+    follow_ensemble.main(structure=structure, trajectory=None, rows=rows, molecule_options={}, **outputs)
     assert sorted(folder.iterdir()) == rows
     assert len(pd.read_csv(outputs["table"])) == len(table)
 

@@ -99,7 +99,7 @@ def test_the_config_says_whether_combinations_share_their_test_dots(blob, tmp_pa
         "evaluation": {"test_dots": 5, "draws": 1, "readings": ["as_coded"], "shared_test_dots": shared},
         "seed": 1,
     }
-    settings["sampling"] |= {"moved_centre": True, "every_patch": True}
+    settings["sampling"] |= {"distance_from_moved_centre": True, "chance_in_every_patch": True}
     evaluate_grid.main(inputs, outputs, settings, "p/c1", 1)
     assert grids.load(outputs["distances"]).tests.shape == shape
     assert pd.read_csv(outputs["grid"])[["alpha", "beta", "gamma", "delta"]].to_numpy().tolist() == [
