@@ -29,7 +29,9 @@ def structure_of(run, place):
 
 
 def test_conformations_are_the_frames_that_the_config_names(study, run):
-    trajectory = read_molecule(study / "topology.pdb", trajectory=study / "trajectory.xtc", residues="209-216")
+    trajectory = read_molecule(
+        study / "topology.pdb", trajectory=study / "trajectory.xtc", residues="209-216"
+    )
     frames = pd.read_csv(run / "moving/frames.csv")
     assert frames["conformation"].tolist() == ["f0000", "f0700"] and frames["frame"].tolist() == [0, 700]
     for name, frame in zip(frames["conformation"], frames["frame"], strict=True):
@@ -53,7 +55,9 @@ def test_a_ready_surface_is_taken_as_it_is(study, run):
 def test_tables_of_a_conformation_agree(run, place):
     folder, n = run / place, len(read_npz(run / place / "surface.npz"))
     protein, conformation = place.split("/")
-    row = pd.read_csv(run / "surfaces.csv").set_index(["protein", "conformation"]).loc[(protein, conformation)]
+    row = (
+        pd.read_csv(run / "surfaces.csv").set_index(["protein", "conformation"]).loc[(protein, conformation)]
+    )
     roughness, minimal = pd.read_csv(folder / "roughness.csv"), pd.read_csv(folder / "minimal.csv")
     assert len(roughness) == row["N"] == n and roughness["roughness"].between(0, 1).all()
     assert row["mean_roughness"] == pytest.approx(roughness["roughness"].mean())
@@ -63,7 +67,9 @@ def test_tables_of_a_conformation_agree(run, place):
     grid, best = pd.read_csv(folder / "grid.csv"), json.loads((folder / "best.json").read_text())
     assert len(grid) == best["combinations"] == 8 and best["N"] == n
     chosen = best["as_coded"]["unrestricted"]
-    chosen = grid.query(" and ".join(f"{key} == {chosen[key]}" for key in ("alpha", "beta", "gamma", "delta")))
+    chosen = grid.query(
+        " and ".join(f"{key} == {chosen[key]}" for key in ("alpha", "beta", "gamma", "delta"))
+    )
     assert chosen["n_S"].tolist() == [best["as_coded"]["unrestricted"]["n_S"]]
     ranges = pd.read_csv(folder / "ranges.csv").query("reading == 'as_coded'")
     assert len(ranges) == 10 and ranges["n_combinations"].sum() == len(grid)
@@ -102,7 +108,9 @@ def test_an_ensemble_has_the_frames_of_all_its_jobs(run):
     table = pd.read_csv(run / "moving/ensemble.csv")
     assert table["frame"].to_list() == [0, 500, 1000]
     first = pd.read_csv(run / "surfaces.csv").query("conformation == 'f0000'").iloc[0]
-    assert table["N"][0] == first["N"] and table["mean_roughness"][0] == pytest.approx(first["mean_roughness"])
+    assert table["N"][0] == first["N"] and table["mean_roughness"][0] == pytest.approx(
+        first["mean_roughness"]
+    )
     over_time = pd.read_csv(run / "moving/residues_over_time.csv").set_index("frame").drop(columns="time_ps")
     residues = pd.read_csv(run / "moving/residues.csv")
     assert np.allclose(residues["mean_roughness"], over_time.mean()) and residues["frames"].eq(3).all()
@@ -147,8 +155,12 @@ def test_both_kinds_of_pairs_have_maps_residues_and_thinned_maps(study, run):
     table = pd.read_csv(run / "pairs/pairs.csv")
     assert {*table["complex"]} == {"files"}  # the other partners do not touch
     means = pd.read_csv(run / "pairs/means.csv").set_index("score")["mean"]
-    assert means["propensity_smoothed"] == pytest.approx(table.query("score == 'propensity_smoothed'")["auc"].mean())
-    assert np.allclose(read_own(run / "pairs/files/structure_2.pdb").xyz, read_molecule(study / "two.pdb").xyz)
+    assert means["propensity_smoothed"] == pytest.approx(
+        table.query("score == 'propensity_smoothed'")["auc"].mean()
+    )
+    assert np.allclose(
+        read_own(run / "pairs/files/structure_2.pdb").xyz, read_molecule(study / "two.pdb").xyz
+    )
 
 
 def test_sites_are_searched_for_on_their_targets(run):

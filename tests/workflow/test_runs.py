@@ -54,7 +54,9 @@ def test_on_one_core_and_imported_by_another_workflow_it_gives_the_same_bytes(st
     assert len(mine) > 30
     assert {path: mine[path] for path in mine} == {path: (study / FIRST / path).read_bytes() for path in mine}
     warnings = [pd.read_csv(place / "results/small/warnings.csv") for place in (folder, study)]
-    of_moving = warnings[1].query("protein == 'moving' and conformation != 'f0700' and job != 'compare_samplers'")
+    of_moving = warnings[1].query(
+        "protein == 'moving' and conformation != 'f0700' and job != 'compare_samplers'"
+    )
     assert set(warnings[0]["sentence"]) == set(of_moving["sentence"]) != set()
     process = snakemake(folder, config, "--report", "report.html", root=folder)
     assert process.returncode == 0, output(process)
@@ -88,7 +90,9 @@ def test_a_run_that_is_killed_three_times_continues_to_the_same_bytes(study, tmp
         while not (folder / FIRST / stage).exists() and process.poll() is None:
             assert time.monotonic() < deadline
             time.sleep(0.02)
-        assert process.poll() is None or stage == "floors.csv"  # made beside grid.csv, perhaps before the kill
+        assert (
+            process.poll() is None or stage == "floors.csv"
+        )  # made beside grid.csv, perhaps before the kill
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
@@ -107,9 +111,13 @@ def test_a_truncated_table_is_refused_by_the_rule_that_reads_it(study, tmp_path,
     (folder / FIRST / table).write_bytes(b"".join(content.splitlines(keepends=True)[:-3]))
     process = snakemake(folder, config, f"{FIRST}/{reader}")
     assert process.returncode != 0
-    assert table in (folder / "results/small/logs/moving/f0000").joinpath(
-        {"ranges.csv": "tabulate_best.log", "floors.csv": "measure_floors.log"}[reader]
-    ).read_text().split("ERROR ")[1]
+    assert (
+        table
+        in (folder / "results/small/logs/moving/f0000")
+        .joinpath({"ranges.csv": "tabulate_best.log", "floors.csv": "measure_floors.log"}[reader])
+        .read_text()
+        .split("ERROR ")[1]
+    )
     assert "A defect of this program" not in output(process)
 
 
@@ -124,7 +132,9 @@ def checkout(tmp_path_factory):
     model = peptide(SEQUENCE, origin=(0, 0, 0))
     moved = peptide(SEQUENCE, origin=(0, 1, 0))
     write(root / "my/structures/still.pdb", model + "END\n")
-    write(root / "my/structures/two.pdb", f"MODEL        1\n{model}ENDMDL\nMODEL        2\n{moved}ENDMDL\nEND\n")
+    write(
+        root / "my/structures/two.pdb", f"MODEL        1\n{model}ENDMDL\nMODEL        2\n{moved}ENDMDL\nEND\n"
+    )
     write(root / "my/structures/bad.pdb", "REMARK nothing here\n")
     (root / "my" / "structures").chmod(0o555)
     config = SETTINGS | {"run": "mine", "sampling": False, "proteins": {"folder": "my/structures"}}
