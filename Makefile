@@ -3,8 +3,8 @@
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
 # make test    set up, run every check
 # make bench   measure speed and memory
-# make evidence  every number of docs/ that is missing or older than its code, hours; QUICK=1: every chain on small pieces,
-#              --dry-run: tell what is old; EVIDENCE_DATA=folder: structures from there instead of the network
+# make evidence  tables and figures of docs/ that are missing or older than their inputs (evidence/README.md); QUICK=1: all
+#              rules on small pieces; -n: only name the jobs; EVIDENCE_DATA=folder: structures from there; RULES=name: only these
 # make docs    build the book in docs/_build/html and check its links (needs a network the first time)
 # make package  build wheel and source archive in dist/ and check them
 # make setup   set up only; with CLUSTER=slurm what a cluster needs besides
@@ -78,10 +78,13 @@ package: setup-docs
 bench: $(READY)
 	$(BIN)/python evidence/bench.py
 
-# make passes --dry-run on: the plus runs this line then, too
+# Without results/evidence nothing was measured here: tables and figures are as released, and Git gave them times at random.
+# make passes -n on to Snakemake: the plus runs these lines then, too
 evidence: $(READY) $(EXTRA)
-	+@$(BIN)/snakemake --snakefile evidence/Snakefile $(if $(QUICK),--configfile evidence/quick.yaml) \
-	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) \
+	+@test -d results/evidence || { mkdir -p results/evidence && touch -r results/evidence evidence/tables/*.csv docs/*.png \
+	  src/sparsurf/report/evidence/*.csv.gz src/sparsurf/sites/weights.npz src/sparsurf/sites/null.csv; }
+	+@$(BIN)/snakemake --snakefile evidence/Snakefile --rerun-triggers mtime $(if $(QUICK),--configfile evidence/quick.yaml) \
+	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) $(RULES) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))
 	$(if $(QUICK),,@$(BIN)/python evidence/pages.py README.md docs/*.md)
 

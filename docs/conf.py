@@ -16,6 +16,7 @@ import sparsurf
 
 sys.path.extend([str(Path(__file__).parent), str(Path(__file__).parents[1] / "scripts")])
 import compile_kernels
+
 import reference
 
 project, author, release = "sparsurf", "the sparsurf authors", sparsurf.__version__

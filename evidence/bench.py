@@ -1,9 +1,9 @@
 """Measure speed and memory: `python evidence/bench.py [--quick] [--reference module:function] [--out FILE]`.
 
-Figures are medians over several runs of CPU seconds on one core, BLAS at one thread, with the wall time beside them,
-of A1 of the paper (20045 dots; the embedded structure stands in where its surface is not there) and of A1 repeated on
-a lattice. Peak memory, start-up, a ribosome and the default study are measured in processes of their own. `at most`
-is what the project promises on a machine of 2 cores.
+Figures are medians over several runs: CPU seconds on one core with BLAS at one thread, and wall time. They are measured on
+A1 of the paper (20045 dots; without its file, on the embedded structure) and on A1 repeated on a lattice. Peak memory,
+start-up, a ribosome and the default study are measured in processes of their own. `at most` is what the project
+promises on a machine of 2 cores.
 """
 
 import argparse
@@ -16,8 +16,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import yaml
@@ -30,18 +33,18 @@ from sparsurf.pairs.nearest import nearest
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import R_ZERNIKE, build_index
 from sparsurf.patches.islands import patch
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.patches.roughness import roughness
 from sparsurf.patches.zernike import published
 from sparsurf.patches.zernike.polynomials import DISC, N_MAX, PIXELS
-from sparsurf.sampling import law
+from sparsurf.sampling import published as published_sampling
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.sites.finding import nearest_places
-from sparsurf.sites.weighing import WIDTH
+from sparsurf.sites.metric import N_COMPONENTS
 from sparsurf.study import grid
 from sparsurf.study.ensemble import frame_row
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.surfaces.molecular_surface import fitting_density, molecular_surface
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -54,51 +57,57 @@ A1_DOTS = SHARED / "data" / "tdp43" / "A1.dms.gz"
 RIBOSOME = SHARED / "data" / "structures" / "6zu5_ribosome.cif.gz"
 EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"
 TRAJECTORY = EMBEDDED.with_name("trajectory.xtc")
-MOST_OF_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
-KEPT = 0.05  # of the dots, by farthest point
+MAX_SECONDS_PER_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
+KEPT_FRACTION = 0.05  # of the dots, by farthest point
 COPIES = (1, 10, 50)  # of A1: 20 thousand, 200 thousand and a million dots
-SHARES = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
-STEADY = 60  # µs that a steady descriptor may take
-FEW = ([0.4, 0.8, 1.0], [0.0, 0.4], [0, 4, 8], [0, 6])  # a grid of 36 combinations
-FULL = ([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0], range(0, 11, 2), range(0, 11, 2))
-BEST = np.array([[1.0, 0.0, 6.0, 0.0]])  # the paper's best combination
-GRIDS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that it may take
-PIECE = "209-214"  # residues of the quick surface
-GAP = 10.0  # Å between the copies on the lattice, so that no patch holds dots of two
+DESCRIPTOR_LIMITS = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
+MAX_MICROSECONDS_STEADY = 60  # µs that a steady descriptor may take
+SMALL_GRID = ([0.4, 0.8, 1.0], [0.0, 0.4], [0, 4, 8], [0, 6])  # a grid of 36 combinations
+FULL_GRID = ([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0], range(0, 11, 2), range(0, 11, 2))
+BEST_COMBINATION = np.array([[1.0, 0.0, 6.0, 0.0]])  # the paper's best combination
+GRID_LIMITS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that it may take
+QUICK_RESIDUES = "209-214"  # residues of the quick surface
+GAP = 10.0  # Å between the copies on the lattice, so that no patch contains dots of two
 REFERENCE_PATCHES = 5
-QUERY, HITS = 50, 80  # places that are sought at once, and the nearest that each gets
-PLACES = 1_000_000  # made-up places, of 240 proteins of 1000 atoms
-OF_PLACE = 700  # bytes that a place may take in a file
-PAIRS = {720: None, 14_400: 8, 50_000: 120}  # dots of each partner: CPU seconds that comparing them may take
+QUERY, HITS = 50, 80  # places that are searched at once, and the nearest places returned for each
+PLACES = 1_000_000  # random places, as of 240 proteins of 1000 atoms
+MAX_BYTES_PER_PLACE = 700  # bytes that a place may take in a file
+PAIR_LIMITS = {
+    720: None,
+    14_400: 8,
+    50_000: 120,
+}  # dots of each partner: CPU seconds that comparing them may take
 
 
-def embedded(residues=None):
+def embedded(residues: str | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Centres and radii of the atoms of the embedded structure, Å."""
     molecule = read_molecule(EMBEDDED, residues=residues)
     return molecule.xyz[0], radii(molecule)
 
 
-def a1(quick):
-    """Dots of A1, of our own surface of the embedded structure without them; of a piece of that where quick."""
+def a1(quick: bool) -> Surface:
+    """Dots of A1 or, without its file, of the embedded structure; if quick, of a piece of that."""
     if quick:
-        return molecular_surface(*embedded(PIECE))
+        return molecular_surface(*embedded(QUICK_RESIDUES))
     return read_surface(A1_DOTS) if A1_DOTS.is_file() else molecular_surface(*embedded())
 
 
-def lattice(xyz, copies):
+def lattice(xyz: np.ndarray, copies: int) -> np.ndarray:
     """`xyz` (n, 3) repeated on a cubic lattice, (copies * n, 3)."""
     side = np.arange(int(np.ceil(copies ** (1 / 3))))
     cells = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 1, 3)[:copies]
     return (cells * (np.ptp(xyz, axis=0) + GAP) + xyz).reshape(-1, 3)
 
 
-def repeated(surface, copies):
+def repeated(surface: Surface, copies: int) -> Surface:
     """A surface repeated on a lattice."""
     return Surface(lattice(surface.points, copies), np.tile(surface.normals, (copies, 1)))
 
 
-def measure_dots(table, surface, promised, repeats, n_tests, combinations):
-    """Everything that scales with the dots: index, roughness, cover, sampling, descriptors of 64 subsets."""
+def measure_dots(
+    table: Table, surface: Surface, promised: bool, repeats: int, n_tests: int, combinations: np.ndarray
+) -> None:
+    """Measure what scales with the dots: index, roughness, cover, sampling, descriptors of 64 subsets."""
     n = len(surface)
     index = build_index(surface.points, surface.normals)
     table.time("index", n, lambda: build_index(surface.points, surface.normals), repeats)
@@ -106,15 +115,15 @@ def measure_dots(table, surface, promised, repeats, n_tests, combinations):
     most = 0.15 if promised else None
     seconds = table.time("roughness of all dots", n, lambda: roughness(index), repeats, most=most)
     table.add("roughness per dot", n, 1e6 * seconds / n, "µs")
-    table.time("cover", n, lambda: law.build_cover(index, rough), repeats)
-    evaluator = Evaluator(surface, roughness_values=rough, name="bench")
+    table.time("cover", n, lambda: published_sampling.build_cover(index, rough), repeats)
+    evaluator = PreparedSurface(surface, roughness_values=rough, name="bench")
     rng = np.random.default_rng(0)
 
-    def sample():
+    def sample() -> None:
         for combination in combinations:
-            law.sample(evaluator.cover, combination, rng)
+            published_sampling.sample(evaluator.cover, combination, rng)
 
-    def pair():
+    def pair() -> None:
         for combination in combinations:
             evaluator.pair(combination, 0)
 
@@ -125,35 +134,46 @@ def measure_dots(table, surface, promised, repeats, n_tests, combinations):
     measure_descriptors(table, evaluator, rng, repeats, n_tests)
 
 
-def measure_descriptors(table, evaluator, rng, repeats, n_tests):
-    """64 subsets at shared test dots, as the grid evaluates them."""
+def measure_descriptors(
+    table: Table, evaluator: PreparedSurface, rng: np.random.Generator, repeats: int, n_tests: int
+) -> None:
+    """Measure descriptors of 64 subsets at shared test dots, as the grid evaluates them."""
     index, n = evaluator.index, len(evaluator.points)
     tests = rng.choice(n, min(n, n_tests), replace=False)
-    some = tests[: max(1, n_tests // 8)]
-    z_tot, steady = evaluator.describe(tests)[0], evaluator.changed(descriptor="steady").describe(some)[0]
-    for share, most in SHARES.items():
+    subset = tests[: max(1, n_tests // 8)]
+    z_tot, steady = evaluator.describe(tests)[0], evaluator.changed(descriptor="steady").describe(subset)[0]
+    for share, most in DESCRIPTOR_LIMITS.items():
         words = np.zeros(n, np.uint64)
-        for bit in range(descriptors.BITS):
-            descriptors.add(words, index, law.uniform(n, round(share * n), rng), bit)
-        for reading in OF_GRID:
+        for bit in range(descriptors.MAX_SUBSETS):
+            descriptors.add_subset(words, index, published_sampling.uniform_subset(n, round(share * n), rng), bit)
+        for reading in GRID_READINGS:
             run = partial(
-                descriptors.evaluate, index, evaluator.points[tests], words, descriptors.BITS, reading, z_tot
+                descriptors.evaluate,
+                index,
+                evaluator.points[tests],
+                words,
+                descriptors.MAX_SUBSETS,
+                reading,
+                z_tot,
             )
-            what, per = f"a descriptor, {share:.0%} kept, `{reading}`", 1e6 / len(tests) / descriptors.BITS
+            what, per = (
+                f"a descriptor, {share:.0%} kept, `{reading}`",
+                1e6 / len(tests) / descriptors.MAX_SUBSETS,
+            )
             table.time(what, n, run, repeats, "µs", per, most)
             run = partial(
-                descriptors.evaluate, index, evaluator.points[some], words, descriptors.BITS, reading, steady,
+                descriptors.evaluate, index, evaluator.points[subset], words, descriptors.MAX_SUBSETS, reading, steady,
                 descriptor="steady",
             )  # fmt: skip
             what, per = (
                 what.replace("a descriptor", "a steady descriptor"),
-                1e6 / len(some) / descriptors.BITS,
+                1e6 / len(subset) / descriptors.MAX_SUBSETS,
             )
-            table.time(what, n, run, repeats, "µs", per, STEADY)
+            table.time(what, n, run, repeats, "µs", per, MAX_MICROSECONDS_STEADY)
 
 
-def measure_pairs(table, sizes, repeats):
-    """The nearest patch of every dot of two surfaces, both ways: time goes with descriptors, not with what they are."""
+def measure_pairs(table: Table, sizes: dict[int, float | None], repeats: int) -> None:
+    """Measure the search for the nearest patch of every dot of two surfaces, in both directions, on random descriptors."""
     rng = np.random.default_rng(0)
     for n, most in sizes.items():
         both = rng.random((2, n, 121))
@@ -161,9 +181,9 @@ def measure_pairs(table, sizes, repeats):
         table.time("nearest patches of two surfaces, both ways", n, partial(nearest, *both), times, most=most)
 
 
-def measure_sites(table, places, repeats, promised):
-    """Sites of a structure, and the places nearest to a query's, exactly, among made-up ones; all cores."""
-    molecule = read_molecule(EMBEDDED, residues=None if promised else PIECE)
+def measure_sites(table: Table, places: int, repeats: int, promised: bool) -> None:
+    """Measure the description of sites, and the exact search of nearest places among random ones on all cores."""
+    molecule = read_molecule(EMBEDDED, residues=None if promised else QUICK_RESIDUES)
     sites = describe_sites(molecule)
     what = f"sites of {molecule.n_atoms} atoms, a tenth of the dots"
     table.time(what, len(sites), partial(describe_sites, molecule), repeats, most=1 if promised else None)
@@ -171,28 +191,34 @@ def measure_sites(table, places, repeats, promised):
         path = Path(folder, "bench.sites")
         sites.save(path)
         table.add(
-            "a place in a file of sites", len(sites), path.stat().st_size / len(sites), "bytes", most=OF_PLACE
+            "a place in a file of sites",
+            len(sites),
+            path.stat().st_size / len(sites),
+            "bytes",
+            most=MAX_BYTES_PER_PLACE,
         )
     rng = np.random.default_rng(0)
-    every, query = (rng.standard_normal((n, WIDTH), dtype=np.float32) for n in (places, QUERY))
+    every, query = (rng.standard_normal((n, N_COMPONENTS), dtype=np.float32) for n in (places, QUERY))
     run = partial(nearest_places, query, every, HITS, available_cores())
     table.time(f"{QUERY} places sought among {places:,}", None, run, repeats, most=1 if promised else None)
 
 
-def measure_grids(table, surface, combinations, limits, repeats):
-    """Whole grids with one draw, reading `as_coded`, and one combination at every dot."""
-    evaluator, n = Evaluator(surface, name="bench"), len(surface)
+def measure_grids(
+    table: Table, surface: Surface, combinations: np.ndarray, limits: dict[int, float | None], repeats: int
+) -> None:
+    """Measure whole grids with one draw, reading `as_coded`, and one combination at every dot."""
+    evaluator, n = PreparedSurface(surface, name="bench"), len(surface)
     for n_tests, most in limits.items():
         what = f"grid of {len(combinations)}, {n_tests} test dots"
-        run = partial(grid.run, evaluator, combinations, n_tests, 1, ("as_coded",))
+        run = partial(grid.evaluate_grid, evaluator, combinations, n_tests, 1, ("as_coded",))
         table.time(what, n, run, repeats, most=most)
-    for readings, names in ((("as_coded",), "`as_coded`"), (OF_GRID, "both readings")):
-        run = partial(grid.run, evaluator, BEST, n, 1, readings)
+    for readings, names in ((("as_coded",), "`as_coded`"), (GRID_READINGS, "both readings")):
+        run = partial(grid.evaluate_grid, evaluator, BEST_COMBINATION, n, 1, readings)
         table.time(f"a combination at every dot, {names}", n, run, repeats, most=1)
 
 
-def measure_surface(table, copies, repeats, residues=None):
-    """Our own dots of the embedded structure, repeated."""
+def measure_surface(table: Table, copies: Sequence[int], repeats: int, residues: str | None = None) -> None:
+    """Measure the surface of the embedded structure, repeated."""
     xyz, r = embedded(residues)
     for c in copies:
         run = partial(molecular_surface, lattice(xyz, c), np.tile(r, c))
@@ -200,26 +226,28 @@ def measure_surface(table, copies, repeats, residues=None):
         table.time(what, len(run()), run, repeats, "µs", per)
 
 
-def measure_frames(table, quick):
-    """One combination on frames of the embedded trajectory, as an ensemble evaluates each."""
+def measure_frames(table: Table, quick: bool) -> None:
+    """Measure one combination on frames of the embedded trajectory, as an ensemble evaluates each."""
     settings = checked(yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8")), [], ROOT)
-    residues = PIECE if quick else None
+    residues = QUICK_RESIDUES if quick else None
     molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
-    own = radii(molecule)
-    density = fitting_density(molecule, 0, own, settings["surface"], settings["patches"]["D_link"], "bench")
+    atom_radii = radii(molecule)
+    density = density_for_d_link(
+        molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], "bench"
+    )
     settings["surface"] = settings["surface"] | {"density": density}
 
-    def frames():
+    def frames() -> None:
         for k in range(molecule.n_frames):
-            frame_row(molecule, k, own, settings, "bench")
+            frame_row(molecule, k, atom_radii, settings, "bench")
 
-    what, most = f"a frame of an ensemble, {molecule.n_atoms} atoms", None if quick else MOST_OF_FRAME
+    what, most = f"a frame of an ensemble, {molecule.n_atoms} atoms", None if quick else MAX_SECONDS_PER_FRAME
     table.time(what, None, frames, 1, "s", 1 / molecule.n_frames, most)
 
 
-def measure_peers(table, surface, repeats):
-    """Other programs on the same work, each where it is installed; ours beside it."""
-    n, keep = len(surface), round(KEPT * len(surface))
+def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
+    """Measure other programs on the same work, if they are installed, and ours."""
+    n, keep = len(surface), round(KEPT_FRACTION * len(surface))
     if shutil.which("EDTSurf"):
         with tempfile.TemporaryDirectory() as folder:
             command = ["EDTSurf", "-i", EMBEDDED, "-o", Path(folder, "out")]
@@ -228,8 +256,8 @@ def measure_peers(table, surface, repeats):
         table.time("the same surface here", None, partial(molecular_surface, *embedded()), repeats)
     if fpsample := installed("fpsample"):
         farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
-        table.time(f"peer: {KEPT:.0%} farthest dots by fpsample", n, farthest, repeats)
-        evaluator, rng = Evaluator(surface, name="bench"), np.random.default_rng(0)
+        table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
+        evaluator, rng = PreparedSurface(surface, name="bench"), np.random.default_rng(0)
         table.time("the same here", n, partial(SAMPLERS["farthest"], evaluator, keep, rng), repeats)
     if mahotas := installed("mahotas.features"):
         image = np.random.default_rng(0).random((PIXELS, PIXELS))
@@ -241,16 +269,16 @@ def measure_peers(table, surface, repeats):
         )
 
 
-def installed(name):
-    """A module where it can be imported, else None."""
+def installed(name: str) -> ModuleType | None:
+    """A module if it can be imported, else None."""
     try:
         return importlib.import_module(name)
     except ImportError:
         return None
 
 
-def measure_reference(table, surface, name):
-    """Another program's descriptor function on the same patches, (n, 6) arrays of dots and normals."""
+def measure_reference(table: Table, surface: Surface, name: str) -> None:
+    """Measure another program's descriptor function on the same patches, (n, 6) arrays of dots and normals."""
     module, _, function = name.partition(":")
     sys.path.append(os.getcwd())
     try:
@@ -261,41 +289,43 @@ def measure_reference(table, surface, name):
     tests = np.random.default_rng(0).choice(n, REFERENCE_PATCHES, replace=False)
     ids = [patch(index, t, R_ZERNIKE) for t in tests]
     patches = [np.hstack([surface.points[i], surface.normals[i]]) for i in ids]
-    theirs, _ = timed(lambda: [other(p) for p in patches], 3)
-    theirs = table.add(f"a patch by {name}", n, 1e6 * theirs / len(tests), "µs")
+    reference_time, _ = timed(lambda: [other(p) for p in patches], 3)
+    reference_time = table.add(f"a patch by {name}", n, 1e6 * reference_time / len(tests), "µs")
     many = np.tile(surface.points[tests], (200, 1))
     ours = table.time(
         "the same patches here", n, lambda: descriptors.describe(index, many), 3, "µs", 1e6 / len(many)
     )
-    table.add("ratio", n, theirs / ours, "times")
+    table.add("ratio", n, reference_time / ours, "times")
     in_one_pass = [
         row["value"] for row in table.rows if row["what"] == "a descriptor, 100% kept, `as_written`"
     ]
-    table.add("ratio, 64 subsets in one pass", n, theirs / in_one_pass[0], "times")
+    table.add("ratio, 64 subsets in one pass", n, reference_time / in_one_pass[0], "times")
 
 
-def warm_up():
+def warm_up() -> None:
     """Load every kernel, so that what follows measures the dots."""
     dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
-    grid.run(Evaluator(dots), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+    grid.evaluate_grid(PreparedSurface(dots), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
 
 
-def print_memory(copies, quick):
-    """In a process of its own: bytes above the imports, for all that a surface goes through."""
+def print_memory(copies: int, quick: bool) -> None:
+    """Print, in a process of its own, the bytes above the imports for all steps of one surface."""
     warm_up()
     one = a1(quick)
     before = peak_memory()
     surface = repeated(one, copies)
-    grid.run(Evaluator(surface, threads=available_cores()), law.grid(*FEW), 100)
+    grid.evaluate_grid(
+        PreparedSurface(surface, threads=available_cores()), published_sampling.parameter_grid(*SMALL_GRID), 100
+    )
     print(json.dumps({"dots": len(surface), "bytes": peak_memory() - before}))
 
 
-def print_ribosome():
-    """In a process of its own: seconds of every step on a large assembly, and the peak of memory."""
+def print_ribosome() -> None:
+    """Print, in a process of its own, the seconds of every step on a large assembly and the peak memory."""
     warm_up()
     before, seconds, cores = peak_memory(), {}, available_cores()
 
-    def step(name, run):
+    def step(name: str, run: Callable) -> Any:
         wall, cpu = time.perf_counter(), time.process_time()
         result = run()
         seconds[name] = (time.process_time() - cpu, time.perf_counter() - wall)
@@ -305,33 +335,36 @@ def print_ribosome():
     surface = step("surface", lambda: molecular_surface(molecule.xyz[0], radii(molecule)))
     index = step("index", lambda: build_index(surface.points, surface.normals))
     rough = step("roughness", lambda: roughness(index, threads=cores))
-    evaluator = step("cover", lambda: Evaluator(surface, roughness_values=rough, threads=cores))
-    step("grid of 36, 400 test dots", lambda: grid.run(evaluator, law.grid(*FEW), 400))
-    found = {
+    evaluator = step("cover", lambda: PreparedSurface(surface, roughness_values=rough, threads=cores))
+    step(
+        "grid of 36, 400 test dots",
+        lambda: grid.evaluate_grid(evaluator, published_sampling.parameter_grid(*SMALL_GRID), 400),
+    )
+    figures = {
         "atoms": molecule.n_atoms,
         "dots": len(surface),
         "bytes": peak_memory() - before,
         "seconds": seconds,
     }
-    print(json.dumps(found))
+    print(json.dumps(figures))
 
 
-def measure_ribosome(table):
-    """A large assembly from its file to the end, all cores."""
-    found = in_child("print_ribosome()")
-    for what, (cpu, wall) in found["seconds"].items():
-        table.add(f"ribosome of {found['atoms']} atoms: {what}", found["dots"], cpu, "s", wall)
-    table.add("ribosome: peak memory", found["dots"], found["bytes"] / found["dots"], "bytes per dot")
+def measure_ribosome(table: Table) -> None:
+    """Measure all steps on a large assembly, on all cores."""
+    figures = in_child("print_ribosome()")
+    for what, (cpu, wall) in figures["seconds"].items():
+        table.add(f"ribosome of {figures['atoms']} atoms: {what}", figures["dots"], cpu, "s", wall)
+    table.add("ribosome: peak memory", figures["dots"], figures["bytes"] / figures["dots"], "bytes per dot")
 
 
-def in_child(call):
+def in_child(call: str) -> dict:
     """Result of a `print_...` of this file in a fresh process."""
     command = [sys.executable, "-c", f"import bench; bench.{call}"]
     return json.loads(subprocess.run(command, cwd=ROOT / "evidence", capture_output=True, check=True).stdout)
 
 
-def measure_start(table, quick):
-    """Import and compilation with an empty cache of kernels and with a full one; wall seconds of a process."""
+def measure_start(table: Table, quick: bool) -> None:
+    """Measure import and compilation with an empty cache of kernels and with a full one; wall seconds of a process."""
     with tempfile.TemporaryDirectory() as cache:
         for what in ("warm",) if quick else ("cold", "warm"):
             place = {} if quick else {"NUMBA_CACHE_DIR": cache}
@@ -343,8 +376,8 @@ def measure_start(table, quick):
             table.add(f"{what} start: imports and kernels", None, cpu, "s", time.perf_counter() - wall)
 
 
-def measure_study(table):
-    """The default study from nothing, split by rule, and again with nothing to do; wall seconds."""
+def measure_study(table: Table) -> None:
+    """Measure the default study from the start, split by rule, and again with nothing to do; wall seconds."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "data").symlink_to(ROOT / "data")
         files = [
@@ -365,8 +398,8 @@ def measure_study(table):
                 measure_rules(table, Path(folder, ".snakemake", "metadata"), wall)
 
 
-def measure_rules(table, metadata, wall):
-    """Wall seconds of the jobs of every rule, of loading their libraries, and the share of them all in the study."""
+def measure_rules(table: Table, metadata: Path, wall: float) -> None:
+    """Add wall seconds of the jobs of every rule, of loading their libraries, and their share of the study."""
     jobs = {}
     for path in metadata.rglob("*"):
         if path.is_file():
@@ -389,30 +422,32 @@ def measure_rules(table, metadata, wall):
     table.add("share of the study in which jobs run", None, None, "%", 100 * busy / wall)
 
 
-def main(path_to_output, quick=False, reference=None):
-    """Measure, print and write the JSON file, and the table beside it as Markdown."""
+def main(path_to_output: str | Path, quick: bool = False, reference: str | None = None) -> None:
+    """Measure, print and write the JSON file, and the same table as Markdown."""
     table, surface = Table(), a1(quick)
     copies, repeats, n_tests = ((1,), 1, 16) if quick else (COPIES, 3, 512)
     with threadpool_limits(1, "blas"):
         for c in copies:
             promised = c == 1 and not quick
-            combinations = law.grid(*(FULL if promised else FEW))
+            combinations = published_sampling.parameter_grid(*(FULL_GRID if promised else SMALL_GRID))
             measure_dots(table, repeated(surface, c), promised, repeats, n_tests, combinations)
-        combinations = law.grid(*FEW)[:2] if quick else law.grid(*FULL)
-        measure_grids(table, surface, combinations, {n_tests: None} if quick else GRIDS, repeats)
-        measure_pairs(table, {500: None} if quick else PAIRS, repeats)
+        combinations = (
+            published_sampling.parameter_grid(*SMALL_GRID)[:2] if quick else published_sampling.parameter_grid(*FULL_GRID)
+        )
+        measure_grids(table, surface, combinations, {n_tests: None} if quick else GRID_LIMITS, repeats)
+        measure_pairs(table, {500: None} if quick else PAIR_LIMITS, repeats)
         measure_sites(table, 10_000 if quick else PLACES, repeats, not quick)
-        measure_surface(table, copies, repeats, PIECE if quick else None)
+        measure_surface(table, copies, repeats, QUICK_RESIDUES if quick else None)
         measure_frames(table, quick)
         measure_peers(table, surface, repeats)
         if reference:
             measure_reference(table, surface, reference)
     measure_start(table, quick)
     for c in copies:
-        found = in_child(f"print_memory({c}, {quick})")
+        memory = in_child(f"print_memory({c}, {quick})")
         most = 400 if c == COPIES[-1] else None
-        per_dot = found["bytes"] / found["dots"]
-        table.add("peak memory above the imports", found["dots"], per_dot, "bytes per dot", most=most)
+        per_dot = memory["bytes"] / memory["dots"]
+        table.add("peak memory above the imports", memory["dots"], per_dot, "bytes per dot", most=most)
     if not quick and RIBOSOME.is_file():
         measure_ribosome(table)
     if not quick:
@@ -425,15 +460,15 @@ def main(path_to_output, quick=False, reference=None):
     path.with_suffix(".md").write_text(table.markdown(), encoding="utf-8")
 
 
-def command(arguments=None):
+def command(arguments: Sequence[str] | None = None) -> None:
     """Measure what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument("--quick", action="store_true", help="a small surface, once: to see that all runs")
     parser.add_argument("--reference", help="module:function of another program, timed on the same patches")
     parser.add_argument("--out", default=ROOT / "results" / "bench" / "bench.json", help="JSON file to write")
-    asked = parser.parse_args(arguments)
+    args = parser.parse_args(arguments)
     try:
-        main(asked.out, asked.quick, asked.reference)
+        main(args.out, args.quick, args.reference)
     except InputError as error:
         parser.error(str(error))
 

@@ -1,10 +1,11 @@
-"""The figure of the centres: d of the best combination of each range, and of a control that has nothing but the centres."""
+"""The figure of the centres: d of the best combination of each range, and of the centres filled up uniformly."""
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PALETTE, styled
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 LINES = {"d": "the best combination", "d_centres": "centres of patches, filled up uniformly"}
 TICKS = (2, 5, 10, 20, 50, 100)  # % of the dots
@@ -12,15 +13,17 @@ TITLES = {"as_coded": "as coded", "as_written": "as written", "recovered": "reco
 
 
 @styled
-def centres(table):
-    """A panel for each reading: means over proteins with 95 % intervals against n_S."""
+def centres(table: pd.DataFrame) -> Figure:
+    """Draw a panel for each reading: means over proteins with 95 % intervals against n_S."""
     figure = layout.sheet(layout.PAGE, 76)
     for column, (reading, title) in enumerate(TITLES.items()):
         ax = layout.axes(figure, 16 + 59 * column, 9, 46, 46)
-        own = table[table["reading"] == reading]
+        rows = table[table["reading"] == reading]
         for colour, (key, label) in zip(PALETTE, LINES.items(), strict=False):
-            error = [own[key] - own[f"{key}_low"], own[f"{key}_high"] - own[key]]
-            ax.errorbar(own["n_S_percent"], own[key], error, color=colour, marker="o", capsize=2, label=label)
+            error = [rows[key] - rows[f"{key}_low"], rows[f"{key}_high"] - rows[key]]
+            ax.errorbar(
+                rows["n_S_percent"], rows[key], error, color=colour, marker="o", capsize=2, label=label
+            )
         ax.axhline(0, color="black", linewidth=0.5)
         ax.set(xlabel="dots kept / %", ylabel="d" if not column else "", title=title, xscale="log")
         ax.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS], minor=False)
@@ -30,12 +33,11 @@ def centres(table):
     return figure
 
 
-def main(inputs, outputs):
-    """Draw it."""
-    centres(pd.read_csv(inputs["centres_means"])).savefig(
-        outputs["centres"], dpi=200, metadata={"Software": None}
-    )
+def main(means: str, figure: str) -> None:
+    """Draw the figure from the stored means."""
+    centres(pd.read_csv(means)).savefig(figure, dpi=200, metadata={"Software": None})
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(means=snakemake.input.means, figure=snakemake.output.figure)

@@ -1,24 +1,25 @@
-"""The figure of the exponent: Z against k, over that of evenly spread dots."""
+"""The figure of the exponent: Z relative to that of evenly distributed dots, against k."""
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from measures.exponents import READINGS, SAMPLERS
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PALETTE, styled
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 WORDS = {"as_written": "the dots as they are", "recovered": "the surface recovered from them"}
 
 
 @styled
-def exponents(table):
-    """A column for each way to use the dots, a row for each sampler, a line for each n_S."""
+def exponents(table: pd.DataFrame) -> Figure:
+    """Draw a column for each way to use the dots, a row for each sampler, a line for each n_S."""
     figure = layout.sheet(layout.PAGE, 112)
     for row, sampler in enumerate(SAMPLERS):
         for column, reading in enumerate(READINGS):
             ax = layout.axes(figure, 18 + 84 * column, 9 + 50 * row, 68, 36)
-            own = table[(table["sampler"] == sampler) & (table["reading"] == reading)]
-            for k, (percent, line) in enumerate(own.groupby("percent")):
+            rows = table[(table["sampler"] == sampler) & (table["reading"] == reading)]
+            for k, (percent, line) in enumerate(rows.groupby("percent")):
                 error = [line["ratio"] - line["ratio_low"], line["ratio_high"] - line["ratio"]]
                 style = {
                     "color": PALETTE[k],
@@ -37,11 +38,11 @@ def exponents(table):
     return figure
 
 
-def main(inputs, outputs):
-    """Draw it."""
-    figure = exponents(pd.read_csv(inputs["exponents_means"]))
-    figure.savefig(outputs["exponents"], dpi=200, metadata={"Software": None})
+def main(means: str, figure: str) -> None:
+    """Draw the figure from the stored means."""
+    exponents(pd.read_csv(means)).savefig(figure, dpi=200, metadata={"Software": None})
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(means=snakemake.input.means, figure=snakemake.output.figure)

@@ -1,10 +1,11 @@
 """The figure of finding sites: hit rate against dots kept."""
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from measures.sites import CHANNELS, COMPOSITION, PUBLISHED
 from sparsurf.report.figures import layout
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 COLOURS = dict(zip(CHANNELS, ("#56B4E9", "#0072B2", "#D55E00"), strict=True))
 LINES = {name: (colour, 1.6, "o", "-") for name, colour in COLOURS.items()}  # colour, width, marker, dashes
@@ -12,28 +13,22 @@ LINES |= {COMPOSITION: (layout.GREY, 0.8, "s", "--"), PUBLISHED: (layout.GREY, 0
 PANELS = {"interface": "places of the interface", "elsewhere": "other places"}
 
 
-def main(inputs, outputs):
-    """Draw the share of places whose first hit is right."""
-    means = pd.read_csv(inputs["means"])
-    draw(means[means["scope"] == "in turn"]).savefig(outputs["figure"], dpi=150, metadata={"Software": None})
-
-
 @layout.styled
-def draw(means):
-    """Two panels: interface and other places."""
+def draw(means: pd.DataFrame) -> Figure:
+    """Draw two panels: places of the interface and other places."""
     figure = layout.sheet(layout.PAGE, 76)
     percents, handles = sorted(means["percent"].unique()), {}
     for column, (places, words) in enumerate(PANELS.items()):
         ax = layout.axes(figure, 16 + 88 * column, 6, 72, 48)
-        own = means[means["places"] == places].sort_values("percent")
+        rows_of_panel = means[means["places"] == places].sort_values("percent")
         for name, (colour, width, marker, dashes) in LINES.items():
-            rows = own[own["channels"] == name]
+            rows = rows_of_panel[rows_of_panel["channels"] == name]
             style = {"color": colour, "linewidth": width, "marker": marker, "linestyle": dashes}
             handles[name] = ax.plot(rows["percent"], rows["first"], label=name, **style)[0]
             ax.fill_between(
                 rows["percent"], rows["first_low"], rows["first_high"], color=colour, alpha=0.1, linewidth=0
             )
-        chance = own.groupby("percent")["chance"].mean()
+        chance = rows_of_panel.groupby("percent")["chance"].mean()
         handles["chance"] = ax.plot(
             chance.index, chance, color="black", linewidth=0.5, linestyle=":", label="chance"
         )[0]
@@ -45,5 +40,12 @@ def draw(means):
     return figure
 
 
+def main(means_path: str, figure: str) -> None:
+    """Draw the share of places whose first hit is right."""
+    means = pd.read_csv(means_path)
+    draw(means[means["scope"] == "in turn"]).savefig(figure, dpi=150, metadata={"Software": None})
+
+
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(means_path=snakemake.input.means, figure=snakemake.output.figure)

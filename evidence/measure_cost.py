@@ -1,17 +1,22 @@
-"""What a million dots recovered from a tenth of those of copies of one structure cost."""
+"""Cost of recovering many dots from a tenth of the dots of copies of one structure."""
 
 import pandas as pd
 
 from measures import recovery
 from measures.molecules import atoms_of
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, settings):
-    """Write CPU seconds for a million dots and bytes for each; this process did nothing before."""
-    dots = recovery.copies_of_a_tenth(*atoms_of(inputs["structure"]), settings["dots"])
-    pd.DataFrame([recovery.cost(*dots)]).to_csv(outputs["table"], index=False)
+def main(structure: str, table: str, dots: int) -> None:
+    """Write CPU seconds per million dots and bytes per dot; this process must not have done anything before."""
+    points, normals = recovery.copies_of_a_tenth(*atoms_of(structure), dots)
+    pd.DataFrame([recovery.cost(points, normals)]).to_csv(table, index=False)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            structure=snakemake.input.structure,
+            table=snakemake.output.table,
+            dots=snakemake.params.dots,
+        )

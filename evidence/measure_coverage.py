@@ -1,28 +1,38 @@
-"""How often the intervals of a study hold the truth on one surface, over replicates of several designs."""
+"""How often the intervals of a study contain the truth on one surface, over replicates of several designs."""
 
 import numpy as np
 import pandas as pd
 
 from measures import coverage
-from sparsurf.patches.readings import OF_GRID
+from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.streams import stream
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, settings, name):
-    """Write a row per reading, design and range of n_S; confidence sets are made for the default design alone."""
-    with np.load(inputs["pool"]) as pool:
-        d, member = pool["d"], pool["member"]
-    n, parts = settings["replicates"], []
-    for r, reading in enumerate(OF_GRID):
-        for draws, tests in settings["designs"]:
-            rng = stream(0, "coverage", name, r, draws)
-            sets = [draws, tests] == settings["default"]
-            table = coverage.replicates(d[r], member, draws, tests, n, rng, sets)
-            own = {"surface": name, "reading": reading, "draws": draws, "test_dots": tests, "replicates": n}
-            parts.append(pd.DataFrame(own | table.to_dict("series")))
-    pd.concat(parts).to_csv(outputs["table"], index=False)
+def main(
+    pool: str, table: str, protein: str, replicates: int, designs: list[list[int]], default: list[int]
+) -> None:
+    """Write a row per reading, design (draws, test dots) and range of n_S; only the default design has confidence sets."""
+    with np.load(pool) as arrays:
+        d, member = arrays["d"], arrays["member"]
+    tables = []
+    for r, reading in enumerate(GRID_READINGS):
+        for draws, test_dots in designs:
+            rng = stream(0, "coverage", protein, r, draws)
+            with_sets = [draws, test_dots] == default
+            shares = coverage.replicates(d[r], member, draws, test_dots, replicates, rng, with_sets)
+            keys = {"surface": protein, "reading": reading, "draws": draws, "test_dots": test_dots}
+            tables.append(pd.DataFrame(keys | {"replicates": replicates} | shares.to_dict("series")))
+    pd.concat(tables).to_csv(table, index=False)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            pool=snakemake.input.pool,
+            table=snakemake.output.table,
+            protein=snakemake.wildcards.protein,
+            replicates=snakemake.params.replicates,
+            designs=snakemake.params.designs,
+            default=snakemake.params.default,
+        )

@@ -1,46 +1,58 @@
-"""The subset that is handed out of one structure at several densities, recovered at the density of its surface or at 5.35."""
+"""Minimal subsets of one structure at several densities, recovered at the surface's own density or at 5.35 dots per Å^2."""
 
 import pandas as pd
 
 from sparsurf.cli.making import rules_of
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import D_LINK
-from sparsurf.study.enough import Trials
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.floors import FRESH, floors
-from sparsurf.study.minimal import smallest_recovered
-from sparsurf.surfaces.molecular_surface import fitting_surface, layer
+from sparsurf.study.floors import FRESH, noise_floors
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.required_dots import Trials
+from sparsurf.study.subset_search import smallest_recovered_subset
+from sparsurf.surfaces.molecular_surface import surface_for_d_link, surface_generator
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import DENSITY
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 
-class AtOneDensity(Evaluator):
+class AtOneDensity(PreparedSurface):
     """Recovers every surface at 5.35 dots per Å^2, whatever its own density."""
 
     density = DENSITY
 
 
-def main(inputs, outputs, settings, name, threads):
-    """Write a row for each surface: with hydrogens and without, and at each density."""
+def main(
+    structure: str, table: str, protein: str, densities: list[float], test_dots: int, seed: int, threads: int
+) -> None:
+    """Write a row for each surface: with and without hydrogens at the automatic density, and at each density."""
     rows = []
-    surfaces = [("keep", "auto"), ("remove", "auto"), *(("keep", each) for each in settings["densities"])]
-    for hydrogens, asked in surfaces:
-        molecule = read_molecule(inputs["structure"], hydrogens=hydrogens)
-        atoms, rules = radii(molecule, "dms"), rules_of(1.4, asked, "keep")
-        surface, density = fitting_surface(molecule, 0, atoms, rules, D_LINK, name)
-        row = {"protein": name, "hydrogens": hydrogens, "asked": asked, "density": density, "N": len(surface)}
-        of_surface = Evaluator(surface, seed=settings["seed"], threads=threads)
-        lay = layer(molecule, 0, atoms, rules, D_LINK, name)
-        table = floors(of_surface, settings["test_dots"], **lay)
-        row["floor"] = table.set_index("floor").loc[FRESH, "Z"]
-        for kind, end in ((Evaluator, ""), (AtOneDensity, "_at_5.35")):
-            own = kind(surface, roughness_values=of_surface.roughness, seed=settings["seed"], threads=threads)
-            trials = Trials(own, "farthest", settings["test_dots"])
-            row[f"n_S{end}"] = len(smallest_recovered(trials, table, FRESH))
+    surfaces = [("keep", "auto"), ("remove", "auto"), *(("keep", density) for density in densities)]
+    for hydrogens, requested in surfaces:
+        molecule = read_molecule(structure, hydrogens=hydrogens)
+        atoms, rules = radii(molecule, "dms"), rules_of(1.4, requested, "keep")
+        dots, density = surface_for_d_link(molecule, 0, atoms, rules, D_LINK, protein)
+        row = {"protein": protein, "hydrogens": hydrogens, "asked": requested}
+        row |= {"density": density, "N": len(dots)}
+        evaluator = PreparedSurface(dots, seed=seed, threads=threads)
+        fresh_surface = surface_generator(molecule, 0, atoms, rules, D_LINK, protein)
+        references = noise_floors(evaluator, test_dots, **fresh_surface)
+        row["floor"] = references.set_index("floor").loc[FRESH, "Z"]
+        for kind, suffix in ((PreparedSurface, ""), (AtOneDensity, "_at_5.35")):
+            recovering = kind(dots, roughness_values=evaluator.roughness, seed=seed, threads=threads)
+            trials = Trials(recovering, "farthest", test_dots)
+            row[f"n_S{suffix}"] = len(smallest_recovered_subset(trials, references, FRESH))
         rows.append(row)
-    pd.DataFrame(rows).to_csv(outputs["table"], index=False)
+    pd.DataFrame(rows).to_csv(table, index=False)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            structure=snakemake.input.structure,
+            table=snakemake.output.table,
+            protein=snakemake.wildcards.protein,
+            densities=snakemake.params.densities,
+            test_dots=snakemake.params.test_dots,
+            seed=snakemake.params.seed,
+            threads=snakemake.threads,
+        )

@@ -8,27 +8,60 @@ from measures import sites
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.interface import interface
 from sparsurf.streams import stream
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
+
+COSTS = ["protein", "atoms", "percent", "dots", "places", "bytes", "seconds"]
 
 
-def main(inputs, outputs, settings, pair):
-    """Write the numbers, the Sites of unbound forms and of bound interfaces, and what describing costs."""
-    bound, unbound = ([read_molecule(path) for path in inputs[form]] for form in ("bound", "unbound"))
-    dots = [sparsurf.surface(molecule) for molecule in bound]
+def main(
+    bound: list[str],
+    unbound: list[str],
+    numbers_paths: list[str],
+    target_paths: list[str],
+    site_paths: list[str],
+    costs_path: str,
+    form: str,
+    percents: list[float],
+    places: int,
+    learned: int,
+    seed: int,
+) -> None:
+    """Write the numbers, the Sites of the unbound forms and of the bound interfaces, and the cost of describing them."""
+    bound_molecules = [read_molecule(path) for path in bound]
+    unbound_molecules = [read_molecule(path) for path in unbound]
+    dots = [sparsurf.surface(molecule) for molecule in bound_molecules]
     rows = []
-    for side, (own, other) in enumerate((dots, dots[::-1])):
-        name = f"{pair}_{'rl'[side]}"
-        touching = interface(own.points, other.points)
-        rng = stream(settings["seed"], "sites", name)
-        how = settings["percents"], settings["places"], settings["learned"], rng
-        arrays, costs, target, site = sites.forms(bound[side], own, touching, unbound[side], *how)
-        np.savez(outputs[f"numbers_{side + 1}"], **arrays)
-        target.save(outputs[f"target_{side + 1}"])
-        (target.take([]) if site is None else site).save(outputs[f"site_{side + 1}"])
-        rows += [(name, unbound[side].n_atoms, *cost) for cost in costs]
-    columns = ["protein", "atoms", "percent", "dots", "places", "bytes", "seconds"]
-    pd.DataFrame(rows, columns=columns).to_csv(outputs["costs"], index=False)
+    for side in (0, 1):
+        name = f"{form}_{'rl'[side]}"
+        arrays, costs, target, site = sites.forms(
+            bound_molecules[side],
+            dots[side],
+            interface(dots[side].points, dots[1 - side].points),
+            unbound_molecules[side],
+            percents,
+            places,
+            learned,
+            stream(seed, "sites", name),
+        )
+        np.savez(numbers_paths[side], **arrays)
+        target.save(target_paths[side])
+        (target.take([]) if site is None else site).save(site_paths[side])
+        rows += [(name, unbound_molecules[side].n_atoms, *cost) for cost in costs]
+    pd.DataFrame(rows, columns=COSTS).to_csv(costs_path, index=False)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            bound=snakemake.input.bound,
+            unbound=snakemake.input.unbound,
+            numbers_paths=snakemake.output.numbers,
+            target_paths=snakemake.output.targets,
+            site_paths=snakemake.output.sites,
+            costs_path=snakemake.output.costs,
+            form=snakemake.wildcards.form,
+            percents=snakemake.params.percents,
+            places=snakemake.params.places,
+            learned=snakemake.params.learned,
+            seed=snakemake.params.seed,
+        )

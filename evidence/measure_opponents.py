@@ -1,21 +1,41 @@
-"""Other ways to keep the surface of one structure in as many bytes."""
+"""Other ways to store the surface of one structure in as many bytes."""
 
 from measures import opponents
 from measures.molecules import atoms_of
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
-MOST_ATOMS = 3_000  # beyond, meshes take minutes each
+MAX_ATOMS_FOR_MESHES = 3_000  # meshes of larger structures take minutes each
 
 
-def main(inputs, outputs, settings, name, threads):
-    """Write a row per opponent and n_S, and where each errs; meshes only where the package fast-simplification is installed."""
-    atoms = atoms_of(inputs["structure"])
-    fewer = opponents.simplifier() if len(atoms[0]) <= MOST_ATOMS else None
-    tests, percents = settings["test_dots"], settings["percents"]
-    table, where = opponents.measure(name, *atoms, fewer, tests, percents, settings["seed"], threads)
-    table.to_csv(outputs["table"], index=False)
-    where.to_csv(outputs["where"], index=False)
+def main(
+    structure: str,
+    table: str,
+    where: str,
+    protein: str,
+    percents: list[float],
+    test_dots: int,
+    seed: int,
+    threads: int,
+) -> None:
+    """Write a row per method and n_S, and where each has errors; meshes need the package fast-simplification."""
+    xyz, radii = atoms_of(structure)
+    simplify = opponents.simplifier() if len(xyz) <= MAX_ATOMS_FOR_MESHES else None
+    errors, errors_where = opponents.measure(
+        protein, xyz, radii, simplify, test_dots, percents, seed, threads
+    )
+    errors.to_csv(table, index=False)
+    errors_where.to_csv(where, index=False)
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            structure=snakemake.input.structure,
+            table=snakemake.output.table,
+            where=snakemake.output.where,
+            protein=snakemake.wildcards.protein,
+            percents=snakemake.params.percents,
+            test_dots=snakemake.params.test_dots,
+            seed=snakemake.params.seed,
+            threads=snakemake.threads,
+        )

@@ -19,6 +19,7 @@ import re
 import shlex
 import string
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -32,7 +33,7 @@ TABLE = re.compile(
 )
 
 
-def rows_of(file, conditions, folder=TABLES):
+def rows_of(file: str, conditions: Sequence[str], folder: Path = TABLES) -> pd.DataFrame:
     """Rows of a table that fulfil every `column=value|value`, in the order of the file."""
     path = Path(folder) / file
     if not path.is_file():
@@ -42,15 +43,15 @@ def rows_of(file, conditions, folder=TABLES):
         column, _, values = condition.partition("=")
         if column not in table:
             raise InputError(f"{file} has no column {column!r}.")
-        own = table[column]
+        cells = table[column]
         wanted = [
-            float(value) if pd.api.types.is_numeric_dtype(own) else value for value in values.split("|")
+            float(value) if pd.api.types.is_numeric_dtype(cells) else value for value in values.split("|")
         ]
-        table = table[own.isin(wanted)]
+        table = table[cells.isin(wanted)]
     return table
 
 
-def cell(text, folder=TABLES):
+def cell(text: str, folder: Path = TABLES) -> str | float:
     """The value that 'file.csv key=value ... column' names.
 
     Raises
@@ -58,43 +59,43 @@ def cell(text, folder=TABLES):
     InputError : no such file, row or column, or several such rows
     """
     file, *conditions, column = shlex.split(text)
-    found = rows_of(file, conditions, folder)
-    if len(found) != 1 or column not in found:
+    rows = rows_of(file, conditions, folder)
+    if len(rows) != 1 or column not in rows:
         raise InputError(
-            f"{text}: {len(found)} rows, {'with' if column in found else 'without'} such a column."
+            f"{text}: {len(rows)} rows, {'with' if column in rows else 'without'} such a column."
         )
-    return found[column].iloc[0]
+    return rows[column].iloc[0]
 
 
-def differing(text, folder=TABLES):
+def differing(text: str, folder: Path = TABLES) -> list[str]:
     """Sentences on the numbers of a page that are not those of their cells, rounded to as many decimals."""
     out = []
-    for found in NUMBER.finditer(text):
-        shown = found["number"].replace("−", "-").replace(",", "")
-        value = float(cell(found["cell"], folder))
+    for match in NUMBER.finditer(text):
+        shown = match["number"].replace("−", "-").replace(",", "")
+        value = float(cell(match["cell"], folder))
         decimals = len(shown.partition(".")[2])
         if f"{value:.{decimals}f}".removeprefix("-") != shown.lstrip("+-") or (value < 0) != shown.startswith(
             "-"
         ):
-            out.append(f"{found['number']} is {value:.{decimals + 1}f} in {found['cell']}")
+            out.append(f"{match['number']} is {value:.{decimals + 1}f} in {match['cell']}")
     return out
 
 
-def filled(text, folder=TABLES):
+def filled(text: str, folder: Path = TABLES) -> str:
     """A page with its tables made from their files."""
 
-    def one(found):
-        file, *conditions = shlex.split(found["rows"])
-        columns = [line.split(": ", 1) for line in found["columns"].strip().splitlines()]
+    def one(match: re.Match) -> str:
+        file, *conditions = shlex.split(match["rows"])
+        columns = [line.split(": ", 1) for line in match["columns"].strip().splitlines()]
         rows = rows_of(file, conditions, folder).to_dict("records")
         lines = [[header.strip() for header, _ in columns], ["---"] * len(columns)]
         lines += [[_shown(form.strip(), row) for _, form in columns] for row in rows]
-        return found["mark"] + "".join(f"| {' | '.join(line)} |\n" for line in lines)
+        return match["mark"] + "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
     return TABLE.sub(one, text)
 
 
-def _shown(form, row):
+def _shown(form: str, row: dict) -> str:
     """One cell; empty where one of its values is missing."""
     names = [name for _, name, _, _ in string.Formatter().parse(form) if name]
     if any(pd.isna(row[name]) for name in names):
@@ -102,7 +103,7 @@ def _shown(form, row):
     return re.sub(r"(?<![\w.])-(?=[\d.])", "−", form.format_map(row))
 
 
-def main(paths):
+def main(paths: Sequence[str]) -> list[str]:
     """Fill the tables of pages; the sentences of all numbers that differ."""
     wrong = []
     for path in map(Path, paths):

@@ -1,48 +1,65 @@
-"""How often places and whole sites are found again: weights chosen on one half of the complexes, reported on the other."""
+"""How often places and whole sites are found again: weights are chosen on one half of the complexes, tested on the other."""
 
 import numpy as np
 import pandas as pd
 
 from measures import sites
-from measures.tables import joined, store
+from measures.tables import read_tables, write_tables
 from sparsurf.study.statistics import mean_interval
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 KINDS = ("interface", "elsewhere")
 KEYS = ["percent", "channels", "places"]
 VALUES = ["first", "first_percent", "auc", "chance"]
 
 
-def main(inputs, outputs, forms):
+def main(
+    numbers_paths: list[str],
+    target_paths: list[str],
+    site_paths: list[str],
+    costs_paths: list[str],
+    sites_table: str,
+    sites_means: str,
+    sites_moved: str,
+    sites_whole: str,
+    sites_summary: str,
+    sites_costs: str,
+    weights: str,
+    forms: list[str],
+) -> None:
     """Write the tables, and the weights chosen on the first half, which the library ships."""
-    names, half, numbers, targets, queries, learned = sites.halves(inputs, forms)
-    rows, moved = [], []
+    names, half, numbers, targets, queries, learned = sites.halves(
+        numbers_paths, target_paths, site_paths, forms
+    )
+    rows, moved_tables = [], []
     for name, k, arrays in zip(names, half, numbers, strict=True):
         rows += [{"protein": name, "half": k + 1, **row} for row in sites.scores(arrays, learned[1 - k])]
-        moved.append(sites.by_place(arrays, learned[1 - k], numbers).assign(protein=name))
-    table, moved = pd.DataFrame(rows), pd.concat(moved)
-    whole = sites.whole(names, half, queries, targets, [own.get("true_site") for own in numbers], learned)
-    costs = joined(inputs["costs"])
-    found = {
-        "sites": table,
-        "sites_means": _means(table),
-        "sites_moved": _by_range(moved),
-        "sites_whole": whole,
-    }
-    found["sites_costs"] = _costs(costs)
-    found["sites_summary"] = _summary(table, moved, whole, numbers)
-    store(found, outputs, "%.4g")
+        moved_tables.append(sites.by_place(arrays, learned[1 - k], numbers).assign(protein=name))
+    table, moved = pd.DataFrame(rows), pd.concat(moved_tables)
+    true_sites = [arrays.get("true_site") for arrays in numbers]
+    whole = sites.whole(names, half, queries, targets, true_sites, learned)
+    write_tables(
+        {
+            sites_table: table,
+            sites_means: _means(table),
+            sites_moved: _by_range(moved),
+            sites_whole: whole,
+            sites_summary: _summary(table, moved, whole, numbers),
+            sites_costs: _costs(read_tables(costs_paths)),
+        },
+        "%.4g",
+    )
     shipped = {
-        key: each if key == "channels" else each.astype(np.float32) for key, each in learned[0].items()
+        key: values if key == "channels" else values.astype(np.float32) for key, values in learned[0].items()
     }
-    np.savez(outputs["weights"], **shipped)
+    np.savez(weights, **shipped)
 
 
-def _means(table):
-    """Means over proteins with 95 % intervals, of both halves in turn and of the half that the shipped weights have not seen."""
+def _means(table: pd.DataFrame) -> pd.DataFrame:
+    """Means over proteins with 95 % intervals: of both halves in turn, and of the half not used for the shipped weights."""
     rows = []
-    for scope, own in (("in turn", table), ("shipped weights", table[table["half"] == 2])):
-        for key, group in own.groupby(KEYS, sort=False):
+    for scope, rows_in_scope in (("in turn", table), ("shipped weights", table[table["half"] == 2])):
+        for key, group in rows_in_scope.groupby(KEYS, sort=False):
             row = dict(zip(["scope", *KEYS], (scope, *key), strict=True)) | {"proteins": len(group)}
             for value in VALUES:
                 row |= {value: group[value].mean()}
@@ -53,8 +70,8 @@ def _means(table):
     return pd.DataFrame(rows)
 
 
-def _by_range(moved):
-    """The same of places, by how far the atoms around them moved."""
+def _by_range(moved: pd.DataFrame) -> pd.DataFrame:
+    """How often places are found, by how far the atoms around them moved."""
     low = pd.cut(moved["moved"], sites.MOVED, labels=sites.MOVED[:-1], right=False)
     table = moved.groupby(low, observed=True)[["first", "first_percent", "first_of_all"]].mean().reset_index()
     upper = dict(zip(sites.MOVED[:-1], sites.MOVED[1:], strict=True))
@@ -62,24 +79,26 @@ def _by_range(moved):
     return table.assign(places=moved.groupby(low, observed=True).size().to_numpy())
 
 
-def _costs(costs):
-    """What describing a protein costs, means over proteins; of all dots as if each of them were a place."""
+def _costs(costs: pd.DataFrame) -> pd.DataFrame:
+    """Mean cost of describing a protein; with all dots kept, as if each of them were a place."""
     more = np.where(costs["percent"] == 100, costs["dots"] / costs["places"], 1)
-    own = costs[["percent", "atoms", "places"]].assign(
+    scaled = costs[["percent", "atoms", "places"]].assign(
         places=more * costs["places"],
         megabytes=more * costs["bytes"] / 1e6,
         seconds=more * costs["seconds"],
     )
-    return own.groupby("percent").mean().reset_index().assign(proteins=costs["protein"].nunique())
+    return scaled.groupby("percent").mean().reset_index().assign(proteins=costs["protein"].nunique())
 
 
-def _summary(table, moved, whole, numbers):
-    """Numbers of all: a row for each."""
-    there = np.array([own["share_there"] for own in numbers])
+def _summary(
+    table: pd.DataFrame, moved: pd.DataFrame, whole: pd.DataFrame, numbers: list[dict]
+) -> pd.DataFrame:
+    """Totals over all proteins, one per row."""
+    there = np.array([arrays["share_there"] for arrays in numbers])
     rows = {
         "proteins": table["protein"].nunique(),
         "places sought": len(moved),
-        "candidates of all proteins": sum(len(own[f"target {sites.MAIN}"]) for own in numbers),
+        "candidates of all proteins": sum(len(arrays[f"target {sites.MAIN}"]) for arrays in numbers),
         "right protein and place first": moved.groupby("protein")["first_of_all"].mean().mean(),
         "interface, right protein and place first": moved[moved["interface"]]
         .groupby("protein")["first_of_all"]
@@ -98,4 +117,18 @@ def _summary(table, moved, whole, numbers):
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            numbers_paths=snakemake.input.numbers,
+            target_paths=snakemake.input.targets,
+            site_paths=snakemake.input.sites,
+            costs_paths=snakemake.input.costs,
+            sites_table=snakemake.output.sites,
+            sites_means=snakemake.output.sites_means,
+            sites_moved=snakemake.output.sites_moved,
+            sites_whole=snakemake.output.sites_whole,
+            sites_summary=snakemake.output.sites_summary,
+            sites_costs=snakemake.output.sites_costs,
+            weights=snakemake.output.weights,
+            forms=snakemake.params.forms,
+        )

@@ -1,16 +1,37 @@
-"""Whether any exponent gains over evenly spread dots."""
+"""Whether any exponent gains over evenly distributed dots."""
 
-from measures import exponents
-from measures.tables import joined, of_logs, store
-from sparsurf.workflow.jobs import run
+from measures import exponents as exponents_of
+from measures.tables import cpu_table, read_tables, write_tables
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, logs):
-    """Write the measured Z, their ratios to k = 0, and what the best exponent gains."""
-    table = joined(inputs["tables"])
-    found = {"exponents": table, "exponents_means": exponents.ratios(table)}
-    store(found | {"exponents_best": exponents.best(table), "exponents_cpu": of_logs(logs)}, outputs)
+def main(
+    tables: list[str],
+    exponents: str,
+    exponents_means: str,
+    exponents_best: str,
+    exponents_cpu: str,
+    logs: str,
+) -> None:
+    """Write the measured Z, their ratios to k = 0, and the gain of the best exponent."""
+    rows = read_tables(tables)
+    write_tables(
+        {
+            exponents: rows,
+            exponents_means: exponents_of.ratios(rows),
+            exponents_best: exponents_of.best(rows),
+            exponents_cpu: cpu_table(logs),
+        }
+    )
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            tables=snakemake.input.tables,
+            exponents=snakemake.output.exponents,
+            exponents_means=snakemake.output.exponents_means,
+            exponents_best=snakemake.output.exponents_best,
+            exponents_cpu=snakemake.output.exponents_cpu,
+            logs=snakemake.params.logs,
+        )

@@ -1,52 +1,58 @@
-"""How often the interval of a mean over few structures holds the mean: ours beside Student's t."""
+"""How often the interval of a mean over few structures contains the mean: ours compared with Student's t."""
 
+import numpy as np
 import pandas as pd
 from scipy.stats import t
 
 from measures.over_proteins import coverage_of_mean
-from measures.tables import store
+from measures.tables import write_tables
 from sparsurf.streams import stream
 from sparsurf.study.relation import mean_interval
-from sparsurf.workflow.jobs import run
+from sparsurf.workflow.jobs import job
 
 LEVEL = 0.95
 
 
-def student(values):
+def student_interval(values: np.ndarray) -> tuple[float, float, float]:
     """Mean and Student's t interval."""
-    return values.mean(), *t.interval(
-        LEVEL, len(values) - 1, values.mean(), values.std(ddof=1) / len(values) ** 0.5
-    )
+    error = values.std(ddof=1) / len(values) ** 0.5
+    return values.mean(), *t.interval(LEVEL, len(values) - 1, values.mean(), error)
 
 
-INTERVALS = {"ours": mean_interval, "Student's t": student}
+INTERVALS = {"ours": mean_interval, "Student's t": student_interval}
 
 
-def populations(recover, enough):
-    """Values by structure that means are taken of, skewed ones among them."""
-    own = recover[recover["sampler"] == "farthest"]
-    found = {
-        f"{words}, {percent:g} % of the dots": own.loc[own["percent"] == percent, column]
+def populations(recover: pd.DataFrame, enough: pd.DataFrame) -> dict[str, pd.Series]:
+    """Values by structure over which means are taken, some of them skewed."""
+    farthest = recover[recover["sampler"] == "farthest"]
+    values = {
+        f"{words}, {percent:g} % of the dots": farthest.loc[farthest["percent"] == percent, column]
         for column, words in (("Z_over_floor", "Z over the floor"), ("distance", "distance"))
         for percent in (5, 10)
     }
-    of = (enough["sampler"] == "farthest") & (enough["reading"] == "recovered")
-    return found | {
-        "dots that are enough": enough.loc[of & (enough["reference"] == "fresh dots"), "n_S_percent"]
-    }
+    chosen = (enough["sampler"] == "farthest") & (enough["reading"] == "recovered")
+    chosen &= enough["reference"] == "fresh dots"
+    return values | {"dots that are enough": enough.loc[chosen, "n_S_percent"]}
 
 
-def main(inputs, outputs, settings):
-    """Write the shares, for each number of structures that is drawn."""
+def main(recover: str, enough: str, coverage_means: str, drawn: list[int], seed: int) -> None:
+    """Write the shares of intervals that contain the mean, for each number of structures drawn."""
     rows = []
-    for name, values in populations(*(pd.read_csv(inputs[key]) for key in ("recover", "enough"))).items():
+    for name, values in populations(pd.read_csv(recover), pd.read_csv(enough)).items():
         row = {"of": name, "structures": len(values), "skewness": values.skew()}
-        for n in settings["drawn"]:
-            rng = stream(settings["seed"], "intervals", name, n)
-            found = {key: coverage_of_mean(values, rng, n, interval) for key, interval in INTERVALS.items()}
-            rows.append(row | {"drawn": n} | found)
-    store({"coverage_means": pd.DataFrame(rows)}, outputs)
+        for n in drawn:
+            rng = stream(seed, "intervals", name, n)
+            shares = {key: coverage_of_mean(values, rng, n, interval) for key, interval in INTERVALS.items()}
+            rows.append(row | {"drawn": n} | shares)
+    write_tables({coverage_means: pd.DataFrame(rows)})
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            recover=snakemake.input.recover,
+            enough=snakemake.input.enough,
+            coverage_means=snakemake.output.coverage_means,
+            drawn=snakemake.params.drawn,
+            seed=snakemake.params.seed,
+        )

@@ -1,20 +1,33 @@
 """Tables of many structures, one below the other, and means over groups of their rows."""
 
-from measures.tables import joined, store
-from sparsurf.workflow.jobs import run
+from measures.tables import read_tables, write_tables
+from sparsurf.workflow.jobs import job
 
 
-def main(inputs, outputs, table, groups, means, where=None):
-    """Write `table` with the rows of all, those `where` a condition holds, and <table>_means.
+def main(
+    tables: list[str],
+    table: str,
+    means: str,
+    groups: list[str],
+    columns: dict[str, tuple[str, str]],
+    where: str = "",
+) -> None:
+    """Write all rows that fulfil `where`, a pandas query, and the means over their groups.
 
-    `means` has a column of the means for each name: what it is of, and how it is formed, as pandas says it.
+    `columns` gives, for each column of the means, the column that it summarises and how, in the words of pandas.
     """
-    rows = joined(inputs["tables"])
+    rows = read_tables(tables)
     rows = rows.query(where) if where else rows
-    store(
-        {table: rows, f"{table}_means": rows.groupby(groups, sort=False).agg(**means).reset_index()}, outputs
-    )
+    write_tables({table: rows, means: rows.groupby(groups, sort=False).agg(**columns).reset_index()})
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            tables=snakemake.input.tables,
+            table=snakemake.output.table,
+            means=snakemake.output.means,
+            groups=snakemake.params.groups,
+            columns=snakemake.params.means,
+            where=snakemake.params.where,
+        )

@@ -1,31 +1,59 @@
-"""Tables of other ways to keep a surface over all structures: means with intervals, in pairs, and where they err."""
+"""Tables of other ways to store a surface over all structures: means with intervals, pairs, and where errors are."""
 
 import pandas as pd
 
-from measures import opponents, recovery
-from measures.tables import joined, of_logs, store
-from sparsurf.workflow.jobs import run
+from measures import opponents as ways
+from measures import recovery
+from measures.tables import cpu_table, read_tables, write_tables
+from sparsurf.workflow.jobs import job
 
-BESIDE = (opponents.SETTLED, opponents.SPARSE, opponents.MESH, opponents.CORNERS, opponents.QUANTISED)
-WHERE = ("dots_percent", "mean", "high_99", "largest")
+COMPARED = (ways.SETTLED, ways.SPARSE, ways.MESH, ways.CORNERS, ways.QUANTISED)
+WHERE_MEASURES = ("dots_percent", "mean", "high_99", "largest")
+WHERE_GROUPS = ("sampler", "percent", "where")
 
 
-def main(inputs, outputs, logs):
+def main(
+    opponents: list[str],
+    where: list[str],
+    recover_opponents: str,
+    recover_opponents_means: str,
+    recover_opponents_pairs: str,
+    recover_atoms_means: str,
+    recover_where: str,
+    recover_where_means: str,
+    opponents_cpu: str,
+    logs: str,
+) -> None:
     """Write every table."""
-    others, where = joined(inputs["opponents"]), joined(inputs["where"])
-    found = {"opponents_cpu": of_logs(logs), "recover_opponents": others, "recover_where": where}
-    beside = opponents.in_common(others)
-    found["recover_opponents_means"] = recovery.means(beside, opponents.MEASURES)
-    atoms = others[others["sampler"].isin((opponents.ATOMS, opponents.ROUNDED_ATOMS))].assign(percent=0)
-    found["recover_atoms_means"] = recovery.means(atoms, opponents.MEASURES).drop(columns="percent")
-    groups = ("sampler", "percent", "where")
-    found["recover_where_means"] = recovery.means(opponents.in_common(where), WHERE, groups)
-    pairs = [
-        recovery.paired(beside, each, opponents.KEPT) for each in BESIDE if each in set(beside["sampler"])
-    ]
-    found["recover_opponents_pairs"] = pd.concat(pairs, ignore_index=True)
-    store(found, outputs)
+    rows, rows_where = read_tables(opponents), read_tables(where)
+    common = ways.in_common(rows)
+    atoms = rows[rows["sampler"].isin((ways.ATOMS, ways.ROUNDED_ATOMS))].assign(percent=0)
+    measured = set(common["sampler"])
+    pairs = [recovery.paired(common, way, ways.KEPT) for way in COMPARED if way in measured]
+    write_tables(
+        {
+            recover_opponents: rows,
+            recover_opponents_means: recovery.means(common, ways.MEASURES),
+            recover_opponents_pairs: pd.concat(pairs, ignore_index=True),
+            recover_atoms_means: recovery.means(atoms, ways.MEASURES).drop(columns="percent"),
+            recover_where: rows_where,
+            recover_where_means: recovery.means(ways.in_common(rows_where), WHERE_MEASURES, WHERE_GROUPS),
+            opponents_cpu: cpu_table(logs),
+        }
+    )
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            opponents=snakemake.input.opponents,
+            where=snakemake.input.where,
+            recover_opponents=snakemake.output.recover_opponents,
+            recover_opponents_means=snakemake.output.recover_opponents_means,
+            recover_opponents_pairs=snakemake.output.recover_opponents_pairs,
+            recover_atoms_means=snakemake.output.recover_atoms_means,
+            recover_where=snakemake.output.recover_where,
+            recover_where_means=snakemake.output.recover_where_means,
+            opponents_cpu=snakemake.output.opponents_cpu,
+            logs=snakemake.params.logs,
+        )

@@ -1,30 +1,41 @@
-"""What the test of Table I can notice."""
+"""Power of the test of Table I: how often it detects each changed rule."""
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
-from measures.tables import of_logs, store
-from sparsurf.paper.published_runs import power
-from sparsurf.workflow.jobs import run
+from measures.tables import cpu_table, write_tables
+from sparsurf.paper.published_runs import power as power_of
+from sparsurf.workflow.jobs import job
+
+COLUMNS = ["rule", "binning", "n_runs", "d", "Z_tS", "centres", "together", "mean_centres"]
 
 
-def main(inputs, outputs, logs):
+def centres_by_run(winners: pd.DataFrame) -> np.ndarray:
+    """Number of centres of each run, (runs,)."""
+    return winners.groupby("run")["centres"].first().to_numpy()
+
+
+def main(reference: str, others: list[str], power: str, power_cpu: str, logs: str) -> None:
     """Write the power for every changed rule."""
-
-    def centres(runs):
-        return runs.groupby("run")["centres"].first().to_numpy()
-
-    reference, rows = pd.read_csv(inputs["reference"]), []
-    for path in inputs["others"]:
-        other = pd.read_csv(path)
-        table = power(reference, centres(reference), other, centres(other))
+    unchanged, tables = pd.read_csv(reference), []
+    for path in others:
+        changed = pd.read_csv(path)
+        table = power_of(unchanged, centres_by_run(unchanged), changed, centres_by_run(changed))
         table = table.pivot(index=["binning", "n_runs"], columns="measure", values="power").reset_index()
-        rows.append(table.assign(rule=Path(path).stem, mean_centres=centres(other).mean()))
-    table = pd.concat(rows, ignore_index=True)
-    columns = ["rule", "binning", "n_runs", "d", "Z_tS", "centres", "together", "mean_centres"]
-    store({"power": table[columns], "power_cpu": of_logs(logs)}, outputs)
+        mean_centres = centres_by_run(changed).mean()
+        tables.append(table.assign(rule=Path(path).stem, mean_centres=mean_centres))
+    table = pd.concat(tables, ignore_index=True)[COLUMNS]
+    write_tables({power: table, power_cpu: cpu_table(logs)})
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            reference=snakemake.input.reference,
+            others=snakemake.input.others,
+            power=snakemake.output.power,
+            power_cpu=snakemake.output.power_cpu,
+            logs=snakemake.params.logs,
+        )

@@ -1,17 +1,23 @@
-"""Which claim of the study over many proteins rests on which rule."""
+"""The claims of the study of many proteins under each variant of the rules."""
 
 from measures.protein_variants import table
-from measures.studies import measured
-from measures.tables import of_logs, store
-from sparsurf.workflow.jobs import run
+from measures.studies import read_study
+from measures.tables import cpu_table, write_tables
+from sparsurf.workflow.jobs import job
 
 
-def main(outputs, runs):
-    """Write the claims under every rule; `runs` names the folder and the proteins of each."""
-    found = {variant: measured(*each) for variant, each in runs.items()}
-    logs = [f"{folder}/logs" for folder, _ in runs.values()]
-    store({"proteins_variants": table(found), "variants_cpu": of_logs(*logs)}, outputs)
+def main(runs: dict[str, str], proteins: dict[str, list[str]], variants: str, cpu: str) -> None:
+    """Write the claims under every variant, from the folder and the proteins of its study."""
+    studies = {variant: read_study(run, proteins[variant]) for variant, run in runs.items()}
+    logs = [f"{run}/logs" for run in runs.values()]
+    write_tables({variants: table(studies), cpu: cpu_table(*logs)})
 
 
 if __name__ == "__main__":
-    run(main, snakemake)
+    with job(snakemake):
+        main(
+            runs=snakemake.params.runs,
+            proteins=snakemake.params.proteins,
+            variants=snakemake.output.variants,
+            cpu=snakemake.output.cpu,
+        )

@@ -3,8 +3,8 @@
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.molecules.read_molecule import read_own
-from sparsurf.pairs.changes import RARE, Form, laid, numbered_alike
+from sparsurf.molecules.read_molecule import read_study_structure
+from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR, Form, numbered_alike, superpose_forms
 from sparsurf.pairs.changes import changes as changes_between
 from sparsurf.pairs.matching import on_atoms
 from sparsurf.report.page import write
@@ -12,7 +12,7 @@ from sparsurf.report.site_page import OF_FORMS, changes_page
 from sparsurf.sites.conformations import refuse_absent
 from sparsurf.streams import stream
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.molecular_surface import layer
+from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job
 
@@ -48,20 +48,20 @@ def main(
     refuse_absent(structure_1, name)
     if structure_1 == structure_2:
         raise InputError(f"sites.{name}: both names mean one conformation; name another.")
-    reference = read_own(structure_1)
-    molecules = reference, numbered_alike(read_own(structure_2), reference)
+    reference = read_study_structure(structure_1)
+    molecules = reference, numbered_alike(read_study_structure(structure_2), reference)
     compared = []
     for form, surface, molecule in zip(forms, (surface_1, surface_2), molecules, strict=True):
         atom_radii = radii(molecule, settings["radii"])
-        lay = layer(molecule, 0, atom_radii, settings, d_link, form)["lay"]
+        lay = surface_generator(molecule, 0, atom_radii, settings, d_link, form)["lay"]
         compared.append(Form(form, read_npz(surface), molecule, lay))
     table = changes_between(*compared, stream(seed, "changes", *forms), threads)
     table.to_csv(changes, index=False, float_format="%.5g")
-    superposed = reference, laid(molecules[1], reference)
+    superposed = reference, superpose_forms(molecules[1], reference)
     for pdb, molecule in zip((pdb_1, pdb_2), superposed, strict=True):
         change = on_atoms(molecule, table, "total", B_FACTOR_OF_BURIED)
         molecule.write_pdb(pdb, b_factor=np.nan_to_num(change, nan=B_FACTOR_OF_BURIED))
-    write(page, OF_FORMS, **changes_page(name, forms, table, RARE))
+    write(page, OF_FORMS, **changes_page(name, forms, table, SHARE_ABOVE_FLOOR))
 
 
 if __name__ == "__main__":

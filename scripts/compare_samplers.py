@@ -3,19 +3,19 @@
 from collections.abc import Callable
 from functools import partial
 
-from sparsurf.molecules.read_molecule import read_own
+from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.report import comparison_page
 from sparsurf.report.figures import comparison_figure, layout
 from sparsurf.report.page import write
-from sparsurf.sampling.combination import OF_PAPER, choices_of
+from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.study.centres import centres_table
-from sparsurf.study.comparison import contestants, measuring
-from sparsurf.study.comparison import fewer as fewer_dots
-from sparsurf.study.comparison.contestants import dotted
+from sparsurf.study.comparison import equal_error as fewer_dots
+from sparsurf.study.comparison import measuring, methods
 from sparsurf.study.comparison.measuring import stand_alone
-from sparsurf.study.evaluator import number_of_tests
+from sparsurf.study.comparison.methods import dotted_surface
 from sparsurf.study.prepare import prepare_surface
-from sparsurf.study.tables import as_references, combinations_in, read_roughness, read_table
+from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.tables import floors_by_name, number_of_combinations, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
@@ -63,28 +63,28 @@ def main(
     """
     dots = read_npz(surface)
     rough, best = read_roughness(roughness, dots), read_table(ranges)
-    grid_table = read_table(grid, combinations_in(best), "combinations")
+    grid_table = read_table(grid, number_of_combinations(best), "combinations")
     prepared = prepare_surface(
         dots, patches, rough, seed, name, threads, distance_from_moved_centre, chance_in_every_patch
     )
     n_tests, draws = number_of_tests(evaluation["test_dots"], len(dots)), evaluation["draws"]
-    drawers = contestants.contestants(prepared, samplers, best, grid_table, percents)
+    drawers = methods.select_methods(prepared, samplers, best, grid_table, percents)
     distances: dict = {}  # filled by `compare`: those of every test dot, for the intervals
-    comparison = measuring.compare(
+    comparison = measuring.compare_samplers(
         prepared,
         drawers,
         percents,
         n_tests,
         draws,
         reporter(f"{name}: comparison", "samplers"),
-        as_references(read_table(floors)),
+        floors_by_name(read_table(floors)),
         distances,
     )
     drawers_alone = {key: drawers[key] for key in SAMPLERS_ALONE if key in drawers}
     place_dots = _place_dots(structure, surface_settings) if structure else None
-    references = dict.fromkeys([*fewer_dots.AGAINST, comparison_page.best_of(comparison)[-1]])
-    pair_table = fewer_dots.paired(distances, percents, against=references)
-    fewer_table = fewer_dots.times_fewer_intervals(distances, comparison, prepared.stream("times fewer"))
+    references = dict.fromkeys([*fewer_dots.BASELINES, comparison_page.best_of(comparison)[-1]])
+    pair_table = fewer_dots.paired_differences(distances, percents, against=references)
+    fewer_table = fewer_dots.factor_intervals(distances, comparison, prepared.stream("times fewer"))
     alone_table = stand_alone(prepared, drawers_alone, place_dots, percents, n_tests, draws)
     centre_table = centres_table(prepared, grid_table, best, n_tests, draws)
     pair_table.to_csv(pairs, index=False)
@@ -92,7 +92,7 @@ def main(
     alone_table.to_csv(alone, index=False)
     centre_table.to_csv(centres, index=False)
     comparison.to_csv(table, index=False)
-    fewer_dots.all_needed(comparison).to_csv(needed, index=False)
+    fewer_dots.dots_needed_for_all_uses(comparison).to_csv(needed, index=False)
     area, estimated = area_of(dots)
     facts = comparison_page.comparison_page(
         name,
@@ -106,7 +106,7 @@ def main(
         estimated=estimated,
         n_tests=n_tests,
         draws=draws,
-        of_paper=choices_of(best) is OF_PAPER,
+        of_paper=choices_from_ranges(best) is PUBLISHED_CHOICES,
     )
     write(page, comparison_page.TEMPLATE, **facts)
     layout.save(comparison_figure.comparison_figure(comparison, name), png.removesuffix(".png"))
@@ -114,9 +114,9 @@ def main(
 
 def _place_dots(structure: str, settings: dict) -> Callable:
     """Return the function that places any number of dots on the surface of a structure."""
-    atoms = read_own(structure)
+    atoms = read_study_structure(structure)
     return partial(
-        dotted,
+        dotted_surface,
         atoms.xyz[0],
         radii(atoms, settings["radii"]),
         probe=settings["probe_radius"],

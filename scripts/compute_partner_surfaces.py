@@ -3,7 +3,7 @@
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.molecular_surface import fitting_surface
+from sparsurf.surfaces.molecular_surface import surface_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job
 
@@ -39,7 +39,7 @@ def main(
         if molecule.n_frames > 1:
             raise InputError(f"{name}: partner {side} has {molecule.n_frames} models; give a file with one.")
         atom_radii = radii(molecule, settings["radii"])
-        dots, _ = fitting_surface(molecule, 0, atom_radii, settings, d_link, partner)
+        dots, _ = surface_for_d_link(molecule, 0, atom_radii, settings, d_link, partner)
         write_npz(surface, dots)
         molecule.write_pdb(structure)
 

@@ -4,11 +4,11 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-from sparsurf.molecules.read_molecule import read_own
-from sparsurf.surfaces.components import FIELD, table_of_components
+from sparsurf.molecules.read_molecule import read_study_structure
+from sparsurf.surfaces.components import COMPONENT_FIELD, table_of_components
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.molecular_surface import components_in, fitting_surface
+from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job
 
@@ -34,12 +34,12 @@ def main(
     report_density : whether the log says that a density was raised, which d of a grid depends on
     """
     path = Path(structures, f"{Path(name).name}.pdb")
-    molecule = read_own(path)
+    molecule = read_study_structure(path)
     atom_radii = radii(molecule, settings["radii"])
-    dots, _ = fitting_surface(molecule, 0, atom_radii, settings, d_link, name, report_density)
-    component = components_in(dots, molecule, 0, atom_radii, settings["probe_radius"])
+    dots, _ = surface_for_d_link(molecule, 0, atom_radii, settings, d_link, name, report_density)
+    component = components_of_frame(dots, molecule, 0, atom_radii, settings["probe_radius"])
     table_of_components(dots, component).to_csv(components, index=False, float_format="%.2f")
-    write_npz(surface, replace(dots, fields={FIELD: component}))
+    write_npz(surface, replace(dots, fields={COMPONENT_FIELD: component}))
     write_dms(dms, dots, molecule.residue_name, molecule.residue, molecule.name, molecule.xyz[0])
     shutil.copyfile(path, structure)
 

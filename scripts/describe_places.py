@@ -1,6 +1,6 @@
 """Describe the places of one conformation in numbers, by which the same site is found on another."""
 
-from sparsurf.molecules.read_molecule import read_own
+from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.sites.describing import describe_surface
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
@@ -15,7 +15,7 @@ def main(surface: str, structure: str | None, sites: str, name: str, threads: in
     sites : file to be written
     name : protein/conformation
     """
-    molecule = read_own(structure) if structure else None
+    molecule = read_study_structure(structure) if structure else None
     describe_surface(read_npz(surface), molecule, name, threads=threads).save(sites)
 
 

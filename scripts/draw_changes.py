@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sparsurf.molecules.read_molecule import read_own, residue_names
+from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.pairs.changes import numbered_alike
 from sparsurf.pairs.matching import on_atoms
 from sparsurf.report.figures import layout
@@ -46,16 +46,16 @@ def main(
         "seed": seed,
     }
     table = read_residues(changes)
-    reference = read_own(structure_1)
+    reference = read_study_structure(structure_1)
     files = (surface_1, structure_1, view_1), (surface_2, structure_2, view_2)
     drawn = []
     for side, (form, (surface, structure, view)) in enumerate(zip(forms, files, strict=True), 1):
-        dots, molecule = read_npz(surface), numbered_alike(read_own(structure), reference)
+        dots, molecule = read_npz(surface), numbered_alike(read_study_structure(structure), reference)
         change = on_atoms(molecule, table, "total")[dots.atom]
         drawn.append((form, dots, molecule, change))
         values = [Values("change from one form to the other", "change", "", change, "alike", "changed")]
         page = coloured_page(
-            f"{name}, {form}", f"{name}/{side}", dots, settings, values, residue_names(structure)
+            f"{name}, {form}", f"{name}/{side}", dots, settings, values, residue_labels(structure)
         )
         Path(view).write_text(page, encoding="utf-8")
     layout.save(changes_figure(name, drawn, table), png.removesuffix(".png"))

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.patches.islands import patch
-from sparsurf.recovery.errors import off
-from sparsurf.recovery.readings import READINGS, fair_density, readings_in
+from sparsurf.recovery.errors import distance_to_surface
+from sparsurf.recovery.readings import READINGS, comparable_density, readings_of_columns
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import (
     d_over_grid,
@@ -22,11 +22,11 @@ from sparsurf.report.figures import (
 )
 from sparsurf.report.figures.results import Results
 from sparsurf.sampling.combination import Combination
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import lookup_sampler
 from sparsurf.study import rough_and_flat as by_roughness
-from sparsurf.study.evaluator import Evaluator
 from sparsurf.study.floors import FRESH
 from sparsurf.study.prepare import prepare_surface
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.surface import Surface
@@ -78,8 +78,8 @@ def main(
     dots = read_npz(surface)
     rough = read_roughness(roughness, dots)
     results_of_grid = json.loads(Path(best).read_text(encoding="utf-8"))
-    readings = readings_in(results_of_grid)
-    combination = Combination.of(results_of_grid[readings[0]]["unrestricted"])
+    readings = readings_of_columns(results_of_grid)
+    combination = Combination.from_row(results_of_grid[readings[0]]["unrestricted"])
     prepared = prepare_surface(
         dots, patches, rough, seed, name, threads, distance_from_moved_centre, chance_in_every_patch
     )
@@ -91,7 +91,7 @@ def main(
     n_tests = (
         MAX_TEST_DOTS if test_dots == "published" else min(MAX_TEST_DOTS, TEST_DOTS_PER_TEST_DOT * test_dots)
     )
-    sampler = called(_sampler(minimal_settings)).words
+    sampler = lookup_sampler(_sampler(minimal_settings)).words
     results = Results(
         name=name,
         surface=dots,
@@ -123,16 +123,16 @@ def _sampler(minimal: dict) -> str:
     return minimal["sampler"]
 
 
-def _recovered(prepared: Evaluator, subset: Surface, threads: int) -> tuple[str, Surface, np.ndarray]:
+def _recovered(prepared: PreparedSurface, subset: Surface, threads: int) -> tuple[str, Surface, np.ndarray]:
     """Recover the surface from the minimal subset: title, surface, and its distance from the whole one."""
-    density = fair_density(prepared.density, prepared.d_link)
+    density = comparable_density(prepared.density, prepared.d_link)
     surface = Surface(*recover(subset.points, subset.normals, density, threads=threads))
-    distance = off(surface.points, prepared.points, prepared.normals, threads)
+    distance = distance_to_surface(surface.points, prepared.points, prepared.normals, threads)
     return "recovered from minimal.csv", surface, distance
 
 
 def _rough_and_flat(
-    prepared: Evaluator,
+    prepared: PreparedSurface,
     combination: Combination,
     readings: list[str],
     n_tests: int,

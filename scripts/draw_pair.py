@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from sparsurf.molecules.read_molecule import residue_names
+from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.pair_figures import book_figure
 from sparsurf.report.viewer.page import Values, coloured_page
@@ -55,7 +55,7 @@ def main(
             Values("distance to the partner", "gap", " Å", gap, "touching", "far"),
         ]
         title = f"{name}, partner {side}"
-        page = coloured_page(title, f"{name}/{side}", surface, settings, values, residue_names(structure))
+        page = coloured_page(title, f"{name}/{side}", surface, settings, values, residue_labels(structure))
         Path(view).write_text(page, encoding="utf-8")
 
 

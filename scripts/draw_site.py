@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from sparsurf.molecules.read_molecule import read_own, residue_names
+from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import carried, distance_from, facing, site_figure
 from sparsurf.report.site_page import by_rarity, p_value, residue_text
@@ -58,7 +58,7 @@ def main(
     best_poses = pd.read_csv(poses).drop(columns=["rank", "target"]).loc[best_hits.index].to_numpy()
     places = load_sites(query)
     dots = {target: read_npz(path_of_surface[target]) for target in (places.name, *best_hits["target"])}
-    query_dots, molecule = dots[places.name], read_own(structure)
+    query_dots, molecule = dots[places.name], read_study_structure(structure)
     labels = places.labels.iloc[places_of_residues(places, site["residues"])].drop_duplicates()
     residues = molecule.residues[numbered_residues(molecule.residues, labels) >= 0]
     residue_of_dot = numbered_residues(molecule.labels(query_dots.atom), residues)
@@ -76,7 +76,7 @@ def main(
         surface = replace(dots[conformation], points=points @ turn, normals=normals @ turn)
         distance = distance_from(points, residue >= 0)
         values = [Values("distance from the site", "distance", " Å", distance, "on it", "far")]
-        names_of_atoms = residue_names(path_of_structure.get(conformation))
+        names_of_atoms = residue_labels(path_of_structure.get(conformation))
         page = coloured_page(
             f"{name}, {conformation}", f"{name}/{side}", surface, settings, values, names_of_atoms
         )

@@ -7,15 +7,15 @@ import numpy as np
 from PIL import Image  # matplotlib takes longer to import than all of this to draw
 
 from sparsurf.dot_fields.registry import FIELDS
-from sparsurf.molecules.read_molecule import residue_names
-from sparsurf.recovery.errors import off_recovered
+from sparsurf.molecules.read_molecule import residue_labels
+from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.report.figures import render
-from sparsurf.report.viewer.page import MOST_DOTS, Values
+from sparsurf.report.viewer.page import MAX_DOTS, Values
 from sparsurf.report.viewer.page import page as viewer_page
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.prepare import prepare_surface
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
-from sparsurf.surfaces.components import FIELD, fields_alone
+from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
 from sparsurf.surfaces.formats.ply import viridis
 from sparsurf.workflow.jobs import job
@@ -56,17 +56,17 @@ def main(
     )
     results = json.loads(Path(best).read_text(encoding="utf-8")) if best else None
     # the random stream of minimal.csv, so that both have the same dots where that is farthest-point sampling
-    order = farthest(prepared, min(len(dots), MOST_DOTS), prepared.nameless.stream("minimal", "farthest"))
+    order = farthest(prepared, min(len(dots), MAX_DOTS), prepared.nameless.stream("minimal", "farthest"))
     subset = read_minimal(minimal, dots)
     points, normals = subset[["x", "y", "z"]].to_numpy(), subset[["nx", "ny", "nz"]].to_numpy()
-    distance = off_recovered(dots.points, points, normals, threads)
+    distance = distance_to_recovered(dots.points, points, normals, threads)
     shown = [
         Values("distance from the surface recovered from minimal.csv", "off", " Å", distance, "on it", "off")
     ]
-    components = dots.fields.get(FIELD)
+    components = dots.fields.get(COMPONENT_FIELD)
     if components is not None and components.max() > 0:
         shown.append(Values("component of the surface", "component", "", components, "largest", "smallest"))
-    for field, numbers in fields_alone(dots).items():
+    for field, numbers in fields_without_component(dots).items():
         title, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
         shown.append(Values(title, field, f" {unit}".rstrip(), numbers))
     text = viewer_page(
@@ -78,14 +78,14 @@ def main(
         {"farthest": order},
         read_table(grid, results["combinations"], "combinations") if results else None,
         results,
-        residue_names(structure),
+        residue_labels(structure),
         shown,
         subset.get("dot", []),
     )
     Path(page).write_text(text, encoding="utf-8")
     camera = render.aim(dots.points, render.along_smallest_axis(dots.points), PICTURE_PIXELS)
     # two values more, so that the colours have the same range on every surface
-    colours = viridis(np.append(rough.clip(*render.ROUGH), render.ROUGH))[:-2] / 255
+    colours = viridis(np.append(rough.clip(*render.ROUGHNESS_LIMITS), render.ROUGHNESS_LIMITS))[:-2] / 255
     scene = render.draw_surface(dots.points, dots.normals, colours, camera)
     Image.fromarray(render.picture(scene)).save(picture)
 

@@ -1,9 +1,9 @@
 """Sample a surface with every combination of the grid and compare the subsets with the whole surface."""
 
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.study import grid as grids
-from sparsurf.study.evaluator import number_of_tests
 from sparsurf.study.prepare import prepare_surface
+from sparsurf.study.prepared_surface import number_of_tests
 from sparsurf.study.tables import grid_table, read_roughness
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job, reporter
@@ -39,16 +39,16 @@ def main(
         sampling["distance_from_moved_centre"],
         sampling["chance_in_every_patch"],
     )
-    result = grids.run(
+    result = grids.evaluate_grid(
         prepared,
-        law.grid(sampling["alpha"], sampling["beta"], sampling["gamma"], sampling["delta"]),
+        published.parameter_grid(sampling["alpha"], sampling["beta"], sampling["gamma"], sampling["delta"]),
         number_of_tests(evaluation["test_dots"], len(dots)),
         evaluation["draws"],
         tuple(evaluation["readings"]),
         evaluation["shared_test_dots"],
         reporter(name),
     )
-    grids.save(distances, result)
+    grids.write_grid(distances, result)
     grid_table(result).to_csv(grid, index=False)
 
 

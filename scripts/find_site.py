@@ -6,9 +6,9 @@ from pathlib import Path
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.molecules.read_molecule import read_own
+from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.report.page import write
-from sparsurf.report.site_page import TEMPLATE, laid_file, site_page
+from sparsurf.report.site_page import TEMPLATE, site_page, superposed_file
 from sparsurf.sites.conformations import refuse_absent
 from sparsurf.sites.describing import load_sites, places_of_residues
 from sparsurf.sites.finding import find_site, matched
@@ -56,12 +56,12 @@ def main(
     pose_table = pd.concat([found.table[["rank", "target"]], numbers], axis=1)
     pose_table.to_csv(poses, index=False, float_format="%.6f")
     Path(superposed).mkdir()
-    molecule = read_own(structure)
+    molecule = read_study_structure(structure)
     for row, pose in zip(found.table.head(MAX_SUPERPOSED).itertuples(), found.poses, strict=False):
         if not row.places:  # nothing agrees, so there is no pose
             continue
         moved = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
-        moved.write_pdb(Path(superposed, laid_file(row.rank, row.target)))
+        moved.write_pdb(Path(superposed, superposed_file(row.rank, row.target)))
     facts = site_page(name, site, query_places.name, found.table, match_table, len(found.places))
     write(page, TEMPLATE, **facts)
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.study.ensemble import apart, gathered
-from sparsurf.study.residues import over_frames
+from sparsurf.study.ensemble import join_parts, split_residue_columns
+from sparsurf.study.residues import roughness_over_frames
 from sparsurf.workflow.jobs import job
 
 STRIDE_TO_FIRST_FRAME = 10**9  # leaves one frame: the residues are the same in all
@@ -30,12 +30,12 @@ def main(
     """
     molecule = read_molecule(structure, trajectory, stride=STRIDE_TO_FIRST_FRAME, **molecule_options)
     paths = [Path(path) for path in rows]
-    all_rows = gathered(path.read_text(encoding="utf-8") for path in paths)
-    frames, roughness_over_time = apart(all_rows, molecule.residues)
+    all_rows = join_parts(path.read_text(encoding="utf-8") for path in paths)
+    frames, roughness_over_time = split_residue_columns(all_rows, molecule.residues)
     frames.to_csv(table, index=False)
     roughness_over_time.to_csv(over_time, index=False)
     roughness = roughness_over_time.to_numpy(float)[:, 2:]
-    over_frames(molecule.residues, roughness).to_csv(residues, index=False)
+    roughness_over_frames(molecule.residues, roughness).to_csv(residues, index=False)
     for leftover in set(paths[0].parent.glob("*of*.csv*")) - set(paths):
         leftover.unlink()  # of a killed run with another number of parts
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.study.ensemble import follow
+from sparsurf.study.ensemble import evaluate_frames
 from sparsurf.workflow.jobs import job, reporter
 
 
@@ -56,7 +56,7 @@ def main(
         "seed": seed,
     }
     progress = reporter(f"{name}, part {part} of {parts}", "frames")
-    text = follow(molecule, settings, name, threads, unfinished, code, progress, (part, parts))
+    text = evaluate_frames(molecule, settings, name, threads, unfinished, code, progress, (part, parts))
     Path(rows).write_text(text, encoding="utf-8")
     Path(unfinished).unlink()
 

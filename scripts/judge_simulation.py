@@ -6,8 +6,8 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.simulation import simulation_figure
 from sparsurf.simulation import quality as checks
-from sparsurf.simulation.protocol import completed
-from sparsurf.simulation.stages import take_trajectory
+from sparsurf.simulation.protocol import with_defaults
+from sparsurf.simulation.stages import extract_protein
 from sparsurf.workflow.jobs import job
 
 log = logging.getLogger("sparsurf")
@@ -35,11 +35,11 @@ def main(
     energies, motion, quality : tables to be written
     simulate : dict, the key `simulate` of the protein in the config
     """
-    take_trajectory(system, production, topology, trajectory)
+    extract_protein(system, production, topology, trajectory)
     stages = {"minimise": minimise, "nvt": nvt, "npt": npt, "production": production}
     energy_table = checks.energies(stages)
     motion_table = checks.motion(read_molecule(topology, trajectory))
-    quality_table = checks.judge(energy_table, completed(simulate))
+    quality_table = checks.judge(energy_table, with_defaults(simulate))
     for sentence in checks.warnings(quality_table):
         log.warning(sentence)
     energy_table.to_csv(energies, index=False)

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from sparsurf.molecules.read_molecule import read_molecule, read_own
-from sparsurf.study.evaluator import number_of_tests
-from sparsurf.study.floors import APART, frames_apart
-from sparsurf.study.floors import floors as noise_floors
+from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.study.floors import TIME_GAPS_PS, frames_at_gaps
+from sparsurf.study.floors import noise_floors as noise_floors
 from sparsurf.study.prepare import prepare_surface
+from sparsurf.study.prepared_surface import number_of_tests
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.molecular_surface import layer
+from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.jobs import job
 
@@ -54,16 +54,16 @@ def main(
     ).nameless
     atoms = {}
     if conformation:
-        molecule = read_own(conformation)
+        molecule = read_study_structure(conformation)
         atom_radii = radii(molecule, surface_settings["radii"])
-        atoms = layer(molecule, 0, atom_radii, surface_settings, patches["D_link"], name)
+        atoms = surface_generator(molecule, 0, atom_radii, surface_settings, patches["D_link"], name)
         atoms |= {"frames": None}
     if trajectory:
         time = read_table(frames).set_index("conformation").loc[name.split("/")[-1], "time_ps"]
         if np.isfinite(time):
-            times = [time, *(time + sign * gap for gap in APART for sign in (-1, 1))]
+            times = [time, *(time + sign * gap for gap in TIME_GAPS_PS for sign in (-1, 1))]
             near = read_molecule(structure, trajectory, times=times, **molecule_options)
-            atoms["frames"] = frames_apart(near, atoms["atoms"], time)
+            atoms["frames"] = frames_at_gaps(near, atoms["atoms"], time)
     n_tests = number_of_tests(test_dots, len(dots))
     noise_floors(prepared, n_tests, **atoms).to_csv(floors, index=False)
 

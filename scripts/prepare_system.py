@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from sparsurf.simulation.protocol import completed
-from sparsurf.simulation.system import chosen_protein, prepare
+from sparsurf.simulation.protocol import with_defaults
+from sparsurf.simulation.system import prepare_system, select_protein
 from sparsurf.workflow.jobs import job
 
 
@@ -22,8 +22,8 @@ def main(
     """
     folder = Path(system)
     folder.mkdir()
-    protein = chosen_protein(structure, structure_options)
-    facts = prepare(protein, structure, completed(simulate), seed, folder)
+    protein = select_protein(structure, structure_options)
+    facts = prepare_system(protein, structure, with_defaults(simulate), seed, folder)
     Path(contents).write_text(json.dumps(facts, indent=2) + "\n", encoding="ascii")
 
 

@@ -10,10 +10,10 @@ from sparsurf.report.figures import layout
 from sparsurf.report.figures.table1 import table1_figure
 from sparsurf.report.page import embedded, write
 from sparsurf.report.paper_page import TEMPLATE, paper_page, surface_of
-from sparsurf.sampling import law
-from sparsurf.study.evaluator import number_of_tests
+from sparsurf.sampling import published
 from sparsurf.study.prepare import prepare_surface
-from sparsurf.study.tables import read_roughness, read_table, with_references
+from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.tables import add_reference_columns, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job, reporter
 
@@ -62,24 +62,26 @@ def main(
         sampling["distance_from_moved_centre"],
         sampling["chance_in_every_patch"],
     )
-    combinations = law.grid(sampling["alpha"], sampling["beta"], sampling["gamma"], sampling["delta"])
+    combinations = published.parameter_grid(
+        sampling["alpha"], sampling["beta"], sampling["gamma"], sampling["delta"]
+    )
     n_tests, draws = number_of_tests(evaluation["test_dots"], len(dots)), evaluation["draws"]
 
     progress = reporter(f"{a1} as published", "runs of the grid")
-    runs = published_runs.as_published(prepared, combinations, progress=progress)
-    places = published_runs.place_of_published(runs)
-    n_centres = published_runs.centres_in_any_order(prepared)
+    runs = published_runs.runs_as_published(prepared, combinations, progress=progress)
+    places = published_runs.place_published_values(runs)
+    n_centres = published_runs.centres_in_random_orders(prepared)
     results = {
         "runs": runs,
         "places": places,
         "tests": published_runs.tests_of_table_1(places, n_centres),
         "rows": replication.published_rows(prepared, n_tests, draws),
-        "links": replication.sweep_links(prepared, replication.LINKS, n_tests, draws),
+        "links": replication.sweep_links(prepared, replication.LINK_DISTANCES, n_tests, draws),
         "defects": replication.compare_defects(prepared, n_tests, draws),
         "family": replication.tuned_family(prepared, combinations[:, 1:], n_tests=n_tests, draws=draws),
     }
     for key, result in results.items():
-        with_references(result, best_results["references"]).to_csv(tables[key], index=False)
+        add_reference_columns(result, best_results["references"]).to_csv(tables[key], index=False)
     facts = paper_page(
         results
         | {

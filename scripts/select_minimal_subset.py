@@ -6,19 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from sparsurf.dot_fields.registry import FIELDS, values
-from sparsurf.molecules.read_molecule import read_own
-from sparsurf.patches.readings import TEXT
-from sparsurf.recovery.errors import DENSE, curvature, off_recovered, tails
+from sparsurf.dot_fields.registry import FIELDS, compute_fields
+from sparsurf.molecules.read_molecule import read_study_structure
+from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_recovered, error_table
 from sparsurf.recovery.fields import recovery_table
-from sparsurf.sampling.combination import OF_PAPER, choices_of
+from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.sampling.samplers import farthest
-from sparsurf.study.enough import CLOSE, UNIFORM, Trials, curves_table, enough_dots
-from sparsurf.study.evaluator import number_of_tests
-from sparsurf.study.handing_out import hand_out
+from sparsurf.study.minimal_subset import select_minimal_subset
 from sparsurf.study.prepare import prepare_surface
+from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots
 from sparsurf.study.tables import read_roughness, read_table
-from sparsurf.surfaces.components import FIELD, fields_alone
+from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
@@ -66,35 +66,39 @@ def main(
     whole_curve : whether the curve of recovered surfaces goes on below the lowest noise floor
     """
     dots = read_npz(surface)
-    molecule = read_own(structure) if structure else None
-    dot_fields = fields_alone(dots)
-    components = {FIELD: dots.fields[FIELD].astype(int)} if FIELD in dots.fields else {}
+    molecule = read_study_structure(structure) if structure else None
+    dot_fields = fields_without_component(dots)
+    components = (
+        {COMPONENT_FIELD: dots.fields[COMPONENT_FIELD].astype(int)} if COMPONENT_FIELD in dots.fields else {}
+    )
     if molecule is not None:
         computed = [field for field in field_names if field_table or field in FIELDS]
-        dot_fields |= values(computed, molecule, dots.points, table=field_table)
+        dot_fields |= compute_fields(computed, molecule, dots.points, table=field_table)
     dots = replace(dots, fields=dot_fields)
     rough = read_roughness(roughness, dots)
     prepared = prepare_surface(
         dots, patches, rough, seed, name, 1, distance_from_moved_centre, chance_in_every_patch
     ).nameless
-    choices = choices_of(read_table(ranges) if ranges else None)
-    if ranges and choices is OF_PAPER:
+    choices = choices_from_ranges(read_table(ranges) if ranges else None)
+    if ranges and choices is PUBLISHED_CHOICES:
         log.warning(
             "%s: nothing was evaluated as coded, so the paper's sampling takes the paper's parameters", name
         )
     n_tests = number_of_tests(test_dots, len(dots))
     noise_floors = read_table(floors)
     trials = Trials(prepared, minimal["sampler"], n_tests, choices, minimal["relax"])
-    subset = hand_out(trials, minimal, noise_floors, molecule)
-    trials.down_to = -1 if whole_curve else CLOSE * noise_floors["Z"].min()
+    subset = select_minimal_subset(trials, minimal, noise_floors, molecule)
+    trials.down_to = -1 if whole_curve else FLOOR_FACTOR * noise_floors["Z"].min()
     requested = (minimal["floor"], len(subset.dots)) if "floor" in minimal else None
-    enough_dots(trials, noise_floors, handed_out=requested).to_csv(enough, index=False)
+    required_dots(trials, noise_floors, minimal=requested).to_csv(enough, index=False)
     all_curves = [curves_table(trials)]
     if minimal["sampler"] != UNIFORM:
-        all_curves.append(curves_table(Trials(prepared, UNIFORM, n_tests), (TEXT,)))
+        all_curves.append(curves_table(Trials(prepared, UNIFORM, n_tests), (WRITTEN_READING,)))
     pd.concat(all_curves).to_csv(curves, index=False)
-    distances = off_recovered(dots.points, subset.surface.points, subset.surface.normals, threads, DENSE)
-    tails(distances, curvature(prepared.index, threads=threads)).to_csv(recovered, index=False)
+    distances = distance_to_recovered(
+        dots.points, subset.surface.points, subset.surface.normals, threads, DENSITY_FOR_ERRORS
+    )
+    error_table(distances, curvature(prepared.index, threads=threads)).to_csv(recovered, index=False)
     rows = subset.table.assign(**subset.surface.fields)
     write_csv(table, rows, subset.surface.fields)
     columns = {key: rows[key].to_numpy(float) for key in ("spacing", "reach")} | subset.surface.fields

@@ -2,7 +2,7 @@
 
 import os
 
-from sparsurf.simulation.protocol import completed
+from sparsurf.simulation.protocol import with_defaults
 from sparsurf.simulation.stages import run_stage
 from sparsurf.workflow.jobs import job, reporter
 
@@ -28,7 +28,7 @@ def main(
     name : of the protein
     """
     progress = reporter(f"{name}: {stage}", "steps")
-    finished = run_stage(stage, system, before, completed(simulate), seed, unfinished, threads, progress)
+    finished = run_stage(stage, system, before, with_defaults(simulate), seed, unfinished, threads, progress)
     os.replace(finished, folder)
 
 

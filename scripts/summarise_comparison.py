@@ -8,7 +8,7 @@ from sparsurf.report.comparison_page import TEMPLATE, comparison_page
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.report.page import write
-from sparsurf.study.comparison.fewer import by_protein, needed_over_proteins, over_proteins
+from sparsurf.study.comparison.equal_error import factors_over_proteins, means_by_protein, means_over_proteins
 from sparsurf.workflow.jobs import job
 
 
@@ -20,10 +20,10 @@ def main(tables: list[str], table: str, needed: str, page: str, png: str, run: s
     tables : paths that end in <protein>/<conformation>/compare.csv
     """
     comparisons = {Path(path).parts[-3:-1]: pd.read_csv(path) for path in tables}
-    units = by_protein(comparisons)
+    units = means_by_protein(comparisons)
     several = "proteins" if len({protein for protein, _ in comparisons}) > 1 else "conformations"
     kind = several if len(units) > 1 else "conformation"
-    means, needed_table = over_proteins(units), needed_over_proteins(units)
+    means, needed_table = means_over_proteins(units), factors_over_proteins(units)
     means.to_csv(table, index=False)
     needed_table.to_csv(needed, index=False)
     write(page, TEMPLATE, **comparison_page(run, means, needed_table, of=kind, n=len(units)))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from sparsurf.molecules.read_molecule import read_own
+from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.pairs.matching import by_residue, on_atoms
 from sparsurf.report import viewer
 from sparsurf.workflow.jobs import job
@@ -31,7 +31,7 @@ def main(
         table = by_residue(dot_table[dot_table["partner"] == side].fillna({"chain": ""}))
         table.insert(0, "partner", side)
         tables.append(table)
-        molecule = read_own(structure)
+        molecule = read_study_structure(structure)
         b_factor = on_atoms(molecule, table, "propensity_smoothed", B_FACTOR_OF_BURIED)
         molecule.write_pdb(pdb, b_factor=b_factor)
     residue_table = pd.concat(tables)

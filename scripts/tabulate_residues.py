@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf.molecules.mmcif import write_mmcif
-from sparsurf.molecules.read_molecule import read_own
+from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.report import viewer
 from sparsurf.study.residues import residue_table
 from sparsurf.study.tables import read_minimal, read_roughness
@@ -32,7 +32,7 @@ def main(
 ) -> None:
     """Write residues.csv, the structure with roughness as B factor, and the files that open it in PyMOL and ChimeraX."""
     dots = with_fields(read_npz(surface), fields)
-    molecule, subset = read_own(structure), read_minimal(minimal, dots)
+    molecule, subset = read_study_structure(structure), read_minimal(minimal, dots)
     residues = residue_table(dots, read_roughness(roughness, dots), molecule, subset["dot"], subset["weight"])
     residues.to_csv(table, index=False)
     b_factor = np.nan_to_num(residues["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]

@@ -46,8 +46,8 @@ def main(
         rules={
             "r_patch": patches["R_patch"],
             "d_link": patches["D_link"],
-            "moved_centre": distance_from_moved_centre,
-            "every_patch": chance_in_every_patch,
+            "distance_from_moved_centre": distance_from_moved_centre,
+            "chance_in_every_patch": chance_in_every_patch,
         },
     )
     results.to_csv(table, index=False, float_format="%.6g")

@@ -7,7 +7,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from sparsurf import __version__
-from sparsurf.report.first_page import TAKEN
+from sparsurf.report.first_page import DOWNLOADS
 from sparsurf.workflow.jobs import job
 
 CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
@@ -49,7 +49,7 @@ def describe_files(folder: Path, paths: list[Path]) -> dict:
 def _describe_file(folder: Path, file: str) -> dict:
     """Describe one file, with words where the first page has some for it."""
     media_type = mimetypes.guess_type(file)[0] or "application/octet-stream"
-    size, description = str((folder / file).stat().st_size), TAKEN.get(Path(file).name)
+    size, description = str((folder / file).stat().st_size), DOWNLOADS.get(Path(file).name)
     part = {"@id": quote(file), "@type": "File", "contentSize": size, "encodingFormat": media_type}
     return part | ({"description": description} if description else {})
 

@@ -152,10 +152,10 @@ MOLECULES = {  # content, how it is read, and its residues or words of the sente
     "mac.cif": (mmcif(end="\r"), {}, "1 2 3 4"),
     "tabs.cif": (mmcif(between="\t"), {}, "1 2 3 4"),
     "bom.cif": ("\ufeff" + mmcif(), {}, "1 2 3 4"),
-    "twice.pdb.gz": (gzip.compress(ZIPPED), {}, ["a gzip file within"]),
+    "twice.pdb.gz": (gzip.compress(ZIPPED), {}, ["is compressed twice"]),
     "members.pdb.gz": (gzip.compress(GOOD[:162].encode()) + gzip.compress(GOOD[162:].encode()), {}, "1 2 3 4"),
-    "twice.pdb.gz.gz": (ZIPPED, {}, ["no structure by its extension"]),
-    "packed.pdb.bz2": (b"BZh", {}, ["no structure by its extension"]),
+    "twice.pdb.gz.gz": (ZIPPED, {}, ["not a structure by its extension"]),
+    "packed.pdb.bz2": (b"BZh", {}, ["not a structure by its extension"]),
 }  # fmt: skip
 
 
@@ -204,7 +204,7 @@ def test_a_pipe_a_device_a_folder_or_nothing_is_a_sentence_at_once(tmp_path, kin
             (
                 lambda: os.mkfifo(path),
                 path.unlink,
-                f"{path} is a pipe or a device: store what it gives in a file",
+                f"{path} is a pipe or a device: store its content in a file",
             ),
             (lambda: path.symlink_to(os.devnull), path.unlink, f"{path} is a pipe or a device"),
             (path.mkdir, path.rmdir, f"{path} is a folder: give one file"),

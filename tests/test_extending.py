@@ -14,8 +14,8 @@ from sparsurf.patches.index import build_index
 from sparsurf.patches.islands import patch
 from sparsurf.report.figures.results import Results
 from sparsurf.sampling import samplers
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.minimal import minimal_subset
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.subset_search import find_subset
 from sparsurf.surfaces import read_surface as surface_files
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
@@ -58,11 +58,11 @@ def test_a_recipe_adds_its_name_to_those_of_the_config(recipe):
 def test_a_sampler(surface, monkeypatch):
     monkeypatch.setattr(samplers, "SAMPLERS", dict(samplers.SAMPLERS))
     carried_out("A sampler", sampler=samplers.sampler, np=np)
-    assert samplers.called("highest")[1:] == ("highest dots", "highest", True, False)
-    evaluator = Evaluator(surface)
-    dots, weight = minimal_subset(evaluator, "highest", 10)
+    assert samplers.lookup_sampler("highest")[1:] == ("highest dots", "highest", True, False)
+    evaluator = PreparedSurface(surface)
+    dots, weight = find_subset(evaluator, "highest", 10)
     assert sorted(dots) == sorted(np.argsort(surface.points[:, 2])[-10:]) and weight.sum() == 800
-    assert np.array_equal(minimal_subset(evaluator, "highest", 4)[0], dots[:4])  # nested
+    assert np.array_equal(find_subset(evaluator, "highest", 4)[0], dots[:4])  # nested
 
 
 def test_a_roughness(surface, monkeypatch):
@@ -72,7 +72,7 @@ def test_a_roughness(surface, monkeypatch):
     values = roughness.roughness(index, 4.0, kind="steepest")
     own = surface.normals[patch(index, 7, 4.0)] @ surface.normals[7]
     assert values[7] == pytest.approx(max(0.0, own.min()), abs=1e-12)
-    evaluator = Evaluator(surface, d_link=0.9, kind="steepest")
+    evaluator = PreparedSurface(surface, d_link=0.9, kind="steepest")
     np.testing.assert_array_equal(evaluator.roughness, values)
 
 
@@ -100,7 +100,7 @@ def test_a_descriptor(surface, monkeypatch):
     line = re.search(r'"extent": (Descriptor\(.*\))`', RECIPES["A descriptor"]).group(1)
     entry = eval(line, {"Descriptor": descriptors.Descriptor, "extent": extent, "np": np})
     monkeypatch.setitem(descriptors.DESCRIPTORS, "extent", entry)
-    evaluator = Evaluator(surface, d_link=0.9, descriptor="extent")
+    evaluator = PreparedSurface(surface, d_link=0.9, descriptor="extent")
     z, _ = evaluator.describe(np.array([3, 400]))
     ids = patch(evaluator.index, 3, 6.0)
     far = np.linalg.norm(surface.points[ids] - surface.points[3], axis=1).mean()

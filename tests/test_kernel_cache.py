@@ -1,62 +1,64 @@
-"""Where compiled kernels are kept: a folder named after their sources, the first that can be written."""
+"""Where compiled kernels are stored: a folder named after their sources, the first that can be written."""
 
-import gc
 import hashlib
 import os
+import subprocess
+import sys
 from pathlib import Path
-from types import SimpleNamespace
 
+import numba
 import pytest
 
-import compile_kernels
 from conftest import ROOT
 from sparsurf import kernel_cache
 
 
 @pytest.fixture(autouse=True)
-def nothing_told(monkeypatch):
-    """No folder is told; what `use` sets is taken back afterwards."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+def fresh(monkeypatch):
+    """No folder is set by the environment, and none is remembered."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    kernel_cache.cache_folder.cache_clear()
+    yield
+    kernel_cache.cache_folder.cache_clear()
 
 
 def test_the_checkout_comes_before_the_cache_of_the_user(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert kernel_cache._places() == [ROOT / ".cache" / "numba", tmp_path / "sparsurf" / "numba"]
+    assert kernel_cache._parent_folders() == [ROOT / ".cache" / "numba", tmp_path / "sparsurf" / "numba"]
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    assert kernel_cache._places()[1] == tmp_path / "home" / ".cache" / "sparsurf" / "numba"
+    assert kernel_cache._parent_folders()[1] == tmp_path / "home" / ".cache" / "sparsurf" / "numba"
     monkeypatch.setattr(kernel_cache, "LIBRARY", tmp_path / "site-packages" / "sparsurf")  # installed
-    assert kernel_cache._places() == [tmp_path / "home" / ".cache" / "sparsurf" / "numba"]
+    assert kernel_cache._parent_folders() == [tmp_path / "home" / ".cache" / "sparsurf" / "numba"]
 
 
-def test_a_folder_that_is_told_is_the_only_one(monkeypatch, tmp_path):
-    for told in (tmp_path, tmp_path / "sources-of-a-parent"):
-        monkeypatch.setenv("NUMBA_CACHE_DIR", str(told))
-        assert kernel_cache._places() == [tmp_path]
+def test_the_folder_of_the_environment_is_the_only_one(monkeypatch, tmp_path):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    assert kernel_cache._parent_folders() == [tmp_path]
 
 
 def test_the_folder_is_named_after_the_sources(monkeypatch, tmp_path):
     # not in tests/mutation, whose copy has one folder for all
     sources = kernel_cache.kernel_sources()
-    monkeypatch.setattr(
-        kernel_cache, "_places", lambda: [tmp_path / "file" / "x", tmp_path / "b", tmp_path / "c"]
-    )
+    folders = [tmp_path / "file" / "x", tmp_path / "b", tmp_path / "c"]
+    monkeypatch.setattr(kernel_cache, "_parent_folders", lambda: folders)
     (tmp_path / "file").write_text("")  # no folder can be made in it
-    kernel_cache.use()
-    wanted = tmp_path / "b" / f"sources-{hashlib.sha256(sources).hexdigest()[:16]}"
-    assert Path(os.environ["NUMBA_CACHE_DIR"]) == wanted and wanted.is_dir() and not (tmp_path / "c").exists()
+    expected = tmp_path / "b" / f"sources-{hashlib.sha256(sources).hexdigest()[:16]}"
+    assert Path(kernel_cache.cache_folder()) == expected and expected.is_dir()
+    assert not (tmp_path / "c").exists()
     monkeypatch.setattr(kernel_cache, "kernel_sources", lambda: sources + b"# an edit")
-    kernel_cache.use()
-    assert Path(os.environ["NUMBA_CACHE_DIR"]) != wanted
+    kernel_cache.cache_folder.cache_clear()
+    assert Path(kernel_cache.cache_folder()).parent == tmp_path / "b"
+    assert Path(kernel_cache.cache_folder()) != expected
 
 
 def test_sources_are_those_of_kernels_and_of_what_they_import(monkeypatch, tmp_path):
     texts = {
-        "kernel.py": "from numba import njit\nfrom sparsurf.deep.constants import A\nfrom sparsurf import plain\n",
+        "kernel.py": "from sparsurf.deep.constants import A\nfrom sparsurf import plain\n@njit(cache=True)\n",
         "deep/constants.py": "A = 1\n",
         "plain.py": "B = 2\n",
-        "apart.py": "C = 3\n",
-        "deep/apart.py": "D = 4\n",
+        "unrelated.py": "C = 3\n",
+        "deep/unrelated.py": "D = 4\n",
     }
     for name, text in texts.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -67,36 +69,53 @@ def test_sources_are_those_of_kernels_and_of_what_they_import(monkeypatch, tmp_p
     )
 
 
-def test_kernels_that_were_compiled_are_not_run_again(monkeypatch, tmp_path):
-    """A mark of each part, descriptor, numba and machine beside the kernels; the rule's own output comes either way."""
-    ran, out = [], {"mark": tmp_path / "out"}
-    for name in ("_surfaces_and_pictures", "_recovery", "_patches", "_choices"):
-        monkeypatch.setattr(compile_kernels, name, lambda *given, name=name: ran.append((name, *given)))
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    surfaces = [("_surfaces_and_pictures",), ("_recovery",)]
-    for part, descriptor, expected in (
-        ("surfaces", "published", surfaces),
-        ("surfaces", "published", []),
-        ("patches", "published", [("_patches", "published"), ("_choices",)]),
-        ("patches", "steady", [("_patches", "steady"), ("_choices",)]),
-        ("patches", "published", []),
-    ):
-        compile_kernels.main(out, part, descriptor)
-        assert ran == expected and out["mark"].read_text() == "kernels compiled\n"
-        ran.clear()
-        out["mark"].unlink()
-    monkeypatch.setattr("importlib.metadata.version", lambda name: "0.0")
-    compile_kernels.main(out, "surfaces", "published")
-    assert ran == surfaces
-    monkeypatch.setattr("os.uname", lambda: SimpleNamespace(nodename="another"))
-    compile_kernels.main(out, "surfaces", "published")
-    assert ran == 2 * surfaces
+def test_constants_compiled_into_kernels_are_among_their_sources():
+    # zernike.py has no kernel, but its number of pixels is part of those in images.py
+    assert b"PIXELS = 25" in kernel_cache.kernel_sources()
+    assert b"import mdtraj" not in kernel_cache.kernel_sources()
 
 
-def test_what_fails_to_compile_is_tried_again(monkeypatch, tmp_path):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(compile_kernels, "_surfaces_and_pictures", lambda: 1 / 0)
-    for _ in range(2):
-        with pytest.raises(ZeroDivisionError):
-            compile_kernels.main({"mark": tmp_path / "out"}, "surfaces", "published")
-    assert gc.isenabled()  # it is off only while kernels are compiled
+def files_in(folder):
+    return sum(len(files) for *_, files in os.walk(folder))
+
+
+def run_kernel(base):
+    """Run a kernel of the package and one of a user in a fresh process; the folder of the former."""
+    (base.parent / "users.py").write_text(
+        "from numba import njit\n@njit(cache=True)\ndef double(x):\n    return 2 * x\n"
+    )
+    code = """
+import os, numba
+before = dict(os.environ)
+import sparsurf
+assert "sparsurf.kernel_cache" not in __import__("sys").modules
+from sparsurf.dot_fields.smoothing import gaussian_mean
+import numpy as np, users
+from sparsurf.kernel_cache import cache_folder
+points = np.zeros((2, 3))
+assert gaussian_mean(np.ones(2), points, points).tolist() == [1, 1] and users.double(2) == 4
+assert os.environ == before and numba.config.CACHE_DIR == before["NUMBA_CACHE_DIR"]
+print(cache_folder())
+"""
+    path = os.pathsep.join([str(ROOT / "src"), str(base.parent)])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(base), "PYTHONPATH": path}
+    run = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    return run.stdout.strip()
+
+
+def test_only_the_kernels_of_the_package_are_stored_in_the_folder_of_their_sources(tmp_path):
+    base = tmp_path / "kernels"
+    base.mkdir()
+    folder = run_kernel(base)
+    assert folder.startswith(str(base / "sources-")) and files_in(folder) > 0
+    assert files_in(base) > files_in(folder)  # the user's own kernel, where numba puts it
+
+
+def test_kernels_are_compiled_and_not_stored_if_no_folder_can_be_written(monkeypatch):
+    monkeypatch.setattr(kernel_cache, "_parent_folders", lambda: [])
+    assert kernel_cache.cache_folder() == ""
+    double = kernel_cache.njit(cache=True)(lambda x: 2 * x)
+    assert double(2) == 4 and double.stats.cache_path is None

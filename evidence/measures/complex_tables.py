@@ -1,6 +1,7 @@
-"""The small tables of the study of many complexes, from what was measured on each."""
+"""Tables of the study of many complexes, from the measurements of each."""
 
 import numpy as np
+import pandas as pd
 
 from sparsurf.pairs.complex_scores import KEYS
 from sparsurf.pairs.complexes import chosen_on_few, means_over_complexes
@@ -10,8 +11,8 @@ TUTORIAL = "1a1u"
 REFERENCES = ("flatness", "planarity", "protrusion", "hydropathy", "centroid")
 
 
-def named(areas):
-    """Areas with the complexes told apart by `group`.
+def named(areas: pd.DataFrame) -> pd.DataFrame:
+    """Add the column `group` to the areas.
 
     Groups: 'tutorial' (1a1u), 'bound' (complexes known bound only), 'bound six' and 'unbound six' (those with both).
     """
@@ -21,7 +22,7 @@ def named(areas):
     return areas.assign(group=np.where(in_both, areas["form"] + " six", group))
 
 
-def surfaces(areas):
+def surfaces(areas: pd.DataFrame) -> pd.DataFrame:
     """A row per surface and main score, with its interval: the maps as published and the references."""
     main = areas[areas["low"].notna() & ~areas["score"].str.contains("+", regex=False)]
     columns = [
@@ -40,7 +41,7 @@ def surfaces(areas):
     return main[columns].drop_duplicates(columns[:6]).reset_index(drop=True)
 
 
-def means(areas):
+def means(areas: pd.DataFrame) -> pd.DataFrame:
     """Mean AUC over the complexes of each group for the maps at their first radius, similarity, control, references."""
     first = areas.groupby(areas["descriptor"].str.split(",").str[0])["descriptor"].transform("first")
     plain = (areas["k"] == 1) & (areas["kind"] == "plain") & (areas["descriptor"] == first)
@@ -49,14 +50,14 @@ def means(areas):
     return means_over_complexes(wanted, ["group", "descriptor", "score", "map"])
 
 
-def variants(areas, few=FEW):
+def variants(areas: pd.DataFrame, few: int = FEW) -> pd.DataFrame:
     """Variants chosen on 1a1u and the first `few` complexes by name, reported on the other bound ones."""
     bound = areas[areas["group"].isin(["tutorial", "bound"])].drop_duplicates(["complex", "side", *KEYS])
     names = sorted(set(bound["complex"]) - {TUTORIAL})
     return chosen_on_few(bound, KEYS, {TUTORIAL, *names[:few]})
 
 
-def touching(contacts, group):
+def touching(contacts: pd.DataFrame, group: pd.Series) -> pd.DataFrame:
     """Mean chance that a native pair of patches is nearer than a random one, over complexes.
 
     Parameters
@@ -69,14 +70,16 @@ def touching(contacts, group):
     )
 
 
-def control(controls):
+def control(controls: pd.DataFrame) -> pd.DataFrame:
     """Correlation of the smoothed map with that against another complex's partner, over bound complexes."""
     bound = controls[(controls["form"] == "bound") & controls["correlation_1"].notna()]
     long = bound.melt(["complex", "descriptor"], ["correlation_1", "correlation_2"], value_name="correlation")
     return means_over_complexes(long, ["descriptor"], "correlation")
 
 
-def tables_of(areas, contacts, controls, few=FEW):
+def tables_of(
+    areas: pd.DataFrame, contacts: pd.DataFrame, controls: pd.DataFrame, few: int = FEW
+) -> dict[str, pd.DataFrame]:
     """All of them: dict, name -> DataFrame.
 
     Parameters

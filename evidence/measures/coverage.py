@@ -1,9 +1,11 @@
-"""How often intervals hold the truth, and confidence sets of the best the best: replicates drawn from a large pool.
+"""How often intervals contain the truth, and confidence sets the best combination: replicates drawn from a large pool.
 
 The pool, many draws of the combinations that may be the best at many test dots, stands for the population: its means are
 the truth. A replicate draws test dots, shared by all combinations, and draws of each combination from it, with
-replacement, and goes through the very functions of the study.
+replacement, and is analysed by the functions of the study.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -12,15 +14,22 @@ from scipy.stats import norm
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import grid
 from sparsurf.study.best_set import best_set
-from sparsurf.study.statistics import estimate, held_out, winners_outside
-from sparsurf.study.tables import difference, range_limits, range_of
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.statistics import cross_validated, estimate, winners_outside
+from sparsurf.study.tables import d_values, range_index, range_limits
 
 CONTENDERS = 20  # combinations of the highest d of each range and reading that enter the pool
 N_RANGES = 10
 
 
-def pool(evaluator, table, readings, draws=24, n_tests=1000):
-    """The pool of one surface.
+def pool(
+    evaluator: PreparedSurface,
+    table: pd.DataFrame,
+    readings: Sequence[str],
+    draws: int = 24,
+    n_tests: int = 1000,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the pool of one surface.
 
     Parameters
     ----------
@@ -36,20 +45,30 @@ def pool(evaluator, table, readings, draws=24, n_tests=1000):
     d : (readings, K, draws, test dots) float32, and member : (K,) int, the range of each combination
     """
     percent = table["n_S_percent"].to_numpy()
-    member, chosen = range_of(percent, range_limits(percent, N_RANGES)), set()
+    member, chosen = range_index(percent, range_limits(percent, N_RANGES)), set()
     for reading in readings:
         d = table[f"d_{reading}"].to_numpy()
         for k in range(N_RANGES):
             inside = np.flatnonzero(member == k)
             chosen |= set(inside[np.argsort(-d[inside])[:CONTENDERS]].tolist())
     chosen = np.array(sorted(chosen))
-    result = grid.run(evaluator, table.loc[chosen, PARAMETERS].to_numpy(), n_tests, draws, tuple(readings))
-    d = np.stack([difference(result, r) for r in range(len(readings))])
+    result = grid.evaluate_grid(
+        evaluator, table.loc[chosen, PARAMETERS].to_numpy(), n_tests, draws, tuple(readings)
+    )
+    d = np.stack([d_values(result, r) for r in range(len(readings))])
     return d.astype(np.float32), member[chosen]
 
 
-def replicates(d, member, draws, tests, n, rng, sets=True):
-    """Coverage over replicates of one design under one reading.
+def replicates(
+    d: np.ndarray,
+    member: np.ndarray,
+    draws: int,
+    tests: int,
+    n: int,
+    rng: np.random.Generator,
+    sets: bool = True,
+) -> pd.DataFrame:
+    """Measure the coverage over replicates of one design under one reading.
 
     Parameters
     ----------
@@ -61,7 +80,7 @@ def replicates(d, member, draws, tests, n, rng, sets=True):
         Number of replicates.
     rng : numpy.random.Generator
     sets : bool
-        Whether confidence sets are made too, which takes most of the time.
+        Whether to compute confidence sets, too, which takes most of the time.
 
     Returns
     -------
@@ -72,27 +91,27 @@ def replicates(d, member, draws, tests, n, rng, sets=True):
     """
     rows = []
     for k in np.unique(member):
-        own = np.flatnonzero(member == k)
-        if len(own) < 2:
+        inside = np.flatnonzero(member == k)
+        if len(inside) < 2:
             continue
-        truth, seen = d[own].mean(axis=(1, 2), dtype=np.float64), []
+        truth, seen = d[inside].mean(axis=(1, 2), dtype=np.float64), []
         for _ in range(n):
-            at, of = rng.integers(0, d.shape[2], tests), rng.integers(0, d.shape[1], (len(own), draws))
-            x = d[own[:, None, None], of[:, :, None], at].astype(np.float64)
+            at, drawn = rng.integers(0, d.shape[2], tests), rng.integers(0, d.shape[1], (len(inside), draws))
+            x = d[inside[:, None, None], drawn[:, :, None], at].astype(np.float64)
             seen.append(one_replicate(x, truth, sets))
-        rows.append({"range": k + 1, "n_combinations": len(own), **pd.DataFrame(seen).mean().to_dict()})
+        rows.append({"range": k + 1, "n_combinations": len(inside), **pd.DataFrame(seen).mean().to_dict()})
     return pd.DataFrame(rows)
 
 
-def one_replicate(x, truth, sets=True):
-    """What one replicate (K, D, T) shows of true means (K,), a dict of numbers and truths."""
-    found, honest = estimate(x), held_out(x)
-    winner, target = int(np.argmax(found.mean)), truth[winners_outside(x)].mean()
+def one_replicate(x: np.ndarray, truth: np.ndarray, sets: bool = True) -> dict[str, float | bool]:
+    """Compare the estimates from one replicate (K, D, T) with the true means (K,)."""
+    estimates, honest = estimate(x), cross_validated(x)
+    winner, target = int(np.argmax(estimates.mean)), truth[winners_outside(x)].mean()
     out = {
-        "fixed_t": np.mean((found.low <= truth) & (truth <= found.high)),
-        "fixed_normal": np.mean(np.abs(found.mean - truth) <= norm.ppf(0.975) * found.error),
-        "winner": bool(found.low[winner] <= truth[winner] <= found.high[winner]),
-        "selected_bias": found.mean[winner] - truth[winner],
+        "fixed_t": np.mean((estimates.low <= truth) & (truth <= estimates.high)),
+        "fixed_normal": np.mean(np.abs(estimates.mean - truth) <= norm.ppf(0.975) * estimates.error),
+        "winner": bool(estimates.low[winner] <= truth[winner] <= estimates.high[winner]),
+        "selected_bias": estimates.mean[winner] - truth[winner],
         "held_out": bool(honest.low <= target <= honest.high),
         "held_out_winner": bool(honest.low <= truth[winner] <= honest.high),
         "held_out_bias": honest.mean - target,

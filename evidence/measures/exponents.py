@@ -1,28 +1,31 @@
 """Subsets whose density goes with (1 - R)^k: denser where the surface is rough for k > 0, where it is flat for k < 0."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
 from sparsurf.recovery.readings import RECOVERED
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.relation import with_interval
 
-LEAST = 0.02  # of 1 - R, so that no dot's chance is 0 or without bounds
+MIN_FLATNESS = 0.02  # lower bound of 1 - R, so that no probability is 0 or infinite
 READINGS = ("as_written", RECOVERED)
 
 
-def density(roughness, k):
+def density(roughness: np.ndarray, k: float) -> np.ndarray:
     """Density of each dot, (N,), without a unit."""
-    return np.maximum(1 - roughness, LEAST) ** k
+    return np.maximum(1 - roughness, MIN_FLATNESS) ** k
 
 
-def random_dots(evaluator, n, k, rng):
-    """Without replacement, each draw with a chance proportional to the density (Efraimidis & Spirakis 2006)."""
+def random_dots(evaluator: PreparedSurface, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
+    """Draw without replacement, each dot with a probability proportional to the density (Efraimidis & Spirakis 2006)."""
     keys = rng.standard_exponential(len(evaluator.points)) / density(evaluator.roughness, k)
     return np.argsort(keys, kind="stable")[:n]
 
 
-def spaced_dots(evaluator, n, k, rng):
-    """Farthest-point dots, with distances in units of the spacing that the density asks for at each dot."""
+def spaced_dots(evaluator: PreparedSurface, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
+    """Choose farthest-point dots, with distances in units of the spacing that corresponds to the density at each dot."""
     points, scale = evaluator.points, density(evaluator.roughness, k)
     chosen, gap = np.empty(n, np.int64), np.full(len(points), np.inf)
     chosen[0] = rng.integers(len(points))
@@ -35,7 +38,13 @@ def spaced_dots(evaluator, n, k, rng):
 SAMPLERS = {"random": random_dots, "blue noise": spaced_dots}
 
 
-def measure(evaluator, exponents, percents, n_tests, draws):
+def measure(
+    evaluator: PreparedSurface,
+    exponents: Sequence[float],
+    percents: Sequence[float],
+    n_tests: int,
+    draws: int,
+) -> pd.DataFrame:
     """Z of both samplers for every exponent and n_S: sampler, percent, k, reading, Z (mean of the draws)."""
     tests, rows = evaluator.draw_tests(n_tests), []
     z_tot, _ = evaluator.describe(tests)
@@ -52,7 +61,7 @@ def measure(evaluator, exponents, percents, n_tests, draws):
     return pd.DataFrame(rows, columns=["sampler", "percent", "k", "reading", "Z"])
 
 
-def ratios(table):
+def ratios(table: pd.DataFrame) -> pd.DataFrame:
     """Z over that at k = 0, protein by protein; means with 95 % intervals: sampler, percent, reading, k, n, ratio."""
     keys = ["protein", "sampler", "percent", "reading"]
     flat = table[table["k"] == 0].set_index(keys)["Z"].rename("flat")
@@ -65,8 +74,8 @@ def ratios(table):
     return pd.DataFrame(rows)
 
 
-def best(table):
-    """What the best exponent gains, chosen on all other proteins: sampler, percent, reading, k (most often), n, gain in %."""
+def best(table: pd.DataFrame) -> pd.DataFrame:
+    """Gain of the best exponent, chosen on all other proteins: sampler, percent, reading, k (most often), n, gain in %."""
     rows = []
     for group, part in table.groupby(["sampler", "percent", "reading"], sort=False):
         z = part.pivot(index="protein", columns="k", values="Z")

@@ -1,34 +1,35 @@
-"""Other ways to keep a surface in few numbers, at equal bytes, each in its best form.
+"""Other ways to store a surface in few numbers, at equal bytes, each in its best form.
 
 A dot with its normal takes 24 bytes (six float32); rounded, 8: three places of 16 bits, .005 Å apart, and a normal of 16
 bits. A mesh takes 12 for a corner and 6 for a triangle (three indices of two bytes, for up to 65,536 corners): with two
-triangles for every corner 24 again, so equal numbers are equal bytes. An atom takes 16, a place and a radius; rounded, 6:
+triangles per corner this is 24 again, so that equal numbers mean equal bytes. An atom takes 16, a place and a radius; rounded, 6:
 three places of 15 bits and the number of its radius.
 """
 
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
 import pandas as pd
 
-from measures.recovery import ERRORS, errors, truth
-from sparsurf.patches.index import apart, build_grid, build_index
-from sparsurf.recovery.errors import DENSE, curvature, off, tails
-from sparsurf.recovery.recovering import APART, recover
-from sparsurf.recovery.settling import settle
+from measures.recovery import ERRORS, Truth, errors, truth
+from sparsurf.patches.index import build_grid, build_index, select_separated
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_surface, error_table
+from sparsurf.recovery.recovering import MIN_SEPARATION, recover
+from sparsurf.recovery.relaxation import relax
+from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.sampling.spreading import spread
-from sparsurf.study.comparison.contestants import dotted
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.surfaces.mesh import molecular_mesh
+from sparsurf.study.comparison.methods import dotted_surface
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.surfaces.mesh import Mesh, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
 
 DOT, ROUNDED_DOT, VERTEX, TRIANGLE, ATOM, ROUNDED_ATOM = 24, 8, 12, 6, 16, 6  # bytes
 STEP, ANGLES, BOX = 0.005, 2**8 - 1, 2**15 - 1  # Å; steps of a normal's two numbers; of a place in the box
-CANDIDATES = 8  # places on a mesh per dot that is laid on it
-TRIES = 8  # turns of the molecule that is dotted sparsely
-MORE = 1.1  # times as many dots are asked for where too few came
+CANDIDATES = 8  # positions on a mesh per dot that is placed on it
+TRIES = 8  # orientations of the molecule for sparse dots
+MORE = 1.1  # factor on the requested number of dots if there are too few
 KEPT, SETTLED, SPARSE, MESH, CORNERS, QUANTISED, ROUNDED, ATOMS, ROUNDED_ATOMS = (
     "farthest dots",
     "settled dots",
@@ -41,10 +42,21 @@ KEPT, SETTLED, SPARSE, MESH, CORNERS, QUANTISED, ROUNDED, ATOMS, ROUNDED_ATOMS =
     "atoms, rounded",
 )
 MEASURES = ("bytes", "Z", *ERRORS)
+# (vertices, triangles, number of triangles) -> vertices and triangles of a mesh with fewer of them
+Simplifier = Callable[[np.ndarray, np.ndarray, int], tuple[np.ndarray, np.ndarray]]
 
 
-def measure(name, xyz, radii, simplify, n_tests, percents, seed=20261120, threads=1):
-    """Z and errors of each opponent, all on one set of test dots.
+def measure(
+    name: str,
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    simplify: Simplifier | None,
+    n_tests: int,
+    percents: Sequence[float],
+    seed: int = 20261120,
+    threads: int = 1,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Measure Z and errors of each method, all on one set of test dots.
 
     Parameters
     ----------
@@ -59,18 +71,18 @@ def measure(name, xyz, radii, simplify, n_tests, percents, seed=20261120, thread
     Returns
     -------
     two DataFrames: protein, sampler (the opponent), percent, n_S, bytes, Z and `recovery.ERRORS`; and protein, sampler,
-    percent and what `errors.tails` tells of the dots of the surface itself, in clefts, on flats and on ridges
+    percent and the columns of `errors.tails` for the dots of the surface itself, in clefts, on flats and on ridges
     """
     surface = molecular_surface(xyz, radii)
     flat = np.zeros(len(surface))
-    evaluator = Evaluator(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
+    evaluator = PreparedSurface(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
     tests, true, rows, where = evaluator.draw_tests(n_tests), truth(xyz, radii, evaluator.area), [], []
     z_tot, _ = evaluator.describe(tests)
     bend = curvature(evaluator.index, threads=threads)
     mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
 
-    def add(opponent, percent, n, size, dots):
-        z = evaluator.distances_of(build_index(*dots, evaluator.d_link), tests, z_tot)[0].mean()
+    def add(opponent: str, percent: float, n: int, size: int, dots: tuple[np.ndarray, np.ndarray]) -> None:
+        z = evaluator.distances_to_index(build_index(*dots, evaluator.d_link), tests, z_tot)[0].mean()
         row = {"protein": name, "sampler": opponent, "percent": percent, "n_S": n, "bytes": size, "Z": z}
         rows.append(row | errors(*dots, true))
 
@@ -78,22 +90,30 @@ def measure(name, xyz, radii, simplify, n_tests, percents, seed=20261120, thread
         n = max(4, round(percent / 100 * len(surface)))
         for opponent, number, size, lay in _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
             add(opponent, percent, number, size, lay(DENSITY))
-            gap = off(surface.points, *lay(DENSE), threads)
-            where.append(tails(gap, bend).assign(protein=name, sampler=opponent, percent=percent))
+            gap = distance_to_surface(surface.points, *lay(DENSITY_FOR_ERRORS), threads)
+            where.append(error_table(gap, bend).assign(protein=name, sampler=opponent, percent=percent))
     for opponent, size, places in ((ATOMS, ATOM, xyz), (ROUNDED_ATOMS, ROUNDED_ATOM, rounded_places(xyz))):
-        turned = dotted(places, radii, len(surface), evaluator.stream("recovery", "atoms"))
+        turned = dotted_surface(places, radii, len(surface), evaluator.stream("recovery", "atoms"))
         add(opponent, 100 * len(xyz) / len(surface), len(xyz), size * len(xyz), turned)
     return pd.DataFrame(rows), pd.concat(where)
 
 
-def _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
-    """Opponent, number of its dots or corners, bytes, and what lays the dense dots that it stands for at a density."""
+def _of_size(
+    evaluator: PreparedSurface,
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    n: int,
+    mesh: Mesh | None,
+    simplify: Simplifier | None,
+    true: Truth,
+) -> Iterator[tuple[str, int, int, Callable]]:
+    """Yield each method, its number of dots or corners, its bytes, and a function (density) -> dense dots."""
     points, normals = evaluator.points, evaluator.normals
     farthest = partial(SAMPLERS["farthest"], evaluator)
     chosen = farthest(n, evaluator.stream("recovery", "farthest"))
     kept = points[chosen], normals[chosen]
     yield KEPT, n, DOT * n, partial(recover, *kept)
-    settled = settle(*kept, points, normals, threads=evaluator.threads)
+    settled = relax(*kept, points, normals, threads=evaluator.threads)
     yield SETTLED, n, DOT * n, partial(recover, *settled)
     yield ROUNDED, n, ROUNDED_DOT * n, partial(recover, *rounded(*kept))
     many = farthest(min(3 * n, len(points)), evaluator.stream("recovery", "farthest"))
@@ -110,21 +130,22 @@ def _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
     yield CORNERS, len(corners), DOT * len(corners), partial(recover, true.points[near], true.normals[near])
 
 
-def sparse(xyz, radii, n, rng):
-    """A surface laid with n dots from the first: the turn of the molecule with the fewest dots above n, less those that lie
-    closest to others."""
-    best, asked, tries = None, n, 0
+def sparse(
+    xyz: np.ndarray, radii: np.ndarray, n: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Generate a surface of n dots: take the orientation with the fewest dots above n, and remove those closest to others."""
+    best, requested, tries = None, n, 0
     while best is None or tries < TRIES:
-        found, tries = dotted(xyz, radii, asked, rng), tries + 1
-        if len(found[0]) < n:
-            asked *= MORE
-        elif best is None or len(found[0]) < len(best[0]):
-            best = found
-    kept = spread(build_grid(best[0], side=1.0), n, rng)
+        dots, tries = dotted_surface(xyz, radii, requested, rng), tries + 1
+        if len(dots[0]) < n:
+            requested *= MORE
+        elif best is None or len(dots[0]) < len(best[0]):
+            best = dots
+    kept = farthest_point_sampling(build_grid(best[0], side=1.0), n, rng)
     return best[0][kept], best[1][kept]
 
 
-def rounded(points, normals):
+def rounded(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Dots of 8 bytes: places on a grid of `STEP`, normals on an octahedron unfolded into a square of `ANGLES` steps.
 
     Source: Meyer et al., Computer Graphics Forum 29:1405, 2010.
@@ -139,25 +160,25 @@ def rounded(points, normals):
     return STEP * np.round(points / STEP), back / np.linalg.norm(back, axis=1, keepdims=True)
 
 
-def _folded(flat):
+def _folded(flat: np.ndarray) -> np.ndarray:
     """The other side of the octahedron, in the plane: (n, 2)."""
     return (1 - np.abs(flat[:, ::-1])) * np.where(flat < 0, -1.0, 1.0)
 
 
-def rounded_places(xyz):
+def rounded_places(xyz: np.ndarray) -> np.ndarray:
     """Places of atoms in steps of their box, of which 15 bits count along the longest side."""
     step = np.ptp(xyz, axis=0).max() / BOX
     return xyz.min(axis=0) + step * np.round((xyz - xyz.min(axis=0)) / step)
 
 
-def in_common(table):
-    """The opponents of given numbers of dots, on the structures that have all of them."""
-    found = table[~table["sampler"].isin((ATOMS, ROUNDED_ATOMS))]
-    full = set(found.loc[found["sampler"] == MESH, "protein"]) or set(found["protein"])
-    return found[found["protein"].isin(full)]
+def in_common(table: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the methods with a chosen number of dots, on the structures that have all methods."""
+    surfaces = table[~table["sampler"].isin((ATOMS, ROUNDED_ATOMS))]
+    full = set(surfaces.loc[surfaces["sampler"] == MESH, "protein"]) or set(surfaces["protein"])
+    return surfaces[surfaces["protein"].isin(full)]
 
 
-def simplifier():
+def simplifier() -> Simplifier | None:
     """Decimation by quadric error of the package fast-simplification; None where it is not installed."""
     try:
         from fast_simplification import simplify
@@ -165,14 +186,14 @@ def simplifier():
         print("fast-simplification is not installed: no mesh takes part")
         return None
 
-    def fewer(vertices, triangles, n):
-        found = simplify(vertices.astype("float32"), triangles.astype("int32"), target_count=n)
-        return found[0].astype(float), found[1].astype(int)
+    def fewer(vertices: np.ndarray, triangles: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+        reduced = simplify(vertices.astype("float32"), triangles.astype("int32"), target_count=n)
+        return reduced[0].astype(float), reduced[1].astype(int)
 
     return fewer
 
 
-def corner_normals(corners, triangles):
+def corner_normals(corners: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Unit normals at the corners of a mesh, (V, 3): the mean of those of the triangles around, by angle.
 
     Source: Thürmer & Wüthrich, J. Graphics Tools 3:43, 1998.
@@ -189,8 +210,10 @@ def corner_normals(corners, triangles):
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 
 
-def dots_on(corners, triangles, rng, density=DENSITY):
-    """Dots on a mesh, as far apart as recovered ones, with normals interpolated between those of the corners.
+def dots_on(
+    corners: np.ndarray, triangles: np.ndarray, rng: np.random.Generator, density: float = DENSITY
+) -> tuple[np.ndarray, np.ndarray]:
+    """Place dots on a mesh, as far apart as recovered ones, with normals interpolated between those of the corners.
 
     Parameters
     ----------
@@ -205,12 +228,14 @@ def dots_on(corners, triangles, rng, density=DENSITY):
     a, b, c = (corners[triangles[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     n = int(CANDIDATES * density * area.sum())
-    of = rng.choice(len(triangles), n, p=area / area.sum())
+    triangle = rng.choice(len(triangles), n, p=area / area.sum())
     u, v = rng.random((2, n))
     share = np.stack([1 - np.sqrt(u), np.sqrt(u) * (1 - v), np.sqrt(u) * v], axis=1)
-    points = np.einsum("nk,nkc->nc", share, corners[triangles[of]])
-    normals = np.einsum("nk,nkc->nc", share, corner_normals(corners, triangles)[triangles[of]])
+    points = np.einsum("nk,nkc->nc", share, corners[triangles[triangle]])
+    normals = np.einsum("nk,nkc->nc", share, corner_normals(corners, triangles)[triangles[triangle]])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     index = build_grid(points, side=1.0)
-    chosen = apart(index, np.arange(len(points)), APART / np.sqrt(density), len(points), 0)
+    chosen = select_separated(
+        index, np.arange(len(points)), MIN_SEPARATION / np.sqrt(density), len(points), 0
+    )
     return points[chosen], normals[chosen]

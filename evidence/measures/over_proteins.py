@@ -1,26 +1,33 @@
-"""What holds over many proteins: each counts once, and every interval of a mean is `statistics.mean_interval`."""
+"""Statistics over many proteins: each counts once, and every interval of a mean is `statistics.mean_interval`."""
+
+from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
 from scipy.stats import binom, rankdata
 
-from sparsurf.patches.readings import TEXT
-from sparsurf.sampling.combination import PARAMETERS, joined, split, texts_of
+from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.sampling.combination import (
+    PARAMETERS,
+    combination_labels,
+    join_combinations,
+    split_combinations,
+)
 from sparsurf.study.best_set import best_set
-from sparsurf.study.comparison.fewer import REFERENCE
-from sparsurf.study.enough import CLOSE, smallest_n_s
+from sparsurf.study.comparison.equal_error import REFERENCE
 from sparsurf.study.relation import mean_interval, rho_interval, with_interval
-from sparsurf.study.summary import readings, stacked
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.required_dots import FLOOR_FACTOR, smallest_n_s
+from sparsurf.study.summary import Result, evaluated_readings, stack_column
+from sparsurf.study.tables import range_index, range_limits
 
-TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are, whose Z the others are to reach
+TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z
 REFERENCES = ("fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å")
 COLUMNS = {"own": "d_held_out", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
 RESAMPLED = 4000
 SETS_RESAMPLED = 200  # a confidence set takes longer than a mean
 
 
-def d_by_range(summary):
+def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
     """d over the proteins, per reading and range of n_S.
 
     Parameters
@@ -36,24 +43,29 @@ def d_by_range(summary):
     n_above and n_below, proteins whose own interval of d held out lies above and below 0.
     """
     rows = []
-    found = summary[summary["n_combinations"] > 0].assign(
+    sampled = summary[summary["n_combinations"] > 0].assign(
         lost=lambda t: t["d_held_out"] - t["d_from_all"], near=lambda t: t["d_from_near"] - t["d_from_all"]
     )
-    for reading, part in found.groupby("reading", sort=False):
-        whole = part.groupby("protein", sort=False).mean(numeric_only=True)
-        for k, own in [(0, whole), *part.groupby("range")]:
-            row = {"reading": reading, "range": k, "n": len(own), "n_S_percent": own["n_S_percent"].mean()}
+    for reading, part in sampled.groupby("reading", sort=False):
+        by_protein = part.groupby("protein", sort=False).mean(numeric_only=True)
+        for k, rows_of_range in [(0, by_protein), *part.groupby("range")]:
+            row = {
+                "reading": reading,
+                "range": k,
+                "n": len(rows_of_range),
+                "n_S_percent": rows_of_range["n_S_percent"].mean(),
+            }
             for name, column in COLUMNS.items():
-                row |= with_interval(name, own[column])
+                row |= with_interval(name, rows_of_range[column])
             if k:
-                row["n_above"] = int((own["d_held_out_low"] > 0).sum())
-                row["n_below"] = int((own["d_held_out_high"] < 0).sum())
+                row["n_above"] = int((rows_of_range["d_held_out_low"] > 0).sum())
+                row["n_below"] = int((rows_of_range["d_held_out_high"] < 0).sum())
             rows.append(row)
     return pd.DataFrame(rows)
 
 
-def plateaus(results, summary):
-    """The combinations that may be the best of all on average over proteins, and whether they are on each.
+def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
+    """Find the combinations that may be the best on average over proteins, and on how many proteins they are.
 
     Returns
     -------
@@ -61,22 +73,26 @@ def plateaus(results, summary):
     best_set, its 95 % confidence set with the proteins as units; n_there, proteins on which the winner falls into this
     range, and n_held, those of them whose own confidence set of the best it lies in.
     """
-    percents = stacked(results, "n_S_percent")
+    percents = stack_column(results, "n_S_percent")
     mean, rows = percents.mean(axis=0), []
     grid = results[0].grid
-    for reading in readings(results[0]):
-        d, own = stacked(results, f"d_{reading}"), summary[summary["reading"] == reading]
-        n_ranges = int(own["range"].max())
+    for reading in evaluated_readings(results[0]):
+        d, rows_of_reading = stack_column(results, f"d_{reading}"), summary[summary["reading"] == reading]
+        n_ranges = int(rows_of_reading["range"].max())
         limits = range_limits(mean, n_ranges)
-        member = range_of(mean, limits)
-        places = [range_of(percent, range_limits(percent, n_ranges)) for percent in percents]
-        sets = own.set_index(["protein", "range"])["best_set"].map(split)
+        member = range_index(mean, limits)
+        ranges = [range_index(percent, range_limits(percent, n_ranges)) for percent in percents]
+        sets = rows_of_reading.set_index(["protein", "range"])["best_set"].map(split_combinations)
         for k in np.unique(member):
             inside = np.flatnonzero(member == k)
             values = d[:, inside].T[:, None, :]
             best = inside[np.argmax(values.mean(axis=(1, 2)))]
-            winner = texts_of(grid.loc[[best]])[0]
-            there = [one.protein for one, place in zip(results, places, strict=True) if place[best] == k]
+            winner = combination_labels(grid.loc[[best]])[0]
+            there = [
+                one.protein
+                for one, range_of_each in zip(results, ranges, strict=True)
+                if range_of_each[best] == k
+            ]
             among = grid.loc[inside[best_set(values)]]
             row = {
                 "reading": reading,
@@ -85,13 +101,13 @@ def plateaus(results, summary):
                 "n_S_high_percent": limits[k + 1],
             }
             row |= {"n_combinations": len(inside), "winner": winner, "n_best_set": len(among)}
-            row |= {"best_set": joined(texts_of(among)), "n_there": len(there)}
+            row |= {"best_set": join_combinations(combination_labels(among)), "n_there": len(there)}
             rows.append(row | {"n_held": sum(winner in sets[name, k + 1] for name in there)})
     return pd.DataFrame(rows)
 
 
-def enough(curves, floors):
-    """The fewest dots that come within `CLOSE` of each reference, of each protein.
+def enough(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
+    """Find the fewest dots of each protein whose Z comes within `CLOSE` of each reference.
 
     Parameters
     ----------
@@ -109,12 +125,12 @@ def enough(curves, floors):
     for (protein, sampler, reading), part in curves.groupby(["protein", "sampler", "reading"], sort=False):
         for name in REFERENCES:
             z = limits[protein, name]
-            n = smallest_n_s(CLOSE * z, part["n_S_percent"].to_numpy(), part["Z"].to_numpy())
+            n = smallest_n_s(FLOOR_FACTOR * z, part["n_S_percent"].to_numpy(), part["Z"].to_numpy())
             rows.append((protein, sampler, reading, name, z, n))
     return pd.DataFrame(rows, columns=["protein", "sampler", "reading", "reference", "Z", "n_S_percent"])
 
 
-def enough_means(table):
+def enough_means(table: pd.DataFrame) -> pd.DataFrame:
     """Distribution of `enough` over proteins: quartiles, the largest, and how many lie beyond what was measured."""
     rows = []
     for keys, part in table.groupby(["sampler", "reading", "reference"], sort=False):
@@ -129,7 +145,7 @@ def enough_means(table):
     return pd.DataFrame(rows)
 
 
-def median_interval(values):
+def median_interval(values: np.ndarray) -> tuple[float, float]:
     """95 % interval of a median by the binomial law of ranks, at least that wide whatever the distribution; NaN below 6."""
     if len(values) < 6:
         return np.nan, np.nan
@@ -137,8 +153,8 @@ def median_interval(values):
     return ordered[rank - 1], ordered[len(values) - rank]
 
 
-def needed(curves):
-    """Dots that each sampler needs, as it is and recovered, for the Z of uniform dots as they are; of each protein.
+def needed(curves: pd.DataFrame) -> pd.DataFrame:
+    """Find how many dots each sampler needs on each protein, as they are and recovered, for the Z of uniform dots as they are.
 
     Returns
     -------
@@ -147,20 +163,22 @@ def needed(curves):
     """
     rows = []
     for protein, part in curves.groupby("protein", sort=False):
-        lines = {keys: own for keys, own in part.groupby(["sampler", "reading"], sort=False)}
-        reference = lines[REFERENCE, TEXT].set_index("percent")
+        lines = {keys: line for keys, line in part.groupby(["sampler", "reading"], sort=False)}
+        reference = lines[REFERENCE, WRITTEN_READING].set_index("percent")
         for target in TARGETS:
-            z, own = reference.loc[target, ["Z", "n_S_percent"]]
+            z, n_uniform = reference.loc[target, ["Z", "n_S_percent"]]
             for (sampler, reading), line in lines.items():
                 sizes = line["n_S_percent"].to_numpy()
                 n = smallest_n_s(z, sizes, line["Z"].to_numpy())
                 inside = np.clip(n, sizes[0], sizes[-1])
-                rows.append((protein, target, z, sampler, reading, inside, own / inside, bool(n != inside)))
+                rows.append(
+                    (protein, target, z, sampler, reading, inside, n_uniform / inside, bool(n != inside))
+                )
     columns = ["protein", "target", "Z", "sampler", "reading", "n_S_percent", "factor", "bound"]
     return pd.DataFrame(rows, columns=columns)
 
 
-def needed_means(table):
+def needed_means(table: pd.DataFrame) -> pd.DataFrame:
     """Geometric means of `needed` over proteins with 95 % intervals, and how many of them are bounds."""
     rows = []
     for keys, part in table.groupby(["target", "sampler", "reading"], sort=False):
@@ -171,7 +189,7 @@ def needed_means(table):
     return pd.DataFrame(rows)
 
 
-def recovered_means(curves, floors):
+def recovered_means(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     """Z of each sampler by n_S over proteins, as it is and recovered, and over that of fresh dots.
 
     Returns
@@ -187,13 +205,13 @@ def recovered_means(curves, floors):
     return pd.DataFrame(rows)
 
 
-def over_floor(curves, floors):
+def over_floor(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     """`curves` with `over_floor`, Z over that of fresh dots of the same protein."""
     fresh = floors[floors["floor"] == REFERENCES[0]].set_index("protein")["Z"]
     return curves.assign(over_floor=curves["Z"] / curves["protein"].map(fresh))
 
 
-def rank_correlations(quantities, surfaces):
+def rank_correlations(quantities: dict[str, pd.Series], surfaces: pd.DataFrame) -> pd.DataFrame:
     """Spearman's rho of numbers of the proteins with their size and mean roughness, with 95 % intervals.
 
     Parameters
@@ -216,35 +234,40 @@ def rank_correlations(quantities, surfaces):
     return pd.DataFrame(rows, columns=["quantity", "against", "n", "rho", "rho_low", "rho_high"])
 
 
-def power(n, rng, requested=0.8, runs=4000):
-    """The smallest correlation of one parameter with roughness that the test of `relation` finds often enough.
+def power(n: int, rng: np.random.Generator, requested: float = 0.8, runs: int = 4000) -> dict[str, float]:
+    """Find the smallest correlation of one parameter with roughness that the test of `relation` detects often enough.
 
     Roughness and the parameter are drawn from a normal law with a correlation, the three other parameters without one;
-    the largest of the four |Spearman's rho| is held against its 95 % quantile where none is correlated.
+    the largest of the four |Spearman's rho| is compared with its 95 % quantile where none is correlated.
 
     Returns
     -------
     dict: n, requested, critical (the largest |rho| of four that chance gives in 5 % of runs), rho (smallest Spearman's found)
     """
 
-    def largest(correlation):
+    def largest(correlation: float) -> tuple[np.ndarray, float]:
         x = rng.standard_normal((runs, n))
         y = rng.standard_normal((runs, len(PARAMETERS), n))
         y[:, 0] = correlation * x + np.sqrt(1 - correlation**2) * y[:, 0]
-        x, y = (rankdata(each, axis=-1) - (n + 1) / 2 for each in (x, y))
+        x, y = (rankdata(values, axis=-1) - (n + 1) / 2 for values in (x, y))
         rho = np.einsum("rn,rpn->rp", x, y) / (n * (n * n - 1) / 12)
         return np.abs(rho).max(axis=1), rho[:, 0].mean()
 
     critical = float(np.quantile(largest(0.0)[0], 0.95))
     for correlation in np.arange(0.05, 1.0, 0.01):
-        found, rho = largest(correlation)
-        if (found > critical).mean() >= requested:
+        strongest, rho = largest(correlation)
+        if (strongest > critical).mean() >= requested:
             return {"n": n, "requested": requested, "critical": critical, "rho": float(rho)}
     return {"n": n, "requested": requested, "critical": critical, "rho": np.nan}
 
 
-def coverage_of_mean(values, rng, n=None, interval=mean_interval):
-    """Share of samples of n proteins (as many, unless given), drawn again from these, whose interval holds the mean of all."""
+def coverage_of_mean(
+    values: np.ndarray | pd.Series,
+    rng: np.random.Generator,
+    n: int | None = None,
+    interval: Callable = mean_interval,
+) -> float:
+    """Share of bootstrap samples of n proteins (default: as many as given) whose interval contains the mean of all."""
     values = np.asarray(values, float)
     values = values[np.isfinite(values)]
     held = 0
@@ -254,11 +277,18 @@ def coverage_of_mean(values, rng, n=None, interval=mean_interval):
     return held / RESAMPLED
 
 
-def coverage_of_set(results, reading, range_number, n_ranges, rng, resampled=SETS_RESAMPLED):
-    """Share of samples of as many proteins whose confidence set holds the combination that is the best on all of these."""
-    mean = stacked(results, "n_S_percent").mean(axis=0)
-    inside = np.flatnonzero(range_of(mean, range_limits(mean, n_ranges)) == range_number - 1)
-    d = stacked(results, f"d_{reading}")[:, inside].T
+def coverage_of_set(
+    results: list[Result],
+    reading: str,
+    range_number: int,
+    n_ranges: int,
+    rng: np.random.Generator,
+    resampled: int = SETS_RESAMPLED,
+) -> float:
+    """Share of bootstrap samples of the proteins whose confidence set contains the best combination over all proteins."""
+    mean = stack_column(results, "n_S_percent").mean(axis=0)
+    inside = np.flatnonzero(range_index(mean, range_limits(mean, n_ranges)) == range_number - 1)
+    d = stack_column(results, f"d_{reading}")[:, inside].T
     best, n = int(np.argmax(d.mean(axis=1))), d.shape[1]
     held = [best_set(d[:, rng.integers(0, n, n)][:, None, :])[best] for _ in range(resampled)]
     return float(np.mean(held))

@@ -1,28 +1,32 @@
-"""Figures of the study over many proteins: d, mean roughness, dots that are enough, Z by n_S."""
+"""Figures of the study of many proteins: d, mean roughness, sufficient dots, Z by n_S."""
+
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
+from sparsurf.patches.readings import CODED_READING, GRID_READINGS, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import LINES, PALETTE, styled
 from sparsurf.report.figures.summary_figures import GREEK
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import lookup_sampler
 
 FAIR = "atoms moved 0.3 Å"
-COLOURS = {TEXT: PALETTE[0], PUBLISHED: PALETTE[5], RECOVERED: PALETTE[2]}
-WORDS = {reading: reading.replace("_", " ") for reading in OF_GRID} | {
+COLOURS = {WRITTEN_READING: PALETTE[0], CODED_READING: PALETTE[5], RECOVERED: PALETTE[2]}
+WORDS = {reading: reading.replace("_", " ") for reading in GRID_READINGS} | {
     RECOVERED: "recovered, a quarter of the grid"
 }
 ENDS = (1.0, 60.0)  # %, the n_S that were measured
-READINGS_SHOWN = [name for name in OF_GRID if name in COLOURS]
+READINGS_SHOWN = [name for name in GRID_READINGS if name in COLOURS]
 AXIS = "$n_S$ (% of the dots)"
 
 
 @styled
-def d(stored):
+def d(stored: dict[str, pd.DataFrame]) -> Figure:
     """d by range of n_S: each protein's own best, and what all others choose for it; of the recovered grid, the means."""
     figure = layout.sheet(layout.PAGE, 80)
     summary = stored["summary"]
@@ -53,7 +57,7 @@ def d(stored):
 
 
 @styled
-def roughness(stored):
+def roughness(stored: dict[str, pd.DataFrame]) -> Figure:
     """Rank correlation of the best parameters with mean roughness, and what a choice by it gains."""
     figure = layout.sheet(layout.PAGE, 112)
     relation, critical = stored["relation"], stored["power"]["critical"].min()
@@ -61,11 +65,11 @@ def roughness(stored):
         rows, left = relation[relation["reading"] == reading], 16 + 88 * k
         ax = layout.axes(figure, left, 9, 72, 42)
         ax.axhspan(-critical, critical, color="#EEEEEE", label="largest of four by chance, 95 %")
-        for place, (name, greek) in enumerate(GREEK.items()):
+        for k_parameter, (name, greek) in enumerate(GREEK.items()):
             values = rows[[f"rho_{name}{end}" for end in ("", "_low", "_high")]].to_numpy().T
             error = [values[0] - values[1], values[2] - values[0]]
-            x = rows["range"] + 0.16 * (place - 1.5)
-            ax.errorbar(x, values[0], error, color=PALETTE[place], fmt="o", capsize=1, label=greek)
+            x = rows["range"] + 0.16 * (k_parameter - 1.5)
+            ax.errorbar(x, values[0], error, color=PALETTE[k_parameter], fmt="o", capsize=1, label=greek)
         ax.set(
             ylim=(-1, 1),
             xticks=rows["range"],
@@ -88,29 +92,36 @@ def roughness(stored):
 
 
 @styled
-def enough(stored):
-    """n_S that is enough, over the proteins and against their size and mean roughness."""
+def enough(stored: dict[str, pd.DataFrame]) -> Figure:
+    """Draw the sufficient n_S over the proteins and against their size and mean roughness."""
     figure = layout.sheet(layout.PAGE, 126)
     table = stored["enough"].assign(n=stored["enough"]["n_S_percent"].clip(*ENDS))
-    sticks = list(table["reference"].unique())
-    groups = [("uniform", TEXT), ("farthest", TEXT), ("uniform", RECOVERED), ("farthest", RECOVERED)]
+    references = list(table["reference"].unique())
+    groups = [
+        ("uniform", WRITTEN_READING),
+        ("farthest", WRITTEN_READING),
+        ("uniform", RECOVERED),
+        ("farthest", RECOVERED),
+    ]
     ax = layout.axes(figure, 16, 9, 160, 46)
     rng = np.random.default_rng(0)  # of the places side by side only
     for g, (sampler, reading) in enumerate(groups):
-        for s, stick in enumerate(sticks):
+        for s, reference in enumerate(references):
             n = table[
-                (table["sampler"] == sampler) & (table["reading"] == reading) & (table["reference"] == stick)
+                (table["sampler"] == sampler)
+                & (table["reading"] == reading)
+                & (table["reference"] == reference)
             ]["n"]
             x = s + 0.2 * (g - 1.5)
             ax.plot(x + rng.uniform(-0.06, 0.06, len(n)), n, ".", color=PALETTE[g], markersize=2)
             words = (
-                f"{called(sampler).words}, {'recovered' if reading == RECOVERED else 'as they are'}"
+                f"{lookup_sampler(sampler).words}, {'recovered' if reading == RECOVERED else 'as they are'}"
                 if s == 0
                 else None
             )
             ax.plot([x - 0.08, x + 0.08], [n.median()] * 2, color=PALETTE[g], linewidth=2, label=words)
-    ax.set(yscale="log", xticks=range(len(sticks)), ylabel=AXIS, ylim=(0.9, 70))
-    ax.set_xticklabels(sticks)
+    ax.set(yscale="log", xticks=range(len(references)), ylabel=AXIS, ylim=(0.9, 70))
+    ax.set_xticklabels(references)
     _percents(ax.yaxis)
     ax.legend(ncols=4, loc="lower left", bbox_to_anchor=(0, 1.0), columnspacing=1, handlelength=1)
     layout.letter(figure, 2, 2, "A")
@@ -120,10 +131,10 @@ def enough(stored):
         (("N", "dots of the surface, N (thousand)"), ("mean_roughness", "mean roughness (1 is flat)"))
     ):
         ax = layout.axes(figure, 16 + 88 * k, 72, 72, 44)
-        for place, stick in enumerate(sticks):
-            rows = own[own["reference"] == stick]
+        for place, reference in enumerate(references):
+            rows = own[own["reference"] == reference]
             x = known[column].reindex(rows["protein"]) / (1000 if k == 0 else 1)
-            ax.plot(x, rows["n"], "o", color=PALETTE[place], markersize=2, label=stick)
+            ax.plot(x, rows["n"], "o", color=PALETTE[place], markersize=2, label=reference)
         ax.set(
             xscale="log" if k == 0 else "linear",
             yscale="log",
@@ -141,27 +152,32 @@ def enough(stored):
 
 
 @styled
-def needed(stored):
-    """Z by n_S over the proteins, as it is and recovered, beside the floors."""
+def needed(stored: dict[str, pd.DataFrame]) -> Figure:
+    """Draw Z by n_S over the proteins, as they are and recovered, with the noise floors."""
     figure = layout.sheet(layout.PAGE, 82)
     table, surfaces = stored["by_n_s"], stored["surfaces"]
     floors = {"fresh dots": surfaces["fresh_dots"].mean(), "turned": surfaces["turned"].mean()}
     floors[FAIR] = surfaces["atoms_moved_0.3_Å"].mean()
-    for k, reading in enumerate((TEXT, RECOVERED)):
+    for k, reading in enumerate((WRITTEN_READING, RECOVERED)):
         ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
         for sampler, rows in table[table["reading"] == reading].groupby("sampler", sort=False):
             colour, width, marker = LINES[sampler]
             ax.fill_between(
                 rows["percent"], rows["Z_low"], rows["Z_high"], color=colour, alpha=0.2, linewidth=0
             )
-            style = {"color": colour, "linewidth": width, "marker": marker, "label": called(sampler).words}
+            style = {
+                "color": colour,
+                "linewidth": width,
+                "marker": marker,
+                "label": lookup_sampler(sampler).words,
+            }
             ax.plot(rows["percent"], rows["Z"], **style)
         for words, z in floors.items():
             ax.axhline(z, color="#4D4D4D", linewidth=0.5, linestyle=":")
             if k == 0:
                 below = words != "turned"
-                place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
-                ax.annotate(words, (0, z), (3, -1 if below else 1), va="top" if below else "bottom", **place)
+                offset = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+                ax.annotate(words, (0, z), (3, -1 if below else 1), va="top" if below else "bottom", **offset)
         ax.set(
             xscale="log",
             xlabel=AXIS,
@@ -178,12 +194,12 @@ def needed(stored):
     return figure
 
 
-def _percents(axis):
+def _percents(axis: Axis) -> None:
     """Ticks at round percents of a logarithmic axis."""
     _ticks(axis, [1, 2, 5, 10, 20, 40, 60])
 
 
-def _ticks(axis, values):
+def _ticks(axis: Axis, values: Sequence[float]) -> None:
     """Ticks at these values of a logarithmic axis and nowhere else."""
     axis.set_ticks(values, [f"{x:g}" for x in values])
     axis.set_minor_locator(NullLocator())

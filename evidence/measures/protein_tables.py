@@ -1,24 +1,34 @@
-"""All tables of the study over many proteins, from what its runs have measured on each."""
+"""All tables of the study of many proteins, from the results of each protein."""
+
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from measures import over_proteins
 from measures.over_proteins import REFERENCES
-from sparsurf.patches.readings import PUBLISHED, TEXT
+from measures.studies import Measured
+from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.streams import stream
 from sparsurf.study.relation import with_interval
-from sparsurf.study.summary import summary_table
+from sparsurf.study.summary import Result, summary_table
 
 SEED = 20261120
 N_RANGES = 10
-LOWEST_TARGET = 10.0  # %, whose Z recovered dots reach below the fewest that were measured: but a bound
-WHOLE = "recovered_whole"  # the run that recovers for all of the grid, and its table
+LOWEST_TARGET = 10.0  # %; recovered dots reach its Z below the smallest n_S measured: only a bound
+WHOLE = "recovered_whole"  # table of the study that recovers surfaces for the whole grid
 
 
-def tables_of(measured, summary, relation, surfaces, recovered=(), whole=()):
-    """Every table by name.
+def tables_of(
+    measured: list[Measured],
+    summary: pd.DataFrame,
+    relation: pd.DataFrame,
+    surfaces: pd.DataFrame,
+    recovered: Sequence[Measured] = (),
+    whole: Sequence[Measured] = (),
+) -> dict[str, pd.DataFrame]:
+    """Compute every table, by name.
 
     Parameters
     ----------
@@ -26,10 +36,15 @@ def tables_of(measured, summary, relation, surfaces, recovered=(), whole=()):
     summary, relation, surfaces : DataFrames of the same run
     recovered, whole : such lists of the proteins a quarter or all of whose grid was measured under `recovered`
     """
-    results = [each.result for each in measured]
+    results = [protein.result for protein in measured]
     curves, floors = (
-        pd.concat([table.assign(protein=each.result.protein) for each, table in tables], ignore_index=True)
-        for tables in ([(each, each.by_n_s) for each in measured], [(each, each.floors) for each in measured])
+        pd.concat(
+            [table.assign(protein=protein.result.protein) for protein, table in tables], ignore_index=True
+        )
+        for tables in (
+            [(protein, protein.by_n_s) for protein in measured],
+            [(protein, protein.floors) for protein in measured],
+        )
     )
     enough, needed = over_proteins.enough(curves, floors), over_proteins.needed(curves)
     quantities = quantities_of(summary, enough, needed)
@@ -50,16 +65,18 @@ def tables_of(measured, summary, relation, surfaces, recovered=(), whole=()):
     }
     covered = [coverage(results, quantities, curves, floors)]
     if recovered:
-        found["recovered"], more = of_recovered([each.result for each in recovered])
+        found["recovered"], more = of_recovered([protein.result for protein in recovered])
         covered.append(more)
     if recovered and whole:
-        found[WHOLE], more = of_whole_grid(*([each.result for each in some] for some in (whole, recovered)))
+        found[WHOLE], more = of_whole_grid(
+            *([protein.result for protein in measured_some] for measured_some in (whole, recovered))
+        )
         covered.append(more)
     return found | {"coverage": pd.concat(covered, ignore_index=True)}
 
 
-def of_recovered(results):
-    """Of the proteins whose grid was recovered: d per range of n_S with the combination that is best on average and the
+def of_recovered(results: list[Result]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """For the proteins whose grid was recovered: d per range of n_S with the combination that is best on average and the
     protein on which the choice of all others does worst; and how often such an interval holds, a row of `coverage`."""
     summary = summary_table(results)
     best = over_proteins.plateaus(results, summary)
@@ -73,14 +90,14 @@ def of_recovered(results):
     return over_proteins.d_by_range(summary).merge(chosen, on="range", how="left"), covered
 
 
-def _covered(words, values, key):
-    """How often the interval of a mean over so many proteins holds, a row of `coverage`."""
+def _covered(words: str, values: np.ndarray, key: str) -> pd.DataFrame:
+    """How often the interval of a mean over that many proteins contains it, a row of `coverage`."""
     share = over_proteins.coverage_of_mean(values, stream(SEED, "coverage", key))
     return pd.DataFrame([{"quantity": words, "interval": "mean", "n": len(values), "coverage": share}])
 
 
-def of_whole_grid(whole, quarter):
-    """What the best of the whole recovered grid gains over the best of a quarter of it, on proteins that have both.
+def of_whole_grid(whole: list[Result], quarter: list[Result]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Gain of the best of the whole recovered grid over the best of a quarter of it, on proteins that have both.
 
     Returns
     -------
@@ -96,12 +113,12 @@ def of_whole_grid(whole, quarter):
     both = both.rename(columns={"d_held_out": "whole", "d_held_out_quarter": "quarter"})
     both["gain"] = both["whole"] - both["quarter"]
     rows = []
-    for k, own in [(0, both.groupby("protein").mean()), *both.groupby("range")]:
-        row = {"range": k, "n": len(own)} | {
-            name: own[name].mean() for name in ("n_S_percent", "n_S_percent_quarter")
+    for k, rows_of_range in [(0, both.groupby("protein").mean()), *both.groupby("range")]:
+        row = {"range": k, "n": len(rows_of_range)} | {
+            name: rows_of_range[name].mean() for name in ("n_S_percent", "n_S_percent_quarter")
         }
         for name in ("whole", "quarter", "gain"):
-            row |= with_interval(name, own[name])
+            row |= with_interval(name, rows_of_range[name])
         rows.append(row)
     gain = both.groupby("protein")["gain"].mean().to_numpy()
     return pd.DataFrame(rows), _covered(
@@ -109,10 +126,10 @@ def of_whole_grid(whole, quarter):
     )
 
 
-def quantities_of(summary, enough, needed):
-    """Numbers of each protein that are set against its size and mean roughness: words -> Series by protein."""
+def quantities_of(summary: pd.DataFrame, enough: pd.DataFrame, needed: pd.DataFrame) -> dict[str, pd.Series]:
+    """Numbers of each protein to correlate with its size and mean roughness: words -> Series by protein."""
     own = summary[summary["n_combinations"] > 0].groupby(["reading", "protein"])["d_held_out"].mean()
-    out = {f"d held out, `{reading}`": own[reading] for reading in (PUBLISHED, TEXT)}
+    out = {f"d held out, `{reading}`": own[reading] for reading in (CODED_READING, WRITTEN_READING)}
     rows = enough[(enough["sampler"] == "farthest") & (enough["reading"] == RECOVERED)]
     for name in REFERENCES:
         out[f"n_S enough, {name}"] = rows[rows["reference"] == name].set_index("protein")["n_S_percent"]
@@ -122,22 +139,26 @@ def quantities_of(summary, enough, needed):
     return out
 
 
-def coverage(results, quantities, curves, floors):
-    """How often intervals over as many proteins hold what they should, the measured proteins being all there are."""
+def coverage(
+    results: list[Result], quantities: dict[str, pd.Series], curves: pd.DataFrame, floors: pd.DataFrame
+) -> pd.DataFrame:
+    """How often intervals over that many proteins contain the truth, with the measured proteins as the population."""
     rng = stream(SEED, "coverage over proteins")
     means = {words: values for words, values in quantities.items() if words.startswith("d ")}
     means |= {f"ln of {words}": np.log(x) for words, x in quantities.items() if words.startswith("times")}
     for percent in (2.5, 10.0):
-        own = over_proteins.over_floor(curves, floors)
-        own = own[
-            (own["sampler"] == "farthest") & (own["reading"] == RECOVERED) & (own["percent"] == percent)
+        relative = over_proteins.over_floor(curves, floors)
+        relative = relative[
+            (relative["sampler"] == "farthest")
+            & (relative["reading"] == RECOVERED)
+            & (relative["percent"] == percent)
         ]
-        means[f"Z recovered from {percent:g} %, over fresh dots"] = own["over_floor"]
+        means[f"Z recovered from {percent:g} %, over fresh dots"] = relative["over_floor"]
     rows = [
         (words, "mean", len(values), over_proteins.coverage_of_mean(values.to_numpy(), rng))
         for words, values in means.items()
     ]
-    for reading in (PUBLISHED, TEXT):
+    for reading in (CODED_READING, WRITTEN_READING):
         for k in (2, 5):
             held = over_proteins.coverage_of_set(results, reading, k, N_RANGES, rng)
             rows.append((f"the best of range {k}, `{reading}`", "confidence set", len(results), held))

@@ -2,14 +2,15 @@ import numpy as np
 import pandas as pd
 
 from measures.over_proteins import needed, with_interval
+from measures.studies import Measured
 from sparsurf.recovery.readings import RECOVERED
-from sparsurf.sampling.combination import split, texts_of
+from sparsurf.sampling.combination import combination_labels, split_combinations
 from sparsurf.study.floors import FRESH
 
 DEFAULT = "as it is"
 
 
-def claims(measured):
+def claims(measured: Measured) -> dict[str, float]:
     """The numbers that the claims of the study rest on, of one protein under one variant.
 
     Parameters
@@ -33,7 +34,7 @@ def claims(measured):
     return out | {"factor": rows.loc[(25.0, "farthest", RECOVERED), "factor"]}
 
 
-def table(measured):
+def table(measured: dict[str, list[Measured]]) -> pd.DataFrame:
     """Claims by variant over the proteins, with what changed against the unvaried rules, protein by protein.
 
     Parameters
@@ -46,14 +47,16 @@ def table(measured):
     intervals over proteins; claim `held`: share of the ranges of n_S under `as_coded` in whose confidence set of the best the
     unvaried rules' winner lies
     """
-    known = {each.result.protein: each for each in measured[DEFAULT]}
+    known = {protein.result.protein: protein for protein in measured[DEFAULT]}
     rows = []
-    for variant, some in measured.items():
-        pairs = [(each, known[each.result.protein]) for each in some if each.result.protein in known]
-        found = [claims(each) | {"held": held(each, old)} for each, old in pairs]
+    for variant, studied in measured.items():
+        pairs = [
+            (protein, known[protein.result.protein]) for protein in studied if protein.result.protein in known
+        ]
+        changed = [claims(protein) | {"held": held(protein, old)} for protein, old in pairs]
         before = [claims(old) | {"held": held(old, old)} for _, old in pairs]
-        for claim in found[0] if found else ():
-            values, old = (np.array([one[claim] for one in each]) for each in (found, before))
+        for claim in changed[0] if changed else ():
+            values, old = (np.array([one[claim] for one in protein]) for protein in (changed, before))
             row = {"variant": variant, "claim": claim, "n": len(values)}
             row |= with_interval("value", values) | with_interval("change", values - old)
             if claim == "held":  # a share
@@ -62,12 +65,12 @@ def table(measured):
     return pd.DataFrame(rows)
 
 
-def held(measured, reference, reading="as_coded"):
+def held(measured: Measured, reference: Measured, reading: str = "as_coded") -> float:
     """Share of the ranges of n_S whose confidence set of the best holds the winner that the reference has there."""
-    mine, theirs = (
-        each.result.ranges[each.result.ranges["reading"] == reading].reset_index(drop=True)
-        for each in (measured, reference)
+    ranges, reference_ranges = (
+        study.result.ranges[study.result.ranges["reading"] == reading].reset_index(drop=True)
+        for study in (measured, reference)
     )
-    both = (mine["n_combinations"] > 0) & (theirs["n_combinations"] > 0)
-    winners, sets = texts_of(theirs[both]), mine["best_set"][both]
-    return np.mean([text in split(field) for text, field in zip(winners, sets, strict=True)])
+    both = (ranges["n_combinations"] > 0) & (reference_ranges["n_combinations"] > 0)
+    winners, sets = combination_labels(reference_ranges[both]), ranges["best_set"][both]
+    return np.mean([text in split_combinations(field) for text, field in zip(winners, sets, strict=True)])

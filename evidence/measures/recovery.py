@@ -1,7 +1,8 @@
-"""What surfaces recovered from subsets are worth, over many proteins: errors, Z beside the floors, means with intervals."""
+"""Quality of surfaces recovered from subsets, over many proteins: errors, Z relative to the floors, means with intervals."""
 
 import math
 import time
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,15 +12,15 @@ from scipy.spatial import cKDTree
 from measures.timing import peak_memory
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.floors import FEW_DRAWS, FRESH, floors
+from sparsurf.study.floors import FEW_DRAWS, FRESH, noise_floors
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.molecular_surface import molecular_surface
 
 PERCENTS = (2.5, 5.0, 10.0, 20.0)
 NAMES = ("farthest", "adaptive", "uniform", "roughness")
-DENSE = 60.0  # dots per Å^2 of the true surface that errors are measured from
-MOST_DENSE = 20_000_000  # such dots at most: a ribosome gets fewer per Å^2
+TRUE_DENSITY = 60.0  # dots per Å^2 of the true surface that errors are measured from
+MAX_TRUE_DOTS = 20_000_000  # a ribosome gets fewer per Å^2
 ERRORS = (
     "distance",
     "distance_95",
@@ -44,8 +45,17 @@ class Truth(NamedTuple):
     spacing: float
 
 
-def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=20261120, threads=1):
-    """Floors and subsets of one protein, all on one set of test dots.
+def measure(
+    name: str,
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    n_tests: int = 400,
+    percents: Sequence[float] = PERCENTS,
+    names: Sequence[str] = NAMES,
+    seed: int = 20261120,
+    threads: int = 1,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Measure noise floors and subsets of one protein, all on one set of test dots.
 
     Parameters
     ----------
@@ -64,9 +74,11 @@ def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=
     recovery per recovered dot, the least of three).
     """
     surface = molecular_surface(xyz, radii)
-    evaluator = Evaluator(surface, roughness_values=None, seed=seed, name=name, threads=threads)
-    table = floors(evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz, draws=FEW_DRAWS)
-    own = {"protein": name, "N": len(surface), "area": evaluator.area, "atoms": len(xyz)}
+    evaluator = PreparedSurface(surface, roughness_values=None, seed=seed, name=name, threads=threads)
+    table = noise_floors(
+        evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz, draws=FEW_DRAWS
+    )
+    keys = {"protein": name, "N": len(surface), "area": evaluator.area, "atoms": len(xyz)}
     floor = table.set_index("floor").loc[FRESH, "Z"]
     true = truth(xyz, radii, evaluator.area)
     tests, rows = evaluator.draw_tests(n_tests), []
@@ -75,22 +87,22 @@ def measure(name, xyz, radii, n_tests=400, percents=PERCENTS, names=NAMES, seed=
         for percent in percents:
             n = max(4, round(percent / 100 * len(surface)))
             kept = SAMPLERS[sampler](evaluator, n, evaluator.stream("recovery", sampler))
-            row = own | {"sampler": sampler, "percent": percent, "n_S": n}
+            row = keys | {"sampler": sampler, "percent": percent, "n_S": n}
             for key, reading in (("Z_kept", "as_written"), ("Z", "recovered")):
                 row[key] = evaluator.distances([kept], tests, z_tot, reading)[0].mean()
             row["Z_over_floor"] = row["Z"] / floor
             rows.append(row | _quality(surface.points[kept], surface.normals[kept], true))
-    return table.assign(**own), pd.DataFrame(rows)
+    return table.assign(**keys), pd.DataFrame(rows)
 
 
-def truth(xyz, radii, area=0.0):
+def truth(xyz: np.ndarray, radii: np.ndarray, area: float = 0.0) -> Truth:
     """Truth of a molecule's surface, of about `area` (Å^2)."""
-    density = min(DENSE, MOST_DENSE / max(area, 1.0))
+    density = min(TRUE_DENSITY, MAX_TRUE_DOTS / max(area, 1.0))
     dense = molecular_surface(xyz, radii, density=density)
     return Truth(cKDTree(dense.points), dense.points, dense.normals, 1 / np.sqrt(density))
 
 
-def _quality(points, normals, true):
+def _quality(points: np.ndarray, normals: np.ndarray, true: Truth) -> dict[str, float]:
     """Size, errors and cost of the surface recovered from dots."""
     seconds = []
     for _ in range(3):
@@ -100,31 +112,33 @@ def _quality(points, normals, true):
     return errors(*dots, true) | {"dots": len(dots[0]), "microseconds": 1e6 * min(seconds) / len(dots[0])}
 
 
-def distances(points, true):
+def distances(points: np.ndarray, true: Truth) -> np.ndarray:
     """Distance (Å) of every dot to the surface that `truth` made, (M,); along the normal of the nearest dense dot, unless
     that one lies farther than dense dots do."""
     return _nearest(points, true)[0]
 
 
-def _nearest(points, true):
-    """What `distances` gives, and the normals of the nearest dense dots, (M, 3)."""
+def _nearest(points: np.ndarray, true: Truth) -> tuple[np.ndarray, np.ndarray]:
+    """The distances of `distances`, and the normals of the nearest dense dots, (M, 3)."""
     gap, near = true.tree.query(points)
     along = np.abs(np.sum((points - true.points[near]) * true.normals[near], axis=1))
     return np.where(gap > 2 * true.spacing, gap, along), true.normals[near]
 
 
-def errors(points, normals, true):
+def errors(points: np.ndarray, normals: np.ndarray, true: Truth) -> dict[str, float]:
     """`ERRORS` of dots against the surface that `truth` made: Å, and degrees for the angle."""
-    some = slice(None, None, max(1, len(points) // TRUE_SAMPLE))
-    distance, directions = _nearest(points[some], true)
-    angle = np.degrees(np.arccos(np.clip(np.sum(normals[some] * directions, axis=1), -1, 1)))
+    sampled = slice(None, None, max(1, len(points) // TRUE_SAMPLE))
+    distance, directions = _nearest(points[sampled], true)
+    angle = np.degrees(np.arccos(np.clip(np.sum(normals[sampled] * directions, axis=1), -1, 1)))
     values = distance.mean(), *np.quantile(distance, (0.95, 0.99)), distance.max(), angle.mean()
     return dict(zip(ERRORS, values, strict=True))
 
 
 def means(
-    table, measures=("Z_kept", "Z", "Z_over_floor", *ERRORS, "microseconds"), groups=("sampler", "percent")
-):
+    table: pd.DataFrame,
+    measures: Sequence[str] = ("Z_kept", "Z", "Z_over_floor", *ERRORS, "microseconds"),
+    groups: Sequence[str] = ("sampler", "percent"),
+) -> pd.DataFrame:
     """Means over proteins with 95 % intervals: the groups, n, and of each measure itself, `_low` and `_high`."""
     rows = []
     for group, part in table.groupby(list(groups), sort=False):
@@ -135,21 +149,27 @@ def means(
     return pd.DataFrame(rows)
 
 
-def dense_means(table):
-    """What subsets of dense surfaces keep, over proteins: hydrogens, asked (the density), n, and means of density, N, n_S and
-    n_S_percent; how many times as many dots are asked for where the surface is recovered at 5.35 dots per Å^2 (geometric
-    mean `times`, `fewest`, `most`)."""
+def dense_means(table: pd.DataFrame) -> pd.DataFrame:
+    """Average the minimal subsets of dense surfaces over proteins.
+
+    Returns
+    -------
+    DataFrame: hydrogens, asked (requested density), n (proteins), means of density, N, n_S and n_S_percent; how many times as
+    many dots are needed if the surface is recovered at 5.35 dots per Å^2: geometric mean `times`, `fewest`, `most`
+    """
     rows = []
-    for (hydrogens, asked), part in table.groupby(["hydrogens", "asked"], sort=False):
+    for (hydrogens, requested), part in table.groupby(["hydrogens", "asked"], sort=False):
         times = part["n_S_at_5.35"] / part["n_S"]
-        row = {"hydrogens": hydrogens, "asked": asked, "n": len(part)}
+        row = {"hydrogens": hydrogens, "asked": requested, "n": len(part)}
         row |= {"density": part["density"].mean(), "N": part["N"].mean(), "n_S": part["n_S"].mean()}
         row |= {"n_S_percent": (100 * part["n_S"] / part["N"]).mean(), "times": np.exp(np.log(times).mean())}
         rows.append(row | {"fewest": times.min(), "most": times.max()})
     return pd.DataFrame(rows)
 
 
-def paired(table, first, second, measures=("Z", "distance", "angle")):
+def paired(
+    table: pd.DataFrame, first: str, second: str, measures: Sequence[str] = ("Z", "distance", "angle")
+) -> pd.DataFrame:
     """First sampler minus second, in %, over the proteins that have both: percent, measure, change, n."""
     rows = []
     for percent, part in table.groupby("percent", sort=False):
@@ -164,18 +184,18 @@ def paired(table, first, second, measures=("Z", "distance", "angle")):
     return pd.DataFrame(rows)
 
 
-def copies_of_a_tenth(xyz, radii, dots):
+def copies_of_a_tenth(xyz: np.ndarray, radii: np.ndarray, dots: int) -> tuple[np.ndarray, np.ndarray]:
     """Points and normals of farthest-point dots, a tenth, of copies of a molecule side by side that have `dots` in all."""
     surface = molecular_surface(xyz, radii)
-    evaluator = Evaluator(surface, roughness_values=np.zeros(len(surface)))
+    evaluator = PreparedSurface(surface, roughness_values=np.zeros(len(surface)))
     kept = SAMPLERS["farthest"](evaluator, len(surface) // 10, evaluator.stream("cost"))
     points, copies = surface.points[kept], math.ceil(dots / len(surface))
     apart = [np.ptp(points[:, 0]) + 10.0, 0.0, 0.0]
-    places = [points + np.multiply(k, apart) for k in range(copies)]
-    return np.concatenate(places), np.tile(surface.normals[kept], (copies, 1))
+    copied = [points + np.multiply(k, apart) for k in range(copies)]
+    return np.concatenate(copied), np.tile(surface.normals[kept], (copies, 1))
 
 
-def cost(points, normals):
+def cost(points: np.ndarray, normals: np.ndarray) -> dict[str, float]:
     """CPU seconds for a million recovered dots, and the peak of memory for each, of a process that did nothing before."""
     recover(points[:1000], normals[:1000])
     before, begin = peak_memory(), time.process_time()

@@ -1,8 +1,9 @@
-"""Places of a protein's bound form sought on its unbound form: what is described, and how often it is found."""
+"""Places of a protein's bound form searched on its unbound form: their description, and how often they are found."""
 
 import logging
 import tempfile
 import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,12 +16,14 @@ from scipy.spatial.transform import Rotation
 
 import sparsurf
 from sparsurf.dot_fields.registry import HYDROPATHY
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
-from sparsurf.pairs.complexes import laid_on
-from sparsurf.sites.arrangement import rigid_fit
-from sparsurf.sites.describing import FIELDS, RADIUS, SHAPE, load_sites
+from sparsurf.pairs.complexes import superpose_onto
+from sparsurf.sites.describing import FIELDS, RADIUS, SHAPE, Sites, load_sites
 from sparsurf.sites.finding import find_site, null_terms
-from sparsurf.sites.weighing import learn, weighed
+from sparsurf.sites.metric import learn_weights, to_metric_space
+from sparsurf.sites.pose_search import Pose, rigid_fit
+from sparsurf.surfaces.surface import Surface
 
 log = logging.getLogger("sparsurf")
 
@@ -31,12 +34,12 @@ CHANNELS = {
 }
 COMPOSITION, PUBLISHED, FPFH = OPPONENTS = "residue composition", "published descriptor", "FPFH (Open3D)"
 MAIN = 10  # % of the dots: at which weights are chosen; candidates where patches are cut from all dots
-MOST = 20  # % of the dots that are candidates at most
-AROUND = 6.0  # Å; atoms this near to a place say where it moved
-SAME = 3.0  # Å; a hit nearer to the true place is right
+MOST = 20  # maximal share of the dots that are candidates, %
+AROUND = 6.0  # Å; the atoms within this distance define how a place moved
+SAME = 3.0  # Å; a hit within this distance of the true place is right
 TERMS = ["one", "spread", "few", "size"]
 MOVED = (0.0, 0.5, 1.0, 2.0, np.inf)  # Å, ranges of how far the atoms around a place moved
-THERE = 1.0  # Å; a place is on the other form where a dot lies this near
+THERE = 1.0  # Å; a place exists on the other form if a dot lies within this distance
 SITES = (
     12,
     25,
@@ -46,13 +49,22 @@ SITES = (
 )  # places of the parts of an interface whose scores on unrelated proteins are measured
 UNRELATED = 5  # proteins for each part
 ALIGNED, FITS = 4.0, 10  # Å between C-alpha atoms of aligned residues; fits to those that lie so near
-FEW = 50  # places that weights would be learned from, of relatives, whose are the library's
-LEAST = 0.3  # score below which only the number of scores counts
+FEW = 50  # places for weights; not used for relatives, which take the weights of the library
+MIN_SCORE = 0.3  # below, only the number of scores counts
 RESIDUES = sorted(HYDROPATHY.keys() - {"MSE"})
 
 
-def forms(bound, dots, interface, unbound, percents, n, n_learned, rng):
-    """Numbers of places on both forms of one protein; the unbound one is turned at random.
+def forms(
+    bound: Molecule,
+    dots: Surface,
+    interface: np.ndarray,
+    unbound: Molecule,
+    percents: Sequence[float],
+    n: int,
+    n_learned: int,
+    rng: np.random.Generator,
+) -> tuple[dict[str, np.ndarray], list[tuple], Sites, Sites | None]:
+    """Describe places on both forms of one protein; the unbound one is rotated at random.
 
     Parameters
     ----------
@@ -71,10 +83,10 @@ def forms(bound, dots, interface, unbound, percents, n, n_learned, rng):
     target, site : Sites at MAIN, of the unbound form and of the bound interface; None for an interface of a few dots
     """
     turn = Rotation.random(random_state=rng).as_matrix()
-    laid = laid_on(unbound, bound)
-    turned = replace(laid, xyz=laid.xyz @ turn)
+    superposed = superpose_onto(unbound, bound)
+    turned = replace(superposed, xyz=superposed.xyz @ turn)
     other = sparsurf.surface(turned)
-    shift, moved = displacements(dots.points, bound, laid)
+    shift, moved = displacements(dots.points, bound, superposed)
     true = (dots.points + shift) @ turn
     there = cKDTree(other.points).query(np.nan_to_num(true, nan=1e6))[0] < THERE
     sought = [rng.permutation(np.flatnonzero(there & own))[:n] for own in (interface, ~interface)]
@@ -117,8 +129,8 @@ def forms(bound, dots, interface, unbound, percents, n, n_learned, rng):
     return out, costs, target, site
 
 
-def numbered_as(molecule, reference):
-    """A relative of one chain numbered as the reference, by their alignment where their backbones lie on each other.
+def numbered_as(molecule: Molecule, reference: Molecule) -> tuple[Molecule, float]:
+    """Number the residues of a relative as in the reference, by an alignment where the superposed backbones agree.
 
     Returns
     -------
@@ -127,11 +139,11 @@ def numbered_as(molecule, reference):
     both, names = (molecule, reference), []
     for each in both:
         names.append([standard_name(str(name)) for name in each.residues["residue_name"]])
-    found = gemmi.align_string_sequences(*names, [], gemmi.AlignmentScoring("b"))
-    gapped = [found.add_gaps(gemmi.one_letter_code(own), k) for k, own in enumerate(names, 1)]
-    place = [np.cumsum([letter != "-" for letter in row]) - 1 for row in gapped]
+    alignment = gemmi.align_string_sequences(*names, [], gemmi.AlignmentScoring("b"))
+    gapped = [alignment.add_gaps(gemmi.one_letter_code(own), k) for k, own in enumerate(names, 1)]
+    residue_index = [np.cumsum([letter != "-" for letter in row]) - 1 for row in gapped]
     paired = np.array([a != "-" != b for a, b in zip(*gapped, strict=True)])
-    rows = [own[paired] for own in place]
+    rows = [own[paired] for own in residue_index]
     at = [each.xyz[0][_alpha(each)][own] for each, own in zip(both, rows, strict=True)]
     near = np.ones(len(at[0]), bool)
     for _ in range(FITS):
@@ -146,7 +158,7 @@ def numbered_as(molecule, reference):
     return replace(molecule, residue=number[molecule.residue_index], chain=chain), alike
 
 
-def _alpha(molecule):
+def _alpha(molecule: Molecule) -> np.ndarray:
     """The C-alpha atom of each residue, (R,) int; where there is none, the first atom."""
     first = np.unique(molecule.residue_index, return_index=True)[1]
     alpha = np.flatnonzero(molecule.name == "CA")
@@ -154,18 +166,19 @@ def _alpha(molecule):
     return first
 
 
-def displacements(places, bound, laid):
-    """How the atoms within AROUND of places (P, 3) move from one form to the other: mean (P, 3) and rms (P,), Å.
+def displacements(places: np.ndarray, bound: Molecule, superposed: Molecule) -> tuple[np.ndarray, np.ndarray]:
+    """Compute how atoms within AROUND of places (P, 3) move from one form to the other: mean (P, 3) and rms (P,), Å.
 
     NaN where no atom that both forms have lies near.
     """
     numbers = [
-        {key: i for i, key in enumerate(zip(m.chain, m.residue, m.name, strict=True))} for m in (bound, laid)
+        {key: i for i, key in enumerate(zip(m.chain, m.residue, m.name, strict=True))}
+        for m in (bound, superposed)
     ]
     common = [key for key in numbers[0] if key in numbers[1]]
-    mine, theirs = ([each[key] for key in common] for each in numbers)
-    move = laid.xyz[0][theirs] - bound.xyz[0][mine]
-    near = cKDTree(bound.xyz[0][mine]).query_ball_point(places, AROUND)
+    atoms_bound, atoms_superposed = ([each[key] for key in common] for each in numbers)
+    move = superposed.xyz[0][atoms_superposed] - bound.xyz[0][atoms_bound]
+    near = cKDTree(bound.xyz[0][atoms_bound]).query_ball_point(places, AROUND)
     count = np.array([len(each) for each in near])
     owner, atom = np.repeat(np.arange(len(near)), count), np.concatenate([*near, []]).astype(int)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -177,7 +190,7 @@ def displacements(places, bound, laid):
     return mean, rms
 
 
-def numbers_at(dots, places):
+def numbers_at(dots: Surface, places: np.ndarray) -> np.ndarray:
     """Numbers (P, C, K) at places; zeros where a patch has too few dots."""
     sites = sparsurf.describe_sites(dots, percent=100, fields=FIELDS, at=places)
     out = np.zeros((len(places), *sites.numbers.shape[1:]), np.float16)
@@ -185,7 +198,7 @@ def numbers_at(dots, places):
     return out
 
 
-def saved_bytes(sites):
+def saved_bytes(sites: Sites) -> int:
     """Size of the file that holds them."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "a.sites")
@@ -193,7 +206,7 @@ def saved_bytes(sites):
         return path.stat().st_size
 
 
-def _composition(molecule, dots, places):
+def _composition(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
     """How many residues of each of the 20 types have an atom within AROUND of places: (P, 20)."""
     residues = molecule.residues
     kind = np.array(
@@ -206,11 +219,11 @@ def _composition(molecule, dots, places):
     return out
 
 
-def _published(molecule, dots, places):
+def _published(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
     return sparsurf.descriptors(dots, places).astype(np.float32)
 
 
-def _fpfh(molecule, dots, places):
+def _fpfh(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
     """Fast point feature histograms (Rusu, Blodow & Beetz, ICRA 2009) within RADIUS, of MOST of the dots: (P, 33)."""
     import open3d
 
@@ -224,37 +237,39 @@ def _fpfh(molecule, dots, places):
     return histograms[np.searchsorted(own, at)].astype(np.float32)
 
 
-def opponents():
+def opponents() -> dict[str, Callable]:
     """Other descriptors by name, functions (molecule, dots, places) -> (P, M) float32; FPFH where Open3D is installed."""
-    found = {COMPOSITION: _composition, PUBLISHED: _published}
+    others = {COMPOSITION: _composition, PUBLISHED: _published}
     try:
         import open3d  # noqa: F401
     except ImportError as error:
         log.warning("%s is left out (%s): pip install open3d.", FPFH, error)
-        return found
-    return found | {FPFH: _fpfh}
+        return others
+    return others | {FPFH: _fpfh}
 
 
-def described(arrays, percent, channels, learned):
+def described(
+    arrays: dict[str, np.ndarray], percent: float, channels: str, learned: dict
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Numbers of the sought places and of the candidates (Q, M) and (P, M), and where the candidates are."""
     if channels in CHANNELS:
         taken = [0] + [1 + FIELDS.index(name) for name in CHANNELS[channels]]
         both = (
-            weighed(arrays[f"{each} {percent:g}"][:, taken], CHANNELS[channels], learned)
-            for each in ("query", "target")
+            to_metric_space(arrays[f"{side} {percent:g}"][:, taken], CHANNELS[channels], learned)
+            for side in ("query", "target")
         )
         return *both, arrays[f"place {percent:g}"]
     n = len(arrays[f"place {MAIN if percent == 100 else percent:g}"])
     return arrays[f"query {channels}"], arrays[f"target {channels}"][:n], arrays["place of all"][:n]
 
 
-def apart(query, target):
+def apart(query: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Distances (Q, P) between rows."""
     square = (query**2).sum(axis=1)[:, None] + (target**2).sum(axis=1) - 2 * query @ target.T
     return np.sqrt(np.maximum(square, 0))
 
 
-def outcomes(distance, right):
+def outcomes(distance: np.ndarray, right: np.ndarray) -> dict[str, np.ndarray]:
     """How each place is found, from distances (Q, P) to the candidates and whether these are right.
 
     Returns
@@ -263,70 +278,74 @@ def outcomes(distance, right):
     right candidate is nearer than another, NaN where all or none are right; `chance` of a right first hit
     """
     order = np.argsort(distance.astype(np.float32), axis=1)
-    found = np.take_along_axis(right, order, axis=1)  # nearest first
+    hits = np.take_along_axis(right, order, axis=1)  # nearest first
     n = right.sum(axis=1)
     wrong = right.shape[1] - n
-    rank = (found * np.arange(1, right.shape[1] + 1)).sum(axis=1)
+    rank = (hits * np.arange(1, right.shape[1] + 1)).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         auc = 1 - (rank - n * (n + 1) / 2) / (n * wrong)
     few = max(1, right.shape[1] // 100)
     return {
-        "first": found[:, 0],
-        "first_percent": found[:, :few].any(axis=1),
+        "first": hits[:, 0],
+        "first_percent": hits[:, :few].any(axis=1),
         "auc": auc,
         "chance": right.mean(axis=1),
     }
 
 
-def halves(inputs, forms):
-    """What was described of both partners of complexes, and the weights that each half of the complexes gives.
+def halves(
+    numbers_paths: list[str], target_paths: list[str], site_paths: list[str], forms: list[str]
+) -> tuple[list[str], np.ndarray, list[dict], list[Sites], list[Sites], list[dict]]:
+    """Read the descriptions of both partners of complexes, and learn weights from each half of the complexes.
 
     Parameters
     ----------
-    inputs : dict of lists of paths, a path for each partner: numbers, targets, sites
-    forms : sequence of str, names of the complexes
+    numbers_paths, target_paths, site_paths : a path for each partner
+    forms : names of the complexes
 
     Returns
     -------
-    names, half (0 or 1 of each; both partners of a complex are in one), numbers, targets, sites : one of each partner
+    names, half (0 or 1; both partners of a complex are in one), numbers, targets, sites : one of each partner
     learned : weights of the first and of the second half, see `weighing.weights`
     """
     names = [f"{form}_{side}" for form in forms for side in "rl"]
     half = np.repeat(np.arange(len(forms)) % 2, 2)
-    numbers = [dict(np.load(path)) for path in inputs["numbers"]]
-    targets, queries = ([load_sites(path) for path in inputs[key]] for key in ("targets", "sites"))
-    learned = [_learned([own for own, h in zip(numbers, half, strict=True) if h == k]) for k in (0, 1)]
+    numbers = [dict(np.load(path)) for path in numbers_paths]
+    targets, queries = ([load_sites(path) for path in paths] for paths in (target_paths, site_paths))
+    learned = [_learned([arrays for arrays, h in zip(numbers, half, strict=True) if h == k]) for k in (0, 1)]
     return names, half, numbers, targets, queries, learned
 
 
-def _learned(numbers):
+def _learned(numbers: list[dict]) -> dict:
     """Weights from the places of some proteins on both forms."""
-    pairs = np.concatenate([own["learned"] for own in numbers], axis=1)
-    return learn(pairs, np.concatenate([own[f"target {MAIN}"] for own in numbers]), (SHAPE, *FIELDS))
+    pairs = np.concatenate([arrays["learned"] for arrays in numbers], axis=1)
+    return learn_weights(
+        pairs, np.concatenate([arrays[f"target {MAIN}"] for arrays in numbers]), (SHAPE, *FIELDS)
+    )
 
 
-def scores(arrays, weights):
-    """Rows of how the places of one protein are found, by percent, channels and kind of place."""
+def scores(arrays: dict[str, np.ndarray], weights: dict) -> Iterator[dict]:
+    """Yield how often the places of one protein are found, by percent, channels and kind of place."""
     percents = [float(key.split()[1]) for key in arrays if key.startswith("place ") and key != "place of all"]
     for percent in percents:
         for channels in (*CHANNELS, *(name for name in OPPONENTS if f"query {name}" in arrays)):
             query, target, at = described(arrays, percent, channels, weights)
             right = apart(arrays["true"], at) < SAME
-            each = outcomes(apart(query, target), right)
-            for kind, own in (("interface", arrays["interface"]), ("elsewhere", ~arrays["interface"])):
-                if own.any():
+            results = outcomes(apart(query, target), right)
+            for kind, chosen in (("interface", arrays["interface"]), ("elsewhere", ~arrays["interface"])):
+                if chosen.any():
                     row = {
                         "percent": percent,
                         "channels": channels,
                         "places": kind,
-                        "n": int(own.sum()),
+                        "n": int(chosen.sum()),
                         "candidates": len(at),
                     }
                     with np.errstate(invalid="ignore"):
-                        yield row | {key: np.nanmean(values[own]) for key, values in each.items()}
+                        yield row | {key: np.nanmean(values[chosen]) for key, values in results.items()}
 
 
-def by_place(arrays, weights, every):
+def by_place(arrays: dict[str, np.ndarray], weights: dict, every: list[dict]) -> pd.DataFrame:
     """How each place of one protein is found at MAIN by all fields, also among the candidates of `every` protein.
 
     Returns
@@ -336,7 +355,7 @@ def by_place(arrays, weights, every):
     channels = list(CHANNELS)[-1]
     query, target, at = described(arrays, MAIN, channels, weights)
     distance, right = apart(query, target), apart(arrays["true"], at) < SAME
-    each = outcomes(distance, right)
+    results = outcomes(distance, right)
     nearest = distance.min(axis=1)
     for other in every:
         if other is not arrays:
@@ -345,18 +364,26 @@ def by_place(arrays, weights, every):
             )
     table = pd.DataFrame(
         {key: arrays[key] for key in ("interface", "moved")}
-        | {key: each[key] for key in ("first", "first_percent")}
+        | {key: results[key] for key in ("first", "first_percent")}
     )
     return table.assign(first_of_all=table["first"] & (distance.min(axis=1) <= nearest))
 
 
-def whole(names, half, queries, targets, true, weights):
-    """Each interface sought as a whole on the unbound forms of its half: is the right one first, laid where it belongs?
+def whole(
+    names: list[str],
+    half: np.ndarray,
+    queries: list[Sites],
+    targets: list[Sites],
+    true: list[np.ndarray | None],
+    weights: list[dict],
+) -> pd.DataFrame:
+    """Search each interface as a whole on the unbound forms of its half: is the right one first, and in the right pose?
 
     Returns
     -------
     DataFrame: protein, places, targets, score on the right protein, best_other (on another), right_protein (is first), off (Å,
-    median distance of the places from where they belong, as laid on the right protein) and right (it is first, off below SAME)
+    median distance of the places from their true positions after superposition onto the right protein) and right (it is
+    first, off below SAME)
     """
     rows = []
     for k, name in enumerate(names):
@@ -364,23 +391,30 @@ def whole(names, half, queries, targets, true, weights):
             continue
         others = [replace(targets[i], name=names[i]) for i in np.flatnonzero(half == half[k])]
         hits = find_site(queries[k], others, len(others), weights[1 - half[k]])
-        place = hits.table["target"].to_list().index(name)
-        off = off_place(queries[k], hits.poses[place], true[k])
+        rank = hits.table["target"].to_list().index(name)
+        off = off_place(queries[k], hits.poses[rank], true[k])
         score = hits.table["score"].to_numpy()
         rows.append({
-            "protein": name, "places": len(queries[k]), "targets": len(others), "score": score[place],
-            "best_other": np.delete(score, place).max(initial=0.0), "right_protein": place == 0, "off": off,
-            "right": place == 0 and off < SAME,
+            "protein": name, "places": len(queries[k]), "targets": len(others), "score": score[rank],
+            "best_other": np.delete(score, rank).max(initial=0.0), "right_protein": rank == 0, "off": off,
+            "right": rank == 0 and off < SAME,
         })  # fmt: skip
     return pd.DataFrame(rows)
 
 
-def off_place(site, pose, true):
-    """Median distance of the places of a site, as laid on a target, from where they belong (Q, 3), Å."""
+def off_place(site: Sites, pose: Pose, true: np.ndarray) -> float:
+    """Median distance of the places of a site, superposed onto a target, from their true positions (Q, 3), Å."""
     return np.median(np.linalg.norm(site.points @ pose.turn + pose.shift - true, axis=1))
 
 
-def null_scores(names, half, queries, targets, weights, rng):
+def null_scores(
+    names: list[str],
+    half: np.ndarray,
+    queries: list[Sites],
+    targets: list[Sites],
+    weights: list[dict],
+    rng: np.random.Generator,
+) -> pd.DataFrame:
     """Scores of parts of each interface, compact ones of SITES places, on unrelated proteins and on its own unbound form.
 
     Returns
@@ -402,13 +436,13 @@ def null_scores(names, half, queries, targets, weights, rng):
     return pd.DataFrame(rows, columns=["half", "protein", "same", "places", "score", *TERMS])
 
 
-def fitted_null(table):
-    """Constants (6,) of `finding.chance` by maximum likelihood; scores below LEAST count as such."""
+def fitted_null(table: pd.DataFrame) -> np.ndarray:
+    """Constants (6,) of `finding.chance` by maximum likelihood; scores below MIN_SCORE are censored."""
     score, terms = table["score"].to_numpy(), table[TERMS].to_numpy()
 
-    def loss(constants):
+    def loss(constants: np.ndarray) -> float:
         width = np.exp(np.clip(terms[:, :2] @ constants[4:], -5, 5))
-        z = np.clip((np.maximum(score, LEAST) - terms @ constants[:4]) / width, -50, 500)
-        return np.where(score > LEAST, np.log(width) + z + np.exp(-z), np.exp(-z)).sum()
+        z = np.clip((np.maximum(score, MIN_SCORE) - terms @ constants[:4]) / width, -50, 500)
+        return np.where(score > MIN_SCORE, np.log(width) + z + np.exp(-z), np.exp(-z)).sum()
 
     return minimize(loss, [1.0, -0.5, 0.0, 0.0, -1.0, 0.0], method="BFGS").x

@@ -1,4 +1,6 @@
-"""What a descriptor measures that is not the surface: how much it changes when only the position or the dots do."""
+"""How much a descriptor changes when only the position or the dots change, not the surface."""
+
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pandas as pd
@@ -10,6 +12,7 @@ from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study import grid
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
 
@@ -17,7 +20,14 @@ CHANGES = ("turned", "fresh dots", "turned, fresh dots")
 TURNS, DRAWS = 5, 3
 
 
-def poses(xyz, radii, tests, density, rng, turns=TURNS):
+def poses(
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    tests: np.ndarray,
+    density: float,
+    rng: np.random.Generator,
+    turns: int = TURNS,
+) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
     """Yield (change, points, normals, places of the tests) of one surface: as it is first, then changed.
 
     Fresh dots are those that the surface of the turned molecule gets, turned back.
@@ -29,17 +39,25 @@ def poses(xyz, radii, tests, density, rng, turns=TURNS):
     density : dots per Å^2
     rng : numpy.random.Generator
     """
-    own = molecular_surface(xyz, radii, density=density)
-    yield "", own.points, own.normals, tests
+    surface = molecular_surface(xyz, radii, density=density)
+    yield "", surface.points, surface.normals, tests
     for turn in Rotation.random(turns, rng).as_matrix():
         other = molecular_surface(xyz @ turn.T, radii, density=density)
-        yield CHANGES[0], own.points @ turn.T, own.normals @ turn.T, tests @ turn.T
+        yield CHANGES[0], surface.points @ turn.T, surface.normals @ turn.T, tests @ turn.T
         yield CHANGES[1], other.points @ turn, other.normals @ turn, tests
         yield CHANGES[2], other.points, other.normals, tests @ turn.T
 
 
-def steadiness(xyz, radii, tests, rng, density=DENSITY, d_link=0.5, threads=1):
-    """How far each descriptor moves, against how far two patches are apart; and the same by order n.
+def steadiness(
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    tests: np.ndarray,
+    rng: np.random.Generator,
+    density: float = DENSITY,
+    d_link: float = 0.5,
+    threads: int = 1,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Measure the change of each descriptor relative to the difference of two patches, in total and by order n.
 
     Returns
     -------
@@ -47,22 +65,22 @@ def steadiness(xyz, radii, tests, rng, density=DENSITY, d_link=0.5, threads=1):
     orders : DataFrame with density, descriptor, n and ratio: the variance of the coefficients of this order when the
         molecule is turned and gets fresh dots, over that between patches
     """
-    found = {}
+    descriptors = {}
     for change, points, normals, places in poses(xyz, radii, tests, density, rng):
         index = build_index(points, normals, d_link)
         for name in DESCRIPTORS:
             z, _ = describe(index, places, threads=threads, descriptor=name)
-            found.setdefault((name, change), []).append(z)
+            descriptors.setdefault((name, change), []).append(z)
     changes, orders = [], []
     for name in DESCRIPTORS:
-        z = found[name, ""][0]
+        z = descriptors[name, ""][0]
         apart = np.linalg.norm(z - np.roll(z, 1, axis=0), axis=1).mean()  # tests stand in random order
         for change in CHANGES:
-            moved = [np.linalg.norm(z - w, axis=1).mean() for w in found[name, change]]
+            moved = [np.linalg.norm(z - w, axis=1).mean() for w in descriptors[name, change]]
             changes.append(
                 (density, name, change, np.mean(moved), np.std(moved, ddof=1), apart, np.mean(moved) / apart)
             )
-        within = np.mean([(z - w) ** 2 for w in found[name, CHANGES[2]]], axis=(0, 1)) / 2
+        within = np.mean([(z - w) ** 2 for w in descriptors[name, CHANGES[2]]], axis=(0, 1)) / 2
         for n in range(21):
             of_n = [k for k, (order, _) in enumerate(indices()) if order == n]
             orders.append((density, name, n, within[of_n].sum() / z.var(axis=0)[of_n].sum()))
@@ -72,27 +90,29 @@ def steadiness(xyz, radii, tests, rng, density=DENSITY, d_link=0.5, threads=1):
     )
 
 
-def rows_of_paper(evaluator, n_tests):
+def rows_of_paper(evaluator: PreparedSurface, n_tests: int) -> pd.DataFrame:
     """The ten published combinations under both descriptors and readings: mean Z_tS, d and its standard error."""
     out = []
     for name in DESCRIPTORS:
-        found = grid.run(evaluator.changed(descriptor=name), PUBLISHED_ROWS, n_tests, DRAWS)
-        gain = (found.z_tr - found.z_ts).mean(axis=2)  # over the draws
-        for r, reading in enumerate(found.readings):
+        result = grid.evaluate_grid(evaluator.changed(descriptor=name), PUBLISHED_ROWS, n_tests, DRAWS)
+        gain = (result.z_tr - result.z_ts).mean(axis=2)  # over the draws
+        for r, reading in enumerate(result.readings):
             for k in range(len(PUBLISHED_ROWS)):
                 error = gain[r, k].std(ddof=1) / np.sqrt(n_tests)
-                percent = 100 * found.n_s[k].mean() / found.n_dots
-                out.append((name, reading, k + 1, percent, found.z_ts[r, k].mean(), gain[r, k].mean(), error))
+                percent = 100 * result.n_s[k].mean() / result.n_dots
+                out.append(
+                    (name, reading, k + 1, percent, result.z_ts[r, k].mean(), gain[r, k].mean(), error)
+                )
     return pd.DataFrame(out, columns=["descriptor", "reading", "row", "n_S_percent", "Z_tS", "d", "error"])
 
 
-def whole_grid(evaluator, combinations, n_tests):
-    """Of a grid of combinations: share with d > 0, best d, and what the descriptors share."""
+def whole_grid(evaluator: PreparedSurface, combinations: np.ndarray, n_tests: int) -> pd.DataFrame:
+    """Share of a grid's combinations with d > 0, the best d, and the correlation of d between the descriptors."""
     d = {}
     for name in DESCRIPTORS:
-        found = grid.run(evaluator.changed(descriptor=name), combinations, n_tests, 1)
-        for r, reading in enumerate(found.readings):
-            d[name, reading] = (found.z_tr[r] - found.z_ts[r]).mean(axis=(1, 2))
+        result = grid.evaluate_grid(evaluator.changed(descriptor=name), combinations, n_tests, 1)
+        for r, reading in enumerate(result.readings):
+            d[name, reading] = (result.z_tr[r] - result.z_ts[r]).mean(axis=(1, 2))
     first = next(iter(DESCRIPTORS))
     out = [
         (name, reading, 100 * (gain > 0).mean(), gain.max(), *combinations[gain.argmax()],
@@ -113,7 +133,7 @@ def whole_grid(evaluator, combinations, n_tests):
     return pd.DataFrame(out, columns=columns)
 
 
-def of_samplers(evaluator, n_tests, percents):
+def of_samplers(evaluator: PreparedSurface, n_tests: int, percents: Sequence[float]) -> pd.DataFrame:
     """Z of every sampler at equal n_S under `as_written`, by both descriptors; the error is that over test dots."""
     tests, out = evaluator.draw_tests(n_tests), []
     z_tot = {name: evaluator.changed(descriptor=name).describe(tests)[0] for name in DESCRIPTORS}
@@ -131,7 +151,7 @@ def of_samplers(evaluator, n_tests, percents):
     return pd.DataFrame(out, columns=["descriptor", "sampler", "percent", "n_S_percent", "Z", "error"])
 
 
-def means(table, keys):
+def means(table: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
     """Ratio over the structures, with its 95 % interval: keys, structures, lowest and highest."""
     rows = []
     for group, part in table.groupby(keys, sort=False):
@@ -144,8 +164,8 @@ def means(table, keys):
     return pd.DataFrame(rows)
 
 
-def grid_means(table):
-    """What each descriptor makes of the paper's grid, over the structures: means, `_lowest` and `_highest` of each number."""
+def grid_means(table: pd.DataFrame) -> pd.DataFrame:
+    """Results of the paper's grid with each descriptor over the structures: means, `_lowest` and `_highest`."""
     rows = []
     for group, part in table.groupby(["descriptor", "reading"], sort=False):
         row = dict(zip(("descriptor", "reading"), group, strict=True)) | {"structures": len(part)}

@@ -1,4 +1,4 @@
-"""What a study has measured on each of its proteins: its tables, read again."""
+"""The tables that a study has written for each of its proteins."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +9,7 @@ import pandas as pd
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.summary import Result, read_result
 
-CURVES = {"Z as_written": "as_written", "Z recovered": "recovered"}  # measures of compare.csv: the readings
+READING_OF_MEASURE = {"Z as_written": "as_written", "Z recovered": "recovered"}  # of compare.csv
 
 
 class Measured(NamedTuple):
@@ -25,38 +25,41 @@ class Measured(NamedTuple):
     by_n_s: pd.DataFrame
 
 
-def measured(run, names, reading=None):
-    """`Measured` of each protein of a run, by the number of dots; results/<run>/<name>/c1.
+def read_study(run: str, proteins: list[str], reading: str | None = None) -> list[Measured]:
+    """Read the results of each protein of a run, `run`/<protein>/c1, in the order of their numbers of dots.
 
-    With a `reading`, the ranges of n_S of that one alone.
+    With a `reading`, only the ranges of n_S of this reading.
     """
-    found = [_measured(Path(run, name, "c1")) for name in names]
+    measured = [_read_conformation(Path(run, protein, "c1")) for protein in proteins]
     if reading:
-        found = [each._replace(result=_under(each.result, reading)) for each in found]
-    return sorted(found, key=lambda each: (each.result.n_dots, each.result.protein))
+        measured = [protein._replace(result=_only(protein.result, reading)) for protein in measured]
+    return sorted(measured, key=lambda protein: (protein.result.n_dots, protein.result.protein))
 
 
-def _under(result, reading):
+def _only(result: Result, reading: str) -> Result:
+    """A result with the ranges of one reading."""
     return replace(result, ranges=result.ranges[result.ranges["reading"] == reading])
 
 
-def _measured(folder):
+def _read_conformation(folder: Path) -> Measured:
+    """Read the results of one conformation."""
     compared = folder / "compare.csv"
     curves = by_n_s(pd.read_csv(compared)) if compared.is_file() else pd.DataFrame()
     return Measured(read_result(folder), pd.read_csv(folder / "floors.csv"), curves)
 
 
-def by_n_s(compared):
-    """Z of every sampler and n_S of a compare.csv, as the dots are and recovered."""
-    own = compared[compared["measure"].isin(CURVES)]
-    table = own[["sampler", "percent", "n_S", "n_S_percent"]]
-    return table.assign(reading=own["measure"].map(CURVES), Z=own["value"]).reset_index(drop=True)
+def by_n_s(compared: pd.DataFrame) -> pd.DataFrame:
+    """Z of every sampler and n_S of a compare.csv, for the dots as they are and for the recovered surface."""
+    rows = compared[compared["measure"].isin(READING_OF_MEASURE)]
+    table = rows[["sampler", "percent", "n_S", "n_S_percent"]]
+    reading = rows["measure"].map(READING_OF_MEASURE)
+    return table.assign(reading=reading, Z=rows["value"]).reset_index(drop=True)
 
 
-def sizes(run, names):
+def sizes(run: str, proteins: list[str]) -> pd.DataFrame:
     """Atoms and residues of each protein: protein, n_atoms, n_residues."""
     rows = []
-    for name in names:
-        molecule = read_molecule(Path(run, name, "c1", "structure.pdb"), selection="all", whole=False)
-        rows.append((name, int(molecule.n_atoms), int(molecule.n_residues)))
+    for protein in proteins:
+        molecule = read_molecule(Path(run, protein, "c1", "structure.pdb"), selection="all", whole=False)
+        rows.append((protein, int(molecule.n_atoms), int(molecule.n_residues)))
     return pd.DataFrame(rows, columns=["protein", "n_atoms", "n_residues"])

@@ -1,30 +1,31 @@
-"""Tables of many structures: joined, summed up and stored."""
+"""Tables of many structures: reading, writing, and CPU time from logs."""
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import pandas as pd
 
-USED = re.compile(r"^USED (\d+) MB ([\d.]+) s for ([\d.]+) MB$", re.M)
+USED = re.compile(r"^USED (\d+) MB ([\d.]+) s", re.M)  # the last line of a job's log
 
 
-def joined(paths):
-    """The tables of several files, one below the other; 1E96 is a complex, no number."""
+def read_tables(paths: Iterable[str]) -> pd.DataFrame:
+    """Read several tables and put one below the other; names such as 1E96 stay strings."""
     names = dict.fromkeys(["complex", "protein"], str)
     return pd.concat([pd.read_csv(path, dtype=names) for path in paths], ignore_index=True)
 
 
-def store(tables, outputs, decimals="%.5g"):
-    """Write tables to the outputs of a rule, by their names."""
-    for name, table in tables.items():
-        table.to_csv(outputs[name], index=False, float_format=decimals)
+def write_tables(tables: dict[str, pd.DataFrame], float_format: str = "%.5g") -> None:
+    """Write tables by their paths."""
+    for path, table in tables.items():
+        table.to_csv(path, index=False, float_format=float_format)
 
 
-def of_logs(*folders):
-    """What the jobs of a chain took, from their logs: rule, jobs, cpu_hours, most_mb of one."""
+def cpu_table(*folders: str) -> pd.DataFrame:
+    """Resources that the jobs used according to the logs in folders: rule, jobs, cpu_hours, most_mb of one job."""
     rows = []
     for log in (log for folder in folders for log in Path(folder).rglob("*.log")):
-        for megabytes, seconds, _ in USED.findall(log.read_text(encoding="utf-8"))[-1:]:
+        for megabytes, seconds in USED.findall(log.read_text(encoding="utf-8"))[-1:]:
             rows.append((log.stem, float(seconds) / 3600, float(megabytes)))
     table = pd.DataFrame(rows, columns=["rule", "cpu_hours", "mb"]).groupby("rule")
     return table.agg(jobs=("mb", "size"), cpu_hours=("cpu_hours", "sum"), most_mb=("mb", "max")).reset_index()

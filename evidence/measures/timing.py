@@ -4,53 +4,71 @@ import importlib
 import platform
 import statistics
 import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from sparsurf.threads import available_cores
 
 
 class Table:
-    """Figures, printed as they come.
+    """Figures, printed as they are measured.
 
     Attributes
     ----------
     rows : list of dict: what, dots, value (CPU seconds or what `unit` says), wall (the same of the wall clock),
-        unit, at_most (what was promised); None where there is none
+        unit, at_most (what the project promises); None where there is none
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.rows = []
         print(self.markdown(), end="", flush=True)
 
-    def add(self, what, dots, value, unit, wall=None, most=None):
+    def add(
+        self,
+        what: str,
+        dots: int | None,
+        value: float | None,
+        unit: str,
+        wall: float | None = None,
+        most: float | None = None,
+    ) -> float | None:
         """One figure."""
         row = {"what": what, "dots": dots, "value": value, "wall": wall, "unit": unit, "at_most": most}
         self.rows.append(row)
         print(_line(row.values()), flush=True)
         return value
 
-    def time(self, what, dots, run, repeats, unit="s", per=1.0, most=None):
-        """Median time of `run()` after one call in vain, in `unit`, of which `per` are a second."""
+    def time(
+        self,
+        what: str,
+        dots: int | None,
+        run: Callable,
+        repeats: int,
+        unit: str = "s",
+        per: float = 1.0,
+        most: float | None = None,
+    ) -> float | None:
+        """Median time of `run()` after one call for warm-up, in `unit`, of which `per` are a second."""
         cpu, wall = timed(run, repeats)
         return self.add(what, dots, cpu * per, unit, wall * per, most)
 
-    def missed(self):
+    def missed(self) -> list[str]:
         """Names of the figures above what was promised; of times without CPU seconds the wall time counts."""
-        found = [(row, row["wall"] if row["value"] is None else row["value"]) for row in self.rows]
-        return [row["what"] for row, value in found if row["at_most"] and value > row["at_most"]]
+        measured = [(row, row["wall"] if row["value"] is None else row["value"]) for row in self.rows]
+        return [row["what"] for row, value in measured if row["at_most"] and value > row["at_most"]]
 
-    def markdown(self):
+    def markdown(self) -> str:
         """The whole table."""
         lines = ["| figure | dots | CPU | wall | unit | at most |", "|---|---|---|---|---|---|"]
         return "\n".join(lines + [_line(row.values()) for row in self.rows]) + "\n"
 
 
-def _line(cells):
+def _line(cells: Iterable) -> str:
     texts = ["" if c is None else f"{c:.3g}" if isinstance(c, float) else str(c) for c in cells]
     return "| " + " | ".join(texts) + " |"
 
 
-def timed(run, repeats):
+def timed(run: Callable, repeats: int) -> tuple[float, float]:
     """Median CPU and wall seconds of `run()` over `repeats` calls after one in vain."""
     run()
     times = []
@@ -61,8 +79,8 @@ def timed(run, repeats):
     return tuple(statistics.median(column) for column in zip(*times, strict=True))
 
 
-def peak_memory():
-    """Most memory that this process held so far, in bytes; NaN where the system does not tell (not Linux).
+def peak_memory() -> float:
+    """Peak memory of this process so far, in bytes; NaN where the system does not report it (not Linux).
 
     Not getrusage's ru_maxrss, which counts the parent process in as well.
     """
@@ -72,8 +90,8 @@ def peak_memory():
     return 1024 * int(status.read_text(encoding="ascii").split("VmHWM:")[1].split()[0])
 
 
-def machine():
-    """What figures were measured on, a dict."""
+def machine() -> dict[str, str | int]:
+    """Describe the machine: processor, cores and versions."""
     cpu = platform.processor()
     info = Path("/proc/cpuinfo")
     if info.is_file():

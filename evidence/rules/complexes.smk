@@ -1,105 +1,96 @@
-# docs/complexes.md: what propensity finds over many complexes, and what few centres are worth.
+# docs/complexes.md: how well complementarity finds the interface of many complexes, and how many centres it needs.
 
-COMPLEX = config["complexes"]
-# In this order: each is compared with the one before, as a control
-PAIRS = plan.pairs(source.known)
-BEFORE = dict(zip(list(PAIRS)[1:], PAIRS))
-
-
-def files_of(pair):
-    """Both structures of a complex."""
-    return [source.path(name) for name in PAIRS[pair]]
+# In this order: each complex is compared with the one before, as a control
+PREVIOUS_COMPLEX = dict(zip(list(COMPLEXES)[1:], COMPLEXES))
 
 
 def partners(wildcards):
-    """The structures of a complex, of its bound form, and of the complex before it."""
-    own = {"own": files_of(wildcards.pair)}
-    if wildcards.pair.endswith("_u"):
-        own["bound"] = files_of(wildcards.pair.removesuffix("_u"))
-    if wildcards.pair in BEFORE:
-        own["other"] = files_of(BEFORE[wildcards.pair])
-    return own
+    """Structures of both partners of a complex."""
+    return [structure_file(name) for name in COMPLEXES[wildcards.pair]]
+
+
+def bound_partners(wildcards):
+    """Structures of the bound form of a complex given as NAME_u; none for others."""
+    if not wildcards.pair.endswith("_u"):
+        return []
+    return [structure_file(name) for name in COMPLEXES[wildcards.pair.removesuffix("_u")]]
+
+
+def control_partners(wildcards):
+    """Structures of the complex before this one; none for the first."""
+    names = COMPLEXES.get(PREVIOUS_COMPLEX.get(wildcards.pair), ())
+    return [structure_file(name) for name in names]
 
 
 wildcard_constraints:
-    pair=one_of(PAIRS),
-    descriptor=one_of(COMPLEX["descriptors"]),
-
-
-complexes = chains.add(
-    "complexes",
-    COMPLEX | {"pairs": PAIRS},
-    scripts=["measure_complex.py", "tabulate_complexes.py"],
-    tables=["complexes", "complexes_means", "complexes_variants"]
-    + ["complexes_contacts", "complexes_control", "complexes_cpu"],
-)
+    descriptor=one_of(config["complexes"]["descriptors"]),
 
 
 rule measure_complex:
     input:
-        unpack(partners),
+        partners=ancient(partners),
+        bound=ancient(bound_partners),
+        control=ancient(control_partners),
     output:
-        **{
-            key: f"{OUT}/complexes/{{descriptor}}/{{pair}}/{key}.csv"
-            for key in ("areas", "contacts", "control")
-        },
+        areas=f"{RESULTS}/complexes/{{descriptor}}/{{pair}}/areas.csv",
+        contacts=f"{RESULTS}/complexes/{{descriptor}}/{{pair}}/contacts.csv",
+        control=f"{RESULTS}/complexes/{{descriptor}}/{{pair}}/control.csv",
     log:
-        f"{LOGS}/complexes/{{descriptor}}/{{pair}}/measure_complex.log",
+        f"{RESULTS}/logs/complexes/{{descriptor}}/{{pair}}/measure_complex.log",
     params:
-        **chains.made_by("measure_complex.py", {"patches": COMPLEX["patches"]}),
-        pair="{pair}",
-        descriptor="{descriptor}",
+        patches=config["complexes"]["patches"],
     message:
-        "Propensity of {wildcards.pair}, {wildcards.descriptor} descriptor"
+        "Complementarity of {wildcards.pair}, {wildcards.descriptor} descriptor"
     script:
         "../measure_complex.py"
 
 
 rule tabulate_complexes:
     input:
-        **{
-            key: expand(
-                f"{OUT}/complexes/{{descriptor}}/{{pair}}/{key}.csv",
-                descriptor=COMPLEX["descriptors"],
-                pair=PAIRS,
-            )
-            for key in ("areas", "contacts", "control")
-        },
+        areas=expand(
+            f"{RESULTS}/complexes/{{descriptor}}/{{pair}}/areas.csv",
+            descriptor=config["complexes"]["descriptors"],
+            pair=COMPLEXES,
+        ),
+        contacts=expand(
+            f"{RESULTS}/complexes/{{descriptor}}/{{pair}}/contacts.csv",
+            descriptor=config["complexes"]["descriptors"],
+            pair=COMPLEXES,
+        ),
+        control=expand(
+            f"{RESULTS}/complexes/{{descriptor}}/{{pair}}/control.csv",
+            descriptor=config["complexes"]["descriptors"],
+            pair=COMPLEXES,
+        ),
     output:
-        touch(complexes.mark),
-        **complexes.tables,
+        complexes=f"{TABLES}/complexes.csv",
+        complexes_means=f"{TABLES}/complexes_means.csv",
+        complexes_variants=f"{TABLES}/complexes_variants.csv",
+        complexes_contacts=f"{TABLES}/complexes_contacts.csv",
+        complexes_control=f"{TABLES}/complexes_control.csv",
+        complexes_cpu=f"{TABLES}/complexes_cpu.csv",
     log:
-        f"{LOGS}/tabulate_complexes.log",
+        f"{RESULTS}/logs/tabulate_complexes.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_complexes.py"),
-        logs=f"{LOGS}/complexes",
-        chosen_on=COMPLEX["chosen_on"],
+        chosen_on=config["complexes"]["chosen_on"],
+        logs=f"{RESULTS}/logs/complexes",
     message:
         "Tables over many complexes"
     script:
         "../tabulate_complexes.py"
 
 
-thinned = chains.add(
-    "thinning",
-    COMPLEX["thinning"],
-    scripts=["thin_complex.py", "tabulate_thinning.py"],
-    tables=["complexes_thinning", "complexes_thinning_means", "thinning_cpu"],
-    figures=["complexes_thinning"],
-)
-
-
 rule thin_complex:
     input:
-        own=lambda wildcards: files_of(wildcards.pair),
+        partners=ancient(partners),
     output:
-        table=f"{OUT}/thinning/{{pair}}.csv",
+        table=f"{RESULTS}/thinning/{{pair}}.csv",
     log:
-        f"{LOGS}/thinning/{{pair}}/thin_complex.log",
+        f"{RESULTS}/logs/thinning/{{pair}}/thin_complex.log",
     params:
-        **chains.made_by("thin_complex.py", {key: COMPLEX["thinning"][key] for key in ("percents", "draws")}),
-        pair="{pair}",
+        percents=config["complexes"]["thinning"]["percents"],
+        draws=config["complexes"]["thinning"]["draws"],
     message:
         "Maps of {wildcards.pair} from few centres"
     script:
@@ -108,18 +99,18 @@ rule thin_complex:
 
 rule tabulate_thinning:
     input:
-        tables=expand(f"{OUT}/thinning/{{pair}}.csv", pair=COMPLEX["thinning"]["pairs"]),
+        tables=expand(f"{RESULTS}/thinning/{{pair}}.csv", pair=config["complexes"]["thinning"]["pairs"]),
     output:
-        touch(thinned.mark),
-        **thinned.tables,
-        complexes_thinning_figure=thinned.figures["complexes_thinning"],
+        complexes_thinning=f"{TABLES}/complexes_thinning.csv",
+        complexes_thinning_means=f"{TABLES}/complexes_thinning_means.csv",
+        thinning_cpu=f"{TABLES}/thinning_cpu.csv",
+        figure=f"{FIGURES}/complexes_thinning.png",
     log:
-        f"{LOGS}/tabulate_thinning.log",
+        f"{RESULTS}/logs/tabulate_thinning.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_thinning.py"),
-        logs=f"{LOGS}/thinning",
+        logs=f"{RESULTS}/logs/thinning",
     message:
-        "Table and figure of few centres"
+        "Tables and figure of few centres"
     script:
         "../tabulate_thinning.py"

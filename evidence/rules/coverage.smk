@@ -1,28 +1,21 @@
-# docs/coverage.md: how often the intervals of a study hold the truth, on surfaces of the study over many proteins.
+# docs/coverage.md: how often the intervals of a study contain the truth, on surfaces of the study of many proteins.
 
-COVER = config["coverage"]
-POOLED = f"results/{STUDIES['proteins']['run']}/{{protein}}/c1"
-
-covered = chains.add(
-    "coverage",
-    {key: COVER[key] for key in COVER if key != "drawn"} | {"structures": NAMES["coverage"]},
-    scripts=["pool_draws.py", "measure_coverage.py", "tabulate_coverage.py"],
-    tables=["coverage", "coverage_surfaces", "coverage_designs", "coverage_cpu"],
-)
+COVERED = names_in_set(STRUCTURES, "coverage")
 
 
 rule pool_draws:
     input:
-        surface=f"{POOLED}/surface.npz",
-        roughness=f"{POOLED}/roughness.csv",
-        grid=f"{POOLED}/grid.csv",
+        surface=f"{RESULTS}_proteins/{{protein}}/c1/surface.npz",
+        roughness=f"{RESULTS}_proteins/{{protein}}/c1/roughness.csv",
+        grid=f"{RESULTS}_proteins/{{protein}}/c1/grid.csv",
     output:
-        pool=f"{OUT}/coverage/{{protein}}/pool.npz",
+        pool=f"{RESULTS}/coverage/{{protein}}/pool.npz",
     log:
-        f"{LOGS}/coverage/{{protein}}/pool_draws.log",
+        f"{RESULTS}/logs/coverage/{{protein}}/pool_draws.log",
     threads: 2
     params:
-        **chains.made_by("pool_draws.py", COVER["pool"]),
+        draws=config["coverage"]["pool"]["draws"],
+        test_dots=config["coverage"]["pool"]["test_dots"],
     message:
         "Many draws of the best combinations on {wildcards.protein}"
     script:
@@ -31,63 +24,53 @@ rule pool_draws:
 
 rule measure_coverage:
     input:
-        pool=f"{OUT}/coverage/{{protein}}/pool.npz",
+        pool=f"{RESULTS}/coverage/{{protein}}/pool.npz",
     output:
-        table=f"{OUT}/coverage/{{protein}}/coverage.csv",
+        table=f"{RESULTS}/coverage/{{protein}}/coverage.csv",
     log:
-        f"{LOGS}/coverage/{{protein}}/measure_coverage.log",
+        f"{RESULTS}/logs/coverage/{{protein}}/measure_coverage.log",
     params:
-        **chains.made_by(
-            "measure_coverage.py",
-            {key: COVER[key] for key in ("replicates", "designs", "default")},
-        ),
+        replicates=config["coverage"]["replicates"],
+        designs=config["coverage"]["designs"],
+        default=config["coverage"]["default"],
     message:
-        "How often intervals hold the truth on {wildcards.protein}"
+        "How often intervals contain the truth on {wildcards.protein}"
     script:
         "../measure_coverage.py"
 
 
 rule tabulate_coverage:
     input:
-        tables=expand(f"{OUT}/coverage/{{protein}}/coverage.csv", protein=NAMES["coverage"]),
+        tables=expand(f"{RESULTS}/coverage/{{protein}}/coverage.csv", protein=COVERED),
     output:
-        touch(covered.mark),
-        **covered.tables,
+        coverage=f"{TABLES}/coverage.csv",
+        coverage_surfaces=f"{TABLES}/coverage_surfaces.csv",
+        coverage_designs=f"{TABLES}/coverage_designs.csv",
+        coverage_cpu=f"{TABLES}/coverage_cpu.csv",
     log:
-        f"{LOGS}/tabulate_coverage.log",
+        f"{RESULTS}/logs/tabulate_coverage.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_coverage.py"),
-        logs=f"{LOGS}/coverage",
+        logs=f"{RESULTS}/logs/coverage",
     message:
         "Tables of coverage"
     script:
         "../tabulate_coverage.py"
 
 
-OF_INTERVALS = {"drawn": COVER["drawn"], "seed": config["seed"]}
-intervals = chains.add(
-    "intervals",
-    OF_INTERVALS,
-    scripts=["tabulate_intervals.py"],
-    tables=["coverage_means"],
-    of=[recover, proteins],
-)
-
-
 rule tabulate_intervals:
     input:
-        recover=ancient(recover.tables["recover"]),
-        enough=ancient(proteins.tables["proteins_enough"]),
+        recover=f"{TABLES}/recover.csv",
+        enough=f"{TABLES}/proteins_enough.csv",
     output:
-        touch(intervals.mark),
-        **intervals.tables,
+        coverage_means=f"{TABLES}/coverage_means.csv",
     log:
-        f"{LOGS}/tabulate_intervals.log",
+        f"{RESULTS}/logs/tabulate_intervals.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_intervals.py", OF_INTERVALS),
+        drawn=config["coverage"]["drawn"],
+        seed=config["seed"],
     message:
-        "How often intervals of means over few structures hold"
+        "How often intervals of means over few structures contain the mean"
     script:
         "../tabulate_intervals.py"

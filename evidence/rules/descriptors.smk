@@ -1,75 +1,77 @@
-# docs/descriptors.md: how far position and dots move each descriptor, and what each makes of the paper's tables.
+# docs/descriptors.md: how far position and dots change each descriptor, and the paper's tables with each descriptor.
 
-DESCRIBED = ("changes", "linked", "orders", "rows", "samplers", "grid")
-OF_DESCRIPTORS = config["descriptors"] | {"seed": config["seed"]}
-
-described = chains.add(
-    "descriptors",
-    OF_DESCRIPTORS | {"structures": NAMES["descriptors"]},
-    scripts=["measure_descriptors.py", "tabulate_descriptors.py"],
-    tables=[
-        f"descriptors_{key}"
-        for key in (*DESCRIBED, "cpu", *(f"{each}_means" for each in ("changes", "linked", "orders", "grid")))
-    ],
-)
+DESCRIBED = names_in_set(STRUCTURES, "descriptors")
 
 
 rule measure_descriptors:
     input:
-        structure=structure,
+        structure=ancient(structure),
     output:
-        **{key: f"{OUT}/descriptors/{{protein}}/{key}.csv" for key in DESCRIBED},
+        changes=f"{RESULTS}/descriptors/{{protein}}/changes.csv",
+        linked=f"{RESULTS}/descriptors/{{protein}}/linked.csv",
+        orders=f"{RESULTS}/descriptors/{{protein}}/orders.csv",
+        rows=f"{RESULTS}/descriptors/{{protein}}/rows.csv",
+        samplers=f"{RESULTS}/descriptors/{{protein}}/samplers.csv",
+        grid=f"{RESULTS}/descriptors/{{protein}}/grid.csv",
     log:
-        f"{LOGS}/descriptors/{{protein}}/measure_descriptors.log",
+        f"{RESULTS}/logs/descriptors/{{protein}}/measure_descriptors.log",
     params:
-        **chains.made_by("measure_descriptors.py", OF_DESCRIPTORS),
+        test_dots=config["descriptors"]["test_dots"],
+        densities=config["descriptors"]["densities"],
+        d_link=config["descriptors"]["D_link"],
+        percents=config["descriptors"]["percents"],
+        sampling=config["descriptors"]["sampling"],
+        grid_test_dots=config["descriptors"]["grid_test_dots"],
+        seed=config["seed"],
     message:
-        "Descriptors of {wildcards.protein}, turned and with fresh dots"
+        "Descriptors of {wildcards.protein}, rotated and with fresh dots"
     script:
         "../measure_descriptors.py"
 
 
 rule tabulate_descriptors:
     input:
-        **{
-            key: expand(f"{OUT}/descriptors/{{protein}}/{key}.csv", protein=NAMES["descriptors"])
-            for key in DESCRIBED
-        },
+        changes=expand(f"{RESULTS}/descriptors/{{protein}}/changes.csv", protein=DESCRIBED),
+        linked=expand(f"{RESULTS}/descriptors/{{protein}}/linked.csv", protein=DESCRIBED),
+        orders=expand(f"{RESULTS}/descriptors/{{protein}}/orders.csv", protein=DESCRIBED),
+        rows=expand(f"{RESULTS}/descriptors/{{protein}}/rows.csv", protein=DESCRIBED),
+        samplers=expand(f"{RESULTS}/descriptors/{{protein}}/samplers.csv", protein=DESCRIBED),
+        grid=expand(f"{RESULTS}/descriptors/{{protein}}/grid.csv", protein=DESCRIBED),
     output:
-        touch(described.mark),
-        **described.tables,
+        changes=f"{TABLES}/descriptors_changes.csv",
+        changes_means=f"{TABLES}/descriptors_changes_means.csv",
+        linked=f"{TABLES}/descriptors_linked.csv",
+        linked_means=f"{TABLES}/descriptors_linked_means.csv",
+        orders=f"{TABLES}/descriptors_orders.csv",
+        orders_means=f"{TABLES}/descriptors_orders_means.csv",
+        rows=f"{TABLES}/descriptors_rows.csv",
+        samplers=f"{TABLES}/descriptors_samplers.csv",
+        grid=f"{TABLES}/descriptors_grid.csv",
+        grid_means=f"{TABLES}/descriptors_grid_means.csv",
+        cpu=f"{TABLES}/descriptors_cpu.csv",
     log:
-        f"{LOGS}/tabulate_descriptors.log",
+        f"{RESULTS}/logs/tabulate_descriptors.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_descriptors.py"),
-        logs=f"{LOGS}/descriptors",
+        logs=f"{RESULTS}/logs/descriptors",
     message:
         "Tables of the descriptors"
     script:
         "../tabulate_descriptors.py"
 
 
-drawn_descriptors = chains.add(
-    "descriptors_figures",
-    {},
-    scripts=["draw_descriptors.py"],
-    figures=["descriptors_steadiness", "descriptors_samplers"],
-    of=[described],
-)
-
-
 rule draw_descriptors:
     input:
-        **{name: ancient(path) for name, path in described.tables.items()},
+        changes=f"{TABLES}/descriptors_changes.csv",
+        changes_means=f"{TABLES}/descriptors_changes_means.csv",
+        orders_means=f"{TABLES}/descriptors_orders_means.csv",
+        samplers=f"{TABLES}/descriptors_samplers.csv",
     output:
-        touch(drawn_descriptors.mark),
-        **drawn_descriptors.figures,
+        steadiness=f"{FIGURES}/descriptors_steadiness.png",
+        samplers=f"{FIGURES}/descriptors_samplers.png",
     log:
-        f"{LOGS}/draw_descriptors.log",
+        f"{RESULTS}/logs/draw_descriptors.log",
     localrule: True
-    params:
-        **chains.made_by("draw_descriptors.py"),
     message:
         "Figures of the descriptors"
     script:

@@ -1,70 +1,52 @@
-# docs/paper.md, and the README's figures: the paper's tables beside ours, and which wrong rules the test of its Table I would notice.
-
-OF_PAPER = {
-    f"paper_{key}": f"results/{STUDIES['paper']['run']}/paper_{key}.csv"
-    for key in ("rows", "places", "tests")
-}
-OF_PAPER["default_ranges"] = f"results/{STUDIES['default']['run']}/{config['example']}/ranges.csv"
-PICTURES = {
-    "enough": f"results/{STUDIES['default']['run']}/{config['example']}/figures/enough.png",
-    "table1": f"results/{STUDIES['paper']['run']}/table1.png",
-}
-
-paper = chains.add(
-    "paper",
-    {study: STUDIES[study] for study in ("paper", "default")},
-    scripts=[*OF_STUDY, "../scripts/reproduce_paper.py"],
-    tables=list(OF_PAPER),
-    figures=list(PICTURES),
-)
+# docs/paper.md and README.md: the paper's tables compared with ours, and which wrong rules the test of Table I detects.
 
 
 rule store_paper:
     input:
-        **{f"of_{name}": path for name, path in (OF_PAPER | PICTURES).items()},
+        rows=f"{RESULTS}_paper/paper_rows.csv",
+        places=f"{RESULTS}_paper/paper_places.csv",
+        tests=f"{RESULTS}_paper/paper_tests.csv",
+        ranges=f"{RESULTS}_default/{config['example']}/ranges.csv",
+        enough=f"{RESULTS}_default/{config['example']}/figures/enough.png",
+        table1=f"{RESULTS}_paper/table1.png",
     output:
-        touch(paper.mark),
-        **paper.tables,
-        **paper.figures,
+        rows=f"{TABLES}/paper_rows.csv",
+        places=f"{TABLES}/paper_places.csv",
+        tests=f"{TABLES}/paper_tests.csv",
+        ranges=f"{TABLES}/default_ranges.csv",
+        enough=f"{FIGURES}/enough.png",
+        table1=f"{FIGURES}/table1.png",
     log:
-        f"{LOGS}/store_paper.log",
+        f"{RESULTS}/logs/store_paper.log",
     localrule: True
     message:
-        "Tables and the two figures of the README, of the default study and of the paper's"
+        "Tables and figures of the default study and of the paper's"
     shell:
-        "; ".join(f"cp {{input.of_{name}}} {{output.{name}}}" for name in OF_PAPER | PICTURES)
-
-
-POWER = config["power"]
-OF_RUNS = {key: POWER[key] for key in ("surface", "patches", "sampling")} | {"seed": config["seed"]}
-RULES = POWER["rules"]
-
-power = chains.add(
-    "power",
-    POWER,
-    scripts=["measure_power.py", "tabulate_power.py"],
-    tables=["power", "power_cpu"],
-)
+        "cp {input.rows} {output.rows}; cp {input.places} {output.places}; cp {input.tests} {output.tests}; "
+        "cp {input.ranges} {output.ranges}; cp {input.enough} {output.enough}; cp {input.table1} {output.table1}"
 
 
 rule measure_power:
     input:
-        structure=source.path(POWER["a1"]),
+        structure=ancient(structure_file(config["power"]["a1"])),
     output:
-        table=f"{OUT}/power/{{variant}}.csv",
+        table=f"{RESULTS}/power/{{variant}}.csv",
     log:
-        f"{LOGS}/power/{{variant}}.log",
+        f"{RESULTS}/logs/power/{{variant}}.log",
     wildcard_constraints:
-        variant=one_of([POWER["reference"], *RULES]),
+        variant=one_of([config["power"]["reference"], *config["power"]["rules"]]),
     threads: 2
     params:
-        **chains.made_by("measure_power.py"),
-        settings=lambda wildcards: OF_RUNS
-        | {
-            "rules": RULES.get(wildcards.variant, {}),
-            "runs": POWER["runs" if wildcards.variant in RULES else "reference_runs"],
-        },
-        variant="{variant}",
+        surface=config["power"]["surface"],
+        patches=config["power"]["patches"],
+        sampling=config["power"]["sampling"],
+        rules=lambda wildcards: config["power"]["rules"].get(wildcards.variant, {}),
+        runs=lambda wildcards: (
+            config["power"]["reference_runs"]
+            if wildcards.variant == config["power"]["reference"]
+            else config["power"]["runs"]
+        ),
+        seed=config["seed"],
     message:
         "Table I with {wildcards.variant}"
     script:
@@ -73,18 +55,17 @@ rule measure_power:
 
 rule tabulate_power:
     input:
-        reference=f"{OUT}/power/{POWER['reference']}.csv",
-        others=expand(f"{OUT}/power/{{variant}}.csv", variant=RULES),
+        reference=f"{RESULTS}/power/{config['power']['reference']}.csv",
+        others=expand(f"{RESULTS}/power/{{variant}}.csv", variant=config["power"]["rules"]),
     output:
-        touch(power.mark),
-        **power.tables,
+        power=f"{TABLES}/power.csv",
+        power_cpu=f"{TABLES}/power_cpu.csv",
     log:
-        f"{LOGS}/tabulate_power.log",
+        f"{RESULTS}/logs/tabulate_power.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_power.py"),
-        logs=f"{LOGS}/power",
+        logs=f"{RESULTS}/logs/power",
     message:
-        "What the test of Table I can notice"
+        "Power of the test of Table I"
     script:
         "../tabulate_power.py"

@@ -1,89 +1,98 @@
-# docs/proteins.md: what holds over many proteins, from studies of them.
-
-OF_STUDY = [  # choose_frames.py counts by what it writes, see read_structures.py
-    *("../scripts/make_surface.py", "../scripts/measure_roughness.py", "../scripts/measure_floors.py"),
-    *("../scripts/evaluate_grid.py", "../scripts/tabulate_best.py"),
-    *("../scripts/compare_samplers.py", "../scripts/summarise_run.py"),
-]
-proteins = chains.add(
-    "proteins",
-    {study: STUDIES[study] for study in ("proteins", "recovered", "whole")},
-    scripts=[*OF_STUDY, "tabulate_proteins.py"],
-    tables=["proteins_d", "proteins_plateaus", "proteins_enough", "proteins_enough_means"]
-    + ["proteins_needed_means", "proteins_by_n_s", "proteins_correlations", "proteins_power"]
-    + ["proteins_coverage", "proteins_recovered", "proteins_recovered_whole", "proteins_cpu"],
-)
-RECOMMENDATION = {
-    key: f"{config['recommendation']}/{key}.csv.gz" for key in ("summary", "relation", "surfaces")
-}
+# docs/proteins.md: what holds over many proteins, from studies of them (studies.smk).
 
 
 rule tabulate_proteins:
     input:
-        outcome("proteins", ["summary.csv", "relation.csv", "surfaces.csv"], COMPARED),
-        outcome("recovered", [], COMPARED[:-1]),
-        outcome("whole", [], COMPARED[:-1]),
+        summary=f"{RESULTS}_proteins/summary.csv",
+        relation=f"{RESULTS}_proteins/relation.csv",
+        surfaces=f"{RESULTS}_proteins/surfaces.csv",
+        grids=expand(f"{RESULTS}_proteins/{{protein}}/c1/grid.csv", protein=MANY_PROTEINS),
+        ranges=expand(f"{RESULTS}_proteins/{{protein}}/c1/ranges.csv", protein=MANY_PROTEINS),
+        best=expand(f"{RESULTS}_proteins/{{protein}}/c1/best.json", protein=MANY_PROTEINS),
+        floors=expand(f"{RESULTS}_proteins/{{protein}}/c1/floors.csv", protein=MANY_PROTEINS),
+        compared=expand(f"{RESULTS}_proteins/{{protein}}/c1/compare.csv", protein=MANY_PROTEINS),
+        recovered=expand(
+            f"{RESULTS}_recovered/{{protein}}/c1/{{file}}",
+            protein=RECOVERED_GRID,
+            file=["grid.csv", "ranges.csv", "best.json", "floors.csv"],
+        ),
+        recovered_whole=expand(
+            f"{RESULTS}_whole/{{protein}}/c1/{{file}}",
+            protein=RECOVERED_WHOLE_GRID,
+            file=["grid.csv", "ranges.csv", "best.json", "floors.csv"],
+        ),
     output:
-        touch(proteins.mark),
-        **proteins.tables,
-        **RECOMMENDATION,
+        d=f"{TABLES}/proteins_d.csv",
+        plateaus=f"{TABLES}/proteins_plateaus.csv",
+        enough=f"{TABLES}/proteins_enough.csv",
+        enough_means=f"{TABLES}/proteins_enough_means.csv",
+        needed_means=f"{TABLES}/proteins_needed_means.csv",
+        by_n_s=f"{TABLES}/proteins_by_n_s.csv",
+        correlations=f"{TABLES}/proteins_correlations.csv",
+        power=f"{TABLES}/proteins_power.csv",
+        coverage=f"{TABLES}/proteins_coverage.csv",
+        recovered=f"{TABLES}/proteins_recovered.csv",
+        recovered_whole=f"{TABLES}/proteins_recovered_whole.csv",
+        cpu=f"{TABLES}/proteins_cpu.csv",
+        summary=f"{LIBRARY}/report/evidence/summary.csv.gz",
+        relation=f"{LIBRARY}/report/evidence/relation.csv.gz",
+        surfaces=f"{LIBRARY}/report/evidence/surfaces.csv.gz",
     log:
-        f"{LOGS}/tabulate_proteins.log",
+        f"{RESULTS}/logs/tabulate_proteins.log",
     params:
-        **chains.made_by("tabulate_proteins.py"),
-        runs={study: place(study) for study in ("proteins", "recovered", "whole")},
-        hydrogens=HYDROGENS,
+        run=f"{RESULTS}_proteins",
+        proteins=MANY_PROTEINS,
+        run_recovered=f"{RESULTS}_recovered",
+        proteins_recovered=RECOVERED_GRID,
+        run_whole=f"{RESULTS}_whole",
+        proteins_whole=RECOVERED_WHOLE_GRID,
+        hydrogens=config["proteins"]["hydrogens"],
     message:
         "Tables over many proteins"
     script:
         "../tabulate_proteins.py"
 
 
-variants = chains.add(
-    "variants",
-    {study: STUDIES[study] for study in OF_VARIANTS.values()},
-    scripts=[*OF_STUDY, "tabulate_variants.py"],
-    tables=["proteins_variants", "variants_cpu"],
-)
-
-
 rule tabulate_variants:
     input:
-        [outcome(study, [], COMPARED) for study in OF_VARIANTS.values()],
+        [
+            f"{RESULTS}_{study}/{protein}/c1/{file}"
+            for variant, study in VARIANTS.items()
+            for protein in proteins_of_variant(variant)
+            for file in ["grid.csv", "ranges.csv", "best.json", "floors.csv", "compare.csv"]
+        ],
     output:
-        touch(variants.mark),
-        **variants.tables,
+        variants=f"{TABLES}/proteins_variants.csv",
+        cpu=f"{TABLES}/variants_cpu.csv",
     log:
-        f"{LOGS}/tabulate_variants.log",
+        f"{RESULTS}/logs/tabulate_variants.log",
     params:
-        **chains.made_by("tabulate_variants.py"),
-        runs={variant: place(study) for variant, study in OF_VARIANTS.items()},
+        runs={variant: f"{RESULTS}_{study}" for variant, study in VARIANTS.items()},
+        proteins={variant: proteins_of_variant(variant) for variant in VARIANTS},
     message:
-        "Which claim rests on which rule"
+        "The claims under each variant"
     script:
         "../tabulate_variants.py"
 
 
-drawn_proteins = chains.add(
-    "proteins_figures",
-    {},
-    scripts=["draw_proteins.py"],
-    figures=["proteins_d", "proteins_roughness", "proteins_enough", "proteins_needed"],
-    of=[proteins],
-)
-
-
 rule draw_proteins:
     input:
-        **{name: ancient(path) for name, path in (proteins.tables | RECOMMENDATION).items()},
+        d=f"{TABLES}/proteins_d.csv",
+        enough=f"{TABLES}/proteins_enough.csv",
+        by_n_s=f"{TABLES}/proteins_by_n_s.csv",
+        power=f"{TABLES}/proteins_power.csv",
+        recovered=f"{TABLES}/proteins_recovered.csv",
+        summary=f"{LIBRARY}/report/evidence/summary.csv.gz",
+        relation=f"{LIBRARY}/report/evidence/relation.csv.gz",
+        surfaces=f"{LIBRARY}/report/evidence/surfaces.csv.gz",
     output:
-        touch(drawn_proteins.mark),
-        **drawn_proteins.figures,
+        d=f"{FIGURES}/proteins_d.png",
+        roughness=f"{FIGURES}/proteins_roughness.png",
+        enough=f"{FIGURES}/proteins_enough.png",
+        needed=f"{FIGURES}/proteins_needed.png",
     log:
-        f"{LOGS}/draw_proteins.log",
+        f"{RESULTS}/logs/draw_proteins.log",
     localrule: True
-    params:
-        **chains.made_by("draw_proteins.py"),
     message:
         "Figures over many proteins"
     script:

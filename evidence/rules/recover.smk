@@ -1,165 +1,160 @@
-# docs/recover.md: what a surface recovered from few dots is worth, and other ways to keep it in as many bytes.
+# docs/recover.md: the quality of surfaces recovered from few dots, and other ways to store a surface in as many bytes.
 
-RECOVER = f"{OUT}/recover/{{protein}}"
-OF_RECOVER = {key: config["recover"][key] for key in ("test_dots", "percents")} | {"seed": config["seed"]}
-RECOVERED = list(dict.fromkeys([*NAMES["recover"], config["recover"]["a1"]]))
-
-recover = chains.add(
-    "recover",
-    OF_RECOVER | {"dots": config["recover"]["dots"], "structures": RECOVERED},
-    scripts=["measure_recovery.py", "measure_cost.py", "tabulate_recovery.py"],
-    tables=["recover", "recover_floors", "recover_means", "recover_pairs", "recover_a1", "recover_cpu"],
-)
-OF_OPPONENTS = OF_RECOVER | {"percents": config["recover"]["opponents"]}
-opponents = chains.add(
-    "opponents",
-    OF_OPPONENTS | {"structures": NAMES["opponents"]},
-    scripts=["measure_opponents.py", "tabulate_opponents.py"],
-    tables=["recover_opponents", "recover_opponents_means", "recover_opponents_pairs"]
-    + ["recover_atoms_means", "recover_where", "recover_where_means", "opponents_cpu"],
-)
-OF_DENSE = config["recover"]["dense"] | {"seed": config["seed"]}
-dense = chains.add(
-    "dense",
-    OF_DENSE | {"structures": NAMES["dense"]},
-    scripts=["measure_dense.py", "tabulate_dense.py"],
-    tables=["recover_dense", "recover_dense_means", "dense_cpu"],
-)
+A1 = config["recover"]["a1"]
+RECOVERED = list(dict.fromkeys([*names_in_set(STRUCTURES, "recover"), A1]))
 
 
 rule measure_recovery:
     input:
-        structure=structure,
+        structure=ancient(structure),
     output:
-        subsets=f"{RECOVER}/subsets.csv",
-        floors=f"{RECOVER}/floors.csv",
+        subsets=f"{RESULTS}/recover/{{protein}}/subsets.csv",
+        floors=f"{RESULTS}/recover/{{protein}}/floors.csv",
     log:
-        f"{LOGS}/recover/{{protein}}/measure_recovery.log",
+        f"{RESULTS}/logs/recover/{{protein}}/measure_recovery.log",
     params:
-        **chains.made_by("measure_recovery.py", OF_RECOVER),
+        percents=config["recover"]["percents"],
+        test_dots=config["recover"]["test_dots"],
+        seed=config["seed"],
     message:
         "Surfaces recovered from subsets of {wildcards.protein}"
     script:
         "../measure_recovery.py"
 
 
-rule measure_opponents:
-    input:
-        structure=structure,
-    output:
-        table=f"{RECOVER}/opponents.csv",
-        where=f"{RECOVER}/where.csv",
-    log:
-        f"{LOGS}/opponents/{{protein}}/measure_opponents.log",
-    params:
-        **chains.made_by("measure_opponents.py", OF_OPPONENTS),
-    message:
-        "Other ways to keep {wildcards.protein} in as many bytes"
-    script:
-        "../measure_opponents.py"
-
-
 rule measure_cost:
     input:
-        structure=structure,
+        structure=ancient(structure),
     output:
-        table=f"{RECOVER}/cost.csv",
+        table=f"{RESULTS}/recover/{{protein}}/cost.csv",
     log:
-        f"{LOGS}/recover/{{protein}}/measure_cost.log",
+        f"{RESULTS}/logs/recover/{{protein}}/measure_cost.log",
     params:
-        **chains.made_by("measure_cost.py", {"dots": config["recover"]["dots"]}),
+        dots=config["recover"]["dots"],
     message:
         "Time and memory of recovering"
     script:
         "../measure_cost.py"
 
 
-rule measure_dense:
-    input:
-        structure=structure,
-    output:
-        table=f"{RECOVER}/dense.csv",
-    log:
-        f"{LOGS}/dense/{{protein}}/measure_dense.log",
-    params:
-        **chains.made_by("measure_dense.py", OF_DENSE),
-    message:
-        "Subsets of {wildcards.protein} at several densities"
-    script:
-        "../measure_dense.py"
-
-
 rule tabulate_recovery:
     input:
-        subsets=expand(f"{RECOVER}/subsets.csv", protein=RECOVERED),
-        floors=expand(f"{RECOVER}/floors.csv", protein=RECOVERED),
-        cost=f"{RECOVER}/cost.csv".format(protein=config["recover"]["a1"]),
+        subsets=expand(f"{RESULTS}/recover/{{protein}}/subsets.csv", protein=RECOVERED),
+        floors=expand(f"{RESULTS}/recover/{{protein}}/floors.csv", protein=RECOVERED),
+        cost=f"{RESULTS}/recover/{A1}/cost.csv",
     output:
-        touch(recover.mark),
-        **recover.tables,
+        recover=f"{TABLES}/recover.csv",
+        recover_floors=f"{TABLES}/recover_floors.csv",
+        recover_means=f"{TABLES}/recover_means.csv",
+        recover_pairs=f"{TABLES}/recover_pairs.csv",
+        recover_a1=f"{TABLES}/recover_a1.csv",
+        recover_cpu=f"{TABLES}/recover_cpu.csv",
     log:
-        f"{LOGS}/tabulate_recovery.log",
+        f"{RESULTS}/logs/tabulate_recovery.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_recovery.py"),
-        a1=config["recover"]["a1"],
-        logs=f"{LOGS}/recover",
+        a1=A1,
+        logs=f"{RESULTS}/logs/recover",
     message:
-        "Tables of recovering"
+        "Tables of recovered surfaces"
     script:
         "../tabulate_recovery.py"
 
 
+rule draw_recovery:
+    input:
+        structure=ancient("data/tdp43/topology.pdb"),
+    output:
+        figure=f"{FIGURES}/recover.png",
+    log:
+        f"{RESULTS}/logs/draw_recovery.log",
+    localrule: True
+    message:
+        "Figure of a recovered surface"
+    script:
+        "../draw_recovery.py"
+
+
+rule measure_opponents:
+    input:
+        structure=ancient(structure),
+    output:
+        table=f"{RESULTS}/recover/{{protein}}/opponents.csv",
+        where=f"{RESULTS}/recover/{{protein}}/where.csv",
+    log:
+        f"{RESULTS}/logs/opponents/{{protein}}/measure_opponents.log",
+    params:
+        percents=config["recover"]["opponents"],
+        test_dots=config["recover"]["test_dots"],
+        seed=config["seed"],
+    message:
+        "Other ways to store {wildcards.protein} in as many bytes"
+    script:
+        "../measure_opponents.py"
+
+
 rule tabulate_opponents:
     input:
-        opponents=expand(f"{RECOVER}/opponents.csv", protein=NAMES["opponents"]),
-        where=expand(f"{RECOVER}/where.csv", protein=NAMES["opponents"]),
+        opponents=expand(
+            f"{RESULTS}/recover/{{protein}}/opponents.csv",
+            protein=names_in_set(STRUCTURES, "opponents"),
+        ),
+        where=expand(
+            f"{RESULTS}/recover/{{protein}}/where.csv",
+            protein=names_in_set(STRUCTURES, "opponents"),
+        ),
     output:
-        touch(opponents.mark),
-        **opponents.tables,
+        recover_opponents=f"{TABLES}/recover_opponents.csv",
+        recover_opponents_means=f"{TABLES}/recover_opponents_means.csv",
+        recover_opponents_pairs=f"{TABLES}/recover_opponents_pairs.csv",
+        recover_atoms_means=f"{TABLES}/recover_atoms_means.csv",
+        recover_where=f"{TABLES}/recover_where.csv",
+        recover_where_means=f"{TABLES}/recover_where_means.csv",
+        opponents_cpu=f"{TABLES}/opponents_cpu.csv",
     log:
-        f"{LOGS}/tabulate_opponents.log",
+        f"{RESULTS}/logs/tabulate_opponents.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_opponents.py"),
-        logs=f"{LOGS}/opponents",
+        logs=f"{RESULTS}/logs/opponents",
     message:
-        "Tables of other ways to keep a surface"
+        "Tables of other ways to store a surface"
     script:
         "../tabulate_opponents.py"
 
 
+rule measure_dense:
+    input:
+        structure=ancient(structure),
+    output:
+        table=f"{RESULTS}/recover/{{protein}}/dense.csv",
+    log:
+        f"{RESULTS}/logs/dense/{{protein}}/measure_dense.log",
+    params:
+        densities=config["recover"]["dense"]["densities"],
+        test_dots=config["recover"]["dense"]["test_dots"],
+        seed=config["seed"],
+    message:
+        "Minimal subsets of {wildcards.protein} at several densities"
+    script:
+        "../measure_dense.py"
+
+
 rule tabulate_dense:
     input:
-        tables=expand(f"{RECOVER}/dense.csv", protein=NAMES["dense"]),
+        tables=expand(
+            f"{RESULTS}/recover/{{protein}}/dense.csv",
+            protein=names_in_set(STRUCTURES, "dense"),
+        ),
     output:
-        touch(dense.mark),
-        **dense.tables,
+        recover_dense=f"{TABLES}/recover_dense.csv",
+        recover_dense_means=f"{TABLES}/recover_dense_means.csv",
+        dense_cpu=f"{TABLES}/dense_cpu.csv",
     log:
-        f"{LOGS}/tabulate_dense.log",
+        f"{RESULTS}/logs/tabulate_dense.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_dense.py"),
-        logs=f"{LOGS}/dense",
+        logs=f"{RESULTS}/logs/dense",
     message:
         "Tables of dense surfaces"
     script:
         "../tabulate_dense.py"
-
-
-drawing = chains.add("recover_figure", {}, scripts=["draw_recovery.py"], figures=["recover"], of=[recover])
-
-
-rule draw_recovery:
-    output:
-        touch(drawing.mark),
-        **drawing.figures,
-    log:
-        f"{LOGS}/draw_recovery.log",
-    localrule: True
-    params:
-        **chains.made_by("draw_recovery.py"),
-    message:
-        "Figure of recovering"
-    script:
-        "../draw_recovery.py"

@@ -1,24 +1,19 @@
 # docs/sampling.md: why sampling by roughness does not pay.
 
-OF_EXPONENTS = config["exponents"] | {"seed": config["seed"]}
-
-exponents = chains.add(
-    "exponents",
-    OF_EXPONENTS | {"structures": NAMES["exponents"]},
-    scripts=["measure_exponents.py", "tabulate_exponents.py"],
-    tables=["exponents", "exponents_means", "exponents_best", "exponents_cpu"],
-)
-
 
 rule measure_exponents:
     input:
-        structure=structure,
+        structure=ancient(structure),
     output:
-        table=f"{OUT}/exponents/{{protein}}.csv",
+        table=f"{RESULTS}/exponents/{{protein}}.csv",
     log:
-        f"{LOGS}/exponents/{{protein}}/measure_exponents.log",
+        f"{RESULTS}/logs/exponents/{{protein}}/measure_exponents.log",
     params:
-        **chains.made_by("measure_exponents.py", OF_EXPONENTS),
+        exponents=config["exponents"]["exponents"],
+        percents=config["exponents"]["percents"],
+        test_dots=config["exponents"]["test_dots"],
+        draws=config["exponents"]["draws"],
+        seed=config["seed"],
     message:
         "Dots denser where {wildcards.protein} is rough"
     script:
@@ -27,112 +22,90 @@ rule measure_exponents:
 
 rule tabulate_exponents:
     input:
-        tables=expand(f"{OUT}/exponents/{{protein}}.csv", protein=NAMES["exponents"]),
+        tables=expand(f"{RESULTS}/exponents/{{protein}}.csv", protein=names_in_set(STRUCTURES, "exponents")),
     output:
-        touch(exponents.mark),
-        **exponents.tables,
+        exponents=f"{TABLES}/exponents.csv",
+        exponents_means=f"{TABLES}/exponents_means.csv",
+        exponents_best=f"{TABLES}/exponents_best.csv",
+        exponents_cpu=f"{TABLES}/exponents_cpu.csv",
     log:
-        f"{LOGS}/tabulate_exponents.log",
+        f"{RESULTS}/logs/tabulate_exponents.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_exponents.py"),
-        logs=f"{LOGS}/exponents",
+        logs=f"{RESULTS}/logs/exponents",
     message:
         "Tables of the exponent"
     script:
         "../tabulate_exponents.py"
 
 
-drawn_exponents = chains.add(
-    "exponents_figure", {}, scripts=["draw_exponents.py"], figures=["exponents"], of=[exponents]
-)
-
-
 rule draw_exponents:
     input:
-        **{name: ancient(path) for name, path in exponents.tables.items()},
+        means=f"{TABLES}/exponents_means.csv",
     output:
-        touch(drawn_exponents.mark),
-        **drawn_exponents.figures,
+        figure=f"{FIGURES}/exponents.png",
     log:
-        f"{LOGS}/draw_exponents.log",
+        f"{RESULTS}/logs/draw_exponents.log",
     localrule: True
-    params:
-        **chains.made_by("draw_exponents.py"),
     message:
         "Figure of the exponent"
     script:
         "../draw_exponents.py"
 
 
-OF_CENTRES = {study: own | {"seed": config["seed"]} for study, own in config["centres"].items()}
-centres = chains.add(
-    "centres",
-    OF_CENTRES | {"structures": NAMES["coverage"]},
-    scripts=["measure_centres.py", "tabulate_centres.py"],
-    tables=["centres", "centres_means", "centres_cpu"],
-)
-
-
-def of_surface(wildcards):
-    """What a study made of a protein."""
-    files = ("surface.npz", "roughness.csv", "grid.csv", "ranges.csv")
-    run = STUDIES[wildcards.study]["run"]
-    return {file.split(".")[0]: f"results/{run}/{wildcards.protein}/c1/{file}" for file in files}
-
-
 rule measure_centres:
     input:
-        unpack(of_surface),
+        surface=f"{RESULTS}_{{study}}/{{protein}}/c1/surface.npz",
+        roughness=f"{RESULTS}_{{study}}/{{protein}}/c1/roughness.csv",
+        grid=f"{RESULTS}_{{study}}/{{protein}}/c1/grid.csv",
+        ranges=f"{RESULTS}_{{study}}/{{protein}}/c1/ranges.csv",
     output:
-        table=f"{OUT}/centres/{{study}}/{{protein}}.csv",
+        table=f"{RESULTS}/centres/{{study}}/{{protein}}.csv",
     log:
-        f"{LOGS}/centres/{{study}}/{{protein}}/measure_centres.log",
+        f"{RESULTS}/logs/centres/{{study}}/{{protein}}/measure_centres.log",
     wildcard_constraints:
-        study=one_of(OF_CENTRES),
+        study=one_of(config["centres"]),
     params:
-        **chains.made_by("measure_centres.py"),
-        settings=lambda wildcards: OF_CENTRES[wildcards.study],
+        readings=lambda wildcards: config["centres"][wildcards.study]["readings"],
+        test_dots=lambda wildcards: config["centres"][wildcards.study]["test_dots"],
+        draws=lambda wildcards: config["centres"][wildcards.study]["draws"],
+        seed=config["seed"],
     message:
-        "What the centres of patches give on {wildcards.protein}, {wildcards.study}"
+        "Contribution of the patch centres on {wildcards.protein}, {wildcards.study}"
     script:
         "../measure_centres.py"
 
 
 rule tabulate_centres:
     input:
-        tables=expand(f"{OUT}/centres/{{study}}/{{protein}}.csv", study=OF_CENTRES, protein=NAMES["coverage"]),
+        tables=expand(
+            f"{RESULTS}/centres/{{study}}/{{protein}}.csv",
+            study=config["centres"],
+            protein=names_in_set(STRUCTURES, "coverage"),
+        ),
     output:
-        touch(centres.mark),
-        **centres.tables,
+        centres=f"{TABLES}/centres.csv",
+        centres_means=f"{TABLES}/centres_means.csv",
+        centres_cpu=f"{TABLES}/centres_cpu.csv",
     log:
-        f"{LOGS}/tabulate_centres.log",
+        f"{RESULTS}/logs/tabulate_centres.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_centres.py"),
-        logs=f"{LOGS}/centres",
+        logs=f"{RESULTS}/logs/centres",
     message:
         "Tables of the centres"
     script:
         "../tabulate_centres.py"
 
 
-drawn_centres = chains.add(
-    "centres_figure", {}, scripts=["draw_centres.py"], figures=["centres"], of=[centres]
-)
-
-
 rule draw_centres:
     input:
-        **{name: ancient(path) for name, path in centres.tables.items()},
+        means=f"{TABLES}/centres_means.csv",
     output:
-        touch(drawn_centres.mark),
-        **drawn_centres.figures,
+        figure=f"{FIGURES}/centres.png",
     log:
-        f"{LOGS}/draw_centres.log",
+        f"{RESULTS}/logs/draw_centres.log",
     localrule: True
-    params:
-        **chains.made_by("draw_centres.py"),
     message:
         "Figure of the centres"
     script:

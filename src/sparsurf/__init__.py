@@ -51,7 +51,7 @@ conformation   one frame, structure or surface that enters the study
 
 from importlib import import_module
 
-from sparsurf import kernel_cache, progress
+from sparsurf import progress
 
 __version__ = "1.0.0"
 # Functions for users, by the module that holds them; loaded when first used, so that the import costs nothing.
@@ -89,12 +89,9 @@ def __getattr__(name):
     if name not in CALLS:
         raise AttributeError(f"module 'sparsurf' has no attribute {name!r}")
     module, _, function = CALLS[name].rpartition(".")
-    progress.shown = True
+    progress.enabled = True
     return getattr(import_module(f"sparsurf.{module}"), function)
 
 
 def __dir__():
     return sorted({*globals(), *CALLS})
-
-
-kernel_cache.use()

@@ -1,20 +1,24 @@
-"""Bits of a machine word that kernels walk over: instructions of the processor that numba has no name for."""
+"""Bit operations for kernels: instructions of the processor that numba has no name for."""
+
+from __future__ import annotations
+
+from typing import Any
 
 from llvmlite import ir
 from numba.extending import intrinsic
 
 
 @intrinsic
-def lowest_bit(typing, x):
-    """Index of the lowest set bit of an unsigned integer (undefined for 0)."""
+def lowest_bit(typing_context: Any, x: Any) -> Any:
+    """Return the index of the lowest set bit of an unsigned integer (undefined for 0)."""
 
-    def build(context, builder, signature, args):
+    def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
 
     return x(x), build
 
 
 @intrinsic
-def count_bits(typing, x):
-    """Number of set bits of an unsigned integer."""
+def count_bits(typing_context: Any, x: Any) -> Any:
+    """Return the number of set bits of an unsigned integer."""
     return x(x), lambda context, builder, signature, args: builder.ctpop(args[0])

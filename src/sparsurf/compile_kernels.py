@@ -28,11 +28,11 @@ def compile_patches() -> None:
     """Compile the kernels of patches, descriptors and samplers."""
     from sparsurf.sampling import samplers
     from sparsurf.study import grid
-    from sparsurf.study.evaluator import Evaluator
+    from sparsurf.study.prepared_surface import PreparedSurface
     from sparsurf.surfaces.surface import Surface
 
-    prepared = Evaluator(Surface(*ball()))
-    grid.run(prepared, np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
+    prepared = PreparedSurface(Surface(*ball()))
+    grid.evaluate_grid(prepared, np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
     for choose in samplers.SAMPLERS.values():
         choose(prepared, 20, np.random.default_rng(0))
 

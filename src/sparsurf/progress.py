@@ -1,52 +1,22 @@
-"""A bar for what takes long: of tqdm where that is installed, else a line on a terminal."""
+"""Progress bars for loops that take long."""
+
+from __future__ import annotations
 
 import sys
-import time
-import warnings
+from collections.abc import Iterable
+from typing import TypeVar
 
-QUIET = 2.0  # s; what ends before needs no bar
-EVERY = 0.2  # s between two changes of the line
-shown = (
-    False  # only the command line and the functions of Python turn it on: jobs of a study share a terminal
-)
+DELAY = 2.0  # s; a shorter loop shows no bar
+Item = TypeVar("Item")
+# The command line and the functions of `sparsurf` turn the bars on. The jobs of a study share a terminal and leave them off.
+enabled = False
 
 
-def each(items, words, total=None):
-    """Iterate over items, telling a person how far it is.
-
-    Parameters
-    ----------
-    items : iterable
-    words : str, what is done
-    total : int, number of items where they cannot be counted
-    """
-    total = len(items) if total is None else total
-    if not shown or total < 2:
+def progress_bar(items: Iterable[Item], description: str) -> Iterable[Item]:
+    """Iterate over items and show how many are done, on a terminal or in a notebook."""
+    if not enabled:
         return items
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a notebook without widgets, which gets a plain bar
-            from tqdm.auto import tqdm
-    except ImportError:
-        return _line(items, words, total) if sys.stderr.isatty() else items
-    return tqdm(
-        items,
-        words,
-        total,
-        leave=False,
-        delay=QUIET,
-        disable=None if "ipykernel" not in sys.modules else False,
-    )
+    from tqdm import tqdm  # only where a bar may be shown
 
-
-def _line(items, words, total):
-    """The items; a line on standard error says which part of them is done, and goes when all are."""
-    begin = last = time.monotonic()
-    for k, item in enumerate(items):
-        now = time.monotonic()
-        if now - begin > QUIET and now - last > EVERY:
-            print(f"\r{words}: {100 * k // total} %", end="", file=sys.stderr, flush=True)
-            last = now
-        yield item
-    if last != begin:
-        print("\r" + " " * (len(words) + 7) + "\r", end="", file=sys.stderr, flush=True)
+    in_notebook = "ipykernel" in sys.modules
+    return tqdm(items, description, leave=False, delay=DELAY, disable=None if not in_notebook else False)

@@ -1,25 +1,22 @@
 """Independent random streams: one per purpose, named by conformation, combination and draw."""
 
+from __future__ import annotations
+
 import zlib
 
 import numpy as np
 
 
-def stream(seed, *keys):
-    """Independent random stream for one purpose.
+def stream(seed: int, *keys: int | str) -> np.random.Generator:
+    """Return the independent random stream of one purpose.
 
     Parameters
     ----------
     seed : int
         The config's seed.
-    keys : int or str
-        What the stream is for: conformation, combination, draw. Texts are hashed, so a stream
-        does not depend on what else is in the study.
-
-    Returns
-    -------
-    numpy.random.Generator
+    *keys : int or str
+        The purpose: conformation, combination, draw. Strings are hashed, so that a stream does not depend on what
+        else is in the study.
     """
-
-    spawn = tuple(zlib.crc32(k.encode()) if isinstance(k, str) else int(k) for k in keys)
-    return np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=spawn)))
+    spawn_key = tuple(zlib.crc32(key.encode()) if isinstance(key, str) else int(key) for key in keys)
+    return np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=spawn_key)))

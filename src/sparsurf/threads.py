@@ -1,31 +1,53 @@
-"""Threads for kernels that release the GIL; results never depend on how many there are."""
+"""Threads for kernels that release the GIL. Results never depend on the number of threads."""
+
+from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from typing import TypeVar
 
 from threadpoolctl import ThreadpoolController
 
+Result = TypeVar("Result")
 
-def available_cores():
-    """Number of cores that this process may use."""
+
+def available_cores() -> int:
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def over_slices(kernel, n, threads=1, size=2048):
-    """Call `kernel(begin, end)` on slices of range(n), in threads; returns the results in order.
+def parallel_map(
+    function: Callable[[int, int], Result], n: int, threads: int = 1, size: int = 2048
+) -> list[Result]:
+    """Call `function(begin, end)` on slices of range(n), in threads.
 
-    BLAS runs in one thread within each: its own would only stand in their way.
+    BLAS is limited to one thread in the meantime: more would compete with these threads.
+
+    Parameters
+    ----------
+    function : callable
+        Takes the first position of a slice and the position after its last one.
+    n : int
+    threads : int
+    size : int
+        Length of a slice; the last may be shorter.
+
+    Returns
+    -------
+    list
+        Results in the order of the slices.
     """
-    bounds = [(a, min(a + size, n)) for a in range(0, n, size)]
-    with _libraries().limit(limits=1, user_api="blas"):
-        if threads == 1 or len(bounds) == 1:
-            return [kernel(a, b) for a, b in bounds]
+    slices = [(begin, min(begin + size, n)) for begin in range(0, n, size)]
+    with _thread_pools().limit(limits=1, user_api="blas"):
+        if threads == 1 or len(slices) == 1:
+            return [function(begin, end) for begin, end in slices]
         with ThreadPoolExecutor(threads) as pool:
-            return list(pool.map(lambda ab: kernel(*ab), bounds))
+            return list(pool.map(lambda bounds: function(*bounds), slices))
 
 
 @cache
-def _libraries():
-    """The libraries that have threads of their own; looking for them takes as long as a small kernel."""
+def _thread_pools() -> ThreadpoolController:
+    """Find the libraries with thread pools, once: the search takes as long as a small kernel."""
     return ThreadpoolController()

@@ -19,10 +19,10 @@ from sparsurf.cli import command, descriptors, inputs, options, outputs, recomme
 from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import stream
-from sparsurf.study.minimal import tell_of_another_number
+from sparsurf.study.subset_search import warn_if_number_differs
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.models import Config
@@ -266,13 +266,15 @@ def test_a_sample_has_the_wished_number(ready):
     )
     assert first == again and len(set(first) & set(other)) < 10
     kept = sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=7)
-    assert np.array_equal(kept, law.sample(ready.cover, (1, 0, 6, 0), ready.stream("sample", "paper", 7)))
+    assert np.array_equal(
+        kept, published.sample(ready.cover, (1, 0, 6, 0), ready.stream("sample", "paper", 7))
+    )
     assert np.array_equal(kept, sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper", seed=7))
     other = sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper_corrected", seed=7)
     rng = ready.stream("sample", "paper_corrected", 7)
-    assert np.array_equal(other, law.sample(ready.corrected_cover, (1, 0, 6, 0), rng)) and len(other) != len(
-        kept
-    )
+    assert np.array_equal(other, published.sample(ready.corrected_cover, (1, 0, 6, 0), rng)) and len(
+        other
+    ) != len(kept)
     assert np.array_equal(sparsurf.sample(ready, n=9), sparsurf.sample(ready, n=9, sampler="farthest"))
 
 
@@ -282,10 +284,10 @@ def test_a_number_of_dots_that_was_not_wished_is_told(ready, dots, tmp_path, cap
         f"paper keeps {n} dots instead of 1: its combinations leave the number to chance, within what they can give"
     ]
     for requested in (n, 1.07 * n, 0.95 * n):
-        tell_of_another_number("paper", requested, n)
+        warn_if_number_differs("paper", requested, n)
     assert len(caplog.messages) == 1
-    tell_of_another_number("paper", 0.9 * n, n)
-    tell_of_another_number("paper", 1.2 * n, n)
+    warn_if_number_differs("paper", 0.9 * n, n)
+    warn_if_number_differs("paper", 1.2 * n, n)
     assert len(caplog.messages) == 3
     ran("minimal", dots, "--dots", 1, "--sampler", "paper", "-o", tmp_path / "m.csv")
     n = len(pd.read_csv(tmp_path / "m.csv"))
@@ -311,7 +313,7 @@ def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
     assert table.loc["all", ["Z", "Z_uniform", "d"]].tolist() == pytest.approx([0, 0, 0], abs=1e-9)
     tests = ready.draw_tests(50)
     z_tot, _ = ready.describe(tests)
-    uniform = law.uniform(3000, 1500, ready.stream("compare", 1500))
+    uniform = published.uniform_subset(3000, 1500, ready.stream("compare", 1500))
     own, other = ready.distances([half, uniform], tests, z_tot, "as_written")[0]
     row = table.loc["half"]
     assert (row["Z"], row["Z_uniform"]) == pytest.approx((own.mean(), other.mean()))
@@ -485,7 +487,7 @@ def test_a_name_that_other_programs_do_not_read_is_refused(blob, tmp_path, name)
 
 
 def test_triangles_that_are_left_out_are_told(blob, tmp_path, monkeypatch, caplog):
-    monkeypatch.setattr(outputs, "MANY_DOTS", 100)
+    monkeypatch.setattr(outputs, "MAX_DOTS_TO_TRIANGULATE", 100)
     sparsurf.write(Surface(*blob), tmp_path / "a.ply")
     assert caplog.messages == [
         f"{len(blob[0])} dots are too many for triangles between them: {tmp_path / 'a.ply'} has none"

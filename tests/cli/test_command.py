@@ -10,20 +10,20 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
+import take_minimal
 from scipy.spatial import cKDTree
 
 import measure_floors
 import sparsurf
-import take_minimal
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli import command, minimal, surface
 from sparsurf.cli.making import rules_of
 from sparsurf.cli.minimal import DEFAULT_SEED as SEED
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.study.floors import floors
+from sparsurf.study.floors import noise_floors
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.molecular_surface import fitting_surface
+from sparsurf.surfaces.molecular_surface import surface_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import area_of
 
@@ -296,12 +296,12 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
     """Whatever the study calls the protein; the seed is the same by default."""
     molecule, place = read_molecule(folder / "protein.pdb"), {key: str(tmp_path / key) for key in FILES}
     rules = rules_of(1.4, "auto", "keep")
-    surface = fitting_surface(molecule, 0, radii(molecule, "dms"), rules, 0.5, "x", False)[0]
+    surface = surface_for_d_link(molecule, 0, radii(molecule, "dms"), rules, 0.5, "x", False)[0]
     write_npz(place["surface"], surface)
     pd.DataFrame({"roughness": sparsurf.roughness(surface)}).to_csv(place["roughness"])
     settings = {"surface": rules | {"radii": "dms"}, "seed": SEED, "evaluation": {"test_dots": 200}}
     settings["patches"] = {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.5}
-    settings["sampling"] = {"moved_centre": True, "every_patch": True}
+    settings["sampling"] = {"distance_from_moved_centre": True, "chance_in_every_patch": True}
     settings["minimal"], settings["fields"] = {"sampler": "farthest", "settle": False} | wishes, fields
     inputs = {key: place[key] for key in ("surface", "roughness", "floors")}
     own = str(folder / "protein.pdb")
@@ -325,7 +325,7 @@ def test_without_a_size_as_few_dots_are_kept_as_reach_the_floor_of_fresh_dots(fo
     def lay(xyz):
         return sparsurf.surface((xyz, radii(molecule, "dms")))
 
-    floor = floors(ready, 200, lay, molecule.xyz[0], moved=()).set_index("floor").loc["fresh dots", "Z"]
+    floor = noise_floors(ready, 200, lay, molecule.xyz[0], moved=()).set_index("floor").loc["fresh dots", "Z"]
     tests, few = ready.draw_tests(200), table["dot"].to_numpy()
     subsets = [few, few[: len(few) // 2]]
     z = ready.distances(subsets, tests, ready.describe(tests)[0], "recovered")[0].mean(axis=1)

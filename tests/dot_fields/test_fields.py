@@ -14,8 +14,15 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms
-from sparsurf.dot_fields.potential import COULOMB, DEBYE, GAIN, SOFT, potential_of_charges, term
-from sparsurf.dot_fields.smoothing import smoothed
+from sparsurf.dot_fields.potential import (
+    COULOMB,
+    DEBYE,
+    GAIN,
+    SOFTENING,
+    potential_of_charges,
+    potential_of_unit_charge,
+)
+from sparsurf.dot_fields.smoothing import gaussian_mean
 
 PEPTIDE = str(ROOT / "data" / "tdp43" / "topology.pdb")
 LINE = "ATOM  {:5d}  {:<3s} {:3s} A{:4d}    {:8.3f}{:8.3f}{:8.3f}  1.00{:6.2f}           {:1s}\n"
@@ -28,7 +35,7 @@ def molecule():
 
 def test_one_charge_has_the_potential_of_the_formula():
     r = np.array([0.0, 2.0, 3.3, 10.0])
-    soft = np.sqrt(r**2 + SOFT**2)
+    soft = np.sqrt(r**2 + SOFTENING**2)
     eps = 2 + 160 / (1 + np.exp((3.3 - soft) / 1.2))
     points = np.column_stack([r, np.zeros(4), np.zeros(4)])
     found = potential_of_charges(np.zeros((1, 3)), np.array([-1.0]), points)
@@ -41,7 +48,9 @@ def test_the_potential_is_the_plain_sum_over_charges_and_turns_with_the_molecule
     places, charges, points = rng.normal(0, 12, (80, 3)), rng.normal(size=80), rng.normal(0, 15, (50, 3))
     r = np.linalg.norm(points[:, None] - places, axis=2)
     found = potential_of_charges(places, charges, points)
-    np.testing.assert_allclose(found, (term(r) * (r < 40)) @ charges, atol=2e-3 * np.abs(found).max())
+    np.testing.assert_allclose(
+        found, (potential_of_unit_charge(r) * (r < 40)) @ charges, atol=2e-3 * np.abs(found).max()
+    )
     turn, shift = Rotation.random(random_state=1).as_matrix(), np.array([50.0, -7, 3])
     turned = potential_of_charges(places @ turn.T + shift, charges, points @ turn.T + shift)
     np.testing.assert_allclose(turned, found, atol=1e-9 * np.abs(found).max() + 1e-9)
@@ -57,7 +66,7 @@ def test_smoothing_is_the_gaussian_mean_of_the_known_atoms(seed, n, width):
     weight = np.where((d2 < (4 * width) ** 2) & np.isfinite(values), np.exp(-d2 / (2 * width**2)), 0)
     with np.errstate(invalid="ignore"):
         expected = weight @ np.nan_to_num(values) / weight.sum(axis=1)
-    np.testing.assert_allclose(smoothed(values, xyz, points, width), expected, rtol=1e-7, atol=1e-12)
+    np.testing.assert_allclose(gaussian_mean(values, xyz, points, width), expected, rtol=1e-7, atol=1e-12)
 
 
 def test_charges_of_a_whole_peptide_add_up_with_and_without_its_hydrogens(molecule):
@@ -219,16 +228,16 @@ def test_a_pdb2pqr_that_fails_or_is_absent_is_a_sentence(tmp_path, monkeypatch, 
         pdb2pqr_charges(molecule)
     (tmp_path / "pdb2pqr").write_text(f"#!/bin/sh\n{script}\n")
     (tmp_path / "pdb2pqr").chmod(0o755)
-    with pytest.raises(InputError, match=rf"pdb2pqr failed \({reason}\); take the built-in table"):
+    with pytest.raises(InputError, match=rf"pdb2pqr failed \({reason}\); use the built-in table"):
         pdb2pqr_charges(molecule)
 
 
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("nan 0 0 -0.5 1.5", "line 1: no atom has such a place or charge"),
-        ("0 0 0 nan 1.5", "line 1: no atom has such a place or charge"),
-        ("0 0 0 -10.5 1.5", "line 1: no atom has such a place or charge"),
+        ("nan 0 0 -0.5 1.5", "line 1: no atom has such a position or charge"),
+        ("0 0 0 nan 1.5", "line 1: no atom has such a position or charge"),
+        ("0 0 0 -10.5 1.5", "line 1: no atom has such a position or charge"),
         ("0 0 0 0.6 0.3", "half of its charges are above 0.5 e"),
         ("1.2 0 0 0.1 1.5", "its atoms lie 1.2 Å from those of the molecule"),
         ("0.9 0 0 0.1 1.5", None),
@@ -283,8 +292,8 @@ def test_charges_of_a_file_lie_at_the_atoms_of_the_molecule(tmp_path, molecule):
         (pqr(molecule, scale=0.1), "its atoms lie .* Å from those of the molecule"),
         (pqr(molecule, shift=50.0), "its atoms lie .* Å from those of the molecule"),
         (pqr(molecule, charge=lambda k: 1.5, radius=0.3), "exchange charge and radius"),
-        (pqr(molecule).replace("-0.3", "nan", 1), r"a\.pqr, line 2: no atom has such a place or charge"),
-        (pqr(molecule).replace("-0.3", "-11", 1), r"a\.pqr, line 2: no atom has such a place or charge"),
+        (pqr(molecule).replace("-0.3", "nan", 1), r"a\.pqr, line 2: no atom has such a position or charge"),
+        (pqr(molecule).replace("-0.3", "-11", 1), r"a\.pqr, line 2: no atom has such a position or charge"),
     ):
         path.write_text(text)
         with pytest.raises(InputError, match=said):
@@ -297,7 +306,9 @@ def test_columns_of_a_table_and_b_factors_reach_the_dots(tmp_path, molecule):
     table.to_csv(tmp_path / "scores.csv", index=False)
     dots = sparsurf.surface(molecule)
     found = sparsurf.fields(molecule, dots, ("score",), table=tmp_path / "scores.csv")["score"]
-    expected = smoothed(table["score"].to_numpy(float)[molecule.residue_index], molecule.xyz[0], dots.points)
+    expected = gaussian_mean(
+        table["score"].to_numpy(float)[molecule.residue_index], molecule.xyz[0], dots.points
+    )
     np.testing.assert_array_equal(found, expected)
     with_b = tmp_path / "b.pdb"
     molecule.write_pdb(with_b, b_factor=np.full(molecule.n_atoms, 12.5))

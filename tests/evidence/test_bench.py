@@ -1,9 +1,6 @@
 """The benchmark runs, and what is done for speed changes nothing. How fast it is is not asserted."""
 
 import json
-import os
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,11 +8,9 @@ import pytest
 
 import bench
 import sparsurf
-from conftest import ROOT
-from sparsurf import kernel_cache
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.study import grid
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 
 
 def test_quick_run_writes_every_kind_of_figure(tmp_path, monkeypatch):
@@ -59,10 +54,13 @@ def test_time_is_counted_per_piece_of_work(monkeypatch):
     monkeypatch.setattr("measures.timing.timed", lambda run, repeats: (1.0, 1.0))
     table = bench.Table()
     surface = bench.a1(True)
-    bench.measure_dots(table, surface, False, 1, 16, law.grid(*bench.FEW)[:2])
-    bench.measure_surface(table, (2,), 1, bench.PIECE)
+    bench.measure_dots(table, surface, False, 1, 16, published.parameter_grid(*bench.SMALL_GRID)[:2])
+    bench.measure_surface(table, (2,), 1, bench.QUICK_RESIDUES)
     bench.measure_frames(table, True)
-    value, atoms = {row["what"]: row["value"] for row in table.rows}, len(bench.embedded(bench.PIECE)[1])
+    value, atoms = (
+        {row["what"]: row["value"] for row in table.rows},
+        len(bench.embedded(bench.QUICK_RESIDUES)[1]),
+    )
     assert value["one sampling"] == value["one sampling and a uniform subset"] == 1e3 / 2
     assert value["one sampling per dot"] == pytest.approx(1e9 / 2 / len(surface))
     assert value["a descriptor, 20% kept, `as_coded`"] == pytest.approx(1e6 / 16 / 64)
@@ -151,53 +149,22 @@ def test_lattice_keeps_the_copies_apart():
             assert np.maximum(lows[a] - highs[b], lows[b] - highs[a]).max() >= bench.GAP - 1e-9
 
 
-def kernel_folder(base):
-    """Where a fresh process keeps its kernels when told `base`, and whether it can compile there."""
-    code = "import sparsurf, os; from numba import njit; import sparsurf.surfaces.vectors as v; "
-    code += "v.dot((1., 0., 0.), (1., 0., 0.)); folder = os.environ['NUMBA_CACHE_DIR']; "
-    code += "print(folder, sum(len(files) for *_, files in os.walk(folder)))"
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(base)}
-    command = [sys.executable, "-c", code]
-    run = subprocess.run(
-        command, cwd=ROOT / "src", env=environment, capture_output=True, text=True, check=True
-    )
-    folder, files = run.stdout.split()
-    return folder, int(files)
-
-
-def test_kernels_are_kept_per_version_of_their_sources(tmp_path):
-    folder, files = kernel_folder(tmp_path)
-    assert folder.startswith(str(tmp_path / "sources-")) and files > 0
-    assert kernel_folder(folder)[0] == folder  # as a child process is told
-
-
-def test_kernels_go_to_a_temporary_folder_where_theirs_cannot_be_written(tmp_path):
-    (tmp_path / "file").write_text("not a folder")
-    folder, files = kernel_folder(tmp_path / "file")
-    assert not folder.startswith(str(tmp_path)) and files > 0
-    assert not os.path.exists(folder)  # gone with the process that made it
-
-
-def test_constants_compiled_into_kernels_count_as_their_sources():
-    # zernike.py has no kernel, but its number of pixels is part of those in images.py
-    assert b"PIXELS = 25" in kernel_cache.kernel_sources()
-    assert b"import mdtraj" not in kernel_cache.kernel_sources()
-
-
 def test_blocks_of_random_numbers_change_no_draw(blob, monkeypatch):
-    surface = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
+    surface = PreparedSurface(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
     combination = (0.7, 0.2, 2.0, 2.0)
-    whole = law.sample(surface.cover, combination, np.random.default_rng(5))
+    whole = published.sample(surface.cover, combination, np.random.default_rng(5))
     for block in (1, 100, 3333):
-        monkeypatch.setattr(law, "BLOCK", block)
-        assert np.array_equal(law.sample(surface.cover, combination, np.random.default_rng(5)), whole)
+        monkeypatch.setattr(published, "BLOCK", block)
+        assert np.array_equal(published.sample(surface.cover, combination, np.random.default_rng(5)), whole)
 
 
 def test_more_draws_than_fit_in_a_pass_are_each_evaluated(blob):
     # 40 draws are 80 subsets, two passes; every distance is that of its own pair
-    surface = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=3, name="blob")
+    surface = PreparedSurface(
+        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=3, name="blob"
+    )
     combinations = np.array([[0.3, 0.0, 2.0, 0.0], [0.9, 0.2, 0.0, 2.0]])
-    result = grid.run(surface, combinations, 5, 40)
+    result = grid.evaluate_grid(surface, combinations, 5, 40)
     for k, draw in ((0, 0), (0, 39), (1, 7), (1, 33)):
         pair = surface.pair(combinations[k], draw)
         assert result.n_s[k, draw] == len(pair[0])
@@ -209,8 +176,8 @@ def test_more_draws_than_fit_in_a_pass_are_each_evaluated(blob):
 
 
 def test_expected_numbers_do_not_depend_on_company_or_order(blob):
-    surface = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
-    grid = law.grid([0.2, 1.0], [0.0, 0.7], [0, 3], [0, 5])
-    together = law.expected_n_s(surface.cover, grid)
-    assert np.array_equal(law.expected_n_s(surface.cover, grid[::-1])[::-1], together)
-    assert [law.expected_n_s(surface.cover, [row])[0] for row in grid] == together.tolist()
+    surface = PreparedSurface(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8)
+    grid = published.parameter_grid([0.2, 1.0], [0.0, 0.7], [0, 3], [0, 5])
+    together = published.expected_n_s(surface.cover, grid)
+    assert np.array_equal(published.expected_n_s(surface.cover, grid[::-1])[::-1], together)
+    assert [published.expected_n_s(surface.cover, [row])[0] for row in grid] == together.tolist()

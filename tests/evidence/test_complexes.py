@@ -13,7 +13,7 @@ from scipy.stats import t
 from conftest import ROOT
 from measures import complex_tables, partners
 from measures.complex_tables import tables_of
-from measures.tables import joined
+from measures.tables import read_tables
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
@@ -21,7 +21,7 @@ from sparsurf.pairs import complex_scores, complexes
 from sparsurf.pairs.complex_scores import centres_of, score_complex
 from sparsurf.pairs.matching import Recipe
 from sparsurf.pairs.partners import partner_of
-from sparsurf.surfaces.molecular_surface import fitting_surface, molecular_surface
+from sparsurf.surfaces.molecular_surface import molecular_surface, surface_for_d_link
 from sparsurf.surfaces.radii import radii
 
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY")
@@ -54,13 +54,13 @@ def test_another_form_is_laid_on_and_takes_the_labels(molecules):
     turn = Rotation.random(rng=2).as_matrix()
     moved = replace(bound, xyz=bound.xyz @ turn.T + [30.0, -5, 2])
     part = moved.take(moved.residue != "1")  # one residue is missing in the other form
-    laid = complexes.laid_on(part, bound)
+    laid = complexes.superpose_onto(part, bound)
     assert np.abs(laid.xyz[0] - bound.xyz[0][bound.residue != "1"]).max() < 1e-9
     labels = bound.xyz[0][:, 0] > 10
     carried = complexes.carried_labels(laid.xyz[0] + 0.1, bound.xyz[0], labels)
     assert np.array_equal(carried, labels[bound.residue != "1"])
     with pytest.raises(InputError, match="share 0 residues"):
-        complexes.laid_on(molecules[1], bound)
+        complexes.superpose_onto(molecules[1], bound)
 
 
 def test_relative_values_lose_what_flatness_explains():
@@ -102,7 +102,7 @@ def test_complementarity_takes_the_second_down_and_similarity_up():
 
 
 def test_together_takes_ranks():
-    assert complexes.together([1.0, 2, 300], [3.0, 2, 1]).tolist() == [2.0, 2.0, 2.0]
+    assert complexes.mean_rank([1.0, 2, 300], [3.0, 2, 1]).tolist() == [2.0, 2.0, 2.0]
 
 
 def test_means_over_complexes_average_the_sides_first():
@@ -128,10 +128,10 @@ def test_variants_are_chosen_on_few_and_reported_on_the_others():
 
 def test_a_complex_gets_all_scores_and_the_tables_sum_them_up(pair):
     recipes = (Recipe(), Recipe(radius=8.0))
-    table, touching, own, same = score_complex(pair, None, None, recipes, (1, 3), most=200)
+    table, touching, own, same = score_complex(pair, None, None, recipes, (1, 3), max_patches=200)
     assert np.isnan(same).all()
     labels = [each.surface.points[:, 0] > 9 for each in pair]  # as of another form
-    again, _, _, same = score_complex(pair, own, labels, recipes, (1, 3), most=200)
+    again, _, _, same = score_complex(pair, own, labels, recipes, (1, 3), max_patches=200)
     for side in (0, 1):
         at_centres = labels[side][centres_of(pair[side], 200)]
         assert (again.loc[again["side"] == side + 1, "interface"] == at_centres.sum()).all()
@@ -193,7 +193,7 @@ def test_centres_are_spread(pair):
 def test_surfaces_of_complexes_are_laid_by_the_published_rules(molecules):
     partner = partners.ready(molecules[0], "A")
     rules = {"method": "analytic", "density": "auto", "probe_radius": 1.4, "reentrant": "exact"}
-    wanted, _ = fitting_surface(molecules[0], 0, radii(molecules[0], "dms"), rules, 0.5, "A")
+    wanted, _ = surface_for_d_link(molecules[0], 0, radii(molecules[0], "dms"), rules, 0.5, "A")
     assert np.array_equal(partner.surface.points, wanted.points) and partner.name == "A"
     assert partner.residues["residue_name"].tolist() == list(3 * SEQUENCE)
 
@@ -279,5 +279,5 @@ def test_variants_are_chosen_on_the_tutorial_and_the_first_ten():
 def test_a_complex_that_looks_like_a_number_keeps_its_name(tmp_path):
     for name in ("1E96", "1CGI"):
         (tmp_path / f"{name}.csv").write_text(f"complex,auc\n{name},0.5\n")
-    table = joined([tmp_path / "1E96.csv", tmp_path / "1CGI.csv"])
+    table = read_tables([tmp_path / "1E96.csv", tmp_path / "1CGI.csv"])
     assert table["complex"].tolist() == ["1E96", "1CGI"] and table["auc"].sum() == 1

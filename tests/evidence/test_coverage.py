@@ -6,7 +6,7 @@ import pytest
 
 from measures import coverage
 from sparsurf.sampling.combination import PARAMETERS
-from sparsurf.study.statistics import estimate, held_out
+from sparsurf.study.statistics import cross_validated, estimate
 
 
 def test_one_replicate_by_hand():
@@ -15,10 +15,10 @@ def test_one_replicate_by_hand():
     seen = coverage.one_replicate(x, truth)
     assert seen["fixed_t"] == np.mean([found.low[k] <= truth[k] <= found.high[k] for k in range(3)])
     assert seen["selected_bias"] == pytest.approx(found.mean[2] - 3.0)  # the third is the winner
-    assert seen["held_out_bias"] == pytest.approx(held_out(x).mean - 3.0)
+    assert seen["held_out_bias"] == pytest.approx(cross_validated(x).mean - 3.0)
     off = np.abs(found.mean - truth) / found.error
     assert seen["fixed_normal"] == np.mean(off <= 1.95996)
-    assert seen["half_width"] == pytest.approx(held_out(x).half)
+    assert seen["half_width"] == pytest.approx(cross_validated(x).half)
     assert seen["best_in_set"] == False and seen["set_size"] == 1  # noqa: E712
 
 

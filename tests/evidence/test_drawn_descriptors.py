@@ -36,7 +36,7 @@ def test_steadiness_shows_means_with_their_ends():
 
 
 def test_samplers_are_drawn_in_units_of_each_surfaces_floor_and_averaged():
-    figure = descriptors_figures.samplers(DESCRIPTORS)
+    figure = descriptors_figures.samplers(DESCRIPTORS["changes"], DESCRIPTORS["samplers"])
     table, changes = DESCRIPTORS["samplers"], DESCRIPTORS["changes"]
     assert table["surface"].nunique() > 1
     for ax, descriptor in zip(figure.axes, ("published", "steady"), strict=True):

@@ -12,7 +12,7 @@ import tabulate_means
 from conftest import ROOT
 from measures import sites
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.pairs.complexes import laid_on
+from sparsurf.pairs.complexes import superpose_onto
 from sparsurf.sites.finding import chance
 
 
@@ -56,7 +56,7 @@ def test_a_relative_is_numbered_by_its_alignment_where_the_backbones_meet():
     wanted = np.where(apart, "own", own.residue)
     assert [each.split()[0] for each in found.residue] == wanted.tolist() and len(found.residues) == 59
     assert alike == pytest.approx((59 - 7 - 3) / (59 - 7))
-    moved = laid_on(found, bound)
+    moved = superpose_onto(found, bound)
     kept = ~apart
     np.testing.assert_allclose(moved.xyz[0][kept], own.xyz[0][kept], atol=1e-6)
 
@@ -65,11 +65,11 @@ def test_means_are_of_each_group_of_the_rows_that_count(tmp_path):
     pd.DataFrame({"kind": ["b", "a", "b", "b"], "r": [0.5, 0.75, 1, 9], "of": [1, 1, 1, 2]}).to_csv(
         tmp_path / "x.csv"
     )
-    outputs = {name: tmp_path / f"{name}.csv" for name in ("t", "t_means")}
+    table, table_of_means = tmp_path / "t.csv", tmp_path / "t_means.csv"
     means = {"mean": ("r", "mean"), "least": ("r", "min"), "n": ("r", "size")}
-    tabulate_means.main({"tables": [tmp_path / "x.csv"]}, outputs, "t", ["kind"], means, "of < 2")
-    assert pd.read_csv(outputs["t"])["r"].to_list() == [0.5, 0.75, 1]
-    rows = pd.read_csv(outputs["t_means"]).to_numpy().tolist()
+    tabulate_means.main([tmp_path / "x.csv"], table, table_of_means, ["kind"], means, "of < 2")
+    assert pd.read_csv(table)["r"].to_list() == [0.5, 0.75, 1]
+    rows = pd.read_csv(table_of_means).to_numpy().tolist()
     assert rows == [["b", 0.75, 0.5, 2], ["a", 0.75, 0.75, 1]]
 
 

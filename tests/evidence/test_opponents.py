@@ -9,10 +9,10 @@ from scipy.spatial import cKDTree
 
 from measures import opponents
 from measures.recovery import errors, truth
-from sparsurf.recovery.errors import DENSE, off_recovered
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.mesh import molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 
@@ -64,7 +64,7 @@ def test_bytes_and_errors():
         2 * mesh["n_S"] - 4
     )  # Euler: two triangles a vertex, but for four
     surface = molecular_surface(ATOMS, RADII)
-    evaluator = Evaluator(surface, seed=20261120, name="three atoms")
+    evaluator = PreparedSurface(surface, seed=20261120, name="three atoms")
     chosen = SAMPLERS["farthest"](evaluator, kept["n_S"], evaluator.stream("recovery", "farthest"))
     wanted = errors(
         *recover(surface.points[chosen], surface.normals[chosen]), truth(ATOMS, RADII, evaluator.area)
@@ -83,7 +83,9 @@ def test_bytes_and_errors():
         and rows.loc[opponents.ROUNDED_ATOMS, "distance"] < 0.01
     )
     own = where[where["sampler"] == opponents.KEPT].set_index("where")
-    off = off_recovered(surface.points, surface.points[chosen], surface.normals[chosen], density=DENSE)
+    off = distance_to_recovered(
+        surface.points, surface.points[chosen], surface.normals[chosen], density=DENSITY_FOR_ERRORS
+    )
     assert own.loc["everywhere", ["mean", "largest"]].to_list() == pytest.approx([off.mean(), off.max()])
     assert own.loc[["clefts", "flats", "ridges"], "dots"].sum() == len(surface)
     few, _ = opponents.measure("no mesh", ATOMS, RADII, None, 40, (100 * 30.6 / len(surface),))

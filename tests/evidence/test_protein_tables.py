@@ -10,9 +10,9 @@ from test_summary import result, run_of
 
 from measures import over_proteins, protein_tables, protein_variants
 from measures.studies import Measured
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 
-MANY = law.grid(np.linspace(0.1, 1, 10), [0], [0, 2, 4], [0])
+MANY = published.parameter_grid(np.linspace(0.1, 1, 10), [0], [0, 2, 4], [0])
 NAMES = ["a", "b", "c", "d"]
 RHO_NEEDED = {"n": 4, "rho": 0.9}
 

@@ -159,7 +159,7 @@ def test_silhouettes_do_not_depend_on_the_chunks(monkeypatch):
     points = np.random.default_rng(5).normal(size=(500, 2))
     label = np.random.default_rng(6).integers(0, 4, 500)
     whole = silhouettes(points, [label])
-    monkeypatch.setattr("sparsurf.molecules.conformations.CHUNK", 7)
+    monkeypatch.setattr("sparsurf.molecules.conformations.ROWS_AT_ONCE", 7)
     assert np.allclose(silhouettes(points, [label]), whole, atol=1e-13)
 
 
@@ -243,7 +243,7 @@ def test_heavy_atoms_are_analysed_where_a_chain_has_two_c_alphas():
     words = {"name": "CA C D CA CA H", "kind": "protein " * 4 + "other protein", "element": "C C D C CA H"}
     molecule = SimpleNamespace(**{key: np.array(text.split()) for key, text in words.items()})
     heavy = [True, True, False, True, True, False]  # and calcium is no C-alpha atom
-    assert conformations._analysed_atoms(molecule, None).tolist() == heavy
+    assert conformations._atoms_to_analyse(molecule, None).tolist() == heavy
 
 
 def test_frames_by_name(moving):
@@ -263,7 +263,7 @@ def test_frames_by_name(moving):
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"frames": [5]}, r"frames.use: \[5\] not among the frames read, 0 to 110 in steps of 10 \("),
+        ({"frames": [5]}, r"frames.use: \[5\] are not among the frames read, 0 to 110 in steps of 10 \("),
         ({"frames": []}, "not among"),
         ({"frames": {"every": 2}}, "not of the form"),
         ({"frames": {"stride": 0}}, "not of the form"),
@@ -285,8 +285,8 @@ def test_impossible_wishes_are_sentences(moving, keys, words):
 )
 def test_the_frames_read_are_told(numbers, words):
     molecule = SimpleNamespace(frame_number=np.array(numbers), n_frames=len(numbers))
-    with pytest.raises(InputError, match=rf"\[9\] not among the frames read, {words}\.$"):
-        conformations._named_frames(molecule, [9])
+    with pytest.raises(InputError, match=rf"\[9\] are not among the frames read, {words}\.$"):
+        conformations._selected_frames(molecule, [9])
 
 
 def test_equal_frames_are_one_conformation(shared, caplog):
@@ -343,10 +343,10 @@ def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
     assert chosen(tmp_path, models, use=[0, 2]) == ["f0", "f2"]
     assert chosen(tmp_path, models, use=[0, 2], reading={"model": 2}) == ["f1"]
     for stride, last in ((1, 2), (5, 0)):
-        with pytest.raises(InputError, match=rf"\[7\] not among the frames read, 0 to {last}"):
+        with pytest.raises(InputError, match=rf"\[7\] are not among the frames read, 0 to {last}"):
             chosen(tmp_path, models, use=[7], stride=stride)
     mdtraj.load(tmp_path / "p.pdb")[:1].save_xtc(str(tmp_path / "p.xtc"))
-    with pytest.raises(InputError, match=r"\[2\] not among the frames read, 0 to 0"):
+    with pytest.raises(InputError, match=r"\[2\] are not among the frames read, 0 to 0"):
         chosen(tmp_path, one, use=[0, 2], trajectory={"trajectory": tmp_path / "p.xtc"})
 
 

@@ -11,7 +11,7 @@ from conftest import ROOT
 from peptides import peptide, write
 from sparsurf import InputError
 from sparsurf.molecules import geometry
-from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, read_own
+from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, read_study_structure
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 USED = ("N", "CA", "C", "CB")  # whose places make a residue L or D
@@ -25,7 +25,7 @@ def molecule():
 
 @pytest.fixture(autouse=True)
 def few_at_once(monkeypatch):
-    monkeypatch.setattr(geometry, "FRAMES", 2)
+    monkeypatch.setattr(geometry, "FRAMES_AT_ONCE", 2)
 
 
 def moved(molecule, frame, atoms, by):
@@ -59,7 +59,7 @@ def test_a_residue_that_is_too_wide_is_named_with_its_frame_and_atom(molecule):
             first = moved(molecule, 0, atom, shift)
             shift *= wide / np.linalg.norm(np.ptp(first.xyz[0, own], axis=0))
         if wide > 20:
-            refused(first, "GLN 213 is 20 Å wide in frame 0 .atom CG is farthest out., not below 20 Å")
+            refused(first, "GLN 213 is 20 Å wide in frame 0 .atom CG is farthest out. instead of below 20 Å")
         else:
             geometry.refuse_impossible(first, "run.xtc")
 
@@ -100,7 +100,7 @@ def test_equal_residues_in_another_order_are_refused(tmp_path, caplog):
         (np.random.default_rng(5).permutation(20), r"\d"),
         ([*swapped, *range(11, 20)], "42"),
     ):
-        words = f"only {share}% of the bonds that its names imply are there in frame 0; copy it"
+        words = f"only {share}% of the bonds that its names imply exist in frame 0; copy it"
         with pytest.raises(InputError, match=words):
             mixed(order)
     assert (
@@ -131,17 +131,17 @@ def test_the_widest_gap_and_a_place_on_its_emptier_side(places, gap):
     ("far", "words"),
     [
         (9.9e4, ""),
-        (1.1e5, "no numbers or beyond 1e.05 Å in frame 1:"),
+        (1.1e5, "not numbers or beyond 1e.05 Å in frame 1:"),
         (np.nan, "in frame 1:"),
-        (3, "all atoms in one place"),
+        (3, "all atoms at one position"),
     ],
 )
 def test_numbers_that_no_atom_has_are_refused(far, words):
     xyz = np.array([[[1, 2, 3], [2, 2, 3]], [[1, 2, 3], [1, 2, far]], [[1, 2, 3], [1, 2, 4.0]]])
     if not words:
-        return geometry.refuse_no_numbers(xyz, "a.xtc")
+        return geometry.refuse_invalid_coordinates(xyz, "a.xtc")
     with pytest.raises(InputError, match=words):
-        geometry.refuse_no_numbers(xyz, "a.xtc")
+        geometry.refuse_invalid_coordinates(xyz, "a.xtc")
 
 
 @pytest.mark.parametrize(
@@ -218,7 +218,7 @@ def test_alternate_locations_that_are_not_there_are_told(caplog):
 
 @pytest.mark.parametrize(
     ("again", "words"),
-    [((4,), "1 atom stands twice in its residue"), ((3, 4), "2 atoms stand twice in their")],
+    [((4,), "1 atom is repeated in its residue"), ((3, 4), "2 atoms are repeated in their")],
 )
 def test_atoms_that_stand_twice_are_counted(tmp_path, caplog, again, words):
     lines = peptide().splitlines(keepends=True)
@@ -271,7 +271,7 @@ def test_a_lactam_bridge_is_no_missing_atom(tmp_path, caplog):
         caplog, write(tmp_path / "a.pdb", lacking)
     )
     caplog.clear()  # of a file that a study wrote itself, it was said before
-    assert read_own(tmp_path / "a.pdb").n_atoms == 24 and not caplog.text
+    assert read_study_structure(tmp_path / "a.pdb").n_atoms == 24 and not caplog.text
     assert "lack" not in warned(caplog, write(tmp_path / "b.pdb", bridge + lacking))
     assert "lack" not in warned(
         caplog, write(tmp_path / "two.pdb", bridge + bridge.replace("3  ", "1  ", 1) + lacking)
@@ -329,7 +329,9 @@ def test_more_than_a_tenth_of_ten_elements_or_more_is_refused(molecule, atoms, w
     given = replace(molecule, name=names, element=elements, **same)
     if not words:
         return geometry._refuse_other_elements(given, "a.pdb")
-    with pytest.raises(InputError, match=f"a.pdb: {words} has the element O, as {wrong} atoms have another"):
+    with pytest.raises(
+        InputError, match=f"a.pdb: {words} has the element O; {wrong} atoms have an element that contradicts"
+    ):
         geometry._refuse_other_elements(given, "a.pdb")
 
 
@@ -365,7 +367,7 @@ def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
                 across /= np.linalg.norm(across, axis=1)[:, None]
                 xyz[:, own["CB"][0]] -= 2 * ((cb - ca) * across).sum(axis=1)[:, None] * across
         assert words in told(replace(molecule, xyz=xyz)) and bool(words) == ("mirror" in caplog.text)
-    assert "one atom alone" in told(molecule.take([4]))
+    assert "a single atom" in told(molecule.take([4]))
     names = {
         key: np.tile(getattr(molecule, key), 2)
         for key in ("name", "residue_name", "element", "residue", "kind")

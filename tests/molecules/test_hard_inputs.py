@@ -130,9 +130,11 @@ def test_trajectory_and_topology_have_to_fit(shared):
     refused(
         folder / "tz2.nc", "is a trajectory: give it as the trajectory, and its topology as the structure"
     )
-    refused(folder / "tz2.parm7", "is no trajectory by its extension", folder / "1vii_3frames.pdb")
+    refused(folder / "tz2.parm7", "is not a trajectory by its extension", folder / "1vii_3frames.pdb")
     refused(folder / "tz2.parm7", "does not exist", folder / "none.xtc")
-    refused(folder / "tz2.parm7", "is packed, which no trajectory can be", folder / "none.xtc.gz")
+    refused(
+        folder / "tz2.parm7", "is compressed, which is not supported for trajectories", folder / "none.xtc.gz"
+    )
 
 
 def test_trajectory_cut_short_is_refused(shared, tmp_path):
@@ -148,7 +150,7 @@ def test_nan_in_a_trajectory_is_refused(shared, tmp_path):
     frames = mdtraj.load(str(shared / "example" / "trajectory.xtc"), top=str(topology), stride=300)
     frames.xyz[2, 5, 1] = np.nan
     frames.save(str(tmp_path / "nan.dcd"))
-    refused(topology, "no numbers .* in frame 2", tmp_path / "nan.dcd")
+    refused(topology, "not numbers .* in frame 2", tmp_path / "nan.dcd")
 
 
 # --- made for the test ---------------------------------------------------------------------------------
@@ -170,7 +172,7 @@ REFUSED = {
     "short-joined.pdb": (SHORT.replace("\n", "", 1), "line 1 of .* not in the columns"),
     "joined.pdb": (GOOD.replace("\n", "", 1), "line 1 of .* not in the columns"),
     "cut.pdb": (GOOD[:-24], "cut short: it stops in the middle"),
-    "zeros.pdb": (GOOD + "\0", "damaged or no text file"),
+    "zeros.pdb": (GOOD + "\0", "damaged or not a text file"),
     "open-model.pdb": ("MODEL        1\n" + peptide(), "its last MODEL has no ENDMDL"),
     "no-end.pdb": (SEQUENCE + peptide(), "4 of the 9 residues .* SEQRES .* no END"),
     "connected-before.pdb": (SEQUENCE + "CONECT    1    2\n" + peptide(), "4 of the 9 residues"),
@@ -197,22 +199,22 @@ REFUSED = {
     ),
     "ten-models.pdb": (
         "".join(f"MODEL {k}\n{peptide(['ALA'] * (3 + k % 2))}ENDMDL\n" for k in range(1, 11)),
-        r"\(atoms chosen: (20 15 ){4}20\)",
+        r"\(selected atoms: (20 15 ){4}20\)",
     ),
-    "one-place.pdb": (re.sub(r"(?m)^(.{30}).{24}", r"\1   0.000   0.000   0.000", peptide()), "all atoms in one place"),
+    "one-place.pdb": (re.sub(r"(?m)^(.{30}).{24}", r"\1   0.000   0.000   0.000", peptide()), "all atoms at one position"),
     "is-cif.pdb": (CIF, "is an mmCIF file by its content: rename"),
-    "is-pdb.cif": (GOOD, "no readable mmCIF"),
+    "is-pdb.cif": (GOOD, "not a readable mmCIF"),
     "no-loop.cif": ("data_x\n_cell.length_a 10\n", "holds no atoms"),
-    "nan.cif": (CIF.replace("3.0", "nan", 1), "no numbers"),
-    "unknown.cif": (CIF.replace("3.0", "?", 1), "no numbers"),
-    "cut.cif": (CIF[:-8], "no readable mmCIF file .*Wrong number of values"),
+    "nan.cif": (CIF.replace("3.0", "nan", 1), "not numbers"),
+    "unknown.cif": (CIF.replace("3.0", "?", 1), "not numbers"),
+    "cut.cif": (CIF[:-8], "not a readable mmCIF file .*Wrong number of values"),
     "no-x.cif": (CIF.replace("Cartn_y", "Cartn_q"), "has no y in its _atom_site"),
     "number.cif": (CIF.replace(" A 1 ", " A one ", 1), "residue numbered 'one'"),
     "lost-chain.cif": (
         "data_x\nloop_\n_struct_asym.id\nA\nB\n" + CIF[7:].replace("auth_asym_id", "label_asym_id"),
         "cut short: it has no atoms for B",
     ),
-    "notes.txt": (GOOD, "no structure by its extension: give one of .pdb, .ent, .cif"),
+    "notes.txt": (GOOD, "not a structure by its extension: give one of .pdb, .ent, .cif"),
     "is-not.pdb.gz": (GOOD, "is named .gz but is not gzip"),
     "broken.gro": ("title\n 2\n    1ALA     CA    1   0.1\n", "line 3 has no three coordinates"),
     "count.gro": ("title\nx\n", "line 2 is not the number of atoms"),

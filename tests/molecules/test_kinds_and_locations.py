@@ -10,13 +10,13 @@ from peptides import ALANINE, STEP, atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.atom_table import choose_altlocs, missing_residues, number_residues
 from sparsurf.molecules.mmcif import read_mmcif
-from sparsurf.molecules.pdb import _decoded, _encoded, read_pdb
+from sparsurf.molecules.pdb import _decode_number, _encode_label, read_pdb
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.residues import (
     HEAVY_ATOMS,
     VARIANTS,
+    count_heavy_atoms,
     element_of,
-    heavy_atoms_found,
     known_kind,
     residue_kinds,
 )
@@ -68,7 +68,7 @@ def test_hetero_nucleotides_belong_together_within_a_phosphodiester_bond():
 def test_heavy_atoms_are_counted_against_the_standard_residue():
     names, index = np.array(["ALA"] * 6 + ["HID"] * 2 + ["XYZ", "GLY"]), np.array([0] * 6 + [1] * 2 + [2, 3])
     elements = np.array(["N", "C", "C", "O", "C", "H", "N", "D", "C", "H"])
-    found, expected = heavy_atoms_found(names, index, elements)
+    found, expected = count_heavy_atoms(names, index, elements)
     assert (found.tolist(), expected.tolist()) == ([5, 1, 0, 0], [5, 10, 0, 4])
 
 
@@ -198,12 +198,12 @@ def test_a_complete_sequence_lacks_nothing():
 def test_the_sequence_of_each_chain_and_the_linked_residues_are_read_in_their_columns():
     names = "GLY SER THR VAL LEU ILE PHE TYR TRP HIS LYS ARG ASP"
     text = f"SEQRES   1 A   14  {names}  1ABC  83\nSEQRES   2 A   14  GLU\nSEQRES   1 B    1  CYS\n"
-    assert read_pdb(text + atom_line() + "END\n", "a.pdb").promised == {
+    assert read_pdb(text + atom_line() + "END\n", "a.pdb").sequences == {
         "A": [*names.split(), "GLU"],
         "B": ["CYS"],
     }
     link = "LINK         NZ ALYS A1003                 CG  ASP B   5A    1555   1555  1.33\n"
-    assert read_pdb(link + atom_line(), "a.pdb").linked == {("A", "1003"), ("B", "5A")}
+    assert read_pdb(link + atom_line(), "a.pdb").crosslinked == {("A", "1003"), ("B", "5A")}
 
 
 @pytest.mark.parametrize(
@@ -211,21 +211,21 @@ def test_the_sequence_of_each_chain_and_the_linked_residues_are_read_in_their_co
     [(9999, "9999"), (10_000, "A000"), (10_035, "A00Z"), (1_223_055, "ZZZZ"), (1_223_056, "a000")],
 )
 def test_hybrid_36_at_its_limits(number, field):
-    assert _encoded(str(number)) == f"{field} "
-    assert _decoded(field) == str(number)
+    assert _encode_label(str(number)) == f"{field} "
+    assert _decode_number(field) == str(number)
 
 
 @pytest.mark.parametrize(
     ("number", "field"), [("-999", "-999 "), ("2436111", "zzzz "), ("-999A", "-999A"), ("", "     ")]
 )
 def test_the_first_and_the_last_number_of_a_pdb_file(number, field):
-    assert _encoded(number) == field
+    assert _encode_label(number) == field
 
 
 @pytest.mark.parametrize("number", ["-1000", "2436112", "-1000A"])
 def test_a_number_that_no_pdb_file_can_hold_is_refused(number):
     with pytest.raises(InputError, match=f"residue {number.rstrip('A')} does not fit .* -999 to 2436111"):
-        _encoded(number)
+        _encode_label(number)
 
 
 def test_a_line_that_ends_behind_its_place_has_an_occupancy_of_1_and_no_b_factor():
@@ -297,7 +297,7 @@ def test_mmcif_tells_the_box_and_each_place_of_the_sequence_once():
     assert lengths == pytest.approx([30, 40, 50]) and np.degrees(np.arccos(cosines)) == pytest.approx(
         [70, 80, 100]
     )
-    assert file.promised == {"H": ["ALA", "SER", "ALA"], "L": ["ALA"]}
+    assert file.sequences == {"H": ["ALA", "SER", "ALA"], "L": ["ALA"]}
     assert read_mmcif(text.replace("_cell.angle_gamma 100", ""), "a.cif").box is None
     assert read_mmcif(CIF, "a.cif").box is None and file.atoms.model.tolist() == [1, 1, 1]
     numbered = CIF.replace("_atom_site.occupancy", "_atom_site.pdbx_PDB_model_num")
@@ -322,8 +322,8 @@ def test_mmcif_tells_which_residues_a_covalent_bond_beside_the_backbone_joins():
         "covale H 6 ASN L 7 NAG ?",
     ]
     text = CIF + "loop_\n" + "".join(f"_struct_conn.{item}\n" for item in items) + "\n".join(bonds) + "\n"
-    assert read_mmcif(text, "a.cif").linked == {("H", "1"), ("H", "9A")}
-    assert read_mmcif(CIF, "a.cif").linked == set()
+    assert read_mmcif(text, "a.cif").crosslinked == {("H", "1"), ("H", "9A")}
+    assert read_mmcif(CIF, "a.cif").crosslinked == set()
 
 
 def test_chains_and_residues_narrow_down_ligands_too(tmp_path, caplog):
@@ -409,7 +409,7 @@ def test_residues_of_nucleic_acids_alone_are_answered_with_their_chain(tmp_path)
     path = write(tmp_path / "a.pdb", peptide(chain="A") + dna + "END\n")
     for residues, place in (("402-410", "C:402-403"), (["421"], "D:421-421"), ("421,402-403", "C:402-403")):
         with pytest.raises(
-            InputError, match=f" 4 nucleic residues: name the chain of nucleic acids, as {place}.$"
+            InputError, match=f" 4 nucleic residues: name the chain of nucleic acids, as in {place}.$"
         ):
             read_molecule(path, residues=residues)
         assert set(read_molecule(path, residues=place).chain) == {place[0]}

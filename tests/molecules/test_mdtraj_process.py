@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules import mdtraj_process
-from sparsurf.molecules.mdtraj_process import frames, names
+from sparsurf.molecules.mdtraj_process import load_atoms, load_frames
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 
@@ -31,7 +31,7 @@ def whole():
 
 def test_names_are_those_of_the_topology(whole, tmp_path):
     whole[0].save_gro(str(tmp_path / "a.gro"))
-    rows, atoms = names(tmp_path / "a.gro"), list(whole.topology.atoms)
+    rows, atoms = load_atoms(tmp_path / "a.gro"), list(whole.topology.atoms)
     assert len(rows) == len(atoms)
     for k in (0, 1, 400, len(atoms) - 1):
         atom = atoms[k]
@@ -43,31 +43,34 @@ def test_names_are_those_of_the_topology(whole, tmp_path):
             atom.element.symbol,
             atom.residue.index,
         ]
-        assert rows[k] == wanted
+        assert rows[k] == tuple(wanted)
     chain = mdtraj.Topology()
     residue = chain.add_residue("ALA", chain.add_chain(chain_id="Q"), resSeq=-3, segment_id="SEG")
     chain.add_atom("CA", None, residue)
     other = chain.add_residue("ALA", chain.add_chain(), resSeq=4, segment_id="SEG")
     chain.add_atom("CL", mdtraj.element.chlorine, other)
-    assert mdtraj_process.rows_of(chain) == [("CA", "ALA", "Q", -3, "", 0), ("CL", "ALA", "SEG", 4, "CL", 1)]
+    assert mdtraj_process.atom_rows(chain) == [
+        ("CA", "ALA", "Q", -3, "", 0),
+        ("CL", "ALA", "SEG", 4, "CL", 1),
+    ]
 
 
 @pytest.mark.parametrize("ending", ["xtc", "trr", "dcd", "h5", "gro"])
 def test_frames_are_those_of_the_trajectory(whole, tmp_path, ending):
     path, n, some = tmp_path / f"a.{ending}", whole.n_atoms, np.array([3, 7, 20])
     whole.save(str(path))
-    xyz, time, box = frames(path, n)
+    xyz, time, box = load_frames(path, n)
     np.testing.assert_allclose(xyz, whole.xyz, atol=0.0006)
     if ending != "dcd":  # which has no times
         np.testing.assert_allclose(time, whole.time)
     np.testing.assert_allclose(box, whole.unitcell_vectors, atol=1e-5)
-    xyz, time, box = frames(path, n, some, stride=2)
+    xyz, time, box = load_frames(path, n, some, stride=2)
     assert xyz.shape == (3, 3, 3) and len(time) == len(box) == 3
     np.testing.assert_allclose(xyz, whole.xyz[::2][:, some], atol=0.0006)
-    xyz, time, box = frames(path, n, some, only=[1, 4])
+    xyz, time, box = load_frames(path, n, some, only=[1, 4])
     assert xyz.shape == (2, 3, 3) and len(time) == len(box) == 2
     np.testing.assert_allclose(xyz, whole.xyz[[1, 4]][:, some], atol=0.0006)
-    xyz, time, _ = frames(path, n, some, first=True)
+    xyz, time, _ = load_frames(path, n, some, first=True)
     assert len(xyz) == len(time) == 1  # all of its atoms, whichever are asked for
     np.testing.assert_allclose(xyz[:, some], whole.xyz[:1][:, some], atol=0.0006)
 
@@ -75,14 +78,14 @@ def test_frames_are_those_of_the_trajectory(whole, tmp_path, ending):
 def test_one_frame_of_some_atoms(whole, tmp_path):
     path = tmp_path / "a.rst7"
     whole[2].save_amberrst7(str(path))
-    xyz, _, _ = frames(path, whole.n_atoms, np.array([2, 5]))
+    xyz, _, _ = load_frames(path, whole.n_atoms, np.array([2, 5]))
     np.testing.assert_allclose(xyz, whole.xyz[2:3, [2, 5]], atol=1e-5)
-    assert frames(path, whole.n_atoms, np.array([5]), first=True)[0].shape == (1, whole.n_atoms, 3)
+    assert load_frames(path, whole.n_atoms, np.array([5]), first=True)[0].shape == (1, whole.n_atoms, 3)
 
 
 def test_a_trajectory_of_other_atoms_tells_how_many_it_has(whole, tmp_path):
     whole.save_dcd(str(tmp_path / "a.dcd"))
-    xyz, _, box = frames(tmp_path / "a.dcd", 3, first=True)
+    xyz, _, box = load_frames(tmp_path / "a.dcd", 3, first=True)
     assert xyz.shape == (1, whole.n_atoms, 3) and len(box) == 0
 
 
@@ -90,8 +93,8 @@ def test_a_trajectory_of_other_atoms_tells_how_many_it_has(whole, tmp_path):
 def test_one_frame_of_other_atoms_is_refused(whole, tmp_path, ending):
     path = tmp_path / f"a.{ending}"
     whole[0].save(str(path))
-    with pytest.raises(InputError, match="has another number of atoms than its topology"):
-        frames(path, 7, first=True)
+    with pytest.raises(InputError, match="and its topology have different numbers of atoms"):
+        load_frames(path, 7, first=True)
 
 
 @pytest.mark.parametrize("kind", ["xtc", "dcd", "trr", "nc", "h5"])
@@ -100,26 +103,26 @@ def test_a_path_with_letters_beyond_ascii_is_read(whole, tmp_path, kind):
     path = tmp_path / "Körper å" / f"lauf.{kind}"
     whole.save(str(tmp_path / path.name))
     (tmp_path / path.name).rename(path)
-    xyz, _, _ = frames(path, whole.n_atoms, first=True)
+    xyz, _, _ = load_frames(path, whole.n_atoms, first=True)
     np.testing.assert_allclose(xyz[0], whole.xyz[0], atol=6e-4)  # xtc rounds to 0.001 nm
     with pytest.raises(InputError, match=f"Körper å/kurz.{kind} cannot be read"):
         path.with_stem("kurz").write_bytes(b"nothing of the kind")
-        frames(path.with_stem("kurz"), whole.n_atoms)
+        load_frames(path.with_stem("kurz"), whole.n_atoms)
 
 
 def test_what_cannot_be_read_is_a_sentence(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"no[.]xtc does not exist: check the path"):
-        frames(tmp_path / "no.xtc", 3)
+        load_frames(tmp_path / "no.xtc", 3)
     (tmp_path / "bad.gro").write_text("one\ntwo\n")
     with pytest.raises(InputError, match=r"bad.gro cannot be read \(\w.*\): it is damaged"):
-        names(tmp_path / "bad.gro")
-    monkeypatch.setattr(mdtraj_process, "_ask", lambda *_: (b"half an answer", -11))
+        load_atoms(tmp_path / "bad.gro")
+    monkeypatch.setattr(mdtraj_process, "_request", lambda *_: (b"half an answer", -11))
     with pytest.raises(InputError, match=r"\(its reader crashed\)"):
-        names(tmp_path / "bad.gro")
+        load_atoms(tmp_path / "bad.gro")
     for answer, reason in ((b"", "its reader crashed"), (130 * b"x", 120 * "x")):
-        monkeypatch.setattr(mdtraj_process, "_ask", lambda *_, answer=answer: (answer, 1))
+        monkeypatch.setattr(mdtraj_process, "_request", lambda *_, answer=answer: (answer, 1))
         with pytest.raises(InputError, match=rf"\({reason}\)"):
-            names(tmp_path / "bad.gro")
+            load_atoms(tmp_path / "bad.gro")
 
 
 @pytest.mark.parametrize(
@@ -135,8 +138,8 @@ def test_the_reason_is_the_first_line_of_what_a_reader_says(tmp_path, monkeypatc
             raise error
         return b"rows"
 
-    monkeypatch.setattr(mdtraj_process, "_names", read)
-    assert mdtraj_process._answer(tmp_path / "sink", "names", "a.gro") == bool(error)
+    monkeypatch.setattr(mdtraj_process, "_atoms", read)
+    assert mdtraj_process._answer(tmp_path / "sink", "atoms", "a.gro") == bool(error)
     assert (tmp_path / "sink").read_bytes() == reason
 
 
@@ -146,7 +149,7 @@ def test_hdf5_without_pytables_is_a_sentence(tmp_path, monkeypatch, ending):
     path.touch()
     monkeypatch.setattr(mdtraj_process, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="pip install tables"):
-        frames(path, 3)
+        load_frames(path, 3)
 
 
 def test_one_process_reads_every_file_and_another_follows_where_it_is_killed(whole, tmp_path, monkeypatch):
@@ -157,13 +160,13 @@ def test_one_process_reads_every_file_and_another_follows_where_it_is_killed(who
     )
     mdtraj_process._server.cache_clear()
     for _ in range(2):
-        assert len(names(path)) == frames(path, whole.n_atoms)[0].shape[1] == whole.n_atoms
+        assert len(load_atoms(path)) == load_frames(path, whole.n_atoms)[0].shape[1] == whole.n_atoms
     assert len(started) == 1
     started[0].kill()
     started[0].wait()
     with pytest.raises(InputError, match=r"\(its reader crashed\)"):
-        names(path)
-    assert len(names(path)) == whole.n_atoms and len(started) == 2
+        load_atoms(path)
+    assert len(load_atoms(path)) == whole.n_atoms and len(started) == 2
 
 
 def test_the_process_that_reads_ends_with_its_program(whole, tmp_path):
@@ -177,8 +180,8 @@ def told(*arguments, **more):
     print(process.pid)
     return process
 subprocess.Popen = told
-from sparsurf.molecules.mdtraj_process import names
-names(sys.argv[1])
+from sparsurf.molecules.mdtraj_process import load_atoms
+load_atoms(sys.argv[1])
 """
     command = [sys.executable, "-c", code, path]
     done = subprocess.run(command, cwd=ROOT / "src", capture_output=True, text=True, timeout=60)

@@ -9,10 +9,10 @@ from gemmi import cif
 
 from sparsurf.molecules import formats
 from sparsurf.molecules.atom_table import AtomFile
-from sparsurf.molecules.conformations import Choice
+from sparsurf.molecules.conformations import FrameChoice
 from sparsurf.molecules.mmcif import read_mmcif, write_mmcif
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.pdb import _written_chains
+from sparsurf.molecules.pdb import _short_chain_ids
 from sparsurf.molecules.trajectory import Frames
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.read_surface import read_surface
@@ -62,7 +62,7 @@ def test_one_frame_keeps_its_time_and_number(molecule):
 
 
 def test_what_was_read_stays_as_it_is_and_is_told_apart_by_itself(molecule):
-    for each in (Molecule, AtomFile, Frames, Choice):
+    for each in (Molecule, AtomFile, Frames, FrameChoice):
         with pytest.raises(FrozenInstanceError):
             object.__new__(each).box = None
     assert len({molecule, replace(molecule), molecule}) == 2
@@ -116,18 +116,18 @@ def test_every_name_and_number_is_written_in_its_columns(molecule, tmp_path):
 
 
 def test_chains_keep_their_ids_if_all_have_two_letters_or_less():
-    assert _written_chains(np.array(["B", "AB", ""])) == ["B", "AB", ""]
+    assert _short_chain_ids(np.array(["B", "AB", ""])) == ["B", "AB", ""]
     letters = [*ascii_uppercase, *ascii_letters[:26], *digits]
-    assert _written_chains(np.array([f"L{k:02}" for k in range(62)])) == letters
-    assert _written_chains(np.array([f"L{k:02}" for k in range(64)])) == [*letters, "AA", "AB"]
+    assert _short_chain_ids(np.array([f"L{k:02}" for k in range(62)])) == letters
+    assert _short_chain_ids(np.array([f"L{k:02}" for k in range(64)])) == [*letters, "AA", "AB"]
 
 
 def test_only_ids_that_do_not_fit_get_other_names_which_is_told(caplog):
     """A chain keeps the name by which the user asks for its residues."""
-    assert _written_chains(np.array(["AAA", "AAA", "A", "C", "BBB"])) == ["B", "B", "A", "C", "D"]
+    assert _short_chain_ids(np.array(["AAA", "AAA", "A", "C", "BBB"])) == ["B", "B", "A", "C", "D"]
     assert "have other names in its results: AAA is B, BBB is D" in caplog.text
     caplog.clear()
-    assert _written_chains(np.array(["A", "AB"])) == ["A", "AB"] and not caplog.text
+    assert _short_chain_ids(np.array(["A", "AB"])) == ["A", "AB"] and not caplog.text
 
 
 def test_nucleotides_are_written_as_parts_of_a_chain(molecule, tmp_path):

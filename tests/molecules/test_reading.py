@@ -15,8 +15,8 @@ from sparsurf.molecules import trajectory as trajectories
 from sparsurf.molecules.atom_table import box_vectors
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
-from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, read_own, residue_names
-from sparsurf.molecules.trajectory import first_frame
+from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule, read_study_structure, residue_labels
+from sparsurf.molecules.trajectory import read_first_frame
 from sparsurf.molecules.unwrapping import make_whole
 from sparsurf.surfaces.radii import RADII, radii
 
@@ -81,14 +81,14 @@ def test_frames_at_some_times_are_read_without_the_others(example, monkeypatch):
     """What is held beside them is one atom of each frame: its time is wanted."""
     topology, trajectory = example
     whole, asked = read_molecule(topology, trajectory), []
-    read = trajectories.frames
+    read = trajectories.load_frames
 
     def noted(*arguments, **keys):
         found = read(*arguments, **keys)
         asked.append(found[0].shape[:2])
         return found
 
-    monkeypatch.setattr(trajectories, "frames", noted)
+    monkeypatch.setattr(trajectories, "load_frames", noted)
     few = read_molecule(topology, trajectory, times=[-1, 7, 350.0, 700.012, 999.996, 5000])
     assert asked == [(1, whole.n_atoms), (1001, 1), (4, whole.n_atoms)]
     assert few.frame_number.tolist() == few.time_ps.tolist() == [0, 7, 350, 1000]
@@ -101,7 +101,7 @@ def test_times_that_no_frame_has_are_told(example, tmp_path, caplog):
     assert not caplog.messages
     for times in ([10.3, 5000], []):
         assert read_molecule(topology, trajectory, times=times).frame_number.tolist() == [0]
-    told = f"{trajectory} has no frame at any of the times that are asked for: its first frame alone is read"
+    told = f"{trajectory} has no frame at any of the requested times: only its first frame is read"
     assert caplog.messages == [told, told]
     frame = mdtraj.load_frame(str(trajectory), 0, top=str(topology))
     frame.save(str(tmp_path / "one.gro"))  # holds its own frame
@@ -151,18 +151,18 @@ def test_names_and_coordinates_agree_with_mdtraj(shared):
 @settings(max_examples=80, deadline=None)
 def test_pdb_written_is_pdb_read(tmp_path_factory, rows):
     """Round trip of every name, number (hybrid-36 beyond 9999) and coordinate that the columns hold."""
-    names, residue_names, chains, numbers, codes, places = zip(*rows, strict=True)
+    names, residue_labels, chains, numbers, codes, places = zip(*rows, strict=True)
     residues = [str(number) + code for number, code in zip(numbers, codes, strict=True)]
     xyz = np.array(places) / 1000
     molecule = Molecule(
-        xyz[None], np.zeros(1), np.zeros(1, int), *map(np.array, (names, residue_names, chains)),
+        xyz[None], np.zeros(1), np.zeros(1, int), *map(np.array, (names, residue_labels, chains)),
         np.array([name[:1] for name in names]), np.array(residues), np.arange(len(rows)),
         np.array(["protein"] * len(rows)), np.full(len(rows), 12.5),
     )  # fmt: skip
     path = tmp_path_factory.mktemp("pdb") / "a.pdb"
     write_pdb(path, xyz, molecule)
     atoms = read_pdb(path.read_text(), path).atoms
-    assert atoms.name.tolist() == list(names) and atoms.residue_name.tolist() == list(residue_names)
+    assert atoms.name.tolist() == list(names) and atoms.residue_name.tolist() == list(residue_labels)
     assert atoms.chain.tolist() == list(chains) and atoms.residue.tolist() == residues
     assert np.array_equal(atoms[["x", "y", "z"]].to_numpy(), xyz)
     molecule.write_pdb(path)  # with the molecule's own B factors
@@ -254,7 +254,7 @@ def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path
 def test_atoms_in_one_place_are_refused_in_any_model_but_one_atom_has_but_one(tmp_path):
     heap = "".join(atom_line(name, residue=str(k), place=(1, 1, 1)) for k in (1, 2, 3, 4) for name in ALANINE)
     models = f"MODEL 1\n{peptide()}ENDMDL\nMODEL 2\n{heap}ENDMDL\n"
-    with pytest.raises(InputError, match="has all atoms in one place"):
+    with pytest.raises(InputError, match="has all atoms at one position"):
         read_molecule(write(tmp_path / "a.pdb", models))
     zinc = atom_line("ZN", " ZN", place=(1, 1, 1), record="HETATM", element="ZN")
     assert read_molecule(write(tmp_path / "b.pdb", zinc), selection="all").n_atoms == 1
@@ -271,7 +271,7 @@ def test_lengths_in_nm_are_refused_but_atoms_that_touch_are_not(tmp_path):
         ]
         return write(tmp_path / "a.pdb", "".join(lines))
 
-    message = r"a\.pdb has atoms 0\.15 Å apart, where bonds are 1 Å and more: give lengths in Å\.$"
+    message = r"a\.pdb has atoms 0\.15 Å apart, but bonds are 1 Å or longer: give lengths in Å\.$"
     with pytest.raises(InputError, match=message):
         read_molecule(apart(0.15), selection="all")
     with pytest.raises(InputError, match=r"0\.49 Å apart"):
@@ -306,7 +306,9 @@ def test_a_model_is_a_whole_number_and_a_chain_has_a_name(tmp_path):
     for chains in ("", "A,", [], [" "]):
         with pytest.raises(InputError) as caught:
             read_molecule(path, chains=chains)
-        assert str(caught.value) == f"chains: no name or an empty one: name some of the chains of {path}, A."
+        assert (
+            str(caught.value) == f"chains: a name is missing or empty: name some of the chains of {path}, A."
+        )
     with pytest.raises(InputError, match=r"a\.pdb has no chain B, C: its chains are A\.$"):
         read_molecule(path, chains="A,B,C")
     nameless = write(tmp_path / "b.pdb", peptide(chain=" "))
@@ -407,8 +409,8 @@ def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, c
 
 def test_residues_are_named_at_every_atom(tmp_path):
     path = write(tmp_path / "a.pdb", peptide(("ALA", "GLY"), "B", 7) + atom_line("O", "HOH", residue="9"))
-    assert residue_names(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
-    assert residue_names(None) == []
+    assert residue_labels(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
+    assert residue_labels(None) == []
 
 
 def test_nucleic_acids_are_chosen_by_chain(shared):
@@ -473,8 +475,8 @@ def test_real_insertion_codes_and_negative_numbers(shared):
         ({"residues": "A:500-600"}, "'A:500-600' is not in .* has A 1 to 4"),
         ({"residues": "ten-12"}, "'ten-12' is not of the form"),
         ({"selection": "resname GLY"}, "the selection holds no atoms; .* 4 protein residues"),
-        ({"selection": "resname ==="}, r"is no mdtraj expression \(\w.*\): see mdtraj.org\.$"),
-        ({"selection": "__import__('os')"}, "is no mdtraj expression"),
+        ({"selection": "resname ==="}, r"is not an mdtraj expression \(\w.*\): see mdtraj.org\.$"),
+        ({"selection": "__import__('os')"}, "is not an mdtraj expression"),
         ({"hydrogens": "maybe"}, "neither keep nor remove"),
         ({"altloc": "lowest"}, "neither first, highest nor one letter"),
         ({"stride": 0}, "stride: 0"),
@@ -482,10 +484,10 @@ def test_real_insertion_codes_and_negative_numbers(shared):
         ({"residues": 5}, "residues is 5; it must be a string such as 'A:10-52A,60', or a list"),
         ({"chains": 5}, "chains is 5; it must be a string such as 'A,B', or a list"),
         ({"ligands": 5}, "ligands is 5; it must be a string such as 'HEM,ZN', or a list"),
-        ({"ligands": "HEM, ZN"}, "has no ligand HEM, ZN: beside the polymers it has none.$"),
+        ({"ligands": "HEM, ZN"}, "has no ligand HEM, ZN: besides the polymers it has none.$"),
         (
             {"ligands": 999 * "Q,"},
-            r"has no ligand (Q, ){33}Q\.\.\..* \(\d+ characters\): beside the polymers it has",
+            r"has no ligand (Q, ){33}Q\.\.\..* \(\d+ characters\): besides the polymers it has",
         ),
         ({"whole": "x"}, r"^whole is 'x'; it must be True or False\.$"),
         (
@@ -532,7 +534,7 @@ def test_altlocs(tmp_path, caplog, altloc, places):
     """One location throughout the residue; an atom that has only the other one is kept."""
     path = write(tmp_path / "a.pdb", ALTLOCS + atom_line("N", residue="2", place=(9, 0, 0)))
     assert read_molecule(path, altloc=altloc).xyz[0, :, 0].tolist() == [*places, 9]
-    told = f"{path} has no alternate location Q (it has A, B): the first is taken"
+    told = f"{path} has no alternate location Q (it has A, B): the first is used"
     assert (told in caplog.messages) == (altloc == "Q")
 
 
@@ -669,7 +671,7 @@ def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path)
     path = write(tmp_path / "cut.pdb", lines)
     assert np.abs(read_molecule(path, whole=False).xyz[0] - cut[:20]).max() < 0.001
     own = write(tmp_path / "own.pdb", lines.partition("\n")[2])
-    assert read_own(own).n_atoms == 20  # taken as it is
+    assert read_study_structure(own).n_atoms == 20  # taken as it is
     read = read_molecule(path)
     assert np.ptp(read.xyz[0] - whole[:20], axis=0).max() < 0.002  # three decimals, twice
 
@@ -705,7 +707,7 @@ def test_a_trajectory_in_memory_has_an_atom_and_nanometres(tmp_path):
         with pytest.raises(InputError, match=f"{n_frames} frames of {n_atoms} atoms: give one with both"):
             from_mdtraj(given.atom_slice(range(n_atoms))[:n_frames])
     given.xyz /= 10
-    with pytest.raises(InputError, match="give lengths in nm, as mdtraj has them"):
+    with pytest.raises(InputError, match="give lengths in nm, as in mdtraj"):
         from_mdtraj(given)
 
 
@@ -723,7 +725,7 @@ def test_a_trajectory_is_left_as_it_is_where_asked_and_a_gro_file_may_give_the_n
         assert as_it_is == pytest.approx(np.repeat(cut, 2, axis=0), abs=0.006)
         joined = read_molecule(names, tmp_path / "a.xtc").xyz
         assert len(joined) == 2 and np.ptp(joined - whole, axis=1).max() < 0.012
-    assert first_frame(tmp_path / "a.xtc", 20, path) == pytest.approx(cut[0], abs=0.006)
+    assert read_first_frame(tmp_path / "a.xtc", 20, path) == pytest.approx(cut[0], abs=0.006)
 
 
 def test_what_is_left_out_is_told_of_the_first_model_alone(tmp_path, caplog):

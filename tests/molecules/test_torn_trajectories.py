@@ -10,7 +10,12 @@ import pytest
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.molecules.trajectory import frames_of_use, table_of, warn_of_repeats, whole_frames
+from sparsurf.molecules.trajectory import (
+    count_complete_frames,
+    count_usable_frames,
+    table_of_rows,
+    warn_of_repeats,
+)
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 
@@ -49,30 +54,33 @@ def test_a_torn_frame_is_noticed(trajectory, frames, tmp_path, share):
     behind = len(
         b"".join(lines[round(share * len(lines)) :])
     )  # at the end of a line, where readers say nothing
-    assert whole_frames(cut(path, tmp_path, behind), frames.n_atoms) == (2, True)
-    assert whole_frames(cut(path, tmp_path, behind + 3), frames.n_atoms) == (2, True)
-    assert whole_frames(cut(path, tmp_path, behind + len(last)), frames.n_atoms) == (1, True)
+    assert count_complete_frames(cut(path, tmp_path, behind), frames.n_atoms) == (2, True)
+    assert count_complete_frames(cut(path, tmp_path, behind + 3), frames.n_atoms) == (2, True)
+    assert count_complete_frames(cut(path, tmp_path, behind + len(last)), frames.n_atoms) == (1, True)
 
 
 def test_a_last_number_without_its_last_digit_is_no_number(trajectory, frames, tmp_path):
     """The file ends in 12.34 instead of 12.345: all numbers are there, the last one is wrong."""
-    assert whole_frames(cut(trajectory[0], tmp_path, 2), frames.n_atoms) == (2, True)
+    assert count_complete_frames(cut(trajectory[0], tmp_path, 2), frames.n_atoms) == (2, True)
 
 
 def test_whole_files_are_whole(trajectory, frames, tmp_path):
     path, last = trajectory
-    assert whole_frames(path, frames.n_atoms) == (3, False)
-    assert whole_frames(cut(path, tmp_path, 1), frames.n_atoms) == (3, False)  # without the last newline
-    assert whole_frames(cut(path, tmp_path, len(last)), frames.n_atoms) == (2, False)
+    assert count_complete_frames(path, frames.n_atoms) == (3, False)
+    assert count_complete_frames(cut(path, tmp_path, 1), frames.n_atoms) == (
+        3,
+        False,
+    )  # without the last newline
+    assert count_complete_frames(cut(path, tmp_path, len(last)), frames.n_atoms) == (2, False)
     longer = tmp_path / path.name
     longer.write_bytes(path.read_bytes() + b"\n \n\n")
-    assert whole_frames(longer, frames.n_atoms) == (3, False)
-    assert whole_frames(path.with_suffix(".xtc"), frames.n_atoms) is None
+    assert count_complete_frames(longer, frames.n_atoms) == (3, False)
+    assert count_complete_frames(path.with_suffix(".xtc"), frames.n_atoms) is None
 
 
 def test_lines_are_counted_across_chunks(trajectory, frames, monkeypatch):
-    monkeypatch.setattr("sparsurf.molecules.trajectory.CHUNK", 1000)
-    assert whole_frames(trajectory[0], frames.n_atoms) == (3, False)
+    monkeypatch.setattr("sparsurf.molecules.trajectory.BYTES_AT_ONCE", 1000)
+    assert count_complete_frames(trajectory[0], frames.n_atoms) == (3, False)
 
 
 @pytest.mark.parametrize(("n_atoms", "box"), [(1, False), (3, False), (5, True), (5, False)])
@@ -80,7 +88,7 @@ def test_a_line_of_three_numbers_is_a_box_only_behind_a_longer_one(tmp_path, n_a
     numbers = [f"{k:8.3f}" for k in range(3 * n_atoms)]
     lines = ["".join(numbers[k : k + 10]) for k in range(0, len(numbers), 10)] + box * ["".join(numbers[:3])]
     (tmp_path / "a.mdcrd").write_text("title\n" + 4 * ("\n".join(lines) + "\n"))
-    assert whole_frames(tmp_path / "a.mdcrd", n_atoms) == (4, False)
+    assert count_complete_frames(tmp_path / "a.mdcrd", n_atoms) == (4, False)
 
 
 @pytest.mark.parametrize(("count", "stride", "read"), [(3, 1, [0, 1]), (3, 2, [0]), (4, 2, [0, 2])])
@@ -93,7 +101,7 @@ def test_a_torn_last_frame_is_left_out_and_told(frames, tmp_path, caplog, count,
         molecule = read_molecule(TOPOLOGY, path, stride=stride)
     assert molecule.frame_number.tolist() == read
     assert np.abs(molecule.xyz - 10 * frames.xyz[read]).max() < 1e-3
-    assert f"a.xyz is cut short: the frame in which it ends is left out, {len(read)} were read" in caplog.text
+    assert f"a.xyz is cut short: its incomplete last frame is left out, {len(read)} were read" in caplog.text
 
 
 def test_nothing_but_a_torn_frame_is_refused(frames, tmp_path):
@@ -123,7 +131,7 @@ def test_a_dcd_file_with_a_frame_more_than_its_header_says(frames, tmp_path, cap
         path.write_bytes(content[:8] + announced.to_bytes(4, "little") + content[12:])
         with caplog.at_level(logging.WARNING, "sparsurf"):
             assert read_molecule(TOPOLOGY, path).n_frames == 5
-        assert (f"goes on after the {announced} frames that its header announces" in caplog.text) == told
+        assert (f"continues after the {announced} frames that its header announces" in caplog.text) == told
 
 
 def dcd(path, order, announced, count, cell):
@@ -142,12 +150,12 @@ def dcd(path, order, announced, count, cell):
 @pytest.mark.parametrize("cell", [False, True])
 def test_frames_of_a_dcd_file_are_counted_by_its_size(tmp_path, caplog, order, cell):
     for announced, count, stride, words in (
-        (100, 100, 1, ""), (99, 100, 1, "goes on after the 99"), (1, 2, 1, "goes on after the 1 "), (0, 2, 1, ""),
+        (100, 100, 1, ""), (99, 100, 1, "continues after the 99"), (1, 2, 1, "continues after the 1 "), (0, 2, 1, ""),
         (101, 100, 1, "cut short"), (100, 100, 2, ""), (103, 100, 2, "its header announces 103 frames, 50 were read"),
     ):  # fmt: skip
         caplog.clear()
         path, found = dcd(tmp_path / "a.dcd", order, announced, count, cell), -(-count // stride)
-        assert frames_of_use(path, 4, found, stride) == found
+        assert count_usable_frames(path, 4, found, stride) == found
         assert words in caplog.text and bool(words) == bool(caplog.text), (announced, count, stride)
 
 
@@ -179,8 +187,8 @@ def test_time_that_stands_still_and_then_goes_back(caplog):
 
 def test_the_table_of_a_topology():
     rows = [("N", "ALA", "A", 4, "N", 0), ("CA", "ALA", "A", 4, "C", 0), ("N", "ALA", "A", 5, "N", 1)]
-    table = table_of(rows, first_number=1)
+    table = table_of_rows(rows, first_number=1)
     assert table.residue.tolist() == ["5", "5", "6"] and table.terminated.tolist() == [False, False, True]
     assert table[["x", "y", "z", "b_factor"]].isna().all(axis=None)
     same = table[["model", "hetero", "altloc", "occupancy"]].drop_duplicates().to_numpy().tolist()
-    assert same == [[1, False, "", 1.0]] and table_of(rows).residue[0] == "4"
+    assert same == [[1, False, "", 1.0]] and table_of_rows(rows).residue[0] == "4"

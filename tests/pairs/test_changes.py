@@ -21,8 +21,8 @@ from sparsurf.pairs.changes import (
     residues_of,
 )
 from sparsurf.sites.describing import FIELDS, describe_surface
-from sparsurf.sites.weighing import weights
-from sparsurf.study.floors import turning
+from sparsurf.sites.metric import weights
+from sparsurf.study.floors import random_rotation
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 LYSINE = 15  # LYS 224
@@ -94,7 +94,7 @@ def test_a_floor_is_exceeded_by_one_draw_in_twenty():
 
 
 def test_a_form_turned_stays_below_its_floor(form, own, found):
-    turn = turning(np.random.default_rng(9))
+    turn = random_rotation(np.random.default_rng(9))
     molecule = replace(form.molecule, xyz=form.molecule.xyz @ turn + 20.0)
     other = residues_of(form_of(molecule).surface, molecule, "turned")
     above = distances(own.numbers, other.numbers) > floor_of(found)
@@ -150,7 +150,7 @@ def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
     np.testing.assert_allclose(table[[*CHANNELS, "total"]], wanted)
     for above, key, floor in (
         ("above", "total_floor", 0.02),
-        ("above_moved", "total_moved", 0.02 + module.MOVED),
+        ("above_moved", "total_moved", 0.02 + module.RMS_DISPLACEMENT),
     ):
         np.testing.assert_allclose(table[key], floor)
         assert (table[above] == (wanted[:, -1] > floor)).all()

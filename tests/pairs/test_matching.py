@@ -17,7 +17,7 @@ from sparsurf.pairs.ranking import auc
 from sparsurf.pairs.thinning import thinning
 from sparsurf.patches.descriptors import describe
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
@@ -117,7 +117,7 @@ def sorted_pair(found, side, i, partner):
 
 def test_best_pairs_are_ranked_and_apart(peptides):
     found = matching.match(*peptides)
-    table = matching.best_pairs(found, most=20)
+    table = matching.best_pairs(found, n=20)
     assert table["distance"].is_monotonic_increasing
     best = min(near.distance.min() for near in found.complementary)
     assert table["distance"][0] == best
@@ -138,7 +138,7 @@ def test_best_pairs_are_ranked_and_apart(peptides):
             chosen.append((distance, *at, a, b))
     assert table[["dot_1", "dot_2"]].to_numpy().tolist() == [[a, b] for *_, a, b in chosen[:20]]
     assert table["residue_1"].str.match(r"A:(ALA|LEU|LYS|GLY)[1-4]$").all()
-    assert matching.best_pairs(found, most=3).equals(table[:3])
+    assert matching.best_pairs(found, n=3).equals(table[:3])
 
 
 def test_agreement_is_the_area_of_each_score(peptides):
@@ -172,7 +172,7 @@ def test_labels_that_are_known_otherwise_count(peptides):
 def test_pairs_of_patches_are_drawn_from_the_whole_contact_and_keep_their_blocks(peptides, monkeypatch):
     places, drawn = [], []
     describe_as_ever, area = matching.descriptors_at, matching.bootstrap_auc
-    monkeypatch.setattr(matching, "MOST_CONTACTS", 20)
+    monkeypatch.setattr(matching, "MAX_CONTACTS", 20)
     monkeypatch.setattr(
         matching, "descriptors_at", lambda *given: places.append(given[1]) or describe_as_ever(*given)
     )
@@ -249,7 +249,9 @@ def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
     assert np.allclose(every["correlation"], 1.0, atol=1e-12)
     assert every.groupby("side")["auc"].nunique().eq(1).all()
     few = table[table["percent"] == 10]
-    evaluators = [Evaluator(each.surface, roughness_values=each.roughness, name=each.name) for each in blobs]
+    evaluators = [
+        PreparedSurface(each.surface, roughness_values=each.roughness, name=each.name) for each in blobs
+    ]
     centres = [thinning_module._choose(SAMPLERS["farthest"], "farthest", each, 10, 0) for each in evaluators]
     thin = thinning_module.thinned_maps(blobs, centres, thinning_module.Clock())
     wide = thinning(*blobs, percents=(10,), samplers=("farthest",), within=6.0)
@@ -287,7 +289,7 @@ def test_a_map_from_all_dots_is_that_of_a_match_and_knows_no_patches_of_one_dot(
 
 
 def test_centres_of_one_draw_are_nested_and_those_of_another_differ(blobs):
-    evaluator = Evaluator(blobs[0].surface, roughness_values=blobs[0].roughness, name="one")
+    evaluator = PreparedSurface(blobs[0].surface, roughness_values=blobs[0].roughness, name="one")
     for name in ("farthest", "uniform"):
         few, more, other = (
             set(thinning_module._choose(SAMPLERS[name], name, evaluator, percent, draw).tolist())

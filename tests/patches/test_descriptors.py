@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import naive
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
-from sparsurf.patches.kept_dots import MANY
+from sparsurf.patches.subset_patches import MIN_SUBSETS_FOR_JOINT_SEARCH
 from sparsurf.patches.zernike import images, polynomials
 
 D_LINK = 0.8
@@ -43,13 +43,13 @@ def test_equals_the_plain_method(blob, index, up):
 
 @pytest.mark.parametrize("reading", ["as_coded", "as_written"])
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.5, 0.9])
-@pytest.mark.parametrize("n_subsets", [3, MANY])  # few and many go different ways
+@pytest.mark.parametrize("n_subsets", [3, MIN_SUBSETS_FOR_JOINT_SEARCH])  # few and many go different ways
 def test_subsets_equal_the_plain_method(blob, index, reading, share, n_subsets):
     points, normals = blob
     rng = np.random.default_rng(int(100 * share))
     subsets = [np.flatnonzero(rng.random(len(points)) < share) for _ in range(n_subsets)]
     tests = rng.choice(len(points), 18 // n_subsets, replace=False)
-    words = descriptors.pack(index, subsets)
+    words = descriptors.pack_subsets(index, subsets)
     z, sizes = descriptors.evaluate(index, points[tests], words, n_subsets, reading)
     for k, i in enumerate(tests):
         ball = np.flatnonzero(np.linalg.norm(points - points[i], axis=1) <= 6.0)
@@ -67,7 +67,7 @@ def test_weights_equal_the_plain_method(blob, index):
     points, normals = blob
     rng = np.random.default_rng(9)
     weights = rng.uniform(0.2, 5, (2, len(points)))
-    everything = descriptors.pack(index, [np.arange(len(points))] * 2)
+    everything = descriptors.pack_subsets(index, [np.arange(len(points))] * 2)
     z, _ = descriptors.evaluate(index, points[:5], everything, 2, "as_written", weights=weights[:, index.dot])
     for i, b in itertools.product(range(5), range(2)):
         ids = naive.patch(points, i, 6.0, D_LINK)
@@ -93,7 +93,7 @@ def test_weights_of_subsets_leave_the_whole_patch_alone(blob, index):
     points, _ = blob
     rng = np.random.default_rng(10)
     tests = points[::300]
-    words = descriptors.pack(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(2)])
+    words = descriptors.pack_subsets(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(2)])
     weights = rng.uniform(0.2, 5, (2, len(points)))
     z_tot, _ = descriptors.describe(index, tests)
     for readings in (("as_coded",), ("as_written",), ("as_coded", "as_written")):
@@ -107,7 +107,7 @@ def test_distances_are_those_of_the_descriptors(blob, index):
     points, _ = blob
     rng = np.random.default_rng(11)
     tests = points[::200]
-    words = descriptors.pack(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(5)])
+    words = descriptors.pack_subsets(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(5)])
     z_tot, _ = descriptors.describe(index, tests)
     z, _ = descriptors.evaluate(index, tests, words, 5, "as_coded")
     distances, _ = descriptors.evaluate(index, tests, words, 5, "as_coded", z_tot)
@@ -118,7 +118,9 @@ def test_distances_go_with_the_weights_the_radius_and_the_side(blob, index):
     points, _ = blob
     rng = np.random.default_rng(14)
     tests, weights = points[::300], rng.uniform(0.2, 5, (2, len(points)))
-    words = descriptors.pack(index, [np.flatnonzero(rng.random(len(points)) < share) for share in (0.3, 0.6)])
+    words = descriptors.pack_subsets(
+        index, [np.flatnonzero(rng.random(len(points)) < share) for share in (0.3, 0.6)]
+    )
     asked = weights, 5.0, False
     z_tot, _ = descriptors.describe(index, tests, *asked[1:])
     together = descriptors.compare(index, tests, words, 2, ("as_written", "as_coded"), None, *asked)
@@ -133,7 +135,7 @@ def test_distances_go_with_the_weights_the_radius_and_the_side(blob, index):
 def test_the_whole_surface_is_at_distance_zero(blob, index):
     points, _ = blob
     z_tot, _ = descriptors.describe(index, points[:20])
-    words = descriptors.pack(index, [np.arange(len(points))] * 64)
+    words = descriptors.pack_subsets(index, [np.arange(len(points))] * 64)
     for reading in ("as_coded", "as_written"):
         distances, _ = descriptors.evaluate(index, points[:20], words, 64, reading, z_tot)
         assert np.abs(distances).max() < 1e-9
@@ -141,7 +143,7 @@ def test_the_whole_surface_is_at_distance_zero(blob, index):
 
 def test_an_empty_patch_and_a_single_dot_are_the_zero_vector(blob, index):
     points, _ = blob
-    words = descriptors.pack(index, [[], [17]])
+    words = descriptors.pack_subsets(index, [[], [17]])
     z, sizes = descriptors.evaluate(index, points[17:18], words, 2, "as_coded")
     assert sizes.tolist() == [[0, 1]]
     assert not z.any()
@@ -170,11 +172,13 @@ def test_threads_and_company_change_nothing(blob, index):
     points, _ = blob
     rng = np.random.default_rng(12)
     subsets = [np.flatnonzero(rng.random(len(points)) < 0.3) for _ in range(64)]
-    words = descriptors.pack(index, subsets)
+    words = descriptors.pack_subsets(index, subsets)
     one, _ = descriptors.evaluate(index, points[:100], words, 64, "as_coded", threads=1)
     two, _ = descriptors.evaluate(index, points[:100], words, 64, "as_coded", threads=2)
     assert np.array_equal(one, two)
-    alone, _ = descriptors.evaluate(index, points[:100], descriptors.pack(index, subsets[5:6]), 1, "as_coded")
+    alone, _ = descriptors.evaluate(
+        index, points[:100], descriptors.pack_subsets(index, subsets[5:6]), 1, "as_coded"
+    )
     assert np.allclose(alone[:, 0], one[:, 5], atol=1e-12)
 
 
@@ -222,11 +226,11 @@ def test_random_patches_equal_the_plain_method(n, seed, up):
 def test_gap_filling_equals_the_plain_sweeps(seed, share):
     rng = np.random.default_rng(seed)
     picture = np.where(rng.random((25, 25)) < share, rng.uniform(1, 9, (25, 25)), 0.0)
-    wide = np.zeros(25 * images.WIDTH + images.WIDTH)
-    wide[: 25 * images.WIDTH].reshape(25, -1)[:, :25] = picture
+    wide = np.zeros(25 * images.ROW_STRIDE + images.ROW_STRIDE)
+    wide[: 25 * images.ROW_STRIDE].reshape(25, -1)[:, :25] = picture
     filled = ((picture != 0) * (1 << np.arange(25))).sum(axis=1).astype(np.uint32)
     images.fill_gaps(wide, filled, *images.TABLES[3:])
-    result = wide[: 25 * images.WIDTH].reshape(25, -1)[:, :25]
+    result = wide[: 25 * images.ROW_STRIDE].reshape(25, -1)[:, :25]
     i, j = np.mgrid[:25, :25]
     inside = (i - 12) ** 2 + (j - 12) ** 2 <= 144
     assert np.allclose(result[inside], naive.fill(picture)[inside], rtol=1e-13)
@@ -246,7 +250,7 @@ def test_equals_the_authors_descriptors_of_subsets_of_a1(a1, shared, percent):
     published = pd.read_csv(shared / "oracle" / f"a1_subset_{percent}pct_descriptors_up.csv")
     subset = pd.read_csv(shared / "oracle" / f"a1_subset_{percent}pct_indices.csv")["point"]
     index = build_index(a1.points, a1.normals)
-    words = descriptors.pack(index, [subset])
+    words = descriptors.pack_subsets(index, [subset])
     z, sizes = descriptors.evaluate(index, a1.points[published["point"]], words, 1, "as_coded")
     assert np.array_equal(sizes[:, 0], published["n_points"])
     assert np.abs(in_order(z[:, 0]) - published.iloc[:, 2:].to_numpy()).max() < 1e-6

@@ -9,10 +9,10 @@ from scipy.sparse.csgraph import connected_components
 import naive
 from conftest import make_blob
 from sparsurf import InputError
-from sparsurf.patches import descriptors, index, kept_dots, roughness
+from sparsurf.patches import descriptors, index, roughness, subset_patches
 from sparsurf.patches.index import ball, ball_bound, build_index
-from sparsurf.patches.islands import leave_small_islands, patch
-from sparsurf.sampling import law
+from sparsurf.patches.islands import drop_small_islands, patch
+from sparsurf.sampling import published
 from sparsurf.surfaces.spacing import refuse_sparse, spacing
 
 
@@ -93,7 +93,7 @@ def test_small_islands_are_left_out_and_never_the_largest(n, seed, d_link, n_sub
     kept = rng.random((len(ids), n_subsets)) < rng.random(n_subsets)
     word = np.array([sum(1 << b for b in np.flatnonzero(row)) for row in kept.tolist()], np.uint64)
     around = np.zeros(n + 1, np.uint64)
-    leave_small_islands(ids, word, index.link_start, index.link, around)
+    drop_small_islands(ids, word, index.link_start, index.link, around)
     assert not around.any()
     near = np.linalg.norm(index.xyz[ids][:, None] - index.xyz[ids], axis=2) < d_link
     for b in range(n_subsets):
@@ -130,9 +130,9 @@ def test_a_surface_too_sparse_for_its_linking_distance_is_refused():
 def test_whole_numbers_compile_no_kernels_of_their_own(blob):
     def compiled(d_link, radius):
         found = build_index(*blob, d_link)
-        law.build_cover(found, roughness.roughness(found, radius), radius)
+        published.build_cover(found, roughness.roughness(found, radius), radius)
         descriptors.describe(found, blob[0][:2], radius)
-        kernels = (index._link, roughness._roughness, law._cover, kept_dots.patches_of)
+        kernels = (index._link, roughness._roughness, published._cover, subset_patches.patches_of)
         return [kernel.signatures for kernel in kernels]
 
     as_floats = [list(each) for each in compiled(1.0, 3.0)]

@@ -7,20 +7,22 @@ import numpy as np
 from sparsurf.patches import readings
 from sparsurf.patches.index import build_index
 from sparsurf.recovery import readings as all_readings
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 
 
 def test_readings_of_the_grid():
     assert list(all_readings.READINGS) == ["as_coded", "as_written", "scaled", "recovered"]
-    assert readings.OF_GRID == ("as_coded", "as_written")
+    assert readings.GRID_READINGS == ("as_coded", "as_written")
     assert readings.READINGS["as_coded"].among_kept and not readings.READINGS["as_written"].among_kept
 
 
 def test_a_reading_is_one_entry(blob, monkeypatch):
     # the toy reading links kept dots within 0.8 Å, as `as_coded` does on this surface: the same numbers
-    toy = readings.Reading("toy", alone=lambda points, normals, *_: build_index(points, normals, 0.8))
+    toy = readings.Reading("toy", build_index=lambda points, normals, *_: build_index(points, normals, 0.8))
     monkeypatch.setitem(all_readings.READINGS, "toy", toy)
-    evaluator = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob")
+    evaluator = PreparedSurface(
+        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
+    )
     tests = evaluator.draw_tests(12)
     z_tot, _ = evaluator.describe(tests)
     subsets = evaluator.pair((0.8, 0.0, 2.0, 0.0), 0)

@@ -54,7 +54,7 @@ def test_constant_image_has_c00_only_nearly():
 
 def test_folded_product_equals_the_plain_one():
     rng = np.random.default_rng(1)
-    fold, (one, other, diagonal) = polynomials.fold(), polynomials.places()
+    fold, (one, other, diagonal) = polynomials.fold(), polynomials.pixels_in_disc()
     picture = rng.normal(size=625)
     rows, columns = np.divmod(np.arange(625), 25)
     picture[(rows - 12) ** 2 + (columns - 12) ** 2 > 144] = 0

@@ -131,7 +131,7 @@ class Copy:
 
     def kernel_folder(self):
         """Where the copy's kernels lie as it stands: it is named after their sources."""
-        code = "import os, sparsurf; print(os.environ['NUMBA_CACHE_DIR'])"
+        code = "from sparsurf.kernel_cache import cache_folder; print(cache_folder())"
         done = subprocess.run(
             [sys.executable, "-c", code], env=self.environment, capture_output=True, text=True
         )

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from sparsurf.patches.index import build_grid
-from sparsurf.recovery.errors import BEND, curvature, off, off_recovered, tails
+from sparsurf.recovery.errors import (
+    MIN_CURVATURE,
+    curvature,
+    distance_to_recovered,
+    distance_to_surface,
+    error_table,
+)
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +24,7 @@ def sphere():
 
 def test_a_tenth_of_a_sphere_gives_it_back(sphere):
     points, normals = sphere
-    off = off_recovered(points, points[::10], normals[::10])
+    off = distance_to_recovered(points, points[::10], normals[::10])
     assert off[::10].max() < 1e-9
     assert off.max() < 0.05
 
@@ -29,7 +35,7 @@ def test_a_dot_off_the_surface_is_told_by_how_much(sphere):
     moved[5] += 0.3 * normals[5]
     moved[7] -= 0.3 * normals[7]
     moved[9] += 5 * normals[9]
-    off = off_recovered(moved, points[::10], normals[::10], 2)
+    off = distance_to_recovered(moved, points[::10], normals[::10], 2)
     assert off[[5, 7]] == pytest.approx(0.3, abs=0.03)
     assert off[9] == pytest.approx(5, abs=0.1)
 
@@ -37,7 +43,7 @@ def test_a_dot_off_the_surface_is_told_by_how_much(sphere):
 def test_a_missing_cap_is_far(sphere):
     points, normals = sphere
     below = points[:, 2] < 4
-    off = off_recovered(points, points[below][::10], normals[below][::10])
+    off = distance_to_recovered(points, points[below][::10], normals[below][::10])
     top = np.argmax(points[:, 2])
     assert off[top] > 1.0
     assert np.median(off[points[:, 2] < 3]) < 0.05
@@ -45,8 +51,10 @@ def test_a_missing_cap_is_far(sphere):
 
 def test_a_surface_beside_another_one(sphere):
     points, normals = sphere
-    assert off(1.05 * points[::3], points, normals) == pytest.approx(0.4, abs=0.01)
-    assert off(np.add(points, [20, 0, 0]), points, normals).max() == pytest.approx(20, abs=0.1)
+    assert distance_to_surface(1.05 * points[::3], points, normals) == pytest.approx(0.4, abs=0.01)
+    assert distance_to_surface(np.add(points, [20, 0, 0]), points, normals).max() == pytest.approx(
+        20, abs=0.1
+    )
 
 
 def test_a_plane_by_hand():
@@ -55,7 +63,7 @@ def test_a_plane_by_hand():
     places = np.stack([x.ravel(), y.ravel(), np.zeros(25)], axis=1)
     up = np.tile([0.0, 0, 1], (25, 1))
     points = np.array([[2.3, 2.0, 0.5], [2.3, 2.0, -0.5], [7.0, 2.0, 0.0], [2.0, 2.0, 2.5], [2.0, 2.3, 0.0]])
-    assert off(points, places, up) == pytest.approx([0.5, 0.5, 3.0, 2.5, 0.0])
+    assert distance_to_surface(points, places, up) == pytest.approx([0.5, 0.5, 3.0, 2.5, 0.0])
 
 
 @pytest.mark.parametrize("radius", [4.0, 6.0])
@@ -92,11 +100,13 @@ def test_the_number_of_threads_changes_nothing(sphere):
 
 def test_tails_by_hand():
     distance = np.arange(400.0)
-    bend = np.repeat([-2 * BEND, BEND, -BEND, 2 * BEND], 100)
-    found = tails(distance, bend).set_index("where")
+    bend = np.repeat([-2 * MIN_CURVATURE, MIN_CURVATURE, -MIN_CURVATURE, 2 * MIN_CURVATURE], 100)
+    found = error_table(distance, bend).set_index("where")
     assert found["dots"].to_dict() == {"everywhere": 400, "clefts": 100, "flats": 200, "ridges": 100}
     assert found["dots_percent"].tolist() == [100, 25, 50, 25]
     assert found["mean"].tolist() == [199.5, 49.5, 199.5, 349.5]
     assert found["high_99"].tolist() == pytest.approx([395.01, 98.01, 297.01, 398.01])
     assert found["largest"].tolist() == [399, 99, 299, 399]
-    assert tails(distance, np.ones(400)).set_index("where").loc["clefts", ["mean", "largest"]].isna().all()
+    assert (
+        error_table(distance, np.ones(400)).set_index("where").loc["clefts", ["mean", "largest"]].isna().all()
+    )

@@ -5,7 +5,7 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
-from sparsurf.recovery.fields import recovered_fields, recovery_table
+from sparsurf.recovery.fields import interpolate_fields, recovery_table
 from sparsurf.surfaces.surface import Surface
 
 
@@ -13,18 +13,18 @@ def test_a_linear_field_comes_back_exactly_and_dots_keep_their_values():
     rng = np.random.default_rng(0)
     points, places = rng.uniform(0, 20, (300, 3)), rng.uniform(3, 17, (100, 3))
     slope = np.array([1.0, -2, 0.5])
-    found = recovered_fields(points, {"a": points @ slope, "b": rng.normal(size=300)}, places)
+    found = interpolate_fields(points, {"a": points @ slope, "b": rng.normal(size=300)}, places)
     np.testing.assert_allclose(found["a"], places @ slope, atol=1e-6)
     noise = rng.normal(size=300)
-    np.testing.assert_allclose(recovered_fields(points, {"b": noise}, points)["b"], noise, atol=1e-6)
+    np.testing.assert_allclose(interpolate_fields(points, {"b": noise}, points)["b"], noise, atol=1e-6)
 
 
 def test_dots_without_a_value_are_left_out():
     points = np.random.default_rng(1).uniform(0, 9, (80, 3))
     values = np.where(points[:, 0] > 5, np.nan, points[:, 1])
-    found = recovered_fields(points, {"a": values}, points[points[:, 0] < 4])["a"]
+    found = interpolate_fields(points, {"a": values}, points[points[:, 0] < 4])["a"]
     np.testing.assert_allclose(found, points[points[:, 0] < 4, 1], atol=1e-6)
-    assert np.isnan(recovered_fields(points, {"a": np.full(80, np.nan)}, points[:3])["a"]).all()
+    assert np.isnan(interpolate_fields(points, {"a": np.full(80, np.nan)}, points[:3])["a"]).all()
 
 
 def test_the_table_compares_with_the_field_at_other_dots():
@@ -54,7 +54,7 @@ def test_the_table_compares_with_the_field_at_other_dots():
     )
     assert by["rms"]["flat"] == pytest.approx(0, abs=1e-9) and by["rms_sd"]["noise"] > 0.9
     others = np.setdiff1d(np.arange(800), kept)
-    found = recovered_fields(points[kept], {"noise": noise[kept]}, points[others])["noise"]
+    found = interpolate_fields(points[kept], {"noise": noise[kept]}, points[others])["noise"]
     assert table["rms"][0] == pytest.approx(np.sqrt(np.mean((found - noise[others]) ** 2)))
 
 
@@ -64,7 +64,7 @@ def test_a_tenth_of_the_dots_gives_the_fields_of_a_peptide_back(tmp_path):
     kept = sparsurf.sample(dots, percent=10)
     others = np.setdiff1d(np.arange(len(dots)), kept)
     table = sparsurf.fields(path, dots)
-    found = recovered_fields(dots.points[kept], dict(table.iloc[kept]), dots.points[others])
+    found = interpolate_fields(dots.points[kept], dict(table.iloc[kept]), dots.points[others])
     assert np.corrcoef(found["hydropathy"], table["hydropathy"][others])[0, 1] > 0.999
     assert np.corrcoef(found["potential"], table["potential"][others])[0, 1] > 0.98
 

@@ -8,12 +8,12 @@ import pytest
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.recovery import readings
-from sparsurf.recovery.readings import fair_density, readings_in
+from sparsurf.recovery.readings import comparable_density, readings_of_columns
 from sparsurf.recovery.recovering import recover
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study import grid
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate
 from sparsurf.surfaces.spacing import DENSITY
 
@@ -21,7 +21,7 @@ from sparsurf.surfaces.spacing import DENSITY
 @pytest.fixture(scope="module")
 def evaluator(blob):
     whole = recover(*(x[::6] for x in blob), density=8.0)
-    return Evaluator(SimpleNamespace(points=whole[0], normals=whole[1]), seed=1)
+    return PreparedSurface(SimpleNamespace(points=whole[0], normals=whole[1]), seed=1)
 
 
 def test_it_is_the_description_of_the_recovered_surface(evaluator):
@@ -49,16 +49,16 @@ def test_it_is_the_description_of_the_recovered_surface(evaluator):
     ],
 )
 def test_it_is_as_dense_as_the_surface_it_is_compared_with(density, d_link, wanted):
-    assert fair_density(density, d_link) == wanted
+    assert comparable_density(density, d_link) == wanted
 
 
 def test_more_dots_on_the_full_surface_give_more_on_the_recovered_one(blob):
     points, normals = (x[::6] for x in blob)
-    dense = Evaluator(
+    dense = PreparedSurface(
         SimpleNamespace(**dict(zip(("points", "normals"), recover(points, normals, 16.0), strict=True)))
     )
     found = [
-        len(readings.recovered(points, normals, 0.5, dense.area, density).dot) / dense.area
+        len(readings.recovered_index(points, normals, 0.5, dense.area, density).dot) / dense.area
         for density in (dense.density, 2 * dense.density)
     ]
     assert found[0] == pytest.approx(dense.density, rel=0.2)  # what thinning leaves is no exact number
@@ -66,15 +66,15 @@ def test_more_dots_on_the_full_surface_give_more_on_the_recovered_one(blob):
 
 
 def test_the_grid_takes_it_beside_the_others(evaluator):
-    combinations = law.grid([0.3, 1.0], [0.0], [2.0], [0.0])
-    both = grid.run(evaluator, combinations, 12, 2, ("as_written", "recovered"))
-    plain = grid.run(evaluator, combinations, 12, 2, ("as_written",))
-    alone = grid.run(evaluator, combinations, 12, 2, ("recovered",))
+    combinations = published.parameter_grid([0.3, 1.0], [0.0], [2.0], [0.0])
+    both = grid.evaluate_grid(evaluator, combinations, 12, 2, ("as_written", "recovered"))
+    plain = grid.evaluate_grid(evaluator, combinations, 12, 2, ("as_written",))
+    alone = grid.evaluate_grid(evaluator, combinations, 12, 2, ("recovered",))
     assert np.array_equal(both.z_ts[0], plain.z_ts[0])
     assert np.allclose(both.z_ts[1], alone.z_ts[0], rtol=1e-5)
     sampled, random = evaluator.pair(combinations[1], 1)
     z, _ = evaluator.distances([sampled, random], both.tests, both.z_tot, "recovered", many=True)
-    more = grid.run(evaluator.changed(threads=2), combinations, 12, 2, ("as_written", "recovered"))
+    more = grid.evaluate_grid(evaluator.changed(threads=2), combinations, 12, 2, ("as_written", "recovered"))
     assert np.array_equal(both.z_ts, more.z_ts) and np.array_equal(both.z_tr, more.z_tr)
     assert np.array_equal(both.fragment, more.fragment)
     assert both.z_ts[1, 1, 1] == pytest.approx(z[0], rel=1e-5)
@@ -84,7 +84,9 @@ def test_the_grid_takes_it_beside_the_others(evaluator):
 def test_many_subsets_are_recovered_nearly_as_one_is(evaluator):
     tests = evaluator.draw_tests(60)
     z_tot, _ = evaluator.describe(tests)
-    subsets = [law.uniform(len(evaluator.points), n, evaluator.stream(n)) for n in (400, 2000, 4000)]
+    subsets = [
+        published.uniform_subset(len(evaluator.points), n, evaluator.stream(n)) for n in (400, 2000, 4000)
+    ]
     one, many = (evaluator.distances(subsets, tests, z_tot, "recovered", many=m)[0] for m in (False, True))
     assert one[0] == pytest.approx(many[0], abs=1e-9)  # dots that lie far apart
     assert not np.array_equal(one, many)
@@ -93,9 +95,9 @@ def test_many_subsets_are_recovered_nearly_as_one_is(evaluator):
 
 @pytest.fixture(scope="module")
 def along_a_curve(evaluator):
-    combinations = law.grid([0.1, 0.4, 0.7], [0.0, 0.4], [0.0, 4.0, 8.0], [0.0, 4.0])
-    assert len(combinations) == 36 > grid.ON_CURVE
-    return grid.run(evaluator, combinations, 20, 3, ("as_written", "recovered"))
+    combinations = published.parameter_grid([0.1, 0.4, 0.7], [0.0, 0.4], [0.0, 4.0, 8.0], [0.0, 4.0])
+    assert len(combinations) == 36 > grid.N_CURVE_SIZES
+    return grid.evaluate_grid(evaluator, combinations, 20, 3, ("as_written", "recovered"))
 
 
 def test_uniform_subsets_of_many_combinations_come_from_a_curve_of_each_draw(evaluator, along_a_curve):
@@ -103,7 +105,9 @@ def test_uniform_subsets_of_many_combinations_come_from_a_curve_of_each_draw(eva
     ends = np.log([g.n_s.min(), g.n_s.max()])
     sizes = sorted({round(float(np.exp(x))) for x in np.linspace(*ends, 32)})
     for draw in (0, 2):
-        subsets = [law.uniform(n_dots, n, evaluator.stream("uniform", "curve", n, draw)) for n in sizes]
+        subsets = [
+            published.uniform_subset(n_dots, n, evaluator.stream("uniform", "curve", n, draw)) for n in sizes
+        ]
         z, dots = evaluator.distances(subsets, g.tests, g.z_tot, "recovered", many=True)
         for k in (0, 7, 35):
             wanted = [np.interp(np.log(g.n_s[k, draw]), np.log(sizes), z[:, t]) for t in range(len(g.tests))]
@@ -127,12 +131,12 @@ def test_a_curve_gives_what_subsets_of_each_combination_give(evaluator, along_a_
 
 def test_a_curve_is_the_same_whatever_the_cores(evaluator, along_a_curve):
     g = along_a_curve
-    more = grid.run(evaluator.changed(threads=2), g.combinations, 20, 3, g.readings)
+    more = grid.evaluate_grid(evaluator.changed(threads=2), g.combinations, 20, 3, g.readings)
     assert np.array_equal(g.z_tr, more.z_tr) and np.array_equal(g.z_ts, more.z_ts)
     assert np.array_equal(g.fragment, more.fragment)
 
 
 def test_a_table_has_the_readings_that_its_columns_are_called_after():
     columns = ["d_recovered", "as_coded", "d_as_coded", "best_as_written", "d_scaled_low"]
-    assert readings_in(columns, "d_") == ["as_coded", "recovered"]
-    assert readings_in(columns) == ["as_coded"]
+    assert readings_of_columns(columns, "d_") == ["as_coded", "recovered"]
+    assert readings_of_columns(columns) == ["as_coded"]

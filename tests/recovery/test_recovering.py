@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 from sparsurf.patches.index import build_grid
-from sparsurf.recovery import settling
-from sparsurf.recovery.interpolants import SUPPORT, fit, value
-from sparsurf.recovery.neighbours import local_spacing, nearest
-from sparsurf.recovery.recovering import STEPS, _lay, _project, _tangents, recover, spacing_of
+from sparsurf.recovery import relaxation
+from sparsurf.recovery.interpolants import SUPPORT, fit_interpolants, interpolant_value
+from sparsurf.recovery.neighbours import local_spacing, nearest_on_same_side
+from sparsurf.recovery.recovering import NEWTON_STEPS, _place_discs, _project, _tangents, dot_spacing, recover
 from sparsurf.surfaces.molecular_surface import molecular_surface
 
 
@@ -44,7 +44,7 @@ def test_neighbours_are_the_nearest_in_order():
     for points, k in itertools.product((grid, grid + np.random.default_rng(0).random((64, 3))), (1, 5, 80)):
         index = build_grid(points, np.tile([0.0, 0, 1], (64, 1)))
         near, gap = np.empty((64, k), np.int32), np.empty((64, k))
-        nearest(index, 0, 64, 1.1, near, gap)
+        nearest_on_same_side(index, 0, 64, 1.1, near, gap)
         every = np.linalg.norm(index.xyz[:, None] - index.xyz, axis=-1)
         m = min(k, 64)
         assert np.allclose(gap[:, :m], np.sort(every, axis=1)[:, :m])
@@ -106,7 +106,7 @@ def test_threads_do_not_change_a_bit(blob):
 
 def test_interpolants_solve_the_written_system():
     points, normals = torus(60)
-    functions = fit(points, normals, neighbours=9)
+    functions = fit_interpolants(points, normals, neighbours=9)
     i, x = 17, np.array([0.3, -0.2, 0.25])
     own, facing = functions.index.xyz[i], functions.index.normals[i]
     near = np.argsort(np.where(normals @ facing < -0.5, 9.9e9, np.linalg.norm(points - own, axis=1)))[:9]
@@ -134,15 +134,19 @@ def test_interpolants_solve_the_written_system():
     coefficient = np.linalg.solve(rows, right)
     y = x / support
     expected = support * (columns(y) @ coefficient + facing @ y + bend / 2 * y @ y)
-    found = value(functions, i, *(own + x))
+    found = interpolant_value(functions, i, *(own + x))
     assert found[0] == pytest.approx(expected, abs=2e-3)
     step = [
-        (value(functions, i, *(own + x + h))[0] - value(functions, i, *(own + x - h))[0]) / 2e-5
+        (
+            interpolant_value(functions, i, *(own + x + h))[0]
+            - interpolant_value(functions, i, *(own + x - h))[0]
+        )
+        / 2e-5
         for h in 1e-5 * np.eye(3)
     ]
     assert np.allclose(found[1:], step, atol=1e-6)
     for q, m in zip(points[near], n, strict=True):  # 0 there, with the normals as gradients
-        f, *gradient = value(functions, i, *q)
+        f, *gradient = interpolant_value(functions, i, *q)
         assert abs(f) < 1e-3 and np.allclose(gradient, m, atol=0.01)
 
 
@@ -152,29 +156,29 @@ def test_every_interpolant_meets_all_its_neighbours():
     points = np.concatenate([np.column_stack([x, y, 0.1 * x * y + z]) for z in (0.0, -0.4)])
     normals = np.column_stack([-0.1 * y, -0.1 * x, np.ones(9)]) / np.sqrt(1 + (x**2 + y**2)[:, None] / 100)
     normals = np.concatenate([normals, -normals])
-    functions = fit(points, normals)
+    functions = fit_interpolants(points, normals)
     assert functions.count.tolist() == [9] * 18
     for i, own in enumerate(functions.index.dot):
         for j in np.flatnonzero(np.arange(18) // 9 == own // 9):
-            f, *gradient = value(functions, i, *points[j])
+            f, *gradient = interpolant_value(functions, i, *points[j])
             assert abs(f) < 1e-3 and np.allclose(gradient, normals[j], atol=0.01)
 
 
 def test_far_away_only_the_sphere_of_the_mean_curvature_is_left():
     points, normals = torus(60)
-    functions = fit(points, normals)
+    functions = fit_interpolants(points, normals)
     for i in (0, 17):
         d = 1.5 * functions.support[i] * np.array([0.6, 0.0, -0.8])
         own, facing = functions.index.xyz[i], functions.index.normals[i]
         # phi ends one support from the farthest neighbour, a third of a support away
         assert np.linalg.norm(d) > (1 + 1 / SUPPORT) * functions.support[i]
         bend = functions.curvature[i] / functions.support[i]
-        f, *gradient = value(functions, i, *(own + d))
+        f, *gradient = interpolant_value(functions, i, *(own + d))
         assert f == pytest.approx(facing @ d + bend / 2 * d @ d, abs=1e-9)
         assert np.allclose(gradient, facing + bend * d, atol=1e-9)
 
 
-@pytest.mark.parametrize("tangents", [_tangents, lambda n: settling._tangents(n[None])[0]])
+@pytest.mark.parametrize("tangents", [_tangents, lambda n: relaxation._tangents(n[None])[0]])
 def test_tangents_are_perpendicular_whatever_the_normal(tangents):
     some = np.random.default_rng(1).normal(size=(20, 3))
     for n in (*np.eye(3), *-np.eye(3), *some / np.linalg.norm(some, axis=1)[:, None]):
@@ -187,11 +191,11 @@ PLATE = np.array([[2.0 * i, 2.0 * j, 0] for i in range(5) for j in range(5)])
 
 def test_places_around_a_dot_alone_fill_a_disc_like_a_sunflower():
     """On a plane, where none moves: the k-th of m in a disc of a radius R lies R sqrt(k / m) away."""
-    functions = fit(PLATE, np.tile([0.0, 0, 1], (25, 1)))
+    functions = fit_interpolants(PLATE, np.tile([0.0, 0, 1], (25, 1)))
     i = int(functions.index.position[12])
     for spacing, density, reach in ((0.5, 5.0, 1.0), (0.5, 40.0, 0.8), (0.4, 100.0, 1.5)):
         alone = functions._replace(spacing=np.full(25, spacing))  # no other dot is in reach
-        points, normals = _lay(alone, i, i + 1, density, reach, 4)
+        points, normals = _place_discs(alone, i, i + 1, density, reach, 4)
         m = int(np.pi * reach**2 * max(1.3 * density * spacing**2, 10.0))
         gap = np.linalg.norm(points - PLATE[12], axis=1)
         assert gap == pytest.approx(reach * spacing * np.sqrt(np.arange(1, m) / m))
@@ -201,9 +205,9 @@ def test_places_around_a_dot_alone_fill_a_disc_like_a_sunflower():
 def test_places_go_to_the_nearest_dot_that_looks_the_same_way():
     below = PLATE[:16] * [0.75, 0.75, 1] + [1.0, 1.0, -0.3]
     dots, normals = np.concatenate([PLATE, below]), np.repeat([[0, 0, 1.0], [0, 0, -1.0]], [25, 16], axis=0)
-    functions = fit(dots, normals)
+    functions = fit_interpolants(dots, normals)
     i = int(functions.index.position[12])
-    points, _ = _lay(functions, i, i + 1, 40.0, 1.0, 4)
+    points, _ = _place_discs(functions, i, i + 1, 40.0, 1.0, 4)
     gap = np.linalg.norm(points[:, None] - PLATE, axis=2)
     own = gap[:, 12]
     assert (0.95 * own <= gap.min(axis=1)).all() and (own > gap.min(axis=1)).any()
@@ -219,7 +223,7 @@ def projected(functions, place, steps, longest):
 
 
 def test_a_place_takes_steps_of_a_bounded_length_and_arrives_or_not():
-    functions = fit(*sphere(60))
+    functions = fit_interpolants(*sphere(60))
     place = 1.2 * functions.index.xyz[7]  # 0.6 Å above its dot
     assert not len(projected(functions, place, 6, 0.1)[0])  # on the surface, but not looked at there
     for steps, longest in ((7, 0.1), (4, 9.0)):
@@ -234,14 +238,16 @@ def test_close_dots_take_fewer_neighbours_and_no_places_that_are_thinned_out():
     points, normals = sphere(600)  # 0.43 Å apart
     wide = np.arange(600) % 12 == 0  # of which one half of the sphere keeps a twelfth
     points, normals = (x[(points[:, 2] > 0) | wide] for x in (points, normals))
-    functions = fit(points, normals, close=0.8)
+    functions = fit_interpolants(points, normals, close=0.8)
     assert functions.count.tolist() == np.where(functions.spacing < 0.8, 8, 12).tolist()
     assert 20 < (functions.count == 12).sum() < 60
-    few = fit(points, normals, neighbours=8)
+    few = fit_interpolants(points, normals, neighbours=8)
     i = int(np.argmin(functions.spacing))
     place = functions.index.xyz[i] * 1.01
-    assert value(functions, i, *place)[0] == pytest.approx(value(few, i, *place)[0], abs=1e-4)
-    laid, _ = _lay(functions, 0, len(points), 20.0, 1.0, 4, 0.3)
+    assert interpolant_value(functions, i, *place)[0] == pytest.approx(
+        interpolant_value(few, i, *place)[0], abs=1e-4
+    )
+    laid, _ = _place_discs(functions, 0, len(points), 20.0, 1.0, 4, 0.3)
     nearest = np.linalg.norm(laid[:, None] - points, axis=2).min(axis=1)
     assert 0.28 < nearest.min() < 0.31  # rivals may be nearer by a twentieth
     assert np.linalg.norm(laid, axis=1) == pytest.approx(3, abs=0.02)
@@ -268,18 +274,18 @@ def test_spacing_of_even_dots():
 
 def test_spacing_belongs_to_its_dot_and_a_single_one_has_none():
     points, normals = torus(60)
-    assert spacing_of(points[::-1], normals[::-1]) == pytest.approx(spacing_of(points, normals)[::-1])
-    assert np.isnan(spacing_of(points[:1], normals[:1])).tolist() == [True]
+    assert dot_spacing(points[::-1], normals[::-1]) == pytest.approx(dot_spacing(points, normals)[::-1])
+    assert np.isnan(dot_spacing(points[:1], normals[:1])).tolist() == [True]
     # five dots: the distance to the fourth neighbour holds four and a half of them
     cross = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
-    found = spacing_of(cross, np.tile([0.0, 0, 1], (5, 1)))
+    found = dot_spacing(cross, np.tile([0.0, 0, 1], (5, 1)))
     assert found == pytest.approx(np.sqrt(np.pi / 4.5) * np.array([1, 2, 2, 2, 2]))
 
 
 def test_a_sheet_goes_on_beyond_its_last_dots_by_their_spacing():
     x, y = (2.0 * k.ravel() for k in np.mgrid[:8, :8])
     points, normals = np.stack([x, y, 0 * x], axis=1), np.tile([0.0, 0, 1], (64, 1))
-    spacing = spacing_of(points, normals)
+    spacing = dot_spacing(points, normals)
     recovered, _ = recover(points, normals, density=10.0)
     for corner, beyond in ((0, -recovered.min(axis=0)), (-1, recovered.max(axis=0) - 14.0)):
         assert np.all(beyond[:2] <= spacing[corner]) and np.all(beyond[:2] > 0.95 * spacing[corner])
@@ -287,7 +293,7 @@ def test_a_sheet_goes_on_beyond_its_last_dots_by_their_spacing():
 
 def test_no_place_needs_more_steps_than_are_made(blob):
     points, normals = (each[::60] for each in blob)
-    made, all_of_them = (len(recover(points, normals, 3.0, steps=n)[0]) for n in (STEPS, 1000))
+    made, all_of_them = (len(recover(points, normals, 3.0, steps=n)[0]) for n in (NEWTON_STEPS, 1000))
     assert made >= 0.99 * all_of_them  # half as many steps leave a quarter of the places on their way
 
 

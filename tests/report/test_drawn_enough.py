@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from test_figures import surface_tables
 
-from drawn import colour_of, words_of
-from sparsurf.report.figures import enough, layout
+from drawn import colour_of, legend_of, words_of
+from sparsurf.report.figures import enough
 
 COLOURS = {
     ("farthest", "as_written"): "#56B4E9",
@@ -24,8 +24,9 @@ def curves_in(ax):
     }
 
 
-def texts_in(ax):
-    return {text.get_text(): text for text in ax.texts}
+def names_in(figure):
+    """Entries of the legend, each on one line."""
+    return [words.replace("\n", " ") for words, _ in legend_of(figure)]
 
 
 def test_one_surface_shows_its_cloud_curves_and_floors():
@@ -42,21 +43,27 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
     floors = {line.get_ydata()[0]: line.get_linewidth() for line in ax.lines if line.is_dashed()}
     assert sorted(floors) == sorted(tables.floors["Z"]) and max(floors, key=floors.get) == 0.5
     assert words_of(figure)[0] == "p/c1"
-    texts = texts_in(ax)
-    assert "8 % of the dots are enough" in texts and any("200 combinations" in words for words in texts)
-    arrow = next(t for t in ax.texts if not t.get_text() and getattr(t, "arrow_patch", None))
-    assert tuple(arrow.xy) == (8.0, 0.5)
-    for name, z in tables.floors.set_index("floor")["Z"].items():
-        assert texts[enough.FLOORS.get(name, name)].xy == (1, z)
+    assert ax.get_title() == "8 % of the dots are enough"
+    ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)
+    assert ring.get_xydata().tolist() == [[8.0, 0.5]]
+    assert names_in(figure) == [
+        "paper's sampling, all combinations", "farthest point dots as they are",
+        "the surface recovered from the same dots", "uniform subset",
+        "atoms moved 0.1 Å: 0.90", "the molecule rotated: 0.70", "fresh dots of the same surface: 0.50",
+    ]  # fmt: skip
+    floors = figure.legends[0].legend_handles[4:]
+    drawn = sorted((line for line in ax.lines if line.is_dashed()), key=lambda line: -line.get_ydata()[0])
+    for line, entry in zip(drawn, floors, strict=True):
+        assert line._dash_pattern == entry._dash_pattern and colour_of(line) == colour_of(entry)
+    assert [colour_of(line) for line in drawn] == ["#777777", "#777777", "#000000"]
 
 
 def test_a_grid_of_another_reading_has_no_cloud():
     tables = surface_tables()
     tables = tables._replace(grid=tables.grid.drop(columns="Z_tS_as_written"))
-    (ax,) = enough.figure([tables]).axes
-    assert len(ax.collections[0].get_offsets()) == 0 and not any(
-        "combinations" in words for words in texts_in(ax)
-    )
+    figure = enough.figure([tables])
+    assert len(figure.axes[0].collections[0].get_offsets()) == 0
+    assert not any("combinations" in words for words in names_in(figure))
 
 
 def test_the_answer_is_that_of_the_floor_that_is_asked_for():
@@ -66,20 +73,10 @@ def test_the_answer_is_that_of_the_floor_that_is_asked_for():
     tables = tables._replace(enough=pd.concat([wrong, other]))
     for floor, words in (("turned", "3 %"), ("atoms moved 0.1 Å", "1.4 %")):
         ax = enough.figure([tables], floor).axes[0]
-        assert f"{words} of the dots are enough" in texts_in(ax)
+        assert f"{words} of the dots are enough" == ax.get_title()
     shown = tables.grid.assign(Z_tS_as_coded=7.0)
     ax = enough.figure([tables._replace(grid=shown)], reading="as_coded").axes[0]
     assert (ax.collections[0].get_offsets()[:, 1] == 7).all()
-
-
-def test_words_cover_no_curve_and_no_other_words():
-    ax = enough.figure([surface_tables()]).axes[0]
-    dots = np.concatenate([ax.transData.transform(line) for line in curves_in(ax).values()])
-    inside = [text for text in ax.texts if text.get_text() and not hasattr(text, "xy")]
-    boxes = [text.get_window_extent() for text in inside]
-    assert len(boxes) == 5
-    for k, box in enumerate(boxes):
-        assert box.count_contains(dots) == 0 == box.count_overlaps(boxes[:k])
 
 
 def test_a_few_surfaces_have_a_panel_each_on_one_scale():
@@ -117,33 +114,6 @@ def test_many_surfaces_share_a_panel_of_medians_with_a_band():
     assert "7 surfaces" in words_of(figure)[0]
 
 
-def test_labels_are_moved_apart_no_farther_than_they_need():
-    room = np.full(4, 2.0)
-    np.testing.assert_allclose(layout.apart(np.array([2.0, 6, 10, 14]), room, 20), [2, 6, 10, 14])
-    close = layout.apart(np.array([5.0, 5.0, 5.2, 15]), room, 20)
-    assert (np.diff(close) > 1.999).all() and close[3] == 15
-    assert abs(close[:3].mean() - 5.07) < 0.1
-    at_end = layout.apart(np.array([19.0, 19.5, 20]), room[:3], 20)
-    assert at_end[-1] <= 19 + 1e-9 and (np.diff(at_end) > 1.99).all()
-
-
-def test_a_box_goes_where_it_covers_least():
-    figure = layout.sheet(100, 100)
-    ax = layout.axes(figure, 0, 0, 100, 100)
-    ax.get_figure().dpi = 300
-    size = np.array([100.0, 40])
-    busy = np.array([[300.0, 300], [310, 300], [600, 600]])
-    places = [(5.0, 5), (300, 300), (600, 600), (900, 900)]
-    assert layout.free_place(ax, size, places, busy, [])[0].tolist() == [900, 900]
-    place, cost = layout.free_place(ax, size, places[:3], busy, [])
-    assert place.tolist() == [600, 600] and cost == 1
-    assert layout.free_place(ax, size, places, busy, [(np.array([880.0, 890]), size)])[0].tolist() == [
-        600,
-        600,
-    ]
-    assert layout.free_place(ax, size, places[:1], busy, [])[1] == np.inf  # beyond the axes
-
-
 def test_the_tables_of_a_surface_are_read_from_its_folder(tmp_path):
     folder = tmp_path / "p" / "c1"
     folder.mkdir(parents=True)
@@ -160,8 +130,7 @@ def test_without_a_grid_there_is_no_cloud():
     figure = enough.figure([surface_tables(rows=0)])
     ax = figure.axes[0]
     assert not any(len(each.get_offsets()) for each in ax.collections) and len(curves_in(ax)) == 3
-    assert not [words for words in texts_in(ax) if "sampling" in words]
-    assert ax.get_xlim()[0] == 0.9 and "8 % of the dots are enough" in texts_in(ax)
-    assert not [
-        words for words in words_of(enough.figure([surface_tables(rows=0)] * 2)) if "sampling" in words
-    ]
+    assert not [words for words in names_in(figure) if "sampling" in words]
+    assert ax.get_xlim()[0] == 0.9 and ax.get_title() == "8 % of the dots are enough"
+    both = enough.figure([surface_tables("p/c1", rows=0), surface_tables("p/c2", rows=0)])
+    assert not [words for words in names_in(both) if "sampling" in words]

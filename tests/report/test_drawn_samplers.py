@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.colors import to_hex
 
 from conftest import ROOT
 from drawn import bars_of, check_texts, colour_of, legend_of, words_of
@@ -52,18 +51,12 @@ def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
             at = band[np.isclose(band[:, 0], first["n_S_percent"])][:, 1]
             assert (at.min(), at.max()) == pytest.approx((first["low"], first["high"]))
         level = [line.get_ydata()[0] for line in ax.lines[len(FACTORS) :]]
-        wanted = {"Z as_coded": [3.5, 0.4, 9.0]}.get(measure, [3.5, 0.4] if measure.startswith("Z ") else [])
-        assert level == wanted
+        wanted = [3.5, 0.4] if measure.startswith("Z ") else []
+        assert level == ([3.5, 9.0, 0.4] if measure == "Z as_coded" else wanted)
         assert ax.get_ylim()[0] == 0 and ax.get_ylim()[1] >= own["high"].max()
         assert ax.get_xscale() == "log"
         assert [t.get_text() for t in ax.get_xticklabels()] == ["5", "10", "20", "40"]
-    assert panels[2].get_ylim()[1] == 1.25 * 9
-    named = [{t.get_text(): (t.xy[1], t.get_va()) for t in ax.texts} for ax in panels[1:]]
-    assert named[1] == {"empty patches": (9.0, "bottom"), "mean descriptor": (3.5, "bottom")}
-    assert not any(named[:1] + named[2:])
-    (fresh,) = [t for t in panels[0].texts if t.get_text().startswith("fresh")]
-    assert (fresh.get_text(), fresh.xy[1]) == ("fresh dots of the surface: 0.40", 0.4)
-    assert fresh.get_va() == "top"
+    assert panels[2].get_ylim()[1] > 9
     labels = [ax.get_ylabel() for ax in panels]
     assert labels == [
         "error Z of the descriptors (0: none)",
@@ -72,29 +65,22 @@ def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
         "angle (degrees)",
     ]
     assert [ax.get_xlabel() != "" for ax in panels] == [True, *[False] * 4, True, True]
-    words = words_of(figure)
-    assert words[:2] == ["q/c1", "A"]
-    titles = {"C": "D_{link}", "D": "recovered", "E": "centres", "F": "nearest", "G": "angle|normals"}
-    for letter, part in titles.items():
-        said = words[words.index(letter) + 1]
-        assert any(each in said for each in part.split("|"))
-    assert words[words.index("B") + 1].startswith("as A, surface unknown")
-    assert "95 % of something" in words[-1]
+    assert words_of(figure)[0] == "q/c1"
+    parts = ["as written", "surface unknown", "D_{link}", "recovered", "centres", "nearest", "normals"]
+    for ax, letter, part in zip(panels, "ABCDEFG", parts, strict=True):
+        title = ax.get_title(loc="left")
+        assert title.startswith(rf"$\mathbf{{{letter}}}$") and part in title
+    assert figure.legends[0].get_title().get_text() == "Shaded, of the bold lines: 95 % of something."
 
 
-def test_names_stand_at_the_ends_of_their_lines_in_their_order():
-    ax = comparison_figure.comparison_figure(comparison(), "q").axes[0]
-    names = {t.get_text(): t for t in ax.texts if not t.get_text().startswith(("same Z", "fresh"))}
-    order = sorted((t.get_position()[1], words) for words, t in names.items() if words)
-    assert [words.split(" for")[0] for _, words in order] == [
-        "farthest point", "uniform draw", "paper's sampling", "mine", "mean descriptor",
+def test_the_legend_names_every_sampler_and_reference_value():
+    entries = legend_of(comparison_figure.comparison_figure(comparison(), "q"))
+    assert entries[:4] == [
+        ("farthest point", BLUE), ("uniform draw", BLACK), ("paper's sampling", VERMILLION), ("mine", INDIGO),
     ]  # fmt: skip
-    assert to_hex(names["uniform draw"].get_color()).upper() == BLACK
-    assert names["paper's sampling"].get_fontweight() == "bold" and names["mine"].get_fontweight() == "normal"
-    assert "every patch: 3.50\n(empty patches: 9.0)" in order[-1][1]
-    ends = [t.xy for t in ax.texts if getattr(t, "arrow_patch", None) and t.get_text() == ""]
-    z = {name: f * 10 / np.sqrt(40) for name, f in FACTORS.items()}
-    assert {round(y, 6) for x, y in ends if x == 40} == {round(value, 6) for value in z.values()}
+    assert [words for words, _ in entries[4:]] == [
+        "mean descriptor for every patch: 3.50", "empty patches: 9.00", "fresh dots of the surface: 0.40",
+    ]  # fmt: skip
 
 
 def test_an_arrow_tells_how_many_times_fewer_dots():
@@ -105,7 +91,7 @@ def test_an_arrow_tells_how_many_times_fewer_dots():
     assert said.xy == pytest.approx((20, z))
     (arrow,) = [t for t in ax.texts if t.get_text() == "" and t.xy[1] == pytest.approx(z) and t.xy[0] != 40]
     assert arrow.xy == pytest.approx((20 / 2.56, z)) and arrow.get_position() == pytest.approx((20, z))
-    last = comparison().query("percent in (5, 20)")  # at its end the lines have their names
+    last = comparison().query("percent in (5, 20)")  # not at the right end
     texts = comparison_figure.comparison_figure(last, "q").axes[0].texts
     assert not [t for t in texts if t.get_text().startswith("same Z")]
     worse = comparison({"farthest": 1.1, "uniform": 1.25, "paper": 1.0})

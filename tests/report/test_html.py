@@ -411,7 +411,7 @@ def test_figures_that_are_missing_or_too_large_stay_outside(tmp_path, monkeypatc
     assert embedded(path) is None
     path.write_bytes(b"x")
     assert embedded(path) == "data:image/png;base64,eA=="
-    monkeypatch.setattr("sparsurf.report.page.LARGEST", 0)
+    monkeypatch.setattr("sparsurf.report.page.MAX_FIGURE_BYTES", 0)
     assert embedded(path) is None
 
 
@@ -488,7 +488,7 @@ def test_the_answer_on_mean_roughness_follows_from_the_tests(related, n, tests):
     known |= {
         "n_surfaces": n,
         "n_proteins": n,
-        "fewest": summary_page.FEWEST,
+        "fewest": summary_page.MIN_PROTEINS,
         "related": related,
         "rows_tested": tests,
         "by_chance": {20: 3, 2: 0, 0: 0}[tests],

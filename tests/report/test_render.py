@@ -126,7 +126,7 @@ def slow_twin(points, normals, colours, camera, radius, slack):
     for p, n, colour in zip(
         (points - camera.centre) @ camera.rotation.T, normals @ camera.rotation.T, colours, strict=True
     ):
-        if n[2] < render.EDGE_ON:
+        if n[2] < render.MIN_VIEW_COSINE:
             continue
         z = p[2] - (n[0] * (x - p[0]) + n[1] * (y[:, None] - p[1])) / n[2]
         r = np.sqrt((x - p[0]) ** 2 + (y[:, None] - p[1]) ** 2 + (z - p[2]) ** 2)
@@ -194,10 +194,12 @@ def test_views():
     assert spread[0] >= spread[1] >= spread[2]
     view = render.aim(points, render.along_smallest_axis(points), (120, 200))
     left, right, bottom, top = view.extent
-    margin = 2 * render.LARGEST - 1e-9
+    margin = 2 * render.MAX_DISC_RADIUS - 1e-9
     assert right - left >= extent[0] + margin and top - bottom >= extent[1] + margin
     # and no wider than that: one side is full
-    assert min(right - left - extent[0], top - bottom - extent[1]) == pytest.approx(2 * render.LARGEST)
+    assert min(right - left - extent[0], top - bottom - extent[1]) == pytest.approx(
+        2 * render.MAX_DISC_RADIUS
+    )
     cap = normals @ [0.6, 0.0, 0.8] > 0.5
     rotation = render.oblique(points[cap], normals[cap], tilt=40)
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)

@@ -9,8 +9,14 @@ from scipy.spatial.transform import Rotation
 from test_html import Page
 
 import summarise_sites
-from sparsurf.pairs.changes import CHANNELS, RARE
-from sparsurf.report.figures.site_figures import FAR, carried, distance_from, matrix_figure, site_figure
+from sparsurf.pairs.changes import CHANNELS, SHARE_ABOVE_FLOOR
+from sparsurf.report.figures.site_figures import (
+    MAX_DISTANCE,
+    carried,
+    distance_from,
+    matrix_figure,
+    site_figure,
+)
 from sparsurf.report.first_page import of_changes, of_site, site_galleries
 from sparsurf.report.page import render
 from sparsurf.report.site_page import (
@@ -132,7 +138,7 @@ def test_chains_and_residues_of_a_table_stay_names(tmp_path):
 def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
     changed().to_csv(tmp_path / "changes.csv", index=False)
     table = read_residues(tmp_path / "changes.csv")
-    known = changes_page("opening", ["open", "closed/f7"], table, RARE)
+    known = changes_page("opening", ["open", "closed/f7"], table, SHARE_ABOVE_FLOOR)
     assert (known["n"], known["n_above"], known["n_moved"], known["n_buried"], known["n_mutated"]) == (
         2,
         2,
@@ -220,5 +226,5 @@ def test_a_hit_is_seen_as_the_site_and_takes_its_colours():
     np.testing.assert_allclose(normals[0] @ turn, [0, 0, 1], atol=1e-9)
     assert colour.tolist() == [*residue, -1]
     gap = distance_from(back, colour >= 0)
-    assert (gap[:30] == 0).all() and gap[30] == FAR
+    assert (gap[:30] == 0).all() and gap[30] == MAX_DISTANCE
     assert np.isnan(distance_from(back, np.zeros(31, bool))).all()

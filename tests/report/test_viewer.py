@@ -18,12 +18,12 @@ from sparsurf.recovery.readings import READINGS
 from sparsurf.report.figures import layout
 from sparsurf.report.viewer import packing
 from sparsurf.report.viewer import page as viewer
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study import grid as grids
 from sparsurf.study import tables
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats import ply
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.formats.ply import KIND_COLOURS
@@ -40,7 +40,7 @@ def evaluator(blob):
     points, normals = blob[0].round(3), blob[1]
     n = len(points)
     surface = Surface(points, normals, kind=np.arange(n) % 3, atom=np.arange(n) % 2)
-    return Evaluator(surface, d_link=1.5, name="blob")
+    return PreparedSurface(surface, d_link=1.5, name="blob")
 
 
 def test_the_best_of_recovered_surfaces_can_be_chosen_where_it_was_studied():
@@ -54,7 +54,7 @@ def test_the_best_of_recovered_surfaces_can_be_chosen_where_it_was_studied():
 @pytest.fixture(scope="module")
 def grid(evaluator):
     """The table of a small grid and its raw distances."""
-    raw = grids.run(evaluator, law.grid([0.5, 1], [0, 1], [0, 6], [0, 6]), 20, 2)
+    raw = grids.evaluate_grid(evaluator, published.parameter_grid([0.5, 1], [0, 1], [0, 6], [0, 6]), 20, 2)
     return tables.grid_table(raw), raw
 
 
@@ -63,7 +63,7 @@ def write(evaluator, grid, values=()):
     order = farthest(evaluator, len(evaluator.points), evaluator.stream("test"))
     text = viewer.page(
         "blob/c1", evaluator.surface, evaluator.roughness, evaluator.cover, evaluator.r_patch,
-        {"farthest": order}, grid[0], tables.best(*grid, 50), RESIDUES, values, MINIMAL,
+        {"farthest": order}, grid[0], tables.best_combinations(*grid, 50), RESIDUES, values, MINIMAL,
     )  # fmt: skip
     return text, order
 
@@ -130,15 +130,17 @@ def test_a_hundred_thousand_dots_fit(grid):
     centre = np.arange(0, n, 300)
     start = np.append(np.arange(len(centre)) * 900, len(centre) * 900)
     dot = (np.repeat(centre, 900) + np.tile(np.arange(900), len(centre))) % n
-    cover = law.Cover(centre, centre, rng.random(len(centre)), start, dot, np.ones(len(dot)), n)
+    cover = published.Cover(centre, centre, rng.random(len(centre)), start, dot, np.ones(len(dot)), n)
     more = [viewer.Values("other", "o", " Å", np.cos(40 * z)) for _ in range(2)]
     order = {"farthest": rng.permutation(n)}
-    text = viewer.page("big", surface, z**2, cover, 4.0, order, grid[0], tables.best(*grid, 50), (), more)
+    text = viewer.page(
+        "big", surface, z**2, cover, 4.0, order, grid[0], tables.best_combinations(*grid, 50), (), more
+    )
     assert len(text.encode()) <= 1_500_000
     header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
     assert header["total"] == n
     assert header["stored"] == 100_000
-    assert viewer.MOST_BYTES <= 1_500_000  # the frame of a report shows 1.57 MB at most
+    assert viewer.MAX_BYTES <= 1_500_000  # the frame of a report shows 1.57 MB at most
     assert set(columns["index"]) == set(order["farthest"][: header["stored"]].tolist())
     shown = np.isin(dot, columns["index"])
     assert len(columns["pair"]) == shown.sum()
@@ -149,7 +151,7 @@ def test_a_hundred_thousand_dots_fit(grid):
 
 def test_a_page_that_would_be_too_long_shows_fewer_dots(evaluator, grid, monkeypatch):
     whole, order = write(evaluator, grid)
-    monkeypatch.setattr(viewer, "MOST_BYTES", len(whole) - 5000)
+    monkeypatch.setattr(viewer, "MAX_BYTES", len(whole) - 5000)
     fewer, _ = write(evaluator, grid)
     assert len(fewer) <= len(whole) - 5000
     header, columns = unpacked(fewer.split('PACKED = "')[1].split('"')[0])
@@ -238,7 +240,7 @@ def test_the_page_keeps_the_dots_that_the_library_keeps(opened, evaluator):
         for combination in COMBINATIONS:
             for name, value in zip(PARAMETERS, combination, strict=True):
                 set_control(opened, name, value)
-            expected = law.sample(cover, combination, Given(luck))
+            expected = published.sample(cover, combination, Given(luck))
             assert opened.run("return Array.from(view.shown)") == expected.tolist()
             assert f"{len(expected):,} of 3,000 dots" in text_of(opened, "shown")
         opened.run("document.getElementById('again').click()")
@@ -537,7 +539,14 @@ def test_a_surface_without_structure_and_grid_values(evaluator, grid):
     order = {"farthest": np.arange(len(bare))}
     table = grid[0].assign(d_as_coded=np.nan)
     text = viewer.page(
-        "bare", bare, evaluator.roughness, evaluator.cover, 4.0, order, table, tables.best(*grid, 50)
+        "bare",
+        bare,
+        evaluator.roughness,
+        evaluator.cover,
+        4.0,
+        order,
+        table,
+        tables.best_combinations(*grid, 50),
     )
     header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
     assert "kind" not in columns and "residue" not in columns
@@ -561,7 +570,7 @@ def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
         "all",
     ]
     assert header["samplers"]["paper"] == "paper's sampling"
-    best = tables.best(*grid, 50)
+    best = tables.best_combinations(*grid, 50)
     presets = dict(map(tuple, ((name, tuple(values)) for name, values in header["presets"])))
     assert presets.pop("the paper's best") == (1, 0, 6, 0)
     for reading in ("as_coded", "as_written"):
@@ -602,7 +611,7 @@ def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
 
 SETTINGS = {
     "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.5},
-    "sampling": {"moved_centre": True, "every_patch": True},
+    "sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True},
     "seed": 1,
 }
 
@@ -626,7 +635,7 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     Path(inputs["best"]).write_text('{"combinations": 3}')
     shown = []
     monkeypatch.setattr(draw_view, "residue_names", lambda _: RESIDUES)
-    monkeypatch.setattr(draw_view, "off_recovered", lambda dots, kept, *_: len(dots) / len(kept))
+    monkeypatch.setattr(draw_view, "distance_to_recovered", lambda dots, kept, *_: len(dots) / len(kept))
     monkeypatch.setattr(draw_view, "page", lambda *given: shown.append(given) or "the page")
     draw, drawn = draw_view.render.draw_surface, []
     monkeypatch.setattr(
@@ -641,7 +650,7 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     np.testing.assert_array_equal(field.values, charge)
     assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
     assert list(dots) == MINIMAL
-    low, high = draw_view.render.ROUGH
+    low, high = draw_view.render.ROUGHNESS_LIMITS
     wanted = matplotlib.colormaps["viridis"](((evaluator.roughness - low) / (high - low)).clip(0, 1))[:, :3]
     np.testing.assert_allclose(drawn[0], wanted, atol=1 / 255)  # of whole numbers, cut off
 
@@ -672,7 +681,7 @@ def test_distances_count_from_the_origin_of_a_patch(evaluator):
     n = len(evaluator.points)
     cover = evaluator.cover._replace(origin=(evaluator.cover.centre + 1) % n)
     columns = viewer.cover_columns(evaluator.surface, np.arange(n), cover)
-    found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * viewer.STEP
+    found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * viewer.COORDINATE_STEP
     assert np.allclose(found, evaluator.points[cover.origin], atol=1e-9)
 
 
@@ -682,7 +691,7 @@ def reading_words(reading):
 
 def test_the_share_of_a_subset_is_that_of_the_whole_surface(browser, tmp_path, evaluator, monkeypatch):
     """On a page that holds some of the dots only, the subset is still the part of the surface that the tables tell."""
-    monkeypatch.setattr(viewer, "MOST_DOTS", 400)
+    monkeypatch.setattr(viewer, "MAX_DOTS", 400)
     order = farthest(evaluator, len(evaluator.points), evaluator.stream("view"))
     values = [viewer.Values("height", "z", " Å", np.full(len(order), np.nan), "low", "high")]
     text = viewer.page(

@@ -9,23 +9,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sparsurf import InputError
-from sparsurf.patches.index import apart, build_index
-from sparsurf.sampling import law
+from sparsurf.patches.index import build_index, select_separated
+from sparsurf.sampling import published
+from sparsurf.sampling.farthest_point import roughness_weighted_sampling
 from sparsurf.sampling.samplers import (
     HINDSIGHT,
     SAMPLERS,
     _voxel_dots,
-    called,
     farthest,
-    named,
+    get_samplers,
+    lookup_sampler,
     nearest_kept,
     paper,
     sampler,
+    subset_weights,
     tune_alpha,
-    weights,
 )
-from sparsurf.sampling.spreading import denser_where_rough
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 
 EXACT = [name for name in SAMPLERS if not name.startswith("paper")]
 NESTED = [name for name in SAMPLERS if SAMPLERS[name].nested]
@@ -34,7 +34,7 @@ NESTED = [name for name in SAMPLERS if SAMPLERS[name].nested]
 @pytest.fixture(scope="module")
 def surface(blob):
     points, normals = blob
-    return Evaluator(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
+    return PreparedSurface(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
 
 
 @settings(max_examples=40, deadline=None)
@@ -69,10 +69,10 @@ def test_a_sampler_is_one_function(surface, monkeypatch):
     def last(surface, n, rng, choices):
         return choices - np.arange(n)
 
-    assert called("first")[1:] == ("first", "first", False, False)
-    assert called("last")[1:] == ("last dots", "last", True, True)
-    assert called("nobody")[1:3] == ("nobody", "nobody")
-    own = named(["first", "last", "uniform"], "compare.samplers", 9)
+    assert lookup_sampler("first")[1:] == ("first", "first", False, False)
+    assert lookup_sampler("last")[1:] == ("last dots", "last", True, True)
+    assert lookup_sampler("nobody")[1:3] == ("nobody", "nobody")
+    own = get_samplers(["first", "last", "uniform"], "compare.samplers", 9)
     assert list(own) == ["first", "last", "uniform"]
     assert len(own["uniform"](surface, 5, np.random.default_rng(1))) == 5
     assert own["first"](surface, 2, None).tolist() == first(surface, 2, None).tolist() == [0, 1]
@@ -80,11 +80,11 @@ def test_a_sampler_is_one_function(surface, monkeypatch):
     with pytest.raises(
         InputError, match=r"minimal\.sampler: there is no sampler 'fathest'; the samplers are paper"
     ):
-        named(["fathest"], "minimal.sampler")
+        get_samplers(["fathest"], "minimal.sampler")
 
 
 def test_what_a_sampler_is_called_and_needs():
-    words = {name: called(name)[1:3] for name in (*SAMPLERS, HINDSIGHT)}
+    words = {name: lookup_sampler(name)[1:3] for name in (*SAMPLERS, HINDSIGHT)}
     assert words == {
         "paper": ("paper's sampling", "paper"),
         "paper_corrected": ("paper's, corrected", "paper (corrected)"),
@@ -136,7 +136,7 @@ def test_poisson_equals_the_plain_method(surface):
     for i in order:
         if not kept or np.linalg.norm(surface.points[kept] - surface.points[i], axis=1).min() > 1.1:
             kept.append(int(i))
-    assert apart(surface.index, order, 1.1, len(order), 0).tolist() == kept
+    assert select_separated(surface.index, order, 1.1, len(order), 0).tolist() == kept
 
 
 @pytest.mark.parametrize("name", ["voxel", "poisson"])
@@ -166,7 +166,7 @@ def test_farthest_equals_the_plain_algorithm(surface):
 
 @pytest.mark.parametrize("k", [-1, 0.5, 2])
 def test_denser_where_rough_equals_the_plain_algorithm(surface, k):
-    dots = denser_where_rough(surface, 400, np.random.default_rng(1), k)
+    dots = roughness_weighted_sampling(surface, 400, np.random.default_rng(1), k)
     assert dots.tolist() == plainly_spread(surface.points, dots[0], 400, (1 - surface.roughness) ** k)
 
 
@@ -180,7 +180,7 @@ def test_the_density_is_a_power_of_one_less_the_roughness(k, even):
     plane = SimpleNamespace(
         points=points, roughness=rough, index=build_index(points, np.tile([0, 0, 1.0], (20000, 1)))
     )
-    dots = denser_where_rough(plane, 900, rng, k, even)
+    dots = roughness_weighted_sampling(plane, 900, rng, k, even)
     right = (points[dots, 0] > 30).mean()
     # the few per cent that are drawn without replacement shift nothing; dots drawn at random scatter by 1.7 % of 900
     assert right == pytest.approx(2.0**k / (1 + 2.0**k), abs=0.02 if even else 0.05)
@@ -188,7 +188,7 @@ def test_the_density_is_a_power_of_one_less_the_roughness(k, even):
 
 def test_a_power_of_zero_knows_no_roughness(surface):
     one, other = (np.random.default_rng(4) for _ in range(2))
-    assert np.array_equal(denser_where_rough(surface, 300, one, 0), farthest(surface, 300, other))
+    assert np.array_equal(roughness_weighted_sampling(surface, 300, one, 0), farthest(surface, 300, other))
 
 
 def test_centres_are_kept_before_any_other_dot(surface):
@@ -236,7 +236,7 @@ def test_roughness_weighting_prefers_rough_dots(surface):
 
 def test_alpha_is_tuned_to_the_wished_number(surface):
     combination = tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 400)
-    assert law.expected_n_s(surface.cover, [combination])[0] == pytest.approx(400, abs=0.01)
+    assert published.expected_n_s(surface.cover, [combination])[0] == pytest.approx(400, abs=0.01)
     assert tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 10**6)[0] == pytest.approx(1.0)
     assert 0 < tune_alpha(surface.cover, (1.0, 0.2, 2.0, 4.0), 1)[0] < 1e-6  # fewer than its centres
 
@@ -248,7 +248,7 @@ def test_paper_keeps_about_n(surface):
 
 def test_weights_count_every_dot_once(surface):
     kept = farthest(surface, 100, np.random.default_rng(6))
-    w = weights(surface.points, kept)
+    w = subset_weights(surface.points, kept)
     d = np.linalg.norm(surface.points[:, None] - surface.points[kept][None], axis=2)
     assert w.sum() == len(surface.points)
     assert np.array_equal(w, np.bincount(d.argmin(axis=1), minlength=100))
@@ -257,7 +257,7 @@ def test_weights_count_every_dot_once(surface):
 
 def test_ranking_on_a1(a1):
     # measured with 1000 test dots and three draws, s.e. 0.01; bounds as the reference figures +- 0.03
-    surface = Evaluator(a1, seed=1, name="a1")
+    surface = PreparedSurface(a1, seed=1, name="a1")
     tests = surface.draw_tests(1000)
     z_tot, _ = surface.describe(tests)
     n = len(a1) // 10

@@ -34,7 +34,7 @@ def test_a_system_is_counted_from_its_files(tmp_path):
     write(tmp_path / "system.gro", SYSTEM_GRO)
     molecules = "[ molecules ]\n; name  number\nProtein_chain_A 1\nSOL   1\nSOL   1\nNA 1\nCL  1\n"
     write(tmp_path / "topol.top", "SOL 99\n" + molecules)
-    assert system.contents(tmp_path) == {"atoms": 10, "protein_atoms": 2, "waters": 2, "ions": 2}
+    assert system.count_molecules(tmp_path) == {"atoms": 10, "protein_atoms": 2, "waters": 2, "ions": 2}
 
 
 def molecule(tmp_path, text, **keys):
@@ -75,9 +75,9 @@ def test_no_more_than_eight_residues_are_named(tmp_path):
 def test_only_protein_of_the_first_model_is_simulated(tmp_path):
     water = "HETATM   99  O   HOH A  99      50.000  50.000  50.000  1.00  0.00           O  \n"
     path = write(tmp_path / "x.pdb", peptide(("ALA", "GLY", "SER")) + water + "END\n")
-    found = system.chosen_protein(path, {"residues": "2-3", "hydrogens": "keep", "ns": 1})
+    found = system.select_protein(path, {"residues": "2-3", "hydrogens": "keep", "ns": 1})
     assert sorted(set(found.residue_name)) == ["GLY", "SER"] and found.n_frames == 1
-    everything = system.chosen_protein(path, {"selection": "all"})
+    everything = system.select_protein(path, {"selection": "all"})
     assert set(everything.kind) == {"protein"}
 
 
@@ -85,10 +85,10 @@ def test_of_several_models_the_first_is_simulated_which_is_told(tmp_path, caplog
     one = peptide(("ALA", "GLY"))
     many = "".join(f"MODEL     {k:4d}\n{one}ENDMDL\n" for k in (1, 2)) + "END\n"
     path = write(tmp_path / "x.pdb", many)
-    assert system.chosen_protein(path, {}).n_frames == 1
-    assert "has 2 models: the first is simulated; `model` chooses another" in caplog.text
+    assert system.select_protein(path, {}).n_frames == 1
+    assert "has 2 models: the first is simulated; `model` selects another" in caplog.text
     caplog.clear()
-    assert system.chosen_protein(path, {"model": 2}).n_frames == 1 and "models" not in caplog.text
+    assert system.select_protein(path, {"model": 2}).n_frames == 1 and "models" not in caplog.text
 
 
 def values(stage, **changes):
@@ -106,7 +106,7 @@ def test_times_become_steps():
     assert (
         values("npt", pressure=2.0)["ref-p"] == "2" and values("nvt", temperature=290.0)["gen-temp"] == "290"
     )
-    assert protocol.steps("production", protocol.DEFAULTS | {"ns": 1e-9}) == 1
+    assert protocol.n_time_steps("production", protocol.DEFAULTS | {"ns": 1e-9}) == 1
     assert values("production", ns=1e-6)["nstenergy"] == "1"
     assert [protocol.length_ns(s, protocol.DEFAULTS) for s in protocol.STAGES] == [0.0, 0.1, 0.1, 1.0]
     assert protocol.velocity_seed(0) == 1 and protocol.velocity_seed(2**31) == 1
@@ -118,8 +118,8 @@ def asked(monkeypatch):
     """What GROMACS is asked for; it does nothing but lay the files that a stage ends with."""
     calls = []
 
-    def run(*words, folder, given="", wait=None):
-        calls.append((words, given))
+    def run(*words, folder, stdin="", wait=None):
+        calls.append((words, stdin))
         made = {"grompp": "topol.tpr", "mdrun": "final.gro"}.get(words[0])
         if made:
             (folder / made).write_text("made")
@@ -171,11 +171,11 @@ def test_the_first_stage_begins_at_the_system(asked, tmp_path):
 
 def test_only_what_a_stage_has_is_asked_of_its_energies(asked, tmp_path):
     (tmp_path / "stage.mdp").write_text("integrator = md\n")
-    assert quality._stored(tmp_path) == ["Potential"]
+    assert quality._stored_quantities(tmp_path) == ["Potential"]
     (tmp_path / "state.cpt").write_text("")
-    assert quality._stored(tmp_path) == ["Potential", "Total-Energy", "Temperature", "Pressure"]
+    assert quality._stored_quantities(tmp_path) == ["Potential", "Total-Energy", "Temperature", "Pressure"]
     (tmp_path / "stage.mdp").write_text("pcoupl = Parrinello-Rahman\n")
-    assert quality._stored(tmp_path)[-1] == "Density"
+    assert quality._stored_quantities(tmp_path)[-1] == "Density"
 
 
 def test_a_short_series_has_no_interval():
@@ -217,7 +217,7 @@ def test_an_old_gromacs_is_refused(monkeypatch):
         ("unknown", False),
         ("5.1.4", True),
     ):
-        monkeypatch.setattr(gromacs, "_facts", lambda said=said: {"GROMACS version": said})
+        monkeypatch.setattr(gromacs, "_build_information", lambda said=said: {"GROMACS version": said})
         monkeypatch.setattr(gromacs, "program", lambda: "gmx")
         if old:
             with pytest.raises(InputError, match=f"needs GROMACS 2019 or later, but gmx is version {said}"):
@@ -232,7 +232,7 @@ def test_force_fields_are_sought_where_gromacs_does(monkeypatch, tmp_path):
     for name, place in places.items():
         (place / f"{name}.ff").mkdir(parents=True)
         (place / "every.ff").mkdir()
-    monkeypatch.setattr(gromacs, "_facts", lambda: {"Data prefix": str(tmp_path / "usr")})
+    monkeypatch.setattr(gromacs, "_build_information", lambda: {"Data prefix": str(tmp_path / "usr")})
     monkeypatch.setenv("GMXLIB", str(places["lib"]))
     monkeypatch.setenv("GMXDATA", str(tmp_path / "data"))
     for name, place in places.items():
@@ -252,9 +252,9 @@ def test_gromacs_says_why_it_failed(monkeypatch, tmp_path, capsys):
     program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
     with pytest.raises(InputError, match=r"could not do `gmx trjconv`: no such file\."):
-        gromacs.run("trjconv", "-f", 7, folder=tmp_path, given="Protein\n")
+        gromacs.run("trjconv", "-f", 7, folder=tmp_path, stdin="Protein\n")
     monkeypatch.setenv("CODE", "0")
-    said = gromacs.run("trjconv", "-f", 7, folder=tmp_path, given="Protein\n")
+    said = gromacs.run("trjconv", "-f", 7, folder=tmp_path, stdin="Protein\n")
     assert (
         said.startswith("Protein\nargs -quiet -nobackup trjconv -f 7\n") and said in capsys.readouterr().out
     )

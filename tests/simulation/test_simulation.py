@@ -57,7 +57,7 @@ def test_parameters_are_those_of_the_paper():
 
 def test_the_config_knows_every_setting_of_the_protocol():
     assert Simulate().model_dump() == protocol.DEFAULTS
-    assert protocol.completed({"ns": 5}) == protocol.DEFAULTS | {"ns": 5}
+    assert protocol.with_defaults({"ns": 5}) == protocol.DEFAULTS | {"ns": 5}
 
 
 def test_a_trajectory_is_not_simulated_again():
@@ -69,8 +69,8 @@ def test_a_trajectory_is_not_simulated_again():
 def test_the_step_reached_is_the_last_of_the_log(tmp_path):
     head = "           Step           Time\n"
     text = f"{head}              0        0.00000\nx\n{head}            350        0.7\n"
-    assert stages.reached(write(tmp_path / "md.log", text)) == 350
-    assert stages.reached(tmp_path / "none.log") == 0
+    assert stages.current_step(write(tmp_path / "md.log", text)) == 350
+    assert stages.current_step(tmp_path / "none.log") == 0
 
 
 def test_stages_follow_each_other():
@@ -165,7 +165,7 @@ def test_a_mean_off_its_target_is_told(shift, near):
 def test_the_log_warns_of_a_simulation_that_missed_its_temperature(tmp_path, monkeypatch, caplog):
     table = pd.DataFrame({"stage": "production", "temperature_K": np.tile([299.0, 301], 100)})
     table = table.assign(pressure_bar=1.0, density_kg_m3=quality.DENSITY)
-    monkeypatch.setattr(judge_simulation, "take_trajectory", lambda *_: None)
+    monkeypatch.setattr(judge_simulation, "extract_protein", lambda *_: None)
     monkeypatch.setattr(judge_simulation, "read_molecule", lambda *_: None)
     monkeypatch.setattr(quality, "energies", lambda files: table.assign(files=len(files)))
     monkeypatch.setattr(quality, "motion", lambda _: pd.DataFrame({"rmsd": [1.5]}))
@@ -208,7 +208,7 @@ def small_system(tmp_path_factory):
     (folder / "system").mkdir()
     chosen = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-212")
     chosen = replace(chosen, chain=np.full(chosen.n_atoms, "Q"))
-    built = system.prepare(chosen, "in.pdb", SHORT, 3, folder / "system")
+    built = system.prepare_system(chosen, "in.pdb", SHORT, 3, folder / "system")
     return folder, built, chosen
 
 
@@ -247,7 +247,7 @@ def test_an_interrupted_stage_goes_on_where_it_was(small_system):
     assert (where / "state.cpt").is_file() and not (where / "final.gro").is_file()
     stages.run_stage("production", folder / "system", before, longer, 3, where, 1)
     assert "Restarting from checkpoint" in (where / "md.log").read_text(errors="replace")
-    stages.take_trajectory(folder / "system", where, folder / "topology.pdb", folder / "trajectory.xtc")
+    stages.extract_protein(folder / "system", where, folder / "topology.pdb", folder / "trajectory.xtc")
     protein = read_molecule(folder / "topology.pdb", folder / "trajectory.xtc")
     assert np.allclose(protein.time_ps, np.arange(21) * 0.1, atol=1e-3)
     assert set(protein.chain) == {"Q"} and sorted(set(protein.residue)) == ["209", "210", "211", "212"]
@@ -261,7 +261,7 @@ def test_an_interrupted_stage_goes_on_where_it_was(small_system):
 @needs_gromacs
 def test_the_papers_fragment_gets_the_papers_water(shared, tmp_path):
     path = shared / "data" / "tdp43" / "4bs2_209-269.pdb"
-    built = system.prepare(read_molecule(path).frame(0), path, protocol.DEFAULTS, 20261120, tmp_path)
+    built = system.prepare_system(read_molecule(path).frame(0), path, protocol.DEFAULTS, 20261120, tmp_path)
     assert (built["waters"], built["atoms"], built["protein_atoms"], built["ions"]) == (4607, 14777, 953, 3)
 
 

@@ -13,10 +13,10 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli.command import main
-from sparsurf.sites.arrangement import best_pose, rigid_fit
 from sparsurf.sites.describing import FIELDS, load_sites
 from sparsurf.sites.finding import BLOCK, chance, nearest_places, null_terms
-from sparsurf.sites.weighing import discriminant, learn, weighed
+from sparsurf.sites.metric import discriminant, learn_weights, to_metric_space
+from sparsurf.sites.pose_search import best_pose, rigid_fit
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 TURN = Rotation.from_euler("xyz", [40, 100, 250], degrees=True).as_matrix()
@@ -74,14 +74,14 @@ def test_weights_turn_noise_down():
     rng = np.random.default_rng(2)
     true = rng.normal(size=(500, 1, 2))
     noise = rng.normal(size=(2, 500, 1, 2)) * [0.05, 2.0]
-    learned = learn(
+    learned = learn_weights(
         (true + noise[0], true + noise[1]), np.concatenate([true + noise[0], true + noise[1]]), ["shape"]
     )
     _, matrix = discriminant(("shape",), learned)
     steady, noisy = np.linalg.norm(matrix, axis=1)
     assert steady > 5 * noisy
     with pytest.raises(InputError, match="colour has no weights"):
-        weighed(np.zeros((3, 2, 2)), ("colour",), learned)
+        to_metric_space(np.zeros((3, 2, 2)), ("colour",), learned)
 
 
 def test_places_are_found_again_on_a_turned_molecule(sites, sites_of_turned):

@@ -6,18 +6,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.study import grid as grids
 from sparsurf.study import tables
-from sparsurf.study.centres import _at, centres_table, control_curve
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.centres import _interpolate, centres_table, control_curve
+from sparsurf.study.prepared_surface import PreparedSurface
 
 READINGS = ("as_coded", "as_written")
 
 
 @pytest.fixture(scope="module")
 def evaluator(blob):
-    return Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=2, name="blob")
+    return PreparedSurface(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=2, name="blob")
 
 
 def test_the_control_is_what_its_subsets_measure(evaluator):
@@ -30,11 +30,11 @@ def test_the_control_is_what_its_subsets_measure(evaluator):
         assert np.abs(found[reading][2]).max() < 1e-9  # all dots are all dots
     kept = []
 
-    def under(readings, subsets, tests):
+    def distances_under(readings, subsets, tests):
         kept.append(subsets)
-        return evaluator.under(readings, subsets, tests)
+        return evaluator.distances_under(readings, subsets, tests)
 
-    watched = evaluator.changed(under=under)
+    watched = evaluator.changed(distances_under=distances_under)
     control_curve(watched, n_s, ("as_written",), 15, 2)
     (subsets,) = kept
     assert [len(subset) for subset in subsets] == 4 * [200, 900, 3000]
@@ -46,18 +46,23 @@ def test_the_control_is_what_its_subsets_measure(evaluator):
 
 def test_between_two_n_s_the_control_is_a_line_over_the_logarithm():
     curve = np.array([0.0, 2.0, 3.0])[:, None, None]
-    found = _at(curve, np.array([10, 100, 1000]), np.array([10, 10**1.5, 100, 10**2.25, 1000]))
+    found = _interpolate(curve, np.array([10, 100, 1000]), np.array([10, 10**1.5, 100, 10**2.25, 1000]))
     assert found[:, 0, 0] == pytest.approx([0, 1, 2, 2.25, 3])
-    assert _at(curve[:1], np.array([10]), np.array([10.0])).tolist() == [[[0.0]]]
+    assert _interpolate(curve[:1], np.array([10]), np.array([10.0])).tolist() == [[[0.0]]]
 
 
 def test_a_sampling_without_roughness_is_explained_by_its_centres(evaluator):
     """(alpha, 0, 0, 0) keeps the centres and, with one draw per dot, every other one with the chance alpha: the control."""
-    evaluator = Evaluator(
-        evaluator.surface, d_link=0.8, seed=2, name="blob", moved_centre=False, every_patch=False
+    evaluator = PreparedSurface(
+        evaluator.surface,
+        d_link=0.8,
+        seed=2,
+        name="blob",
+        distance_from_moved_centre=False,
+        chance_in_every_patch=False,
     )
     combinations = [(alpha, 0, 0, 0) for alpha in (0.02, 0.05, 0.1, 0.2, 0.4)]
-    result = grids.run(evaluator, combinations, 200, 6, READINGS)
+    result = grids.evaluate_grid(evaluator, combinations, 200, 6, READINGS)
     table = tables.grid_table(result)
     ranges = tables.ranges_table(table, result, 2)
     found = centres_table(evaluator, table, ranges, 200, 6)
@@ -74,7 +79,9 @@ def test_a_sampling_without_roughness_is_explained_by_its_centres(evaluator):
 
 
 def test_a_combination_far_above_the_control_is_counted(evaluator):
-    result = grids.run(evaluator, law.grid([0.3, 0.9], [0.0], [0.0], [0.0]), 30, 3, READINGS)
+    result = grids.evaluate_grid(
+        evaluator, published.parameter_grid([0.3, 0.9], [0.0], [0.0], [0.0]), 30, 3, READINGS
+    )
     table = tables.grid_table(result)
     ranges = tables.ranges_table(table, result, 1)
     for shift, counted in ((50, "n_above"), (-50, "n_below")):

@@ -9,10 +9,10 @@ import pytest
 from conftest import ROOT
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.sampling import samplers
-from sparsurf.study.comparison.contestants import dotted
-from sparsurf.study.comparison.fewer import OF_ERROR, paired, times_fewer_intervals
+from sparsurf.study.comparison.equal_error import Z_MEASURES, factor_intervals, paired_differences
 from sparsurf.study.comparison.measuring import stand_alone
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.comparison.methods import dotted_surface
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -46,7 +46,7 @@ def table_of(raw):
 
 
 def test_a_difference_is_paired_by_test_dot(raw):
-    found = paired(raw, PERCENTS, ("Z as_written",)).set_index(["than", "sampler", "percent"])
+    found = paired_differences(raw, PERCENTS, ("Z as_written",)).set_index(["than", "sampler", "percent"])
     row = found.loc["uniform", "farthest", 10.0]
     wanted = estimate(raw["farthest", "Z as_written"][1] - raw["uniform", "Z as_written"][1])
     assert row["difference"] == pytest.approx(wanted.mean) and row["high"] == pytest.approx(wanted.high)
@@ -57,7 +57,7 @@ def test_a_difference_is_paired_by_test_dot(raw):
 
 def test_times_fewer_of_exact_curves(raw):
     # Z = f / sqrt(n): (4 / 3)^2 = 1.78 times fewer than uniform; the interval holds it
-    found = times_fewer_intervals(raw, table_of(raw), np.random.default_rng(1), resampled=200)
+    found = factor_intervals(raw, table_of(raw), np.random.default_rng(1), resampled=200)
     row = found[
         (found["measure"] == "Z as_written") & (found["than"] == "uniform") & (found["sampler"] == "farthest")
     ]
@@ -75,11 +75,11 @@ def test_times_fewer_of_exact_curves(raw):
 
 def test_a_measure_that_was_not_taken_has_no_times_fewer(raw):
     alone = {keys: values for keys, values in raw.items() if keys[1] == "Z centres"}
-    found = times_fewer_intervals(alone, table_of(alone), np.random.default_rng(1), resampled=20)
+    found = factor_intervals(alone, table_of(alone), np.random.default_rng(1), resampled=20)
     assert found["measure"].unique().tolist() == ["Z centres"]
     # two others than each of the two references, at every n_S
     assert len(found) == 2 * 2 * len(PERCENTS)
-    nothing = times_fewer_intervals({}, table_of(raw), np.random.default_rng(1))
+    nothing = factor_intervals({}, table_of(raw), np.random.default_rng(1))
     assert nothing.empty and list(nothing.columns) == list(found.columns)
 
 
@@ -91,11 +91,11 @@ def test_the_interval_of_times_fewer_holds_95_percent():
     raw = {
         (name, measure): np.array(f)[None, None] / np.sqrt(percents)[:, None, None]
         for name, f in dots.items()
-        for measure in OF_ERROR
+        for measure in Z_MEASURES
     }
     rows = [(measure, name, p, p) for name, measure in raw for p in percents]
     table = pd.DataFrame(rows, columns=["measure", "sampler", "percent", "n_S_percent"])
-    found = times_fewer_intervals(raw, table, np.random.default_rng(2), ("uniform",), 3000)
+    found = factor_intervals(raw, table, np.random.default_rng(2), ("uniform",), 3000)
     row = found[found["measure"] == "Z as_written"].set_index(["sampler", "percent"]).loc["farthest", 10.0]
     assert (row["factor"], row["low"], row["high"]) == pytest.approx((16 / 9, 16 / 25, 4.0))
 
@@ -103,7 +103,7 @@ def test_the_interval_of_times_fewer_holds_95_percent():
 def test_a_surface_is_dotted_with_the_wished_number():
     molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
     xyz, r = molecule.xyz[0], radii(molecule)
-    points, normals = dotted(xyz, r, 150, np.random.default_rng(0))
+    points, normals = dotted_surface(xyz, r, 150, np.random.default_rng(0))
     assert abs(len(points) - 150) <= 12
     gap = np.linalg.norm(points[:, None] - xyz, axis=2) - r
     assert (np.abs(gap).min(axis=1) < 1.5).all()  # turned back: on the molecule again
@@ -113,9 +113,9 @@ def test_a_surface_is_dotted_with_the_wished_number():
 def test_subsets_that_stand_alone():
     molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
     xyz, r = molecule.xyz[0], radii(molecule)
-    evaluator = Evaluator(molecular_surface(xyz, r), seed=1, name="piece")
+    evaluator = PreparedSurface(molecular_surface(xyz, r), seed=1, name="piece")
     drawers = {"uniform": lambda n, rng: samplers.uniform(evaluator, n, rng)}
-    table = stand_alone(evaluator, drawers, partial(dotted, xyz, r), (10.0, 40.0), 30, 2, (1.2, 1.6))
+    table = stand_alone(evaluator, drawers, partial(dotted_surface, xyz, r), (10.0, 40.0), 30, 2, (1.2, 1.6))
     assert table["sampler"].unique().tolist() == ["uniform", "dotted"] and len(table) == 8
     share = table[table["sampler"] == "uniform"].groupby("percent")["n_S_percent"].first()
     assert share.to_dict() == pytest.approx({10.0: 10.0, 40.0: 40.0}, rel=0.02)

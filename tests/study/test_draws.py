@@ -9,10 +9,10 @@ import pytest
 
 from sparsurf import InputError
 from sparsurf.streams import stream
-from sparsurf.study import grid, handing_out
+from sparsurf.study import grid, minimal_subset
 from sparsurf.study.comparison import measuring
-from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.minimal import minimal_subset
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.study.subset_search import find_subset
 
 COMBINATION = (0.5, 0.0, 0.0, 0.0)
 
@@ -20,7 +20,7 @@ COMBINATION = (0.5, 0.0, 0.0, 0.0)
 @pytest.fixture(scope="module")
 def evaluator(blob):
     points, normals = blob
-    return Evaluator(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
+    return PreparedSurface(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
 
 
 def test_draws_of_a_combination_differ_and_so_do_their_uniform_subsets(evaluator):
@@ -100,26 +100,26 @@ def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(evaluator):
 
 
 def test_all_dots_may_be_handed_out_but_not_more(evaluator):
-    kept, weight = minimal_subset(evaluator, "uniform", 3000)
+    kept, weight = find_subset(evaluator, "uniform", 3000)
     assert sorted(kept.tolist()) == list(range(3000)) and (weight == 1).all()
     with pytest.raises(InputError, match="blob has 3000 dots; give 1 to 3000"):
-        minimal_subset(evaluator, "uniform", 3001)
+        find_subset(evaluator, "uniform", 3001)
 
 
 def test_a_share_of_the_dots_is_one_dot_at_least():
-    assert [handing_out._size({"n_S_percent": p}, 300) for p in (0.01, 1)] == [1, 3]
-    assert handing_out._size({"n_S": 7}, 300) == 7 and handing_out._size({}, 300) is None
+    assert [minimal_subset._n_s({"n_S_percent": p}, 300) for p in (0.01, 1)] == [1, 3]
+    assert minimal_subset._n_s({"n_S": 7}, 300) == 7 and minimal_subset._n_s({}, 300) is None
 
 
 def test_a_wished_z_is_told_with_its_interval(evaluator, caplog):
     with caplog.at_level(logging.INFO, "sparsurf"):
-        minimal_subset(evaluator, "farthest", z=3.0, n_tests=20)
+        find_subset(evaluator, "farthest", z=3.0, n_tests=20)
     mean, low, high = map(float, re.search(r"Z = (.*) \(95 %: (.*) to (.*)\)", caplog.text).groups())
     assert low < mean < high
 
 
 def test_fragments_are_medians_over_draws_and_test_dots(evaluator):
-    found = grid.run(evaluator, [COMBINATION], 15, draws=3, readings=("as_coded",))
+    found = grid.evaluate_grid(evaluator, [COMBINATION], 15, draws=3, readings=("as_coded",))
     z_tot, _ = evaluator.describe(found.tests)
     for half in (0, 1):
         subsets = [evaluator.pair(COMBINATION, draw)[half] for draw in range(3)]
@@ -130,7 +130,9 @@ def test_fragments_are_medians_over_draws_and_test_dots(evaluator):
 @pytest.mark.parametrize(("shared", "told"), [(True, [30, 36]), (False, range(3, 37, 3))])
 def test_a_grid_tells_how_many_samplings_are_done(evaluator, shared, told):
     combinations, done = [(alpha, 0, 0, 0) for alpha in np.linspace(0.1, 1, 12)], []
-    grid.run(evaluator, combinations, 2, 3, ("as_coded",), shared, lambda *counts: done.append(counts))
+    grid.evaluate_grid(
+        evaluator, combinations, 2, 3, ("as_coded",), shared, lambda *counts: done.append(counts)
+    )
     assert done == [(count, 36) for count in told]  # 64 subsets go into a pass
 
 
@@ -138,7 +140,7 @@ def test_all_readings_of_many_subsets_are_those_of_each_alone(evaluator):
     rng = np.random.default_rng(0)
     subsets = [np.sort(rng.choice(3000, n, replace=False)) for n in rng.integers(300, 3000, 70)]
     tests = evaluator.draw_tests(4)
-    z_tot, found = evaluator.under(["as_written", "scaled", "as_coded"], subsets, tests)
+    z_tot, found = evaluator.distances_under(["as_written", "scaled", "as_coded"], subsets, tests)
     assert np.allclose(z_tot, evaluator.describe(tests)[0], atol=1e-12)
     assert set(found) == {"as_written", "scaled", "as_coded"}
     for reading, z in found.items():

@@ -13,9 +13,9 @@ from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import over_time
 from sparsurf.study import ensemble
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.residues import over_frames, residue_table
-from sparsurf.surfaces.molecular_surface import fitting_density, molecular_surface
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.residues import residue_table, roughness_over_frames
+from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
 from sparsurf.surfaces.radii import radii
 
 SETTINGS = {
@@ -23,7 +23,7 @@ SETTINGS = {
         "method": "analytic", "probe_radius": 1.4, "density": 6.0, "radii": "dms", "reentrant": "exact",
     },
     "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.6},
-    "sampling": {"moved_centre": True, "every_patch": True},
+    "sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True},
     "evaluation": {"readings": ["as_coded", "as_written"]},
     "ensemble": {"combination": [1.0, 0.0, 6.0, 0.0], "test_dots": 20, "draws": 2, "stride": 1},
     "seed": 3,
@@ -33,7 +33,7 @@ FRAMES = 7
 
 def followed(*arguments, **keys):
     """The table of all frames, followed in one part."""
-    return ensemble.gathered([ensemble.follow(*arguments, **keys)])
+    return ensemble.join_parts([ensemble.evaluate_frames(*arguments, **keys)])
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ def test_the_table_leaves_nothing_of_other_parts(molecule, table, tmp_path):
     folder.mkdir()
     rows = [folder / f"{k}of2.csv" for k in (1, 2)]
     for k, path in enumerate(rows, 1):
-        path.write_text(ensemble.follow(molecule, SETTINGS, "p", 1, tmp_path / "part", part=(k, 2)))
+        path.write_text(ensemble.evaluate_frames(molecule, SETTINGS, "p", 1, tmp_path / "part", part=(k, 2)))
     for name in ("1of3.csv", "2of3.csv.part", "1of2.csv.part"):
         (folder / name).write_text("")
     molecule.write_pdb(tmp_path / "own.pdb")
@@ -81,7 +81,7 @@ def test_the_table_leaves_nothing_of_other_parts(molecule, table, tmp_path):
 
 def test_a_row_is_what_the_parts_give(molecule, table):
     surface = molecular_surface(molecule.xyz[3], radii(molecule), density=6.0)
-    evaluator = Evaluator(surface, d_link=0.6, seed=3, name="p/f3")
+    evaluator = PreparedSurface(surface, d_link=0.6, seed=3, name="p/f3")
     row = table.iloc[3]
     assert row["N"] == len(surface) and row["area"] == surface.area.sum()
     assert row["mean_roughness"] == evaluator.roughness.mean()
@@ -100,9 +100,10 @@ def test_threads_change_no_bit(molecule, table, tmp_path):
 @pytest.mark.parametrize("n", [2, 3, 9])
 def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, tmp_path, n):
     """Seven frames; nine parts leave two without any."""
-    whole = ensemble.follow(molecule, SETTINGS, "p", 1, tmp_path / "whole")
+    whole = ensemble.evaluate_frames(molecule, SETTINGS, "p", 1, tmp_path / "whole")
     parts = [
-        ensemble.follow(molecule, SETTINGS, "p", 1, tmp_path / f"{k}", part=(k, n)) for k in range(1, n + 1)
+        ensemble.evaluate_frames(molecule, SETTINGS, "p", 1, tmp_path / f"{k}", part=(k, n))
+        for k in range(1, n + 1)
     ]
     assert "".join(parts) == whole and whole.count("\n") == FRAMES + 1
     assert sum(bool(part) for part in parts) == min(n, FRAMES)
@@ -111,7 +112,7 @@ def test_parts_gathered_are_the_whole_to_the_last_byte(molecule, tmp_path, n):
 def test_rows_of_another_part_are_not_taken_up_and_a_part_counts_its_own_frames(molecule, tmp_path):
     told = []
     for part in ((1, 2), (1, 7), (2, 2)):
-        text = ensemble.follow(
+        text = ensemble.evaluate_frames(
             molecule, SETTINGS, "p", 1, tmp_path / "part", part=part, progress=lambda *done: told.append(done)
         )
         if part == (1, 7):
@@ -123,7 +124,7 @@ def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule, tmp_pat
     auto = SETTINGS | {"surface": SETTINGS["surface"] | {"density": "auto"}}
     table = followed(molecule, auto, "p", 1, tmp_path / "part", part=(1, 1))
     own = radii(molecule)
-    density = fitting_density(molecule, 0, own, auto["surface"], 0.6, "p")
+    density = density_for_d_link(molecule, 0, own, auto["surface"], 0.6, "p")
     assert table["N"].tolist() == [len(molecular_surface(xyz, own, density=density)) for xyz in molecule.xyz]
 
 
@@ -131,7 +132,7 @@ def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule, tmp_pat
 def test_a_killed_run_is_taken_up_again(molecule, table, tmp_path, monkeypatch, cut):
     # two frames per write; killed after the third write, and the partial file cut anywhere at that
     path, done = tmp_path / "part", []
-    monkeypatch.setattr(ensemble, "CHUNK", 2)
+    monkeypatch.setattr(ensemble, "FRAMES_PER_WRITE", 2)
 
     def killed(count, of):
         if count >= 6:
@@ -160,7 +161,7 @@ def test_rows_of_other_settings_are_not_taken_up(molecule, tmp_path):
     part = tmp_path / "part"
     followed(molecule.frame(0), SETTINGS, "p", 1, part)
     mark = part.read_text().split("\n")[0] + "\n"
-    assert len(ensemble.rows_done(part, mark)[1]) == 1
+    assert len(ensemble.read_finished_rows(part, mark)[1]) == 1
     one = molecule.frame(0)
     other = SETTINGS | {"seed": 4}
     marks = {
@@ -222,19 +223,19 @@ def test_moving_mean_is_the_mean_of_its_window():
 
 
 def test_residues_of_a_frame_are_those_of_its_surface(molecule, table):
-    by_frame, over_time = ensemble.apart(table, molecule.residues)
+    by_frame, over_time = ensemble.split_residue_columns(table, molecule.residues)
     assert not [name for name in by_frame if name.startswith("residue")]
     assert over_time.columns.tolist() == ["frame", "time_ps", *(f"A:ALA{k}" for k in range(1, 5)), "B:ALA9"]
     surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
-    rough = Evaluator(surface, d_link=0.6).roughness
+    rough = PreparedSurface(surface, d_link=0.6).roughness
     expected = residue_table(surface, rough, molecule)["mean_roughness"]
     assert np.allclose(over_time.iloc[3, 2:].to_numpy(float), expected, atol=1e-12)
 
 
 def test_figure_of_the_residues_has_every_text_in_place(molecule, table, monkeypatch):
-    rows = ensemble.apart(table, molecule.residues)[1]
+    rows = ensemble.split_residue_columns(table, molecule.residues)[1]
     rows.iloc[2, 3] = np.nan  # buried for a while
-    residues = over_frames(molecule.residues, rows.iloc[:, 2:].to_numpy(float))
+    residues = roughness_over_frames(molecule.residues, rows.iloc[:, 2:].to_numpy(float))
     figure = over_time.residues_figure(rows, residues)
     texts = drawn_texts(figure, monkeypatch)
     words = [text for text, _ in texts]

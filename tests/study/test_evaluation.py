@@ -9,24 +9,24 @@ import pytest
 import evaluate_grid
 import naive
 from sparsurf import InputError
-from sparsurf.sampling import combination, law
+from sparsurf.sampling import combination, published
 from sparsurf.study import grid as grids
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.statistics import mean_and_error, references
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.statistics import mean_and_error, reference_values
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 
-GRID = law.grid([0.4, 1.0], [0, 0.5], [0, 4], [2])
+GRID = published.parameter_grid([0.4, 1.0], [0, 0.5], [0, 4], [2])
 
 
 def evaluator(blob, threads=1, name="blob", seed=42):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    return Evaluator(surface, d_link=0.8, seed=seed, name=name, threads=threads)
+    return PreparedSurface(surface, d_link=0.8, seed=seed, name=name, threads=threads)
 
 
 @pytest.fixture(scope="module")
 def grid(blob):
-    return grids.run(evaluator(blob), GRID, 30, 2)
+    return grids.evaluate_grid(evaluator(blob), GRID, 30, 2)
 
 
 def test_distances_equal_the_plain_method(blob, grid):
@@ -51,9 +51,9 @@ def test_distances_equal_the_plain_method(blob, grid):
 @pytest.mark.parametrize("shared", [True, False])
 def test_cores_and_order_change_nothing(blob, shared):
     # bit-identical: the combination in another order and company, with two threads
-    one = grids.run(evaluator(blob), GRID, 20, 2, shared=shared)
-    two = grids.run(evaluator(blob, threads=2), GRID, 20, 2, shared=shared)
-    back = grids.run(evaluator(blob, threads=2), GRID[::-1], 20, 2, shared=shared)
+    one = grids.evaluate_grid(evaluator(blob), GRID, 20, 2, shared=shared)
+    two = grids.evaluate_grid(evaluator(blob, threads=2), GRID, 20, 2, shared=shared)
+    back = grids.evaluate_grid(evaluator(blob, threads=2), GRID[::-1], 20, 2, shared=shared)
     assert np.array_equal(one.z_ts, two.z_ts) and np.array_equal(one.z_tr, two.z_tr)
     assert np.array_equal(one.n_s, back.n_s[::-1])
     assert np.allclose(one.z_ts, back.z_ts[:, ::-1], rtol=1e-6)
@@ -74,17 +74,17 @@ def test_another_seed_or_conformation_draws_anew(blob):
 
 def test_keeping_everything_costs_nothing(blob):
     # alpha 1, all exponents 0 keeps every covered dot; as written the few uncovered ones are all that is missing
-    grid = grids.run(evaluator(blob), np.array([[1.0, 0, 0, 0]]), 40)
+    grid = grids.evaluate_grid(evaluator(blob), np.array([[1.0, 0, 0, 0]]), 40)
     assert grid.n_s[0, 0] > 2900
     assert grid.z_ts[1].mean() < 0.05
 
 
 def test_fresh_test_dots_differ_between_combinations(blob):
-    grid = grids.run(evaluator(blob), GRID, 20, shared=False)
+    grid = grids.evaluate_grid(evaluator(blob), GRID, 20, shared=False)
     assert grid.tests.shape == (len(GRID), 20)
     assert not np.array_equal(grid.tests[0], grid.tests[1])
     # the references, which need descriptors of one set of dots, are the same either way
-    assert np.allclose(grid.z_tot, grids.run(evaluator(blob), GRID[:1], 20).z_tot)
+    assert np.allclose(grid.z_tot, grids.evaluate_grid(evaluator(blob), GRID[:1], 20).z_tot)
 
 
 @pytest.mark.parametrize(("shared", "shape"), [(True, (5,)), (False, (2, 5))])
@@ -99,9 +99,9 @@ def test_the_config_says_whether_combinations_share_their_test_dots(blob, tmp_pa
         "evaluation": {"test_dots": 5, "draws": 1, "readings": ["as_coded"], "shared_test_dots": shared},
         "seed": 1,
     }
-    settings["sampling"] |= {"moved_centre": True, "every_patch": True}
+    settings["sampling"] |= {"distance_from_moved_centre": True, "chance_in_every_patch": True}
     evaluate_grid.main(inputs, outputs, settings, "p/c1", 1)
-    assert grids.load(outputs["distances"]).tests.shape == shape
+    assert grids.read_grid(outputs["distances"]).tests.shape == shape
     assert pd.read_csv(outputs["grid"])[["alpha", "beta", "gamma", "delta"]].to_numpy().tolist() == [
         [0.5, 0, 2, 4],
         [1.0, 0, 2, 4],
@@ -110,27 +110,27 @@ def test_the_config_says_whether_combinations_share_their_test_dots(blob, tmp_pa
 
 def test_grid_survives_the_disk(grid, tmp_path):
     for name in ("a.npz", "b.npz"):
-        grids.save(tmp_path / name, grid)
-    back = grids.load(tmp_path / "a.npz")
+        grids.write_grid(tmp_path / name, grid)
+    back = grids.read_grid(tmp_path / "a.npz")
     assert back.readings == grid.readings and back.n_dots == grid.n_dots
     assert np.array_equal(back.z_ts, grid.z_ts)
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     (tmp_path / "a.npz").write_bytes((tmp_path / "b.npz").read_bytes()[:1000])  # of a disk that was full
-    with pytest.raises(InputError, match=r"a.npz is damaged \(.*\): delete it, it is made again.$"):
-        grids.load(tmp_path / "a.npz")
+    with pytest.raises(InputError, match=r"a.npz is damaged \(.*\): delete it, it will be computed again.$"):
+        grids.read_grid(tmp_path / "a.npz")
 
 
 def test_references_of_two_opposite_vectors():
     z = np.zeros((2, 121))
     z[:, 0] = [1.0, 3.0]
-    assert references(z) == {"empty_patch": 2.0, "null_model": 1.0, "two_patches": 2.0}
+    assert reference_values(z) == {"empty_patch": 2.0, "null_model": 1.0, "two_patches": 2.0}
 
 
 def test_references_of_a1(a1):
     # over 2000 test dots the s.e. of |z_tot| is 0.05 and of the null model 0.02
-    surface = Evaluator(a1, seed=5, name="a1", threads=2)
+    surface = PreparedSurface(a1, seed=5, name="a1", threads=2)
     z_tot, _ = surface.describe(surface.draw_tests(2000))
-    sticks = references(z_tot)
+    sticks = reference_values(z_tot)
     assert sticks["empty_patch"] == pytest.approx(9.61, abs=0.15)
     assert sticks["null_model"] == pytest.approx(1.54, abs=0.1)
     assert sticks["two_patches"] == pytest.approx(2.17, abs=0.15)
@@ -140,7 +140,7 @@ def test_published_rows_of_a1(a1, shared):
     # reference: 40 replicates of 100 test dots. With 1500 shared test dots and 4 draws our error is about that of
     # the reference's mean; 5 % of the value or 3 joint standard errors
     rows = combination.PUBLISHED_ROWS
-    grid = grids.run(Evaluator(a1, seed=1, name="a1", threads=2), rows, 1500, 4)
+    grid = grids.evaluate_grid(PreparedSurface(a1, seed=1, name="a1", threads=2), rows, 1500, 4)
     n_s = 100 * grid.n_s.mean(axis=1) / 20045
     assert np.allclose(n_s, [12.4, 21.3, 26.0, 37.3, 45.7, 53.4, 61.4, 74.0, 83.4, 97.1], atol=0.6)
     d, error = mean_and_error(grid.z_tr.astype(float) - grid.z_ts)

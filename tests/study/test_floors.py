@@ -19,10 +19,10 @@ from sparsurf.patches.descriptors import describe
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.enough import FEWEST, Trials, enough_dots
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.floors import floors, frames_apart, turning
-from sparsurf.study.minimal import smallest_recovered
+from sparsurf.study.floors import frames_at_gaps, noise_floors, random_rotation
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.required_dots import MIN_DOTS, Trials, required_dots
+from sparsurf.study.subset_search import smallest_recovered_subset
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 
@@ -38,12 +38,12 @@ def lay(xyz):
 
 @pytest.fixture(scope="module")
 def evaluator():
-    return Evaluator(lay(ATOMS), seed=3, name="seven atoms")
+    return PreparedSurface(lay(ATOMS), seed=3, name="seven atoms")
 
 
 @pytest.fixture(scope="module")
 def table(evaluator):
-    return floors(
+    return noise_floors(
         evaluator, 60, lay, ATOMS, {1.0: [ATOMS + np.array([0, 0, 4.0])], 20.0: [ATOMS * 1.1]}
     ).set_index("floor")
 
@@ -59,36 +59,36 @@ def test_floors_grow_with_what_changes(table):
 
 
 def test_a_study_of_many_proteins_may_draw_fewer(evaluator):
-    few = floors(evaluator, 20, lay, ATOMS, moved=(), draws=2)
+    few = noise_floors(evaluator, 20, lay, ATOMS, moved=(), draws=2)
     assert few["draws"].tolist() == [2, 2] and few["floor"].tolist() == ["fresh dots", "turned"]
 
 
 def test_the_same_dots_cost_nothing(evaluator):
-    z = floors(evaluator, 40, lambda xyz: evaluator.surface, ATOMS).set_index("floor")["Z"]
+    z = noise_floors(evaluator, 40, lambda xyz: evaluator.surface, ATOMS).set_index("floor")["Z"]
     assert z["atoms moved 0.1 Å"] == pytest.approx(0, abs=1e-9)  # nothing moved
 
 
 def test_atoms_are_moved_by_the_rms_that_is_named(evaluator):
     places = []
-    floors(evaluator, 5, lambda xyz: places.append(xyz) or evaluator.surface, ATOMS, moved=(0.1, 3.0))
+    noise_floors(evaluator, 5, lambda xyz: places.append(xyz) or evaluator.surface, ATOMS, moved=(0.1, 3.0))
     rms = [np.sqrt(((xyz - ATOMS) ** 2).sum(axis=1).mean()) for xyz in places[10:]]
     assert np.mean(rms[:3]) == pytest.approx(0.1, rel=0.2)  # 21 atoms, 63 numbers: 9 % of scatter
     assert np.mean(rms[3:]) == pytest.approx(3.0, rel=0.2)
 
 
 def test_a_ready_surface_has_the_floors_of_its_dots(evaluator, table):
-    z = floors(evaluator, 60).set_index("floor")["Z"]
+    z = noise_floors(evaluator, 60).set_index("floor")["Z"]
     assert list(z.index) == ["fresh dots", "turned"]
     assert z["fresh dots"] == pytest.approx(table.loc["fresh dots", "Z"], rel=0.3)
 
 
 def test_frames_so_far_apart_are_found_and_superposed():
-    times, turn = np.array([0.0, 1, 2, 21]), turning(np.random.default_rng(0))
+    times, turn = np.array([0.0, 1, 2, 21]), random_rotation(np.random.default_rng(0))
     frames = np.array([ATOMS, ATOMS @ turn + 3, ATOMS, ATOMS * 1.01])
-    found = frames_apart(SimpleNamespace(xyz=frames, time_ps=times), ATOMS, 1.0)
+    found = frames_at_gaps(SimpleNamespace(xyz=frames, time_ps=times), ATOMS, 1.0)
     assert {gap: len(places) for gap, places in found.items()} == {1.0: 2, 20.0: 1}
     assert found[1.0][0] == pytest.approx(ATOMS, abs=1e-9)
-    turned = frames_apart(SimpleNamespace(xyz=frames, time_ps=times), ATOMS, 0.0)
+    turned = frames_at_gaps(SimpleNamespace(xyz=frames, time_ps=times), ATOMS, 0.0)
     assert turned[1.0][0] == pytest.approx(ATOMS, abs=1e-9)  # superposed
 
 
@@ -106,12 +106,12 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
 
     monkeypatch.setattr(measure_floors, "read_molecule", noted)
     monkeypatch.setattr(
-        "sparsurf.surfaces.molecular_surface.fitting_density", lambda *_, tell: told.append(tell) or 1.0
+        "sparsurf.surfaces.molecular_surface.density_for_d_link", lambda *_, tell: told.append(tell) or 1.0
     )
     found = measure_floors._with_atoms(inputs, {"radii": "dms"}, 0.5, part, "tdp43/c1")
     assert told == [False]  # where the surface was made, it was
     assert seen[0].frame_number.tolist() == [0, 30, 49, 50, 51, 70, 150]
-    apart = frames_apart(whole, found["atoms"], 50.0)
+    apart = frames_at_gaps(whole, found["atoms"], 50.0)
     assert list(found["frames"]) == [1.0, 20.0, 100.0] and [*map(len, apart.values())] == [2, 2, 1]
     for gap, places in apart.items():
         assert np.array_equal(places, found["frames"][gap])
@@ -120,7 +120,7 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
 def test_neighbours_that_a_trajectory_has_not_are_no_warning(tmp_path, monkeypatch, caplog):
     path, part = ROOT / "data" / "tdp43", {"residues": "209-212"}
     frames = mdtraj.load(str(path / "trajectory.xtc"), top=str(path / "topology.pdb"))[[3, 500]]
-    monkeypatch.setattr("sparsurf.surfaces.molecular_surface.fitting_density", lambda *_, tell: 1.0)
+    monkeypatch.setattr("sparsurf.surfaces.molecular_surface.density_for_d_link", lambda *_, tell: 1.0)
     read_molecule(path / "topology.pdb", **part).write_pdb(tmp_path / "own.pdb", 0)
     inputs = {"structure": path / "topology.pdb", "own": tmp_path / "own.pdb"}
     for ending, time, known in (("xtc", "500.0", {}), ("dcd", "", None)):  # a DCD tells no times
@@ -133,7 +133,7 @@ def test_neighbours_that_a_trajectory_has_not_are_no_warning(tmp_path, monkeypat
 
 
 def test_turnings_are_rotations():
-    turns = [turning(np.random.default_rng(k)) for k in range(300)]
+    turns = [random_rotation(np.random.default_rng(k)) for k in range(300)]
     assert all(np.allclose(t @ t.T, np.eye(3)) and np.linalg.det(t) > 0 for t in turns)
     assert np.abs(np.mean(turns, axis=0)).max() < 0.12  # no direction is favoured
 
@@ -141,19 +141,19 @@ def test_turnings_are_rotations():
 def test_enough_is_where_the_curve_meets_the_floor(evaluator, table):
     wanted = table.reset_index()
     trials = Trials(evaluator, "farthest", 60)
-    enough = enough_dots(trials, wanted)
+    enough = required_dots(trials, wanted)
     by = enough.set_index(["floor", "reading"])
     assert by.loc[("fresh dots", "recovered"), "n_S"] < by.loc[("fresh dots", "as_written"), "n_S"]
     one = by.loc[("turned", "recovered")]
-    dots = smallest_recovered(trials, wanted, "turned")
-    assert FEWEST <= len(dots) <= 1.2 * one["n_S"]
+    dots = smallest_recovered_subset(trials, wanted, "turned")
+    assert MIN_DOTS <= len(dots) <= 1.2 * one["n_S"]
     tests = evaluator.draw_tests(60)
     z, _ = evaluator.distances([dots], tests, evaluator.describe(tests)[0], "recovered")
     assert z.mean() <= table.loc["turned", "Z"] + 1.96 * np.hypot(
         z.std(ddof=1) / 60**0.5, table.loc["turned", "se"]
     )
     with pytest.raises(InputError, match="seven atoms has fresh dots"):
-        smallest_recovered(trials, wanted, "no such floor")
+        smallest_recovered_subset(trials, wanted, "no such floor")
 
 
 def test_the_handed_out_dots_need_nothing_else(evaluator, tmp_path, monkeypatch):

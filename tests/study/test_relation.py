@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sparsurf.sampling.combination import PARAMETERS, Combination, joined
-from sparsurf.study.relation import changes, correlations, relation, rho_interval
+from sparsurf.sampling.combination import PARAMETERS, Combination, join_combinations
+from sparsurf.study.relation import relate_to_roughness, rho_interval, roughness_correlations, winner_changes
 
 A, B, C = "a", "b", "c"
 
@@ -20,28 +20,30 @@ A, B, C = "a", "b", "c"
     ],
 )
 def test_winners_are_apart_only_if_each_lies_outside_the_plateau_of_the_other(plateaus, apart):
-    found = changes(np.array([0.5, 0.505]), [A, B], plateaus)
+    found = winner_changes(np.array([0.5, 0.505]), [A, B], plateaus)
     assert found == {"n_pairs": 1, "n_changes": 1, "n_told_apart": apart}
 
 
 def test_only_surfaces_within_a_hundredth_are_equally_rough():
-    found = changes(np.array([0.5, 0.509, 0.518, 0.53]), [A, B, B, C], [[A], [B], [B], [C]])
+    found = winner_changes(np.array([0.5, 0.509, 0.518, 0.53]), [A, B, B, C], [[A], [B], [B], [C]])
     assert found == {"n_pairs": 2, "n_changes": 1, "n_told_apart": 1}
 
 
 def rows(winners, plateaus):
     """Rows of a summary: surfaces of mean roughness .50, .51, ..., combinations by their gamma."""
     table = pd.DataFrame([Combination(1, 0, gamma, 0) for gamma in winners], columns=PARAMETERS)
-    table["best_set"] = [joined(Combination(1, 0, gamma, 0) for gamma in each) for each in plateaus]
+    table["best_set"] = [
+        join_combinations(Combination(1, 0, gamma, 0) for gamma in each) for each in plateaus
+    ]
     table["protein"], table["mean_roughness"] = "p", 0.5 + 0.02 * np.arange(len(winners))
     return table.assign(d=1.0, d_held_out=1.0, d_from_near=1.0, d_from_far=0.5, d_from_all=1.0)
 
 
 def test_shared_is_what_lies_in_most_plateaus_and_of_those_what_wins_most_often():
     rng = np.random.default_rng(0)
-    found = relation(rows([1, 2, 2], [[1, 3], [2, 3], [2, 3]]), rng)
+    found = relate_to_roughness(rows([1, 2, 2], [[1, 3], [2, 3], [2, 3]]), rng)
     assert (found["shared"], found["n_shared"]) == ("(1, 0, 3, 0)", 3)
-    found = relation(rows([1, 2, 2], [[1, 2, 3], [1, 2, 3], [3, 2, 1]]), rng)
+    found = relate_to_roughness(rows([1, 2, 2], [[1, 2, 3], [1, 2, 3], [3, 2, 1]]), rng)
     assert (found["shared"], found["n_shared"]) == ("(1, 0, 2, 0)", 3)
     assert found["n_winners"] == 2
 
@@ -63,4 +65,4 @@ def test_the_interval_of_rho_has_the_width_of_bonett_and_wright():
 
 def test_all_orders_of_six_surfaces_are_taken():
     values = np.repeat(np.arange(6.0)[:, None], 4, axis=1)
-    assert correlations(np.arange(6.0), values, None)["p"] == pytest.approx(2 / 720)
+    assert roughness_correlations(np.arange(6.0), values, None)["p"] == pytest.approx(2 / 720)

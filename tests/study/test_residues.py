@@ -15,7 +15,7 @@ from peptides import peptide, write
 from sparsurf.molecules.mmcif import write_mmcif
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import render
-from sparsurf.study.residues import over_frames, residue_table
+from sparsurf.study.residues import residue_table, roughness_over_frames
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -100,7 +100,7 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
         "minimal.csv",
         "minimal.bild",
     }  # which stand beside them
-    low, high = render.ROUGH
+    low, high = render.ROUGHNESS_LIMITS
     assert f"structure, {low}, {high}" in outputs["pml"].read_text()
     assert f"range {low},{high}" in outputs["cxc"].read_text()
     for kind in ("pdb", "cif"):
@@ -149,7 +149,7 @@ def test_other_programs_read_the_numbers_at_the_atoms(molecule, tmp_path, kind):
 def test_spread_over_frames():
     residues = pd.DataFrame({"chain": "A", "residue": ["1", "2", "3"], "residue_name": "ALA"})
     values = np.array([[0.2, 0.5, np.nan], [0.4, np.nan, np.nan], [0.9, 0.7, np.nan]])
-    table = over_frames(residues, values)
+    table = roughness_over_frames(residues, values)
     assert table["mean_roughness"][:2].tolist() == pytest.approx([0.5, 0.6])
     assert table["sd_roughness"][0] == pytest.approx(np.sqrt((0.09 + 0.01 + 0.16) / 2))
     assert table["least_roughness"][:2].tolist() == [0.2, 0.5]

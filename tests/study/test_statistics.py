@@ -6,7 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import t as student
 
-from sparsurf.study.statistics import estimate, held_out, mean_and_error, mean_interval, winners_outside
+from sparsurf.study.statistics import (
+    cross_validated,
+    estimate,
+    mean_and_error,
+    mean_interval,
+    winners_outside,
+)
 
 
 def two_way(rng, shape, tests, draws, rest):
@@ -98,7 +104,7 @@ def test_held_out_values_did_not_choose():
             others = x[:, np.arange(4) % 2 != d % 2][:, :, np.arange(6) % 3 != t % 3]
             assert chosen[d, t] == others.sum(axis=(1, 2)).argmax()
             values.append(x[chosen[d, t], d, t])
-    assert held_out(x, (2, 3)).mean == pytest.approx(np.mean(values))
+    assert cross_validated(x, (2, 3)).mean == pytest.approx(np.mean(values))
 
 
 def test_draws_are_dealt_into_three_folds_and_test_dots_into_five():
@@ -114,7 +120,7 @@ def test_held_out_with_one_draw_deals_test_dots():
         chosen[0, 0] == x[:, 0, 1::2].sum(axis=1).argmax()
         and chosen[0, 1] == x[:, 0, ::2].sum(axis=1).argmax()
     )
-    assert held_out(x, (3, 2)).df == 3
+    assert cross_validated(x, (3, 2)).df == 3
 
 
 def test_error_of_a_certain_winner_by_hand():
@@ -122,7 +128,7 @@ def test_error_of_a_certain_winner_by_hand():
     x = np.random.default_rng(8).normal(size=(4, 3, 10))
     x[2] += 50
     tests, draws = 3 * x[2].mean(axis=0).var(ddof=1), 10 * x[2].mean(axis=1).var(ddof=1)
-    found = held_out(x)
+    found = cross_validated(x)
     assert found.mean == pytest.approx(x[2].mean()) and found.error == pytest.approx(
         np.sqrt((tests + draws) / 30)
     )
@@ -135,7 +141,7 @@ def test_held_out_is_free_of_selection_bias_and_covers():
     best, held, covered = [], [], []
     for _ in range(300):
         x = two_way(rng, (30, 6, 60), 0, 0.15, 1.0) + two_way(rng, (1, 1, 60), 1.0, 0, 0)
-        found = held_out(x)
+        found = cross_validated(x)
         best.append(x.mean(axis=(1, 2)).max())
         held.append(found.mean)
         covered.append(found.low <= 0 <= found.high)

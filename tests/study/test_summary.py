@@ -7,9 +7,9 @@ from itertools import permutations
 import numpy as np
 import pandas as pd
 import pytest
+import summarise_run
 from scipy.stats import spearmanr
 
-import summarise_run
 from conftest import ROOT, make_blob
 from drawn import drawn_texts
 from sparsurf import InputError
@@ -22,15 +22,21 @@ from sparsurf.recovery.readings import READINGS
 from sparsurf.report import recommendation
 from sparsurf.report.figures import layout, summary_figures
 from sparsurf.report.summary_page import by_chance, summary_page
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.study import summary, tables
 from sparsurf.study.grid import Grid
-from sparsurf.study.relation import correlations, mean_interval, one_each, relation, rho_interval
+from sparsurf.study.relation import (
+    mean_interval,
+    protein_means,
+    relate_to_roughness,
+    rho_interval,
+    roughness_correlations,
+)
 from sparsurf.surfaces.formats.npz import read_npz, write_npz
 from sparsurf.surfaces.surface import Surface
 
-COMBINATIONS = law.grid([0.5, 1], [0], [0, 1, 2, 3, 4, 5], [0])
+COMBINATIONS = published.parameter_grid([0.5, 1], [0], [0, 1, 2, 3, 4, 5], [0])
 PATCHES = {"R_patch": 4.0, "D_link": 0.5}
 
 
@@ -57,7 +63,7 @@ def result(name, rough, gamma, seed=0, noise=0.3, combinations=COMBINATIONS):
     )
     table = tables.grid_table(grid)
     protein, conformation = name.split("/")
-    ranges, best = tables.ranges_table(table, grid, 3), tables.best(table, grid, 20)
+    ranges, best = tables.ranges_table(table, grid, 3), tables.best_combinations(table, grid, 20)
     return summary.Result(protein, conformation, 1000, 250.0, 0.37, rough, table, ranges, best)
 
 
@@ -135,7 +141,7 @@ def test_choices_of_others_equal_the_plain_way():
             score = sum(o.grid["d_as_coded"] for o in group)[inside]
             assert guesses[s, 2, g] == one.grid["d_as_coded"][score.idxmax()]
         score = (one.grid["d_as_coded"] + others[0].grid["d_as_coded"] + others[1].grid["d_as_coded"])[inside]
-        assert local[s, 2] == str(Combination.of(one.grid.loc[score.idxmax()]))
+        assert local[s, 2] == str(Combination.from_row(one.grid.loc[score.idxmax()]))
 
 
 def test_what_too_few_surfaces_cannot_tell():
@@ -155,7 +161,7 @@ def test_conformations_of_other_grids_are_refused():
 def test_rank_correlation_is_spearmans():
     rng = np.random.default_rng(1)
     rough, values = rng.random(9), rng.integers(0, 3, (9, 4)).astype(float)
-    found = correlations(rough, values, rng)
+    found = roughness_correlations(rough, values, rng)
     for k, name in enumerate(PARAMETERS):
         assert found[f"rho_{name}"] == pytest.approx(spearmanr(rough, values[:, k]).statistic)
 
@@ -163,7 +169,7 @@ def test_rank_correlation_is_spearmans():
 def test_p_of_five_surfaces_counts_all_orders():
     rough = np.array([0.5, 0.52, 0.55, 0.58, 0.6])
     values = np.column_stack([[1, 2, 3, 5, 4], [0, 0, 1, 0, 1], np.ones(5), np.ones(5)]).astype(float)
-    found = correlations(rough, values, np.random.default_rng(0))
+    found = roughness_correlations(rough, values, np.random.default_rng(0))
     seen = max(abs(spearmanr(rough, values[:, k]).statistic) for k in (0, 1))
     as_large = [
         max(abs(spearmanr(rough[list(order)], values[:, k]).statistic) for k in (0, 1)) >= seen - 1e-12
@@ -176,7 +182,7 @@ def test_p_of_five_surfaces_counts_all_orders():
 def test_p_is_below_five_percent_five_times_in_a_hundred():
     # of unrelated numbers; binomial, 400 trials: 0.05 +- 0.011, three of these allowed
     rng = np.random.default_rng(2)
-    p = [correlations(rng.random(7), rng.random((7, 4)), rng)["p"] for _ in range(400)]
+    p = [roughness_correlations(rng.random(7), rng.random((7, 4)), rng)["p"] for _ in range(400)]
     assert np.mean(np.array(p) < 0.05) == pytest.approx(0.05, abs=0.033)
 
 
@@ -209,10 +215,10 @@ def test_conformations_of_one_protein_count_once():
     roughs = [0.5, 0.501, 0.502, 0.55, 0.551, 0.552, 0.6, 0.601, 0.602]
     table = run_of(study(lambda r, s: (r - 0.5) * 50, roughs, names))["summary"]
     rows = table[(table["reading"] == "as_coded") & (table["range"] == 3)]
-    found = relation(rows, np.random.default_rng(0))
+    found = relate_to_roughness(rows, np.random.default_rng(0))
     assert found["n_surfaces"] == 9 and found["n_proteins"] == 3
     assert found["p"] == pytest.approx(2 / 6)  # two of the six orders of three proteins
-    alone = relation(rows.assign(protein="a"), np.random.default_rng(0))
+    alone = relate_to_roughness(rows.assign(protein="a"), np.random.default_rng(0))
     assert alone["n_proteins"] == 1  # nine frames of one protein give neither a p nor an interval
     assert np.isnan(
         [alone[key] for key in ("p", "rho_gamma", "rho_gamma_low", "gain_low", "gain_high")]
@@ -230,25 +236,27 @@ def test_frames_of_one_protein_do_not_make_a_small_p():
         )
         for name in ("alpha", "beta", "delta", "d", "d_held_out", "d_from_near", "d_from_far", "d_from_all"):
             table[name] = 0.0
-        proteins = one_each(table)
+        proteins = protein_means(table)
         small += (
-            correlations(proteins["mean_roughness"].to_numpy(), proteins[PARAMETERS].to_numpy(), rng)["p"]
+            roughness_correlations(
+                proteins["mean_roughness"].to_numpy(), proteins[PARAMETERS].to_numpy(), rng
+            )["p"]
             < 0.05
         )
-        as_frames += correlations(rough, table[PARAMETERS].to_numpy(), rng)["p"] < 0.05
+        as_frames += roughness_correlations(rough, table[PARAMETERS].to_numpy(), rng)["p"] < 0.05
     assert small <= 11 and as_frames > 30
 
 
 def test_changes_between_equally_rough_surfaces_are_counted():
     table = run_of(study(lambda r, s: [0, 0, 5, 2][s], [0.5, 0.502, 0.504, 0.6]))["summary"]
     rows = table[(table["reading"] == "as_coded") & (table["range"] == 3)]
-    found = relation(rows, np.random.default_rng(0))
+    found = relate_to_roughness(rows, np.random.default_rng(0))
     assert (found["n_pairs"], found["n_changes"], found["n_told_apart"]) == (3, 2, 2)
 
 
 def reasons_of(run, roughness=0.55):
     rows = recommendation.rows_for(run["summary"], "as_coded", 18)
-    return list(recommendation.reasons(rows, relation(rows, np.random.default_rng(0)), roughness))
+    return list(recommendation.reasons(rows, relate_to_roughness(rows, np.random.default_rng(0)), roughness))
 
 
 def test_a_relation_is_found_and_used(related):

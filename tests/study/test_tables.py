@@ -12,7 +12,7 @@ from sparsurf.report.page import render
 from sparsurf.report.ranges_page import ranges_page
 from sparsurf.sampling.combination import Combination
 from sparsurf.study import tables
-from sparsurf.study.grid import Grid, save
+from sparsurf.study.grid import Grid, write_grid
 
 
 def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
@@ -91,15 +91,15 @@ def test_held_out_value_is_free_of_selection_bias():
 def test_best_is_sought_at_alpha_one_and_under_the_maximum():
     combos = [[0.5, 0, 0, 0], [1, 0, 2, 0], [1, 0, 4, 0]]
     grid = made_up([3.0, 1.0, 2.0], [5, 30, 40], combinations=combos)
-    best = tables.best(tables.grid_table(grid), grid, 35)
-    assert str(Combination.of(best["as_coded"]["unrestricted"])) == "(1, 0, 4, 0)"
-    assert str(Combination.of(best["as_coded"]["under_max_n_S"])) == "(0.5, 0, 0, 0)"
+    best = tables.best_combinations(tables.grid_table(grid), grid, 35)
+    assert str(Combination.from_row(best["as_coded"]["unrestricted"])) == "(1, 0, 4, 0)"
+    assert str(Combination.from_row(best["as_coded"]["under_max_n_S"])) == "(0.5, 0, 0, 0)"
     assert [best["as_coded"][key]["n_combinations"] for key in ("unrestricted", "under_max_n_S")] == [2, 2]
 
 
 def test_an_answer_is_given_when_nothing_is_that_small():
     grid = made_up([1.0], [30])
-    best = tables.best(tables.grid_table(grid), grid, 2)
+    best = tables.best_combinations(tables.grid_table(grid), grid, 2)
     answer = best["as_coded"]["under_max_n_S"]["answer"]
     assert "No combination of the grid keeps 2 % of the dots or fewer; the smallest n_S is 30.00 %" in answer
 
@@ -107,7 +107,7 @@ def test_an_answer_is_given_when_nothing_is_that_small():
 def test_the_page_holds_every_range():
     grid = made_up(np.arange(7.0), [2.0, 5, 5.1, 22, 30, 71, 100])
     table = tables.grid_table(grid)
-    ranges, best = tables.ranges_table(table, grid, 10), tables.best(table, grid, 20)
+    ranges, best = tables.ranges_table(table, grid, 10), tables.best_combinations(table, grid, 20)
     page = ranges_page("p/c1", ranges, best, best["references"])
     (rows,) = page["tables"].values()
     assert [row[0] for row in rows] == [
@@ -119,7 +119,7 @@ def test_the_page_holds_every_range():
 def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
     grid = made_up([-1.0, 0.0, 2.0], [10.0, 50.0, 90.0], tests=100, noise=0.5)
     table = tables.grid_table(grid)
-    best = tables.best(table, grid, 20)
+    best = tables.best_combinations(table, grid, 20)
     ranges = tables.ranges_table(table, grid, 3).assign(Z_tS=[3.0, 2.0, 1.0])
     page = ranges_page("p/c1", ranges, best, best["references"] | {"null_model": 2.0})
     assert page["counts"]["as_coded"] == {"n": 3, "above": 1, "below": 1, "above_null": 1}
@@ -132,7 +132,7 @@ def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
 
 def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(tmp_path):
     own = made_up([2.0, 3, 1], [5, 30, 90], draws=1, noise=0.1)
-    save(tmp_path / "distances.npz", own)
+    write_grid(tmp_path / "distances.npz", own)
     tables.grid_table(own).to_csv(tmp_path / "grid.csv", index=False)
     floors = pd.DataFrame({"floor": ["turned", "fresh dots"], "Z": [0.75, 0.5]})
     floors.to_csv(tmp_path / "floors.csv", index=False)

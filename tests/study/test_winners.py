@@ -9,7 +9,7 @@ from scipy.stats import t as student
 from sparsurf.study import tables
 from sparsurf.study.best_set import best_set
 from sparsurf.study.statistics import estimate
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.tables import range_index, range_limits
 
 TESTS = 400
 
@@ -17,8 +17,8 @@ TESTS = 400
 def test_a_limit_belongs_to_the_range_above_it_and_the_largest_value_to_the_last():
     limits = range_limits([0.0, 3.0, 30.0], 3)
     assert limits.tolist() == [0, 10, 20, 30]
-    assert range_of([0, 9.999, 10, 19.999, 20, 30], limits).tolist() == [0, 0, 1, 1, 2, 2]
-    assert range_of([0, 29.9, 30, 31], limits, closed=False).tolist() == [0, 2, 3, 3]
+    assert range_index([0, 9.999, 10, 19.999, 20, 30], limits).tolist() == [0, 0, 1, 1, 2, 2]
+    assert range_index([0, 29.9, 30, 31], limits, closed=False).tolist() == [0, 2, 3, 3]
 
 
 def test_the_table_of_the_grid_has_students_intervals_of_every_mean():
@@ -68,13 +68,13 @@ def grid_of(d, percent, alpha):
 
 
 def test_a_combination_that_keeps_just_the_maximum_may_win():
-    best = tables.best(*grid_of([1.0, 2.0, 3.0], [10, 20, 20.1], [1, 1, 1]), 20)["as_coded"]
+    best = tables.best_combinations(*grid_of([1.0, 2.0, 3.0], [10, 20, 20.1], [1, 1, 1]), 20)["as_coded"]
     assert best["under_max_n_S"]["gamma"] == 1
     assert best["unrestricted"]["gamma"] == 2
 
 
 def test_the_largest_alpha_of_the_grid_need_not_be_one():
-    best = tables.best(*grid_of([9.0, 1.0, 2.0], [10, 20, 30], [0.4, 0.8, 0.8]), 100)["as_coded"]
+    best = tables.best_combinations(*grid_of([9.0, 1.0, 2.0], [10, 20, 30], [0.4, 0.8, 0.8]), 100)["as_coded"]
     assert best["unrestricted"]["gamma"] == 2
     assert best["under_max_n_S"]["gamma"] == 0
 

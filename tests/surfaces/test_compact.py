@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from sparsurf import InputError
-from sparsurf.surfaces.formats.compact import HEAD, MAGIC, STEP, read_compact, write_compact
+from sparsurf.surfaces.formats.compact import HEADER_BYTES, MAGIC, STEP, read_compact, write_compact
 from sparsurf.surfaces.surface import Surface
 
 NUMBERS = st.floats(-1, 1, allow_subnormal=False)
@@ -27,7 +27,7 @@ def test_places_and_normals_come_back_within_a_step(tmp_path_factory, values, wi
     assume(np.ptp(given.points, axis=0).max() / STEP < 2**21 - 1)
     write_compact(path, given)
     again = read_compact(path.read_bytes(), path)
-    assert path.stat().st_size == HEAD + 24 + 12 * 9
+    assert path.stat().st_size == HEADER_BYTES + 24 + 12 * 9
     assert np.abs(again.points - given.points).max() <= STEP / 2 + 1e-9
     # a step of 1/32767 on the square turns a normal by at most about twice that
     assert np.linalg.norm(again.normals - given.normals, axis=1).max() < 1e-4
@@ -45,7 +45,7 @@ def test_what_does_not_fit_is_refused(tmp_path):
     write_compact(tmp_path / "a.minimal", Surface(np.eye(3), np.eye(3)))
     content = (tmp_path / "a.minimal").read_bytes()
     damaged = content[:-1] + bytes([content[-1] ^ 1])
-    for part in (content[:-5], content[:-12], content[:HEAD], content[:20], damaged):
+    for part in (content[:-5], content[:-12], content[:HEADER_BYTES], content[:20], damaged):
         with pytest.raises(InputError, match=r"a\.minimal .* copy it again"):
             read_compact(part, "a.minimal")
 

@@ -11,19 +11,19 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.study.comparison.contestants import dotted
+from sparsurf.study.comparison.methods import dotted_surface
 from sparsurf.surfaces.components import (
-    FINE,
-    _along_arcs,
-    _covered_parts,
+    ARC_STEP,
     _distances,
+    _n_covered_parts,
+    _positions_along_arcs,
     components_of,
-    numbers_of,
+    summarize_components,
     table_of_components,
     without_cavities,
 )
+from sparsurf.surfaces.dot_placement import relative_positions
 from sparsurf.surfaces.molecular_surface import molecular_surface
-from sparsurf.surfaces.placing_dots import relative_places
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, T, roll
 
@@ -53,7 +53,12 @@ def test_a_hollow_shell_has_one_cavity_of_the_volume_that_is_left():
     assert table["area"].sum() == pytest.approx(surface.area.sum())
     inner = int(inside.sum())
     volume = table["volume"][0] - table["volume"][1]
-    assert numbers_of(table) == {"volume": volume, "components": 2, "cavities": 1, "cavity_dots": inner}
+    assert summarize_components(table) == {
+        "volume": volume,
+        "components": 2,
+        "cavities": 1,
+        "cavity_dots": inner,
+    }
     outside = without_cavities(surface, component)
     assert np.array_equal(outside.points, surface.points[~inside])
 
@@ -133,9 +138,9 @@ def arcs():
 
 def test_places_along_an_arc_are_near_each_other_and_reach_its_ends(arcs):
     arcs, along = arcs
-    places, arc = _along_arcs(arcs)
+    places, arc = _positions_along_arcs(arcs)
     for k, each in enumerate(arcs):
-        n = int(np.ceil(each[RADIUS] * (each[PHI_1] - each[PHI_0]) / FINE))
+        n = int(np.ceil(each[RADIUS] * (each[PHI_1] - each[PHI_0]) / ARC_STEP))
         np.testing.assert_allclose(
             places[arc == k], along(arcs[[k]], np.linspace(0, 1, n + 1))[0], atol=1e-12
         )
@@ -152,7 +157,7 @@ def test_distances_from_arcs_are_those_from_many_places_on_them(arcs):
 
 def test_covered_parts_of_spheres_are_those_of_a_graph(protein):
     molecule, sizes = protein
-    atoms = roll(np.add(*relative_places(molecule.xyz[0])), sizes + 1.4).atoms
+    atoms = roll(np.add(*relative_positions(molecule.xyz[0])), sizes + 1.4).atoms
     for k in range(0, molecule.n_atoms, 5):
         near = atoms.near[atoms.start[k] : atoms.start[k + 1]]
         axis = atoms.centre[near] - atoms.centre[k]
@@ -162,7 +167,7 @@ def test_covered_parts_of_spheres_are_those_of_a_graph(protein):
         half, unit = np.arccos(cosine[cuts]), axis[cuts] / d[cuts, None]
         linked = np.arccos(np.clip(unit @ unit.T, -1, 1)) < half[:, None] + half
         expected = connected_components(linked)[0]
-        assert _covered_parts(atoms, k) == expected
+        assert _n_covered_parts(atoms, k) == expected
 
 
 def test_molecules_apart_and_a_ring_are_components_of_their_own():
@@ -199,7 +204,9 @@ def test_components_of_a_protein_are_closed_and_turn_with_it(protein):
 
 def test_dots_that_others_are_compared_with_have_no_cavities_either():
     for cavities, inner in (("keep", True), ("remove", False)):
-        points, _ = dotted(shell(), np.full(200, 1.9), 4000, np.random.default_rng(2), cavities=cavities)
+        points, _ = dotted_surface(
+            shell(), np.full(200, 1.9), 4000, np.random.default_rng(2), cavities=cavities
+        )
         assert (np.linalg.norm(points, axis=1) < 9).any() == inner
 
 

@@ -4,21 +4,33 @@ import logging
 from dataclasses import replace
 from types import SimpleNamespace
 
+import make_surface
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
-import make_surface
 from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces import molecular_surface
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.molecular_surface import fitting_density, fitting_surface, layer, surface_of
+from sparsurf.surfaces.molecular_surface import (
+    density_for_d_link,
+    surface_for_d_link,
+    surface_generator,
+    surface_of_frame,
+)
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.spacing import DENSITY, SPARSE, area_of, nearest, refuse_sparse, spacing
+from sparsurf.surfaces.spacing import (
+    DENSITY,
+    MIN_D_LINK_PER_SPACING,
+    area_of,
+    nearest_distances,
+    refuse_sparse,
+    spacing,
+)
 
 SETTINGS = {
     "method": "analytic",
@@ -30,8 +42,8 @@ SETTINGS = {
 
 
 @pytest.fixture(autouse=True)
-def nothing_told_before(monkeypatch):
-    monkeypatch.setattr(molecular_surface, "_told", set())
+def no_warnings_before(monkeypatch):
+    monkeypatch.setattr(molecular_surface, "_warned", set())
 
 
 def without_hydrogens(folder, n_residues):
@@ -45,24 +57,24 @@ def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_res
     molecule, atom_radii = without_hydrogens(tmp_path, n_residues)
     caplog.clear()
     with caplog.at_level(logging.WARNING, "sparsurf"):
-        surface, density = fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
+        surface, density = surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
     refuse_sparse(surface.points, 0.5, "a")
     told = len(caplog.records)
-    assert fitting_density(molecule, 0, atom_radii, SETTINGS, 0.5, "a", tell=False) == density
-    fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
+    assert density_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a", tell=False) == density
+    surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
     assert len(caplog.records) == told == 1, "told once for all calls"
-    fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.5, "b")
+    surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "b")
     assert len(caplog.records) == 2
-    assert 0.45 < SPARSE * spacing(surface.points) <= 0.5, "much denser than needed"
+    assert 0.45 < MIN_D_LINK_PER_SPACING * spacing(surface.points) <= 0.5, "much denser than needed"
     assert f"{density:.2f} dots per Å^2 instead of {DENSITY:.2f}" in caplog.text
 
 
 def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_path, caplog):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
-    assert fitting_surface(molecule, 0, atom_radii, SETTINGS, 1.0, "a")[1] == DENSITY
-    thin, density = fitting_surface(molecule, 0, atom_radii, SETTINGS | {"density": 0.1}, 0.5, "a")
+    assert surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 1.0, "a")[1] == DENSITY
+    thin, density = surface_for_d_link(molecule, 0, atom_radii, SETTINGS | {"density": 0.1}, 0.5, "a")
     assert density == 0.1 and len(thin) == len(
-        surface_of(molecule, 0, atom_radii, SETTINGS | {"density": 0.1})
+        surface_of_frame(molecule, 0, atom_radii, SETTINGS | {"density": 0.1})
     )
     assert not caplog.text
 
@@ -72,18 +84,20 @@ def test_a_linking_distance_that_no_density_suits_is_told(tmp_path):
     with pytest.raises(
         InputError, match=r"a: D_link = 0.05 Å .* 100 dots per Å\^2; give a larger patches.D_link"
     ):
-        fitting_surface(molecule, 0, atom_radii, SETTINGS, 0.05, "a")
+        surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.05, "a")
 
 
 def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_path, monkeypatch):
     molecule, atom_radii = without_hydrogens(tmp_path, 10)
-    least = SPARSE * spacing(surface_of(molecule, 0, atom_radii, SETTINGS | {"density": DENSITY}).points)
+    least = MIN_D_LINK_PER_SPACING * spacing(
+        surface_of_frame(molecule, 0, atom_radii, SETTINGS | {"density": DENSITY}).points
+    )
     density = DENSITY * (1.02 * least / 0.5) ** 2
     asked = molecule, 0, atom_radii, SETTINGS, 0.5, "a"
-    assert fitting_density(*asked) == pytest.approx(density)
-    monkeypatch.setattr(molecular_surface, "MOST_DENSITY", 0.99 * density)
+    assert density_for_d_link(*asked) == pytest.approx(density)
+    monkeypatch.setattr(molecular_surface, "MAX_DENSITY", 0.99 * density)
     with pytest.raises(InputError, match="so short"):
-        fitting_density(*asked)
+        density_for_d_link(*asked)
 
 
 def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path):
@@ -95,7 +109,7 @@ def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path)
     settings = {"surface": rules, "patches": {"D_link": 1.0}}
     make_surface.main({"structures": tmp_path / "structures"}, outputs, settings, "p/c2")
     molecule = read_molecule(path, selection="all")
-    wanted = surface_of(molecule, 0, radii(molecule, "bondi"), rules | {"density": DENSITY})
+    wanted = surface_of_frame(molecule, 0, radii(molecule, "bondi"), rules | {"density": DENSITY})
     assert np.array_equal(read_npz(outputs["surface"]).points, wanted.points)
     alone = wanted.points[wanted.atom == 20] - 9
     assert np.linalg.norm(alone, axis=1) == pytest.approx(np.full(len(alone), 1.39), abs=1e-6)
@@ -113,16 +127,17 @@ def test_dots_are_laid_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_pat
     molecule, sizes = without_hydrogens(tmp_path, 3)
     molecule = replace(molecule, xyz=np.concatenate([molecule.xyz + 9, molecule.xyz + 0.0004]))
     for settings in (SETTINGS, SETTINGS | {"density": 2.0}):
-        made = layer(molecule, 1, sizes, settings, 0.5, "a")
+        made = surface_generator(molecule, 1, sizes, settings, 0.5, "a")
         assert np.array_equal(made["atoms"], molecule.xyz[1].round(3)) and not caplog.text
-        wanted = fitting_surface(molecule, 1, sizes, settings, 0.5, "a", tell=False)[0]
+        wanted = surface_for_d_link(molecule, 1, sizes, settings, 0.5, "a", tell=False)[0]
         assert np.array_equal(made["lay"](made["atoms"]).points, wanted.points)
 
 
 def test_atoms_stand_where_a_pdb_file_has_them():
     xyz, settings = np.array([[[0, 0, 0], [2.0, 0, 0]]]), SETTINGS | {"density": DENSITY}
     file, frame = (
-        surface_of(SimpleNamespace(xyz=each), 0, np.full(2, 1.7), settings) for each in (xyz, xyz + 0.0004)
+        surface_of_frame(SimpleNamespace(xyz=each), 0, np.full(2, 1.7), settings)
+        for each in (xyz, xyz + 0.0004)
     )
     assert np.array_equal(file.points, frame.points)
 
@@ -146,7 +161,7 @@ def test_the_nearest_dot_is_that_of_a_tree(blob):
     far = [[1e4, 0, 0], [1e4, 3, 0], [-9e5, 0, 0]]
     sparse = np.concatenate([dots, 50 + 100 * rng.random((300, 3))])
     for points in (dots, rng.normal(size=(2, 3)), np.zeros((5, 3)), np.concatenate([dots, far]), sparse):
-        assert np.array_equal(nearest(points), cKDTree(points).query(points, k=2)[0][:, 1])
+        assert np.array_equal(nearest_distances(points), cKDTree(points).query(points, k=2)[0][:, 1])
     assert np.isnan(spacing(dots[:1])) and spacing(np.array([[0, 0, 0], [0, 0, 2.5]])) == 2.5
 
 
@@ -156,7 +171,7 @@ def test_the_nearest_dot_is_found_beyond_the_edge_of_a_cube():
         dense = step * rng.random((400, 3))
         sparse = step * (1.5 + 3 * rng.random((60, 3)))  # too far apart for the cubes of the others
         points = np.concatenate([dense, sparse])
-        np.testing.assert_array_equal(nearest(points), cKDTree(points).query(points, k=2)[0][:, 1])
+        np.testing.assert_array_equal(nearest_distances(points), cKDTree(points).query(points, k=2)[0][:, 1])
 
 
 def test_the_area_is_the_sum_of_those_of_the_dots_or_told_from_their_distances():

@@ -10,12 +10,12 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli import command
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.recovery.mesh import _filled, _height, recovered_mesh
+from sparsurf.recovery.mesh import _assign_sides, _height, recovered_mesh
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces import mesh as meshes
-from sparsurf.surfaces.mesh import march, molecular_mesh, step_of
+from sparsurf.surfaces.mesh import grid_step_for_density, marching_tetrahedra, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
@@ -56,10 +56,10 @@ def test_any_values_give_a_closed_mesh(share):
     values = np.full((9, 10, 11), -1.0)
     values[1:-1, 1:-1, 1:-1] = rng.uniform(0, 1, (7, 8, 9)) * np.where(rng.random((7, 8, 9)) < share, 1, -1)
     values[3, 3, 3] = 0.0  # counts as outside
-    vertices, triangles = march(values)
+    vertices, triangles = marching_tetrahedra(values)
     closed(triangles, len(vertices))
     assert volume(vertices, triangles) > 0
-    assert len(march(np.full((4, 4, 4), -1.0))[1]) == 0
+    assert len(marching_tetrahedra(np.full((4, 4, 4), -1.0))[1]) == 0
 
 
 @pytest.mark.parametrize("inside, outside, share", [(1.0, -1.0, 0.5), (1e-9, -1.0, 0.02), (1.0, -1e-9, 0.98)])
@@ -67,7 +67,7 @@ def test_no_triangle_shrinks_to_a_point_of_the_grid(inside, outside, share):
     """One point inside: a vertex on each of its fourteen edges, at a share of the way that leaves a rest at both ends."""
     values = np.full((3, 3, 3), outside)
     values[1, 1, 1] = inside
-    vertices, triangles = march(values)
+    vertices, triangles = marching_tetrahedra(values)
     assert len(vertices) == 14 and closed(triangles, 14) == (2, 1)
     assert np.abs(vertices - 1).max(axis=1) == pytest.approx(share)
 
@@ -76,7 +76,7 @@ def test_a_plane_is_met_exactly():
     """Values that are linear: the mesh of a half space lies on its plane."""
     x, y, z = np.indices((12, 12, 12)) - 5.2
     inside = np.minimum(4.5 - np.abs([x, y, z]).max(axis=0), 0.3 * x + 0.5 * y - 0.2 * z)
-    vertices, triangles = march(inside)
+    vertices, triangles = marching_tetrahedra(inside)
     closed(triangles, len(vertices))
     height = (vertices - 5.2) @ [0.3, 0.5, -0.2]
     assert (np.abs(height) < 1e-9).sum() > 200
@@ -152,14 +152,14 @@ def test_threads_and_places_do_not_matter():
 
 
 def test_a_grid_that_is_too_fine_is_refused(monkeypatch):
-    monkeypatch.setattr(meshes, "MOST_POINTS", 1000)
+    monkeypatch.setattr(meshes, "MAX_GRID_POINTS", 1000)
     with pytest.raises(InputError, match="Å would have"):
         molecular_mesh(ATOMS, RADII)
 
 
 def test_the_recovered_surface_as_a_mesh():
     dots = molecular_surface(ATOMS, RADII)
-    evaluator = Evaluator(dots, seed=1)
+    evaluator = PreparedSurface(dots, seed=1)
     kept = SAMPLERS["farthest"](evaluator, len(dots) // 8, np.random.default_rng(0))
     mesh, true = recovered_mesh(dots.points[kept], dots.normals[kept]), molecular_mesh(ATOMS, RADII)
     assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
@@ -175,7 +175,8 @@ def test_a_recovered_mesh_is_cut_where_distances_are_known_and_lies_on_the_surfa
     unit = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], axis=1)
     seen = []
     monkeypatch.setattr(
-        "sparsurf.recovery.mesh.march", lambda values: (seen.append(values), march(values))[1]
+        "sparsurf.recovery.mesh.marching_tetrahedra",
+        lambda values: (seen.append(values), marching_tetrahedra(values))[1],
     )
     mesh, (dense, outward) = recovered_mesh(3 * unit, unit, step=0.3), recover(3 * unit, unit)
     low, high = slice(None, -1), slice(1, None)
@@ -195,15 +196,15 @@ def test_rooms_take_the_side_of_their_walls_and_the_corner_is_outside():
     values[:, :, 3:] = -1
     near[1, 1, 1] = near[3, 3, 4] = near[1, 3, 2] = False
     values[~near] = 0
-    filled, agreed = _filled(values, near)
+    filled, agreed = _assign_sides(values, near)
     # five walls inside, one outside, of the third room
     assert filled[1, 1, 1] == 1 and filled[3, 3, 4] == -1 and filled[1, 3, 2] == 1
     assert not agreed
     near[1, 3, 2], values[1, 3, 2] = True, 1
-    filled, agreed = _filled(values, near)
+    filled, agreed = _assign_sides(values, near)
     assert agreed and np.array_equal(filled[near], values[near])
     near[0, 0, 0] = False
-    filled, agreed = _filled(values, near)
+    filled, agreed = _assign_sides(values, near)
     assert filled[0, 0, 0] == -1 and not agreed
 
 
@@ -241,7 +242,7 @@ def test_proteins_close(shared, name):
     closed(true.triangles, len(true.vertices))
     assert true.vertices.area.sum() == pytest.approx(dots.area.sum(), rel=0.005)
     kept = SAMPLERS["farthest"](
-        Evaluator(dots, roughness_values=np.zeros(len(dots))), len(dots) // 10, np.random.default_rng(0)
+        PreparedSurface(dots, roughness_values=np.zeros(len(dots))), len(dots) // 10, np.random.default_rng(0)
     )
     back = recovered_mesh(dots.points[kept], dots.normals[kept])
     closed(back.triangles, len(back.vertices))
@@ -279,7 +280,7 @@ def test_written_meshes_are_closed(files):
         found[name] = volume(points, triangles), n
     assert found["back"][0] == pytest.approx(found["true"][0], rel=0.02)
     assert found["fine"][1] > 2 * found["back"][1]
-    assert step_of(4 * 5.35) == pytest.approx(step_of(5.35) / 2)
+    assert grid_step_for_density(4 * 5.35) == pytest.approx(grid_step_for_density(5.35) / 2)
 
 
 def test_a_mesh_library_opens_them(files):

@@ -14,9 +14,9 @@ from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import (
     Surface,
-    nearest_of,
-    refuse_implausible,
-    refuse_impossible_values,
+    check_plausibility,
+    check_values,
+    nearest_neighbours,
     surface_of_columns,
 )
 
@@ -31,7 +31,7 @@ def judged(caplog, points, normals):
     """What is said of dots; '' where nothing is."""
     caplog.clear()
     with caplog.at_level(logging.WARNING, "sparsurf"):
-        refuse_implausible(points, normals, "a.csv", "dot {}".format)
+        check_plausibility(points, normals, "a.csv", "dot {}".format)
     return caplog.text
 
 
@@ -103,10 +103,10 @@ def test_a_plane_has_no_radius(length, caplog):
 def test_the_largest_area_follows_from_those_of_fifty_dots(n, area, said):
     given = np.zeros((n, 3)), np.append(np.ones(n - 1), area), None, None, "a.csv", "dot {}".format
     if said is None:
-        refuse_impossible_values(*given)
+        check_values(*given)
         return
     with pytest.raises(InputError, match=rf"dot {n - 1} has an area {said}"):
-        refuse_impossible_values(*given)
+        check_values(*given)
 
 
 def test_surfaces_and_their_subsets_pass(dots, caplog):
@@ -195,6 +195,6 @@ def test_areas_that_nobody_knows_are_known_by_none(dots, tmp_path):
 def test_nearest_dots_are_those_of_a_search_over_all(dots):
     points, some = dots.points[:300], np.array([0, 5, 299])
     every = np.linalg.norm(points[:, None] - points, axis=2) + np.diag(np.full(300, np.inf))
-    distance, other = nearest_of(points, some)
+    distance, other = nearest_neighbours(points, some)
     assert other.tolist() == every[some].argmin(axis=1).tolist()
     np.testing.assert_allclose(distance, every[some].min(axis=1), rtol=1e-12)

@@ -14,11 +14,12 @@ import pytest
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.surfaces.formats.ply import AXES, GREY, KIND_COLOURS, triangles, viridis, write_ply
+from sparsurf.surfaces.formats.ply import AXES, GREY, KIND_COLOURS, viridis, write_ply
 from sparsurf.surfaces.formats.vtp import write_vtp
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.triangulation import triangulate
 
 
 @pytest.fixture(scope="module")
@@ -230,7 +231,7 @@ def test_ply_holds_dots_values_and_colours(tmp_path, small):
     np.testing.assert_allclose(normals, small.normals, rtol=0, atol=5.1e-5)
     np.testing.assert_allclose(vertices["roughness"], values, rtol=1e-5)
     np.testing.assert_allclose(vertices["weight"], small.area, rtol=1e-5)
-    np.testing.assert_array_equal(faces, triangles(small))
+    np.testing.assert_array_equal(faces, triangulate(small))
     # The ends of viridis, its middle, and grey.
     colours = np.column_stack([vertices[channel] for channel in ("red", "green", "blue")])
     assert colours[[0, -1, 5]].tolist() == [[68, 1, 84], [253, 231, 36], [160, 160, 160]]
@@ -239,7 +240,7 @@ def test_ply_holds_dots_values_and_colours(tmp_path, small):
 
 @pytest.mark.parametrize("known", [True, False])
 def test_vtp_holds_dots_normals_values_and_triangles(tmp_path, small, known):
-    faces = triangles(small)[::-1] if known else None
+    faces = triangulate(small)[::-1] if known else None
     columns = {"roughness": np.linspace(0, 1, len(small)), "atom": small.atom}
     write_vtp(tmp_path / "a.vtp", small, columns, faces)
     root = ElementTree.parse(tmp_path / "a.vtp").getroot()
@@ -255,7 +256,7 @@ def test_vtp_holds_dots_normals_values_and_triangles(tmp_path, small, known):
     np.testing.assert_allclose(held["roughness"][:, 0], columns["roughness"], rtol=0, atol=1e-6)
     assert held["atom"][:, 0].tolist() == small.atom.tolist()
     corners = held["connectivity"].reshape(-1, 3)
-    np.testing.assert_array_equal(corners, triangles(small)[::-1] if known else triangles(small))
+    np.testing.assert_array_equal(corners, triangulate(small)[::-1] if known else triangulate(small))
     assert held["offsets"][:, 0].tolist() == list(range(3, 3 * len(corners) + 1, 3))
     counts = {key: int(value) for key, value in root.find(".//Piece").items()}
     assert counts == {"NumberOfPoints": len(small), "NumberOfPolys": len(corners)}
@@ -277,7 +278,7 @@ def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
     surface = Surface(np.eye(3), np.eye(3))
     write_ply(tmp_path / "a.ply", surface, np.ones(3))
     vertices, faces = read_ply(tmp_path / "a.ply")
-    assert len(vertices["x"]) == 3 and len(faces) == 0 and triangles(surface).shape == (0, 3)
+    assert len(vertices["x"]) == 3 and len(faces) == 0 and triangulate(surface).shape == (0, 3)
     assert [vertices[channel][0] for channel in ("red", "green", "blue")] == [
         32,
         144,
@@ -288,10 +289,10 @@ def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
 
 
 def test_many_dots_have_no_triangles(tmp_path, small, monkeypatch, caplog):
-    monkeypatch.setattr("sparsurf.surfaces.formats.ply.MANY_DOTS", len(small))
+    monkeypatch.setattr("sparsurf.surfaces.formats.ply.MAX_DOTS_TO_TRIANGULATE", len(small))
     write_ply(tmp_path / "a.ply", small)
     assert not caplog.text and len(read_ply(tmp_path / "a.ply")[1]) > 0
-    monkeypatch.setattr("sparsurf.surfaces.formats.ply.MANY_DOTS", len(small) - 1)
+    monkeypatch.setattr("sparsurf.surfaces.formats.ply.MAX_DOTS_TO_TRIANGULATE", len(small) - 1)
     write_ply(tmp_path / "a.ply", small)
     vertices, faces = read_ply(tmp_path / "a.ply")
     assert len(vertices["x"]) == len(small) and len(faces) == 0
@@ -308,7 +309,7 @@ def test_many_dots_have_no_triangles(tmp_path, small, monkeypatch, caplog):
 def test_triangles_close_and_face_outwards(small, ring, handles):
     """Every edge in two triangles that run along it in opposite directions, every dot in use, Euler's V - E + F."""
     surface = ring if handles else small
-    faces = triangles(surface)
+    faces = triangulate(surface)
     assert loose_edges(faces) == (0, 0)
     assert len(np.unique(faces)) == len(surface)
     assert len(surface) - len(faces) / 2 == 2 - 2 * handles
@@ -325,7 +326,7 @@ def test_a_cavity_is_closed_from_within():
     k = np.arange(600) + 0.5
     polar, azimuth = np.arccos(1 - 2 * k / 600), np.pi * (1 + 5**0.5) * k
     unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
-    faces = triangles(Surface(np.concatenate([4 * unit, 2 * unit]), np.concatenate([unit, -unit])))
+    faces = triangulate(Surface(np.concatenate([4 * unit, 2 * unit]), np.concatenate([unit, -unit])))
     assert loose_edges(faces) == (0, 0)
     _, volume = area_and_volume(np.concatenate([4 * unit, 2 * unit]), faces)
     assert volume == pytest.approx(4 / 3 * np.pi * (4**3 - 2**3), rel=0.02)
@@ -333,7 +334,7 @@ def test_a_cavity_is_closed_from_within():
 
 def test_triangles_of_a_protein_close(a1):
     """DMS keeps one dot in a hundred inside other probes: those may be left out, the mesh closes nevertheless."""
-    faces = triangles(a1)
+    faces = triangulate(a1)
     assert loose_edges(faces) == (0, 0)
     assert len(np.unique(faces)) > 0.995 * len(a1)
     assert area_and_volume(a1.points, faces)[0] == pytest.approx(a1.area.sum(), rel=0.01)
@@ -354,7 +355,7 @@ def test_flat_triangles_lose_area(embedded, share, percent):
     if share < 1:
         kept = sparsurf.sample(embedded, percent=100 * share, sampler="farthest")
         dots = Surface(embedded.points[kept], embedded.normals[kept])
-    lost = 100 - 100 * area_and_volume(dots.points, triangles(dots))[0] / embedded.area.sum()
+    lost = 100 - 100 * area_and_volume(dots.points, triangulate(dots))[0] / embedded.area.sum()
     assert lost == pytest.approx(percent, abs=0.7)
 
 

@@ -15,13 +15,13 @@ import pytest
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.surfaces import showing
+from sparsurf.surfaces import plotting
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.dms import surface_by_dms_program, write_dms
 from sparsurf.surfaces.formats.npz import with_fields, write_npz
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, write_ply
-from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface, surface_of
-from sparsurf.surfaces.read_surface import FORMATS, read_places, read_surface
+from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface, surface_of_frame
+from sparsurf.surfaces.read_surface import FORMATS, read_points, read_surface
 from sparsurf.surfaces.surface import Format, Origin, Surface, surface_of_columns
 
 FIELDS = ("points", "normals", "area", "kind", "atom")
@@ -303,7 +303,7 @@ def test_dots_of_one_frame_are_read_and_those_of_more_are_not(tmp_path):
     path.write_text(path.read_text().replace("4,0,0,1,5", "4,0,0,1,6"))
     with pytest.raises(InputError, match="holds the dots of 2 frames"):
         read_surface(path)
-    assert read_places(path).tolist() == [[1, 2, 3], [1, 2, 4]]
+    assert read_points(path).tolist() == [[1, 2, 3], [1, 2, 4]]
 
 
 def test_quotes_may_follow_a_blank(tmp_path):
@@ -360,7 +360,7 @@ def test_normals_far_from_unit_length_are_scaled_and_told(tmp_path, caplog):
 def test_normals_in_the_columns_of_the_places_are_told(tmp_path, caplog):
     rows = "x,y,z,nx,ny,nz\n0,0,1,5,6,7\n0,0.6,0.8,5,6,8\n"
     with pytest.raises(
-        InputError, match=r"has normals of length 10.5 to 11.2 and places of length 1: exchange"
+        InputError, match=r"has normals of length 10.5 to 11.2 and positions of length 1: exchange"
     ):
         read_surface(written(tmp_path, rows, "a.csv"))
     read_surface(written(tmp_path, rows.replace("0,0,1,5", "0,0,2,5"), "a.csv"))
@@ -375,7 +375,7 @@ def test_a_csv_with_a_byte_order_mark(tmp_path):
 @pytest.mark.parametrize("before", ["\n", "\r\n \t\r\n", "# made by hand, twice\n\n", "\ufeff\n#\n"])
 def test_lines_before_the_header_that_tell_nothing_are_passed_over(tmp_path, before):
     path = written(tmp_path, before + "x,y,z,nx,ny,nz\n1,2,3,0,0,1\n", "a.csv")
-    assert read_surface(path).points.tolist() == read_places(path).tolist() == [[1, 2, 3]]
+    assert read_surface(path).points.tolist() == read_points(path).tolist() == [[1, 2, 3]]
     path = written(tmp_path, before + DMS["chain"])
     assert read_surface(path).atom.tolist() == [0, 1, 1]
 
@@ -383,7 +383,7 @@ def test_lines_before_the_header_that_tell_nothing_are_passed_over(tmp_path, bef
 @pytest.mark.parametrize("first", ["#", "#id", "# id"])
 def test_a_header_may_begin_with_the_sign_of_a_remark(tmp_path, first):
     path = written(tmp_path, f"# by hand\n{first},x,y, Z ,nx,ny,nz\n7,1,2,3,0,0,1\n", "a.csv")
-    assert read_surface(path).points.tolist() == read_places(path).tolist() == [[1, 2, 3]]
+    assert read_surface(path).points.tolist() == read_points(path).tolist() == [[1, 2, 3]]
 
 
 def test_what_numpy_saves_is_read(tmp_path):
@@ -398,16 +398,16 @@ def test_what_numpy_saves_is_read(tmp_path):
 def test_columns_without_commas_are_told(tmp_path, sign, header):
     path = written(tmp_path, f"{header}\n1,2,3,0,0,1\n".replace(",", sign), "a.csv")
     words = "a.csv has no commas in its header: put commas between columns, and points into numbers.$"
-    for read in (read_surface, read_places):
+    for read in (read_surface, read_points):
         with pytest.raises(InputError, match=words):
             read(path)
 
 
 def test_places_need_no_normals_and_keep_their_order(tmp_path):
     rows = "Z,name,x,y\n3,a,1,2\n9,b,7,8\n3,c,1,2\n"
-    assert read_places(written(tmp_path, rows, "a.csv")).tolist() == [[1, 2, 3], [7, 8, 9], [1, 2, 3]]
+    assert read_points(written(tmp_path, rows, "a.csv")).tolist() == [[1, 2, 3], [7, 8, 9], [1, 2, 3]]
     dots = written(tmp_path, LINE, "a.dms")
-    assert np.array_equal(read_places(dots), read_surface(dots).points)
+    assert np.array_equal(read_points(dots), read_surface(dots).points)
 
 
 @pytest.mark.parametrize(
@@ -415,7 +415,7 @@ def test_places_need_no_normals_and_keep_their_order(tmp_path):
     [
         ("", "holds no dots; expected a DMS file, a CSV"),
         ("x,y\n1,2\n", "needs one column z; its header must name x, y, z."),
-        ("x,y,z\n", "holds no places."),
+        ("x,y,z\n", "holds no points."),
         ("x,y,z\n9,1,2,3\n", "its rows have more values than its header has names"),
         ("x,y,z\n1,2,3\n1,,3\n", "line 3 has no three numbers x, y and z: repair it"),
         ("x,y,z\n1,2,here\n", "line 2 has no three numbers x, y and z: repair it"),
@@ -424,7 +424,7 @@ def test_places_need_no_normals_and_keep_their_order(tmp_path):
 )
 def test_what_holds_no_places_is_one_sentence(tmp_path, text, words):
     with pytest.raises(InputError, match=words):
-        read_places(written(tmp_path, text, "a.csv"))
+        read_points(written(tmp_path, text, "a.csv"))
 
 
 # ---- npz
@@ -627,7 +627,7 @@ def test_the_program_gets_the_frame_and_the_rules_of_the_config(tmp_path, monkey
     molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209")
     molecule = replace(molecule, xyz=np.concatenate([molecule.xyz, molecule.xyz + 1]))
     rules = {"method": "dms", "probe_radius": 1.5, "density": 2 * DENSITY}
-    assert surface_of(molecule, 1, None, rules).kind.tolist() == [1, 2, 0]
+    assert surface_of_frame(molecule, 1, None, rules).kind.tolist() == [1, 2, 0]
     assert (tmp_path / "options").read_text() == "in.pdb -a -n -d 2 -w 1.5 -o out.dms\n"
     assert read_molecule(tmp_path / "in.pdb").xyz[0] == pytest.approx(molecule.xyz[1], abs=0.00051)
 
@@ -686,8 +686,8 @@ def test_a_file_that_unpacks_beyond_the_limit_is_refused(tmp_path, monkeypatch, 
         np.savez_compressed(path, **{field: np.zeros(10_000) for field in FIELDS})
     else:
         written(tmp_path, gzip.compress(bytes(10**6)) if name.endswith("gz") else bytes(10**6), name)
-    monkeypatch.setattr("sparsurf.texts.MOST_BYTES", 2**17)
-    monkeypatch.setattr("sparsurf.surfaces.formats.npz.MOST_BYTES", 2**17)
+    monkeypatch.setattr("sparsurf.files.MAX_BYTES", 2**17)
+    monkeypatch.setattr("sparsurf.surfaces.formats.npz.MAX_BYTES", 2**17)
     with pytest.raises(InputError, match="more than 0 MB"):
         read_surface(path)
 
@@ -740,7 +740,7 @@ def test_a_view_has_the_triangles_and_the_values(monkeypatch):
     plotter = SimpleNamespace(add_mesh=lambda mesh, **how: told.append((mesh, how)), show=lambda: None)
     stand_in = SimpleNamespace(PolyData=lambda points, faces: (points, faces), Plotter=lambda: plotter)
     monkeypatch.setitem(sys.modules, "pyvista", stand_in)
-    monkeypatch.setattr(showing, "triangles", lambda surface: np.array([[0, 1, 2], [2, 1, 3]]))
+    monkeypatch.setattr(plotting, "triangulate", lambda surface: np.array([[0, 1, 2], [2, 1, 3]]))
     dots = Surface(np.eye(4)[:, :3], np.tile([0.0, 0, 1], (4, 1)))
     assert dots.show([1, 2, 3, 4]) is plotter
     (points, faces), how = told[0]

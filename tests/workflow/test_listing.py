@@ -43,7 +43,7 @@ def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
         ("name,structure\nx,a.pdb,more\n", "line 2 of .* has a different number of cells"),
         ('name,structure\nx,"a.pdb\n', "is not a CSV table .unexpected end of data.; store it as CSV"),
         ("name,structure\nx,a.pdb\n".encode("utf-16"), "proteins.csv is stored as UTF-16: store it as UTF-8"),
-        ("name,structure\nx,a.pdb\n".encode("utf-16-le"), "contains bytes of zero"),
+        ("name,structure\nx,a.pdb\n".encode("utf-16-le"), "contains null bytes"),
     ],
 )
 def test_a_bad_table_is_a_sentence(tmp_path, text, words):

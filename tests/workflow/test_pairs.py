@@ -10,6 +10,7 @@ import pytest
 import yaml
 from matplotlib.image import imread
 from noted import noted
+from sparsurf.workflow.partner_files import partners, requested_centres
 
 from conftest import ROOT
 from peptides import peptide, write
@@ -19,15 +20,15 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs import matching
 from sparsurf.pairs.thinning import thinning
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.molecular_surface import fitting_surface
+from sparsurf.surfaces.molecular_surface import surface_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow import listing
 from sparsurf.workflow.config import check_config
-from sparsurf.workflow.partner_files import partners, requested_centres
 
 sys.path.append(str(ROOT / "scripts"))
-import draw_pair
 import make_partners
+
+import draw_pair
 import match_partners
 import summarise_pairs
 import tabulate_pair_residues
@@ -158,7 +159,7 @@ def test_partners_are_made_by_the_rules_of_the_config(folder, settings, tmp_path
     make_partners.main(both, sides, pair, settings | {"surface": rules}, "x")
     for side, chain in ((1, "B"), (2, "A")):
         molecule = read_molecule(folder / "both.pdb", chains=[chain])
-        wanted, _ = fitting_surface(molecule, 0, radii(molecule, "bondi"), rules, 0.5, "x")
+        wanted, _ = surface_for_d_link(molecule, 0, radii(molecule, "bondi"), rules, 0.5, "x")
         assert np.array_equal(read_npz(sides[f"surface_{side}"]).points, wanted.points)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import take_all_steps
 from noted import noted
 
 import choose_frames
@@ -16,7 +17,6 @@ import follow_ensemble
 import follow_frames
 import prepare_system
 import simulate_stage
-import take_all_steps
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import SMALL

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import make_surface
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,11 +14,10 @@ import describe_places
 import draw_changes
 import draw_site
 import find_site
-import make_surface
 from peptides import peptide, write
 from small_study import SMALL
 from sparsurf import InputError
-from sparsurf.molecules.read_molecule import read_own, residue_names
+from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.pairs.changes import CHANNELS
 from sparsurf.report.figures import layout
 from sparsurf.sites.describing import FIELDS, load_sites
@@ -103,7 +103,7 @@ def test_a_site_is_found_on_every_copy_and_laid_on_ten(run):
     assert poses[["rank", "target"]].equals(hits[["rank", "target"]])
     assert poses.columns[2:4].to_list() == ["turn_1_x", "turn_1_y"]
     numbers = poses.drop(columns=["rank", "target"])
-    atoms = read_own(run / "p/f0/structure.pdb").xyz[0]
+    atoms = read_study_structure(run / "p/f0/structure.pdb").xyz[0]
     for place, pose in zip(poses["target"], numbers.to_numpy(float), strict=True):
         turn, shift = moved(int(place[1:3]))
         assert np.allclose(atoms @ pose[:9].reshape(3, 3) + pose[9:], atoms @ turn + shift, atol=0.01)
@@ -113,7 +113,7 @@ def test_a_site_is_found_on_every_copy_and_laid_on_ten(run):
     ]
     for path in laid:
         turn, shift = moved(int(path.name[4:6]))
-        assert np.allclose(read_own(path).xyz[0], atoms @ turn + shift, atol=0.01)
+        assert np.allclose(read_study_structure(path).xyz[0], atoms @ turn + shift, atol=0.01)
     for table, digits in ((numbers, 6), (matches[["x", "y_there"]], 3)):
         assert table.stack().str.fullmatch(rf"-?\d+\.\d{{{digits}}}").all()
     assert "p/f0" in files["page"].read_text(encoding="utf-8")
@@ -157,7 +157,7 @@ def test_the_three_clearest_hits_are_seen_as_the_site_and_take_its_colours(run, 
     titles = [f"hit {k + 1}: {hits['target'][k]}, p below 0.0001" for k in clearest]
     assert [title for title, *_ in panels] == ["the site on p/f0", *titles]
     surface, molecule = (read(run / "p/f0" / each) for read, each in
-                         ((read_npz, "surface.npz"), (read_own, "structure.pdb")))  # fmt: skip
+                         ((read_npz, "surface.npz"), (read_study_structure, "structure.pdb")))  # fmt: skip
     own = molecule.residue_index[surface.atom] - 1
     own[own > 2], steps = -1, np.linalg.norm(np.diff(surface.points, axis=0), axis=1)
     assert np.array_equal(panels[0][3], own)
@@ -176,7 +176,7 @@ def test_the_three_clearest_hits_are_seen_as_the_site_and_take_its_colours(run, 
         assert np.allclose(
             seen / np.linalg.norm(seen), [0, 0, 1], atol=1e-3
         )  # the site is looked at from above
-        assert atoms == (residue_names(inputs["structure"]) if side == 1 else [])
+        assert atoms == (residue_labels(inputs["structure"]) if side == 1 else [])
         assert title == outputs[f"view_{side}"].read_text()
     assert np.allclose(pages[0][2].points, pages[1][2].points, atol=0.01)
     assert (tmp_path / "site.png").is_file()
@@ -209,7 +209,7 @@ def test_two_forms_are_compared_and_laid_on_each_other(run, tmp_path, monkeypatc
     compare_forms.main(inputs, outputs, SETTINGS, {"changes": FORMS}, "bend", 3)
     ((*both, rng, threads),) = calls
     assert threads == 3 and rng.random() == stream(SETTINGS["seed"], "changes", *FORMS).random()
-    given = [read_own(inputs[f"structure_{side}"]) for side in (1, 2)]
+    given = [read_study_structure(inputs[f"structure_{side}"]) for side in (1, 2)]
     for side, (form, own, name) in enumerate(zip(both, given, FORMS, strict=True), 1):
         assert form.name == name and np.array_equal(form.molecule.xyz, own.xyz)
         assert {*form.molecule.chain} == {"A"}  # of the second, too: each has one
@@ -217,7 +217,7 @@ def test_two_forms_are_compared_and_laid_on_each_other(run, tmp_path, monkeypatc
         assert np.array_equal(form.surface.points, dots) and np.allclose(form.lay(own.xyz[0]).points, dots)
     assert outputs["changes"].read_text().splitlines()[4].startswith("A,4,GLY,ALA,")
     assert ",4.1235," in outputs["changes"].read_text()
-    first, second = (read_own(outputs[f"pdb_{side}"]) for side in (1, 2))
+    first, second = (read_study_structure(outputs[f"pdb_{side}"]) for side in (1, 2))
     assert np.allclose(first.xyz, given[0].xyz) and np.allclose(
         second.xyz, given[1].xyz - [0, 50, 0], atol=2e-3
     )
@@ -247,8 +247,8 @@ def test_forms_are_shown_in_the_colours_of_their_change(run, tmp_path, monkeypat
         assert (
             called == f"bend/{side}" and values.name.startswith("change from") and values.symbol == "change"
         )
-        assert atoms == residue_names(inputs[f"structure_{side}"])
-        residue = read_own(inputs[f"structure_{side}"]).residue_index[surface.atom]
+        assert atoms == residue_labels(inputs[f"structure_{side}"])
+        residue = read_study_structure(inputs[f"structure_{side}"]).residue_index[surface.atom]
         total = np.append(changed()["total"], np.nan)
         assert np.array_equal(values.values, total[residue], equal_nan=True)
     ((name, both, table),) = figures

@@ -70,7 +70,7 @@ def main(arguments=None):
         parser.error(f"unrecognized arguments: {' '.join(others)}{hint}")
     if others:  # files after an option, which argparse has given to no list that may be empty
         asked.targets += others
-    progress.shown = not asked.quiet
+    progress.enabled = not asked.quiet
     try:
         with _warnings_to_stderr(), _compiling(asked.quiet):
             modules[asked.command].run(asked)

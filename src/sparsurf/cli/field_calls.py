@@ -19,7 +19,7 @@ from sparsurf.cli.inputs import (
 )
 from sparsurf.cli.roughness import roughness
 from sparsurf.cli.subsets import as_subset
-from sparsurf.dot_fields.registry import values
+from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.study.residues import residue_table
 from sparsurf.surfaces.surface import Surface
 
@@ -71,7 +71,7 @@ def fields(molecule, dots=None, names=("hydropathy", "potential"), *, frame=0, c
     names = names_of_fields(names, "names")
     if not names:
         raise InputError("names: there are no fields; give one at least, such as 'potential'.")
-    return values(names, molecule.frame(frame), surface.points, charges, table)
+    return compute_fields(names, molecule.frame(frame), surface.points, charges, table)
 
 
 def residues(dots, molecule=None, *, roughness_values=None, kept=(), weight=None):

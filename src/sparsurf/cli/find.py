@@ -11,6 +11,7 @@ from sparsurf.cli import outputs
 from sparsurf.cli.inputs import PERCENT, Limits, as_molecule, is_structure, names_of_fields
 from sparsurf.cli.making import surface as surface_of
 from sparsurf.dot_fields.registry import FIELDS as OF_DOTS
+from sparsurf.files import pluralise, shorten
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, suffix
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.sites.describing import FIELDS, Sites, describe_surface, load_sites, places_of_residues
@@ -19,7 +20,6 @@ from sparsurf.sites.finding import find_places, find_site
 from sparsurf.surfaces.read_surface import FORMATS, read_surface
 from sparsurf.surfaces.spacing import spacing
 from sparsurf.surfaces.surface import Surface
-from sparsurf.texts import counted, short
 from sparsurf.threads import available_cores
 
 log = logging.getLogger("sparsurf")
@@ -147,7 +147,7 @@ def found(query, targets, at=None, residues=None, n=10, percent=10, fields=FIELD
         fits = hits.table["places"].to_numpy() > 0
         if not fits.all():
             without = ", ".join(dict.fromkeys(hits.table.loc[~fits, "target"]))
-            log.warning("nothing of the site fits on %s", short(without))
+            log.warning("nothing of the site fits on %s", shorten(without))
         return hits.table[fits], [pose for pose, fit in zip(hits.poses, fits, strict=True) if fit]
     return find_places(_at(query, whole, at), others, n, available_cores()), None
 
@@ -319,7 +319,7 @@ def run(asked):
     others = [each for target in asked.targets for each in _sites_of(target, query)]
     table, poses = found(query, others, None, asked.residues, asked.hits or HITS_SHOWN)
     outputs.write_table(asked.output, asked.format, table)
-    outputs.wrote(asked, asked.output, counted(len(table), "hit"))
+    outputs.wrote(asked, asked.output, pluralise(len(table), "hit"))
     if asked.superpose:
         _superpose(asked, table, poses)
 
@@ -336,9 +336,9 @@ def _sites_of(target, query):
     if dots:
         log.warning(
             "%s of dots in %s left out (%s); name a file of dots itself as TARGET",
-            counted(len(dots), "file"), target, short(", ".join(dots)),
+            pluralise(len(dots), "file"), target, shorten(", ".join(dots)),
         )  # fmt: skip
-    for file in progress.each(files, f"targets in {target}"):
+    for file in progress.progress_bar(files, f"targets in {target}"):
         try:
             found = as_sites(file, *how)
             if found.settings["percent"] != how[0] or [*found.fields] != [*how[1]]:

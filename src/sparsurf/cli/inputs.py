@@ -13,7 +13,7 @@ from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, s
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import from_mdtraj, read_molecule
 from sparsurf.patches.index import build_index
-from sparsurf.surfaces.molecular_surface import MOST_DENSITY
+from sparsurf.surfaces.molecular_surface import MAX_DENSITY
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.surfaces.surface import Surface
@@ -276,7 +276,7 @@ class Limits(NamedTuple):
 
 LENGTH = Limits(0, 100)  # Å: R_patch, R_zernike, D_link
 PROBE = Limits(0, 10)  # Å
-DENSITY = Limits(0, MOST_DENSITY)  # dots per Å^2
+DENSITY = Limits(0, MAX_DENSITY)  # dots per Å^2
 PERCENT = Limits(0, 100)
 ALPHA = Limits(0, 1)
 EXPONENT = Limits(0, 1000, open_low=False)  # beta, gamma, delta

@@ -22,7 +22,7 @@ from sparsurf.cli.inputs import (
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import table_of_components
-from sparsurf.surfaces.molecular_surface import components_in, fitting_surface
+from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED
 from sparsurf.surfaces.surface import Origin, Surface
@@ -84,11 +84,11 @@ def surface(molecule, *, frame=0, probe=1.4, density="auto", radii="dms", d_link
     density = DENSITY.check(density, "density", "auto")
     molecule, frame, values = _spheres(molecule, frame, radii)
     rules = rules_of(probe, density, cavities)
-    dots = fitting_surface(molecule, frame, values, rules, d_link, "surface")[0]
+    dots = surface_for_d_link(molecule, frame, values, rules, d_link, "surface")[0]
     how = {"probe": probe, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities}
     if not isinstance(molecule, Molecule):
         return dots
-    search = partial(components_in, molecule=molecule, position=frame, atom_radii=values, probe=probe)
+    search = partial(components_of_frame, molecule=molecule, position=frame, atom_radii=values, probe=probe)
     return replace(dots, origin=Origin(molecule, frame, how, search, dots.points))
 
 
@@ -136,7 +136,7 @@ def components(molecule, dots=None, *, frame=0, probe=1.4, radii="dms"):
         raise InputError(
             "components: the dots are not those of the molecule; give what surface() gave for it."
         )
-    component = components_in(dots, molecule, frame, values, probe)
+    component = components_of_frame(dots, molecule, frame, values, probe)
     return component, table_of_components(dots, component)
 
 
@@ -169,7 +169,11 @@ def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms", caviti
     >>> round(sparsurf.mesh(few).volume, -2)
     7900.0
     """
-    from sparsurf.surfaces.mesh import molecular_mesh, outside, step_of  # here: dots need none of its kernels
+    from sparsurf.surfaces.mesh import (  # here: dots need none of its kernels
+        grid_step_for_density,
+        molecular_mesh,
+        outer_mesh,
+    )
 
     density, probe = DENSITY.check(density, "density"), PROBE.check(probe, "probe")
     _check_cavities(cavities)
@@ -183,12 +187,12 @@ def mesh(molecule, *, frame=0, probe=1.4, density=PUBLISHED, radii="dms", caviti
         placed_already("mesh", frame=frame, probe=probe, radii=radii)
         few = as_surface(molecule)
         how = {"density": density, "threads": available_cores()}
-        found = recovered_mesh(few.points, few.normals, step_of(density), **how)
+        found = recovered_mesh(few.points, few.normals, grid_step_for_density(density), **how)
     else:
         molecule, frame, values = _spheres(molecule, frame, radii)
         places = molecule.xyz[frame].round(3)
-        found = molecular_mesh(places, values, probe, step_of(density), available_cores())
-    return outside(found) if cavities == "remove" else found
+        found = molecular_mesh(places, values, probe, grid_step_for_density(density), available_cores())
+    return outer_mesh(found) if cavities == "remove" else found
 
 
 def _spheres(molecule, frame, table):

@@ -17,14 +17,14 @@ from sparsurf.cli.inputs import (
 from sparsurf.cli.making import rules_of, surface
 from sparsurf.cli.subsets import prepare
 from sparsurf.patches.index import D_LINK
-from sparsurf.recovery.settling import settle as settled_places
+from sparsurf.recovery.relaxation import relax as settled_places
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.enough import Trials
-from sparsurf.study.evaluator import number_of_tests
 from sparsurf.study.floors import FRESH
-from sparsurf.study.floors import floors as measured_floors
-from sparsurf.study.handing_out import hand_out
-from sparsurf.surfaces.molecular_surface import layer
+from sparsurf.study.floors import noise_floors as measured_floors
+from sparsurf.study.minimal_subset import select_minimal_subset
+from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.required_dots import Trials
+from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
@@ -171,9 +171,9 @@ def settle(few, surface):
 def chosen(dots, own, molecule, wishes, sampler, settled, seed, d_link):
     """The Subset of dots; `own` is of `layer`, `wishes` as in the config's `minimal`."""
     ready = prepare(dots, d_link=d_link, seed=seed)
-    trials = Trials(ready, sampler, number_of_tests(TESTS, len(dots)), settled=settled)
+    trials = Trials(ready, sampler, number_of_tests(TESTS, len(dots)), relaxed=settled)
     found = None if wishes else measured_floors(ready, len(trials.tests), **own, moved=())
-    return hand_out(trials, wishes or {"floor": FRESH}, found, molecule)
+    return select_minimal_subset(trials, wishes or {"floor": FRESH}, found, molecule)
 
 
 def _dots_of(given, frame, how):
@@ -192,7 +192,7 @@ def _dots_of(given, frame, how):
 def _laid_on(molecule, frame, probe, density, radii, d_link, cavities):
     """What places other dots on the atoms of one frame."""
     rules = rules_of(probe, density, cavities)
-    return layer(molecule, frame, atomic_radii(molecule, radii), rules, d_link, "surface")
+    return surface_generator(molecule, frame, atomic_radii(molecule, radii), rules, d_link, "surface")
 
 
 def arguments(parser):

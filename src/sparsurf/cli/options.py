@@ -9,7 +9,7 @@ from sparsurf.cli.inputs import DENSITY, LENGTH, PROBE, Limits, check_frame, is_
 from sparsurf.cli.making import CAVITIES
 from sparsurf.cli.making import surface as surface_of
 from sparsurf.cli.outputs import FRAME
-from sparsurf.dot_fields.columns import TAKEN
+from sparsurf.dot_fields.columns import RESERVED_NAMES
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import D_LINK
@@ -91,7 +91,7 @@ def with_fields(asked, surface, molecule, frame=0):
     """The surface with the fields that a command is asked for."""
     if asked.fields is asked.table is None and asked.charges == "table":
         return surface
-    from sparsurf.dot_fields.registry import FIELDS, values  # here: few ask for fields
+    from sparsurf.dot_fields.registry import FIELDS, compute_fields  # here: few ask for fields
 
     names = [name.strip() for name in (asked.fields or "").split(",") if name.strip()]
     if asked.fields is not None and not names:
@@ -111,9 +111,9 @@ def with_fields(asked, surface, molecule, frame=0):
     several = asked.frames is not None or (asked.model == ALL and asked.frame is None)
     if several and asked.charges not in ("table", "pdb2pqr"):
         raise InputError("--charges: a PQR file is of one frame; give --frame, or other charges.")
-    if never := sorted({*names} & (TAKEN | {"self"})):
+    if never := sorted({*names} & (RESERVED_NAMES | {"self"})):
         raise InputError(f"--fields: a field cannot be called {never[0]}; rename the column.")
-    table = values(names, molecule.frame(frame), surface.points, asked.charges, asked.table)
+    table = compute_fields(names, molecule.frame(frame), surface.points, asked.charges, asked.table)
     return replace(surface, fields=surface.fields | dict(table))
 
 
@@ -154,7 +154,7 @@ def surfaces(asked):
     molecule = read_atoms(asked)
     numbers = frames_of(asked, molecule)
     say(f"surface of {molecule.n_atoms:,} atoms")
-    for frame in progress.each(numbers, "frames"):
+    for frame in progress.progress_bar(numbers, "frames"):
         yield frame, surface_of(molecule, frame=frame, **how(asked)), molecule
 
 

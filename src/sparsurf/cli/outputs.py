@@ -16,14 +16,15 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.cli.inputs import as_molecule, same_atoms
-from sparsurf.dot_fields.columns import TAKEN
+from sparsurf.dot_fields.columns import RESERVED_NAMES
+from sparsurf.files import shorten
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
-from sparsurf.surfaces.formats.ply import MANY_DOTS, triangles, write_ply
+from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.formats.vtp import write_vtp
-from sparsurf.surfaces.surface import ARRAYS, Surface, is_field
-from sparsurf.texts import short
+from sparsurf.surfaces.surface import ARRAY_NAMES, Surface, is_field_name
+from sparsurf.surfaces.triangulation import MAX_DOTS_TO_TRIANGULATE, triangulate
 
 log = logging.getLogger("sparsurf")
 
@@ -124,7 +125,7 @@ def _place(output, format_given, formats):
     name = str(output)
     if "\0" in name or len(os.path.basename(name).encode(errors="surrogateescape")) > LONGEST_NAME:
         raise InputError(
-            f"{short(repr(name))} cannot name a file; take a shorter name, of letters and digits."
+            f"{shorten(repr(name))} cannot name a file; take a shorter name, of letters and digits."
         )
     if name != "-" and os.path.isdir(name):
         raise InputError(f"{name} is a folder; name a file.")
@@ -184,11 +185,11 @@ def write_dots(output, format_given, dots, plain=False, binary=False):
     surface = dots.surface
 
     def faces():
-        if dots.faces is None and not plain and len(surface) > MANY_DOTS:
+        if dots.faces is None and not plain and len(surface) > MAX_DOTS_TO_TRIANGULATE:
             log.warning("%d dots are too many for triangles between them: %s has none", len(surface), output)
-        if dots.faces is None and (plain or len(surface) > MANY_DOTS):
+        if dots.faces is None and (plain or len(surface) > MAX_DOTS_TO_TRIANGULATE):
             return np.empty((0, 3), int)
-        return triangles(surface) if dots.faces is None else dots.faces
+        return triangulate(surface) if dots.faces is None else dots.faces
 
     def solid(path):
         if not len(found := faces()):
@@ -196,7 +197,7 @@ def write_dots(output, format_given, dots, plain=False, binary=False):
         _by_trimesh(path, surface, found)
 
     def refuse_names():
-        odd = [name for name in surface.fields if not is_field(name)]
+        odd = [name for name in surface.fields if not is_field_name(name)]
         if odd:
             raise InputError(
                 f"{output} has no room for a field called {odd[0]!r}; rename it, to letters, digits and _."
@@ -217,11 +218,11 @@ def write_dots(output, format_given, dots, plain=False, binary=False):
         write_dms(path, surface, own.residue_name, own.residue, own.name, own.xyz[dots.frame])
 
     def npz(path):
-        if taken := sorted(TAKEN & surface.fields.keys()):
+        if taken := sorted(RESERVED_NAMES & surface.fields.keys()):
             raise InputError(
                 f"{output}: npz has no room for a field called {taken[0]}; rename it, or write CSV."
             )
-        arrays = {name: getattr(surface, name) for name in ARRAYS}
+        arrays = {name: getattr(surface, name) for name in ARRAY_NAMES}
         arrays |= {name: values for name, values in surface.fields.items() if name not in dots.table}
         _npz(path, arrays | {name: column for name, column in dots.table.items() if name not in arrays})
 

@@ -17,7 +17,7 @@ from sparsurf.cli.roughness import roughness as roughness_of
 from sparsurf.report.recommendation import EVIDENCE, read_run
 from sparsurf.report.recommendation import recommend as answer
 from sparsurf.streams import stream
-from sparsurf.surfaces.spacing import DENSER, refuse_sparse, spacing
+from sparsurf.surfaces.spacing import DENSER_SURFACE_REMEDY, refuse_sparse, spacing
 
 MANY = "docs/proteins.md"  # tells how the evidence that comes along was measured
 WITHOUT = " without its hydrogens, as the evidence is"
@@ -132,7 +132,7 @@ def _mean(dots, evidence, name="surface"):
     rules = evidence["surfaces"].iloc[0]
     if len(dots) == 1:
         raise InputError(f"{name} has a single dot, which has no roughness: give a surface.")
-    refuse_sparse(dots.points, rules["D_link"], name, DENSER)
+    refuse_sparse(dots.points, rules["D_link"], name, DENSER_SURFACE_REMEDY)
     return roughness_of(dots, radius=rules["R_patch"], d_link=rules["D_link"]).mean()
 
 

@@ -11,11 +11,11 @@ from sparsurf.cli.descriptors import described, table_of
 from sparsurf.cli.inputs import DENSITY as DENSITIES
 from sparsurf.cli.inputs import Limits, as_surface
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
-from sparsurf.recovery.fields import recovered_fields
-from sparsurf.recovery.recovering import REACH, STEPS
+from sparsurf.recovery.fields import interpolate_fields
+from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.recovery.recovering import recover as recovered_dots
-from sparsurf.surfaces.components import fields_alone
-from sparsurf.surfaces.read_surface import read_places, read_surface
+from sparsurf.surfaces.components import fields_without_component
+from sparsurf.surfaces.read_surface import read_points, read_surface
 from sparsurf.surfaces.spacing import DENSITY, area_of, refuse_sparse
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
@@ -79,8 +79,8 @@ def recover(surface, *, density=DENSITY):
 
 def _fields_of(few, points):
     """Fields of a surface of a few dots at `points`, whose first are these dots; numbers of components are none."""
-    fields = fields_alone(few)
-    between = recovered_fields(few.points, fields, points[len(few) :])
+    fields = fields_without_component(few)
+    between = interpolate_fields(few.points, fields, points[len(few) :])
     return {name: np.concatenate([fields[name], values]) for name, values in between.items()}
 
 
@@ -105,8 +105,8 @@ def arguments(parser):
     parser.add_argument(
         "--steps",
         type=Limits(0, MOST_STEPS, whole=True).parse,
-        default=STEPS,
-        help=f"of Newton at most (default {STEPS})",
+        default=NEWTON_STEPS,
+        help=f"of Newton at most (default {NEWTON_STEPS})",
     )
     parser.add_argument(
         "--around",
@@ -126,7 +126,7 @@ def run(asked):
         asked, outputs.TABLES if asked.around is not None else outputs.MESHES if asked.mesh else outputs.DOTS
     )
     few = read_surface(asked.file)
-    around = None if asked.around is None else read_places(asked.around)
+    around = None if asked.around is None else read_points(asked.around)
     if asked.mesh:
         found = _mesh(asked, few)
         outputs.write_dots(asked.output, asked.format, found, binary=asked.binary)
@@ -145,10 +145,12 @@ def run(asked):
 
 def _mesh(asked, few):
     from sparsurf.recovery.mesh import recovered_mesh  # here: dots need none of its kernels
-    from sparsurf.surfaces.mesh import step_of
+    from sparsurf.surfaces.mesh import grid_step_for_density
 
     how = asked.density, asked.reach, asked.steps, available_cores()
-    return outputs.mesh_dots(recovered_mesh(few.points, few.normals, step_of(asked.density), *how))
+    return outputs.mesh_dots(
+        recovered_mesh(few.points, few.normals, grid_step_for_density(asked.density), *how)
+    )
 
 
 def _to_dms(asked):

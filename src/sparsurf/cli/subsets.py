@@ -17,12 +17,12 @@ from sparsurf.cli.inputs import (
 )
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.recovery.readings import READINGS
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
-from sparsurf.sampling.samplers import named
-from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.minimal import tell_of_another_number
-from sparsurf.study.statistics import mean_and_error, references
+from sparsurf.sampling.samplers import get_samplers
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.study.statistics import mean_and_error, reference_values
+from sparsurf.study.subset_search import warn_if_number_differs
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import available_cores
 
@@ -52,7 +52,7 @@ def prepare(surface, *, r_patch=R_PATCH, r_zernike=R_ZERNIKE, d_link=D_LINK, see
     >>> [len(sparsurf.sample(ready, n=n)) for n in (100, 200)]
     [100, 200]
     """
-    if isinstance(surface, Evaluator):
+    if isinstance(surface, PreparedSurface):
         if (r_patch, r_zernike, d_link, seed) != (R_PATCH, R_ZERNIKE, D_LINK, 0):
             raise InputError("prepare: this surface is ready; give its dots to make it ready otherwise.")
         return surface
@@ -60,7 +60,7 @@ def prepare(surface, *, r_patch=R_PATCH, r_zernike=R_ZERNIKE, d_link=D_LINK, see
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
     dots = as_surface(surface)
     refuse_sparse(dots.points, d_link, "surface")
-    return Evaluator(dots, r_patch, r_zernike, d_link, seed=seed, threads=available_cores())
+    return PreparedSurface(dots, r_patch, r_zernike, d_link, seed=seed, threads=available_cores())
 
 
 def sample(surface, *old, percent=None, n=None, sampler=None, combination=None, seed=0):
@@ -105,8 +105,8 @@ def sample(surface, *old, percent=None, n=None, sampler=None, combination=None, 
     if n is None:
         n = max(1, round(PERCENT.check(percent, "percent") / 100 * n_dots))
     n = Limits(1, n_dots, whole=True, open_low=False).check(n, "n")
-    kept = named([sampler], "sampler")[sampler](ready, n, ready.stream("sample", sampler, seed))
-    tell_of_another_number(sampler, n, len(kept))
+    kept = get_samplers([sampler], "sampler")[sampler](ready, n, ready.stream("sample", sampler, seed))
+    warn_if_number_differs(sampler, n, len(kept))
     return kept
 
 
@@ -122,7 +122,7 @@ def _drawn(ready, combination, sampler, given, seed):
         )
     sampler = sampler or OF_COMBINATION[0]
     cover = ready.cover if sampler == OF_COMBINATION[0] else ready.corrected_cover
-    return law.sample(cover, _combination(combination), ready.stream("sample", sampler, seed))
+    return published.sample(cover, _combination(combination), ready.stream("sample", sampler, seed))
 
 
 def compare(surface, subsets, *, reading="as_written", test_dots=400):
@@ -167,11 +167,12 @@ def compare(surface, subsets, *, reading="as_written", test_dots=400):
     kept = [as_subset(name, subset, len(ready.points)) for name, subset in subsets.items()]
     tests = ready.draw_tests(number_of_tests(test_dots, len(ready.points)))
     uniform = [
-        law.uniform(len(ready.points), len(subset), ready.stream("compare", len(subset))) for subset in kept
+        published.uniform_subset(len(ready.points), len(subset), ready.stream("compare", len(subset)))
+        for subset in kept
     ]
     z_tot, _ = ready.describe(tests)
     distances, _ = ready.distances(kept + uniform, tests, z_tot, reading)
-    sticks = references(z_tot)
+    sticks = reference_values(z_tot)
     rows = []
     for subset, own, other in zip(kept, distances, distances[len(kept) :], strict=False):
         (z, z_se), (d, d_se) = mean_and_error(own[None]), mean_and_error((other - own)[None])

@@ -6,10 +6,10 @@ from sparsurf import InputError
 from sparsurf.cli import options, outputs
 from sparsurf.cli.inputs import STRUCTURES, is_structure
 from sparsurf.cli.making import components, mesh
+from sparsurf.files import pluralise
 from sparsurf.patches.index import D_LINK
-from sparsurf.surfaces.components import FIELD, numbers_of
+from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED
-from sparsurf.texts import counted
 
 OF_DOTS = {
     "fields": None,
@@ -65,7 +65,7 @@ def _dots(asked):
     for frame, dots, molecule in options.surfaces(asked):
         dots = options.with_fields(asked, dots, molecule, frame)
         component, parts = components(molecule, dots, frame=frame, probe=asked.probe, radii=asked.radii)
-        table = pd.DataFrame({"area": dots.area, "kind": dots.kind, FIELD: component})
+        table = pd.DataFrame({"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component})
         table = table.join(molecule.labels(dots.atom))
         words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
         yield frame, outputs.Dots(dots, table, None, molecule, frame, words=words)
@@ -73,8 +73,8 @@ def _dots(asked):
 
 def _words(parts):
     """What the command tells of the components of a surface."""
-    found = numbers_of(parts)
-    words = f"{found['volume']:,.0f} Å^3, {counted(found['components'], 'component')}"
+    found = summarize_components(parts)
+    words = f"{found['volume']:,.0f} Å^3, {pluralise(found['components'], 'component')}"
     if not found["cavities"]:
         return words
     noun = "cavity" if found["cavities"] == 1 else "cavities"

@@ -1,1 +1,1 @@
-"""Fields: a number at each dot of a surface, from the molecule that it was made of."""
+"""Fields: a number at each dot of a surface, computed from the molecule."""

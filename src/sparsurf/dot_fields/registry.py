@@ -1,10 +1,13 @@
 """Fields by name: a number at each dot, from the molecule.
 
-To add a field, write one function (molecule, points) -> (N,) and put `@field(...)` above it.
+To add a field, write a function (molecule, points) -> (N,) with the decorator `@field(label, unit)`.
 """
 
-from collections.abc import Callable
-from typing import NamedTuple
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,10 +16,13 @@ from sparsurf import InputError
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.potential import potential_of_charges
-from sparsurf.dot_fields.smoothing import smoothed
+from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.molecules.residues import standard_name
 
-FIELDS = {}
+if TYPE_CHECKING:
+    from sparsurf.molecules.molecule import Molecule
+
+FIELDS: dict[str, Field] = {}
 # Kyte & Doolittle, J. Mol. Biol. 157:105, 1982
 HYDROPATHY = {
     "ILE": 4.5, "VAL": 4.2, "LEU": 3.8, "PHE": 2.8, "CYS": 2.5, "MET": 1.9, "MSE": 1.9, "ALA": 1.8, "GLY": -0.4,
@@ -37,74 +43,90 @@ CHARGES = {"LYS": 1.0, "ARG": 1.0, "ASP": -1.0, "GLU": -1.0}  # of side chains a
 class Field(NamedTuple):
     """A field.
 
-    function : (molecule, points, **options) -> (N,) float64, from the molecule's first frame; NaN where it says nothing
-    words, unit : str, what figures and pages call it
+    Attributes
+    ----------
+    function : callable
+        (molecule, points, **options) -> (N,) float64, from the molecule's first frame; NaN where there is no value.
+    label, unit : str
+        For figures and pages.
     """
 
-    function: Callable
-    words: str
+    function: Callable[..., np.ndarray]
+    label: str
     unit: str
 
 
-def field(words, unit):
-    """Register the function below under its name."""
+def field(label: str, unit: str) -> Callable[[Callable[..., np.ndarray]], Callable[..., np.ndarray]]:
+    """Register a function as a field under its name."""
 
-    def register(function):
-        FIELDS[function.__name__] = Field(function, words, unit)
+    def register(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+        FIELDS[function.__name__] = Field(function, label, unit)
         return function
 
     return register
 
 
 @field("hydropathy", "Kyte-Doolittle")
-def hydropathy(molecule, points):
-    """Kyte and Doolittle's hydropathy of the residues around, 4.5 (oily) to -4.5; other residues have none."""
-    return _of_residues(HYDROPATHY, molecule, points)
+def hydropathy(molecule: Molecule, points: np.ndarray) -> np.ndarray:
+    """Average Kyte and Doolittle's hydropathy of nearby amino acids, 4.5 (hydrophobic) to -4.5."""
+    return _mean_of_residues(HYDROPATHY, molecule, points)
 
 
 @field("residue volume", "Å^3")
-def volume(molecule, points):
-    """Volume of the residues around."""
-    return _of_residues(VOLUME, molecule, points)
+def volume(molecule: Molecule, points: np.ndarray) -> np.ndarray:
+    """Average the volume of nearby amino acids."""
+    return _mean_of_residues(VOLUME, molecule, points)
 
 
 @field("aromaticity", "share")
-def aromaticity(molecule, points):
-    """Share of aromatic residues around."""
-    return _of_residues(dict.fromkeys(VOLUME, 0.0) | RINGS, molecule, points)
+def aromaticity(molecule: Molecule, points: np.ndarray) -> np.ndarray:
+    """Compute the share of aromatic residues nearby."""
+    return _mean_of_residues(dict.fromkeys(VOLUME, 0.0) | RINGS, molecule, points)
 
 
 @field("charge of side chains", "e")
-def charge(molecule, points):
-    """Mean charge of the side chains around: less detailed than the potential, and moves less with the atoms."""
-    return _of_residues(dict.fromkeys(VOLUME, 0.0) | CHARGES, molecule, points)
+def charge(molecule: Molecule, points: np.ndarray) -> np.ndarray:
+    """Average the charge of nearby side chains: less detailed than the potential, less sensitive to moving atoms."""
+    return _mean_of_residues(dict.fromkeys(VOLUME, 0.0) | CHARGES, molecule, points)
 
 
-def _of_residues(scale, molecule, points):
-    """A scale of residues as a smooth field."""
-    names, place = np.unique(molecule.residue_name, return_inverse=True)
+def _mean_of_residues(scale: dict[str, float], molecule: Molecule, points: np.ndarray) -> np.ndarray:
+    """Turn a scale of residues into a smooth field; residues that are not in the scale do not count."""
+    names, inverse = np.unique(molecule.residue_name, return_inverse=True)
     of_name = np.array([scale.get(standard_name(str(name)), np.nan) for name in names])
-    return smoothed(of_name[place], molecule.xyz[0], points)
+    return gaussian_mean(of_name[inverse], molecule.xyz[0], points)
 
 
 @field("electrostatic potential", "kT/e")
-def potential(molecule, points, charges="table"):
-    """Screened Coulomb potential; `charges`: 'table', 'pdb2pqr' or the path of a PQR file."""
+def potential(
+    molecule: Molecule, points: np.ndarray, charges: str | os.PathLike[str] = "table"
+) -> np.ndarray:
+    """Compute the screened Coulomb potential; `charges` is 'table', 'pdb2pqr' or the path of a PQR file."""
     if charges == "table":
-        found = table_charges(molecule)
+        positions, values = table_charges(molecule)
+    elif charges == "pdb2pqr":
+        positions, values = pdb2pqr_charges(molecule)
     else:
-        found = pdb2pqr_charges(molecule) if charges == "pdb2pqr" else pqr_charges(charges, molecule)
-    return potential_of_charges(*found, points)
+        positions, values = pqr_charges(charges, molecule)
+    return potential_of_charges(positions, values, points)
 
 
 @field("B factor", "Å^2")
-def bfactor(molecule, points):
-    """B factors of the atoms around, as the file has them; none where all are 0."""
-    return smoothed(np.where(molecule.b_factor.any(), molecule.b_factor, np.nan), molecule.xyz[0], points)
+def bfactor(molecule: Molecule, points: np.ndarray) -> np.ndarray:
+    """Average the B factors of nearby atoms; there is no value if all are 0."""
+    return gaussian_mean(
+        np.where(molecule.b_factor.any(), molecule.b_factor, np.nan), molecule.xyz[0], points
+    )
 
 
-def values(names, molecule, points, charges="table", table=None):
-    """Fields at dots.
+def compute_fields(
+    names: Sequence[str],
+    molecule: Molecule,
+    points: np.ndarray,
+    charges: str | os.PathLike[str] = "table",
+    table: str | os.PathLike[str] | None = None,
+) -> pd.DataFrame:
+    """Compute fields at dots.
 
     Parameters
     ----------
@@ -113,30 +135,33 @@ def values(names, molecule, points, charges="table", table=None):
     molecule : Molecule
         Its first frame.
     points : (N, 3) float64, Å
-    charges : str
+        Dots.
+    charges : str or Path
         See `potential`.
-    table : path, optional
+    table : str or Path, optional
         CSV with a value for each residue or atom, see `columns.column_of_atoms`.
 
     Returns
     -------
-    DataFrame, (N, F), one column per name
+    DataFrame
+        (N, F), one column per name.
 
     Raises
     ------
-    InputError : a field that neither has, or both, or one that says nothing at any dot
+    InputError
+        A name that neither `FIELDS` nor the table has, or both; a field without a value at any dot.
     """
-    out, own = {}, columns_of(table) if table is not None else ()
+    out, columns = {}, columns_of(table) if table is not None else []
     for name in names:
-        if name in FIELDS and name in own:
+        if name in FIELDS and name in columns:
             raise InputError(
-                f"{table} has the column {name!r}, which is a field without it; rename the column."
+                f"{table} has the column {name!r}, which is the name of a built-in field; rename the column."
             )
         if name in FIELDS:
             options = {"charges": charges} if name == "potential" else {}
             out[name] = FIELDS[name].function(molecule, points, **options)
         elif table is not None:
-            out[name] = smoothed(column_of_atoms(table, name, molecule), molecule.xyz[0], points)
+            out[name] = gaussian_mean(column_of_atoms(table, name, molecule), molecule.xyz[0], points)
         else:
             raise InputError(f"fields: there is no field {name!r}; the fields are {', '.join(FIELDS)}.")
         if not np.isfinite(out[name]).any():

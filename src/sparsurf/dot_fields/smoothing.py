@@ -1,48 +1,60 @@
-"""Values of atoms or residues as a smooth field: at each dot their mean over the atoms around it."""
+"""Values of atoms or residues as a smooth field: at each dot, the mean over the atoms around it."""
+
+from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from sparsurf.surfaces.vectors import apart2, cells_of, column, point
+from sparsurf.kernel_cache import njit
+from sparsurf.surfaces.vectors import Cells, cell_column, point, sort_into_cells, squared_distance
 
-WIDTH = 2.5  # Å, of the Gaussian that weighs the atoms
-REACH = 4.0  # widths; atoms beyond weigh less than e^-8
+SIGMA = 2.5  # Å, of the Gaussian that weights the atoms
+CUTOFF = 4.0  # sigmas; atoms beyond it weigh less than e^-8
 
 
-def smoothed(values, xyz, points, width=WIDTH):
-    """Mean of the values of atoms under a Gaussian around each dot.
+def gaussian_mean(
+    values: np.ndarray, xyz: np.ndarray, points: np.ndarray, sigma: float = SIGMA
+) -> np.ndarray:
+    """Average values of atoms with a Gaussian around each dot.
 
     Parameters
     ----------
-    values : (A,) float64, NaN where an atom has none
+    values : (A,) float64
+        NaN where an atom has no value.
     xyz : (A, 3) float64, Å
+        Coordinates of the atoms.
     points : (N, 3) float64, Å
-    width : float, Å
+        Dots.
+    sigma : float, Å
+        Width of the Gaussian.
 
     Returns
     -------
-    (N,) float64 in the unit of the values; NaN where no atom with a value lies within four widths
+    (N,) float64 in the unit of the values
+        NaN where no atom with a value lies within four sigmas.
     """
     known = np.isfinite(values)
     out = np.full(len(points), np.nan)
     if known.any():
-        places = np.ascontiguousarray(xyz[known], np.float64)
-        cells = cells_of(places, REACH * width)
-        _smooth(places, np.asarray(values, np.float64)[known], cells, float(width), points, out)
+        atoms = np.ascontiguousarray(xyz[known], np.float64)
+        cells = sort_into_cells(atoms, CUTOFF * sigma)
+        _smooth(atoms, np.asarray(values, np.float64)[known], cells, float(sigma), points, out)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _smooth(xyz, values, cells, width, points, out):
+def _smooth(
+    xyz: np.ndarray, values: np.ndarray, cells: Cells, sigma: float, points: np.ndarray, out: np.ndarray
+) -> None:
+    """Write the Gaussian mean at each point to `out`."""
     for i in range(len(points)):
-        place, total, weights = point(points, i), 0.0, 0.0
+        dot, total, weights = point(points, i), 0.0, 0.0
         for c in range(9):
-            slot, last = column(cells, place, c)
+            slot, last = cell_column(cells, dot, c)
             while slot < len(cells.key) and cells.key[slot] <= last:
                 j = cells.order[slot]
-                d2 = apart2(place, point(xyz, j))
-                if d2 < (REACH * width) ** 2:
-                    weight = np.exp(-d2 / (2 * width * width))
+                d2 = squared_distance(dot, point(xyz, j))
+                if d2 < (CUTOFF * sigma) ** 2:
+                    weight = np.exp(-d2 / (2 * sigma * sigma))
                     total += weight * values[j]
                     weights += weight
                 slot += 1

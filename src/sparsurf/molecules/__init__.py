@@ -1,1 +1,1 @@
-"""Atoms in Å from any file. Nothing here knows a surface."""
+"""Molecules: atoms with coordinates in Å, read from any file. Nothing here knows a surface."""

@@ -1,16 +1,19 @@
-"""The atoms of a structure file as one table, whatever the format; what all formats have to go through.
+"""The atoms of a structure file as one table, whatever the format, and the steps that all formats share.
 
 The table has one row per atom in the order of the file:
 model         int, number of the model
 hetero        bool, not part of a polymer according to the file (HETATM)
-name, residue_name, chain, element, altloc    str, empty where the file says nothing
+name, residue_name, chain, element, altloc    str, empty where the file has none
 residue       str, number with insertion code: '52A', '-5'
-terminated    bool, the residue before was the last of its molecule (TER)
+terminated    bool, the previous residue was the last of its molecule (TER)
 occupancy, x, y, z    float, Å
-b_factor      float, Å^2, nan where the file says nothing
+b_factor      float, Å^2, nan where the file has none
 """
 
+from __future__ import annotations
+
 import logging
+import os
 from dataclasses import dataclass, field
 
 import gemmi
@@ -18,50 +21,55 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.texts import counted
+from sparsurf.files import pluralise
 
 log = logging.getLogger("sparsurf")
 
-FLAT = 1e-6  # of its volume at right angles: a box has more
+MIN_BOX_VOLUME = 1e-6  # share of the volume of the same box at right angles; a flat box is impossible
 
 
 @dataclass(frozen=True)
 class AtomFile:
-    """What a structure file holds.
+    """Content of a structure file.
 
     Attributes
     ----------
     atoms : DataFrame, the table described above
     box : (3, 3) float, Å, lattice vectors as rows; None where there is none
-    promised : dict, residue names of each chain's full sequence, where the file tells it
-    linked : set of (chain, residue), those that a bond beside the backbone joins to another residue of the polymer
+    sequences : dict, residue names of each chain's full sequence, where the file has it
+    crosslinked : set of (chain, residue) that a bond besides the backbone joins to another residue of the polymer
     """
 
     atoms: pd.DataFrame
     box: np.ndarray | None = None
-    promised: dict = field(default_factory=dict)
-    linked: frozenset = frozenset()
+    sequences: dict[str, list[str]] = field(default_factory=dict)
+    crosslinked: frozenset[tuple[str, str]] = frozenset()
 
 
-def box_vectors(a, b, c, alpha, beta, gamma):
-    """Lattice vectors (3, 3) in Å from lengths (Å) and angles (degrees); None for a dummy box of 1 Å, and an impossible one."""
+def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: float) -> np.ndarray | None:
+    """Return lattice vectors (3, 3), Å, from lengths (Å) and angles (degrees); None for an impossible box or a dummy of 1 Å."""
     try:
         cell = gemmi.UnitCell(a, b, c, alpha, beta, gamma)
-        impossible = cell.is_crystal() and not cell.volume > FLAT * a * b * c
+        impossible = cell.is_crystal() and not cell.volume > MIN_BOX_VOLUME * a * b * c
     except RuntimeError:  # an angle of 0 or 180 degrees
         impossible = True
     if impossible:
-        edges, angles = (", ".join(f"{x:g}" for x in each) for each in ((a, b, c), (alpha, beta, gamma)))
+        edges, angles = (", ".join(f"{x:g}" for x in values) for values in ((a, b, c), (alpha, beta, gamma)))
         log.warning("a box of %s Å with angles of %s° is impossible: it counts as missing", edges, angles)
         return None
     return np.array(cell.orth.mat.tolist()).T if cell.is_crystal() and cell.volume > 1 else None
 
 
-def number_residues(atoms):
-    """(A,) int: residue of each atom, 0, 1, 2, ... in the order of the file, starting again in each model.
+def number_residues(atoms: pd.DataFrame) -> np.ndarray:
+    """Number the residues 0, 1, 2, ... in the order of the file, starting again in each model.
 
-    A residue ends where chain, number or insertion code change, at TER, or where the name changes; not
-    where the name changes between alternate locations of one residue.
+    A residue ends where chain, number or insertion code change, at TER, or where the name changes. A change of the
+    name between alternate locations of one residue does not count.
+
+    Returns
+    -------
+    (A,) int
+        Residue of each atom.
     """
     before = atoms.shift()
     differs = (atoms[["model", "chain", "residue"]] != before[["model", "chain", "residue"]]).any(axis=1)
@@ -71,27 +79,40 @@ def number_residues(atoms):
     return (number - number.groupby(atoms.model).transform("min")).to_numpy()
 
 
-def missing_residues(atoms, promised):
-    """Chains that lack residues of their full sequence, in the first model.
+def missing_residues(atoms: pd.DataFrame, sequences: dict[str, list[str]]) -> dict[str, tuple[int, int]]:
+    """Find chains that lack residues of their full sequence, in the first model.
 
     Returns
     -------
-    dict : chain -> (number of residues found, number of residues promised)
+    dict
+        chain -> (number of residues with atoms, number of residues in the sequence)
     """
     residues = atoms[atoms.model == atoms.model[0]].drop_duplicates(["chain", "residue"])
     counts = {
         chain: (int((residues.residue_name[residues.chain == chain].isin(sequence)).sum()), len(sequence))
-        for chain, sequence in promised.items()
+        for chain, sequence in sequences.items()
     }
-    return {chain: (found, full) for chain, (found, full) in counts.items() if found < full}
+    return {chain: (present, full) for chain, (present, full) in counts.items() if present < full}
 
 
-def choose_altlocs(atoms, altloc, path):
-    """The table with one location of every atom.
+def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: str | os.PathLike[str]) -> pd.DataFrame:
+    """Keep one location of every atom.
 
-    Each residue keeps one location throughout: the first in the file ('first'), the one of highest mean
-    occupancy ('highest') or the given letter where the residue has it, else the first. An atom that only
-    other locations of the same residue hold is kept too, so that no hole arises.
+    All atoms of a residue keep the same location: the first in the file ('first'), the one of highest mean
+    occupancy ('highest') or the requested letter where the residue has it, else the first. An atom that only
+    other locations of the residue have is kept too, so that there is no hole.
+
+    Parameters
+    ----------
+    atoms : DataFrame
+    altloc : 'first', 'highest' or a letter
+    path : str or Path
+        Named in messages.
+
+    Raises
+    ------
+    InputError
+        `altloc` is something else.
     """
     if altloc not in ("first", "highest") and not (isinstance(altloc, str) and len(altloc.strip()) == 1):
         raise InputError(f"altloc: '{altloc}' is neither first, highest nor one letter: choose one of them.")
@@ -101,26 +122,27 @@ def choose_altlocs(atoms, altloc, path):
             log.warning("%s has no alternate locations: altloc %s changes nothing", path, altloc)
         return atoms
     if altloc not in ("first", "highest", *letters):
-        message = "%s has no alternate location %s (it has %s): the first is taken"
+        message = "%s has no alternate location %s (it has %s): the first is used"
         log.warning(message, path, altloc, ", ".join(letters))
     keep = pd.Series(True, index=atoms.index)
     located = atoms.groupby(["model", "chain", "residue"]).altloc.transform("max") != ""
     for _, residue in atoms[located].groupby(["model", "chain", "residue"], sort=False):
-        keep[residue.index] = _kept_of_residue(residue, altloc)
+        keep[residue.index] = _choose_location(residue, altloc)
     return atoms[keep].reset_index(drop=True)
 
 
-def report_duplicates(atoms, path):
-    """Warn of atoms of one name in one residue (a line that stands twice); the surface counts a place once."""
+def report_duplicates(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None:
+    """Warn of repeated atom names in a residue (a repeated line); the surface counts a position once."""
     first_model = atoms[atoms.model == atoms.model[0]]
     identity = first_model.assign(number=number_residues(first_model))[["number", "residue_name", "name"]]
     count = int(identity.duplicated().sum())
     if count:
-        words = "stands twice in its residue" if count == 1 else "stand twice in their residues"
-        log.warning("%s: %s %s", path, counted(count, "atom"), words)
+        words = "is repeated in its residue" if count == 1 else "are repeated in their residues"
+        log.warning("%s: %s %s", path, pluralise(count, "atom"), words)
 
 
-def _kept_of_residue(residue, altloc):
+def _choose_location(residue: pd.DataFrame, altloc: str) -> pd.Series:
+    """Return which atoms of a residue are kept, a bool per row."""
     labelled = residue[residue.altloc != ""]
     letters = list(dict.fromkeys(labelled.altloc))
     if altloc == "highest":

@@ -1,12 +1,15 @@
-"""Every file format of molecules, by the endings of its files."""
+"""File formats of molecules, by the extensions of their files."""
 
+from __future__ import annotations
+
+import os
 from pathlib import Path
 
-from sparsurf.texts import as_path
+from sparsurf.files import as_path
 
 PDB = (".pdb", ".ent")
 MMCIF = (".cif", ".mmcif")
-STRUCTURES = PDB + MMCIF  # each also packed (.gz)
+STRUCTURES = PDB + MMCIF  # each also compressed (.gz)
 SELF_CONTAINED = (".gro", ".h5", ".hdf5")  # names and coordinates in one file
 AMBER = (".prmtop", ".parm7", ".prm7")
 TOPOLOGIES = (".psf", *AMBER)  # names without coordinates
@@ -14,10 +17,10 @@ ONE_FRAME = (".rst7", ".restrt", ".inpcrd", ".ncrst")
 TRAJECTORIES = (
     ".xtc", ".trr", ".dcd", ".nc", ".ncdf", ".netcdf", ".mdcrd", ".crd", ".lammpstrj", ".xyz", *ONE_FRAME,
 )  # fmt: skip
-TIMED = (".xtc", ".trr", ".nc", ".ncdf", ".netcdf", ".h5", ".hdf5", ".gro")  # trajectories that tell times
+TIMED = (".xtc", ".trr", ".nc", ".ncdf", ".netcdf", ".h5", ".hdf5", ".gro")  # trajectories with times
 IN_NM = (".xtc", ".trr", *SELF_CONTAINED)  # formats whose lengths are nanometres
 
 
-def suffix(path):
-    """Ending of a file's name, in lower case and without .gz."""
+def suffix(path: str | os.PathLike[str]) -> str:
+    """Return the extension of a file name, in lower case and without .gz."""
     return Path(as_path(path).name.lower().removesuffix(".gz")).suffix

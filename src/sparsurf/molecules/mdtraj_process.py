@@ -1,8 +1,9 @@
-"""mdtraj's readers in a process of their own: on damaged files its C code and HDF5 overrun their buffers.
+"""Run mdtraj's readers in a separate process: its C code and HDF5 overrun their buffers on damaged files.
 
-That process imports mdtraj once and forks for each file, so that a crash ends the fork: it becomes a sentence
-instead of the end of the run.
+The process imports mdtraj once and forks for each file. A crash ends only the fork, and becomes an error message.
 """
+
+from __future__ import annotations
 
 import contextlib
 import functools
@@ -16,90 +17,107 @@ import sys
 import tempfile
 import threading
 import warnings
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from multiprocessing import Pipe, reduction
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import existing_file
 from sparsurf.molecules.formats import ONE_FRAME, suffix
-from sparsurf.texts import as_file
+
+if TYPE_CHECKING:
+    import mdtraj
 
 OWN_TOPOLOGY = (".h5", ".hdf5")
-OTHER_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
-NOT_THE_SAME = "might not contain the same atoms"  # of files of one frame
+WRONG_N_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
+DIFFERENT_ATOMS = "might not contain the same atoms"  # mdtraj's error for files of one frame
 
-_one_by_one = threading.Lock()
+AtomRow = tuple[str, str, str, int, str, int]
+
+_one_request_at_a_time = threading.Lock()
 
 
-def names(path):
-    """Atoms of a topology file.
+def load_atoms(path: str | os.PathLike[str]) -> list[AtomRow]:
+    """Load the atoms of a topology file.
 
     Returns
     -------
-    list of [atom name, residue name, chain id or segment, residue number, element, index of the residue]
+    list of (atom name, residue name, chain id or segment, residue number, element, index of the residue)
 
     Raises
     ------
-    InputError : the file cannot be read
+    InputError
+        The file cannot be read.
     """
-    return json.loads(_run(path, "names"))
+    return [tuple(row) for row in json.loads(_run(path, "atoms"))]
 
 
-def frames(path, n_atoms, atoms=None, stride=1, first=False, only=()):
-    """Frames of a trajectory in mdtraj's units.
+def load_frames(
+    path: str | os.PathLike[str],
+    n_atoms: int,
+    atoms: np.ndarray | None = None,
+    stride: int = 1,
+    first: bool = False,
+    only: np.ndarray | Sequence[int] = (),
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Load frames of a trajectory in mdtraj's units.
 
     Parameters
     ----------
     path : file
     n_atoms : int, atoms of the topology
-    atoms : (A,) int, those to return; default all
+    atoms : (A,) int, the atoms to return; default all
     stride : int
-    first : bool, read the first frame only
-    only : (F,) int, positions in the file of the frames to read; default every `stride`-th
+    first : bool, load the first frame only
+    only : (F,) int, positions in the file of the frames to load; default every `stride`-th
 
     Returns
     -------
     xyz : (F, A, 3) float32, nm, where A may differ from `n_atoms` if `first`
     time : (F,) float, ps
-    box : (F, 3, 3) float32, nm ; or (0, 3, 3)
+    box : (F, 3, 3) float32, nm; (0, 3, 3) without a box
 
     Raises
     ------
-    InputError : the file cannot be read
+    InputError
+        The file cannot be read.
     """
     atoms = np.arange(n_atoms) if atoms is None else np.asarray(atoms)
     answer = io.BytesIO(_run(path, "frames", n_atoms, atoms, stride, first, np.asarray(only, int)))
-    return tuple(np.load(answer, allow_pickle=False) for _ in range(3))
+    xyz, time, box = (np.load(answer, allow_pickle=False) for _ in range(3))
+    return xyz, time, box
 
 
-def _run(path, task, *arguments):
-    """Bytes that the other process answers."""
-    if as_file(path).suffix.lower() in OWN_TOPOLOGY and find_spec("tables") is None:
+def _run(path: str | os.PathLike[str], task: str, *arguments: Any) -> bytes:
+    """Return the answer of the other process to a request."""
+    if existing_file(path).suffix.lower() in OWN_TOPOLOGY and find_spec("tables") is None:
         raise InputError(f"{path} needs PyTables: run pip install tables.")
-    with _one_by_one, _readable(Path(path).absolute()) as readable:
+    with _one_request_at_a_time, _readable(Path(path).absolute()) as readable:
         try:
-            answer, code = _ask(_server(os.getpid())[0], task, str(readable), *arguments)
-        except (OSError, EOFError):  # it was killed; the next file has a new one
+            answer, code = _request(_server(os.getpid())[0], task, str(readable), *arguments)
+        except (OSError, EOFError):  # the process was killed; the next file starts a new one
             _server.cache_clear()
-            answer, code = b"", None
+            answer, code = b"", -1
     if code != 0:
         reason = answer.decode()[:120] if code == 1 and answer else "its reader crashed"
-        if NOT_THE_SAME in reason:
+        if DIFFERENT_ATOMS in reason:
             raise InputError(
-                f"{path} has another number of atoms than its topology: give the topology that it was written with."
+                f"{path} and its topology have different numbers of atoms: give the topology that it was written with."
             )
         raise InputError(
-            f"{path} cannot be read ({reason}): it is damaged, cut short or not what its name says."
+            f"{path} cannot be read ({reason}): it is damaged, cut short, or has the wrong extension."
         )
     return answer
 
 
 @contextlib.contextmanager
-def _readable(path):
-    """A path of the same file that every reader takes: those of binary trajectories know letters of ASCII only."""
+def _readable(path: Path) -> Iterator[Path]:
+    """Give a path to the file that every reader accepts: readers of binary trajectories need ASCII characters."""
     if str(path).isascii():
         yield path
         return
@@ -110,20 +128,26 @@ def _readable(path):
 
 
 @functools.cache
-def _server(_process):
-    """Connection to the other process, and that process; a fork of this one has its own."""
+def _server(process_id: int) -> tuple[Connection, subprocess.Popen]:
+    """Start the other process, and return the connection to it; a fork of this process starts its own."""
     ours, theirs = Pipe()
     command = [sys.executable, "-m", __name__, str(theirs.fileno())]
-    one_thread = {"OPENBLAS_NUM_THREADS": "1"}  # others would not survive a fork
+    one_thread = {"OPENBLAS_NUM_THREADS": "1"}  # more threads do not survive a fork
     environment = os.environ | one_thread | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
-    silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)  # the readers print
-    other = subprocess.Popen(command, env=environment, pass_fds=[theirs.fileno()], **silent)
+    other = subprocess.Popen(
+        command,
+        env=environment,
+        pass_fds=[theirs.fileno()],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,  # the readers print
+        stderr=subprocess.DEVNULL,
+    )
     theirs.close()
-    return ours, other  # which ends with the connection
+    return ours, other  # the process ends with the connection
 
 
-def _ask(server, *request):
-    """What the server's fork writes, and its exit code."""
+def _request(server: Connection, *request: Any) -> tuple[bytes, int]:
+    """Send a request, and return the output of the fork and its exit code."""
     source, sink = os.pipe()
     with open(source, "rb") as pipe:
         try:
@@ -134,14 +158,15 @@ def _ask(server, *request):
         return pipe.read(), server.recv()
 
 
-def _names(path):
-    import mdtraj  # here: only the other process needs it
+def _atoms(path: str) -> bytes:
+    """Load the atoms of a topology, in the other process."""
+    import mdtraj  # only the other process needs it
 
-    return json.dumps(rows_of(mdtraj.load_topology(path))).encode()
+    return json.dumps(atom_rows(mdtraj.load_topology(path))).encode()
 
 
-def rows_of(topology):
-    """Atoms of an mdtraj.Topology as `names` gives them."""
+def atom_rows(topology: mdtraj.Topology) -> list[AtomRow]:
+    """Return the atoms of an mdtraj.Topology as `load_atoms` does."""
     return [
         (
             atom.name, atom.residue.name, atom.residue.chain.chain_id or atom.residue.segment_id or "",
@@ -151,22 +176,28 @@ def rows_of(topology):
     ]  # fmt: skip
 
 
-def _frames(path, n_atoms, atoms, stride, first, only):
+def _frames(
+    path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
+) -> memoryview:
+    """Load frames, in the other process."""
     try:
-        read = _load(path, n_atoms, atoms, stride, first, only)
-        arrays = read.xyz, np.asarray(read.time, float), read.unitcell_vectors
+        loaded = _load(path, n_atoms, atoms, stride, first, only)
+        arrays = loaded.xyz, np.asarray(loaded.time, float), loaded.unitcell_vectors
     except ValueError as error:
-        other = OTHER_ATOMS.search(str(error))
-        if not (other and first):
+        mismatch = WRONG_N_ATOMS.search(str(error))
+        if not (mismatch and first):
             raise
-        arrays = np.zeros((1, int(other[1]), 3)), np.zeros(1), None  # the caller says what does not fit
+        arrays = np.zeros((1, int(mismatch[1]), 3)), np.zeros(1), None  # the caller compares the numbers
     answer = io.BytesIO()
     for array in (*arrays[:2], np.empty((0, 3, 3)) if arrays[2] is None else arrays[2]):
         np.save(answer, array, allow_pickle=False)
     return answer.getbuffer()
 
 
-def _load(path, n_atoms, atoms, stride, first, only):
+def _load(
+    path: str, n_atoms: int, atoms: np.ndarray, stride: int, first: bool, only: np.ndarray
+) -> mdtraj.Trajectory:
+    """Load frames with mdtraj, see `load_frames`."""
     import mdtraj
 
     extension = Path(path).suffix.lower()
@@ -182,12 +213,12 @@ def _load(path, n_atoms, atoms, stride, first, only):
         )
     if extension == ".trr" and stride > 1:  # mdtraj 1.11 crashes on TRR with stride and atoms together
         return mdtraj.load(path, stride=stride, **topology).atom_slice(atoms)
-    every = mdtraj.load(path, stride=stride, atom_indices=atoms, **topology)
-    return every[only] if len(only) else every
+    frames = mdtraj.load(path, stride=stride, atom_indices=atoms, **topology)
+    return frames[only] if len(only) else frames
 
 
-def _topology(n_atoms):
-    """What mdtraj asks for as `top`; only its number of atoms matters."""
+def _topology(n_atoms: int) -> mdtraj.Topology:
+    """Return a topology for mdtraj's `top`, of which only the number of atoms matters."""
     import mdtraj
 
     topology = mdtraj.Topology()
@@ -197,24 +228,23 @@ def _topology(n_atoms):
     return topology
 
 
-def _answer(sink, task, *arguments):
-    """Write the answer to `sink`, or the reason why there is none; the exit code."""
+def _answer(sink: int, task: str, *arguments: Any) -> int:
+    """Write the answer to `sink`, or the reason of a failure, and return the exit code."""
     with open(sink, "wb") as pipe:
         try:
-            pipe.write({"names": _names, "frames": _frames}[task](*arguments))
+            pipe.write(_atoms(*arguments) if task == "atoms" else _frames(*arguments))
         except Exception as error:
-            told = isinstance(
-                error, OSError | ValueError | RuntimeError | ImportError
-            )  # others speak of Python
-            reason = (told and next(iter(str(error).splitlines()), "")) or "its reader failed"
+            # the message of any other exception is about Python, not about the file
+            about_file = isinstance(error, OSError | ValueError | RuntimeError | ImportError)
+            reason = (about_file and next(iter(str(error).splitlines()), "")) or "its reader failed"
             pipe.write(reason.encode(errors="replace"))
             return 1
     return 0
 
 
-def main(handle):
-    """Answer, each request in a fork, until the connection ends."""
-    with contextlib.suppress(ImportError):  # which is told where a file is read
+def main(handle: str) -> None:
+    """Answer requests, each in a fork, until the connection ends."""
+    with contextlib.suppress(ImportError):  # the error is raised again when a file is read
         import mdtraj  # noqa: F401, once for all forks
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     warnings.simplefilter("ignore")

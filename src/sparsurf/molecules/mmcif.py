@@ -1,20 +1,30 @@
-"""Reading and writing of mmCIF files: gemmi parses the syntax, the atom table keeps the order of the file.
+"""Read and write mmCIF files: gemmi parses the syntax, the atom table keeps the order of the file.
 
 Names are those of the authors (auth_...), as in the PDB file of the same entry.
 """
 
+from __future__ import annotations
+
+import logging
+import os
 import re
 from collections import defaultdict
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 from gemmi import cif
 
 from sparsurf import InputError
-from sparsurf.molecules.atom_table import AtomFile, box_vectors, log
-from sparsurf.molecules.residues import HEAVY_ATOMS, standard_name
+from sparsurf.molecules.atom_table import AtomFile, box_vectors
+from sparsurf.molecules.residues import HEAVY_ATOMS, split_label, standard_name
 
-# Column of the table: items of _atom_site, the first that the file has.
+if TYPE_CHECKING:
+    from sparsurf.molecules.molecule import Molecule
+
+log = logging.getLogger("sparsurf")
+
+# Columns of the table, and the items of _atom_site that may hold them; the first that the file has is used.
 ITEMS = {
     "hetero": ["group_PDB"],
     "name": ["auth_atom_id", "label_atom_id"],
@@ -31,18 +41,18 @@ ITEMS = {
     "element": ["type_symbol"],
     "model": ["pdbx_PDB_model_num"],
 }
-WRITTEN = (
+WRITTEN_ITEMS = (
     "group_PDB", "id", "type_symbol", "auth_atom_id", "auth_comp_id", "auth_asym_id", "auth_seq_id", "pdbx_PDB_ins_code",
     "Cartn_x", "Cartn_y", "Cartn_z", "B_iso_or_equiv", "label_atom_id", "label_comp_id", "label_asym_id", "label_seq_id",
     "occupancy", "label_entity_id", "label_alt_id", "pdbx_PDB_model_num",
 )  # fmt: skip
-NEEDED = ("name", "residue_name", "x", "y", "z")
-RESIDUE = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
-NUMBERS = ("x", "y", "z", "occupancy", "b_factor", "model")
+REQUIRED = ("name", "residue_name", "x", "y", "z")
+LABEL = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
+NUMERIC = ("x", "y", "z", "occupancy", "b_factor", "model")
 
 
-def read_mmcif(text, path):
-    """Atoms of an mmCIF file.
+def read_mmcif(text: str, path: str | os.PathLike[str]) -> AtomFile:
+    """Read the atoms of an mmCIF file.
 
     Parameters
     ----------
@@ -51,18 +61,19 @@ def read_mmcif(text, path):
 
     Returns
     -------
-    atoms.AtomFile
+    AtomFile
 
     Raises
     ------
-    InputError : not mmCIF, cut short or damaged, or without atoms
+    InputError
+        The file is not mmCIF, cut short or damaged, or holds no atoms.
     """
     try:
         document = cif.read_string(text)
     except (ValueError, RuntimeError) as error:
         reason = str(error).splitlines()[0].removeprefix("string:").strip()
         raise InputError(
-            f"{path} is no readable mmCIF file ({reason}): copy it again or rename it."
+            f"{path} is not a readable mmCIF file ({reason}): copy it again or rename it."
         ) from None
     blocks = [block for block in document if len(block.find_values("_atom_site.Cartn_x"))]
     if not blocks:
@@ -70,27 +81,28 @@ def read_mmcif(text, path):
     if len(blocks) > 1:
         log.warning("%s has %d data blocks with atoms: the first is read", path, len(blocks))
     block = blocks[0]
-    return AtomFile(_atoms(block, path), _box(block), _sequences(block), _linked(block))
+    return AtomFile(_atoms(block, path), _box(block), _sequences(block), _crosslinked(block))
 
 
-def _atoms(block, path):
-    columns = {name: _strings(block, items) for name, items in ITEMS.items()}
-    absent = sorted(name for name in NEEDED if columns[name] is None)
+def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:
+    """Return the table of atoms of a data block."""
+    values_of = {name: _strings(block, items) for name, items in ITEMS.items()}
+    absent = sorted(name for name in REQUIRED if not values_of[name])
     if absent:
         raise InputError(f"{path} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
     present = set(block.find_values("_atom_site.label_asym_id"))
-    lost = sorted(set(block.find_values("_struct_asym.id")) - present) if present else []
-    if lost:
+    missing = sorted(set(block.find_values("_struct_asym.id")) - present) if present else []
+    if missing:
         raise InputError(
-            f"{path} is cut short: it has no atoms for {', '.join(lost)} of its _struct_asym list."
+            f"{path} is cut short: it has no atoms for {', '.join(missing)} of its _struct_asym list."
         )
-    length = len(columns["name"])
-    columns = {name: values or [""] * length for name, values in columns.items()}
-    numbers = {name: np.array([cif.as_number(value) for value in columns[name]]) for name in NUMBERS}
+    length = len(values_of["name"])
+    columns = {name: values or [""] * length for name, values in values_of.items()}
+    numbers = {name: np.array([cif.as_number(value) for value in columns[name]]) for name in NUMERIC}
     residues = [a + b for a, b in zip(columns["number"], columns["insertion"], strict=True)]
-    strange = next((label for label in residues if not RESIDUE.fullmatch(label)), None)
-    if strange is not None:
-        raise InputError(f"{path} has a residue numbered '{strange}': repair its _atom_site loop.")
+    malformed = next((label for label in residues if not LABEL.fullmatch(label)), None)
+    if malformed is not None:
+        raise InputError(f"{path} has a residue numbered '{malformed}': repair its _atom_site loop.")
     return pd.DataFrame(
         {name: columns[name] for name in ("name", "altloc", "residue_name", "chain")}
         | {axis: numbers[axis] for axis in "xyz"}
@@ -106,46 +118,50 @@ def _atoms(block, path):
     )
 
 
-def _strings(block, items):
-    """Values of the first of the items that has any, null values as ''; None if none has."""
+def _strings(block: cif.Block, items: list[str]) -> list[str]:
+    """Return the values of the first item that has any, null values as ''; empty if no item has."""
     for item in items:
         values = [cif.as_string(value) for value in block.find_values(f"_atom_site.{item}")]
         if any(values):
             return values
-    return None
+    return []
 
 
-def _box(block):
+def _box(block: cif.Block) -> np.ndarray | None:
+    """Return the lattice vectors of a data block."""
     sides = [f"_cell.{name}" for name in ("length_a", "length_b", "length_c")]
     angles = [f"_cell.angle_{name}" for name in ("alpha", "beta", "gamma")]
     values = [cif.as_number(block.find_value(item) or "?") for item in (*sides, *angles)]
     return box_vectors(*values) if np.isfinite(values).all() else None
 
 
-def _sequences(block):
-    """Residue names of the full sequence of each chain."""
-    sequences = defaultdict(dict)  # (molecule, position): alternatives at one position count once
+def _sequences(block: cif.Block) -> dict[str, list[str]]:
+    """Return residue names of the full sequence of each chain."""
+    # by (molecule, position): alternatives at one position count once
+    sequences: dict[str, dict[tuple[str, str], str]] = defaultdict(dict)
     items = ["asym_id", "seq_id", "pdb_strand_id", "mon_id"]
     for asym, position, chain, name in block.find("_pdbx_poly_seq_scheme.", items):
         sequences[chain][asym, position] = name
     return {chain: list(names.values()) for chain, names in sequences.items()}
 
 
-def _linked(block):
-    """Chain and label of the residues that a covalent bond beside the backbone joins, both of a polymer."""
+def _crosslinked(block: cif.Block) -> frozenset[tuple[str, str]]:
+    """Return chain and label of polymer residues that a covalent bond besides the backbone joins."""
     ends = [
         [f"{kind}_asym_id", f"{kind}_seq_id", f"?{code}_PDB_ins_code", f"{kind}_comp_id"]
         for kind, code in (("ptnr1_auth", "pdbx_ptnr1"), ("ptnr2_auth", "pdbx_ptnr2"))
     ]
-    found = set()
+    residues = set()
     for row in block.find("_struct_conn.", ["conn_type_id", *ends[0], *ends[1]]):
         parts = [[cif.as_string(row[k]) if row.has(k) else "" for k in range(a, a + 4)] for a in (1, 5)]
         if row[0] == "covale" and all(standard_name(part[3]) in HEAVY_ATOMS for part in parts):
-            found |= {(chain, number + code) for chain, number, code, _ in parts}
-    return frozenset(found)
+            residues |= {(chain, number + code) for chain, number, code, _ in parts}
+    return frozenset(residues)
 
 
-def write_mmcif(path, name, xyz, atoms, b_factor):
+def write_mmcif(
+    path: str | os.PathLike[str], name: str, xyz: np.ndarray, atoms: Molecule, b_factor: np.ndarray
+) -> None:
     """Write one model with a number per atom as its B factor.
 
     Parameters
@@ -153,18 +169,19 @@ def write_mmcif(path, name, xyz, atoms, b_factor):
     path : file to write
     name : str, of the data block
     xyz : (A, 3) float, Å
-    atoms : molecule.Molecule, or anything with its arrays of names
+    atoms : Molecule
+        Its names of atoms, residues and chains.
     b_factor : (A,) float
     """
     block = cif.Block(re.sub(r"\W+", "_", name))
-    loop = block.init_loop("_atom_site.", [*WRITTEN])
-    for i, place in enumerate(xyz):
-        number, code = re.fullmatch(r"(-?\d*)(.?)", atoms.residue[i]).groups()
-        hetero = "ATOM" if atoms.kind[i] in ("protein", "nucleic") else "HETATM"
+    loop = block.init_loop("_atom_site.", [*WRITTEN_ITEMS])
+    for i, position in enumerate(xyz):
+        number, code = split_label(atoms.residue[i])
+        record = "ATOM" if atoms.kind[i] in ("protein", "nucleic") else "HETATM"
         words = [atoms.element[i], atoms.name[i], atoms.residue_name[i], atoms.chain[i], number, code]
         quoted = [cif.quote(str(word)) if word else "?" for word in words]
-        row = [hetero, str(i + 1), *quoted, *(f"{x:.3f}" for x in place), f"{b_factor[i]:.4f}"]
-        # label_ items, which readers need, say the same as auth_ ones
+        row = [record, str(i + 1), *quoted, *(f"{x:.3f}" for x in position), f"{b_factor[i]:.4f}"]
+        # readers need the label_ items, which repeat the auth_ ones
         loop.add_row([*row, *quoted[1:4], number or ".", "1.0", "1", ".", "1"])
     document = cif.Document()
     document.add_copied_block(block)

@@ -1,14 +1,21 @@
 """A molecule with its frames, everything in Å."""
 
+from __future__ import annotations
+
+import os
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from string import ascii_letters
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.pdb import write_pdb
-from sparsurf.molecules.selection import chosen_atoms
+from sparsurf.molecules.selection import select_atoms
+
+if TYPE_CHECKING:
+    import mdtraj
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,14 +25,14 @@ class Molecule:
     Attributes
     ----------
     xyz : (F, A, 3) float64, Å
-    time_ps : (F,) float64, ps; nan where the file tells no times
+    time_ps : (F,) float64, ps; nan where the file has no times
     frame_number : (F,) int, position of the frame in its file, from 0
-    name, residue_name, chain : (A,) str, as given
-    element : (A,) str, upper case, plausible for the residue
+    name, residue_name, chain : (A,) str, as in the file
+    element : (A,) str, upper case, possible for the residue
     residue : (A,) str, number with insertion code: '52A', '-5'
-    residue_index : (A,) int, 0, 1, 2, ...: equal for the atoms of one residue, even if labels repeat
+    residue_index : (A,) int, 0, 1, 2, ...: the residue of each atom, even if labels repeat
     kind : (A,) str, 'protein', 'nucleic', 'water' or 'other'
-    b_factor : (A,) float64, Å^2; nan where the file tells none
+    b_factor : (A,) float64, Å^2; nan where the file has none
     """
 
     xyz: np.ndarray
@@ -41,26 +48,29 @@ class Molecule:
     b_factor: np.ndarray
 
     @property
-    def n_frames(self):
+    def n_frames(self) -> int:
+        """Number of frames."""
         return len(self.xyz)
 
     @property
-    def n_atoms(self):
+    def n_atoms(self) -> int:
+        """Number of atoms."""
         return self.xyz.shape[1]
 
     @property
-    def n_residues(self):
+    def n_residues(self) -> int:
+        """Number of residues."""
         return len(np.unique(self.residue_index))
 
     @property
-    def residues(self):
-        """DataFrame with chain, residue and residue_name of every residue, a new one each time."""
+    def residues(self) -> pd.DataFrame:
+        """DataFrame with chain, residue and residue_name of every residue; a new one at each call."""
         first = np.unique(self.residue_index, return_index=True)[1]
         columns = ("chain", "residue", "residue_name")
         return pd.DataFrame({name: getattr(self, name)[first] for name in columns})
 
-    def labels(self, atoms):
-        """DataFrame with chain, residue, residue_name, atom_name and atom (its index from 0) of atoms (N,)."""
+    def labels(self, atoms: np.ndarray) -> pd.DataFrame:
+        """Return chain, residue, residue_name, atom_name and atom (its index from 0) of atoms (N,)."""
         columns = {
             "chain": "chain",
             "residue": "residue",
@@ -71,40 +81,53 @@ class Molecule:
             atom=atoms
         )
 
-    def take(self, atoms):
-        """The molecule with only `atoms`, a mask or indices."""
-        names = [each.name for each in fields(self)][3:]
+    def take(self, atoms: np.ndarray | slice) -> Molecule:
+        """Return the molecule with only `atoms`, a mask or indices."""
+        names = [attribute.name for attribute in fields(self)][3:]
         chosen = {name: getattr(self, name)[atoms] for name in names}
         chosen["residue_index"] = np.unique(chosen["residue_index"], return_inverse=True)[1]
         return replace(self, xyz=self.xyz[:, atoms], **chosen)
 
-    def select(self, path="the molecule", **keys):
-        """The molecule with only the atoms that `selection.chosen_atoms` chooses by the keys."""
-        return self.take(chosen_atoms(self, path, **keys))
+    def select(self, path: str | os.PathLike[str] = "the molecule", **keys: Any) -> Molecule:
+        """Return the molecule with only the atoms that `selection.select_atoms` selects by the keys."""
+        return self.take(select_atoms(self, path, **keys))
 
-    def frame(self, index):
-        """The molecule with only the frame at position `index`."""
+    def frame(self, index: int) -> Molecule:
+        """Return the molecule with only the frame at position `index`."""
         at = slice(index, index + 1)
         return replace(self, xyz=self.xyz[at], time_ps=self.time_ps[at], frame_number=self.frame_number[at])
 
-    def write_pdb(self, path, frame=0, b_factor=None):
-        """Write one frame as a PDB file of one model, in Å, with a number (A,) per atom in the B-factor column; without,
-        the molecule's own."""
+    def write_pdb(
+        self, path: str | os.PathLike[str], frame: int = 0, b_factor: np.ndarray | None = None
+    ) -> None:
+        """Write one frame as a PDB file of one model, in Å.
+
+        Parameters
+        ----------
+        path : str or Path
+        frame : int
+            Position of the frame.
+        b_factor : (A,) float, optional
+            Numbers for the B-factor column; by default the molecule's B factors.
+        """
         b_factor = np.clip(np.nan_to_num(self.b_factor), -99.99, 999.99) if b_factor is None else b_factor
         write_pdb(path, self.xyz[frame], self, b_factor)
 
     @cached_property
-    def topology(self):
+    def topology(self) -> mdtraj.Topology:
         """mdtraj.Topology without bonds, for selection expressions; `segname` is the chain id."""
-        import mdtraj  # here: few ask for an expression, and it takes a quarter of a second
+        import mdtraj  # takes a quarter of a second, and expressions are rare
 
-        def element(symbol):
+        def element(symbol: str) -> mdtraj.core.element.Element:
+            """Return mdtraj's element of a symbol; a virtual site if there is none."""
             try:
                 return mdtraj.element.get_by_symbol(symbol)
             except KeyError:
                 return mdtraj.element.virtual
 
-        topology, chains, residues = mdtraj.Topology(), {}, {}
+        topology = mdtraj.Topology()
+        chains: dict[str, Any] = {}
+        residues: dict[int, Any] = {}
         for i, index in enumerate(self.residue_index.tolist()):
             chain = str(self.chain[i])
             if chain not in chains:

@@ -1,10 +1,14 @@
-"""What a residue is: protein, nucleic acid, water or something else; its elements, and how many heavy atoms it should have.
+"""Residues: protein, nucleic acid, water or other; the elements of their atoms, and their number of heavy atoms.
 
-Names of the chemical component dictionary come from gemmi's table; the names that force fields
-invent for protonation states and chain ends stand here.
+Names of the chemical component dictionary come from gemmi. The names that force fields use for protonation states and
+chain ends are listed here.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import gemmi
 import numpy as np
@@ -39,29 +43,45 @@ NUCLEOTIDES = frozenset(["ADE", "GUA", "CYT", "THY", "URA"]) | {
 }
 WATERS = frozenset(["SOL", "TIP", "TIP2", "TIP3", "TIP4", "TIP5", "T3P", "T4P", "TP3M", "SPC", "SPCE", "OH2"])
 
-# Elements that occur in a polymer's residues. Anything else there is an atom name misread: a left-shifted
-# CA became calcium, HG mercury, CD1 cadmium.
+# Elements that occur in a polymer's residues. Any other is a misread atom name: a left-shifted CA became
+# calcium, HG mercury, CD1 cadmium.
 POLYMER_ELEMENTS = frozenset(["H", "D", "C", "N", "O", "S", "SE", "P", "F", "CL", "BR", "I", "B"])
 
 SELENIUM_RESIDUES = frozenset(["MSE", "SEC", "CSE"])
 
-# Two-letter elements that the name of a ligand's atom may begin with; others (CA, CD, HG, ...) are more
-# often a carbon or a hydrogen.
+# Two-letter elements at the beginning of the name of a ligand's atom. Other letters (CA, CD, HG, ...) are more often
+# a carbon or a hydrogen.
 LIGAND_ELEMENTS = frozenset(["FE", "ZN", "MG", "MN", "CU", "CL", "BR", "SE", "SI"])
 
-# (atoms of the backbone, last atom of a residue, first atom of the next, longest bond between them in Å:
-# 1.33 and 1.61 Å in a relaxed chain, with room for poor geometry)
-PEPTIDE = (("N", "CA", "C"), "C", "N", 2.0)
-PHOSPHODIESTER = (("C5'", "C3'", "O3'"), "O3'", "P", 2.2)
+
+class Linkage(NamedTuple):
+    """How the residues of a polymer are bonded to each other."""
+
+    backbone: tuple[str, ...]  # names of its atoms
+    last: str  # atom of a residue that is bonded to the next one
+    first: str  # atom of the next residue in this bond
+    max_length: float  # Å, of the bond: 1.33 and 1.61 Å in a relaxed chain, with room for poor geometry
 
 
-def standard_name(residue_name):
-    """The standard residue of which `residue_name` is a protonation state or chain end; else the name."""
+PEPTIDE = Linkage(("N", "CA", "C"), "C", "N", 2.0)
+PHOSPHODIESTER = Linkage(("C5'", "C3'", "O3'"), "O3'", "P", 2.2)
+
+
+def standard_name(residue_name: str) -> str:
+    """Return the standard residue of which a name is a protonation state or chain end; else the name itself."""
     return VARIANTS.get(residue_name, residue_name)
 
 
-def known_kind(residue_name):
-    """'protein', 'nucleic' or 'water' for a name that says so, else 'other'."""
+def split_label(label: str) -> tuple[str, str]:
+    """Split a residue label into number and insertion code, as '52A' into '52' and 'A'."""
+    parts = re.fullmatch(r"(-?\d*)(.?)", label)
+    if parts is None:
+        raise ValueError(f"{label!r} is not a residue number with an insertion code")
+    return parts[1], parts[2]
+
+
+def known_kind(residue_name: str) -> str:
+    """Return 'protein', 'nucleic' or 'water' if the name implies it, else 'other'."""
     tabulated = gemmi.find_tabulated_residue(residue_name)
     if residue_name in VARIANTS or residue_name in AMINO_ACIDS or tabulated.is_amino_acid():
         return "protein"
@@ -70,12 +90,18 @@ def known_kind(residue_name):
     return "water" if residue_name in WATERS or tabulated.is_water() else "other"
 
 
-def residue_kinds(residue_name, residue_index, name, hetero, xyz):
-    """Kind of the residue of each atom.
+def residue_kinds(
+    residue_name: np.ndarray,
+    residue_index: np.ndarray,
+    name: np.ndarray,
+    hetero: np.ndarray,
+    xyz: np.ndarray,
+) -> np.ndarray:
+    """Determine the kind of the residue of each atom.
 
-    A residue belongs to a polymer if its name says so and the file does not mark it as a hetero group,
-    or if it is bonded to a neighbour the way the polymer is: modified residues and caps are in, a free
-    amino acid or nucleotide marked as a hetero group is out.
+    A residue belongs to a polymer if its name implies it and the file does not mark it as a hetero group. It also
+    belongs to it if it is bonded to a neighbour as the polymer's residues are. Modified residues and caps are thus
+    included, and a free amino acid or nucleotide marked as a hetero group is not.
 
     Parameters
     ----------
@@ -91,53 +117,65 @@ def residue_kinds(residue_name, residue_index, name, hetero, xyz):
     first_atom = np.unique(residue_index, return_index=True)[1]
     names = residue_name[first_atom]
     unique, inverse = np.unique(names, return_inverse=True)
-    known = np.array([known_kind(each) for each in unique])[inverse]
+    known = np.array([known_kind(str(name)) for name in unique])[inverse]
     kind = np.where(np.isin(known, ["protein", "nucleic"]) & hetero[first_atom], "other", known)
-    for polymer, chemistry, caps in (("protein", PEPTIDE, CAPS), ("nucleic", PHOSPHODIESTER, ())):
+    polymers: tuple[tuple[str, Linkage, Iterable[str]], ...] = (
+        ("protein", PEPTIDE, CAPS),
+        ("nucleic", PHOSPHODIESTER, ()),
+    )
+    for polymer, linkage, caps in polymers:
         candidate = (known == polymer) | np.isin(names, list(caps))
-        kind[_bonded(candidate, chemistry, residue_index, name, xyz)] = polymer
+        kind[_in_polymer(candidate, linkage, residue_index, name, xyz)] = polymer
     return kind[residue_index]
 
 
-def _bonded(candidate, chemistry, residue_index, name, xyz):
-    """(R,) bool: residues bonded to the one before or after, both being candidates or having the backbone."""
-    backbone, last, first, longest = chemistry
-    places = {each: np.full((len(candidate), 3), np.nan) for each in (*backbone, last, first)}
-    for each, place in places.items():
-        place[residue_index[name == each]] = xyz[name == each]
-    candidate = candidate | ~np.isnan([places[each][:, 0] for each in backbone]).any(axis=0)
-    length = np.linalg.norm(places[last][:-1] - places[first][1:], axis=1)
-    bond = candidate[:-1] & candidate[1:] & (length < longest)  # a missing atom gives nan: no bond
+def _in_polymer(
+    candidate: np.ndarray, linkage: Linkage, residue_index: np.ndarray, name: np.ndarray, xyz: np.ndarray
+) -> np.ndarray:
+    """Find residues (R,) bonded to the one before or after, where both are candidates or have the backbone."""
+    positions = {
+        atom_name: np.full((len(candidate), 3), np.nan)
+        for atom_name in (*linkage.backbone, linkage.last, linkage.first)
+    }
+    for atom_name, position in positions.items():
+        position[residue_index[name == atom_name]] = xyz[name == atom_name]
+    complete = ~np.isnan([positions[atom_name][:, 0] for atom_name in linkage.backbone]).any(axis=0)
+    candidate = candidate | complete
+    length = np.linalg.norm(positions[linkage.last][:-1] - positions[linkage.first][1:], axis=1)
+    bond = candidate[:-1] & candidate[1:] & (length < linkage.max_length)  # a missing atom gives nan: no bond
     return np.append(bond, False) | np.append(False, bond)
 
 
-def heavy_atoms_found(residue_name, residue_index, element):
-    """Heavy atoms that each residue has and should have.
+def count_heavy_atoms(
+    residue_name: np.ndarray, residue_index: np.ndarray, element: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Count the heavy atoms that each residue has and should have.
 
     Returns
     -------
-    found, expected : (R,) int ; both 0 for a residue whose composition is not tabulated
+    present, expected : (R,) int
+        Both 0 for a residue whose composition is not tabulated.
     """
     first_atom = np.unique(residue_index, return_index=True)[1]
-    expected = np.array([HEAVY_ATOMS.get(standard_name(each), 0) for each in residue_name[first_atom]], int)
+    expected = np.array([HEAVY_ATOMS.get(standard_name(name), 0) for name in residue_name[first_atom]], int)
     heavy = ~np.isin(element, ["H", "D"])
-    found = np.bincount(residue_index[heavy], minlength=len(expected))
-    return np.where(expected > 0, np.minimum(found, expected), 0), expected
+    present = np.bincount(residue_index[heavy], minlength=len(expected))
+    return np.where(expected > 0, np.minimum(present, expected), 0), expected
 
 
-def element_of(element, name, residue_name, polymer, alone):
-    """Element of an atom: the one the file gives if it can be, else the one its name begins with.
+def element_of(element: str, name: str, residue_name: str, polymer: bool, alone: bool) -> str:
+    """Return the element of an atom: the file's if it is possible, else the one at the beginning of its name.
 
     Parameters
     ----------
-    element : str, as given by the file; empty if not given
+    element : str, from the file; empty if it has none
     name, residue_name : str
     polymer : bool, whether the residue is part of a protein or nucleic acid
     alone : bool, whether the atom is the only one of its residue, as an ion is
 
     Returns
     -------
-    str, upper case; 'X' if nothing can be told
+    str, upper case; 'X' if unknown
     """
     element = element.upper()
     if element not in ("", "X") and (not polymer or element in POLYMER_ELEMENTS):

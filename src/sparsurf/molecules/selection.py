@@ -1,38 +1,46 @@
-"""Which atoms of a molecule take part: protein by default, or chains, residue ranges, an expression, ligands."""
+"""Selection of atoms: the protein by default, or chains, residue ranges, an expression, ligands."""
+
+from __future__ import annotations
 
 import logging
+import os
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.texts import short
+from sparsurf.files import shorten
+from sparsurf.molecules.residues import split_label
+
+if TYPE_CHECKING:
+    from sparsurf.molecules.molecule import Molecule
 
 log = logging.getLogger("sparsurf")
 
 POLYMERS = ("protein", "nucleic")
-# '[chain:]first[-last]', each residue a number, negative or not, with an insertion code or not.
+# '[chain:]first[-last]'; a residue is a number, possibly negative, possibly with an insertion code.
 RANGE = re.compile(r"(?:(?P<chain>[^:]*):)?(?P<first>-?\d+[A-Za-z]?)(?:-(?P<last>-?\d+[A-Za-z]?))?")
 
 
-def chosen_atoms(
-    molecule,
-    path,
+def select_atoms(
+    molecule: Molecule,
+    path: str | os.PathLike[str],
     *,
-    selection=None,
-    chains=None,
-    residues=None,
-    hydrogens="keep",
-    ligands=False,
-    report=True,
-):
-    """Atoms that the user's keys choose.
+    selection: str | None = None,
+    chains: str | Sequence[str] | None = None,
+    residues: str | Sequence[str] | None = None,
+    hydrogens: str = "keep",
+    ligands: bool | str | Sequence[str] = False,
+    report: bool = True,
+) -> np.ndarray:
+    """Select atoms by the user's keys.
 
-    Without `selection`: the protein residues, or all polymer residues where chains are named (as 'A:10-52' does), and
-    the ligands named. With it: whatever the expression selects, and the ligands. Chains and residues
-    narrow down either.
+    Without `selection`, these are the protein residues, or all polymer residues if chains are named (as in 'A:10-52'),
+    and the named ligands. With it, these are the atoms of the expression, and the ligands. Chains and residues restrict
+    either.
 
     Parameters
     ----------
@@ -41,12 +49,12 @@ def chosen_atoms(
     selection : str, mdtraj selection expression, or 'all'
     chains : list of str, or 'A,B'
     residues : str or list of str, such as 'A:10-52A,60,B:-5--3': [chain:]first[-last], both ends included,
-        numbers before insertion codes (52 < 52A < 53); a chain holds for the ranges after it, and ranges
-        before any chain hold for all
+        numbers before insertion codes (52 < 52A < 53). A chain applies to the ranges after it, and ranges
+        before any chain apply to all.
     hydrogens : 'keep' as they are, or 'remove' (with deuterium)
-    ligands : list of residue names to include beside the polymer (cofactors, ions, glycans); True for all but
+    ligands : list of residue names to include besides the polymer (cofactors, ions, glycans); True for all but
         waters and single atoms (ions), False for none
-    report : bool, log what is left out
+    report : bool, log the residues that are left out
 
     Returns
     -------
@@ -54,164 +62,181 @@ def chosen_atoms(
 
     Raises
     ------
-    InputError : malformed keys, nothing selected, or a ligand that is named outside of the chains and residues
+    InputError
+        Malformed keys, nothing selected, or a named ligand outside of the chains and residues.
     """
-    residues = None if residues is None else _texts(residues, "residues", "A:10-52A,60")
-    within = _in_chains(molecule, path, chains), _in_residues(molecule, path, residues, report)
-    narrowed = within[0] & within[1]
+    ranges = None if residues is None else _as_list(residues, "residues", "A:10-52A,60")
+    in_chains = _in_chains(molecule, path, chains)
+    in_residues = _in_residues(molecule, path, ranges, report)
+    within = in_chains & in_residues
     if selection is None:
-        named = chains is not None or _names_chains(residues)
-        pool = np.isin(molecule.kind, POLYMERS if named else ["protein"])
+        chain_named = chains is not None or any(":" in item for item in ranges or ())
+        pool = np.isin(molecule.kind, POLYMERS if chain_named else ["protein"])
     else:
         pool = atoms_of_expression(molecule, selection)
-    wanted = _ligands(molecule, path, ligands)
-    chosen = (pool | wanted) & narrowed
+    in_ligands = _in_ligands(molecule, path, ligands)
+    selected = (pool | in_ligands) & within
     if ligands is not True:
-        _refuse_outside(molecule, path, wanted, *within)
+        _refuse_ligands_outside(molecule, path, in_ligands, in_chains, in_residues)
     if report:
-        _report_left_out(molecule, path, chosen, narrowed)
+        _report_left_out(molecule, path, selected, within)
     if hydrogens == "remove":
-        chosen &= ~np.isin(molecule.element, ["H", "D"])
+        selected &= ~np.isin(molecule.element, ["H", "D"])
     elif hydrogens != "keep":
         raise InputError(f"hydrogens: '{hydrogens}' is neither keep nor remove: choose one of them.")
-    if not chosen.any():
-        nucleic = np.flatnonzero(narrowed & (molecule.kind == "nucleic") & (residues is not None))
-        remedy = f": {_name_chain(molecule, nucleic)}" if selection is None and len(nucleic) else ""
+    if not selected.any():
+        nucleic = np.flatnonzero(within & (molecule.kind == "nucleic") & (residues is not None))
+        remedy = f": {_range_of_nucleic(molecule, nucleic)}" if selection is None and len(nucleic) else ""
         raise InputError(
             f"{path}: the selection holds no atoms; the file has {_inventory(molecule)}{remedy}."
         )
-    return chosen
+    return selected
 
 
-def _name_chain(molecule, atoms):
-    """How residues of nucleic acids are asked for."""
+def _range_of_nucleic(molecule: Molecule, atoms: np.ndarray) -> str:
+    """Return the remedy for nucleic acids that are selected without a chain."""
     first = atoms[0]
     last = atoms[molecule.chain[atoms] == molecule.chain[first]][-1]
-    place = f"{molecule.chain[first]}:{molecule.residue[first]}-{molecule.residue[last]}"
-    return f"name the chain of nucleic acids, as {place}"
+    example = f"{molecule.chain[first]}:{molecule.residue[first]}-{molecule.residue[last]}"
+    return f"name the chain of nucleic acids, as in {example}"
 
 
-def _in_chains(molecule, path, chains):
+def _in_chains(
+    molecule: Molecule, path: str | os.PathLike[str], chains: str | Sequence[str] | None
+) -> np.ndarray:
+    """Return the mask (A,) of atoms in the chains."""
     if chains is None:
         return np.ones(len(molecule.chain), bool)
-    wanted = [each.strip() for each in _texts(chains, "chains", "A,B")]
-    absent = [each for each in wanted if each not in molecule.chain]
-    if not wanted or "" in absent:
+    names = [name.strip() for name in _as_list(chains, "chains", "A,B")]
+    absent = [name for name in names if name not in molecule.chain]
+    if not names or "" in absent:
         raise InputError(
-            f"chains: no name or an empty one: name some of the chains of {path}, {_chains(molecule)}."
+            f"chains: a name is missing or empty: name some of the chains of {path}, {_chains(molecule)}."
         )
     if absent:
         raise InputError(
-            f"{path} has no chain {short(', '.join(absent))}: its chains are {_chains(molecule)}."
+            f"{path} has no chain {shorten(', '.join(absent))}: its chains are {_chains(molecule)}."
         )
-    return np.isin(molecule.chain, wanted)
+    return np.isin(molecule.chain, names)
 
 
-def _names_chains(residues):
-    return residues is not None and any(":" in each for each in residues)
-
-
-def _in_residues(molecule, path, residues, report):
-    if residues is None:
+def _in_residues(
+    molecule: Molecule, path: str | os.PathLike[str], ranges: list[str] | None, report: bool
+) -> np.ndarray:
+    """Return the mask (A,) of atoms in the residue ranges."""
+    if ranges is None:
         return np.ones(len(molecule.chain), bool)
-    wanted, chain = np.zeros(len(molecule.chain), bool), None
+    selected, chain = np.zeros(len(molecule.chain), bool), None
     labels, inverse = np.unique(molecule.residue, return_inverse=True)
-    place = np.array([_place(label) for label in labels])[inverse]
-    for item in (part.strip() for each in residues for part in each.split(",")):
+    rank = np.array([_rank(label) for label in labels])[inverse]
+    for item in (part.strip() for text in ranges for part in text.split(",")):
         parsed = RANGE.fullmatch(item)
         if not parsed:
             raise InputError(
-                f"residues: '{short(item)}' is not of the form chain:first-last, such as A:10-52A or -5--3."
+                f"residues: '{shorten(item)}' is not of the form chain:first-last, such as A:10-52A or -5--3."
             )
         chain = parsed["chain"] if parsed["chain"] is not None else chain
-        first, last = _place(parsed["first"]), _place(parsed["last"] or parsed["first"])
-        inside = (place >= first) & (place <= last)
+        first, last = _rank(parsed["first"]), _rank(parsed["last"] or parsed["first"])
+        inside = (rank >= first) & (rank <= last)
         if chain is not None:
             inside &= molecule.chain == chain
         if last < first:
-            raise InputError(f"residues: '{short(item)}' ends before it begins: exchange both ends.")
+            raise InputError(f"residues: '{shorten(item)}' ends before it begins: exchange both ends.")
         if not inside.any():
-            raise InputError(f"residues: '{short(item)}' is not in {path}, which has {_extents(molecule)}.")
-        there = set(labels[np.unique(inverse[inside])].tolist())
-        absent = [end for end in dict.fromkeys((parsed["first"], parsed["last"])) if end and end not in there]
+            raise InputError(f"residues: '{shorten(item)}' is not in {path}, which has {_extents(molecule)}.")
+        present = set(labels[np.unique(inverse[inside])].tolist())
+        ends = dict.fromkeys((parsed["first"], parsed["last"]))
+        absent = [end for end in ends if end and end not in present]
         if absent and report:
             message = "%s has no residue %s of '%s': it has %s"
             log.warning(message, path, " and ".join(absent), item, _extents(molecule))
-        wanted |= inside
-    return wanted
+        selected |= inside
+    return selected
 
 
-def _texts(given, key, example):
-    """The items of a string with commas or of a list."""
-    if isinstance(given, str):
-        return given.split(",")
-    if not isinstance(given, Iterable):
-        raise InputError(f"{key} is {given!r}; it must be a string such as '{example}', or a list.")
-    return [str(each) for each in given]
+def _as_list(value: object, key: str, example: str) -> list[str]:
+    """Return the items of a string with commas or of a list."""
+    if isinstance(value, str):
+        return value.split(",")
+    if not isinstance(value, Iterable):
+        raise InputError(f"{key} is {value!r}; it must be a string such as '{example}', or a list.")
+    return [str(item) for item in value]
 
 
-def _place(label):
-    """Sort key of a residue label: insertion codes come after their number."""
-    number, code = re.fullmatch(r"(-?\d*)(.?)", label).groups()
+def _rank(label: str) -> float:
+    """Return the sort key of a residue label: insertion codes come after their number."""
+    number, code = split_label(label)
     return float(number or "nan") + (ord(code.upper()) / 256 if code else 0.0)
 
 
-def atoms_of_expression(molecule, selection):
-    """(A,) bool: the atoms that an mdtraj expression, or 'all', selects."""
+def atoms_of_expression(molecule: Molecule, selection: str) -> np.ndarray:
+    """Return the mask (A,) of the atoms that an mdtraj expression, or 'all', selects."""
     if not isinstance(selection, str):
         raise InputError(f"selection is {selection!r}; it must be an mdtraj expression, or 'all'.")
     if selection.strip() == "all":
         return np.ones(len(molecule.chain), bool)
     try:
         indices = np.asarray(molecule.topology.select(selection), dtype=int)
-    except Exception as error:  # mdtraj compiles the expression: any exception can come out
+    except Exception as error:  # mdtraj compiles the expression, which can raise any exception
         reason = (str(error).splitlines() or [""])[0]
         raise InputError(
-            f"selection: '{short(selection)}' is no mdtraj expression ({short(reason)}): see mdtraj.org."
+            f"selection: '{shorten(selection)}' is not an mdtraj expression ({shorten(reason)}): see mdtraj.org."
         ) from None
-    chosen = np.zeros(len(molecule.chain), bool)
-    chosen[indices] = True
-    return chosen
+    selected = np.zeros(len(molecule.chain), bool)
+    selected[indices] = True
+    return selected
 
 
-def _ligands(molecule, path, ligands):
+def _in_ligands(
+    molecule: Molecule, path: str | os.PathLike[str], ligands: bool | str | Sequence[str]
+) -> np.ndarray:
+    """Return the mask (A,) of atoms in the ligands."""
     if ligands is True:
         atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
         return (molecule.kind == "other") & (atoms_of_residue > 1)
-    names = [each.strip() for each in _texts(ligands, "ligands", "HEM,ZN")] if ligands else []
+    names = [name.strip() for name in _as_list(ligands, "ligands", "HEM,ZN")] if ligands else []
     absent = [name for name in names if name not in molecule.residue_name]
     if absent:
         others = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
         listed = ", ".join(sorted(others)) or "none"
         raise InputError(
-            f"{path} has no ligand {short(', '.join(absent))}: beside the polymers it has {listed}."
+            f"{path} has no ligand {shorten(', '.join(absent))}: besides the polymers it has {listed}."
         )
     return np.isin(molecule.residue_name, names)
 
 
-def _refuse_outside(molecule, path, wanted, in_chains, in_residues):
-    """Raise InputError where all of a ligand that is named lies outside of the chains and residues."""
-    for name in dict.fromkeys(molecule.residue_name[wanted].tolist()):
-        own = np.flatnonzero(wanted & (molecule.residue_name == name))
-        if not (in_chains & in_residues)[own].any():
-            chain = molecule.chain[own[0]]
-            add = [] if in_chains[own[0]] else [f"{chain} to the chains"]
-            add += [] if in_residues[own[0]] else [f"{chain}:{molecule.residue[own[0]]} to the residues"]
+def _refuse_ligands_outside(
+    molecule: Molecule,
+    path: str | os.PathLike[str],
+    in_ligands: np.ndarray,
+    in_chains: np.ndarray,
+    in_residues: np.ndarray,
+) -> None:
+    """Raise InputError if all of a named ligand lies outside of the chains and residues."""
+    for name in dict.fromkeys(molecule.residue_name[in_ligands].tolist()):
+        atoms = np.flatnonzero(in_ligands & (molecule.residue_name == name))
+        if not (in_chains & in_residues)[atoms].any():
+            first = atoms[0]
+            chain = molecule.chain[first]
+            add = [] if in_chains[first] else [f"{chain} to the chains"]
+            add += [] if in_residues[first] else [f"{chain}:{molecule.residue[first]} to the residues"]
             raise InputError(
                 f"ligands: {name} of {path} lies outside of the requested chains and residues: add {' and '.join(add)}."
             )
 
 
-def _report_left_out(molecule, path, chosen, narrowed):
-    """Log by name and count the residues of the chains and ranges in question that are not chosen."""
-    taken = set(molecule.residue_index[chosen].tolist())
+def _report_left_out(
+    molecule: Molecule, path: str | os.PathLike[str], selected: np.ndarray, within: np.ndarray
+) -> None:
+    """Log names and numbers of residues within the chains and ranges that are not selected."""
+    taken = set(molecule.residue_index[selected].tolist())
     first = np.unique(molecule.residue_index, return_index=True)[1]
     sizes = np.bincount(molecule.residue_index)
-    for minor in (False, True):  # what could have been meant, and what hardly ever is: water and ions
+    for minor in (False, True):  # water and ions, which are hardly ever meant, are logged apart
         counts = Counter(
             str(molecule.residue_name[atom])
             for atom, size in zip(first, sizes, strict=True)
-            if narrowed[atom] and int(molecule.residue_index[atom]) not in taken
+            if within[atom] and int(molecule.residue_index[atom]) not in taken
             and minor == (molecule.kind[atom] == "water" or (size == 1 and molecule.kind[atom] == "other"))
         )  # fmt: skip
         if counts:
@@ -219,23 +244,24 @@ def _report_left_out(molecule, path, chosen, narrowed):
             log.log(logging.INFO if minor else logging.WARNING, "%s: left out %s", path, listed)
 
 
-def _chains(molecule):
+def _chains(molecule: Molecule) -> str:
+    """Return the names of the chains, for messages."""
     names = [name or "one without a name" for name in dict.fromkeys(molecule.chain.tolist())]
     return ", ".join(names)
 
 
-def _extents(molecule):
-    """'A 1 to 99, B 1 to 99' of the polymer residues."""
+def _extents(molecule: Molecule) -> str:
+    """Return the extents of the polymer chains, as 'A 1 to 99, B 1 to 99'."""
     polymer = np.isin(molecule.kind, POLYMERS)
     extents = []
     for chain in dict.fromkeys(molecule.chain[polymer].tolist()):
-        labels = sorted(set(molecule.residue[polymer & (molecule.chain == chain)].tolist()), key=_place)
+        labels = sorted(set(molecule.residue[polymer & (molecule.chain == chain)].tolist()), key=_rank)
         extents.append(f"{chain} {labels[0]} to {labels[-1]}".strip())
     return ", ".join(extents) or "no polymer"
 
 
-def _inventory(molecule):
-    """'chains A, B with 198 protein residues, 2 HOH'."""
+def _inventory(molecule: Molecule) -> str:
+    """Return the content of a molecule, as 'chains A, B with 198 protein residues, 2 HOH'."""
     first = np.unique(molecule.residue_index, return_index=True)[1]
     names = np.where(
         np.isin(molecule.kind, POLYMERS), np.char.add(molecule.kind, " residues"), molecule.residue_name

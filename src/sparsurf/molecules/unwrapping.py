@@ -1,19 +1,27 @@
-"""Molecules that the periodic box cuts are put together again."""
+"""Make molecules whole that the periodic box cuts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-# Å. Atoms of one residue or of neighbours in the sequence that are closer than this belong together: longer
-# than any bond (S-S 2.05), and it does no harm where it links second neighbours.
-LINK = 2.5
-SMALLEST_BOX = 15.0  # Å; a shorter lattice vector is a dummy, or shorter than one residue
-MOST_MOLECULES = 100  # beyond that (all waters selected) molecules are not moved next to each other
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+# Å. Atoms of one residue, or of neighbours in the sequence, are linked if they are closer than this. It is longer than
+# any bond (S-S 2.05); a link between second neighbours does no harm.
+MAX_LINK = 2.5
+MIN_BOX = 15.0  # Å; a shorter lattice vector is a dummy, or shorter than one residue
+MAX_MOLECULES = 100  # more molecules (all waters selected) are not moved next to each other
+MAX_ATOMS_PER_CONTACT = 200  # of each molecule, among which contacts are sought
 
 
-def make_whole(xyz, box, residue_index, join=True):
-    """Move atoms by lattice vectors so that no molecule is cut by the box.
+def make_whole(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True) -> np.ndarray:
+    """Move atoms by lattice vectors so that the box cuts no molecule.
 
     The links are found once, in the first frame, under the minimum image convention. With `join`, the
-    molecules (chains, pieces of a chain with a gap) are moved next to each other as well: each is linked by
+    molecules (chains, pieces of a chain with a gap) are also moved next to each other: each is linked by
     its shortest contact in the first frame, so that a complex stays a complex.
 
     Parameters
@@ -25,49 +33,51 @@ def make_whole(xyz, box, residue_index, join=True):
 
     Returns
     -------
-    (F, A, 3) float64, Å ; atoms that need not move keep their exact coordinates
+    (F, A, 3) float64, Å
+        Atoms that need not move keep their exact coordinates.
     """
-    if not np.isfinite(box).all() or np.linalg.norm(box, axis=2).min() < SMALLEST_BOX:
+    if not np.isfinite(box).all() or np.linalg.norm(box, axis=2).min() < MIN_BOX:
         return xyz
-    links = _bonds(xyz[0], box[0], residue_index)
+    links = _links(xyz[0], box[0], residue_index)
     if not join and not _lattice_vectors(xyz[:, links[:, 0]] - xyz[:, links[:, 1]], box).any():
-        return xyz  # as most files of structures: nothing is cut
+        return xyz  # nothing is cut, as in most structures
     if join:
-        whole = _walk(xyz[:1], box[:1], links)[0]
+        whole = _shift_to_neighbours(xyz[:1], box[:1], links)[0]
         links = np.concatenate([links, _contacts(whole, box[0], links)])
-    return _walk(xyz, box, links)
+    return _shift_to_neighbours(xyz, box, links)
 
 
-def _lattice_vectors(vectors, box):
-    """How many lattice vectors, rounded, a vector (..., 3) spans."""
+def _lattice_vectors(vectors: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return the number of lattice vectors, rounded, that vectors (..., 3) span."""
     return np.rint(vectors @ np.linalg.inv(box))
 
 
-def _minimum_image(vectors, box):
+def _minimum_image(vectors: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Shift vectors (..., 3) by lattice vectors to be as short as possible."""
     return vectors - _lattice_vectors(vectors, box) @ box
 
 
-def _bonds(xyz, box, residue_index):
-    """(L, 2) int: pairs of atoms closer than LINK, in one residue or in two that follow each other."""
+def _links(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray) -> np.ndarray:
+    """Find pairs (L, 2) of atoms closer than MAX_LINK, in one residue or in two consecutive ones."""
     edges = np.flatnonzero(np.diff(residue_index)) + 1
     starts = np.concatenate([[0], edges, [len(xyz)]])
     links = []
     for start, stop, next_stop in zip(starts[:-1], starts[1:], [*starts[2:], len(xyz)], strict=True):
         vectors = xyz[start:stop, None] - xyz[None, start:next_stop]
-        close = np.linalg.norm(_minimum_image(vectors, box), axis=2) < LINK
+        close = np.linalg.norm(_minimum_image(vectors, box), axis=2) < MAX_LINK
         links.append(np.argwhere(np.triu(close, k=1)) + start)
     return np.concatenate(links)
 
 
-def _contacts(xyz, box, links):
-    """(molecules - 1, 2) int: the shortest contacts that join all molecules, of at most 200 atoms of each."""
+def _contacts(xyz: np.ndarray, box: np.ndarray, links: np.ndarray) -> np.ndarray:
+    """Find the shortest contacts (molecules - 1, 2) that join all molecules, among some atoms of each."""
     from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 
     n_molecules, label = connected_components(_graph(links, len(xyz)), directed=False)
-    if not 1 < n_molecules <= MOST_MOLECULES:
+    if not 1 < n_molecules <= MAX_MOLECULES:
         return np.empty((0, 2), int)
-    members = [np.flatnonzero(label == each) for each in range(n_molecules)]
-    members = [atoms[:: len(atoms) // 200 + 1] for atoms in members]
+    members = [np.flatnonzero(label == molecule) for molecule in range(n_molecules)]
+    members = [atoms[:: len(atoms) // MAX_ATOMS_PER_CONTACT + 1] for atoms in members]
     distance, pair = np.zeros((n_molecules, n_molecules)), {}
     for i, first in enumerate(members):
         for j, second in enumerate(members[:i]):
@@ -77,23 +87,27 @@ def _contacts(xyz, box, links):
             distance[i, j] = lengths[nearest] + 1e-6  # a zero would be no edge
             pair[i, j] = first[nearest[0]], second[nearest[1]]
     tree = minimum_spanning_tree(distance).tocoo()
-    return np.array([pair[i, j] for i, j in zip(tree.row, tree.col, strict=True)])
+    return np.array([pair[int(i), int(j)] for i, j in zip(tree.row, tree.col, strict=True)])
 
 
-def _graph(links, n_atoms):
-    from scipy.sparse import coo_array  # here and above: half a second that most structures need not wait
+def _graph(links: np.ndarray, n_atoms: int) -> csr_array:
+    """Return the links as a sparse matrix."""
+    from scipy.sparse import (
+        coo_array,  # here and above: takes half a second, which most structures do not need
+    )
 
     return coo_array((np.ones(len(links)), links.T), shape=(n_atoms, n_atoms)).tocsr()
 
 
-def _walk(xyz, box, links):
+def _shift_to_neighbours(xyz: np.ndarray, box: np.ndarray, links: np.ndarray) -> np.ndarray:
     """Shift every atom to the image nearest to the atom it is linked to, from the first atom of each piece."""
     from scipy.sparse.csgraph import breadth_first_order, connected_components
 
     graph = _graph(links, xyz.shape[1])
     _, label = connected_components(graph, directed=False)
     roots = np.unique(label, return_index=True)[1]
-    steps, parent = [], np.arange(xyz.shape[1])
+    steps: list[int] = []
+    parent = np.arange(xyz.shape[1])
     for root in roots:
         order, before = breadth_first_order(graph, root, directed=False)
         steps.extend(order[1:])

@@ -1,4 +1,6 @@
-"""Simple properties of a dot's surroundings, the references of a propensity; the higher, the likelier interface."""
+"""Simple properties of a dot's surroundings, the baselines of a propensity; higher means likelier interface."""
+
+from __future__ import annotations
 
 import numpy as np
 
@@ -13,64 +15,79 @@ KYTE_DOOLITTLE = {
 }  # fmt: skip
 
 
-def planarity(points, at, reach=REACH, threads=1):
-    """Minus the root mean square distance in Å of the dots within `reach` from their best plane.
+def planarity(points: np.ndarray, at: np.ndarray, reach: float = REACH, threads: int = 1) -> np.ndarray:
+    """Compute minus the root mean square distance in Å of the dots within `reach` from their best plane [1]_.
 
     Parameters
     ----------
     points : (N, 3) float64, Å, all dots
-    at : (n, 3) float64, Å, where it is wanted
+    at : (n, 3) float64, Å, where to compute it
+    reach : float, Å
+    threads : int
 
     Returns
     -------
-    (n,) float64, 0 is a plane. Source: Jones & Thornton, J. Mol. Biol. 272:121 (1997).
+    (n,) float64; 0 is a plane
+
+    References
+    ----------
+    .. [1] Jones & Thornton, J. Mol. Biol. 272:121 (1997).
     """
     x = points - points.mean(axis=0)
     squares = np.stack([x[:, i] * x[:, j] for i in range(3) for j in range(3)], axis=1)
     means, _ = means_within(at, points, np.hstack([x, squares]), reach, threads)
-    spread = means[:, 3:].reshape(-1, 3, 3) - means[:, :3, None] * means[:, None, :3]
-    return -np.sqrt(np.maximum(np.linalg.eigvalsh(spread)[:, 0], 0.0))
+    covariance = means[:, 3:].reshape(-1, 3, 3) - means[:, :3, None] * means[:, None, :3]
+    return -np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[:, 0], 0.0))
 
 
-def protrusion(at, heavy_atoms, reach=REACH, threads=1):
-    """Minus the number of heavy atoms within `reach`: few where the surface sticks out.
+def protrusion(at: np.ndarray, heavy_atoms: np.ndarray, reach: float = REACH, threads: int = 1) -> np.ndarray:
+    """Compute minus the number of heavy atoms within `reach`: few where the surface protrudes.
 
-    It ranks as the protrusion index CX does, the free over the filled volume of that ball (Pintar et al.,
-    Bioinformatics 18:980, 2002).
+    It ranks dots as the protrusion index CX does, the ratio of the free to the filled volume of that ball [1]_.
 
     Parameters
     ----------
     at : (n, 3) float64, Å
     heavy_atoms : (A, 3) float64, Å
+    reach : float, Å
+    threads : int
 
     Returns
     -------
     (n,) float64
+
+    References
+    ----------
+    .. [1] Pintar et al., Bioinformatics 18:980 (2002).
     """
     return -means_within(at, heavy_atoms, np.zeros(len(heavy_atoms)), reach, threads)[1].astype(np.float64)
 
 
-def hydropathy(points, at, residue_names, reach=REACH, threads=1):
-    """Mean Kyte-Doolittle index over the dots within `reach`.
+def hydropathy(
+    points: np.ndarray, at: np.ndarray, residue_names: np.ndarray, reach: float = REACH, threads: int = 1
+) -> np.ndarray:
+    """Compute the mean Kyte-Doolittle index over the dots within `reach`.
 
     Parameters
     ----------
     points : (N, 3) float64, Å
     at : (n, 3) float64, Å
-    residue_names : (N,) str, the standard residue under each dot; dots of others do not count
+    residue_names : (N,) str, the standard residue under each dot; dots of other residues do not count
+    reach : float, Å
+    threads : int
 
     Returns
     -------
-    (n,) float64; NaN where no dot within reach belongs to a standard amino acid.
+    (n,) float64; NaN if no dot within reach belongs to a standard amino acid
     """
-    names, place = np.unique(residue_names, return_inverse=True)
-    index = np.array([KYTE_DOOLITTLE.get(str(name), np.nan) for name in names])[place]
+    names, name_of = np.unique(residue_names, return_inverse=True)
+    index = np.array([KYTE_DOOLITTLE.get(str(name), np.nan) for name in names])[name_of]
     known = ~np.isnan(index)
     if not known.any():
         return np.full(len(at), np.nan)
     return means_within(at, points[known], index[known], reach, threads)[0]
 
 
-def distance_from_centroid(points, at):
-    """Distance in Å of (n, 3) places from the mean of all dots (N, 3)."""
+def distance_from_centroid(points: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Compute the distance in Å of places (n, 3) from the mean of all dots (N, 3)."""
     return np.linalg.norm(at - points.mean(axis=0), axis=1)

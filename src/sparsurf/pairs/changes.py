@@ -1,9 +1,12 @@
-"""Two forms of a protein residue by residue: where its surface and fields differ by more than dots and coordinates do.
+"""Compare two forms of a protein by residue: where surface and fields differ by more than dots and coordinates explain.
 
-Each residue has the mean numbers of its places. No form is laid on the other: the numbers are those of `sites`, which no turn
-changes. The floors are the same distances between a form and itself, with other dots or with its atoms moved.
+Each residue has the mean descriptors of its places. The forms are not superposed: the descriptors are those of `sites`, which
+do not change under rotation. The floors are the same distances between a form and itself, with other dots or with moved atoms.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,40 +14,40 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError, progress
-from sparsurf.dot_fields.registry import values
+from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.pairs.complexes import laid_on
-from sparsurf.sites.describing import FIELDS, PERCENT, SHAPE, few_of, numbered_residues, sites_of
-from sparsurf.sites.weighing import weights
-from sparsurf.study.floors import turning
+from sparsurf.pairs.complexes import superpose_onto
+from sparsurf.sites.describing import FIELDS, PERCENT, SHAPE, farthest_subset, numbered_residues, sites_of
+from sparsurf.sites.metric import weights
+from sparsurf.study.floors import random_rotation
 from sparsurf.surfaces.surface import Surface
 
 CHANNELS = (SHAPE, *FIELDS)
 TOTAL = "total"
-DRAWS = 5  # sets of fresh dots of each form
-MOVED = 0.3  # Å, rms displacement of the atoms: a fair crystal structure
-FEW_DRAWS = 3  # of moved atoms
-RARE = 0.05  # share of residues of the same form that lie above a floor
-COMMON = 3  # residues that two forms must share
+N_FRESH_DRAWS = 5  # sets of fresh dots of each form
+RMS_DISPLACEMENT = 0.3  # Å, of the atoms: a fair crystal structure
+N_MOVED_DRAWS = 3  # of moved atoms
+SHARE_ABOVE_FLOOR = 0.05  # of the residues of one form, by chance
+MIN_COMMON_RESIDUES = 3  # that two forms must share
 
 
 class Form(NamedTuple):
     """One form of a protein.
 
     name : str
-    surface : Surface, its `atom` counts the atoms of the molecule
+    surface : Surface, its `atom` refers to the atoms of the molecule
     molecule : Molecule of one frame
-    lay : function of places of its atoms (A, 3), Å, that gives their Surface
+    lay : function of the coordinates (A, 3) in Å of its atoms that returns their Surface
     """
 
     name: str
     surface: Surface
     molecule: Molecule
-    lay: object
+    lay: Callable[[np.ndarray], Surface]
 
 
 class Residues(NamedTuple):
-    """Numbers of the residues of a form, NaN for those without places.
+    """Descriptors of the residues of a form, NaN for those without places.
 
     numbers : (R, C, K) float64, mean moments of CHANNELS
     fields : (R, F) float64, mean of FIELDS
@@ -56,39 +59,58 @@ class Residues(NamedTuple):
     places: np.ndarray
 
 
-def residues_of(dots, molecule, name, threads=1):
-    """Residues of a molecule from the dots of its surface.
+def residues_of(dots: Surface, molecule: Molecule, name: str, threads: int = 1) -> Residues:
+    """Describe the residues of a molecule from the dots of its surface.
 
-    The moment of n = 0 is the mean of a field; unlike in Sites it keeps its sign, so that a charge that turns round counts.
+    The moment of n = 0 is the mean of a field. Unlike in Sites it keeps its sign, so that a reversed charge counts.
+
+    Parameters
+    ----------
+    dots : Surface, its `atom` refers to the atoms of the molecule
+    molecule : Molecule
+    name : str
+    threads : int
+
+    Returns
+    -------
+    Residues
     """
-    kept = few_of(dots, PERCENT)
-    table = values(FIELDS, molecule, kept.points)
-    # Lifted so far, a mean and its modulus are the same
+    kept = farthest_subset(dots, PERCENT)
+    table = compute_fields(FIELDS, molecule, kept.points)
+    # Shifted by this much, the mean is positive and equals its modulus
     lift = np.ceil(np.nanmax(np.abs(table.to_numpy()), axis=0))
-    kept = replace(kept, fields=dict(table + lift))
+    kept = replace(kept, fields={name: column.to_numpy() for name, column in (table + lift).items()})
     sites = sites_of(kept, molecule.labels(kept.atom), name, PERCENT, threads=threads)
     numbers = sites.numbers.astype(float)
     numbers[:, 1:, 0] -= lift
-    residues = molecule.residues
+    residues, residue = molecule.residues, molecule.residue_index[kept.atom]
+    n = len(residues)
+    means = _means(numbers.reshape(len(numbers), -1), numbered_residues(sites.labels, residues), n)
     return Residues(
-        _means(
-            numbers.reshape(len(numbers), -1), numbered_residues(sites.labels, residues), len(residues)
-        ).reshape(len(residues), *numbers.shape[1:]),
-        _means(table.to_numpy(), molecule.residue_index[kept.atom], len(residues)),
-        np.bincount(molecule.residue_index[kept.atom], minlength=len(residues)),
+        means.reshape(n, *numbers.shape[1:]),
+        _means(table.to_numpy(), residue, n),
+        np.bincount(residue, minlength=n),
     )
 
 
-def _means(values, group, n):
-    """Means (n, M) of rows by their group."""
-    table = pd.DataFrame(values).groupby(group).mean()
+def _means(rows: np.ndarray, group: np.ndarray, n: int) -> np.ndarray:
+    """Average rows by their group, (n, M)."""
+    table = pd.DataFrame(rows).groupby(group).mean()
     return table.reindex(range(n)).to_numpy()
 
 
-def distances(first, second):
-    """Distances (R, C + 1) between the numbers of residues: of each channel, and of all of them.
+def distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Compute the distances between the descriptors of residues.
 
-    In standard deviations of each moment over places of many proteins, the root mean square over the moments.
+    Parameters
+    ----------
+    first, second : (R, C, K) float64
+
+    Returns
+    -------
+    (R, C + 1) float64
+        By channel, and of all channels: the root mean square over the moments, each in units of its standard deviation
+        over the places of many proteins.
     """
     known = weights()
     order = [list(known["channels"]).index(channel) for channel in CHANNELS]
@@ -97,104 +119,169 @@ def distances(first, second):
     return np.sqrt(np.column_stack([square, square.mean(axis=1)]))
 
 
-def noise(form, own, rng, moved=0.0, draws=DRAWS, threads=1):
-    """Distances (draws, R, C + 1) of a form's residues to its own on fresh dots, with its atoms moved by `moved` Å rms."""
-    found, around = [], form.molecule.xyz[0].mean(axis=0)
-    for _ in progress.each(range(draws), f"floors of {form.name}"):
-        turn, atoms = turning(rng), form.molecule.xyz[0]
+def noise(
+    form: Form,
+    residues: Residues,
+    rng: np.random.Generator,
+    moved: float = 0.0,
+    draws: int = N_FRESH_DRAWS,
+    threads: int = 1,
+) -> np.ndarray:
+    """Compute the distances of a form's residues to the same residues on fresh dots, or with moved atoms.
+
+    Parameters
+    ----------
+    form : Form
+    residues : Residues of the form
+    rng : numpy.random.Generator
+    moved : float, rms displacement of the atoms, Å
+    draws : int
+    threads : int
+
+    Returns
+    -------
+    (draws, R, C + 1) float64, see `distances`
+    """
+    drawn, centre = [], form.molecule.xyz[0].mean(axis=0)
+    for _ in progress.progress_bar(range(draws), f"floors of {form.name}"):
+        turn, atoms = random_rotation(rng), form.molecule.xyz[0]
         if moved:
             atoms = atoms + moved / np.sqrt(3) * rng.normal(size=atoms.shape)
-        laid = form.lay((atoms - around) @ turn.T)
-        dots = replace(laid, points=laid.points @ turn + around, normals=laid.normals @ turn)
+        rotated = form.lay((atoms - centre) @ turn.T)
+        dots = replace(rotated, points=rotated.points @ turn + centre, normals=rotated.normals @ turn)
         other = residues_of(dots, replace(form.molecule, xyz=atoms[None]), form.name, threads)
-        found.append(distances(own.numbers, other.numbers))
-    return np.array(found)
+        drawn.append(distances(residues.numbers, other.numbers))
+    return np.array(drawn)
 
 
-def floor_of(found, rare=RARE):
-    """What a share `rare` of such distances exceeds, (R, C + 1), from (draws, R, C + 1): for each residue its own.
+def floor_of(drawn: np.ndarray, share: float = SHARE_ABOVE_FLOOR) -> np.ndarray:
+    """Estimate the distance of each residue that a share of its draws exceeds.
 
-    A residue has too few draws for a quantile. Its root mean square is multiplied by the quantile over all residues of how much
-    larger one draw is than the others.
+    A residue has too few draws for a quantile. Its root mean square is therefore multiplied by a factor common to all
+    residues: the quantile of the ratio of one draw to the others.
+
+    Parameters
+    ----------
+    drawn : (draws, R, C + 1) float64, see `noise`
+    share : float
+
+    Returns
+    -------
+    (R, C + 1) float64
     """
-    known = ~np.isnan(found)
+    known = ~np.isnan(drawn)
     if not known.any():
-        return np.full(found.shape[1:], np.nan)
-    n, square = known.sum(axis=0), np.nansum(found**2, axis=0)
+        return np.full(drawn.shape[1:], np.nan)
+    n, square = known.sum(axis=0), np.nansum(drawn**2, axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        others = np.sqrt((square - np.where(known, found, 0) ** 2) / (n - 1))
-        factor = np.nanquantile(np.where(known & (n > 1), found / others, np.nan), 1 - rare, axis=(0, 1))
+        others = np.sqrt((square - np.where(known, drawn, 0) ** 2) / (n - 1))
+        ratio = np.where(known & (n > 1), drawn / others, np.nan)
+        factor = np.nanquantile(ratio, 1 - share, axis=(0, 1))
         return factor * np.sqrt(square / n)
 
 
-def changes(first, second, rng, threads=1):
+def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 1) -> pd.DataFrame:
     """Compare two forms.
 
     Parameters
     ----------
-    first, second : Form, the second numbered as the first, see `numbered_alike`
+    first, second : Form, the second with the residue numbers of the first, see `numbered_alike`
     rng : numpy.random.Generator
     threads : int
 
     Returns
     -------
     DataFrame, a row per residue that both have: LABELS, residue_name_second; places_first, places_second; `total` and CHANNELS,
-    the distances, NaN where one of both is buried; total_floor and <channel>_floor of fresh dots, total_moved of moved atoms;
-    `above` and `above_moved`, 1 where the total is larger; and <field>_difference, second less first, in the field's unit
+    the distances, NaN if either residue is buried; total_floor and <channel>_floor of fresh dots, total_moved of moved atoms;
+    `above` and `above_moved`, 1 if the total is larger; and <field>_difference, second minus first, in the field's unit
     """
-    both = [residues_of(each.surface, each.molecule, each.name, threads) for each in (first, second)]
+    forms = first, second
+    described = [residues_of(form.surface, form.molecule, form.name, threads) for form in forms]
     rows = common_residues(first, second)
-    taken = [Residues(*(part[own] for part in each)) for each, own in zip(both, rows, strict=True)]
-    found = distances(taken[0].numbers, taken[1].numbers)
-    floors = []
-    for moved, draws in ((0.0, DRAWS), (MOVED, FEW_DRAWS)):
-        of_both = (
-            noise(form, own, rng, moved, draws, threads)[:, place]
-            for form, own, place in zip((first, second), both, rows, strict=True)
+    common = [
+        Residues(residues.numbers[row], residues.fields[row], residues.places[row])
+        for residues, row in zip(described, rows, strict=True)
+    ]
+    fresh, moved = (
+        floor_of(
+            np.concatenate(
+                [
+                    noise(form, residues, rng, displacement, draws, threads)[:, row]
+                    for form, residues, row in zip(forms, described, rows, strict=True)
+                ]
+            )
         )
-        floors.append(floor_of(np.concatenate([*of_both])))
+        for displacement, draws in ((0.0, N_FRESH_DRAWS), (RMS_DISPLACEMENT, N_MOVED_DRAWS))
+    )
     table = first.molecule.residues.iloc[rows[0]].reset_index(drop=True)
     table["residue_name_second"] = second.molecule.residues["residue_name"].to_numpy()[rows[1]]
-    for side, each in zip(("first", "second"), taken, strict=True):
-        table[f"places_{side}"] = each.places
-    names = (*CHANNELS, TOTAL)
-    for name, values_, floor in zip(names[::-1], found.T[::-1], floors[0].T[::-1], strict=True):
-        table[name], table[f"{name}_floor"] = values_, floor
-    table[f"{TOTAL}_moved"] = floors[1][:, -1]
+    for side, residues in zip(("first", "second"), common, strict=True):
+        table[f"places_{side}"] = residues.places
+    change = distances(common[0].numbers, common[1].numbers)
+    for k, name in reversed([*enumerate((*CHANNELS, TOTAL))]):
+        table[name], table[f"{name}_floor"] = change[:, k], fresh[:, k]
+    table[f"{TOTAL}_moved"] = moved[:, -1]
     for name, floor in (("above", f"{TOTAL}_floor"), ("above_moved", f"{TOTAL}_moved")):
         table[name] = (table[TOTAL] > table[floor]).astype(int)
     for k, name in enumerate(FIELDS):
-        table[f"{name}_difference"] = taken[1].fields[:, k] - taken[0].fields[:, k]
+        table[f"{name}_difference"] = common[1].fields[:, k] - common[0].fields[:, k]
     return table
 
 
-def common_residues(first, second):
-    """Rows of the residues that two forms share by chain and number: two (R,) int.
+def common_residues(first: Form, second: Form) -> tuple[np.ndarray, np.ndarray]:
+    """Find the residues that two forms share by chain and number.
+
+    Parameters
+    ----------
+    first, second : Form
+
+    Returns
+    -------
+    two (R,) int, rows of the residues of each form
 
     Raises
     ------
-    InputError : hardly any
+    InputError : fewer than MIN_COMMON_RESIDUES
     """
-    numbers = [
+    row_of = [
         {row: k for k, row in enumerate(zip(table["chain"], table["residue"], strict=True))}
         for table in (first.molecule.residues, second.molecule.residues)
     ]
-    common = [row for row in numbers[0] if row in numbers[1]]
-    if len(common) < COMMON:
+    common = [residue for residue in row_of[0] if residue in row_of[1]]
+    if len(common) < MIN_COMMON_RESIDUES:
         raise InputError(
             f"{first.name} and {second.name} share {len(common)} residues by chain and number: number them alike."
         )
-    return tuple(np.array([each[row] for row in common]) for each in numbers)
+    rows = [np.array([row[residue] for residue in common]) for row in row_of]
+    return rows[0], rows[1]
 
 
-def numbered_alike(molecule, reference):
-    """A molecule of one chain with the chain's name of the other, where both have one; else as it is."""
-    chains = [np.unique(each.chain) for each in (molecule, reference)]
+def numbered_alike(molecule: Molecule, reference: Molecule) -> Molecule:
+    """Give a molecule the chain name of the reference if both have a single chain; else return it unchanged.
+
+    Parameters
+    ----------
+    molecule, reference : Molecule
+
+    Returns
+    -------
+    Molecule
+    """
+    chains = [np.unique(one.chain) for one in (molecule, reference)]
     if len(chains[0]) == len(chains[1]) == 1:
         return replace(molecule, chain=np.full_like(reference.chain, chains[1][0], shape=len(molecule.chain)))
     return molecule
 
 
-def laid(second, first):
-    """The second molecule moved onto the first by what they share, for pictures."""
-    return laid_on(second, first, COMMON)
+def superpose_forms(second: Molecule, first: Molecule) -> Molecule:
+    """Superpose the second form of a protein onto the first by the residues that they share, for pictures.
+
+    Parameters
+    ----------
+    second, first : Molecule
+
+    Returns
+    -------
+    Molecule, of one frame
+    """
+    return superpose_onto(second, first, MIN_COMMON_RESIDUES)

@@ -1,6 +1,10 @@
-"""What propensity and references are worth over many complexes: scores of each surface, means with intervals."""
+"""Propensity and baselines over many complexes: scores of each surface, means with intervals."""
 
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -8,24 +12,27 @@ from scipy.stats import rankdata
 
 from sparsurf import InputError
 from sparsurf.molecules.conformations import superpose
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.interface import gaps
-from sparsurf.pairs.nearest import nearest
+from sparsurf.pairs.nearest import Nearest, nearest
 from sparsurf.pairs.neighbourhoods import SMOOTHING, smooth
-from sparsurf.pairs.partners import baseline_scores
+from sparsurf.pairs.partners import Partner, baseline_scores
 from sparsurf.pairs.ranking import auc
 from sparsurf.study.statistics import mean_interval
 
-BINS = 10  # of roughness, in which a patch's expected distance is a mean
-FEWEST_COMMON = 10  # residues that two forms must share to be laid on each other
+N_BINS = 10  # of roughness, over which the expected distance of a patch is averaged
+MIN_COMMON_RESIDUES = 10  # that two forms must share to be superposed
 
 
-def laid_on(molecule, reference, fewest=FEWEST_COMMON):
-    """Another form of a protein, moved onto it by the C-alpha atoms of the residues that both have.
+def superpose_onto(
+    molecule: Molecule, reference: Molecule, min_common: int = MIN_COMMON_RESIDUES
+) -> Molecule:
+    """Superpose one form of a protein onto another by the C-alpha atoms of the residues that both have.
 
     Parameters
     ----------
-    molecule, reference : molecules.Molecule
-    fewest : int, residues that both must have
+    molecule, reference : Molecule
+    min_common : int, residues that both must have
 
     Returns
     -------
@@ -33,75 +40,99 @@ def laid_on(molecule, reference, fewest=FEWEST_COMMON):
 
     Raises
     ------
-    InputError : the two share hardly a residue
+    InputError : the two share fewer residues than `min_common`
     """
-    places = [
+    atoms = [
         {(m.chain[i], m.residue[i]): i for i in np.flatnonzero(m.name == "CA")} for m in (molecule, reference)
     ]
-    common = [key for key in places[0] if key in places[1]]
-    if len(common) < fewest:
+    common = [key for key in atoms[0] if key in atoms[1]]
+    if len(common) < min_common:
         raise InputError(
-            f"the two forms share {len(common)} residues by chain and number, but need {fewest} to be laid on "
-            "each other: number their residues alike."
+            f"the two forms share {len(common)} residues by chain and number, but need {min_common} to be "
+            "superposed: number their residues alike."
         )
-    mine, theirs = ([each[key] for key in common] for each in places)
+    moving, fixed = ([atom_of[key] for key in common] for atom_of in atoms)
     first = molecule.frame(0)
-    moved = superpose(first.xyz, np.array(mine), reference.xyz[0][theirs])
+    moved = superpose(first.xyz, np.array(moving), reference.xyz[0][fixed])
     return replace(first, xyz=moved)
 
 
-def carried_labels(points, bound_points, bound_labels):
-    """Interface of another form: each dot (N, 3) takes the label of the bound dot nearest to it, (N,) bool."""
+def carried_labels(points: np.ndarray, bound_points: np.ndarray, bound_labels: np.ndarray) -> np.ndarray:
+    """Transfer the interface to another form: each dot takes the label of the nearest bound dot.
+
+    Parameters
+    ----------
+    points, bound_points : (N, 3) and (M, 3) float64, Å
+    bound_labels : (M,) bool
+
+    Returns
+    -------
+    (N,) bool
+    """
     return bound_labels[gaps(points, bound_points)[1]]
 
 
-def relative(values, roughness, bins=BINS):
-    """Values less what is expected of patches that flat: the mean of their bin of roughness.
+def relative(values: np.ndarray, roughness: np.ndarray, bins: int = N_BINS) -> np.ndarray:
+    """Subtract from values what is expected for their roughness: the mean of their bin of roughness.
 
     Parameters
     ----------
     values, roughness : (n,) float64
-    bins : int, of equally many patches
+    bins : int, with equal numbers of patches
 
     Returns
     -------
     (n,) float64
     """
     rank = rankdata(roughness, method="ordinal").astype(int) - 1  # floats from newer versions of SciPy
-    place = rank * bins // len(rank)
-    return values - (np.bincount(place, values) / np.bincount(place))[place]
+    bin_of = rank * bins // len(rank)
+    return values - (np.bincount(bin_of, values) / np.bincount(bin_of))[bin_of]
 
 
-def together(*scores):
-    """Mean of the ranks of several scores, (n,): what each says counts alike whatever its scale."""
+def mean_rank(*scores: np.ndarray) -> np.ndarray:
+    """Average the ranks of several scores (n,), so that each counts equally whatever its scale."""
     return np.mean([rankdata(score) for score in scores], axis=0)
 
 
-def distance_scores(partner, centres, near, k_values, smoothing=SMOOTHING):
-    """Scores from the distances to the nearest patches: raw and smoothed, plain and relative to flatness.
+def distance_scores(
+    partner: Partner,
+    centres: np.ndarray,
+    near: Nearest,
+    k_values: Sequence[int],
+    smoothing: float = SMOOTHING,
+) -> dict[tuple[int, str, str], np.ndarray]:
+    """Score centres by the distances to the nearest patches: raw and smoothed, plain and relative to flatness.
 
     Parameters
     ----------
     partner : partners.Partner
     centres : (n,) int
-    near : complementarity.Nearest
+    near : Nearest
     k_values : sequence of int, at most as many as `near` holds
 
     Returns
     -------
-    dict, (k, 'plain' or 'relative', 'raw' or 'smoothed') -> (n,) float64, the higher the likelier interface
+    dict, (k, 'plain' or 'relative', 'raw' or 'smoothed') -> (n,) float64; higher means likelier interface
     """
-    points, out = partner.surface.points, {}
+    points, scores = partner.surface.points, {}
     for k in k_values:
         values = near.distance[:, :k].mean(axis=1)
         for kind, map_ in (("plain", values), ("relative", relative(values, partner.roughness[centres]))):
-            out[k, kind, "raw"] = -map_
-            out[k, kind, "smoothed"] = -smooth(points[centres], np.arange(len(centres)), map_, smoothing)
-    return out
+            smoothed = smooth(points[centres], np.arange(len(centres)), map_, smoothing)
+            scores[k, kind, "raw"], scores[k, kind, "smoothed"] = -map_, -smoothed
+    return scores
 
 
-def scores_of_pair(pair, centres, up, down, k_values, name, threads=1):
-    """Every variant of the propensity on both sides of a pair.
+def scores_of_pair(
+    pair: Sequence[Partner],
+    centres: Sequence[np.ndarray],
+    up: Sequence[np.ndarray],
+    down: Sequence[np.ndarray],
+    k_values: Sequence[int],
+    name: str,
+    threads: int = 1,
+) -> tuple[dict[tuple, np.ndarray], dict[tuple, np.ndarray]]:
+    """Compute every variant of the propensity on both sides of a pair.
 
     Parameters
     ----------
@@ -115,72 +146,88 @@ def scores_of_pair(pair, centres, up, down, k_values, name, threads=1):
     -------
     two dicts, (name, 'complementarity' or 'similarity', k, kind, smoothing) -> score (n,)
     """
-    most = max(k_values)
-    found = {
-        "complementarity": nearest(up[0], down[1], most, threads),
-        "similarity": nearest(up[0], up[1], most, threads),
+    k = max(k_values)
+    matches = {
+        "complementarity": nearest(up[0], down[1], k, threads),
+        "similarity": nearest(up[0], up[1], k, threads),
     }
-    out = ({}, {})
-    for what, sides in found.items():
+    out: tuple[dict[tuple, np.ndarray], dict[tuple, np.ndarray]] = ({}, {})
+    for what, sides in matches.items():
         for side in (0, 1):
             scores = distance_scores(pair[side], centres[side], sides[side], k_values)
             out[side].update({(name, what, *key): score for key, score in scores.items()})
     return out
 
 
-def combinations(partner, centres, propensity, threads=1):
-    """Reference values and their combinations with a propensity score (n,): dict, name -> (n,) float64."""
-    plain = baseline_scores(partner, centres, threads)
-    out = dict(plain)
-    if {"hydropathy", "protrusion"} <= set(plain) and not np.isnan(plain["hydropathy"]).any():
-        water, out_of = plain["hydropathy"], plain["protrusion"]
-        out["hydropathy + protrusion"] = together(water, out_of)
-        out["propensity + hydropathy"] = together(propensity, water)
-        out["propensity + protrusion"] = together(propensity, out_of)
-        out["propensity + hydropathy + protrusion"] = together(propensity, water, out_of)
-    return out
+def combinations(
+    partner: Partner, centres: np.ndarray, propensity: np.ndarray, threads: int = 1
+) -> dict[str, np.ndarray]:
+    """Compute the baselines and their combinations with a propensity score.
+
+    Parameters
+    ----------
+    partner : Partner
+    centres : (n,) int
+    propensity : (n,) float64
+    threads : int
+
+    Returns
+    -------
+    dict, name -> (n,) float64
+    """
+    scores = baseline_scores(partner, centres, threads)
+    if {"hydropathy", "protrusion"} <= set(scores) and not np.isnan(scores["hydropathy"]).any():
+        hydropathy, protrusion = scores["hydropathy"], scores["protrusion"]
+        scores["hydropathy + protrusion"] = mean_rank(hydropathy, protrusion)
+        scores["propensity + hydropathy"] = mean_rank(propensity, hydropathy)
+        scores["propensity + protrusion"] = mean_rank(propensity, protrusion)
+        all_three = mean_rank(propensity, hydropathy, protrusion)
+        scores["propensity + hydropathy + protrusion"] = all_three
+    return scores
 
 
-def areas(scores, labels):
-    """Area under the ROC curve of each score: dict, key -> float; NaN where a score is not known everywhere."""
+def areas(scores: Mapping[Any, np.ndarray], labels: np.ndarray) -> dict[Any, float]:
+    """Compute the area under the ROC curve of each score; NaN if a score is not known everywhere."""
     return {key: np.nan if np.isnan(score).any() else auc(score, labels) for key, score in scores.items()}
 
 
-def mean_and_interval(values):
-    """Mean of some complexes with its 95 % interval by Student's t: (mean, low, high, n); NaN do not count."""
-    values = np.asarray(values, np.float64)
-    values = values[~np.isnan(values)]
-    return *mean_interval(values), len(values)
+def mean_and_interval(values: np.ndarray | pd.Series) -> tuple[float, float, float, int]:
+    """Compute the mean over complexes with its 95 % interval, (mean, low, high, n); NaN do not count."""
+    known = np.asarray(values, np.float64)
+    known = known[~np.isnan(known)]
+    mean, low, high = mean_interval(known)
+    return mean, low, high, len(known)
 
 
-def means_over_complexes(table, by, value="auc"):
-    """Means over complexes; the two sides of one are averaged first, since they share its interface.
+def means_over_complexes(table: pd.DataFrame, by: list[str], value: str = "auc") -> pd.DataFrame:
+    """Average over complexes; the two sides of one are averaged first, since they share its interface.
 
     Parameters
     ----------
     table : DataFrame with `complex`, the columns `by` and `value`
     by : list of str
+    value : str
 
     Returns
     -------
     DataFrame: `by` in the order of first appearance, mean, low, high (95 %), complexes
     """
-    each = table.groupby([*by, "complex"], sort=False, dropna=False)[value].mean().reset_index()
+    of_complex = table.groupby([*by, "complex"], sort=False, dropna=False)[value].mean().reset_index()
     rows = [
         (*(key if isinstance(key, tuple) else (key,)), *mean_and_interval(group[value]))
-        for key, group in each.groupby(by, sort=False, dropna=False)
+        for key, group in of_complex.groupby(by, sort=False, dropna=False)
     ]
     return pd.DataFrame(rows, columns=[*by, "mean", "low", "high", "complexes"])
 
 
-def chosen_on_few(table, by, few):
-    """Variants chosen on some complexes and reported on the others.
+def chosen_on_few(table: pd.DataFrame, by: list[str], few: Collection[str]) -> pd.DataFrame:
+    """Choose variants on some complexes and report them on the others.
 
     Parameters
     ----------
     table : DataFrame with `complex`, the columns `by` and `auc`
-    by : list of str, what makes a variant
-    few : collection of str, complexes to choose on
+    by : list of str, columns that identify a variant
+    few : collection of str, complexes on which to choose
 
     Returns
     -------

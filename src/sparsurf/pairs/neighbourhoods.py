@@ -1,16 +1,21 @@
-"""Means over everything within a radius: smoothed maps, and what a dot's surroundings are made of."""
+"""Means over everything within a radius: smoothed maps, and the surroundings of a dot."""
+
+from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from scipy.spatial import cKDTree
 
-from sparsurf.patches.index import ball, ball_bound, build_index
-from sparsurf.threads import over_slices
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import PatchIndex, ball, ball_bound, build_index
+from sparsurf.threads import parallel_map
 
-SMOOTHING = 6.0  # Å, radius of the mean of a propensity (authors' scripts)
+SMOOTHING = 6.0  # Å, radius over which a propensity is averaged (authors' scripts)
 
 
-def means_within(points, places, values, radius, threads=1):
-    """Mean of `values` at the places within `radius` of each point.
+def means_within(
+    points: np.ndarray, places: np.ndarray, values: np.ndarray, radius: float, threads: int = 1
+) -> tuple[np.ndarray, np.ndarray]:
+    """Average `values` over the places within `radius` of each point.
 
     Parameters
     ----------
@@ -25,7 +30,7 @@ def means_within(points, places, values, radius, threads=1):
 
     Returns
     -------
-    means : (N,) or (N, V) float64, NaN where no place is near
+    means : (N,) or (N, V) float64, NaN if no place is near
     counts : (N,) int64, places within the radius
     """
     points = np.ascontiguousarray(points, np.float64)
@@ -33,30 +38,42 @@ def means_within(points, places, values, radius, threads=1):
     index = build_index(places, np.zeros((len(places), 3)), 0.0)  # only its cells are used
     columns = columns[index.dot]
     means, counts = np.empty((len(points), columns.shape[1])), np.empty(len(points), np.int64)
-    room = ball_bound(index, points, radius) + 1
+    capacity = ball_bound(index, points, radius) + 1
 
-    def block(a, b):
-        _means(index, points[a:b], columns, radius, room, means[a:b], counts[a:b])
+    def block(a: int, b: int) -> None:
+        """Average around the points a to b."""
+        _means(index, points[a:b], columns, radius, capacity, means[a:b], counts[a:b])
 
-    over_slices(block, len(points), threads)
+    parallel_map(block, len(points), threads)
     return means.reshape(len(points), *np.shape(values)[1:]), counts
 
 
 @njit(cache=True, nogil=True)
-def _means(index, points, columns, radius, room, means, counts):
-    found = np.empty(room, np.int32)
+def _means(
+    index: PatchIndex,
+    points: np.ndarray,
+    columns: np.ndarray,
+    radius: float,
+    capacity: int,
+    means: np.ndarray,
+    counts: np.ndarray,
+) -> None:
+    """Average columns over the ball around each point, which holds fewer than `capacity` places."""
+    inside = np.empty(capacity, np.int32)
     for i in range(len(points)):
-        n = ball(index, points[i, 0], points[i, 1], points[i, 2], radius, found)
+        n = ball(index, points[i, 0], points[i, 1], points[i, 2], radius, inside)
         counts[i] = n
         for c in range(columns.shape[1]):
             total = 0.0
             for k in range(n):
-                total += columns[found[k], c]
+                total += columns[inside[k], c]
             means[i, c] = total / n if n > 0 else np.nan
 
 
-def smooth(points, centres, values, radius=SMOOTHING, threads=1):
-    """A map known at centres, smoothed onto every dot: the mean of the centres within `radius`.
+def smooth(
+    points: np.ndarray, centres: np.ndarray, values: np.ndarray, radius: float = SMOOTHING, threads: int = 1
+) -> np.ndarray:
+    """Smooth a map known at centres onto every dot: the mean of the centres within `radius`.
 
     Parameters
     ----------
@@ -65,18 +82,17 @@ def smooth(points, centres, values, radius=SMOOTHING, threads=1):
     values : (n,) float64
     radius : float
         Å; 0 leaves the values of the centres as they are.
+    threads : int
 
     Returns
     -------
-    (N,) float64; a dot with no centre within the radius takes the value of the nearest one.
+    (N,) float64; a dot without a centre within the radius takes the value of the nearest centre
     """
     places = points[centres]
     means = np.full(len(points), np.nan)
     if radius > 0:
         means, _ = means_within(points, places, values, radius, threads)
-    lonely = np.isnan(means)
-    if lonely.any():
-        from scipy.spatial import cKDTree
-
-        means[lonely] = values[cKDTree(places).query(points[lonely])[1]]
+    isolated = np.isnan(means)
+    if isolated.any():
+        means[isolated] = values[cKDTree(places).query(points[isolated])[1]]
     return means

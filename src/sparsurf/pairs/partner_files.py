@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf.molecules.read_molecule import read_own
+from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.pairs.complex_scores import centres_of
 from sparsurf.pairs.partners import Partner, partner_of
 from sparsurf.surfaces.formats.npz import read_npz
@@ -40,7 +40,7 @@ def read_partners(
     for side, surface, structure in ((1, surface_1, structure_1), (2, surface_2, structure_2)):
         dots = read_npz(surface)
         refuse_sparse(dots.points, patches["D_link"], f"{name}, partner {side}")
-        molecule = read_own(structure) if structure else None
+        molecule = read_study_structure(structure) if structure else None
         partners.append(
             partner_of(
                 dots,

@@ -1,13 +1,18 @@
-"""How well a value at every dot tells the interface from the rest: area under the ROC curve, with its interval."""
+"""Area under the ROC curve of a value at every dot for the interface, with its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-BLOCK = 10.0  # Å between the middles of the blocks that are drawn together
-DRAWS = 500  # of the bootstrap
+BLOCK_LENGTH = 10.0  # Å between the centres of the blocks that are drawn together
+N_DRAWS = 500  # of the bootstrap
 
 
-def auc(score, positive, weight=None):
-    """Area under the ROC curve: the chance that a dot of the interface scores higher than one outside it.
+def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = None) -> Any:
+    """Compute the area under the ROC curve: the chance that a dot of the interface scores higher than one outside it.
 
     Parameters
     ----------
@@ -18,7 +23,7 @@ def auc(score, positive, weight=None):
 
     Returns
     -------
-    float or (B,) float64; ties count half; NaN where one of the two classes is empty.
+    float or (B,) float64; ties count half; NaN if one of the two classes is empty
     """
     weight = np.ones(len(score)) if weight is None else np.asarray(weight, np.float64)
     order = np.argsort(score, kind="stable")
@@ -32,12 +37,12 @@ def auc(score, positive, weight=None):
     return area if weight.ndim == 2 else float(area[0])
 
 
-def blocks_of_residues(points, residue, length=BLOCK):
-    """Blocks of neighbouring residues, the units that a bootstrap draws.
+def blocks_of_residues(points: np.ndarray, residue: np.ndarray, length: float = BLOCK_LENGTH) -> np.ndarray:
+    """Group neighbouring residues into blocks, the units that a bootstrap draws.
 
-    A map smoothed over 6 Å is alike over about twice that, so single dots or residues would count one piece of
-    evidence many times. Middles of residues are taken, each the farthest from those before, until all lie within
-    `length` of one; every residue joins the nearest.
+    A map smoothed over 6 Å is correlated over about twice that distance. Drawing single dots or residues would count one
+    piece of evidence many times. Block centres are centres of residues, each the farthest from those before, until every
+    residue lies within `length` of one; each residue joins the nearest block.
 
     Parameters
     ----------
@@ -49,18 +54,24 @@ def blocks_of_residues(points, residue, length=BLOCK):
     -------
     (n,) int64, number of the block of each dot, from 0
     """
-    _, place, count = np.unique(residue, return_inverse=True, return_counts=True)
-    middle = np.stack([np.bincount(place, points[:, c]) for c in range(3)], axis=1) / count[:, None]
-    gap, block, n_blocks = np.full(len(middle), np.inf), np.zeros(len(middle), np.int64), 0
+    _, row, count = np.unique(residue, return_inverse=True, return_counts=True)
+    centre = np.stack([np.bincount(row, points[:, c]) for c in range(3)], axis=1) / count[:, None]
+    gap, block, n_blocks = np.full(len(centre), np.inf), np.zeros(len(centre), np.int64), 0
     while gap.max() > length:
-        new = np.linalg.norm(middle - middle[np.argmax(gap)], axis=1)
-        block[new < gap] = n_blocks
-        gap, n_blocks = np.minimum(gap, new), n_blocks + 1
-    return block[place]
+        distance = np.linalg.norm(centre - centre[np.argmax(gap)], axis=1)
+        block[distance < gap] = n_blocks
+        gap, n_blocks = np.minimum(gap, distance), n_blocks + 1
+    return block[row]
 
 
-def bootstrap_auc(scores, positive, block, rng, draws=DRAWS):
-    """Areas of several scores with an interval from drawing whole blocks with replacement.
+def bootstrap_auc(
+    scores: Mapping[Any, np.ndarray],
+    positive: np.ndarray,
+    block: np.ndarray,
+    rng: np.random.Generator,
+    draws: int = N_DRAWS,
+) -> dict[Any, tuple[float, float, float]]:
+    """Compute areas under the ROC curve with intervals from drawing whole blocks with replacement.
 
     Parameters
     ----------
@@ -73,16 +84,17 @@ def bootstrap_auc(scores, positive, block, rng, draws=DRAWS):
 
     Returns
     -------
-    dict, name -> (area, low, high): the 2.5 and 97.5 percentiles over the draws that have both classes; NaN of a single block.
+    dict, name -> (area, low, high)
+        The 2.5 and 97.5 percentiles over the draws that have both classes; NaN for a single block.
     """
     n_blocks = int(block.max()) + 1
     times = rng.multinomial(n_blocks, np.full(n_blocks, 1 / n_blocks), size=draws)
-    out = {}
+    areas = {}
     for name, score in scores.items():
         known = ~np.isnan(score)
         drawn = auc(score[known], positive[known], times[:, block[known]].astype(np.float64))
         drawn = drawn[~np.isnan(drawn)]
-        scatters = n_blocks > 1 and len(drawn)  # draws of one block are all the same: they tell of no scatter
-        low, high = np.percentile(drawn, [2.5, 97.5]) if scatters else (np.nan, np.nan)
-        out[name] = (auc(score[known], positive[known]), float(low), float(high))
-    return out
+        has_scatter = n_blocks > 1 and len(drawn)  # all draws of a single block are the same
+        low, high = np.percentile(drawn, [2.5, 97.5]) if has_scatter else (np.nan, np.nan)
+        areas[name] = (auc(score[known], positive[known]), float(low), float(high))
+    return areas

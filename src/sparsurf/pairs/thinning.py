@@ -1,23 +1,27 @@
-"""What a map from few centres is worth: its correlation with the map from all dots, its AUC, its cost."""
+"""Maps from few centres: their correlation with the map from all dots, their AUC, their cost."""
+
+from __future__ import annotations
 
 import time
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from sparsurf.pairs.interface import INTERFACE, interface
-from sparsurf.pairs.matching import RECIPE, descriptors_at
+from sparsurf.pairs.matching import RECIPE, Recipe, descriptors_at
 from sparsurf.pairs.nearest import nearest
 from sparsurf.pairs.neighbourhoods import SMOOTHING, smooth
 from sparsurf.pairs.partners import Partner
 from sparsurf.pairs.ranking import auc
 from sparsurf.patches.index import D_LINK, build_index
-from sparsurf.recovery.readings import fair_density
+from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.recovering import recover
-from sparsurf.sampling.samplers import named
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.sampling.samplers import Sampler, get_samplers
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.spacing import area_of
 from sparsurf.surfaces.surface import Surface
 
@@ -30,18 +34,26 @@ STAGES = ("choosing", "recovering", "describing", "comparing", "smoothing")
 class Clock:
     """CPU seconds of the stages of one map."""
 
-    seconds: dict = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
 
     @contextmanager
-    def of(self, stage):
-        """Add what happens inside to a stage."""
+    def of(self, stage: str) -> Iterator[None]:
+        """Add the CPU time of the block to a stage."""
         begin = time.process_time()
         yield
         self.seconds[stage] += time.process_time() - begin
 
 
-def thinned_maps(pair, centres, clock, recipe=RECIPE, smoothing=SMOOTHING, described=None, threads=1):
-    """Smoothed propensity of all dots of both partners from some centres.
+def thinned_maps(
+    pair: Sequence[Partner],
+    centres: Sequence[np.ndarray],
+    clock: Clock,
+    recipe: Recipe = RECIPE,
+    smoothing: float = SMOOTHING,
+    described: Sequence[Partner] | None = None,
+    threads: int = 1,
+) -> list[np.ndarray]:
+    """Compute the smoothed propensity of all dots of both partners from some centres.
 
     Parameters
     ----------
@@ -51,7 +63,7 @@ def thinned_maps(pair, centres, clock, recipe=RECIPE, smoothing=SMOOTHING, descr
     recipe : matching.Recipe
     smoothing : float, Å
     described : two Partner, optional
-        Surfaces whose patches are cut instead, such as recovered ones; the centres stay dots of `pair`.
+        Surfaces from which the patches are cut instead, such as recovered ones; the centres remain dots of `pair`.
     threads : int
 
     Returns
@@ -60,42 +72,55 @@ def thinned_maps(pair, centres, clock, recipe=RECIPE, smoothing=SMOOTHING, descr
     """
     z, kept = [], []
     with clock.of("describing"):
-        for mine, own, dots, up in zip(pair, described or pair, centres, (True, False), strict=True):
-            vectors, sizes = descriptors_at(own, mine.surface.points[dots], up, recipe, threads)
+        sides = zip(pair, described or pair, centres, (True, False), strict=True)
+        for partner, cut_from, dots, up in sides:
+            vectors, sizes = descriptors_at(cut_from, partner.surface.points[dots], up, recipe, threads)
             z.append(vectors[sizes > 1])
             kept.append(dots[sizes > 1])
     with clock.of("comparing"):
-        found = nearest(*z, threads=threads)
+        both = nearest(z[0], z[1], threads=threads)
     with clock.of("smoothing"):
         return [
-            smooth(mine.surface.points, dots, near.distance[:, 0], smoothing, threads)
-            for mine, dots, near in zip(pair, kept, found, strict=True)
+            smooth(partner.surface.points, dots, near.distance[:, 0], smoothing, threads)
+            for partner, dots, near in zip(pair, kept, both, strict=True)
         ]
 
 
-def recovered(partner, dots, d_link=D_LINK):
-    """A partner whose surface is recovered from some of its dots (n,) and their normals alone, without atoms."""
+def recovered(partner: Partner, dots: np.ndarray, d_link: float = D_LINK) -> Partner:
+    """Recover the surface of a partner from some of its dots and their normals alone.
+
+    Parameters
+    ----------
+    partner : Partner
+    dots : (n,) int
+    d_link : float, Å
+
+    Returns
+    -------
+    Partner without atoms, its roughness NaN
+    """
     whole = partner.surface
-    density = fair_density(len(whole) / area_of(whole)[0], d_link)
+    density = comparable_density(len(whole) / area_of(whole)[0], d_link)
     surface = Surface(*recover(whole.points[dots], whole.normals[dots], density))
-    return Partner(partner.name, surface, build_index(surface.points, surface.normals, d_link), None)
+    unknown = np.full(len(surface), np.nan)
+    return Partner(partner.name, surface, build_index(surface.points, surface.normals, d_link), unknown)
 
 
 def thinning(
-    first,
-    second,
-    percents=PERCENTS,
-    samplers=THINNERS,
-    draws=1,
-    with_recovered=False,
-    recipe=RECIPE,
-    smoothing=SMOOTHING,
-    within=INTERFACE,
-    seed=0,
-    threads=1,
-    rules=None,
-):
-    """Maps from fewer and fewer centres on both sides, against the map from all dots.
+    first: Partner,
+    second: Partner,
+    percents: Sequence[float] = PERCENTS,
+    samplers: Sequence[str] = THINNERS,
+    draws: int = 1,
+    with_recovered: bool = False,
+    recipe: Recipe = RECIPE,
+    smoothing: float = SMOOTHING,
+    within: float = INTERFACE,
+    seed: int = 0,
+    threads: int = 1,
+    rules: dict[str, Any] | None = None,
+) -> pd.DataFrame:
+    """Compare maps from fewer and fewer centres on both sides with the map from all dots.
 
     Parameters
     ----------
@@ -104,78 +129,86 @@ def thinning(
         Centres, % of the dots.
     samplers : sequence of str, see `samplers.SAMPLERS`
     draws : int
-        Of each random sampler and size.
+        For each random sampler and size.
     with_recovered : bool
-        Describe the surface recovered from the centres alone too.
+        Also describe the surface recovered from the centres alone.
     recipe : matching.Recipe
     smoothing, within : float, Å
     seed, threads : int
     rules : dict, optional
-        What an Evaluator goes by beside: r_patch, d_link, moved_centre, every_patch; the published ones without.
+        Further arguments of the Evaluator: r_patch, d_link, moved_centre, every_patch; by default the published ones.
 
     Returns
     -------
-    DataFrame, one row per sampler, requested percent, `surface` ('full' where the patches are cut from all dots,
-    'recovered' where from the centres alone), draw and side (1, 2): n_S, n_S_percent of the dots, correlation
-    (Pearson) with the smoothed map of all dots, auc (NaN where the partners do not touch), CPU seconds in all and by
-    stage, for both sides together. The map of all dots has the sampler 'all'.
+    DataFrame, one row per sampler, requested percent, `surface`, draw and side (1, 2). `surface` is 'full' if the patches
+    are cut from all dots, 'recovered' if from the surface recovered from the centres. Columns: n_S, n_S_percent of the
+    dots, correlation (Pearson) with the smoothed map of all dots, auc (NaN if the partners do not touch), CPU seconds in
+    total and by stage, for both sides together. The map of all dots has the sampler 'all'.
     """
     pair = (first, second)
     labels = [
         interface(a.surface.points, b.surface.points, within) for a, b in ((first, second), (second, first))
     ]
     evaluators = [
-        Evaluator(each.surface, roughness_values=each.roughness, seed=seed, name=each.name, **rules or {})
-        for each in pair
+        PreparedSurface(
+            partner.surface, roughness_values=partner.roughness, seed=seed, name=partner.name, **rules or {}
+        )
+        for partner in pair
     ]
     d_link = evaluators[0].d_link
-    samplers = named(samplers, "complementarity.thinning.samplers")
-    _warm_up(pair, evaluators[0], samplers, with_recovered)
-    everything = [np.arange(len(each.surface)) for each in pair]
+    chosen = get_samplers(samplers, "complementarity.thinning.samplers")
+    _warm_up(pair, evaluators[0], chosen, with_recovered)
+    everything = [np.arange(len(partner.surface)) for partner in pair]
     clock = Clock()
     full = thinned_maps(pair, everything, clock, recipe, smoothing, threads=threads)
     rows = _rows(("all", 100.0, "full", 0), everything, full, full, labels, clock)
-    for name, sampler in samplers.items():
+    for name, sampler in chosen.items():
         for draw in range(draws):
             for percent in percents:
                 clock = Clock()
                 with clock.of("choosing"):
-                    centres = [_choose(sampler, name, each, percent, draw) for each in evaluators]
-                known = (name, percent, "full", draw)
+                    centres = [_choose(sampler, name, evaluator, percent, draw) for evaluator in evaluators]
                 thin = thinned_maps(pair, centres, clock, recipe, smoothing, threads=threads)
-                rows += _rows(known, centres, thin, full, labels, clock)
+                rows += _rows((name, percent, "full", draw), centres, thin, full, labels, clock)
                 if not with_recovered:
                     continue
                 clock = Clock(clock.seconds | {"describing": 0.0, "comparing": 0.0, "smoothing": 0.0})
                 with clock.of("recovering"):
-                    own = [recovered(each, dots, d_link) for each, dots in zip(pair, centres, strict=True)]
-                thin = thinned_maps(pair, centres, clock, recipe, smoothing, own, threads)
+                    partners = [recovered(*side, d_link) for side in zip(pair, centres, strict=True)]
+                thin = thinned_maps(pair, centres, clock, recipe, smoothing, partners, threads)
                 rows += _rows((name, percent, "recovered", draw), centres, thin, full, labels, clock)
     return pd.DataFrame(rows)
 
 
-def _warm_up(pair, evaluator, samplers, with_recovered):
-    """Compile or load every kernel, so that no map pays for it."""
-    few = [np.arange(min(100, len(each.surface))) for each in pair]
+def _warm_up(
+    pair: Sequence[Partner], evaluator: PreparedSurface, samplers: dict[str, Sampler], with_recovered: bool
+) -> None:
+    """Compile or load every kernel before the first map is timed."""
+    few = [np.arange(min(100, len(partner.surface))) for partner in pair]
     for name, sampler in samplers.items():
         _choose(sampler, name, evaluator, 1, 0)
-    d_link = evaluator.d_link
-    own = (
-        [recovered(each, dots, d_link) for each, dots in zip(pair, few, strict=True)]
-        if with_recovered
-        else None
-    )
-    thinned_maps(pair, few, Clock(), described=own)
+    partners = None
+    if with_recovered:
+        partners = [recovered(*side, evaluator.d_link) for side in zip(pair, few, strict=True)]
+    thinned_maps(pair, few, Clock(), described=partners)
 
 
-def _choose(sampler, name, evaluator, percent, draw):
-    """Centres of one surface, ascending; a nested sampler takes the beginning of the same choice at every size."""
-    keys = ("thinning", name, draw) if sampler.nested else ("thinning", name, draw, str(percent))
+def _choose(sampler: Sampler, name: str, evaluator: PreparedSurface, percent: float, draw: int) -> np.ndarray:
+    """Choose the centres of one surface, ascending; a nested sampler takes the first ones of one order at every size."""
+    keys: tuple = ("thinning", name, draw) if sampler.nested else ("thinning", name, draw, str(percent))
     n = max(1, round(percent / 100 * len(evaluator.points)))
     return np.sort(sampler(evaluator, n, evaluator.stream(*keys)))
 
 
-def _rows(known, centres, thin, full, labels, clock):
+def _rows(
+    known: tuple,
+    centres: Sequence[np.ndarray],
+    thin: Sequence[np.ndarray],
+    full: Sequence[np.ndarray],
+    labels: Sequence[np.ndarray],
+    clock: Clock,
+) -> list[dict[str, Any]]:
+    """Return a row for each side; `known` holds sampler, percent, surface and draw."""
     rows = []
     for side in (0, 1):
         rows.append(

@@ -1,1 +1,1 @@
-"""The paper beside ours: its published runs made again, and what its claims come to."""
+"""Comparison with the paper: its published runs repeated, and its claims in numbers."""

@@ -1,54 +1,64 @@
-"""Table I of the paper against the winners of runs made as it was: the whole grid, fresh test dots, one draw, `as_coded`.
+"""Compare Table I of the paper with the winners of runs as published: whole grid, new test dots, one draw, `as_coded`.
 
-What such a test notices is its power: the share of runs with another parameter that it tells from runs as published.
+The power of such a test is the share of runs with another parameter that it distinguishes from runs as published.
 """
 
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from scipy.special import stdtr  # Student's t; scipy.stats takes a quarter of a second to import
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import PUBLISHED
-from sparsurf.sampling import law
+from sparsurf.patches.readings import CODED_READING
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, TABLE_1
 from sparsurf.streams import stream
 from sparsurf.study import grid
-from sparsurf.study.evaluator import number_of_tests
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.study.tables import range_index, range_limits
 
 RUNS = 40  # as-published runs of the whole grid
-BINNINGS = {"closed": True, "half-open": False}  # whether the last range holds the largest n_S
+BINNINGS = {"closed": True, "half-open": False}  # whether the last range contains the largest n_S
 MEASURES = ("d", "Z_tS")
 CENTRES = 181  # of the patches that cover A1, as published
 SIMULATED = 100_000  # sums of squares from which the p of all rows is taken
-LEVEL = 0.05  # p below which a run counts as another one
+SIGNIFICANCE_LEVEL = 0.05  # p below which a run counts as different
 
 
-def as_published(evaluator, combinations, runs=RUNS, progress=lambda done, of: None, alpha=1.0):
-    """Table I made the paper's way, again and again: N / 200 fresh test dots per combination, one draw, `as_coded`.
+def runs_as_published(
+    prepared: PreparedSurface,
+    combinations: np.ndarray,
+    runs: int = RUNS,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+    alpha: float = 1.0,
+) -> pd.DataFrame:
+    """Repeat Table I as published: N / 200 new test dots per combination, one draw, `as_coded`.
 
     Parameters
     ----------
-    evaluator : Evaluator
+    prepared : PreparedSurface
     combinations : (K, 4) float64
     runs : int
     progress : callable
-        Told how many of how many runs are done.
+        Callback with the numbers of finished and total runs.
     alpha : float
-        Factor of every alpha that is drawn by, which the table does not show.
+        Factor of every alpha in the sampling; the table shows the alpha without it.
 
     Returns
     -------
     DataFrame, one row per run, binning and range: run (from 1), binning, range (from 1), n_S_low_percent,
-    n_S_high_percent, n_combinations, and of the winner alpha .. delta, n_S_percent, d, Z_tS (NaN in an empty range)
+    n_S_high_percent, n_combinations, and of the winner alpha to delta, n_S_percent, d, Z_tS (NaN in an empty range)
     """
     combinations = np.asarray(combinations, float)
-    tests, rows = number_of_tests("published", len(evaluator.points)), []
+    tests, rows = number_of_tests("published", len(prepared.points)), []
     for run in range(runs):
-        own = evaluator.changed(stream_name=f"{evaluator.name} selection {run}")
-        result = grid.run(own, combinations * (alpha, 1, 1, 1), tests, 1, (PUBLISHED,), shared=False)
+        renamed = prepared.changed(stream_name=f"{prepared.name} selection {run}")
+        result = grid.evaluate_grid(
+            renamed, combinations * (alpha, 1, 1, 1), tests, 1, (CODED_READING,), shared=False
+        )
         z_ts = result.z_ts[0].mean(axis=(1, 2), dtype=np.float64)
         d = result.z_tr[0].mean(axis=(1, 2), dtype=np.float64) - z_ts
         percent = 100 * result.n_s[:, 0] / result.n_dots
@@ -57,27 +67,29 @@ def as_published(evaluator, combinations, runs=RUNS, progress=lambda done, of: N
     return pd.DataFrame(rows)
 
 
-def centres_in_any_order(evaluator, runs=RUNS):
-    """Number of centres of patches where the dots are swept in random orders, (runs,) int.
+def centres_in_random_orders(prepared: PreparedSurface, runs: int = RUNS) -> np.ndarray:
+    """Count the centres of patches if the dots are visited in random orders, (runs,) int.
 
-    It depends on R_patch and D_link, and on the order of the dots, which differs between programs.
+    The number depends on R_patch and D_link, and on the order of the dots, which differs between programs.
     """
-    points, normals, found = evaluator.points, evaluator.normals, []
+    points, normals, counts = prepared.points, prepared.normals, []
     for run in range(runs):
-        order = evaluator.stream("order of the dots", run).permutation(len(points))
-        index = build_index(points[order], normals[order], evaluator.d_link)
-        found.append(len(law.build_cover(index, np.zeros(len(order)), evaluator.r_patch).centre))
-    return np.array(found)
+        order = prepared.stream("order of the dots", run).permutation(len(points))
+        index = build_index(points[order], normals[order], prepared.d_link)
+        counts.append(len(published.build_cover(index, np.zeros(len(order)), prepared.r_patch).centre))
+    return np.array(counts)
 
 
-def winners(combinations, percent, d, z_ts):
-    """The combination with the highest d in each range, under both binnings, as dicts."""
+def winners(
+    combinations: np.ndarray, percent: np.ndarray, d: np.ndarray, z_ts: np.ndarray
+) -> Iterator[dict[str, Any]]:
+    """Yield the combination with the highest d in each range, under both binnings, as dicts."""
     limits = range_limits(percent, len(TABLE_1))
     for binning, closed in BINNINGS.items():
-        member = range_of(percent, limits, closed)
+        member = range_index(percent, limits, closed)
         for k in range(len(TABLE_1)):
             inside = np.flatnonzero(member == k)
-            row = {"binning": binning, "range": k + 1}
+            row: dict[str, Any] = {"binning": binning, "range": k + 1}
             row |= {
                 "n_S_low_percent": limits[k],
                 "n_S_high_percent": limits[k + 1],
@@ -90,57 +102,59 @@ def winners(combinations, percent, d, z_ts):
             yield row
 
 
-def table_1():
-    """Table I as a DataFrame: range (from 1), alpha .. delta, d, Z_tS."""
+def table_1() -> pd.DataFrame:
+    """Return Table I as a DataFrame: range (from 1), alpha to delta, d, Z_tS."""
     return pd.DataFrame(TABLE_1)[[*PARAMETERS, *MEASURES]].assign(range=np.arange(1, len(TABLE_1) + 1))
 
 
-def place_of_published(runs, published=None):
-    """Each published value among the winners of the runs.
+def place_published_values(runs: pd.DataFrame, published: pd.DataFrame | None = None) -> pd.DataFrame:
+    """Compare each published value with those of the winners of the runs.
 
     Parameters
     ----------
     runs : DataFrame
-        See `as_published`.
+        See `runs_as_published`.
     published : DataFrame, optional
-        See `table_1`, which it is without.
+        Table I by default, see `table_1`.
 
     Returns
     -------
-    DataFrame, one row per binning and range: range, n_runs (with a winner), alpha .. delta published, n_won (runs in
+    DataFrame, one row per binning and range: range, n_runs (with a winner), alpha to delta published, n_won (runs in
     which the published combination won), and for d and Z_tS: the published value, mean, sd, lowest and highest of the
-    runs, n_below (runs that lie lower) and p, the two-sided probability of a place as far out by chance
+    runs, n_below (number of runs with a lower value) and p, the two-sided probability of a rank as extreme by chance
     """
     published, out = (table_1() if published is None else published).set_index("range"), []
-    for (binning, k), own in runs.groupby(["binning", "range"], sort=False):
-        own, said = own[own["n_combinations"] > 0], published.loc[k]
-        row = {"binning": binning, "range": k, "n_runs": len(own), **said[PARAMETERS].astype(float)}
-        row["n_won"] = int(np.isclose(own[PARAMETERS], said[PARAMETERS].to_numpy(float)).all(axis=1).sum())
-        for name in MEASURES if len(own) > 1 else ():
-            found = _place(own[name].to_numpy(), float(said[name]))
-            row |= {f"{name}_{key}": value for key, value in found.items()}
+    for (binning, k), of_range in runs.groupby(["binning", "range"], sort=False):
+        won = of_range[of_range["n_combinations"] > 0]
+        expected = published.loc[k]  # type: ignore[call-overload]  # the stubs know no index of ints
+        parameters = expected[PARAMETERS].astype(float)
+        row: dict[str, Any] = {"binning": binning, "range": k, "n_runs": len(won), **parameters.to_dict()}
+        row["n_won"] = int(np.isclose(won[PARAMETERS], parameters.to_numpy()).all(axis=1).sum())
+        for name in MEASURES if len(won) > 1 else ():
+            statistics = _rank(won[name].to_numpy(), float(expected[name]))
+            row |= {f"{name}_{key}": value for key, value in statistics.items()}
         out.append(row)
     return pd.DataFrame(out)
 
 
-def _place(values, published):
-    """One published value among those of the runs."""
+def _rank(values: np.ndarray, published: float) -> dict[str, float]:
+    """Compare one published value with those of the runs."""
     n_below, n_above = int((values < published).sum()), int((values > published).sum())
-    found = {"published": published, "mean": values.mean(), "sd": values.std(ddof=1)}
-    found |= {"lowest": values.min(), "highest": values.max(), "n_below": n_below}
-    return found | {"p": min(1.0, 2 * (min(n_below, n_above) + 1) / (len(values) + 1))}
+    statistics = {"published": published, "mean": values.mean(), "sd": values.std(ddof=1)}
+    statistics |= {"lowest": values.min(), "highest": values.max(), "n_below": n_below}
+    return statistics | {"p": min(1.0, 2 * (min(n_below, n_above) + 1) / (len(values) + 1))}
 
 
-def all_rows_at_once(places, name, leave_out=()):
-    """One test of all published values: the sum of their squared distances from the runs, in standard deviations.
+def joint_test(comparison: pd.DataFrame, name: str, leave_out: Sequence[int] = ()) -> dict[str, float]:
+    """Test all published values at once by the sum of their squared distances from the runs, in standard deviations.
 
     If a published row is one more run of the same kind, (value - mean) / (sd sqrt(1 + 1 / n)) follows Student's t with
-    n - 1 degrees of freedom; rows have test dots and draws of their own, so the squares add.
+    n - 1 degrees of freedom. Rows have their own test dots and draws, so the squares add.
 
     Parameters
     ----------
-    places : DataFrame
-        `place_of_published`, of one binning.
+    comparison : DataFrame
+        `place_published_values`, of one binning.
     name : {'d', 'Z_tS'}
     leave_out : sequence of int
         Ranges (from 1).
@@ -149,79 +163,90 @@ def all_rows_at_once(places, name, leave_out=()):
     -------
     dict: n_rows, statistic, p
     """
-    rows = places[~places["range"].isin(leave_out)].dropna(subset=[f"{name}_sd", f"{name}_published"])
+    rows = comparison[~comparison["range"].isin(leave_out)].dropna(subset=[f"{name}_sd", f"{name}_published"])
     n = rows["n_runs"].to_numpy()
-    off = rows[f"{name}_published"] - rows[f"{name}_mean"]
-    statistic = float(((off / (rows[f"{name}_sd"] * np.sqrt(1 + 1 / n))) ** 2).sum())
-    drawn = _by_chance(tuple(map(int, n)), SIMULATED)
-    p = float((np.sum(drawn >= statistic) + 1) / (len(drawn) + 1))
+    difference = rows[f"{name}_published"] - rows[f"{name}_mean"]
+    statistic = float(((difference / (rows[f"{name}_sd"] * np.sqrt(1 + 1 / n))) ** 2).sum())
+    simulated = _simulated_statistics(tuple(map(int, n)), SIMULATED)
+    p = float((np.sum(simulated >= statistic) + 1) / (len(simulated) + 1))
     return {"n_rows": len(rows), "statistic": statistic, "p": p}
 
 
 @lru_cache
-def _by_chance(runs, simulated):
-    """Sums of squares of Student's t, each of as many degrees of freedom as runs less one, (simulated,)."""
-    drawn = stream(0, "published rows").standard_t(np.array(runs) - 1, size=(simulated, len(runs)))
-    return (drawn**2).sum(axis=1)
+def _simulated_statistics(runs: tuple[int, ...], simulated: int) -> np.ndarray:
+    """Simulate sums of squares of Student's t, each with as many degrees of freedom as runs minus one, (simulated,)."""
+    t = stream(0, "published rows").standard_t(np.array(runs) - 1, size=(simulated, len(runs)))
+    return (t**2).sum(axis=1)
 
 
-def tests_of_table_1(places, centres, published_centres=CENTRES):
-    """Every test of Table I, under both binnings.
+def tests_of_table_1(
+    comparison: pd.DataFrame, centres: np.ndarray, published_centres: int = CENTRES
+) -> pd.DataFrame:
+    """Run every test of Table I, under both binnings.
 
     Parameters
     ----------
-    places : DataFrame
-        See `place_of_published`.
+    comparison : DataFrame
+        See `place_published_values`.
     centres : (R,) int
-        See `centres_in_any_order`.
+        See `centres_in_random_orders`.
     published_centres : int
 
     Returns
     -------
-    DataFrame, of each binning a row for d, Z_tS, centres (by Student's t, as one more order) and together (the smallest of
-    the three times three, Bonferroni): binning, measure, n_rows, statistic, p
+    DataFrame, with a row per binning for d, Z_tS, centres (by Student's t, as one more order) and together (three times the
+    smallest of the three, Bonferroni): binning, measure, n_rows, statistic, p
     """
-    off = (published_centres - np.mean(centres)) / (np.std(centres, ddof=1) * np.sqrt(1 + 1 / len(centres)))
-    of_centres = {"n_rows": 1, "statistic": off**2, "p": float(2 * stdtr(len(centres) - 1, -abs(off)))}
+    t = (published_centres - np.mean(centres)) / (np.std(centres, ddof=1) * np.sqrt(1 + 1 / len(centres)))
+    of_centres = {"n_rows": 1, "statistic": t**2, "p": float(2 * stdtr(len(centres) - 1, -abs(t)))}
     rows = []
-    for binning, own in places.groupby("binning", sort=False):
-        tests = {name: all_rows_at_once(own, name) for name in MEASURES} | {"centres": of_centres}
+    for binning, of_binning in comparison.groupby("binning", sort=False):
+        tests = {name: joint_test(of_binning, name) for name in MEASURES} | {"centres": of_centres}
         least = min(test["p"] for test in tests.values())
-        tests["together"] = {"n_rows": len(own), "statistic": np.nan, "p": min(1.0, len(tests) * least)}
+        tests["together"] = {
+            "n_rows": len(of_binning),
+            "statistic": np.nan,
+            "p": min(1.0, len(tests) * least),
+        }
         rows += [{"binning": binning, "measure": name, **test} for name, test in tests.items()]
     return pd.DataFrame(rows)
 
 
-def power(runs, centres, other_runs, other_centres):
-    """Share of runs made with another parameter that the tests of Table I tell from runs as published.
+def power(
+    runs: pd.DataFrame, centres: np.ndarray, other_runs: pd.DataFrame, other_centres: np.ndarray
+) -> pd.DataFrame:
+    """Compute the share of runs with another parameter that the tests of Table I distinguish from runs as published.
 
-    Each of the other runs takes the place of Table I once.
+    Each of the other runs replaces Table I once.
 
     Parameters
     ----------
-    runs, centres : as of `as_published` and `centres_in_any_order`, of the published parameters
-    other_runs, other_centres : the same of another parameter
+    runs, centres : from `runs_as_published` and `centres_in_random_orders`, with the published parameters
+    other_runs, other_centres : the same with another parameter
 
     Returns
     -------
-    DataFrame: binning, measure, n_runs, power (share with p below `LEVEL`)
+    DataFrame: binning, measure, n_runs, power (share with p below `SIGNIFICANCE_LEVEL`)
     """
     tables = []
-    for run, own in other_runs.groupby("run"):
-        for binning, table in own.groupby("binning", sort=False):
-            places = place_of_published(runs[runs["binning"] == binning], table)
-            tables.append(tests_of_table_1(places, centres, other_centres[(run - 1) % len(other_centres)]))
+    for run in sorted(other_runs["run"].unique().tolist()):
+        of_run = other_runs[other_runs["run"] == run]
+        for binning, table in of_run.groupby("binning", sort=False):
+            comparison = place_published_values(runs[runs["binning"] == binning], table)
+            tables.append(
+                tests_of_table_1(comparison, centres, other_centres[(run - 1) % len(other_centres)])
+            )
     groups = pd.concat(tables).groupby(["binning", "measure"], sort=False)["p"]
-    return groups.agg(n_runs="size", power=lambda p: (p < LEVEL).mean()).reset_index()
+    return groups.agg(n_runs="size", power=lambda p: (p < SIGNIFICANCE_LEVEL).mean()).reset_index()
 
 
-def selection_bias(runs, table):
-    """How far the winners' d and Z_tS lie from what the same combinations give with many shared test dots.
+def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
+    """Compare d and Z_tS of the winners with those of the same combinations at many shared test dots.
 
     Parameters
     ----------
     runs : DataFrame
-        See `as_published`.
+        See `runs_as_published`.
     table : DataFrame
         grid.csv of the same surface with shared test dots.
 
@@ -232,7 +257,7 @@ def selection_bias(runs, table):
     true = table.set_index(PARAMETERS)
     keys = pd.MultiIndex.from_frame(runs[PARAMETERS])
     columns = {
-        f"{name}_bias": runs[name].to_numpy() - true[f"{name}_{PUBLISHED}"].reindex(keys).to_numpy()
+        f"{name}_bias": runs[name].to_numpy() - true[f"{name}_{CODED_READING}"].reindex(keys).to_numpy()
         for name in MEASURES
     }
     return (

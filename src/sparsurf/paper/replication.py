@@ -1,55 +1,55 @@
-"""The published combinations of Table I evaluated here, and what their d rests on.
+"""The published combinations of Table I evaluated on one prepared surface, and what their d depends on."""
 
-Everything here works on one surface made ready by `evaluator.Evaluator`.
-"""
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from sparsurf.patches.index import build_index
-from sparsurf.patches.readings import PUBLISHED, TEXT
-from sparsurf.sampling import law
+from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1
 from sparsurf.sampling.samplers import tune_alpha
 from sparsurf.study import grid, tables
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate
 
-PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S at which the family is tuned, % of the dots
-SHATTERED = 0.3  # share of a patch's kept dots below which Z measures how the subset breaks up
-LINKS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
+PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S to which alpha is tuned, % of the dots
+FRAGMENTED_BELOW = 0.3  # share of a patch's kept dots; below it, Z measures how the subset breaks up
+LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
 
 
-def published_rows(evaluator, n_tests, draws):
-    """The published combinations here, under both readings, with shared test dots.
+def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:
+    """Evaluate the published combinations under both readings, with shared test dots.
 
     Returns
     -------
     DataFrame, ten rows: n_S_low_percent, n_S_high_percent, d_published, Z_tS_published, then `tables.grid_table`
     """
     published = pd.DataFrame(TABLE_1)[["n_S_low_percent", "n_S_high_percent", "d", "Z_tS"]]
-    found = tables.grid_table(grid.run(evaluator, PUBLISHED_ROWS, n_tests, draws))
+    measured = tables.grid_table(grid.evaluate_grid(prepared, PUBLISHED_ROWS, n_tests, draws))
     return pd.concat(
-        [published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"}), found], axis=1
+        [published.rename(columns={"d": "d_published", "Z_tS": "Z_tS_published"}), measured], axis=1
     )
 
 
-def sweep_links(evaluator, links, n_tests, draws):
-    """d of the published combinations under `as_coded` for other linking distances.
+def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int, draws: int) -> pd.DataFrame:
+    """Measure d of the published combinations under `as_coded` for other linking distances.
 
-    The sampling itself stays that of D_link = 0.5 Å: only the evaluation's islands change.
+    The sampling itself keeps D_link = 0.5 Å; only the islands of the evaluation change.
 
     Returns
     -------
     DataFrame: D_link, row (1..10), n_S_percent, d with d_low and d_high, Z_tS, fragment
     """
-    tests = evaluator.draw_tests(n_tests)
-    pairs = [evaluator.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
+    tests = prepared.draw_tests(n_tests)
+    pairs = [prepared.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
     out = []
     for link in links:
-        linked = evaluator.changed(index=build_index(evaluator.points, evaluator.normals, link))
+        linked = prepared.changed(index=build_index(prepared.points, prepared.normals, link))
         z_tot, _ = linked.describe(tests)
-        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, PUBLISHED)
-        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, PUBLISHED)
+        z_ts, size = linked.distances([s for s, _ in pairs], tests, z_tot, CODED_READING)
+        z_tr, _ = linked.distances([u for _, u in pairs], tests, z_tot, CODED_READING)
         shape = (len(PUBLISHED_ROWS), draws, len(tests))
         d = estimate((z_tr - z_ts).reshape(shape))
         for row in range(len(PUBLISHED_ROWS)):
@@ -57,7 +57,7 @@ def sweep_links(evaluator, links, n_tests, draws):
                 {
                     "D_link": link,
                     "row": row + 1,
-                    "n_S_percent": 100 * len(pairs[row * draws][0]) / len(evaluator.points),
+                    "n_S_percent": 100 * len(pairs[row * draws][0]) / len(prepared.points),
                     "d": d.mean[row],
                     "d_low": d.low[row],
                     "d_high": d.high[row],
@@ -68,8 +68,8 @@ def sweep_links(evaluator, links, n_tests, draws):
     return pd.DataFrame(out)
 
 
-def sign_changes(links):
-    """Where d of each published row peaks and where its sign is certain.
+def sign_changes(links: pd.DataFrame) -> pd.DataFrame:
+    """Find where d of each published row peaks and where its sign is significant.
 
     Parameters
     ----------
@@ -79,25 +79,26 @@ def sign_changes(links):
     Returns
     -------
     DataFrame, one row per published row: row, n_S_percent, d_first (at the first D_link), D_link_best and d_best,
-    positive_to, the last D_link up to which d lies above 0 with its whole interval at every D_link, and negative_from,
-    the first from which on it lies below 0 (NaN where there is none)
+    positive_to, the last D_link up to which the interval of d is above 0 at every D_link, and negative_from, the first from
+    which on it is below 0 (NaN if there is none)
     """
     out = []
-    for row, own in links.groupby("row"):
-        own = own.sort_values("D_link").reset_index(drop=True)
-        above, below = (own["d_low"] > 0).to_numpy(), (own["d_high"] < 0).to_numpy()
-        best = own.loc[own["d"].idxmax()]
+    for row, of_row in links.groupby("row"):
+        curve = of_row.sort_values("D_link").reset_index(drop=True)
+        above, below = (curve["d_low"] > 0).to_numpy(), (curve["d_high"] < 0).to_numpy()
+        best = curve.iloc[int(curve["d"].argmax())]
         n_above = int(np.argmin(np.append(above, False)))
         n_below = int(np.argmin(np.append(below[::-1], False)))
         out.append(
-            {"row": row, "n_S_percent": own["n_S_percent"].iloc[0], "d_first": own["d"].iloc[0]}
+            {"row": row, "n_S_percent": curve["n_S_percent"].iloc[0], "d_first": curve["d"].iloc[0]}
             | {"D_link_best": best["D_link"], "d_best": best["d"]}
-            | {"positive_to": own["D_link"].iloc[n_above - 1] if n_above else np.nan}
-            | {"negative_from": own["D_link"].iloc[len(own) - n_below] if n_below else np.nan}
+            | {"positive_to": curve["D_link"].iloc[n_above - 1] if n_above else np.nan}
+            | {"negative_from": curve["D_link"].iloc[len(curve) - n_below] if n_below else np.nan}
         )
     return pd.DataFrame(out)
 
 
+# Arguments of `build_cover`: distance_from_moved_centre, chance_in_every_patch
 DEFECTS = {
     "as published": (True, True),
     "distances from the dot itself": (False, True),
@@ -106,19 +107,23 @@ DEFECTS = {
 }
 
 
-def compare_defects(evaluator, n_tests, draws):
-    """n_S, d and Z_tS of the published combinations with each defect of the published sampling corrected.
+def compare_defects(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:
+    """Measure n_S, d and Z_tS of the published combinations with each defect of the published sampling corrected.
 
     Returns
     -------
     DataFrame: sampling, row, n_S_percent (closed form), then d and Z_tS under both readings
     """
     out = []
-    for name, (moved_centre, every_patch) in DEFECTS.items():
-        cover = law.build_cover(
-            evaluator.index, evaluator.roughness, evaluator.r_patch, moved_centre, every_patch
+    for name, (distance_from_moved_centre, chance_in_every_patch) in DEFECTS.items():
+        cover = published.build_cover(
+            prepared.index,
+            prepared.roughness,
+            prepared.r_patch,
+            distance_from_moved_centre,
+            chance_in_every_patch,
         )
-        result = grid.run(evaluator.changed(cover=cover), PUBLISHED_ROWS, n_tests, draws)
+        result = grid.evaluate_grid(prepared.changed(cover=cover), PUBLISHED_ROWS, n_tests, draws)
         table = tables.grid_table(result)
         part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
         part["n_S_percent"] = 100 * result.n_s_expected / result.n_dots
@@ -129,12 +134,18 @@ def compare_defects(evaluator, n_tests, draws):
     return pd.concat(out, ignore_index=True)
 
 
-def tuned_family(evaluator, exponents, percents=PERCENTS, n_tests=400, draws=3):
-    """Every member of the family that can keep a requested n_S, against a uniform draw of as many dots.
+def tuned_family(
+    prepared: PreparedSurface,
+    exponents: np.ndarray,
+    percents: Sequence[float] = PERCENTS,
+    n_tests: int = 400,
+    draws: int = 3,
+) -> pd.DataFrame:
+    """Compare every combination of exponents that can keep a requested n_S with a uniform subset of the same size.
 
     Parameters
     ----------
-    evaluator : Evaluator
+    prepared : PreparedSurface
     exponents : (K, 3) float64
         beta, gamma, delta.
     percents : sequence of float
@@ -142,18 +153,18 @@ def tuned_family(evaluator, exponents, percents=PERCENTS, n_tests=400, draws=3):
 
     Returns
     -------
-    DataFrame, one row per requested n_S (`percent`) and member that reaches it with an alpha of at most 1: alpha ..
+    DataFrame, one row per requested n_S (`percent`) and combination that reaches it with an alpha of at most 1: alpha to
     delta, n_S_percent, Z_tS, Z_tR, d with d_low and d_high, under `as_written`
     """
-    n_dots, requested, rows = len(evaluator.points), [], []
+    n_dots, requested, rows = len(prepared.points), [], []
     exponents = np.unique(np.asarray(exponents, float), axis=0)
-    reach = law.expected_n_s(evaluator.cover, np.insert(exponents, 0, 1.0, axis=1))
+    max_n_s = published.expected_n_s(prepared.cover, np.insert(exponents, 0, 1.0, axis=1))
     for percent in percents:
         n = percent / 100 * n_dots
-        for row in exponents[reach >= n]:
+        for row in exponents[max_n_s >= n]:
             requested.append(percent)
-            rows.append(tune_alpha(evaluator.cover, (1.0, *row), n))
-    result = grid.run(evaluator, rows, n_tests, draws, (TEXT,))
+            rows.append(tune_alpha(prepared.cover, (1.0, *row), n))
+    result = grid.evaluate_grid(prepared, rows, n_tests, draws, (WRITTEN_READING,))
     d = estimate(result.z_tr[0].astype(np.float64) - result.z_ts[0])
     table = pd.DataFrame(result.combinations, columns=PARAMETERS)
     table.insert(0, "percent", requested)
@@ -164,30 +175,36 @@ def tuned_family(evaluator, exponents, percents=PERCENTS, n_tests=400, draws=3):
     return table.assign(d=d.mean, d_low=d.low, d_high=d.high)
 
 
-def best_of_family(table):
-    """Per requested n_S: members, those above a uniform draw for certain, and the one with the lowest Z_tS."""
+def best_of_family(table: pd.DataFrame) -> pd.DataFrame:
+    """Count, per requested n_S, the combinations and those significantly better than uniform, and find the lowest Z_tS."""
     rows = []
-    for percent, own in table.groupby("percent"):
-        best = own.loc[own["Z_tS"].idxmin()]
+    for percent, members in table.groupby("percent"):
+        best = members.iloc[int(members["Z_tS"].argmin())]
         rows.append(
-            {"percent": percent, "members": len(own), "n_better": int((own["d_low"] > 0).sum())}
-            | {"n_worse": int((own["d_high"] < 0).sum()), "largest_d": own["d"].max(), "Z_best": best["Z_tS"]}
-            | {"Z_uniform": own["Z_tR"].mean(), **best[PARAMETERS].to_dict()}
+            {"percent": percent, "members": len(members), "n_better": int((members["d_low"] > 0).sum())}
+            | {
+                "n_worse": int((members["d_high"] < 0).sum()),
+                "largest_d": members["d"].max(),
+                "Z_best": best["Z_tS"],
+            }
+            | {"Z_uniform": members["Z_tR"].mean(), **best[PARAMETERS].to_dict()}
         )
     return pd.DataFrame(rows)
 
 
-def correlation(table):
-    """Correlation over the grid of d under both readings."""
-    return float(np.corrcoef(table[f"d_{PUBLISHED}"], table[f"d_{TEXT}"])[0, 1])
+def correlation_of_readings(table: pd.DataFrame) -> float:
+    """Correlate d under both readings over the grid."""
+    return float(np.corrcoef(table[f"d_{CODED_READING}"], table[f"d_{WRITTEN_READING}"])[0, 1])
 
 
-def follows_fragments(table):
-    """Correlation of d under the published reading with the logarithm of how much larger the patches stay."""
-    larger = np.log(table[f"fragment_{PUBLISHED}"] / table[f"fragment_uniform_{PUBLISHED}"])
-    return float(np.corrcoef(table[f"d_{PUBLISHED}"], larger)[0, 1])
+def correlation_with_fragments(table: pd.DataFrame) -> float:
+    """Correlate d under the published reading with ln of the ratio of patch sizes, sampled to uniform."""
+    larger = np.log(table[f"fragment_{CODED_READING}"] / table[f"fragment_uniform_{CODED_READING}"])
+    return float(np.corrcoef(table[f"d_{CODED_READING}"], larger)[0, 1])
 
 
-def shattered(table):
-    """Share of the combinations whose median patch holds little of its kept dots under the published reading."""
-    return float((table[f"fragment_{PUBLISHED}"] < SHATTERED * table[f"fragment_{TEXT}"]).mean())
+def fragmented_share(table: pd.DataFrame) -> float:
+    """Return the share of combinations whose median patch keeps few of its dots under the published reading."""
+    return float(
+        (table[f"fragment_{CODED_READING}"] < FRAGMENTED_BELOW * table[f"fragment_{WRITTEN_READING}"]).mean()
+    )

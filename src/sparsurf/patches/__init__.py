@@ -1,1 +1,1 @@
-"""What lies around one dot, and its numbers: arrays in, arrays out."""
+"""Patches around dots, their roughness and their descriptors: functions from arrays to arrays."""

@@ -1,26 +1,38 @@
 """Descriptors of patches, for many subsets of one surface in one pass.
 
-Which dots a patch holds is settled by `kept_dots`, which numbers describe them by one of `DESCRIPTORS`. To add a
+`subset_patches` decides which dots a patch holds, and one of `DESCRIPTORS` which numbers describe them. To add a
 descriptor, write one file like `zernike/published.py` and enter it here.
 """
 
+from __future__ import annotations
+
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import R_ZERNIKE, ball_bound
-from sparsurf.patches.kept_dots import BITS, add, pack, patches_of
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball_bound
 from sparsurf.patches.readings import READINGS
-from sparsurf.patches.zernike import published, steady
-from sparsurf.threads import over_slices
+from sparsurf.patches.subset_patches import MAX_SUBSETS, add_subset, pack_subsets, patches_of
+from sparsurf.patches.zernike import published, rotation_robust
+from sparsurf.threads import parallel_map
 
-__all__ = ["BITS", "DESCRIPTORS", "PUBLISHED", "Descriptor", "add", "compare", "describe", "evaluate", "pack"]
+__all__ = [
+    "DESCRIPTORS",
+    "MAX_SUBSETS",
+    "PUBLISHED",
+    "Descriptor",
+    "add_subset",
+    "compare",
+    "describe",
+    "evaluate",
+    "pack_subsets",
+]
 
-ROWS = 512  # patches per call of a descriptor; fixed, so that results do not depend on the cores
+PATCHES_PER_CALL = 512  # of a descriptor; fixed, so that results do not depend on the number of cores
 PUBLISHED = "published"
 
 
@@ -28,34 +40,41 @@ class Descriptor(NamedTuple):
     """One way to describe patches by numbers.
 
     width : int, numbers per patch
-    order : function that returns (width,) int, place of each of the kernel's columns in the vector that users get
+    order : function that returns (width,) int, the element of the vector for users that each column of the kernel is
     describe : function of
-        index : patches.Index
+        index : PatchIndex
         ids : int32 positions and start : (P + 1,) int64; patch i holds the dots ids[start[i]:start[i + 1]]
         centres : (P, 3) float64, Å, the points around which the patches are cut
-        weights : float64 beside `ids`, or empty where all dots weigh 1
+        weights : float64 for each of `ids`, or empty if all dots have the weight 1
         radius : float, R_zernike in Å
         up : bool, whether the mean normal is turned to +z or to -z
-        that returns (P, width) float64, zero for a patch that has no descriptor
+        that returns (P, width) float64, zero for a patch without a descriptor
     """
 
     width: int
-    order: Callable
-    describe: Callable
+    order: Callable[[], np.ndarray]
+    describe: Callable[[PatchIndex, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, bool], np.ndarray]
 
 
 DESCRIPTORS = {
     PUBLISHED: Descriptor(published.N_Z, published.order, published.describe),
-    "steady": Descriptor(steady.N_Z, steady.order, steady.describe),
+    "steady": Descriptor(rotation_robust.N_Z, rotation_robust.order, rotation_robust.describe),
 }
 
 
-def describe(index, tests, radius=R_ZERNIKE, up=True, threads=1, descriptor=PUBLISHED):
-    """Descriptors of the patches of a whole surface.
+def describe(
+    index: PatchIndex,
+    tests: np.ndarray,
+    radius: float = R_ZERNIKE,
+    up: bool = True,
+    threads: int = 1,
+    descriptor: str = PUBLISHED,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the descriptors of patches of a whole surface.
 
     Parameters
     ----------
-    index : patches.Index
+    index : PatchIndex
     tests : (T, 3) float64
         Å, points around which the patches are cut.
     radius : float
@@ -69,26 +88,33 @@ def describe(index, tests, radius=R_ZERNIKE, up=True, threads=1, descriptor=PUBL
     Returns
     -------
     z : (T, width) float64
-        |c_nm| in the order of `zernike.indices`.
+        |c_nm| in the order of `zernike.polynomials.indices`.
     sizes : (T,) int32
         Dots in each patch.
     """
     kind = DESCRIPTORS[descriptor]
     out = np.empty((len(tests), kind.width))
 
-    def keep(a, b, z):
+    def store(a: int, b: int, z: np.ndarray) -> None:
         out[a:b] = z
 
-    sizes = _described(kind, index, tests, np.empty(0, np.uint64), 0, (), 1, radius, up, threads, None, keep)
+    no_subsets = np.empty(0, np.uint64)
+    sizes = _describe_slices(kind, index, tests, no_subsets, 0, (), True, radius, up, threads, None, store)
     return _in_order(kind, out), sizes[:, 0]
 
 
-def describe_fields(index, tests, values, radius=R_ZERNIKE, threads=1):
-    """Zernike invariants of fields over the patches of a whole surface, by the steady descriptor's image.
+def describe_fields(
+    index: PatchIndex,
+    tests: np.ndarray,
+    values: np.ndarray,
+    radius: float = R_ZERNIKE,
+    threads: int = 1,
+) -> np.ndarray:
+    """Compute the Zernike invariants of fields over patches of a whole surface, by the image of `rotation_robust`.
 
     Parameters
     ----------
-    index : patches.Index
+    index : PatchIndex
     tests : (T, 3) float64
         Å, points around which the patches are cut.
     values : (F, N) float64
@@ -99,48 +125,63 @@ def describe_fields(index, tests, values, radius=R_ZERNIKE, threads=1):
 
     Returns
     -------
-    (T, F, 121) float64, |c_nm| in the order of `zernike.indices` and in the units of each field; a constant field has
-    its value at n = 0 and zeros elsewhere
+    (T, F, 121) float64
+        |c_nm| in the order of `zernike.polynomials.indices` and in the units of each field. A constant field has its value
+        at n = 0 and zeros elsewhere.
     """
     values = np.ascontiguousarray(np.asarray(values, np.float64)[:, index.dot])
-    kind = Descriptor(len(values) * steady.N_Z, steady.order, partial(steady.describe_fields, values=values))
-    out = np.empty((len(tests), len(values), steady.N_Z))
+    describe_values = partial(rotation_robust.describe_fields, values=values)
+    kind = Descriptor(len(values) * rotation_robust.N_Z, rotation_robust.order, describe_values)
+    out = np.empty((len(tests), len(values), rotation_robust.N_Z))
 
-    def keep(a, b, z):
+    def store(a: int, b: int, z: np.ndarray) -> None:
         out[a:b] = z.reshape(b - a, len(values), -1)
 
-    _described(kind, index, tests, np.empty(0, np.uint64), 0, (), 1, radius, True, threads, None, keep)
+    no_subsets = np.empty(0, np.uint64)
+    _describe_slices(kind, index, tests, no_subsets, 0, (), True, radius, True, threads, None, store)
     ordered = np.empty_like(out)
-    ordered[:, :, steady.order()] = out
+    ordered[:, :, rotation_robust.order()] = out
     return ordered
 
 
 def evaluate(
-    index, tests, words, n_subsets, reading, z_tot=None, weights=None, radius=R_ZERNIKE, up=True, threads=1,
-    descriptor=PUBLISHED,
-):  # fmt: skip
-    """Descriptors of the patches of several subsets, or their distances to given ones.
+    index: PatchIndex,
+    tests: np.ndarray,
+    words: np.ndarray,
+    n_subsets: int,
+    reading: str,
+    z_tot: np.ndarray | None = None,
+    weights: np.ndarray | None = None,
+    radius: float = R_ZERNIKE,
+    up: bool = True,
+    threads: int = 1,
+    descriptor: str = PUBLISHED,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the descriptors of the patches of several subsets, or their distances to given descriptors.
 
     Parameters
     ----------
-    index : patches.Index
+    index : PatchIndex
     tests : (T, 3) float64
-        Å.
+        Å, points around which the patches are cut.
     words : (N,) uint64
-        See `pack`.
+        See `pack_subsets`.
     n_subsets : int
         B, at most 64.
     reading : str
-        One of `readings.OF_GRID`.
+        One of `readings.GRID_READINGS`.
     z_tot : (T, width) float64, optional
         Descriptors of the whole surface, in the order of `describe`.
     weights : (B, N) float64, optional
         Weight of each dot, by position; 1 without.
+    radius, up, threads, descriptor : as for `describe`
 
     Returns
     -------
-    (T, B) float64 distances |z_tot - z| where `z_tot` is given, else (T, B, width) descriptors in
-    the kernel's own order; and (T, B) int32, dots in each evaluated patch.
+    z : (T, B) float64 or (T, B, width) float64
+        Distances |z_tot - z| where `z_tot` is given, else descriptors in the kernel's own order.
+    sizes : (T, B) int32
+        Dots in each evaluated patch.
     """
     if z_tot is not None:
         readings = (reading,)
@@ -150,94 +191,119 @@ def evaluate(
     kind = DESCRIPTORS[descriptor]
     out = np.empty((len(tests), n_subsets, kind.width))
 
-    def keep(a, b, z):
+    def store(a: int, b: int, z: np.ndarray) -> None:
         out[a:b] = z.reshape(b - a, n_subsets, -1)
 
-    sizes = _described(
-        kind, index, tests, words, n_subsets, (reading,), 0, radius, up, threads, weights, keep
+    sizes = _describe_slices(
+        kind, index, tests, words, n_subsets, (reading,), False, radius, up, threads, weights, store
     )
     return out, sizes
 
 
 def compare(
-    index, tests, words, n_subsets, readings, z_tot=None, weights=None, radius=R_ZERNIKE, up=True, threads=1,
-    descriptor=PUBLISHED,
-):  # fmt: skip
-    """Distances of the patches of several subsets to those of the whole surface, under R readings in one pass.
+    index: PatchIndex,
+    tests: np.ndarray,
+    words: np.ndarray,
+    n_subsets: int,
+    readings: Sequence[str],
+    z_tot: np.ndarray | None = None,
+    weights: np.ndarray | None = None,
+    radius: float = R_ZERNIKE,
+    up: bool = True,
+    threads: int = 1,
+    descriptor: str = PUBLISHED,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compute the distances of patches of several subsets to those of the whole surface, under R readings in one pass.
 
     Parameters
     ----------
-    index, tests, words, n_subsets, weights : as for `evaluate`
-    readings : tuple of str
+    index, tests, words, n_subsets, weights, radius, up, threads, descriptor : as for `evaluate`
+    readings : sequence of str
     z_tot : (T, width) float64, optional
         Descriptors of the whole surface where already known; its dots always have the weight 1.
 
     Returns
     -------
     z_tot : (T, width) float64
-    z : (T, R B) float64, |z_tot - z| of all subsets under the first reading, then under the next
-    sizes : (T, R B) int32, dots in each evaluated patch
+    z : (T, R B) float64
+        |z_tot - z| of all subsets under the first reading, then under the next.
+    sizes : (T, R B) int32
+        Dots in each evaluated patch.
     """
-    kind, whole = DESCRIPTORS[descriptor], int(z_tot is None)
-    target = np.empty((len(tests), kind.width)) if whole else np.ascontiguousarray(z_tot[:, kind.order()])
+    kind, n_whole = DESCRIPTORS[descriptor], int(z_tot is None)
     out = np.empty((len(tests), len(readings) * n_subsets))
+    known = np.empty((len(tests), kind.width)) if z_tot is None else z_tot[:, kind.order()]
+    target = np.ascontiguousarray(known)
 
-    def keep(a, b, z):
-        if whole:
+    def store(a: int, b: int, z: np.ndarray) -> None:
+        if n_whole:
             target[a:b] = z[:: out.shape[1] + 1]
-        _distances(z, whole, target[a:b], out[a:b])
+        _distances(z, n_whole, target[a:b], out[a:b])
 
-    sizes = _described(
-        kind, index, tests, words, n_subsets, readings, whole, radius, up, threads, weights, keep
+    sizes = _describe_slices(
+        kind, index, tests, words, n_subsets, readings, n_whole > 0, radius, up, threads, weights, store
     )
-    return _in_order(kind, target) if whole else z_tot, out, sizes[:, whole:]
+    return _in_order(kind, target) if z_tot is None else z_tot, out, sizes[:, n_whole:]
 
 
-def _in_order(kind, z):
-    """Descriptors in the kernel's order to that of users."""
+def _in_order(kind: Descriptor, z: np.ndarray) -> np.ndarray:
+    """Bring descriptors from the kernel's order to that of users."""
     out = np.empty_like(z)
     out[:, kind.order()] = z
     return out
 
 
-def _described(kind, index, tests, words, n_subsets, readings, whole, radius, up, threads, weights, keep):
-    """Hand the descriptors of slices of the tests to `keep(begin, end, z)`; returns patch sizes.
+def _describe_slices(
+    kind: Descriptor,
+    index: PatchIndex,
+    tests: np.ndarray,
+    words: np.ndarray,
+    n_subsets: int,
+    readings: Sequence[str],
+    whole: bool,
+    radius: float,
+    up: bool,
+    threads: int,
+    weights: np.ndarray | None,
+    store: Callable[[int, int, np.ndarray], None],
+) -> np.ndarray:
+    """Pass the descriptors of slices of the tests to `store(begin, end, z)` and return the patch sizes.
 
-    The patches of a test: its whole patch (`whole` 1, or 0 for none), those of the subsets under the first reading,
+    The patches of a test are its whole patch, if `whole` is set, then those of the subsets under the first reading, then
     under the next.
     """
     tests = np.ascontiguousarray(tests, np.float64)
-    radius = float(radius)  # an int would compile kernels anew
+    radius = float(radius)  # an int would compile the kernels again
     weights = np.empty((0, 0)) if weights is None else weights
-    kept = np.array([READINGS[reading].among_kept for reading in readings], np.bool_)
-    room = ball_bound(index, tests, radius) + 1
-    sizes = np.empty((len(tests), whole + len(readings) * n_subsets), np.int32)
+    among_kept = np.array([READINGS[reading].among_kept for reading in readings], np.bool_)
+    buffer_size = ball_bound(index, tests, radius) + 1
+    sizes = np.empty((len(tests), int(whole) + len(readings) * n_subsets), np.int32)
+    idle_buffers: list[tuple[np.ndarray, np.ndarray]] = []  # of threads that wait
 
-    spare = []  # working arrays of threads that wait
-
-    def block(a, b):
+    def describe_slice(a: int, b: int) -> None:
         n = len(index.dot) + 1
-        mark, around = spare.pop() if spare else (np.zeros(n, np.uint8), np.zeros(n, np.uint64))
+        buffers = idle_buffers.pop() if idle_buffers else (np.zeros(n, np.uint8), np.zeros(n, np.uint64))
         rows = (b - a) * sizes.shape[1]
-        ids, start = np.empty(rows * room, np.int32), np.empty(rows + 1, np.int64)
+        ids, start = np.empty(rows * buffer_size, np.int32), np.empty(rows + 1, np.int64)
         weight = np.empty(len(ids) if len(weights) else 0)
         patches_of(
-            index, tests[a:b], words, n_subsets, weights, radius, kept, room, mark, around, sizes[a:b], ids, start, weight
+            index, tests[a:b], words, n_subsets, weights, radius, among_kept, buffer_size, buffers[0], buffers[1],
+            sizes[a:b], ids, start, weight,
         )  # fmt: skip
-        spare.append((mark, around))
+        idle_buffers.append(buffers)
         centres = np.repeat(tests[a:b], sizes.shape[1], axis=0)
-        keep(a, b, kind.describe(index, ids, start, centres, weight, radius, up))
+        store(a, b, kind.describe(index, ids, start, centres, weight, radius, up))
 
-    over_slices(block, len(tests), threads, max(1, ROWS // sizes.shape[1]))
+    parallel_map(describe_slice, len(tests), threads, max(1, PATCHES_PER_CALL // sizes.shape[1]))
     return sizes
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "arcp", "contract", "reassoc"})
-def _distances(z, skip, target, out):
-    """Distances to the target of each test; of its rows the first `skip` are left out."""
+def _distances(z: np.ndarray, n_skipped: int, target: np.ndarray, out: np.ndarray) -> None:
+    """Compute the distances of each test's descriptors to its target, without the first `n_skipped` of each test."""
     for t in range(len(out)):
         for b in range(out.shape[1]):
-            i = t * (skip + out.shape[1]) + skip + b
+            i = t * (n_skipped + out.shape[1]) + n_skipped + b
             total = 0.0
             for k in range(z.shape[1]):
                 total += (z[i, k] - target[t, k]) ** 2

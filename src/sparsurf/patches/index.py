@@ -1,31 +1,34 @@
-"""Patches of a dot surface: cell grid, linking graph, islands.
+"""Patches of a dot surface: cell grid and linking graph.
 
-The dots are sorted into cubic cells once; dots closer than D_link are linked once, for the
-whole surface. A patch is then one walk over a few contiguous runs of dots, and its largest
-island one breadth-first search on the graph: no search structure is built per patch.
+The dots are sorted into cubic cells once, and dots closer than D_link are linked once, for the whole surface. Finding a
+patch is then one walk over a few contiguous runs of dots, and finding its largest island one breadth-first search on the
+graph. No search structure is built per patch.
 
 Positions number the dots in cell order, dots in the order of the surface.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from sparsurf.kernel_cache import njit
 
 R_PATCH = 4.0  # Å, roughness and sampling (authors' scripts)
 R_ZERNIKE = 6.0  # Å, descriptors (paper, Materials and Methods)
 D_LINK = 0.5  # Å, dots closer than this are linked (authors' scripts)
-CELL = 2.0  # Å, side of a cell: a third of R_ZERNIKE was the fastest
-ROW = 6  # links stored per dot at least: a constant trip count spares mispredicted loop ends
+CELL_SIDE = 2.0  # Å; a third of R_ZERNIKE is the fastest
+MIN_LINKS_PER_DOT = 6  # a constant number of iterations avoids mispredicted loop ends
 
 
-class Index(NamedTuple):
-    """A surface prepared for patches; made by `build_index`, read by the kernels.
+class PatchIndex(NamedTuple):
+    """A surface prepared for patches; `build_index` makes it, the kernels read it.
 
     xyz, normals : (N, 3) float64, Å and unit vectors, by position
     dot, position : (N,) int32, dot at each position and position of each dot
     origin, shape, side, start : the cell grid; `start` (cells + 1,) int64
-    link_start, link : (N + 1,) int64 and int32; linked positions, rows padded with N up to `ROW`
+    link_start, link : (N + 1,) int64 and int32; linked positions, rows padded with N up to `MIN_LINKS_PER_DOT`
     """
 
     xyz: np.ndarray
@@ -40,7 +43,7 @@ class Index(NamedTuple):
     link: np.ndarray
 
 
-def build_index(points, normals, d_link=D_LINK):
+def build_index(points: np.ndarray, normals: np.ndarray, d_link: float = D_LINK) -> PatchIndex:
     """Sort dots into cells and link those closer than `d_link`.
 
     Parameters
@@ -52,22 +55,34 @@ def build_index(points, normals, d_link=D_LINK):
 
     Returns
     -------
-    Index
-        Memory: about 100 bytes per dot.
+    PatchIndex
+        It takes about 100 bytes per dot.
     """
-    d_link = float(d_link)  # an int would compile kernels anew
-    grid = build_grid(points, normals, max(CELL, d_link))
+    d_link = float(d_link)  # an int would compile the kernels again
+    grid = build_grid(points, normals, max(CELL_SIDE, d_link))
     links = _link(grid.xyz, grid.origin, grid.shape, grid.side, grid.start, d_link)
     return grid._replace(link_start=links[0], link=links[1])
 
 
-def build_grid(points, normals=None, side=CELL):
-    """Sort dots into cells of `side` (Å) without linking any: an Index for `ball` alone, about 70 bytes per dot.
+def build_grid(points: np.ndarray, normals: np.ndarray | None = None, side: float = CELL_SIDE) -> PatchIndex:
+    """Sort dots into cells without linking them; such an index serves `ball` only.
 
-    Without `normals` its own are none, (0, 3).
+    Parameters
+    ----------
+    points : (N, 3) float64
+        Å.
+    normals : (N, 3) float64, optional
+        Without them, the normals of the index are (0, 3).
+    side : float
+        Of a cell, Å.
+
+    Returns
+    -------
+    PatchIndex
+        It takes about 70 bytes per dot.
     """
     points = np.ascontiguousarray(points, np.float64)
-    low, high = _box(points)
+    low, high = _bounding_box(points)
     side = _cell_side(high - low, len(points), side)
     origin = low - 1e-6
     shape = ((high - origin) / side).astype(np.int64) + 1
@@ -75,13 +90,13 @@ def build_grid(points, normals=None, side=CELL):
     position = np.empty(len(dot), np.int32)
     position[dot] = np.arange(len(dot), dtype=np.int32)
     normals = np.zeros((0, 3)) if normals is None else np.asarray(normals, np.float64)[dot]
-    none = np.zeros(0, np.int64), np.zeros(0, np.int32)
-    return Index(points[dot], normals, dot, position, origin, shape, side, start, *none)
+    no_links = np.zeros(0, np.int64), np.zeros(0, np.int32)
+    return PatchIndex(points[dot], normals, dot, position, origin, shape, side, start, *no_links)
 
 
 @njit(cache=True, nogil=True)
-def _box(points):
-    """Lowest and highest coordinates, (3,) each; numpy takes ten times as long along the first axis."""
+def _bounding_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and highest coordinates, (3,) each; numpy takes ten times as long along the first axis."""
     low, high = points[0].copy(), points[0].copy()
     for i in range(1, len(points)):
         for c in range(3):
@@ -89,16 +104,19 @@ def _box(points):
     return low, high
 
 
-def _cell_side(extent, n, side):
-    """Cell side in Å, enlarged where n dots span a huge box (3,), so that cells never outnumber dots by far."""
-    # an axis along which the box is thinner than a cell still takes one
+def _cell_side(extent: np.ndarray, n: int, side: float) -> float:
+    """Enlarge the cell side, Å, where n dots span a huge box (3,), so that there are not far more cells than dots."""
+    # an axis along which the box is thinner than a cell still has one cell
     while np.prod(np.maximum(extent / side, 1.0)) > 50 * n + 1e6:
         side *= 2
     return float(side)
 
 
 @njit(cache=True, nogil=True)
-def _sort_into_cells(points, origin, shape, side):
+def _sort_into_cells(
+    points: np.ndarray, origin: np.ndarray, shape: np.ndarray, side: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first slot of every cell and the dots in the order of their cells."""
     n = len(points)
     cell = np.empty(n, np.int64)
     start = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
@@ -119,19 +137,21 @@ def _sort_into_cells(points, origin, shape, side):
 
 
 @njit(cache=True, nogil=True)
-def span(x, radius, origin, side, cells):
-    """First and last cell, along one axis, that a sphere can touch."""
+def span(x: float, radius: float, origin: float, side: float, cells: int) -> tuple[int, int]:
+    """Return the first and last cell along one axis that a sphere can touch."""
     first = max(0, int((x - radius - origin) / side))
     return first, min(cells - 1, int((x + radius - origin) / side))
 
 
 @njit(cache=True, nogil=True)
-def _link(xyz, origin, shape, side, start, d_link):
-    """CSR rows of the positions closer than `d_link`, padded to `ROW`."""
+def _link(
+    xyz: np.ndarray, origin: np.ndarray, shape: np.ndarray, side: float, start: np.ndarray, d_link: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions closer than `d_link` to each, as CSR rows that are padded to `MIN_LINKS_PER_DOT`."""
     n = len(xyz)
     d2 = d_link * d_link
     link_start = np.zeros(n + 1, np.int64)
-    link = np.full(2 * ROW * n, n, np.int32)
+    link = np.full(2 * MIN_LINKS_PER_DOT * n, n, np.int32)
     for i in range(n):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
         a0, a1 = span(x, d_link, origin[0], side, shape[0])
@@ -142,23 +162,34 @@ def _link(xyz, origin, shape, side, start, d_link):
             for b in range(b0, b1 + 1):
                 row = (a * shape[1] + b) * shape[2]
                 begin, end = start[row + c0], start[row + c1 + 1]
-                if m + end - begin + ROW > len(link):
+                if m + end - begin + MIN_LINKS_PER_DOT > len(link):
                     link = np.concatenate((link, np.full(len(link) + end - begin, n, np.int32)))
                 for q in range(begin, end):
                     p = np.uintp(q)
                     ex, ey, ez = xyz[p, 0] - x, xyz[p, 1] - y, xyz[p, 2] - z
-                    link[np.uintp(m)] = q  # without a branch: what does not count is overwritten
+                    link[np.uintp(m)] = q  # without a branch: entries that do not count are overwritten
                     m += 1 if (ex * ex + ey * ey + ez * ez < d2) & (q != i) else 0
-        for k in range(m, first + ROW):
+        for k in range(m, first + MIN_LINKS_PER_DOT):
             link[k] = n
-        link_start[i + 1] = max(m, first + ROW)
+        link_start[i + 1] = max(m, first + MIN_LINKS_PER_DOT)
     return link_start, link[: link_start[n]].copy()
 
 
 @njit(cache=True, nogil=True)
-def ball_bound(index, points, radius):
-    """Upper bound on the dots within `radius` (Å) of any of `points` (T, 3): the buffer size of `ball`."""
-    most = 0
+def ball_bound(index: PatchIndex, points: np.ndarray, radius: float) -> int:
+    """Return an upper bound on the dots within a radius of any point: the buffer size of `ball`.
+
+    Parameters
+    ----------
+    index : PatchIndex
+    points : (T, 3) float64, Å
+    radius : float, Å
+
+    Returns
+    -------
+    int
+    """
+    bound = 0
     for t in range(len(points)):
         a0, a1 = span(points[t, 0], radius, index.origin[0], index.side, index.shape[0])
         b0, b1 = span(points[t, 1], radius, index.origin[1], index.side, index.shape[1])
@@ -168,13 +199,25 @@ def ball_bound(index, points, radius):
             for b in range(b0, b1 + 1):
                 row = (a * index.shape[1] + b) * index.shape[2]
                 n += index.start[row + c1 + 1] - index.start[row + c0] if c1 >= c0 else 0
-        most = max(most, n)
-    return most
+        bound = max(bound, n)
+    return bound
 
 
 @njit(cache=True, nogil=True)
-def ball(index, x, y, z, radius, out):
-    """Positions of the dots within `radius` (Å, inclusive) of (x, y, z), into `out`; returns their number."""
+def ball(index: PatchIndex, x: float, y: float, z: float, radius: float, out: np.ndarray) -> int:
+    """Find the dots within a radius of a point.
+
+    Parameters
+    ----------
+    index : PatchIndex
+    x, y, z : float, Å
+    radius : float, Å, inclusive
+    out : int32 array of at least `ball_bound` + 1, receives the positions of the dots
+
+    Returns
+    -------
+    int, number of dots
+    """
     n = 0
     r2 = radius * radius
     side = index.side
@@ -199,27 +242,30 @@ def ball(index, x, y, z, radius, out):
 
 
 @njit(cache=True, nogil=True)
-def apart(index, order, radius, most, first):
-    """Dots of `order`, at most `most`: its `first` ones, then those that no earlier one lies within `radius` (Å) of.
+def select_separated(
+    index: PatchIndex, order: np.ndarray, radius: float, max_dots: int, n_fixed: int
+) -> np.ndarray:
+    """Select dots in order, skipping those within a radius of a dot that is already selected.
 
     Parameters
     ----------
-    index : Index
+    index : PatchIndex
     order : (n,) int64, dots
     radius : float, Å
-    most, first : int
+    max_dots : int, number of dots to select at most
+    n_fixed : int, dots at the start of `order` that are always selected
 
     Returns
     -------
-    (m,) int64
+    (m,) int64, the selected dots
     """
     blocked, r2 = np.zeros(len(index.dot), np.bool_), radius * radius
-    out, m = np.empty(min(most, len(order)), np.int64), 0
+    out, m = np.empty(min(max_dots, len(order)), np.int64), 0
     for k in range(len(order)):
         if m == len(out):
             break
         p = index.position[order[k]]
-        if k < first or not blocked[p]:
+        if k < n_fixed or not blocked[p]:
             out[m] = order[k]
             m += 1
             x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]

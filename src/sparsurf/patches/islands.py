@@ -1,25 +1,35 @@
 """The patch of a dot and its islands: the connected components of the dots linked within D_link."""
 
-import numpy as np
-from numba import njit
+from __future__ import annotations
 
-from sparsurf.patches.index import ROW, ball, ball_bound
+import numpy as np
+
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import MIN_LINKS_PER_DOT, PatchIndex, ball, ball_bound
 
 
 @njit(cache=True, nogil=True)
-def mark_all(mark, ids, n):
-    """Set `mark` at `ids[:n]`."""
+def mark_all(mark: np.ndarray, ids: np.ndarray, n: int) -> None:
+    """Set `mark` to 1 at `ids[:n]`."""
     for k in range(n):
         mark[np.uintp(ids[k])] = 1
 
 
 @njit(cache=True, nogil=True)
-def largest_island(ids, n, mark, link_start, link, key, queue):
-    """Largest connected component of `ids[:n]`, as the slice begin:end of `queue`.
+def largest_island(
+    ids: np.ndarray,
+    n: int,
+    mark: np.ndarray,
+    link_start: np.ndarray,
+    link: np.ndarray,
+    key: np.ndarray,
+    queue: np.ndarray,
+) -> tuple[int, int]:
+    """Find the largest connected component of `ids[:n]`, as the slice begin:end of `queue`.
 
-    `mark` is 1 at every id that takes part and 0 elsewhere (also at the padding id); it is all 0
-    on return. On a tie the island that holds the smallest `key` wins. `queue` needs n + 1 places.
-    Unsigned indices spare numba's test for negative ones: half of the time.
+    `mark` is 1 at every id that takes part and 0 elsewhere (also at the padding id); on return it is all 0. On a tie, the
+    island that contains the smallest `key` wins. `queue` needs n + 1 elements. Unsigned indices avoid numba's test for
+    negative ones, which takes half of the time.
     """
     tail = 0
     begin = end = 0
@@ -37,18 +47,18 @@ def largest_island(ids, n, mark, link_start, link, key, queue):
             i = np.uintp(queue[np.uintp(head)])
             row, row_end = link_start[i], link_start[i + np.uintp(1)]
             head += 1
-            for e in range(ROW):  # push without a branch: an id that does not count is overwritten
+            for e in range(MIN_LINKS_PER_DOT):  # without a branch: an id that does not count is overwritten
                 j = link[np.uintp(row + e)]
                 queue[np.uintp(tail)] = j
                 tail += mark[np.uintp(j)]
                 mark[np.uintp(j)] = 0
-            for e in range(row + ROW, row_end):
+            for e in range(row + MIN_LINKS_PER_DOT, row_end):
                 j = link[np.uintp(e)]
                 queue[np.uintp(tail)] = j
                 tail += mark[np.uintp(j)]
                 mark[np.uintp(j)] = 0
         if tail - first > end - begin:
-            begin, end, best_key = first, tail, -1
+            begin, end, best_key = first, tail, np.int64(-1)
         elif tail - first == end - begin:
             if best_key < 0:
                 best_key = _smallest_key(queue, begin, end, key)
@@ -61,12 +71,14 @@ def largest_island(ids, n, mark, link_start, link, key, queue):
 
 
 @njit(cache=True, nogil=True)
-def leave_small_islands(ids, word, link_start, link, around):
+def drop_small_islands(
+    ids: np.ndarray, word: np.ndarray, link_start: np.ndarray, link: np.ndarray, around: np.ndarray
+) -> None:
     """Clear the bits of dots whose island cannot be the largest, for up to 64 subsets at once.
 
-    Bit b of `word[k]` says whether subset b keeps `ids[k]`. A dot with two kept neighbours is in an island of three or
-    more, and so are these two, and every dot of such an island is one or the other. Where a subset has such a dot, all
-    others go; else, where two are linked, those that are alone. `around` (N + 1,) is all 0, also on return.
+    Bit b of `word[k]` tells whether subset b keeps `ids[k]`. A dot with two kept neighbours is in an island of three or
+    more dots, as are these two, and every dot of such an island is one or the other. If a subset has such a dot, all other
+    dots are dropped. Otherwise, if two dots are linked, single dots are dropped. `around` (N + 1,) is all 0, also on return.
     """
     linked, crowded = np.empty(len(ids), np.uint64), np.empty(len(ids), np.uint64)
     of_two = of_three = np.uint64(0)
@@ -76,9 +88,9 @@ def leave_small_islands(ids, word, link_start, link, around):
         i = np.uintp(ids[k])
         one = two = np.uint64(0)
         for e in range(link_start[i], link_start[i + np.uintp(1)]):
-            beside = around[np.uintp(link[np.uintp(e)])]
-            two |= one & beside
-            one |= beside
+            neighbour_word = around[np.uintp(link[np.uintp(e)])]
+            two |= one & neighbour_word
+            one |= neighbour_word
         linked[k], crowded[k] = word[k] & one, word[k] & two
         of_two |= linked[k]
         of_three |= crowded[k]
@@ -95,7 +107,8 @@ def leave_small_islands(ids, word, link_start, link, around):
 
 
 @njit(cache=True, nogil=True)
-def _smallest_key(queue, begin, end, key):
+def _smallest_key(queue: np.ndarray, begin: int, end: int, key: np.ndarray) -> np.int64:
+    """Return the smallest key of `queue[begin:end]`."""
     smallest = np.int64(key[queue[begin]])
     for k in range(begin + 1, end):
         smallest = min(smallest, np.int64(key[queue[k]]))
@@ -103,30 +116,39 @@ def _smallest_key(queue, begin, end, key):
 
 
 @njit(cache=True, nogil=True)
-def patch_of(index, p, radius, found, mark, queue):
-    """Patch of the dot at position `p`, cut to its largest island: the slice begin:end of `queue`."""
-    n = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, found)
-    mark_all(mark, found, n)
-    place = 0
+def patch_of(
+    index: PatchIndex, p: int, radius: float, in_ball: np.ndarray, mark: np.ndarray, queue: np.ndarray
+) -> tuple[int, int]:
+    """Find the patch of the dot at position `p`, cut to its largest island, as the slice begin:end of `queue`."""
+    n = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, in_ball)
+    mark_all(mark, in_ball, n)
+    slot_of_dot = 0
     for k in range(n):
-        place = k if found[k] == p else place
-    found[0], found[place] = found[place], found[0]  # the search starts at p: mostly in the largest island
-    return largest_island(found, n, mark, index.link_start, index.link, index.dot, queue)
+        slot_of_dot = k if in_ball[k] == p else slot_of_dot
+    in_ball[0], in_ball[slot_of_dot] = (
+        in_ball[slot_of_dot],
+        in_ball[0],
+    )  # the search starts at p, which is mostly in the largest island
+    return largest_island(in_ball, n, mark, index.link_start, index.link, index.dot, queue)
 
 
-def patch(index, dot, radius):
-    """Dots of the patch of one dot, islands removed.
+def patch(index: PatchIndex, dot: int, radius: float) -> np.ndarray:
+    """Return the dots of the patch of one dot, without islands.
 
     Parameters
     ----------
-    index : Index
+    index : PatchIndex
     dot : int
     radius : float
         Å.
 
     Returns
     -------
-    (n,) int32, ascending dot indices. Source: paper, 'Zernike 2D procedure'.
+    (n,) int32, ascending dot indices
+
+    References
+    ----------
+    The paper, 'Zernike 2D procedure'.
     """
     p = index.position[dot]
     room = ball_bound(index, index.xyz[p : p + 1], radius) + 1

@@ -1,51 +1,80 @@
-"""How 'the points not connected are removed' can be read: every reading once, with what makes it.
+"""Readings of the paper's instruction that 'the points not connected are removed'.
 
-Most readings ask which dots of the one surface form a patch's island; one with `alone` makes a surface of its own from
-the kept dots only, whose patches are then described whole. To add a reading, write one entry here, or, where it needs
-recovery, in `recovery.readings`, which has them all.
+Most readings decide which dots of the one surface form a patch's island. A reading with `build_index` makes a separate
+surface from the kept dots only, and its whole patches are described. To add a reading, write one entry here, or in
+`recovery.readings`, which has all of them, if it needs recovery.
 """
+
+from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from sparsurf.patches.index import build_index
+from sparsurf.patches.index import PatchIndex, build_index
 
-SCALE = 1.6  # linking distance of the reading 'scaled', in mean spacings of the kept dots
+SCALED_LINK = 1.6  # linking distance of the reading 'scaled', in mean spacings of the kept dots
 
 
 @dataclass(frozen=True)
 class Reading:
     """One reading.
 
+    Attributes
+    ----------
     words : str
         Its name in tables and figures.
     among_kept : bool
-        Islands are removed among the kept dots; else once, on the full surface.
-    alone : callable, optional
-        (points, normals) of the kept dots, d_link, and area and density of the full surface, Å, Å^2 and dots per Å^2 ->
-        Index of the surface that the kept dots make by themselves.
-    of_many : callable, optional
-        As `alone`, in less time and with a larger error: for the thousands of subsets of a grid.
+        Whether islands are removed among the kept dots; otherwise once, on the full surface.
+    build_index : callable, optional
+        Function from points and normals of the kept dots, d_link, and area and density of the full surface (Å, Å^2 and dots
+        per Å^2) to the index of the surface that the kept dots form by themselves.
+    build_index_fast : callable, optional
+        Like `build_index`, in less time and with a larger error, for the thousands of subsets of a grid.
     """
 
     words: str
     among_kept: bool = False
-    alone: Callable | None = None
-    of_many: Callable | None = None
+    build_index: Callable[..., PatchIndex] | None = None
+    build_index_fast: Callable[..., PatchIndex] | None = None
 
 
-def linked_by_spacing(points, normals, d_link, area, density=None, scale=SCALE):
-    """Index of kept dots linked within `scale` times their mean spacing, 1 / sqrt(dots per Å^2), and at least D_link."""
+def linked_by_spacing(
+    points: np.ndarray,
+    normals: np.ndarray,
+    d_link: float,
+    area: float,
+    density: float | None = None,
+    scale: float = SCALED_LINK,
+) -> PatchIndex:
+    """Index kept dots with a linking distance that grows with their spacing.
+
+    Parameters
+    ----------
+    points, normals : (n, 3) float64
+        Å; unit outward normals.
+    d_link : float
+        Å, the smallest linking distance.
+    area : float
+        Of the full surface, Å^2.
+    density : float, optional
+        Not used; other readings need it.
+    scale : float
+        Linking distance in mean spacings, 1 / sqrt(dots per Å^2).
+
+    Returns
+    -------
+    PatchIndex
+    """
     return build_index(points, normals, max(d_link, scale * np.sqrt(area / len(points))))
 
 
 READINGS = {
     "as_coded": Reading("as coded", among_kept=True),
     "as_written": Reading("as written"),
-    "scaled": Reading("scaled", alone=linked_by_spacing),
+    "scaled": Reading("scaled", build_index=linked_by_spacing),
 }
-PUBLISHED = "as_coded"  # the authors' code, and Table I
-TEXT = "as_written"  # the paper's text
-OF_GRID = tuple(name for name, reading in READINGS.items() if not reading.alone)  # one pass serves them all
+CODED_READING = "as_coded"  # of the authors' code, and of Table I
+WRITTEN_READING = "as_written"  # of the paper's text
+GRID_READINGS = tuple(name for name, reading in READINGS.items() if not reading.build_index)  # share one pass

@@ -1,33 +1,39 @@
-"""Local roughness R_i of every dot: the published one (paper, eq. 1), and room for others.
+"""Local roughness R_i of every dot: the published one (paper, eq. 1), and a registry for others.
 
 To add one, write a function like `published` with `@registered` above it.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import R_PATCH, ball_bound
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
 from sparsurf.patches.islands import patch_of
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
 PUBLISHED = "published"
-ROUGHNESS = {}
+RoughnessFunction = Callable[[PatchIndex, float, int], np.ndarray]
+ROUGHNESS = dict[str, RoughnessFunction]()
 
 
-def registered(function):
+def registered(function: RoughnessFunction) -> RoughnessFunction:
     """Register a roughness, a function of (index, radius, threads), under its name."""
     ROUGHNESS[function.__name__] = function
     return function
 
 
-def roughness(index, radius=R_PATCH, threads=1, kind=PUBLISHED):
-    """Roughness of the patch of every dot.
+def roughness(
+    index: PatchIndex, radius: float = R_PATCH, threads: int = 1, kind: str = PUBLISHED
+) -> np.ndarray:
+    """Compute the roughness of the patch of every dot.
 
     Parameters
     ----------
-    index : patches.Index
+    index : PatchIndex
     radius : float
         R_patch in Å.
     threads : int
@@ -38,33 +44,36 @@ def roughness(index, radius=R_PATCH, threads=1, kind=PUBLISHED):
     -------
     (N,) float64 in [0, 1], by dot: 1 is flat, 0 is rough.
     """
-    return ROUGHNESS[kind](index, float(radius), threads)  # an int would compile kernels anew
+    return ROUGHNESS[kind](index, float(radius), threads)  # an int would compile the kernels again
 
 
 @registered
-def published(index, radius, threads):
-    """Mean cosine between the normals of a patch and their mean; 1 for a patch of one dot."""
+def published(index: PatchIndex, radius: float, threads: int) -> np.ndarray:
+    """Compute the mean cosine between the normals of a patch and their mean; 1 for a patch of one dot."""
     out = np.empty(len(index.dot))
-    room = ball_bound(index, index.xyz, radius) + 1
-    over_slices(lambda a, b: _roughness(index, a, b, radius, room, out), len(out), threads)
+    buffer_size = ball_bound(index, index.xyz, radius) + 1
+    parallel_map(lambda a, b: _roughness(index, a, b, radius, buffer_size, out), len(out), threads)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _roughness(index, first, last, radius, room, out):
-    found, queue = np.empty(room, np.int32), np.empty(room, np.int32)
+def _roughness(
+    index: PatchIndex, first: int, last: int, radius: float, buffer_size: int, out: np.ndarray
+) -> None:
+    """Fill in the roughness of the dots at the positions first:last."""
+    in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
     mark = np.zeros(len(index.dot) + 1, np.uint8)
     for p in range(first, last):
-        begin, end = patch_of(index, p, radius, found, mark, queue)
+        begin, end = patch_of(index, p, radius, in_ball, mark, queue)
         out[index.dot[p]] = mean_cosine(index.normals, queue, begin, end)
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
-def mean_cosine(normals, ids, begin, end):
-    """Mean over ids[begin:end] of cos(n_j, mean normal), clipped at 0; 1 for a single normal.
+def mean_cosine(normals: np.ndarray, ids: np.ndarray, begin: int, end: int) -> float:
+    """Return the mean over ids[begin:end] of cos(n_j, mean normal), at least 0; 1 for a single normal.
 
-    Normals of a DMS file are unit only to three decimals, so each cosine divides by the length.
-    A mean normal of length 0 has no direction and counts as rough.
+    Normals of a DMS file are unit vectors only to three decimals, so each cosine is divided by the length. A mean normal
+    of length 0 has no direction and counts as rough.
     """
     if end - begin <= 1:
         return 1.0

@@ -1,1 +1,1 @@
-"""A dense surface from few dots with normals; knows no descriptor."""
+"""A dense surface from few dots with normals."""

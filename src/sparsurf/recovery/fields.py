@@ -1,57 +1,70 @@
-"""Fields of a dense surface from their values at a few dots."""
+"""Fields of a dense surface, interpolated from their values at a few dots."""
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-NEIGHBOURS = 24  # dots that each interpolant goes through
-RIDGE = 1e-9  # of the diagonal, in cubed distances; keeps two dots at one place from making a system singular
-SLICE = 2048  # places at a time
-PERCENTS = (2.5, 5, 10, 20)  # of the dots, at which a study looks
+from sparsurf.surfaces.surface import Surface
+
+NEIGHBOURS = 24  # dots that each interpolant passes through
+RIDGE = 1e-9  # added to the diagonal, in cubed distances; keeps coincident dots from making a system singular
+POINTS_PER_BLOCK = 2048
+SUBSET_PERCENTS = (2.5, 5, 10, 20)  # n_S of the farthest-point subsets in a study, % of the dots
 
 
-def recovered_fields(points, fields, places):
-    """Values at places of fields that are known at dots.
+def interpolate_fields(
+    points: np.ndarray, fields: Mapping[str, np.ndarray], targets: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Interpolate fields that are known at dots.
 
-    Around each dot a cubic radial function with a linear part goes through the values of its nearest dots (Fasshauer,
-    Meshfree Approximation Methods, 2007, ch. 8); a place takes that of its nearest dot.
+    Around each dot, a cubic radial function with a linear part passes through the values of its nearest dots (Fasshauer,
+    Meshfree Approximation Methods, 2007, ch. 8). A target takes the value of the function of its nearest dot.
 
     Parameters
     ----------
     points : (n, 3) float64, Å, the dots
-    fields : dict, name -> (n,) float64; a dot with NaN is left out
-    places : (M, 3) float64, Å
+    fields : dict, name -> (n,) float64; dots with NaN are left out
+    targets : (M, 3) float64, Å
 
     Returns
     -------
-    dict, name -> (M,) float64; within the range of the known values; NaN where no dot has any
+    dict, name -> (M,) float64, within the range of the known values; NaN if no value is known
     """
-    return {name: _recovered(points, np.asarray(values, float), places) for name, values in fields.items()}
+    return {name: _interpolate(points, np.asarray(values, float), targets) for name, values in fields.items()}
 
 
-def _recovered(points, values, places):
+def _interpolate(points: np.ndarray, values: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Interpolate one field at the targets."""
     known = np.isfinite(values)
-    if known.sum() <= 4:  # a plane through four dots leaves nothing to bend
-        return np.full(len(places), values[known].mean() if known.any() else np.nan)
+    if known.sum() <= 4:  # a linear function through four dots leaves nothing to bend
+        return np.full(len(targets), values[known].mean() if known.any() else np.nan)
     points, values = points[known], values[known]
     tree, k = cKDTree(points), min(NEIGHBOURS, len(points))
-    near = tree.query(points, k)[1]
-    out, nearest = np.empty(len(places)), tree.query(places)[1]
-    used, place_of = np.unique(nearest, return_inverse=True)
-    centre, scale, coefficient = _fitted(points, values, near[used])
-    for a in range(0, len(places), SLICE):
-        i = place_of[a : a + SLICE]
-        x = (places[a : a + SLICE] - points[used[i]]) / scale[i, None]
+    neighbours = np.asarray(tree.query(points, k)[1])
+    out, nearest = np.empty(len(targets)), tree.query(targets)[1]
+    used, function_of = np.unique(nearest, return_inverse=True)
+    centre, scale, coefficient = _fit(points, values, neighbours[used])
+    for begin in range(0, len(targets), POINTS_PER_BLOCK):
+        block = slice(begin, begin + POINTS_PER_BLOCK)
+        i = function_of[block]
+        x = (targets[block] - points[used[i]]) / scale[i, None]
         cubed = np.linalg.norm(x[:, None] - centre[i], axis=2) ** 3
         c = coefficient[i]
-        out[a : a + SLICE] = (c[:, :k] * cubed).sum(axis=1) + c[:, k] + (c[:, k + 1 :] * x).sum(axis=1)
+        out[block] = (c[:, :k] * cubed).sum(axis=1) + c[:, k] + (c[:, k + 1 :] * x).sum(axis=1)
     return np.clip(out, values.min(), values.max())
 
 
-def _fitted(points, values, near):
-    """Neighbours (n, k, 3) relative to their dot, in scales; scales (n,), Å; coefficients (n, k + 4)."""
-    n, k = near.shape
-    centre = points[near] - points[near[:, :1]]
+def _fit(
+    points: np.ndarray, values: np.ndarray, neighbours: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit a function to each row of neighbours.
+
+    Returns the neighbours (n, k, 3) relative to their dot, in scales; scales (n,), Å; coefficients (n, k + 4).
+    """
+    n, k = neighbours.shape
+    centre = points[neighbours] - points[neighbours[:, :1]]
     scale = np.maximum(np.linalg.norm(centre, axis=2).max(axis=1), 1e-9)
     centre = centre / scale[:, None, None]
     system, right = np.zeros((n, k + 4, k + 4)), np.zeros((n, k + 4, 1))
@@ -59,19 +72,29 @@ def _fitted(points, values, near):
     system[:, :k, k], system[:, :k, k + 1 :] = 1.0, centre
     system[:, k:, :k] = np.swapaxes(system[:, :k, k:], 1, 2)
     diagonal = np.arange(k + 4)
-    system[:, diagonal, diagonal] += np.where(diagonal < k, RIDGE, -RIDGE)  # dots in one plane are no trouble
-    right[:, :k, 0] = values[near]
+    system[:, diagonal, diagonal] += np.where(
+        diagonal < k, RIDGE, -RIDGE
+    )  # also solves for dots in one plane
+    right[:, :k, 0] = values[neighbours]
     return centre, scale, np.linalg.solve(system, right)[:, :, 0]
 
 
-def recovery_table(surface, order, minimal=(), places=()):
-    """How well few dots give the fields of a surface back at all other dots.
+def recovery_table(
+    surface: Surface,
+    order: np.ndarray,
+    minimal: np.ndarray | Sequence[int] = (),
+    minimal_points: np.ndarray | Sequence[Sequence[float]] = (),
+) -> pd.DataFrame:
+    """Measure how well few dots give the fields of a surface back at all other dots.
 
     Parameters
     ----------
     surface : Surface with fields
-    order : (m,) int, farthest-point dots, of which the first PERCENTS of all dots are taken
-    minimal, places : (n,) int, dots of the minimal subset, and (n, 3), Å, where they lie; without, there is no row of it
+    order : (m,) int, farthest-point dots, of which the first `SUBSET_PERCENTS` of all dots are taken
+    minimal : (n,) int
+        Dots of the minimal subset; it has no rows without them.
+    minimal_points : (n, 3) float64, Å
+        Positions of these dots.
 
     Returns
     -------
@@ -79,24 +102,28 @@ def recovery_table(surface, order, minimal=(), places=()):
     rms_sd, in standard deviations of the field
     """
     n = len(surface)
-    farthest = [order[: max(1, round(percent / 100 * n))] for percent in PERCENTS]
-    subsets = [("minimal", minimal, places)] if len(minimal) else []
-    subsets += [("farthest", dots, surface.points[dots]) for dots in farthest]
+    subsets = [("minimal", np.asarray(minimal), np.asarray(minimal_points))] if len(minimal) else []
+    for percent in SUBSET_PERCENTS:
+        dots = order[: max(1, round(percent / 100 * n))]
+        subsets.append(("farthest", dots, surface.points[dots]))
     rows = []
-    for name, values in surface.fields.items():
-        for subset, dots, at in subsets:
+    for field, values in surface.fields.items():
+        for subset, dots, points in subsets:
             others = np.setdiff1d(np.arange(n), dots)
-            found = recovered_fields(at, {name: values[dots]}, surface.points[others])[name]
-            rows.append((name, subset, len(dots), 100 * len(dots) / n, *_errors(found, values[others])))
+            recovered = interpolate_fields(points, {field: values[dots]}, surface.points[others])[field]
+            rows.append((field, subset, len(dots), 100 * len(dots) / n, *_errors(recovered, values[others])))
     return pd.DataFrame(rows, columns=["field", "subset", "n_S", "n_S_percent", "r", "rms", "rms_sd"])
 
 
-def _errors(found, true):
-    """Correlation, rms error and that in standard deviations, where both are known; NaN where the field does not vary."""
-    both = np.isfinite(found) & np.isfinite(true)
-    found, true = found[both], true[both]
+def _errors(recovered: np.ndarray, true: np.ndarray) -> tuple[float, float, float]:
+    """Return correlation, rms error and rms error in standard deviations, over the dots where both are known.
+
+    Correlation and the last number are NaN if the field does not vary.
+    """
+    both = np.isfinite(recovered) & np.isfinite(true)
+    recovered, true = recovered[both], true[both]
     if len(true) == 0:
         return np.nan, np.nan, np.nan
-    rms = np.sqrt(np.mean((found - true) ** 2))
-    varies = np.ptp(found) > 0 and np.ptp(true) > 0
-    return (np.corrcoef(found, true)[0, 1], rms, rms / true.std()) if varies else (np.nan, rms, np.nan)
+    rms = np.sqrt(np.mean((recovered - true) ** 2))
+    varies = np.ptp(recovered) > 0 and np.ptp(true) > 0
+    return (np.corrcoef(recovered, true)[0, 1], rms, rms / true.std()) if varies else (np.nan, rms, np.nan)

@@ -1,38 +1,40 @@
-"""The surface around each kept dot: a function that is 0 at its neighbours and has their normals as gradients.
+"""The surface around each kept dot: a function that is 0 at its neighbours and whose gradients there are their normals.
 
-Hermite interpolation by radial functions (Wu 1992; Macedo, Gois & Velho, Comput. Graph. Forum 30:27, 2011), each of
-the kept dots with its own neighbours, so that the cost grows with the number of dots only:
+Hermite interpolation with radial functions (Wu 1992; Macedo, Gois & Velho, Comput. Graph. Forum 30:27, 2011). Each kept
+dot has a function of its own neighbours, so that the cost is linear in the number of dots:
 
     f(x) = n_0 . d + c / 2 d . d + sum_j [a_j phi(|x - p_j|) - b_j . grad phi(|x - p_j|)],   d = x - p_0
 
 The first two terms are the sphere through the dot with the mean curvature c of its neighbours. phi is Wendland's
 function of compact support that is positive definite in space and four times differentiable (Adv. Comput. Math.
-4:389, 1995), phi(t) = (1 - t)^6 (35 t^2 + 18 t + 3). Its support is so wide that all neighbours see each other; then
-it differs little from the polyharmonic splines, but its system is solved by Cholesky's method.
+4:389, 1995), phi(t) = (1 - t)^6 (35 t^2 + 18 t + 3). Its support is wide enough to include all pairs of neighbours. It then
+differs little from polyharmonic splines, but its system can be solved by Cholesky's method.
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import Index, build_grid
-from sparsurf.recovery.neighbours import local_spacing, nearest
-from sparsurf.threads import over_slices
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import PatchIndex, build_grid
+from sparsurf.recovery.neighbours import local_spacing, nearest_on_same_side
+from sparsurf.threads import parallel_map
 
-NEIGHBOURS = 12  # with itself; with 8 the error is a third larger, with 24 a twentieth smaller
-FEW = 8  # of dots that lie close, see `fit`
-SUPPORT = 3.0  # of phi, in distances to the farthest neighbour; from 3 on the error no longer depends on it
-RIDGE = 1e-5  # of the diagonal; keeps two dots at one place from making the system singular
-SLICE = 512  # kept dots per task
-FAST = {"contract", "reassoc", "arcp", "nsz"}
+NEIGHBOURS = 12  # including the dot itself; with 8 the error is a third larger, with 24 a twentieth smaller
+CLOSE_NEIGHBOURS = 8  # of dots that lie close, see `fit_interpolants`
+SUPPORT = 3.0  # of phi, in distances to the farthest neighbour; larger values do not change the error
+RIDGE = 1e-5  # relative to the diagonal; keeps coincident dots from making the system singular
+DOTS_PER_TASK = 512  # kept dots per task
+FAST_MATH = {"contract", "reassoc", "arcp", "nsz"}
 
 
 class Interpolants(NamedTuple):
-    """Functions f of all kept dots; made by `fit`, read by `value`. Arrays by position in the index.
+    """Functions f of all kept dots, made by `fit_interpolants` and evaluated by `interpolant_value`.
 
-    index : patches.Index of the kept dots
+    Attributes
+    ----------
+    index : Index of the kept dots; all other arrays are by position in it
     spacing : (n,) float64, Å
     count : (n,) int64, neighbours in use
     curvature : (n,) float64, c, in 1 / supports
@@ -41,51 +43,73 @@ class Interpolants(NamedTuple):
     support : (n,) float64, Å
     """
 
-    index: Index
+    index: PatchIndex  # type: ignore[assignment]  # hides tuple.index
     spacing: np.ndarray
-    count: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]  # hides tuple.count
     curvature: np.ndarray
     centre: np.ndarray
     coefficient: np.ndarray
     support: np.ndarray
 
 
-def fit(points, normals, threads=1, neighbours=NEIGHBOURS, close=0.0):
-    """Interpolants of dots with normals.
+def fit_interpolants(
+    points: np.ndarray,
+    normals: np.ndarray,
+    threads: int = 1,
+    neighbours: int = NEIGHBOURS,
+    close: float = 0.0,
+) -> Interpolants:
+    """Fit a function to the neighbours of every dot.
 
     Parameters
     ----------
     points, normals : (n, 3) float64, n >= 2, Å and unit vectors
     threads : int
     neighbours : int
-        k, of each dot, itself included.
+        k of each dot, including itself.
     close : float
-        Å; dots whose spacing is below it take `FEW` neighbours at most, which is enough between dots so near.
+        Å; dots with a smaller spacing use at most `CLOSE_NEIGHBOURS` neighbours, which is enough between close dots.
 
     Returns
     -------
     Interpolants
     """
     index, n, k = build_grid(points, normals), len(points), min(neighbours, len(points))
-    near, gap = np.empty((n, k), np.int32), np.empty((n, k))
+    near, distances = np.empty((n, k), np.int32), np.empty((n, k))
     box = np.maximum(np.ptp(index.xyz, axis=0), 1.0)
     first = 1.5 * math.sqrt(2 * (box[0] * box[1] + box[1] * box[2] + box[2] * box[0]) / n)
-    over_slices(lambda a, b: nearest(index, a, b, first, near, gap), n, threads, SLICE)
-    support = SUPPORT * np.maximum(gap[:, -1], 1e-3)
-    curvature, centre, coefficient = np.zeros(n), np.zeros((n, 3, k)), np.zeros((n, 4, k))
-    count, spacing = (near >= 0).sum(axis=1), local_spacing(gap)
-    count = np.where(spacing < close, np.minimum(count, FEW), count)
-    over_slices(
-        lambda a, b: _fit(index, a, b, near, count, support, curvature, centre, coefficient),
+    parallel_map(
+        lambda begin, end: nearest_on_same_side(index, begin, end, first, near, distances),
         n,
         threads,
-        SLICE,
+        DOTS_PER_TASK,
+    )
+    support = SUPPORT * np.maximum(distances[:, -1], 1e-3)
+    curvature, centre, coefficient = np.zeros(n), np.zeros((n, 3, k)), np.zeros((n, 4, k))
+    count, spacing = (near >= 0).sum(axis=1), local_spacing(distances)
+    count = np.where(spacing < close, np.minimum(count, CLOSE_NEIGHBOURS), count)
+    parallel_map(
+        lambda begin, end: _fit(index, begin, end, near, count, support, curvature, centre, coefficient),
+        n,
+        threads,
+        DOTS_PER_TASK,
     )
     return Interpolants(index, spacing, count, curvature, centre, coefficient, support)
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
-def _fit(index, begin, end, near, count, support, curvature, centre, coefficient):
+@njit(cache=True, nogil=True, fastmath=FAST_MATH)
+def _fit(
+    index: PatchIndex,
+    begin: int,
+    end: int,
+    near: np.ndarray,
+    count: np.ndarray,
+    support: np.ndarray,
+    curvature: np.ndarray,
+    centre: np.ndarray,
+    coefficient: np.ndarray,
+) -> None:
+    """Write curvature, centre and coefficient of the functions of a slice of positions."""
     k = near.shape[1]
     matrix, right = np.empty((4 * k, 4 * k)), np.empty(4 * k)
     for i in range(begin, end):
@@ -107,7 +131,7 @@ def _fit(index, begin, end, near, count, support, curvature, centre, coefficient
                 right[4 * a + 1 + c] = index.normals[j, c] - index.normals[i, c] - bend * x
             right[4 * a] = -height
             for b in range(a + 1):
-                _block(centre[i], a, b, matrix)
+                _write_block(centre[i], a, b, matrix)
             for c in range(4):
                 matrix[4 * a + c, 4 * a + c] *= 1.0 + RIDGE
         _solve(matrix, right, 4 * m)
@@ -117,16 +141,16 @@ def _fit(index, begin, end, near, count, support, curvature, centre, coefficient
 
 
 @njit(cache=True, nogil=True, inline="always")
-def phi(r):
-    """Wendland's function, its derivative over r, and the derivative of that over r, at r (in supports)."""
+def phi(r: float) -> tuple[float, float, float]:
+    """Return Wendland's function at r (in supports), its derivative over r, and the derivative of that over r."""
     u = 1.0 - r if r < 1.0 else 0.0
     u4 = u * u * u * u
     return u4 * u * u * ((35.0 * r + 18.0) * r + 3.0), -56.0 * (1.0 + 5.0 * r) * u4 * u, 1680.0 * u4
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _block(centre, a, b, matrix):
-    """Value and gradient at neighbour a of the functions at neighbour b: the lower triangle of the system."""
+def _write_block(centre: np.ndarray, a: int, b: int, matrix: np.ndarray) -> None:
+    """Write value and gradient at neighbour a of the functions at neighbour b: the lower triangle of the system."""
     x, y, z = centre[0, a] - centre[0, b], centre[1, a] - centre[1, b], centre[2, a] - centre[2, b]
     f, g, h = phi(math.sqrt(x * x + y * y + z * z))
     p, q = 4 * a, 4 * b
@@ -142,11 +166,14 @@ def _block(centre, a, b, matrix):
     matrix[p + 2, q + 3] = matrix[p + 3, q + 2] = -h * y * z
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
-def _solve(matrix, right, m):
-    """Cholesky's method in place, on the lower triangle; the solution replaces `right`. m is a multiple of four."""
+@njit(cache=True, nogil=True, fastmath=FAST_MATH)
+def _solve(matrix: np.ndarray, right: np.ndarray, m: int) -> None:
+    """Solve the system by Cholesky's method, in place on the lower triangle.
+
+    The solution replaces `right`. m is a multiple of four.
+    """
     for i in range(0, m, 4):
-        for j in range(i):  # four rows at once, so that each number of row j is read once for them
+        for j in range(i):  # four rows at once, so that each number of row j is read only once
             p, q, r, s = matrix[i, j], matrix[i + 1, j], matrix[i + 2, j], matrix[i + 3, j]
             for c in range(j):
                 other = matrix[j, c]
@@ -174,12 +201,17 @@ def _solve(matrix, right, m):
             right[c] -= matrix[i, c] * right[i]
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
-def value(functions, i, x, y, z):
-    """f of the kept dot at position i, in Å, and its gradient, at a point (Å)."""
+@njit(cache=True, nogil=True, fastmath=FAST_MATH)
+def interpolant_value(
+    functions: Interpolants, i: int, x: float, y: float, z: float
+) -> tuple[float, float, float, float]:
+    """Return f of the kept dot at position i, in Å, and its gradient, at a point (Å)."""
     index, s = functions.index, functions.support[i]
     x, y, z = (x - index.xyz[i, 0]) / s, (y - index.xyz[i, 1]) / s, (z - index.xyz[i, 2]) / s
-    centre, c = functions.centre, functions.coefficient  # whole: a view of a row costs more than its numbers
+    centre, c = (
+        functions.centre,
+        functions.coefficient,
+    )  # whole arrays: a view of a row costs more than reading its numbers
     nx, ny, nz = index.normals[i, 0], index.normals[i, 1], index.normals[i, 2]
     f = u = v = w = 0.0
     for a in range(centre.shape[2]):

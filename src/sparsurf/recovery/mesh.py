@@ -1,4 +1,4 @@
-"""A closed mesh of the surface that few dots with normals describe."""
+"""A closed mesh of the surface recovered from few dots with normals."""
 
 import logging
 
@@ -7,26 +7,34 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from sparsurf import InputError
-from sparsurf.recovery.recovering import REACH, STEPS, recover
-from sparsurf.surfaces.mesh import STEP, grid_around, march, mesh_of
+from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, recover
+from sparsurf.surfaces.mesh import GRID_STEP, Mesh, build_mesh, grid_around, marching_tetrahedra
 from sparsurf.surfaces.spacing import DENSITY
 
 log = logging.getLogger("sparsurf")
 
-AROUND = 6  # dense dots whose tangent planes a place is seen from
-# Steps of the grid, how far from the surface its distance is measured: an edge of a tetrahedron has sqrt(3). More only where
-# the dots leave holes, which a wider layer closes.
+TANGENT_PLANES = 6  # of the nearest dense dots; the height of a point is their weighted mean
+# Width, in steps of the grid, of the layer around the surface in which distances are computed. An edge of a tetrahedron is
+# sqrt(3) long. Wider layers are used only if the dots leave holes, which they close.
 BANDS = (2.0, 4.0, 8.0)
-DISSENT = 0.02  # share of the walls of rooms that may be on the other side
+MAX_DISSENT = 0.02  # share of the boundary faces of regions that may indicate the other side
 
 
-def recovered_mesh(points, normals, step=STEP, density=DENSITY, reach=REACH, steps=STEPS, threads=1):
-    """Triangles of the recovered surface: those where the signed distance to its dense dots changes its sign.
+def recovered_mesh(
+    points: np.ndarray,
+    normals: np.ndarray,
+    step: float = GRID_STEP,
+    density: float = DENSITY,
+    reach: float = REACH,
+    steps: int = NEWTON_STEPS,
+    threads: int = 1,
+) -> Mesh:
+    """Triangulate the recovered surface, where the signed distance to its dense dots changes sign.
 
     Parameters
     ----------
     points, normals : (n, 3) float64, Å and outward unit vectors
-    step : Å, of the grid
+    step : float, Å, of the grid
     density, reach, steps, threads : as for `recover`
 
     Returns
@@ -35,68 +43,72 @@ def recovered_mesh(points, normals, step=STEP, density=DENSITY, reach=REACH, ste
 
     Raises
     ------
-    InputError : a grid of too many points, or of too few
+    InputError
+        If the grid would have too many points, or too few.
     """
     dense, outward = recover(points, normals, density, reach, steps, threads)
-    if np.sum(outward * (dense - dense.mean(axis=0))) < 0:  # three times the volume, of a closed surface
+    if np.sum(outward * (dense - dense.mean(axis=0))) < 0:  # proportional to the volume of a closed surface
         log.warning("the normals point inward: turn them around, or the mesh is that of the space outside")
     low, shape = grid_around(dense, BANDS[-1] * step, step)
     tree = cKDTree(dense)
-    gap = _gap(dense, low, shape, step)
+    distance = _steps_to_dots(dense, low, shape, step)
     for band in BANDS:
-        near = gap <= band + 0.5
+        near = distance <= band + 0.5
         values = np.zeros(shape)
         values[near] = -_height(tree, outward, low + step * np.argwhere(near), threads)[0]
-        values, agreed = _filled(values, near)
-        if agreed:
+        values, consistent = _assign_sides(values, near)
+        if consistent:
             break
     else:
         log.warning("the dots leave holes wider than %.1f Å: the mesh has walls there", 2 * band * step)
-    vertices, triangles = march(values)
+    vertices, triangles = marching_tetrahedra(values)
     if len(triangles) == 0:
         raise InputError("the mesh is too coarse to hold the surface; ask for a higher density.")
     vertices = low + step * vertices
     for _ in range(2):
-        height, across = _height(tree, outward, vertices, threads)
-        vertices = vertices - height[:, None] * across
-    return mesh_of(vertices, across, triangles)
+        height, vertex_normals = _height(tree, outward, vertices, threads)
+        vertices = vertices - height[:, None] * vertex_normals
+    return build_mesh(vertices, vertex_normals, triangles)
 
 
-def _gap(dense, low, shape, step):
-    """Steps from each point of the grid to the nearest that has a dense dot beside it, (X, Y, Z)."""
+def _steps_to_dots(dense: np.ndarray, low: np.ndarray, shape: tuple[int, ...], step: float) -> np.ndarray:
+    """Return the distance of each grid point to the nearest grid point at a dense dot, in steps, (X, Y, Z)."""
     empty = np.ones(shape, bool)
     empty[tuple(np.round((dense - low) / step).astype(int).T)] = False
     return ndimage.distance_transform_edt(empty)
 
 
-def _height(tree, outward, places, threads):
-    """Height of places (n, 3) above the dense dots around them, (n,), Å, and the normal there, (n, 3)."""
-    gap, dots = tree.query(places, k=min(AROUND, tree.n), workers=threads)
-    gap, dots = gap.reshape(len(places), -1), dots.reshape(len(places), -1)
-    weight = np.exp(-((gap / (gap[:, :1] + 1e-9)) ** 2))
-    same = np.einsum("ikc,ic->ik", outward[dots], outward[dots[:, 0]]) > 0
-    weight *= same
+def _height(
+    tree: cKDTree, outward: np.ndarray, points: np.ndarray, threads: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the height of points (n, 3) above the dense dots around them, (n,), Å, and the normal there, (n, 3)."""
+    distance, dots = tree.query(points, k=min(TANGENT_PLANES, tree.n), workers=threads)
+    distance, dots = (np.reshape(array, (len(points), -1)) for array in (distance, dots))
+    weight = np.exp(-((distance / (distance[:, :1] + 1e-9)) ** 2))
+    same_side = np.einsum("ikc,ic->ik", outward[dots], outward[dots[:, 0]]) > 0
+    weight *= same_side
     weight /= weight.sum(axis=1, keepdims=True)
-    height = np.einsum("ik,ikc,ikc->i", weight, outward[dots], places[:, None] - tree.data[dots])
-    across = np.einsum("ik,ikc->ic", weight, outward[dots])
-    return height, across / np.linalg.norm(across, axis=1, keepdims=True)
+    height = np.einsum("ik,ikc,ikc->i", weight, outward[dots], points[:, None] - tree.data[dots])
+    normal = np.einsum("ik,ikc->ic", weight, outward[dots])
+    return height, normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-def _filled(values, near):
-    """Values where there were none, and whether the walls agree on them.
+def _assign_sides(values: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Fill in the values away from the surface, and return whether the boundary faces agree on them.
 
-    Each room between the layers near the surface lies on the side that most of its walls say. Where the inside and the
-    outside are one room, through a hole that no layer closes, they say both.
+    Assign each connected region to the side that most of its boundary faces indicate. Faces disagree if inside and outside
+    are connected through a hole that no layer closes.
     """
-    rooms, n = ndimage.label(~near)
+    regions, n = ndimage.label(~near)
     inside, outside = np.zeros(n + 1), np.zeros(n + 1)
     for axis in range(3):
-        a, b = np.moveaxis(rooms, axis, 0), np.moveaxis(values, axis, 0)
+        a, b = np.moveaxis(regions, axis, 0), np.moveaxis(values, axis, 0)
         for there, here in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
-            wall = (a[there] > 0) & (a[here] == 0)
-            inside += np.bincount(a[there][wall], b[here][wall] > 0, n + 1)
-            outside += np.bincount(a[there][wall], b[here][wall] <= 0, n + 1)
+            face = (a[there] > 0) & (a[here] == 0)
+            inside += np.bincount(a[there][face], b[here][face] > 0, n + 1)
+            outside += np.bincount(a[there][face], b[here][face] <= 0, n + 1)
     side = np.where(inside > outside, 1.0, -1.0)
-    side[rooms[0, 0, 0]] = -1.0  # the corner of the grid is outside
+    side[regions[0, 0, 0]] = -1.0  # the corner of the grid is outside
     wrong = np.where(side > 0, outside, inside).sum()
-    return np.where(near, values, side[rooms]), wrong <= DISSENT * (inside.sum() + outside.sum())
+    consistent = bool(wrong <= MAX_DISSENT * (inside.sum() + outside.sum()))
+    return np.where(near, values, side[regions]), consistent

@@ -1,66 +1,77 @@
-"""Dots around each kept dot: the nearest ones on its side of the surface, and how far apart they lie."""
+"""Neighbours of each kept dot on its side of the surface, and their spacing."""
 
 import math
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import span
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import PatchIndex, span
 
-# Cosine of two normals; dots that face each other across a cleft say nothing about each other
-SAME_SIDE = -0.5
-COUNTED = 8  # the spacing follows from the distance to this neighbour
-WIDEST = 2.0  # median spacings; a dot alone in a cavity has no neighbours of its own
-FAR = 1.3  # growth of a search radius that holds too few dots
+# Cosine of two normals; dots that face each other across a cleft say nothing about each other.
+MIN_COSINE_OF_SAME_SIDE = -0.5
+SPACING_NEIGHBOUR = 8  # the spacing follows from the distance to this neighbour
+MAX_SPACING = 2.0  # in median spacings; a dot alone in a cavity has no neighbours of its own
+RADIUS_GROWTH = 1.3  # factor of a search radius that contains too few dots
 
 
 @njit(cache=True, nogil=True)
-def nearest(index, begin, end, first_radius, near, gap):
-    """The nearest neighbours of kept dots, themselves first.
+def nearest_on_same_side(
+    index: PatchIndex,
+    begin: int,
+    end: int,
+    first_radius: float,
+    neighbours: np.ndarray,
+    distances: np.ndarray,
+) -> None:
+    """Find the nearest neighbours of kept dots, starting with the dots themselves.
 
     Parameters
     ----------
-    index : patches.Index of the kept dots
+    index : Index of the kept dots
     begin, end : slice of the positions
     first_radius : Å, of the first search
-    near : (n, k) int32, out; positions by distance, -1 where there are no more
-    gap : (n, k) float64, out; their distances in Å
+    neighbours : (n, k) int32, output; positions by distance, -1 where there are no more
+    distances : (n, k) float64, output; their distances in Å
     """
-    n, k = near.shape
-    found, distance = np.empty(n + 1, np.int32), np.empty(n + 1)
+    n, k = neighbours.shape
+    nearby, distance2 = np.empty(n + 1, np.int32), np.empty(n + 1)
     diagonal = math.sqrt(np.sum((index.shape * index.side) ** 2))
     for i in range(begin, end):
         radius, m = first_radius, 0
         while True:
-            m = _on_its_side(index, i, radius, found, distance)
+            m = _dots_on_same_side(index, i, radius, nearby, distance2)
             if m >= min(k, n) or radius > diagonal:
                 break
-            radius *= FAR
-        _sort_nearest(found, distance, m, near[i], gap[i])
+            radius *= RADIUS_GROWTH
+        _sort_nearest(nearby, distance2, m, neighbours[i], distances[i])
 
 
 @njit(cache=True, nogil=True)
-def _sort_nearest(found, distance, m, near, gap):
-    """The nearest of `found[:m]` with their distances in ascending order, by insertion; equal ones as they were found."""
+def _sort_nearest(
+    nearby: np.ndarray, distance2: np.ndarray, m: int, neighbours: np.ndarray, distances: np.ndarray
+) -> None:
+    """Write the nearest of `nearby[:m]` with ascending distances, by insertion; equal ones keep their order."""
     k = 0
     for e in range(m):
-        d = distance[e]
-        if k == len(near) and d >= gap[k - 1]:
+        d = distance2[e]
+        if k == len(neighbours) and d >= distances[k - 1]:
             continue
-        k = min(k + 1, len(near))
+        k = min(k + 1, len(neighbours))
         a = k - 1
-        while a > 0 and gap[a - 1] > d:
-            near[a], gap[a] = near[a - 1], gap[a - 1]
+        while a > 0 and distances[a - 1] > d:
+            neighbours[a], distances[a] = neighbours[a - 1], distances[a - 1]
             a -= 1
-        near[a], gap[a] = found[e], d
-    for a in range(len(near)):
-        near[a] = near[a] if a < k else -1
-        gap[a] = math.sqrt(gap[a]) if a < k else gap[a - 1]
+        neighbours[a], distances[a] = nearby[e], d
+    for a in range(len(neighbours)):
+        neighbours[a] = neighbours[a] if a < k else -1
+        distances[a] = math.sqrt(distances[a]) if a < k else distances[a - 1]
 
 
 @njit(cache=True, nogil=True)
-def _on_its_side(index, i, radius, found, distance):
-    """Number of dots within `radius` of position i that do not face it; their squared distances into `distance`."""
+def _dots_on_same_side(
+    index: PatchIndex, i: int, radius: float, nearby: np.ndarray, distance2: np.ndarray
+) -> int:
+    """Write the dots within `radius` of position i that do not face it, with squared distances; return their number."""
     x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
     u, v, w = index.normals[i, 0], index.normals[i, 1], index.normals[i, 2]
     a0, a1 = span(x, radius, index.origin[0], index.side, index.shape[0])
@@ -73,23 +84,23 @@ def _on_its_side(index, i, radius, found, distance):
             for j in range(index.start[row + c0], index.start[row + c1 + 1]):
                 q = np.uintp(j)
                 d = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
-                side = index.normals[q, 0] * u + index.normals[q, 1] * v + index.normals[q, 2] * w
-                found[np.uintp(m)], distance[np.uintp(m)] = j, d  # what does not count is overwritten
-                m += 1 if (d <= radius * radius) & (side >= SAME_SIDE) else 0
+                cosine = index.normals[q, 0] * u + index.normals[q, 1] * v + index.normals[q, 2] * w
+                nearby[np.uintp(m)], distance2[np.uintp(m)] = j, d  # overwritten unless it counts
+                m += 1 if (d <= radius * radius) & (cosine >= MIN_COSINE_OF_SAME_SIDE) else 0
     return m
 
 
-def local_spacing(gap):
-    """Spacing of the kept dots around each, 1 / sqrt(dots per Å^2), in Å.
+def local_spacing(distances: np.ndarray) -> np.ndarray:
+    """Compute the spacing of the kept dots around each, 1 / sqrt(dots per Å^2).
 
     Parameters
     ----------
-    gap : (n, k) float64, from `nearest`
+    distances : (n, k) float64, Å, from `nearest_on_same_side`
 
     Returns
     -------
-    (n,) float64; a disc of the radius of the m-th neighbour holds about m + 1/2 dots.
+    (n,) float64, Å; a disc with the distance of the m-th neighbour as radius contains about m + 1/2 dots.
     """
-    m = min(COUNTED, gap.shape[1] - 1)
-    spacing = gap[:, m] * math.sqrt(math.pi / (m + 0.5))
-    return np.minimum(spacing, WIDEST * np.median(spacing))
+    m = min(SPACING_NEIGHBOUR, distances.shape[1] - 1)
+    spacing = distances[:, m] * math.sqrt(math.pi / (m + 0.5))
+    return np.minimum(spacing, MAX_SPACING * np.median(spacing))

@@ -1,41 +1,69 @@
-"""Every reading: those of one surface, and `recovered`, whose kept dots are made a dense surface again."""
+"""All readings: those of one surface, and `recovered`, which recovers a dense surface from the kept dots."""
 
 import math
+from collections.abc import Container
 from functools import partial
 
+import numpy as np
+
 from sparsurf.patches import readings
-from sparsurf.patches.index import D_LINK, build_index
+from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.recovery.recovering import recover
 from sparsurf.surfaces.spacing import DENSITY
 
 RECOVERED = "recovered"
-DENSER = 1.05  # a surface laid at DENSITY has up to 2 % more dots, which make no difference
-CLOSE = 2.0  # spacings of the full surface: up to there, fewer neighbours change Z by less than .005
+DENSITY_TOLERANCE = 1.05  # a surface generated at DENSITY has up to 2 % more dots, which makes no difference
+# Spacings of the full surface: below this, fewer neighbours change Z by less than .005.
+CLOSE_SPACINGS = 2.0
 
 
-def recovered(points, normals, d_link, area, density, close=0.0):
-    """Index of the surface recovered from kept dots, as dense as the full one (`density`), whatever the `area`.
+def recovered_index(
+    points: np.ndarray,
+    normals: np.ndarray,
+    d_link: float,
+    area: float,
+    density: float,
+    close: float = 0.0,
+) -> PatchIndex:
+    """Return the Index of the surface recovered from kept dots.
 
-    `close` is that of `recover`, in spacings of the full surface.
+    Parameters
+    ----------
+    points, normals : (n, 3) float64, Å and unit vectors
+    d_link : float, Å
+    area : float
+        Not used; other readings need it.
+    density : float
+        Dots per Å^2 of the full surface; the recovered one is as dense.
+    close : float
+        `close` of `recover`, in spacings of the full surface.
     """
-    density = fair_density(density, d_link)
+    density = comparable_density(density, d_link)
     return build_index(*recover(points, normals, density, close=close / math.sqrt(density)), d_link)
 
 
-def fair_density(density, d_link=D_LINK):
-    """Dots per Å^2 at which a surface is recovered that is compared with one of `density`, linked within `d_link` (Å).
+def comparable_density(density: float, d_link: float = D_LINK) -> float:
+    """Return the density at which a surface is recovered for comparison with a full one.
 
-    Dots that are fewer per Å^2 describe a patch otherwise: against 20 per Å^2, Z of a surface recovered at 5.35 is 1.8 times
-    the floor, at 20 it is 1.2 times.
+    Fewer dots per Å^2 describe a patch differently. Compared with 20 dots per Å^2, Z of a surface recovered at 5.35 is 1.8
+    times the noise floor, at 20 it is 1.2 times.
+
+    Parameters
+    ----------
+    density : float, dots per Å^2 of the full surface
+    d_link : float, Å
     """
     least = DENSITY * max(1.0, (D_LINK / d_link) ** 2)
-    return density if density > DENSER * least else least
+    return density if density > DENSITY_TOLERANCE * least else least
 
 
-OF_MANY = partial(recovered, close=CLOSE)
-READINGS = readings.READINGS | {RECOVERED: readings.Reading("recovered", alone=recovered, of_many=OF_MANY)}
+READINGS = readings.READINGS | {
+    RECOVERED: readings.Reading(
+        "recovered", alone=recovered_index, of_many=partial(recovered_index, close=CLOSE_SPACINGS)
+    )
+}
 
 
-def readings_in(names, start=""):
-    """The readings, in their order, that `names` has: of the columns of a table those called `start` and a reading."""
+def readings_of_columns(names: Container[str], start: str = "") -> list[str]:
+    """Return the readings, in their order, for which `names` contains `start` followed by the reading."""
     return [reading for reading in READINGS if start + reading in names]

@@ -1,123 +1,157 @@
-"""A dense surface from few dots with normals, and nothing else.
+"""Recover a dense surface from few dots with normals.
 
-Around each kept dot a disc is laid on its tangent plane, as far as no other dot is nearer; its places are moved onto
-the surface that `interpolants` puts through the dot and its neighbours, and thinned where two discs overlap.
+A disc is placed around each kept dot on its tangent plane, as far as no other dot is nearer. The points of the disc move onto
+the surface that `interpolants` fits to the dot and its neighbours, and are thinned where discs overlap.
 """
 
 import math
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import apart, ball, build_grid
-from sparsurf.recovery.interpolants import SLICE, fit, value
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import PatchIndex, ball, build_grid, select_separated
+from sparsurf.recovery.interpolants import DOTS_PER_TASK, Interpolants, fit_interpolants, interpolant_value
 from sparsurf.surfaces.spacing import DENSITY
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
-# A farthest-point subset lies within 0.9 spacings of every dot; more only helps very uneven subsets
+# A farthest-point subset lies within 0.9 spacings of every dot; a larger reach only helps very uneven subsets.
 REACH = 1.0
-STEPS = 4  # of Newton; two do on smooth surfaces, none needs more than four
-SURPLUS = 1.3  # places laid per dot wanted: thinning takes what overlaps
-LEAST = 10.0  # places per kept dot, so that gaps are found even between dots that are nearly dense enough
-APART = 0.65  # least distance of a new dot from all others, in 1 / sqrt(density)
+NEWTON_STEPS = 4  # two are enough on smooth surfaces, none needs more than four
+SURPLUS = 1.3  # points placed per requested dot: thinning removes those that overlap
+MIN_POINTS_PER_DOT = (
+    10.0  # in a square of the spacing, so that gaps are found even between dots that are nearly dense enough
+)
+MIN_SEPARATION = 0.65  # of a new dot from all others, in 1 / sqrt(density)
 CELL = 1.0  # Å, side of the cells in which the dense dots are thinned
-NEAR = 0.05  # Å; a point so near to the surface arrives with the next step
-FLAT = 0.2  # a gradient shorter than this belongs to no surface: on it, it is 1
-TIE = 0.95  # a place belongs to its own dot unless another is nearer by more than this
-RIVALS = 64  # room for so many at first
-GOLDEN = math.pi * (3 - math.sqrt(5))  # turn of a sunflower
+MAX_RESIDUAL = 0.05  # Å; a point this close to the surface has converged with the next step
+MIN_GRADIENT = 0.2  # a shorter gradient belongs to no surface: on the surface it is 1
+TIE = 0.95  # a point belongs to its own dot unless another dot is nearer by more than this factor
+FIRST_RIVALS = 64  # dots for which memory is allocated at first
+GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))  # between successive points of a disc, as in a sunflower
 
 
-def recover(points, normals, density=DENSITY, reach=REACH, steps=STEPS, threads=1, keep=True, close=0.0):
-    """Dense dots of the surface that some of its dots, with their normals, describe.
+def recover(
+    points: np.ndarray,
+    normals: np.ndarray,
+    density: float = DENSITY,
+    reach: float = REACH,
+    steps: int = NEWTON_STEPS,
+    threads: int = 1,
+    keep: bool = True,
+    close: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Recover the dense surface that some of its dots, with their normals, describe.
 
     Parameters
     ----------
     points, normals : (n, 3) float64, Å and outward unit vectors
     density : float
-        Dots per Å^2 requested; that of the full surface by default.
+        Requested dots per Å^2; that of the full surface by default.
     reach : float
-        How far from a kept dot the surface goes on, in the spacing of the dots around it.
+        How far the surface extends from a kept dot, in the spacing of the dots around it.
     steps : int
-        Newton's steps at most.
+        Maximum number of Newton steps.
     threads : int
     keep : bool
-        False leaves the kept dots themselves out: another set of dots of the same surface.
+        False leaves out the kept dots themselves, which gives another set of dots of the same surface.
     close : float
-        Å; dots whose spacing is below it take fewer neighbours, and places that would be thinned out are not laid: two
-        thirds of the time, for nearly the same dots. 0: all dots are treated alike.
+        Å; dots with a smaller spacing use fewer neighbours, and points that thinning would remove are not placed. This takes
+        two thirds of the time and gives nearly the same dots. 0 treats all dots alike.
 
     Returns
     -------
-    points, normals : (M, 3) float64; the kept dots first, unchanged, then those that fill the gaps between them.
-    The same for any number of threads; fewer than four dots are returned alone.
+    points, normals : (M, 3) float64
+        The kept dots first, unchanged, then those that fill the gaps between them. They do not depend on the number of
+        threads. Fewer than four dots are returned alone.
     """
     points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
     n = len(points)
     if n < 4:
         return points.copy(), normals.copy()
-    laid = _laid(points, normals, density, reach, steps, threads, close)
+    discs = _discs(points, normals, density, reach, steps, threads, close)
     n_kept = n if keep else 0
-    all_points = np.concatenate([points[:n_kept], *(x for x, _ in laid)])
-    all_normals = np.concatenate([normals[:n_kept], *(x for _, x in laid)])
-    del laid  # memory is highest from here on
+    all_points = np.concatenate([points[:n_kept], *(disc_points for disc_points, _ in discs)])
+    all_normals = np.concatenate([normals[:n_kept], *(disc_normals for _, disc_normals in discs)])
+    del discs  # the peak of memory comes next
     index, n = build_grid(all_points, side=CELL), len(all_points)
-    chosen = apart(index, np.arange(n), APART / math.sqrt(density), n, n_kept)
+    chosen = select_separated(index, np.arange(n), MIN_SEPARATION / math.sqrt(density), n, n_kept)
     return all_points[chosen], all_normals[chosen]
 
 
-def _laid(points, normals, density, reach, steps, threads, close):
-    """Points and normals around the kept dots, a pair for each slice of them."""
-    functions, gap = fit(points, normals, threads, close=close), APART / math.sqrt(density) if close else 0.0
-    return over_slices(
-        lambda a, b: _lay(functions, a, b, density, reach, steps, gap), len(points), threads, SLICE
+def _discs(
+    points: np.ndarray,
+    normals: np.ndarray,
+    density: float,
+    reach: float,
+    steps: int,
+    threads: int,
+    close: float,
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return points and normals around the kept dots, a pair for each slice of them."""
+    functions = fit_interpolants(points, normals, threads, close=close)
+    gap = MIN_SEPARATION / math.sqrt(density) if close else 0.0
+    return parallel_map(
+        lambda begin, end: _place_discs(functions, begin, end, density, reach, steps, gap),
+        len(points),
+        threads,
+        DOTS_PER_TASK,
     )
 
 
-def spacing_of(points, normals):
-    """Spacing of the dots around each, (n,) float64, Å, in which `reach` is counted; NaN for a single dot."""
+def dot_spacing(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Compute the spacing of the dots around each, the unit of `reach`: (n,) float64, Å; NaN for a single dot."""
     if len(points) < 2:
         return np.full(len(points), np.nan)
-    functions = fit(points, normals)
+    functions = fit_interpolants(points, normals)
     return functions.spacing[functions.index.position]
 
 
 @njit(cache=True, nogil=True)
-def _lay(functions, begin, end, density, reach, steps, gap=0.0):
-    """Points and normals of the surface around the kept dots of a slice, each nearest to its own dot, and `gap` Å off."""
+def _place_discs(
+    functions: Interpolants,
+    begin: int,
+    end: int,
+    density: float,
+    reach: float,
+    steps: int,
+    gap: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Place points of the surface around the kept dots of a slice, each nearest to its own dot and `gap` Å away from it.
+
+    Returns points and normals.
+    """
     index = functions.index
-    per = np.empty(end - begin, np.int64)
-    places = most = 0
+    per_dot = np.empty(end - begin, np.int64)
+    total = most = 0
     for i in range(begin, end):
-        # places in a square of the spacing
-        square = max(SURPLUS * density * functions.spacing[i] ** 2, LEAST)
-        per[i - begin] = int(math.pi * reach**2 * square)
-        places, most = places + per[i - begin], max(most, per[i - begin])
-    points, normals = np.empty((places, 3)), np.empty((places, 3))
-    turn, untaken = GOLDEN * np.arange(most), np.empty((most, 3))
+        in_square = max(SURPLUS * density * functions.spacing[i] ** 2, MIN_POINTS_PER_DOT)
+        per_dot[i - begin] = int(math.pi * reach**2 * in_square)
+        total, most = total + per_dot[i - begin], max(most, per_dot[i - begin])
+    points, normals = np.empty((total, 3)), np.empty((total, 3))
+    turn, free = GOLDEN_ANGLE * np.arange(most), np.empty((most, 3))
     cosine, sine = np.cos(turn), np.sin(turn)
-    found, rivals = np.empty(len(index.dot) + 1, np.int32), np.empty((3, RIVALS))
+    nearby, rivals = np.empty(len(index.dot) + 1, np.int32), np.empty((3, FIRST_RIVALS))
     m = 0
     for i in range(begin, end):
         x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
         u, v = _tangents(index.normals[i])
         radius = reach * functions.spacing[i]
-        rivals, n_rivals = _rivals(index, i, 2.0 * radius, found, rivals)
-        nearest = int(per[i - begin] * gap**2 / max(radius**2, 1e-12)) + 1
+        rivals, n_rivals = _rivals(index, i, 2.0 * radius, nearby, rivals)
+        first = int(per_dot[i - begin] * gap**2 / max(radius**2, 1e-12)) + 1
         n = 0
-        for k in range(nearest, per[i - begin]):
-            r = radius * math.sqrt(k / per[i - begin])
+        for k in range(first, per_dot[i - begin]):
+            r = radius * math.sqrt(k / per_dot[i - begin])
             a, b = r * cosine[k], r * sine[k]
             px, py, pz = x + a * u[0] + b * v[0], y + a * u[1] + b * v[1], z + a * u[2] + b * v[2]
-            untaken[n, 0], untaken[n, 1], untaken[n, 2] = px, py, pz
-            n += 0 if _taken(rivals, n_rivals, px, py, pz, r) else 1
-        m = _project(functions, i, untaken[:n], steps, 0.5 * radius, points, normals, m)
+            free[n, 0], free[n, 1], free[n, 2] = px, py, pz
+            n += 0 if _nearer_to_rival(rivals, n_rivals, px, py, pz, r) else 1
+        m = _project(functions, i, free[:n], steps, 0.5 * radius, points, normals, m)
     return points[:m].copy(), normals[:m].copy()
 
 
 @njit(cache=True, nogil=True)
-def _tangents(n):
-    """Two unit vectors perpendicular to the unit vector n and to each other."""
+def _tangents(n: np.ndarray) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return two unit vectors perpendicular to the unit vector n and to each other."""
     sign = 1.0 if n[2] >= 0 else -1.0
     a = -1.0 / (sign + n[2])
     b = n[0] * n[1] * a
@@ -125,14 +159,16 @@ def _tangents(n):
 
 
 @njit(cache=True, nogil=True)
-def _rivals(index, i, radius, found, rivals):
-    """Places (3, at least n) and number n of the dots within `radius` of position i that look the same way."""
-    m = ball(index, index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2], radius, found)
+def _rivals(
+    index: PatchIndex, i: int, radius: float, nearby: np.ndarray, rivals: np.ndarray
+) -> tuple[np.ndarray, int]:
+    """Return positions (3, at least n) and number n of the dots within `radius` of position i that face the same way."""
+    m = ball(index, index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2], radius, nearby)
     if m > rivals.shape[1]:
         rivals = np.empty((3, 2 * m))
     n = 0
     for e in range(m):
-        j = found[e]
+        j = nearby[e]
         cosine = 0.0
         for c in range(3):
             cosine += index.normals[i, c] * index.normals[j, c]
@@ -144,35 +180,44 @@ def _rivals(index, i, radius, found, rivals):
 
 
 @njit(cache=True, nogil=True)
-def _taken(rivals, n_rivals, x, y, z, r):
-    """Whether a rival is clearly nearer to a place than the dot at distance r."""
+def _nearer_to_rival(rivals: np.ndarray, n_rivals: int, x: float, y: float, z: float, r: float) -> bool:
+    """Return whether a rival is clearly nearer to a point than the dot at distance r."""
     least = (TIE * r) ** 2
     nearer = 0
     for e in range(n_rivals):  # all of them: faster than a loop that may end early
-        gap = (rivals[0, e] - x) ** 2 + (rivals[1, e] - y) ** 2 + (rivals[2, e] - z) ** 2
-        nearer += 1 if gap < least else 0
+        distance2 = (rivals[0, e] - x) ** 2 + (rivals[1, e] - y) ** 2 + (rivals[2, e] - z) ** 2
+        nearer += 1 if distance2 < least else 0
     return nearer > 0
 
 
 @njit(cache=True, nogil=True)
-def _project(functions, i, places, steps, longest, points, normals, m):
-    """Write those of the places (n, 3) that arrive on f = 0 of the dot at position i, and the normals there, from row m on.
+def _project(
+    functions: Interpolants,
+    i: int,
+    starts: np.ndarray,
+    steps: int,
+    max_step: float,
+    points: np.ndarray,
+    normals: np.ndarray,
+    m: int,
+) -> int:
+    """Move points (n, 3) onto f = 0 of the dot at position i; write those that converge, and the normals, from row m on.
 
-    Returns the row behind them.
+    Returns the row after the last one.
     """
-    for k in range(len(places)):  # in one call: handing over the functions takes as long as a step
-        x, y, z = places[k, 0], places[k, 1], places[k, 2]
+    for k in range(len(starts)):  # all in one call: passing the functions takes as long as a step
+        x, y, z = starts[k, 0], starts[k, 1], starts[k, 2]
         f = g = u = v = w = 0.0
         for _ in range(steps):
-            f, u, v, w = value(functions, i, x, y, z)
+            f, u, v, w = interpolant_value(functions, i, x, y, z)
             g = math.sqrt(u * u + v * v + w * w)
-            if g < FLAT:
+            if g < MIN_GRADIENT:
                 break
-            along = min(max(f / g, -longest), longest) / g
+            along = min(max(f / g, -max_step), max_step) / g
             x, y, z = x - along * u, y - along * v, z - along * w
-            if abs(f) < NEAR * g:
+            if abs(f) < MAX_RESIDUAL * g:
                 break
-        if g >= FLAT and abs(f) < NEAR * g:
+        if g >= MIN_GRADIENT and abs(f) < MAX_RESIDUAL * g:
             points[m, 0], points[m, 1], points[m, 2] = x, y, z
             normals[m, 0], normals[m, 1], normals[m, 2] = u / g, v / g, w / g
             m += 1

@@ -1,50 +1,66 @@
-"""The page on samplers compared at equal n_S, on one surface or over several."""
+"""Page on samplers compared at equal n_S, on one surface or over several."""
+
+from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from sparsurf.patches.readings import TEXT
+from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.report.numbers import interval, number, share
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import lookup_sampler
 from sparsurf.study.comparison.measuring import DOTTED
 
 TEMPLATE = "compare.html.j2"
-AT = 10.0  # n_S in % that the answer speaks of, or the nearest that was measured
+MAIN_PERCENT = 10.0  # n_S of the answer, or the nearest that was measured
 REFERENCE = "uniform"
-LEAST = 1.05  # times fewer dots that a bound must promise to be told
+MIN_FACTOR = 1.05  # times fewer dots, for a bound to be reported
 AS_WRITTEN, RECOVERED = "Z as_written", "Z recovered"
 MEASURES = (AS_WRITTEN, RECOVERED, "Z as_coded", "Z centres")  # that get a table each
 BOUNDS = {"more than ": "> ", "less than ": "< ", "about ": "≈ "}
 
 
-def comparison_page(name, table, fewer, pairs=None, alone=None, centres=None, of=None, **facts):
-    """What the template asks for.
+def comparison_page(
+    name: str,
+    table: pd.DataFrame,
+    fewer: pd.DataFrame,
+    pairs: pd.DataFrame | None = None,
+    alone: pd.DataFrame | None = None,
+    centres: pd.DataFrame | None = None,
+    of: str | None = None,
+    **facts: Any,
+) -> dict[str, Any]:
+    """Collect the values of the page.
 
     Parameters
     ----------
     name : str
         Of the surface, or of the run.
     table : DataFrame
-        compare.csv, of a surface or over several (there with `lowest` and `highest` in place of `low` and `high`).
+        compare.csv of one surface, or of several (with `lowest` and `highest` instead of `low` and `high`).
     fewer : DataFrame
         How many times fewer dots a sampler needs than another for the same Z.
     pairs, alone : DataFrame, optional
-        Differences between samplers with paired intervals; Z where nothing of the full surface is known.
+        Differences between samplers with paired intervals; Z if nothing of the full surface is known.
     centres : DataFrame, optional
-        centres.csv: d of the best combinations beside that of the always-kept centres.
+        centres.csv: d of the best combinations and of the always-kept centres.
     of : str, optional
-        What the limits of a page over several surfaces are between.
+        What was averaged, on a page over several surfaces.
     facts
-        What else the template tells: n_dots, area, n_tests, draws, choices.
+        Further values of the template: n_dots, area, n_tests, draws, choices.
     """
-    table, fewer = (_named(each) for each in (table, fewer))
+    table, fewer = _rename_limits(table), _rename_limits(fewer)
     z, at, best = best_of(table)
     return {
         "name": name,
         "of": of,
         "at": f"{at:g}",
-        "best": called(best).words,
-        "best_Z": number(z.loc[best, at]),
-        "alike": [called(each).words for each in alike(pairs, best, at)] if pairs is not None else [],
+        "best": lookup_sampler(best).words,
+        "best_Z": number(float(z[at][best])),
+        "alike": [lookup_sampler(sampler).words for sampler in alike(pairs, best, at)]
+        if pairs is not None
+        else [],
         "recovered": recovered(table, at),
         "fewer": fewer_rows(fewer, at),
         "against": against(fewer, at),
@@ -52,99 +68,109 @@ def comparison_page(name, table, fewer, pairs=None, alone=None, centres=None, of
         "tables": {
             measure: rows_of(table, measure) for measure in MEASURES if measure in set(table["measure"])
         },
-        "alone": alone_rows(_named(alone), at) if alone is not None else [],
+        "alone": alone_rows(_rename_limits(alone), at) if alone is not None else [],
         "centres": centre_rows(centres) if centres is not None else [],
         "null_model": number(table["null_model"].mean()),
         "facts": facts,
     }
 
 
-def best_of(table):
-    """Z as written of every sampler, the n_S in % that the answer speaks of, and the sampler that is best there."""
+def best_of(table: pd.DataFrame) -> tuple[pd.DataFrame, float, str]:
+    """Return Z as written of every sampler, the n_S in % of the answer, and the sampler that is best there."""
     z = matrix(table, AS_WRITTEN)
-    at = float(z.columns[np.argmin(np.abs(z.columns - AT))])
-    return z, at, z[at].idxmin()
+    at = _main_column(z)
+    return z, at, str(z[at].idxmin())
 
 
-def _named(table):
-    """Limits under one name, whether they are of an interval or of several surfaces."""
+def _main_column(z: pd.DataFrame) -> Any:
+    """Return the column nearest to MAIN_PERCENT."""
+    return min(map(float, z.columns), key=lambda percent: abs(percent - MAIN_PERCENT))
+
+
+def _rename_limits(table: pd.DataFrame) -> pd.DataFrame:
+    """Name the limits low and high, whether they are of an interval or of several surfaces."""
     return table.rename(columns={"lowest": "low", "highest": "high"})
 
 
-def matrix(table, measure, value="value"):
-    """Samplers down, requested n_S across."""
-    own = table[table["measure"] == measure]
-    found = own.pivot(index="sampler", columns="percent", values=value)
-    return found.reindex(index=own["sampler"].unique(), columns=own["percent"].unique())
+def matrix(table: pd.DataFrame, measure: str, value: str = "value") -> pd.DataFrame:
+    """Pivot a measure: samplers in rows, requested n_S in columns."""
+    rows = table[table["measure"] == measure]
+    pivoted = rows.pivot(index="sampler", columns="percent", values=value)
+    return pivoted.reindex(index=rows["sampler"].unique(), columns=rows["percent"].unique())
 
 
-def rows_of(table, measure):
-    """The same as text, the best of the middle column first."""
+def rows_of(table: pd.DataFrame, measure: str) -> list[list[str]]:
+    """Format a measure as rows, the best at MAIN_PERCENT first."""
     values = matrix(table, measure)
-    values = values.sort_values(values.columns[np.argmin(np.abs(values.columns - AT))])
+    values = values.sort_values(_main_column(values))
     return [
-        [called(name).words, *map(number, row)]
+        [lookup_sampler(name).words, *map(number, row)]
         for name, row in zip(values.index, values.to_numpy(), strict=True)
     ]
 
 
-def alike(pairs, best, at):
-    """Samplers whose Z does not differ significantly from that of the best, by the paired interval."""
-    own = pairs[(pairs["measure"] == AS_WRITTEN) & (pairs["percent"] == at)]
-    own = own[(own["low"] <= 0) & (own["high"] >= 0)]
-    return dict.fromkeys([*own.loc[own["than"] == best, "sampler"], *own.loc[own["sampler"] == best, "than"]])
+def alike(pairs: pd.DataFrame, best: str, at: float) -> list[str]:
+    """List the samplers whose Z does not differ significantly from that of the best, by the paired interval."""
+    rows = pairs[(pairs["measure"] == AS_WRITTEN) & (pairs["percent"] == at)]
+    rows = rows[(rows["low"] <= 0) & (rows["high"] >= 0)]
+    names = [*rows.loc[rows["than"] == best, "sampler"], *rows.loc[rows["sampler"] == best, "than"]]
+    return list(dict.fromkeys(names))
 
 
-def recovered(table, at):
-    """The dots from which the surface comes back best; None where that was not measured."""
+def recovered(table: pd.DataFrame, at: float) -> dict[str, str] | None:
+    """Find the sampler from whose dots the surface is recovered best; None if that was not measured."""
     if RECOVERED not in set(table["measure"]):
         return None
     z = matrix(table, RECOVERED)[at]
     floor = table["fresh_dots"].mean() if "fresh_dots" in table else np.nan
-    return {"sampler": called(z.idxmin()).words, "Z": number(z.min()), "floor": number(floor)}
+    return {"sampler": lookup_sampler(str(z.idxmin())).words, "Z": number(z.min()), "floor": number(floor)}
 
 
-def bounded(row):
-    """A factor with its limits; a bound with its sign."""
+def bounded(row: pd.Series) -> str:
+    """Format a factor with its limits, or a bound with its sign."""
     text = BOUNDS.get(row["bound"], "") + number(row["factor"], 1)
     return text if row["bound"] else interval(row["factor"], row["low"], row["high"], 1)
 
 
-def fewer_rows(fewer, at):
-    """One sampler a row: how many times fewer dots it needs than a uniform subset and than the paper's sampling."""
-    own = fewer[(fewer["measure"] == AS_WRITTEN) & (fewer["percent"] == at) & (fewer["use"] == "surface")]
-    by = {(row["sampler"], row["than"]): bounded(row) for _, row in own.iterrows()}
-    names = dict.fromkeys(own.sort_values("factor", ascending=False)["sampler"])
+def fewer_rows(fewer: pd.DataFrame, at: float) -> list[list[str]]:
+    """Format a row per sampler: how many times fewer dots it needs than a uniform subset and than the paper's sampling."""
+    rows = fewer[(fewer["measure"] == AS_WRITTEN) & (fewer["percent"] == at) & (fewer["use"] == "surface")]
+    by = {(row["sampler"], row["than"]): bounded(row) for _, row in rows.iterrows()}
+    names = dict.fromkeys(rows.sort_values("factor", ascending=False)["sampler"])
     return [
-        [called(name).words, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")] for name in names
+        [lookup_sampler(name).words, by.get((name, REFERENCE), ""), by.get((name, "paper"), "")]
+        for name in names
     ]
 
 
-def against(fewer, at):
-    """How many times fewer dots the farthest-point sampler needs than a uniform subset; None where not measured."""
-    own = fewer[(fewer["measure"] == AS_WRITTEN) & (fewer["percent"] == at) & (fewer["use"] == "surface")]
-    own = own[(own["sampler"] == "farthest") & (own["than"] == REFERENCE)]
-    own = own[~own["bound"].astype(str).str.startswith("more") | (own["factor"] >= LEAST)]
-    return None if own.empty else bounded(own.iloc[0])
+def against(fewer: pd.DataFrame, at: float) -> str | None:
+    """Format how many times fewer dots the farthest-point sampler needs than a uniform subset; None if not measured."""
+    rows = fewer[(fewer["measure"] == AS_WRITTEN) & (fewer["percent"] == at) & (fewer["use"] == "surface")]
+    rows = rows[(rows["sampler"] == "farthest") & (rows["than"] == REFERENCE)]
+    rows = rows[~rows["bound"].astype(str).str.startswith("more") | (rows["factor"] >= MIN_FACTOR)]
+    return None if rows.empty else bounded(rows.iloc[0])
 
 
-def centre_rows(centres):
-    """By range of n_S, as written where that was evaluated: n_S in % and d of the best combination, and d of the centres."""
-    own = centres.dropna(subset="d")
-    own = own[own["reading"] == (TEXT if TEXT in set(own["reading"]) else own["reading"].iloc[0])]
+def centre_rows(centres: pd.DataFrame) -> list[list[str]]:
+    """Format a row per range of n_S: n_S in % and d of the best combination, and d of the centres."""
+    rows = centres.dropna(subset="d")
+    rows = rows[
+        rows["reading"]
+        == (WRITTEN_READING if WRITTEN_READING in set(rows["reading"]) else rows["reading"].iloc[0])
+    ]
     return [
         [share(row["n_S_percent"])]
         + [interval(*(row[f"{key}{end}"] for end in ("", "_low", "_high"))) for key in ("d", "d_centres")]
-        for _, row in own.iterrows()
+        for _, row in rows.iterrows()
     ]
 
 
-def alone_rows(alone, at):
-    """Z of dots that stand alone, nothing known of the full surface, at one n_S and the middle linking distance."""
+def alone_rows(alone: pd.DataFrame, at: float) -> list[list[str]]:
+    """Format Z of subsets without the full surface, at one n_S and the middle linking distance."""
     scales = sorted(alone["scale"].unique())
-    own = alone[(alone["percent"] == at) & (alone["scale"] == scales[len(scales) // 2])].sort_values("Z")
-    words = {name: called(name).words for name in own["sampler"]} | {DOTTED: "sparsely laid dots"}
+    rows = alone[(alone["percent"] == at) & (alone["scale"] == scales[len(scales) // 2])].sort_values("Z")
+    words = {name: lookup_sampler(name).words for name in rows["sampler"]} | {DOTTED: "sparsely laid dots"}
     return [
         [words[row["sampler"]], share(row["n_S_percent"]), interval(row["Z"], row["low"], row["high"])]
-        for _, row in own.iterrows()
+        for _, row in rows.iterrows()
     ]

@@ -1,6 +1,13 @@
-"""The page on one combination over all frames of a trajectory."""
+"""Page on one combination over all frames of a trajectory."""
 
-from sparsurf.recovery.readings import readings_in
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+
+from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.report.numbers import number
 from sparsurf.sampling.combination import Combination
 
@@ -8,22 +15,22 @@ TEMPLATE = "ensemble.html.j2"
 MEASURED = {"N": 0, "area": 0, "mean_roughness": 3, "n_S_percent": 1}  # columns of ensemble.csv, decimals
 
 
-def ensemble_page(name, table, given):
-    """What the template asks for.
+def ensemble_page(name: str, table: pd.DataFrame, combination: Sequence[float]) -> dict[str, Any]:
+    """Collect the values of the page.
 
     Parameters
     ----------
     name : str, of the protein
     table : DataFrame
         ensemble.csv.
-    given : sequence of 4 float, the combination
+    combination : sequence of 4 float
     """
-    readings = readings_in(table, "d_")
+    readings = readings_of_columns(table, "d_")
     columns = MEASURED | {f"d_{reading}": 2 for reading in readings}
     return {
         "name": name,
         "frames": len(table),
-        "combination": str(Combination(*map(float, given))),
+        "combination": str(Combination(*map(float, combination))),
         "d": {
             reading: [number(x) for x in table[f"d_{reading}"].agg(["mean", "std"])] for reading in readings
         },

@@ -1,10 +1,20 @@
-"""The pages of pairs: one matched, and many summed up."""
+"""Pages of pairs: of one pair, and of all pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
 
 from sparsurf.report.numbers import against_zero, interval, number
 
 TEMPLATE, OF_ALL = "pair.html.j2", "pairs.html.j2"
-MAP = "propensity_smoothed"  # the score that the answer speaks of
-OWN = ("propensity", "similarity")  # begin the scores that compare patches; the others are baselines
+MAIN_SCORE = "propensity_smoothed"  # of the answer
+PATCH_SCORES = (
+    "propensity",
+    "similarity",
+)  # prefixes of scores that compare patches; the others are baselines
 SCORES = {
     "propensity": "complementarity, nearest patch",
     "propensity_smoothed": "complementarity, smoothed",
@@ -18,16 +28,24 @@ SCORES = {
     "protrusion": "protrusion: few heavy atoms within 10 Å",
     "hydropathy": "hydropathy over 10 Å (Kyte-Doolittle)",
 }
-SHOWN = 10  # best-matching pairs of patches, or pairs by name
+N_SHOWN = 10  # best-matching pairs of patches, or pairs by name
 
 
-def called(score):
-    """What a score is called on pages and in figures."""
+def called(score: str) -> str:
+    """Return the name of a score on pages and in figures."""
     return SCORES.get(score, score)
 
 
-def pair_page(name, agreement, contacts, best, settings, partners, bare=()):
-    """What the template of one pair asks for.
+def pair_page(
+    name: str,
+    agreement: pd.DataFrame,
+    contacts: pd.DataFrame,
+    best: pd.DataFrame,
+    settings: dict[str, Any],
+    partners: Sequence[str],
+    bare: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Collect the values of the page of one pair.
 
     Parameters
     ----------
@@ -35,7 +53,7 @@ def pair_page(name, agreement, contacts, best, settings, partners, bare=()):
     agreement, contacts, best : DataFrames of agreement.csv, contacts.csv and best_pairs.csv
     settings : dict, the config's `patches` and `complementarity`
     partners : two str, what they are
-    bare : sequence of '1', '2', the partners that came without atoms
+    bare : sequence of '1', '2', the partners without atoms
     """
     places = ["dot_1", "dot_2"]
     return {
@@ -43,47 +61,50 @@ def pair_page(name, agreement, contacts, best, settings, partners, bare=()):
         "within": f"{settings['complementarity']['interface']:g}",
         "partners": partners,
         "bare": list(bare),
-        "sides": [side_of(side, own) for side, own in agreement.groupby("partner")],
+        "sides": [side_of(side, rows) for side, rows in agreement.groupby("partner")],
         "scores": score_rows(agreement),
         "contacts": [interval(*row) for row in contacts[["auc", "low", "high"]].to_numpy()],
         "best_columns": [column for column in best.columns if column not in places][:7],
         "best": [
             list(map(_cell, row))
-            for row in best.head(SHOWN).drop(columns=places, errors="ignore").iloc[:, :7].to_numpy()
+            for row in best.head(N_SHOWN).drop(columns=places, errors="ignore").iloc[:, :7].to_numpy()
         ],
         "n_best": len(best),
     }
 
 
-def _cell(value):
+def _cell(value: Any) -> str:
+    """Format a cell of the table of best pairs."""
     return number(value) if isinstance(value, float) else str(value)
 
 
-def side_of(side, own):
-    """One partner: the AUC of the map, and the best baseline."""
-    own = own.set_index("score")
-    simple = own[~own.index.str.startswith(OWN)]["auc"]
+def side_of(side: Any, agreement: pd.DataFrame) -> dict[str, Any]:
+    """Collect the AUC of the map and the best baseline of one partner."""
+    by_score = agreement.set_index("score")
+    baselines: pd.Series[float] = by_score[~by_score.index.str.startswith(PATCH_SCORES)]["auc"]
+    main: Any = by_score.loc[MAIN_SCORE]
     return {
         "side": side,
-        "auc": number(own.loc[MAP, "auc"]),
-        "place": against_zero(own.loc[MAP, "low"] - 0.5, own.loc[MAP, "high"] - 0.5),
-        "baseline": called(simple.idxmax()),
-        "baseline_auc": number(simple.max()),
+        "auc": number(main["auc"]),
+        "place": against_zero(main["low"] - 0.5, main["high"] - 0.5),
+        "baseline": called(str(baselines.idxmax())),
+        "baseline_auc": number(baselines.max()),
     }
 
 
-def score_rows(agreement):
-    """One score a row: its name, AUC with interval of partner 1 and of partner 2."""
-    found = {}
+def score_rows(agreement: pd.DataFrame) -> list[tuple[str, list[str]]]:
+    """Format a row per score: its name, AUC with interval of partner 1 and of partner 2."""
+    by_score: dict[str, dict[int, str]] = {}
     for _, row in agreement.iterrows():
-        found.setdefault(row["score"], {})[int(row["partner"])] = interval(
-            row["auc"], row["low"], row["high"]
-        )
-    return [(called(score), [own.get(side, "") for side in (1, 2)]) for score, own in found.items()]
+        text = interval(row["auc"], row["low"], row["high"])
+        by_score.setdefault(row["score"], {})[int(row["partner"])] = text
+    return [(called(score), [texts.get(side, "") for side in (1, 2)]) for score, texts in by_score.items()]
 
 
-def pairs_page(run, means, n_pairs, n_touching, table):
-    """What the template of all pairs asks for.
+def pairs_page(
+    run: str, means: pd.DataFrame, n_pairs: int, n_touching: int, table: pd.DataFrame
+) -> dict[str, Any]:
+    """Collect the values of the page of all pairs.
 
     Parameters
     ----------
@@ -91,29 +112,32 @@ def pairs_page(run, means, n_pairs, n_touching, table):
     means : DataFrame
         means.csv: the mean AUC of each score over the pairs.
     n_pairs, n_touching : int
-        Pairs, and those of them with an interface.
+        Number of pairs, and of pairs with an interface.
     table : DataFrame
         pairs.csv: the AUC of each pair, partner and score.
     """
-    by = means.set_index("score")
-    simple = by[~by.index.str.startswith(OWN)]["mean"] if len(by) else by
-    known = {"auc": None}
-    if len(by):
-        by[["low", "high"]] = by[["low", "high"]].clip(0, 1)  # few pairs: Student's t knows no such bounds
-        low, high = by.loc[MAP, ["low", "high"]]
+    by_score = means.set_index("score")
+    known: dict[str, Any] = {"auc": None}
+    if len(by_score):
+        by_score[["low", "high"]] = by_score[["low", "high"]].clip(
+            0, 1
+        )  # Student's t of few pairs exceeds them
+        main: Any = by_score.loc[MAIN_SCORE]
+        baselines: pd.Series[float] = by_score[~by_score.index.str.startswith(PATCH_SCORES)]["mean"]
         known = {
-            "auc": interval(by.loc[MAP, "mean"], low, high, 3),
-            "place": against_zero(low - 0.5, high - 0.5),
-            "baseline": called(simple.idxmax()),
-            "baseline_auc": number(simple.max(), 3),
+            "auc": interval(main["mean"], main["low"], main["high"], 3),
+            "place": against_zero(main["low"] - 0.5, main["high"] - 0.5),
+            "baseline": called(str(baselines.idxmax())),
+            "baseline_auc": number(baselines.max(), 3),
         }
-    own = table[table["score"] == MAP].groupby("complex", sort=False)["auc"].mean()
+    of_pair = table[table["score"] == MAIN_SCORE].groupby("complex", sort=False)["auc"].mean()
     return known | {
         "run": run,
         "n_pairs": n_pairs,
         "n_touching": n_touching,
         "scores": [
-            (called(score), interval(row["mean"], row["low"], row["high"], 3)) for score, row in by.iterrows()
+            (called(str(score)), interval(row["mean"], row["low"], row["high"], 3))
+            for score, row in by_score.iterrows()
         ],
-        "pairs": [(name, number(auc)) for name, auc in own.items()],
+        "pairs": [(name, number(auc)) for name, auc in of_pair.items()],
     }

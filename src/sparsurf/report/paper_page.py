@@ -1,27 +1,42 @@
-"""The paper's page: claim by claim, what the paper says, whether it holds under each reading, and the numbers."""
+"""Page on the paper: each claim, whether it holds under each reading, and the numbers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 
 from sparsurf.paper import replication
 from sparsurf.paper.published_runs import MEASURES
-from sparsurf.patches.readings import OF_GRID, PUBLISHED, TEXT
+from sparsurf.patches.readings import CODED_READING, GRID_READINGS, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.numbers import against_zero, combination, interval, number, share
-from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination, split, texts_of
-from sparsurf.study.enough import AT_MOST, MORE
-from sparsurf.study.rough_and_flat import FEWEST
+from sparsurf.sampling.combination import (
+    PARAMETERS,
+    PUBLISHED_ROWS,
+    TABLE_1,
+    Combination,
+    combination_labels,
+    split_combinations,
+)
+from sparsurf.study.required_dots import AT_MOST, MORE
+from sparsurf.study.rough_and_flat import MIN_TEST_DOTS
+
+if TYPE_CHECKING:
+    from sparsurf.study.prepared_surface import PreparedSurface
 
 TEMPLATE = "paper.html.j2"
 YES, NO, PARTLY = "yes", "no", "in part"
-UNLIKELY = 0.05  # p below which published values are not taken for those of one more run
-FEW = 0.05  # share of the combinations that makes a claim hold in part
-BEST = (1, 0, 6, 0)  # the published best at alpha = 1
-LINKS = 6  # linking distances that get a column, at most
+MIN_P = 0.05  # below which published values are not those of one more run
+NEGLIGIBLE_SHARE = 0.05  # of the combinations, which does not change a verdict
+PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
+MAX_LINK_COLUMNS = 6
 HALVES = ("rougher half", "flatter half")
 
 
-def paper_page(data):
-    """What the template asks for.
+def paper_page(data: dict[str, Any]) -> dict[str, Any]:
+    """Collect the values of the page.
 
     Parameters
     ----------
@@ -45,7 +60,7 @@ def paper_page(data):
     }
     return chapters | {
         "claims": [(name, chapter["holds"]) for name, chapter in chapters.items()],
-        "readings": OF_GRID,
+        "readings": GRID_READINGS,
         "surface": data["surface"],
         "links": links(data["links"], data["signs"], grid),
         "defects": defects(data["defects"]),
@@ -53,8 +68,10 @@ def paper_page(data):
     }
 
 
-def surface_of(evaluator, rules, path_to_surface=None):
-    """Which dots the page is about: how they were made, and their numbers beside the paper's A1."""
+def surface_of(
+    evaluator: PreparedSurface, rules: dict[str, Any], path_to_surface: str | None = None
+) -> dict[str, Any]:
+    """Describe the dots: how they were generated, and their numbers next to those of the paper's A1."""
     source = "file" if path_to_surface else "program" if rules["method"] == "dms" else rules["reentrant"]
     rows = [
         ("dots", f"{len(evaluator.points):,}", "20,045"),
@@ -64,39 +81,41 @@ def surface_of(evaluator, rules, path_to_surface=None):
     return {"source": source, "rows": rows}
 
 
-def judged(agree, several=False):
-    """Yes, no or in part, of a share of cases; with `several`, a few cases do not count."""
-    few = FEW if several else 0
+def judged(agree: float, several: bool = False) -> str:
+    """Judge a share of cases as yes, no or in part; with `several`, a few cases do not count."""
+    few = NEGLIGIBLE_SHARE if several else 0
     return YES if agree >= 1 - few else NO if agree <= few else PARTLY
 
 
-def both(holds):
-    """The same answer under both readings."""
-    return dict.fromkeys(OF_GRID, holds)
+def both(holds: str) -> dict[str, str]:
+    """Return the same answer for both readings."""
+    return dict.fromkeys(GRID_READINGS, holds)
 
 
-def span_of(grid):
-    """The range of n_S of the grid."""
-    found = grid["n_S_percent"].min(), grid["n_S_percent"].max()
-    said = TABLE_1["n_S_low_percent"][0], TABLE_1["n_S_high_percent"][-1]
-    near = np.abs(np.subtract(found, said)).max() < 0.2
+def span_of(grid: pd.DataFrame) -> dict[str, Any]:
+    """Compare the range of n_S of the grid with the published one."""
+    measured = grid["n_S_percent"].min(), grid["n_S_percent"].max()
+    published = TABLE_1["n_S_low_percent"][0], TABLE_1["n_S_high_percent"][-1]
+    near = np.abs(np.subtract(measured, published)).max() < 0.2
     return {
         "holds": both(YES if near else NO),
-        "found": [number(x) for x in found],
-        "said": [number(x) for x in said],
+        "found": [number(x) for x in measured],
+        "said": [number(x) for x in published],
     }
 
 
-def table1(places, tests, rows, bias):
-    """Table I against runs made as published, under both binnings, and against the other reading."""
-    agree = tests.loc[tests["measure"] == "together", "p"] >= UNLIKELY
-    d, low, high = (rows[f"{key}_{TEXT}"] for key in ("d", "d_low", "d_high"))
+def table1(
+    places: pd.DataFrame, tests: pd.DataFrame, rows: pd.DataFrame, bias: pd.DataFrame
+) -> dict[str, Any]:
+    """Compare Table I with runs made as published, under both binnings, and with the other reading."""
+    agree = tests.loc[tests["measure"] == "together", "p"] >= MIN_P
+    d, low, high = (rows[f"{key}_{WRITTEN_READING}"] for key in ("d", "d_low", "d_high"))
     inside = (low <= rows["d_published"]) & (rows["d_published"] <= high)
-    own = places[places["binning"] == "half-open"]
+    runs = places[places["binning"] == "half-open"]
     of_bias = bias[bias["binning"] == "closed"]["d_bias"]
     return {
-        "holds": {PUBLISHED: judged(np.mean(agree)), TEXT: judged(inside.mean())},
-        "runs": int(own["n_runs"].max()),
+        "holds": {CODED_READING: judged(float(agree.mean())), WRITTEN_READING: judged(inside.mean())},
+        "runs": int(runs["n_runs"].max()),
         "tests": [
             (
                 row["binning"],
@@ -118,70 +137,72 @@ def table1(places, tests, rows, bias):
                 interval(row["Z_tS_mean"], row["Z_tS_lowest"], row["Z_tS_highest"]),
                 interval(*text),
             ]
-            for (_, row), text in zip(own.iterrows(), zip(d, low, high, strict=True), strict=True)
+            for (_, row), text in zip(runs.iterrows(), zip(d, low, high, strict=True), strict=True)
         ],
     }
 
 
-def outside_of(places, binning, name):
-    """Rows (from 1) whose published value lies outside of all runs, as text; of other measures nothing is known of rows."""
+def outside_of(places: pd.DataFrame, binning: str, name: str) -> str:
+    """List the rows (from 1) whose published value lies outside all runs; empty for measures that have no rows."""
     if name not in MEASURES:
         return ""
-    own = places[places["binning"] == binning]
-    low, high, said = (own[f"{name}_{key}"] for key in ("lowest", "highest", "published"))
-    return ", ".join(map(str, own.loc[(said < low) | (said > high), "range"])) or "none"
+    runs = places[places["binning"] == binning]
+    low, high, published = (runs[f"{name}_{key}"] for key in ("lowest", "highest", "published"))
+    return ", ".join(map(str, runs.loc[(published < low) | (published > high), "range"])) or "none"
 
 
-def p_text(p):
-    """A probability, never as 0."""
+def p_text(p: float) -> str:
+    """Format a probability, never as 0."""
     return "< 0.0001" if p < 0.0001 else f"{p:.2g}"
 
 
-def winners(ranges, places):
-    """Our winner of each range beside the published one, and how often that won the runs."""
+def winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
+    """Compare our winner of each range with the published one, and count how often that won the runs."""
     published = [str(Combination(*row)) for row in PUBLISHED_ROWS]
-    found, same, among = {}, {}, {}
-    for reading in OF_GRID:
-        own = ranges[ranges["reading"] == reading]
-        found[reading] = texts_of(own)
-        same[reading] = sum(a == b for a, b in zip(found[reading], published, strict=False))
-        among[reading] = sum(b in split(field) for field, b in zip(own["best_set"], published, strict=False))
+    ours, same, among = {}, {}, {}
+    for reading in GRID_READINGS:
+        rows = ranges[ranges["reading"] == reading]
+        ours[reading] = combination_labels(rows)
+        same[reading] = sum(a == b for a, b in zip(ours[reading], published, strict=False))
+        among[reading] = sum(
+            b in split_combinations(field) for field, b in zip(rows["best_set"], published, strict=False)
+        )
     runs = places[places["binning"] == "half-open"]
     return {
-        "holds": {reading: judged(among[reading] / len(published)) for reading in OF_GRID},
+        "holds": {reading: judged(among[reading] / len(published)) for reading in GRID_READINGS},
         "same": same,
         "among": among,
         "rows": len(published),
         "table": [
-            [k, said, *own, f"{won} of {n}"]
-            for k, (said, *own, won, n) in enumerate(
-                zip(published, *found.values(), runs["n_won"], runs["n_runs"], strict=False), 1
+            [k, text, *winners_, f"{won} of {n}"]
+            for k, (text, *winners_, won, n) in enumerate(
+                zip(published, *ours.values(), runs["n_won"], runs["n_runs"], strict=False), 1
             )
         ],
     }
 
 
-def best_at_one(best, grid):
-    """The best combination at the largest alpha, and d of the published one."""
-    said = grid[np.isclose(grid[PARAMETERS], BEST).all(axis=1)]
-    holds, table = {}, []
-    for reading in OF_GRID:
+def best_at_one(best: dict[str, Any], grid: pd.DataFrame) -> dict[str, Any]:
+    """Compare the best combination at the largest alpha with the published one."""
+    published = grid[np.isclose(grid[PARAMETERS], PUBLISHED_BEST).all(axis=1)]
+    holds: dict[str, str] = {}
+    table = []
+    for reading in GRID_READINGS:
         row = best[reading]["unrestricted"]
-        holds[reading] = YES if str(Combination(*BEST)) in split(row["best_set"]) else NO
-        ends = (
-            [said[f"{key}_{reading}"].iloc[0] for key in ("d", "d_low", "d_high")]
-            if len(said)
-            else [np.nan] * 3
+        holds[reading] = (
+            YES if str(Combination(*PUBLISHED_BEST)) in split_combinations(row["best_set"]) else NO
         )
-        own = interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"])
-        table.append((reading, [combination(row), own, int(row["n_best_set"]), interval(*ends)]))
+        d = [f"{key}_{reading}" for key in ("d", "d_low", "d_high")]
+        d_published = interval(*published[d].iloc[0]) if len(published) else interval(np.nan, np.nan, np.nan)
+        d_ours = interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"])
+        table.append((reading, [combination(row), d_ours, int(row["n_best_set"]), d_published]))
     return {"holds": holds, "table": table}
 
 
-def positive(grid, family):
-    """In how many combinations the sampling beats a uniform subset, and with alpha tuned to the same n_S."""
+def positive(grid: pd.DataFrame, family: pd.DataFrame) -> dict[str, Any]:
+    """Count the combinations in which the sampling beats a uniform subset, also with alpha tuned to the same n_S."""
     holds, loses, table = {}, {}, []
-    for reading in OF_GRID:
+    for reading in GRID_READINGS:
         d, low, high = (grid[f"{key}_{reading}"] for key in ("d", "d_low", "d_high"))
         holds[reading] = judged((low > 0).mean(), several=True)
         loses[reading] = bool((high < 0).mean() > 0.5)
@@ -211,37 +232,42 @@ def positive(grid, family):
     }
 
 
-def describe(grid, rows, null):
-    """In how many combinations a subset tells less of a patch than the mean patch."""
+def describe(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, Any]:
+    """Count the combinations in which a subset describes a patch worse than the mean patch does."""
     holds, table = {}, []
-    for reading in OF_GRID:
-        worse, of_rows = (each[f"Z_tS_{reading}"] > null for each in (grid, rows))
+    for reading in GRID_READINGS:
+        worse, of_rows = (table_[f"Z_tS_{reading}"] > null for table_ in (grid, rows))
         holds[reading] = judged(1 - worse.mean(), several=True)
         table.append((reading, [int(worse.sum()), len(grid), int(of_rows.sum()), len(rows)]))
     return {"holds": holds, "null": number(null), "table": table}
 
 
-def rough_and_flat(bins):
-    """d in rough and flat patches, around kept dots (as the paper has them) and around any dots."""
-    agree, table = {reading: [] for reading in OF_GRID}, []
-    for around, own in bins.groupby("around", sort=False):
-        single = own[~own["bin"].isin(HALVES) & (own["n"] >= FEWEST)]
-        rough, flat = (own[own["bin"] == name].iloc[0] for name in HALVES)
-        for reading in OF_GRID:
+def rough_and_flat(bins: pd.DataFrame) -> dict[str, Any]:
+    """Compare d in rough and flat patches, around kept dots (as in the paper) and around any dots."""
+    agree: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
+    table = []
+    for around, rows in bins.groupby("around", sort=False):
+        single = rows[~rows["bin"].isin(HALVES) & (rows["n"] >= MIN_TEST_DOTS)]
+        rough, flat = (rows[rows["bin"] == name].iloc[0] for name in HALVES)
+        for reading in GRID_READINGS:
             cells = [_d(row, reading) for row in (rough, flat, single.iloc[-1])]
             more = bool(rough[f"d_low_{reading}"] > max(0, flat[f"d_high_{reading}"]))
             equal = against_zero(*single.iloc[-1][[f"d_low_{reading}", f"d_high_{reading}"]]) == "around"
             agree[reading] += [more, equal]
             table.append((around, reading, cells))
-    return {"holds": {reading: judged(np.mean(each)) for reading, each in agree.items()}, "table": table}
+    return {
+        "holds": {reading: judged(float(np.mean(cases))) for reading, cases in agree.items()},
+        "table": table,
+    }
 
 
-def _d(row, reading):
+def _d(row: pd.Series, reading: str) -> str:
+    """Format d of a row with its interval."""
     return interval(*(row[f"d_{end}{reading}"] for end in ("", "low_", "high_")))
 
 
-def uniform(grid, patches):
-    """What beta = gamma = delta = 0 keeps, beside the share alpha."""
+def uniform(grid: pd.DataFrame, patches: float) -> dict[str, Any]:
+    """Compare what beta = gamma = delta = 0 keeps with the share alpha."""
     rows = grid[(grid[["beta", "gamma", "delta"]] == 0).all(axis=1)]
     near = len(rows) and bool((rows["n_S_percent"] - 100 * rows["alpha"]).abs().max() < 1)
     return {
@@ -254,47 +280,47 @@ def uniform(grid, patches):
     }
 
 
-def links(table, signs, grid):
-    """d of the published rows by linking distance, and what d rests on."""
-    by = {k: own.set_index("D_link") for k, own in table.groupby("row")}
+def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
+    """Tabulate d of the published rows by linking distance, and what d depends on."""
+    by = {k: rows.set_index("D_link") for k, rows in table.groupby("row")}
     distances = sorted(table["D_link"].unique())
-    distances = distances[:: -(-len(distances) // LINKS)]
+    distances = distances[:: -(-len(distances) // MAX_LINK_COLUMNS)]
     return {
         "distances": [f"{x:g}" for x in distances],
-        "table": [[k, *(number(own.loc[x, "d"]) for x in distances)] for k, own in by.items()],
+        "table": [[k, *(number(rows["d"][x]) for x in distances)] for k, rows in by.items()],
         "best": [number(x, 1) for x in (signs["D_link_best"].min(), signs["D_link_best"].max())],
         "turned": int(signs["negative_from"].notna().sum()),
         "rows": len(signs),
-        "correlation": number(replication.correlation(grid)),
-        "fragments": number(replication.follows_fragments(grid)),
-        "shattered": share(100 * replication.shattered(grid)),
-        "threshold": share(100 * replication.SHATTERED),
+        "correlation": number(replication.correlation_of_readings(grid)),
+        "fragments": number(replication.correlation_with_fragments(grid)),
+        "shattered": share(100 * replication.fragmented_share(grid)),
+        "threshold": share(100 * replication.FRAGMENTED_BELOW),
     }
 
 
-def defects(table):
-    """How n_S and d of the ten rows change, on average, with each defect of the published sampling corrected."""
-    by = {name: own.set_index("row") for name, own in table.groupby("sampling", sort=False)}
+def defects(table: pd.DataFrame) -> list[tuple[str, list[str]]]:
+    """Tabulate how n_S and d of the ten rows change, on average, with each defect of the published sampling corrected."""
+    by = {str(name): rows.set_index("row") for name, rows in table.groupby("sampling", sort=False)}
     reference = by.pop("as published")
-    columns = {"n_S_percent": 1} | {f"d_{reading}": 2 for reading in OF_GRID}
+    columns = {"n_S_percent": 1} | {f"d_{reading}": 2 for reading in GRID_READINGS}
     return [
         (
             name,
-            [number((own[column] - reference[column]).mean(), digits) for column, digits in columns.items()],
+            [number((rows[column] - reference[column]).mean(), digits) for column, digits in columns.items()],
         )
-        for name, own in by.items()
+        for name, rows in by.items()
     ]
 
 
-def bounded(row):
-    """n_S_percent of a row of enough.csv: "all" where no fewer dots are enough, ≤ where the fewest that were tried are."""
+def bounded(row: Any) -> str:
+    """Format n_S_percent of enough.csv: "all" if no fewer dots are enough, ≤ if the fewest that were tried are."""
     if row["bound"] == MORE:
         return "all"
     return ("≤ " if row["bound"] == AT_MOST else "") + share(row["n_S_percent"])
 
 
-def outlook(enough):
-    """How many dots reach each noise floor, as they are and recovered."""
+def outlook(enough: pd.DataFrame) -> dict[str, Any]:
+    """Tabulate how many dots reach each noise floor, as they are and recovered."""
     by = enough.set_index(["floor", "reading"])
     floors = list(dict.fromkeys(enough["floor"]))
     return {
@@ -302,8 +328,8 @@ def outlook(enough):
         "table": [
             [
                 floor,
-                number(by.loc[(floor, TEXT), "Z_floor"]),
-                *(bounded(by.loc[(floor, r)]) for r in (TEXT, RECOVERED)),
+                number(by.loc[(floor, WRITTEN_READING), "Z_floor"]),
+                *(bounded(by.loc[(floor, r)]) for r in (WRITTEN_READING, RECOVERED)),
             ]
             for floor in floors
         ],

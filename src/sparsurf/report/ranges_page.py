@@ -1,4 +1,11 @@
-"""The page on one surface's best combinations: of all, and per range of n_S; also as Markdown for the terminal."""
+"""Page on the best combinations of one surface: of all, and per range of n_S; also as Markdown for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
 
 from sparsurf.recovery.readings import READINGS
 from sparsurf.report.numbers import against_zero, combination, interval, number, share
@@ -11,8 +18,10 @@ REFERENCES = {
 }
 
 
-def ranges_page(name, ranges, best, references):
-    """What the templates ask for.
+def ranges_page(
+    name: str, ranges: pd.DataFrame, best: dict[str, Any], references: dict[str, Any]
+) -> dict[str, Any]:
+    """Collect the values of the page.
 
     Parameters
     ----------
@@ -23,7 +32,7 @@ def ranges_page(name, ranges, best, references):
         See `tables.best`.
     """
     readings = [key for key in READINGS if key in best]
-    given = {key: references[key] for key in REFERENCES} | references.get("floors", {})
+    errors = {key: references[key] for key in REFERENCES} | references.get("floors", {})
     return {
         "name": name,
         "best": {reading: best_of(best[reading]["unrestricted"]) for reading in readings},
@@ -35,12 +44,12 @@ def ranges_page(name, ranges, best, references):
             for reading in readings
         },
         "draws": best["draws"],
-        "references": [(REFERENCES.get(key, key), number(z)) for key, z in given.items()],
+        "references": [(REFERENCES.get(key, key), number(z)) for key, z in errors.items()],
     }
 
 
-def best_of(row):
-    """A best combination as text; where there is none, the reason as `answer`."""
+def best_of(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Format a best combination; if there is none, return the reason as `answer`."""
     if "answer" in row:
         return {"answer": row["answer"]}
     ends = row["d_held_out_low"], row["d_held_out_high"]
@@ -54,9 +63,9 @@ def best_of(row):
     }
 
 
-def counts(rows, null_model):
-    """In how many ranges the best combination beats a uniform subset, and loses to it, significantly; and has a Z above the
-    null model's."""
+def counts(rows: pd.DataFrame, null_model: float) -> dict[str, int]:
+    """Count the ranges in which the best combination significantly beats a uniform subset, or loses to it, or has a Z above
+    that of the null model."""
     rows = rows.dropna(subset="d_held_out_low")
     return {
         "n": len(rows),
@@ -66,8 +75,8 @@ def counts(rows, null_model):
     }
 
 
-def rows_of(rows):
-    """One row a range: n_S, combination, its n_S, d with interval, Z_tS, dots of the median patch, confidence set."""
+def rows_of(rows: pd.DataFrame) -> list[list[str]]:
+    """Format a row per range: n_S, combination, its n_S, d with interval, Z_tS, dots of the median patch, confidence set."""
     return [
         [
             f"{number(row['n_S_low_percent'], 1)} – {number(row['n_S_high_percent'], 1)}",

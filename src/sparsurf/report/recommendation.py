@@ -1,11 +1,15 @@
-"""Which combination to take for a mean roughness and a requested n_S, or why the evidence does not say.
+"""Recommend a combination for a mean roughness and a requested n_S, or explain why the evidence is not sufficient.
 
 The paper's last promise (Conclusions): with the best combination known for each kind of surface, the user finds it
 from the mean roughness and the required number of points. A choice by mean roughness is made only if the surfaces of
 the run support it in every way that `reasons` asks for; else the best combination regardless of roughness is named.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,9 +18,9 @@ from sparsurf import InputError
 from sparsurf.old_names import refuse_old_names
 from sparsurf.report.numbers import interval, number, span
 from sparsurf.report.page import render
-from sparsurf.sampling.combination import PARAMETERS, Combination, split
-from sparsurf.study.relation import EQUAL, mean_interval, one_each, relation
-from sparsurf.study.summary import NEAREST
+from sparsurf.sampling.combination import PARAMETERS, Combination, split_combinations
+from sparsurf.study.relation import EQUAL_ROUGHNESS, mean_interval, protein_means, relate_to_roughness
+from sparsurf.study.summary import N_NEAREST
 from sparsurf.study.tables import read_table
 
 TEMPLATE = "recommend.txt.j2"
@@ -37,7 +41,7 @@ NEEDED = {
 }  # fmt: skip
 
 
-def read_run(folder):
+def read_run(folder: Path) -> dict[str, pd.DataFrame]:
     """Tables `summary`, `relation` and `surfaces` of a run, a dict of DataFrames.
 
     Raises
@@ -69,8 +73,8 @@ def read_run(folder):
     return out
 
 
-def rows_for(summary, reading, percent):
-    """Rows of one reading, one per surface, whose range holds an n_S of about `percent` % of the dots."""
+def rows_for(summary: pd.DataFrame, reading: str, percent: float) -> pd.DataFrame:
+    """Select rows of one reading, one per surface, whose range contains an n_S of about `percent` % of the dots."""
     rows = summary[(summary["reading"] == reading) & (summary["n_combinations"] > 0)]
     of_surface = summary[summary["reading"] == reading].groupby(["protein", "conformation"])
     low = of_surface["n_S_low_percent"].transform("min")
@@ -81,8 +85,10 @@ def rows_for(summary, reading, percent):
     return rows[inside].drop_duplicates(["protein", "conformation"])
 
 
-def recommend(run, roughness, percent, rng):
-    """Answer for every reading, as text.
+def recommend(
+    run: dict[str, pd.DataFrame], roughness: float, percent: float, rng: np.random.Generator
+) -> str:
+    """Render the answer for every reading.
 
     Parameters
     ----------
@@ -104,13 +110,15 @@ def recommend(run, roughness, percent, rng):
         percent=f"{percent:g}",
         roughness=number(roughness, 3),
         fewest=FEWEST,
-        near=NEAREST,
+        near=N_NEAREST,
         readings=[of_reading(run, name, roughness, percent, rng) for name in names],
     )
 
 
-def of_reading(run, reading, roughness, percent, rng):
-    """What the template asks for under one reading; no surfaces where nothing was measured near `percent`."""
+def of_reading(
+    run: dict[str, pd.DataFrame], reading: str, roughness: float, percent: float, rng: np.random.Generator
+) -> dict[str, Any]:
+    """Collect the values of one reading; without surfaces if nothing was measured near `percent`."""
     own = run["summary"][run["summary"]["reading"] == reading]
     ends = own["n_S_low_percent"].min(), own["n_S_high_percent"].max()
     rows = rows_for(run["summary"], reading, percent)
@@ -119,21 +127,21 @@ def of_reading(run, reading, roughness, percent, rng):
         return known
     rows = rows.iloc[np.argsort((rows["mean_roughness"] - roughness).abs(), kind="stable")]
     pooled = run["relation"][run["relation"]["reading"] == reading].set_index("range")
-    chosen = choice(rows, relation(rows, rng), pooled.loc[rows["range"].mode()[0]], roughness)
+    chosen = choice(rows, relate_to_roughness(rows, rng), pooled.loc[rows["range"].mode()[0]], roughness)
     return known | {"beaten": beaten(rows)} | chosen | {"surfaces": evidence(rows)}
 
 
-def beaten(rows):
-    """Whether a uniform subset of the same size is `worse` or the `same` for each surface's best; None where that wins."""
+def beaten(rows: pd.DataFrame) -> dict[str, str] | None:
+    """Say what beats the best combinations, `uniform` or `none` if the difference is not significant; None if they win."""
     d, low, high = against_uniform(rows)
     if low > 0:
         return None
     return {"by": "uniform" if high < 0 else "none", "d": interval(d, low, high)}
 
 
-def against_uniform(rows):
-    """Mean d held out of each surface's own winner, and its 95 % interval: over proteins, of which it takes 3."""
-    counted = one_each(rows)
+def against_uniform(rows: pd.DataFrame) -> tuple[float, float, float]:
+    """Compute the mean cross-validated d of each surface's winner and its 95 % interval over proteins, at least 3."""
+    counted = protein_means(rows)
     d, low, high = mean_interval(counted["d_held_out"].to_numpy())
     if np.isnan(low):  # too few proteins: the scatter over test dots and draws of these surfaces
         half = np.sqrt((((rows["d_held_out_high"] - rows["d_held_out_low"]) / 2) ** 2).sum()) / len(rows)
@@ -141,12 +149,12 @@ def against_uniform(rows):
     return d, low, high
 
 
-def reasons(rows, found, roughness):
-    """Why the evidence does not support a choice by mean roughness, as the template names it; nothing where it does."""
+def reasons(rows: pd.DataFrame, found: Mapping[str, Any], roughness: float) -> Iterator[str]:
+    """Yield the reasons against a choice by mean roughness, as the template names them."""
     n, low, high = found["n_proteins"], rows["mean_roughness"].min(), rows["mean_roughness"].max()
     if n < FEWEST:
         yield "few"
-    if not low - EQUAL <= roughness <= high + EQUAL:
+    if not low - EQUAL_ROUGHNESS <= roughness <= high + EQUAL_ROUGHNESS:
         yield "outside"
     if found["n_shared"] == len(rows) > 1:
         yield "shared"
@@ -158,8 +166,10 @@ def reasons(rows, found, roughness):
         yield "all"
 
 
-def choice(rows, found, pooled, roughness):
-    """The combination to take, and what speaks against a choice by mean roughness (see `reasons`)."""
+def choice(
+    rows: pd.DataFrame, found: Mapping[str, Any], pooled: pd.Series, roughness: float
+) -> dict[str, Any]:
+    """Choose the combination, with the reasons against a choice by mean roughness (see `reasons`)."""
     text = rows["local"].iloc[0]
     known = {
         "against": list(reasons(rows, found, roughness)),
@@ -177,11 +187,14 @@ def choice(rows, found, pooled, roughness):
     }
     if known["against"] and known["d"]:  # else none lies in the range on average: that of the nearest surface
         text = str(Combination.of(pooled))
-    return known | {"text": text, "held": sum(text in split(field) for field in rows["best_set"])}
+    return known | {
+        "text": text,
+        "held": sum(text in split_combinations(field) for field in rows["best_set"]),
+    }
 
 
-def evidence(rows):
-    """The surfaces nearest in mean roughness: name, roughness, own best combination and its d."""
+def evidence(rows: pd.DataFrame) -> list[tuple[str, str, str, str]]:
+    """List the surfaces nearest in mean roughness: name, roughness, best combination and its d."""
     return [
         (
             f"{row['protein']}/{row['conformation']}",
@@ -193,7 +206,7 @@ def evidence(rows):
     ]
 
 
-def spread(values):
-    """Mean of the values that are known (empty without any), and their standard deviation where there are several."""
+def spread(values: pd.Series) -> str:
+    """Format the mean of the known values, with their standard deviation if there are several; empty without values."""
     values = values.dropna()
     return number(values.mean()) + (f" ± {number(values.std(ddof=1))}" if len(values) > 1 else "")

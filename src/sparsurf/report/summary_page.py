@@ -1,23 +1,29 @@
-"""The page on all surfaces of a run, and whether the best parameters follow their mean roughness."""
+"""Page on all surfaces of a run, and on whether the best parameters correlate with mean roughness."""
+
+from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.special import bdtr
 
-from sparsurf.patches.readings import TEXT
-from sparsurf.recovery.readings import RECOVERED, readings_in
+from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.recovery.readings import RECOVERED, readings_of_columns
 from sparsurf.report.numbers import combination, interval, number, share, span
-from sparsurf.study.enough import FEWEST as FEWEST_DOTS
-from sparsurf.study.enough import PERCENTS, PREFIX
+from sparsurf.study.required_dots import COLUMN_PREFIX, CURVE_PERCENTS
+from sparsurf.study.required_dots import MIN_DOTS as FEWEST_DOTS
 
 TEMPLATE = "summary.html.j2"
-FEWEST = 10  # proteins that a relation takes: with 5 a real one is found in 1 to 3 % of runs
+MIN_PROTEINS = 10  # for a relation: with 5 a real one is found in 1 to 3 % of runs
 SIGNIFICANT = 0.05
 
 
-def summary_page(run, surfaces, relation, draws=None):
-    """What the template asks for.
+def summary_page(
+    run: str, surfaces: pd.DataFrame, relation: pd.DataFrame, draws: int | None = None
+) -> dict[str, Any]:
+    """Collect the values of the page.
 
     Parameters
     ----------
@@ -25,9 +31,9 @@ def summary_page(run, surfaces, relation, draws=None):
     surfaces, relation : DataFrame
         See `summary.surfaces_table` and `summary.relation_table`.
     draws : int, optional
-        Of each combination.
+        Draws of each combination.
     """
-    readings = readings_in(surfaces, "best_")
+    readings = readings_of_columns(surfaces, "best_")
     known = relation[relation["p"].notna()]
     columns = 7 if len(known) else 5  # the last two are empty where nothing was tested
     return {
@@ -35,7 +41,7 @@ def summary_page(run, surfaces, relation, draws=None):
         "readings": readings,
         "n_surfaces": len(surfaces),
         "n_proteins": int(surfaces["protein"].nunique()),
-        "fewest": FEWEST,
+        "fewest": MIN_PROTEINS,
         "related": int((known["p"] < SIGNIFICANT).sum()),
         "rows_tested": len(known),
         "by_chance": by_chance(len(known)),
@@ -49,13 +55,13 @@ def summary_page(run, surfaces, relation, draws=None):
     }
 
 
-def by_chance(n):
-    """How many of n tests fall below p = 0.05 by chance at most, in 95 of 100 such runs."""
+def by_chance(n: int) -> int:
+    """Return how many of n tests at most fall below p = 0.05 by chance, in 95 of 100 such runs."""
     return next(k for k in range(n + 1) if bdtr(k, n, SIGNIFICANT) >= 1 - SIGNIFICANT)
 
 
-def surface_row(row, readings):
-    """One surface: its name, dots, mean roughness, then best combination and d with interval by reading."""
+def surface_row(row: pd.Series, readings: list[str]) -> list[str]:
+    """Format one surface: its name, dots, mean roughness, then best combination and d with interval by reading."""
     cells = [f"{row['protein']}/{row['conformation']}", f"{row['N']:,}", number(row["mean_roughness"], 3)]
     for reading in readings:
         ends = (row[f"d_held_out_{end}{reading}"] for end in ("", "low_", "high_"))
@@ -63,25 +69,27 @@ def surface_row(row, readings):
     return cells
 
 
-def floor_rows(surfaces):
-    """One noise floor a row: the share of dots that reaches it, as they are and recovered, median (lowest to highest)."""
+def floor_rows(surfaces: pd.DataFrame) -> list[list[str]]:
+    """Format a row per noise floor: the share of dots that reaches it, as they are and recovered, median (lowest to highest)."""
+    columns = [str(column) for column in surfaces]
     names = [
-        name.removesuffix(f"_{TEXT}") for name in surfaces if name.startswith(PREFIX) and name.endswith(TEXT)
+        name.removesuffix(f"_{WRITTEN_READING}")
+        for name in columns
+        if name.startswith(COLUMN_PREFIX) and name.endswith(WRITTEN_READING)
     ]
-    fewest = (
-        100 * np.maximum(FEWEST_DOTS, np.round(PERCENTS[0] / 100 * surfaces["N"])) / surfaces["N"]
-    )  # that are tried
+    # the fewest dots that are tried
+    fewest = 100 * np.maximum(FEWEST_DOTS, np.round(CURVE_PERCENTS[0] / 100 * surfaces["N"])) / surfaces["N"]
     return [
         [
-            name.removeprefix(PREFIX).replace("_", " "),
-            *(enough_text(surfaces.get(f"{name}_{r}"), fewest) for r in (TEXT, RECOVERED)),
+            name.removeprefix(COLUMN_PREFIX).replace("_", " "),
+            *(enough_text(surfaces.get(f"{name}_{r}"), fewest) for r in (WRITTEN_READING, RECOVERED)),
         ]
         for name in names
     ]
 
 
-def enough_text(percents, fewest):
-    """Shares of dots that are enough: the median, and from where to where; "all" where no fewer are, ≤ where the fewest are."""
+def enough_text(percents: pd.Series | None, fewest: pd.Series) -> str:
+    """Format the shares of dots that are enough: median and range; "all" if no fewer are, ≤ if the fewest tried are."""
     if percents is None or percents.dropna().empty:
         return ""
     known = percents.dropna()
@@ -90,12 +98,13 @@ def enough_text(percents, fewest):
     return sign + _share(known.median()) + (f" ({ends})" if " to " in ends else "")
 
 
-def _share(percent):
+def _share(percent: float) -> str:
+    """Format a share of the dots."""
     return "all" if percent >= 100 else share(percent)
 
 
-def relation_rows(rows):
-    """One range of n_S a row: see the heading in the template."""
+def relation_rows(rows: pd.DataFrame) -> list[list[str]]:
+    """Format a row per range of n_S, see the heading in the template."""
     return [
         [
             f"{number(row['n_S_low_percent'], 0)} – {number(row['n_S_high_percent'], 0)}",

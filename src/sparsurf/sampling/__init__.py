@@ -1,3 +1,3 @@
-"""Which dots are kept."""
+"""Choice of the dots that a subset keeps."""
 
-from sparsurf.sampling import adaptive as adaptive  # enters its sampler
+from sparsurf.sampling import adaptive as adaptive  # registers its sampler

@@ -1,92 +1,104 @@
-"""Dots where the surface that the kept dots give back errs most."""
+"""Sampler that adds dots where the surface recovered from the dots so far has the largest error."""
 
 import math
 
 import numpy as np
-from numba import njit
 
-from sparsurf.patches.index import apart, ball
-from sparsurf.recovery.interpolants import SLICE, fit, value
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import ball, select_separated
+from sparsurf.recovery.interpolants import DOTS_PER_TASK, Interpolants, fit_interpolants, interpolant_value
+from sparsurf.sampling.published import SampledSurface
 from sparsurf.sampling.samplers import farthest, sampler
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
-FIRST = 0.01  # of the dots are farthest-point dots: enough to tell where the surface bends
-FEWEST = 50
-GROWTH = 1.2  # of the subset from one round to the next
-POSITION, NORMAL = 0.1, 1.0  # Å and rad that count alike; more weight on the normals made every error larger
-CLEAR = 0.7  # spacings; new dots of one round keep this distance, as one may cure the error of the other
+FIRST_SHARE = 0.01  # of all dots are farthest-point dots: enough to show where the surface bends
+MIN_FIRST_DOTS = 50
+GROWTH = 1.2  # factor by which the subset grows in each round
+# A position error of 0.1 Å counts like a normal error of 1 rad; a higher weight of the normals made every error larger.
+POSITION_SCALE, NORMAL_SCALE = 0.1, 1.0
+MIN_SEPARATION = 0.7  # in mean spacings, between new dots of one round: one may repair the error at the other
 
 
 @sampler(nested=True)
-def adaptive(evaluator, n, rng):
-    """Dots where the surface recovered from those before errs most, in position and in normal.
+def adaptive(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Choose dots where the surface recovered from the dots so far errs most, in position and in normal.
 
-    Farthest-point dots first; then, in rounds that each add a fifth, the dots of the largest error that are not too
-    near to each other.
+    The first dots are farthest-point dots. Each round then adds a fifth: the dots with the largest errors that are not too
+    close to each other.
     """
-    n_dots = len(evaluator.points)
-    size = min(n_dots, max(FEWEST, round(FIRST * n_dots)))
-    chosen = farthest(evaluator, size, rng)
-    while len(chosen) < min(n, n_dots):
-        size = min(n_dots, max(len(chosen) + 1, round(GROWTH * len(chosen))))
-        chosen = np.concatenate([chosen, _worst(evaluator, chosen, size - len(chosen))])
-    return chosen[:n]
+    n_dots = len(prepared.points)
+    size = min(n_dots, max(MIN_FIRST_DOTS, round(FIRST_SHARE * n_dots)))
+    subset = farthest(prepared, size, rng)
+    while len(subset) < min(n, n_dots):
+        size = min(n_dots, max(len(subset) + 1, round(GROWTH * len(subset))))
+        subset = np.concatenate([subset, _dots_of_largest_error(prepared, subset, size - len(subset))])
+    return subset[:n]
 
 
-def _worst(evaluator, chosen, wanted):
-    """`wanted` dots by falling error, none near to another of them as long as there are enough."""
-    error = errors(evaluator.points, evaluator.normals, chosen)
+def _dots_of_largest_error(prepared: SampledSurface, subset: np.ndarray, n_new: int) -> np.ndarray:
+    """Return `n_new` dots by falling error, kept apart from each other as long as there are enough."""
+    error = recovery_errors(prepared.points, prepared.normals, subset)
     order = np.argsort(-error, kind="stable")
-    order = order[~np.isin(order, chosen)]
-    clear = apart(evaluator.index, order, CLEAR * math.sqrt(evaluator.area / len(chosen)), wanted, 0)
-    rest = order[~np.isin(order, clear)]
-    return np.concatenate([clear, rest[: wanted - len(clear)]])
+    order = order[~np.isin(order, subset)]
+    distance = MIN_SEPARATION * math.sqrt(prepared.area / len(subset))
+    separated = select_separated(prepared.index, order, distance, n_new, 0)
+    rest = order[~np.isin(order, separated)]
+    return np.concatenate([separated, rest[: n_new - len(separated)]])
 
 
-def errors(points, normals, chosen, threads=1):
-    """What the surface recovered from some dots errs by at every dot.
+def recovery_errors(
+    points: np.ndarray, normals: np.ndarray, subset: np.ndarray, threads: int = 1
+) -> np.ndarray:
+    """Compute the error at every dot of the surface that is recovered from a subset.
 
     Parameters
     ----------
     points, normals : (N, 3) float64, Å and unit vectors
-    chosen : (n,) int, the kept dots
+    subset : (n,) int, indices of the kept dots
     threads : int
 
     Returns
     -------
-    (N,) float64: distance over `POSITION` plus angle over `NORMAL`; 0 at the kept dots.
+    (N,) float64: distance over `POSITION_SCALE` plus angle over `NORMAL_SCALE`; 0 at the kept dots.
     """
-    points, normals = (np.ascontiguousarray(each, np.float64) for each in (points, normals))
-    functions = fit(points[chosen], normals[chosen], threads)
-    out = np.empty(len(points))
-    over_slices(lambda a, b: _error(functions, points, normals, a, b, out), len(points), threads, 8 * SLICE)
-    out[chosen] = 0.0
-    return out
+    points, normals = (np.ascontiguousarray(array, np.float64) for array in (points, normals))
+    functions = fit_interpolants(points[subset], normals[subset], threads)
+    error = np.empty(len(points))
+    parallel_map(
+        lambda begin, end: _write_errors(functions, points, normals, begin, end, error),
+        len(points),
+        threads,
+        8 * DOTS_PER_TASK,
+    )
+    error[subset] = 0.0
+    return error
 
 
 @njit(cache=True, nogil=True)
-def _error(functions, points, normals, begin, end, out):
-    """Errors at the dots of a slice, by the function of the kept dot nearest to each."""
+def _write_errors(
+    functions: Interpolants, points: np.ndarray, normals: np.ndarray, begin: int, end: int, out: np.ndarray
+) -> None:
+    """Write the errors at the dots of a slice, by the function of the nearest kept dot."""
     index = functions.index
-    found = np.empty(len(index.dot) + 1, np.int32)
+    candidates = np.empty(len(index.dot) + 1, np.int32)
     typical = np.median(functions.spacing)
     for t in range(begin, end):
         x, y, z = points[t]
         radius, best, nearest = typical, np.inf, -1
         while nearest < 0:
-            for e in range(ball(index, x, y, z, radius, found)):
-                j = found[e]
-                along = 0.0
+            for e in range(ball(index, x, y, z, radius, candidates)):
+                j = candidates[e]
+                cosine_of_normals = 0.0
                 for c in range(3):
-                    along += index.normals[j, c] * normals[t, c]
+                    cosine_of_normals += index.normals[j, c] * normals[t, c]
                 d2 = (index.xyz[j, 0] - x) ** 2 + (index.xyz[j, 1] - y) ** 2 + (index.xyz[j, 2] - z) ** 2
-                if along < 0.0:
-                    d2 *= 4.0  # a dot of another side is not the one that this place is recovered from
+                if cosine_of_normals < 0.0:
+                    d2 *= 4.0  # this point is not recovered from a dot on the opposite side
                 if d2 < best:
                     best, nearest = d2, j
             radius *= 1.5
-        f, u, v, w = value(functions, nearest, x, y, z)
+        f, u, v, w = interpolant_value(functions, nearest, x, y, z)
         g = math.sqrt(u * u + v * v + w * w)
         cosine = (u * normals[t, 0] + v * normals[t, 1] + w * normals[t, 2]) / max(g, 1e-9)
         angle = math.acos(min(1.0, max(-1.0, cosine)))
-        out[t] = abs(f) / max(g, 0.2) / POSITION + angle / NORMAL
+        out[t] = abs(f) / max(g, 0.2) / POSITION_SCALE + angle / NORMAL_SCALE

@@ -1,14 +1,16 @@
-"""Choices of the four parameters of the paper's sampling: as text and numbers, and those of Table I.
+"""Combinations of the four parameters of the paper's sampling, as numbers and as text, and those of Table I.
 
-Table I holds the combinations that the paper's criterion d picked, per range of n_S.
+Table I lists the combination that the paper's criterion d chose in each range of n_S.
 """
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
+import pandas as pd
 
-from sparsurf.patches.readings import PUBLISHED
+from sparsurf.patches.readings import CODED_READING
 
 SEPARATOR = "; "  # between combinations in one field of a table
 
@@ -21,49 +23,50 @@ class Combination(NamedTuple):
     gamma: float
     delta: float
 
-    def __str__(self):
+    def __str__(self) -> str:
         return "(" + ", ".join(f"{p:g}" for p in self) + ")"
 
     @classmethod
-    def of(cls, row):
-        """From anything with the keys alpha, beta, gamma and delta: a row of a table, a dict."""
+    def from_row(cls, row: Mapping | pd.Series) -> Self:
+        """Take the combination from a dict or a row of a table with the keys alpha, beta, gamma and delta."""
         return cls(*(float(row[name]) for name in cls._fields))
 
     @classmethod
-    def parse(cls, text):
-        """From its text.
+    def parse(cls, text: str) -> Self:
+        """Read a combination from its text.
 
         Raises
         ------
-        ValueError : not four numbers in brackets
+        ValueError
+            If the text is not four numbers in brackets.
         """
         values = [float(part) for part in text.strip().removeprefix("(").removesuffix(")").split(",")]
         if len(values) != len(cls._fields):
             raise ValueError(f"{text!r} is no combination of alpha, beta, gamma and delta")
         return cls(*values)
 
-    def keys(self):
-        """The parameters in millionths, as keys of a random stream: it does not depend on the order of a grid."""
+    def keys(self) -> list[int]:
+        """Return the parameters in millionths: keys of a random stream that do not depend on the order of a grid."""
         return [round(1e6 * p) for p in self]
 
 
 PARAMETERS = list(Combination._fields)
 
 
-def texts_of(table):
-    """The combination of every row of a table as text, a list; '' of a row without one."""
-    rows = (Combination.of(row) for _, row in table.iterrows())
-    return ["" if row[0] != row[0] else str(row) for row in rows]
+def combination_labels(table: pd.DataFrame) -> list[str]:
+    """Return the combination in each row of a table as text, '' for a row without one."""
+    combinations = (Combination.from_row(row) for _, row in table.iterrows())
+    return ["" if np.isnan(combination.alpha) else str(combination) for combination in combinations]
 
 
-def joined(combinations):
-    """Several combinations as one field of a table."""
+def join_combinations(combinations: Iterable[Combination | str]) -> str:
+    """Write several combinations into one field of a table."""
     return SEPARATOR.join(map(str, combinations))
 
 
-def split(field):
-    """The texts of the combinations in one field of a table; none where it is empty."""
-    return str(field).split(SEPARATOR) if isinstance(field, str) and field else []
+def split_combinations(field: object) -> list[str]:
+    """Return the texts of the combinations in one field of a table; none if the field is empty."""
+    return field.split(SEPARATOR) if isinstance(field, str) and field else []
 
 
 # Table I of the paper: limits of the ranges of n_S in %, alpha, beta, gamma, delta, d and Z_tS
@@ -72,23 +75,29 @@ PUBLISHED_ROWS = np.stack([TABLE_1[name] for name in PARAMETERS], axis=1)
 
 
 class Choices(NamedTuple):
-    """Combinations for ranges of n_S: (R,) lower limits in % of the dots, ascending, and (R, 4) rows."""
+    """The combination to use in each range of n_S.
+
+    Attributes
+    ----------
+    lowest : (R,) float64, lower limits of the ranges in % of the dots, ascending
+    rows : (R, 4) float64, combinations
+    """
 
     lowest: np.ndarray
     rows: np.ndarray
 
-    def from_n_s(self, percent):
-        """Rows of the range that holds an n_S of `percent` % of the dots and of the ranges above it."""
-        place = np.searchsorted(self.lowest, percent)
-        return self.rows[int(np.clip(place, 1, len(self.rows))) - 1 :]
+    def from_n_s(self, percent: float) -> np.ndarray:
+        """Return the rows from the range that contains an n_S of `percent` % upwards."""
+        above = np.searchsorted(self.lowest, percent)
+        return self.rows[int(np.clip(above, 1, len(self.rows))) - 1 :]
 
 
-OF_PAPER = Choices(TABLE_1["n_S_low_percent"], PUBLISHED_ROWS)
+PUBLISHED_CHOICES = Choices(TABLE_1["n_S_low_percent"], PUBLISHED_ROWS)
 
 
-def choices_of(ranges):
-    """The winners of ranges.csv under the published reading; Table I of the paper without any."""
-    if ranges is None or not (ranges["reading"] == PUBLISHED).any():
-        return OF_PAPER
-    rows = ranges[(ranges["reading"] == PUBLISHED) & (ranges["n_combinations"] > 0)]
+def choices_from_ranges(ranges: pd.DataFrame | None) -> Choices:
+    """Return the winners in ranges.csv under the published reading, or Table I of the paper if there are none."""
+    if ranges is None or not (ranges["reading"] == CODED_READING).any():
+        return PUBLISHED_CHOICES
+    rows = ranges[(ranges["reading"] == CODED_READING) & (ranges["n_combinations"] > 0)]
     return Choices(rows["n_S_low_percent"].to_numpy(), rows[PARAMETERS].to_numpy())

@@ -1,187 +1,214 @@
-"""Samplers of a surface, one interface: (evaluator, n, rng) -> n dots in the order of choice.
+"""Samplers with one interface: (prepared surface, n, rng) -> n dots in the order of choice.
 
-`evaluator` is anything with `points` (N, 3), `index`, `roughness` (N,), `cover` and
-`corrected_cover` (see `evaluator.Evaluator`). To add a sampler, write one function and put
-`@sampler(...)` above it, with what `Sampler` holds. All keep exactly n dots but the paper's,
-whose n_S is left to chance.
+To add a sampler, write one function with `@sampler(...)` above it; `Sampler` explains the options. Every sampler keeps
+exactly n dots, except those of the paper, which leave n_S to chance.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.patches.index import apart
-from sparsurf.sampling import law
-from sparsurf.sampling.combination import OF_PAPER
-from sparsurf.sampling.spreading import denser_where_rough, spread
+from sparsurf.patches.index import select_separated
+from sparsurf.sampling import published
+from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
+from sparsurf.sampling.farthest_point import farthest_point_sampling, roughness_weighted_sampling
+from sparsurf.sampling.published import SampledSurface
 
-SAMPLERS = {}
 HINDSIGHT = "paper_in_hindsight"  # in tables only: `paper` with the combinations that proved best
-SURPLUS = 0.005  # a length that gives this share of dots too many is good enough: they are left out at random
+MAX_SURPLUS = 0.005  # a length that gives at most this share of dots too many is accepted; the surplus is left out at random
 
 
 class Sampler(NamedTuple):
     """A sampler, called like its function.
 
-    function : (evaluator, n, rng) -> (n,) int64 dots
-    words, text : str, what figures and pages call it
+    Attributes
+    ----------
+    function : (prepared, n, rng) -> (n,) int64 dots; None for a name that is not registered
+    words, text : str, names in figures and on pages
     nested : bool, whether its shorter subsets are the beginnings of its longer ones (from the same stream)
-    choosing : bool, whether it takes the paper's `choices` as well
+    choosing : bool, whether it also takes the paper's `choices`
     """
 
-    function: Callable
+    function: Callable[..., np.ndarray] | None
     words: str
     text: str
     nested: bool = False
     choosing: bool = False
 
-    def __call__(self, *args, **options):
+    def __call__(self, *args: Any, **options: Any) -> np.ndarray:
+        if self.function is None:
+            raise TypeError(f"{self.words} is the name of no registered sampler")
         return self.function(*args, **options)
 
 
-def sampler(words="", text="", **needs):
-    """Register the function below under its name, which also stands for words that are not given."""
-    if callable(words):  # @sampler alone
-        return sampler()(words)
+SAMPLERS = dict[str, Sampler]()
 
-    def register(function):
+
+def sampler(words: str | Callable[..., np.ndarray] = "", text: str = "", **options: bool) -> Callable:
+    """Register the decorated function under its name.
+
+    The name also replaces `words` and `text` if they are not given. `options` are `nested` and `choosing` of `Sampler`.
+    """
+    if callable(words):  # @sampler without brackets
+        return sampler()(words)
+    label = words
+
+    def register(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
         name = function.__name__
-        SAMPLERS[name] = Sampler(function, words or name, text or name, **needs)
+        SAMPLERS[name] = Sampler(function, label or name, text or name, **options)
         return function
 
     return register
 
 
-def called(name):
-    """Sampler with the words for a name of a table; a name that no sampler has stands for itself."""
+def lookup_sampler(name: str) -> Sampler:
+    """Return the sampler for a name in a table; a name that is not registered is its own label."""
     if name == HINDSIGHT:
         return Sampler(paper, "paper's, in hindsight", "paper (best in hindsight)", choosing=True)
     return SAMPLERS.get(name) or Sampler(None, name, name)
 
 
-def named(names, key, choices=OF_PAPER):
-    """Dict of the samplers called `names`; `key` is where the config gives them.
+def get_samplers(names: Iterable[str], key: str, choices: Choices = PUBLISHED_CHOICES) -> dict[str, Sampler]:
+    """Return the samplers called `names`, by name.
 
-    `choices` are the combinations that the paper's samplers take, see `combination.Choices`.
+    Parameters
+    ----------
+    names : iterable of str
+    key : str
+        Config key that gives the names, for the error message.
+    choices : Choices
+        Combinations that the paper's samplers take.
 
     Raises
     ------
-    InputError : a name that no sampler has
+    InputError
+        If a name is not registered.
     """
+    samplers = {}
     for name in names:
-        if name not in list(SAMPLERS):  # a list: what a user gives may have no hash
+        if name not in list(SAMPLERS):  # a list: a user's value may be unhashable
             raise InputError(f"{key}: there is no sampler {name!r}; the samplers are {', '.join(SAMPLERS)}.")
-    chosen = {name: SAMPLERS[name] for name in names}
-    return {
-        name: own._replace(function=partial(own.function, choices=choices)) if own.choosing else own
-        for name, own in chosen.items()
-    }
+        chosen = SAMPLERS[name]
+        if chosen.choosing and chosen.function is not None:
+            chosen = chosen._replace(function=partial(chosen.function, choices=choices))
+        samplers[name] = chosen
+    return samplers
 
 
 @sampler("paper's sampling", choosing=True)
-def paper(evaluator, n, rng, choices=OF_PAPER):
-    """The roughness-dependent sampling, with what its own criterion d chose for this range of n_S.
+def paper(
+    prepared: SampledSurface, n: int, rng: np.random.Generator, choices: Choices = PUBLISHED_CHOICES
+) -> np.ndarray:
+    """Sample by roughness with the combination that the paper's criterion d chose for this range of n_S.
 
-    alpha is set so that the expected n_S is n; where even alpha = 1 keeps fewer, the choice for the next range
-    takes its place. n_S itself is left to chance.
+    alpha is set so that the expected n_S is n. If even alpha = 1 keeps fewer dots, the combination of the next range is
+    used. n_S itself is left to chance.
     """
-    return _paper(evaluator.cover, choices, n, rng)
+    return _sample_about(prepared.cover, choices, n, rng)
 
 
 @sampler("paper's, corrected", "paper (corrected)", choosing=True)
-def paper_corrected(evaluator, n, rng, choices=OF_PAPER):
-    """The same with distances from the dot itself and one draw per dot."""
-    return _paper(evaluator.corrected_cover, choices, n, rng)
+def paper_corrected(
+    prepared: SampledSurface, n: int, rng: np.random.Generator, choices: Choices = PUBLISHED_CHOICES
+) -> np.ndarray:
+    """Sample like `paper`, with distances from the dot itself and one chance per dot."""
+    return _sample_about(prepared.corrected_cover, choices, n, rng)
 
 
-def _paper(cover, choices, n, rng):
-    choices = choices.from_n_s(100 * n / cover.n_dots)
-    reach = law.expected_n_s(cover, [(1.0, *choice[1:]) for choice in choices])
-    choice = choices[int(np.argmax(reach >= n)) if (reach >= n).any() else int(np.argmax(reach))]
-    return law.sample(cover, tune_alpha(cover, choice, n), rng)
+def _sample_about(cover: published.Cover, choices: Choices, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw about n dots with the first combination that can keep as many."""
+    rows = choices.from_n_s(100 * n / cover.n_dots)
+    most = published.expected_n_s(cover, [(1.0, *row[1:]) for row in rows])
+    row = rows[int(np.argmax(most >= n)) if (most >= n).any() else int(np.argmax(most))]
+    return published.sample(cover, tune_alpha(cover, row, n), rng)
 
 
-def tune_alpha(cover, combination, n):
-    """`combination` with the alpha in (0, 1] whose expected n_S is nearest to n; n_S grows with alpha."""
+def tune_alpha(cover: published.Cover, combination: Iterable[float], n: float) -> tuple[float, ...]:
+    """Return `combination` with the alpha in (0, 1] whose expected n_S is nearest to n; n_S grows with alpha."""
+    _, *exponents = combination
     low, high = 0.0, 1.0
     for _ in range(40):
         middle = (low + high) / 2
-        few = law.expected_n_s(cover, [(middle, *combination[1:])])[0] < n
-        low, high = (middle, high) if few else (low, middle)
-    return (high, *combination[1:])
+        too_few = published.expected_n_s(cover, [(middle, *exponents)])[0] < n
+        low, high = (middle, high) if too_few else (low, middle)
+    return (high, *exponents)
 
 
 @sampler("uniform draw", nested=True)
-def uniform(evaluator, n, rng):
-    """Every subset of n dots is equally likely."""
-    return rng.permutation(len(evaluator.points))[:n]
+def uniform(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw n dots at random; every subset of n dots is equally likely."""
+    return rng.permutation(len(prepared.points))[:n]
 
 
 @sampler("roughness-weighted", nested=True)
-def roughness(evaluator, n, rng):
-    """Without replacement, each draw with a chance proportional to 1 - R_i."""
-    return denser_where_rough(evaluator, n, rng, 1.0, even=False)
+def roughness(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw without replacement, each time with probabilities proportional to 1 - R_i."""
+    return roughness_weighted_sampling(prepared, n, rng, 1.0, even=False)
 
 
 @sampler("every k-th dot")
-def stride(evaluator, n, rng):
-    """Every (N / n)-th dot in the order of the surface, from a random start."""
-    n_dots = len(evaluator.points)
+def stride(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Take every (N / n)-th dot in the order of the surface, from a random start."""
+    n_dots = len(prepared.points)
     return (rng.integers(n_dots) + n_dots * np.arange(n)) // n
 
 
 @sampler("one per voxel")
-def voxel(evaluator, n, rng):
-    """One dot per cubic voxel, the one nearest to the mean of its dots; grid placed at random.
+def voxel(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Take one dot per cubic voxel: the dot nearest to the mean of the voxel's dots.
 
-    The side is as large as n voxels allow; surplus dots are left out at random.
+    The grid is placed at random. Its side is as large as n voxels allow; surplus dots are left out at random.
     """
-    corner = evaluator.points.min(axis=0)
-    shift = rng.random(3)  # of a side
-    return _longest(
-        lambda side: _voxel_dots(evaluator.points - corner + shift * side, side), evaluator, n, rng
+    corner = prepared.points.min(axis=0)
+    shift = rng.random(3)  # in sides of a voxel
+    return _at_largest_length(
+        lambda side: _voxel_dots(prepared.points - corner + shift * side, side), prepared, n, rng
     )
 
 
-def _voxel_dots(points, side):
-    """One dot of each voxel; coordinates are positive."""
+def _voxel_dots(points: np.ndarray, side: float) -> np.ndarray:
+    """Return one dot of each voxel; coordinates are positive."""
     a, b, c = np.floor(points / side).astype(np.int64).T
     voxel_of = (a * (b.max() + 1) + b) * (c.max() + 1) + c
     order = np.argsort(voxel_of, kind="stable")
     begin = np.flatnonzero(np.diff(voxel_of[order], prepend=-1))
     count = np.diff(begin, append=len(points))
     mean = np.add.reduceat(points[order], begin) / count[:, None]
-    gap = np.sum((points[order] - np.repeat(mean, count, axis=0)) ** 2, axis=1)
-    return order[np.lexsort((gap, voxel_of[order]))[begin]]
+    distance2 = np.sum((points[order] - np.repeat(mean, count, axis=0)) ** 2, axis=1)
+    return order[np.lexsort((distance2, voxel_of[order]))[begin]]
 
 
 @sampler("Poisson disk")
-def poisson(evaluator, n, rng):
-    """Poisson disk: dots in random order, each kept unless an earlier one lies within a radius.
+def poisson(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Visit the dots in random order and keep each unless an earlier kept dot lies within a radius (Poisson disk).
 
     The radius is as large as n dots allow; surplus dots are left out at random.
     """
-    order = rng.permutation(len(evaluator.points))
-    return _longest(lambda radius: apart(evaluator.index, order, radius, len(order), 0), evaluator, n, rng)
+    order = rng.permutation(len(prepared.points))
+    return _at_largest_length(
+        lambda radius: select_separated(prepared.index, order, radius, len(order), 0), prepared, n, rng
+    )
 
 
-def _longest(dots_at, evaluator, n, rng):
-    """`dots_at(length)` at nearly the largest length that gives n dots, cut to n at random."""
-    low, high, best = 0.0, np.inf, np.arange(len(evaluator.points))
+def _at_largest_length(
+    dots_at: Callable[[float], np.ndarray], prepared: SampledSurface, n: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Return `dots_at(length)` at nearly the largest length that gives n dots, cut to n at random."""
+    low, high, best = 0.0, np.inf, np.arange(len(prepared.points))
     length = 1.0  # Å
     for _ in range(40):
-        if n <= len(best) <= (1 + SURPLUS) * n:
+        if n <= len(best) <= (1 + MAX_SURPLUS) * n:
             break
         dots = dots_at(length)
         if len(dots) >= n:
             low, best = length, dots
         else:
             high = length
-        # dots on a surface become fewer with the square of the length
-        length *= np.sqrt(len(dots) / ((1 + SURPLUS / 2) * n))
+        # the number of dots on a surface falls with the square of the length
+        length *= np.sqrt(len(dots) / ((1 + MAX_SURPLUS / 2) * n))
         if not low < length < high:
             length = (low + high) / 2 if np.isfinite(high) else 2 * low
         if high - low < 1e-4 * low:
@@ -190,21 +217,21 @@ def _longest(dots_at, evaluator, n, rng):
 
 
 @sampler("farthest point", nested=True)
-def farthest(evaluator, n, rng):
-    """Farthest-point sampling (Gonzalez 1985): each dot is the one farthest from all before it, the first one random."""
-    return spread(evaluator.index, n, rng)
+def farthest(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Add the dot farthest from all chosen dots, starting from a random dot (farthest-point sampling, Gonzalez 1985)."""
+    return farthest_point_sampling(prepared.index, n, rng)
 
 
 @sampler("centres of patches", "centres", nested=True)
-def centres(evaluator, n, rng):
-    """The centres of the paper's patches, which its sampling always keeps, filled up uniformly: a control for it."""
-    always = np.unique(evaluator.cover.centre)
-    rest = np.setdiff1d(np.arange(len(evaluator.points)), always)
+def centres(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Keep the centres of the paper's patches, which its sampling always keeps, and fill up uniformly: its control."""
+    always = np.unique(prepared.cover.centre)
+    rest = np.setdiff1d(np.arange(len(prepared.points)), always)
     return np.concatenate([rng.permutation(always), rng.permutation(rest)])[:n]
 
 
-def weights(points, subset):
-    """Number of surface dots nearest to each kept dot (itself included).
+def subset_weights(points: np.ndarray, subset: np.ndarray) -> np.ndarray:
+    """Count the surface dots that are nearest to each kept dot (itself included).
 
     Parameters
     ----------
@@ -213,14 +240,19 @@ def weights(points, subset):
 
     Returns
     -------
-    (n,) int64, their sum is N.
+    (n,) int64; the sum is N.
     """
     return np.bincount(nearest_kept(points, subset)[0], minlength=len(subset))
 
 
-def nearest_kept(points, subset, threads=1):
-    """Place in `subset` of the kept dot nearest to every dot, (N,) int64, and its distance, (N,) Å."""
+def nearest_kept(points: np.ndarray, subset: np.ndarray, threads: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Find the kept dot nearest to every dot.
+
+    Returns
+    -------
+    (N,) int64 indices into `subset`, and (N,) float64 distances in Å.
+    """
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second, and most jobs need no tree
 
-    gap, place = cKDTree(points[subset]).query(points, workers=threads)
-    return place, gap
+    distance, nearest = cKDTree(points[subset]).query(points, workers=threads)
+    return np.asarray(nearest), np.asarray(distance)

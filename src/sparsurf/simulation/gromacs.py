@@ -1,93 +1,110 @@
-"""The program GROMACS: where it is, which version, and its errors as one sentence."""
+"""Find and run the program GROMACS, and turn its errors into one sentence."""
+
+from __future__ import annotations
 
 import os
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 from sparsurf import InputError
 
 PROGRAMS = ("gmx", "gmx_mpi")
-OLDEST = 2019  # the paper's version; older ones do not know all parameters
-REASON = r"(?:Fatal error|Error in user input|Inconsistency in user input|File input/output error):\s*\n(.*?)\n\s*\n"
-MISSING = (
+MIN_VERSION = 2019  # the paper's version; older ones lack some parameters
+ERROR_PATTERN = r"(?:Fatal error|Error in user input|Inconsistency in user input|File input/output error):\s*\n(.*?)\n\s*\n"
+NOT_FOUND = (
     "simulate needs GROMACS, but there is no program gmx on the PATH: install it (Debian: apt install gromacs; conda: "
     "conda install -c conda-forge gromacs; on a cluster: module load gromacs), or give a trajectory instead."
 )
 
 
-def program():
-    """Path of the GROMACS program.
+def program() -> str:
+    """Return the path of the GROMACS program.
 
     Raises
     ------
-    InputError : there is none
+    InputError
+        There is none.
     """
     for name in PROGRAMS:
         path = shutil.which(name)
         if path:
             return path
-    raise InputError(MISSING)
+    raise InputError(NOT_FOUND)
 
 
-def version():
-    """Version of GROMACS as it says itself, '2022.5' say.
+def version() -> str:
+    """Return the version of GROMACS, such as '2022.5'.
 
     Raises
     ------
-    InputError : no GROMACS, or one older than OLDEST
+    InputError
+        No GROMACS, or one older than MIN_VERSION.
     """
-    said = _facts().get("GROMACS version", "unknown")
-    year = re.match(r"\d+", said)
-    if year and int(year.group()) < OLDEST:
-        raise InputError(f"simulate needs GROMACS {OLDEST} or later, but {program()} is version {said}.")
-    return said
+    name = _build_information().get("GROMACS version", "unknown")
+    year = re.match(r"\d+", name)
+    if year and int(year.group()) < MIN_VERSION:
+        raise InputError(f"simulate needs GROMACS {MIN_VERSION} or later, but {program()} is version {name}.")
+    return name
 
 
-def _facts():
-    """What `gmx --version` says, by name."""
-    said = subprocess.run([program(), "--version"], capture_output=True, text=True, check=False).stdout
+def _build_information() -> dict[str, str]:
+    """Return the lines of `gmx --version`, by name."""
+    output = subprocess.run([program(), "--version"], capture_output=True, text=True, check=False).stdout
     return {
-        key.strip(): value.strip() for key, _, value in (line.partition(":") for line in said.splitlines())
+        key.strip(): value.strip() for key, _, value in (line.partition(":") for line in output.splitlines())
     }
 
 
-def force_field_folder(name):
-    """Folder of a force field.
+def force_field_folder(name: str) -> Path:
+    """Return the folder of a force field.
 
     Raises
     ------
-    InputError : GROMACS does not have it
+    InputError
+        GROMACS does not have it.
     """
-    tops = [os.environ.get("GMXLIB"), Path(_facts().get("Data prefix", "/usr"), "share", "gromacs", "top")]
-    if os.environ.get("GMXDATA"):
-        tops.insert(1, Path(os.environ["GMXDATA"], "top"))
-    tops = [Path(top) for top in tops if top]
-    for top in tops:
+    candidates: list[str | Path | None] = [os.environ.get("GMXLIB")]
+    candidates += [os.environ["GMXDATA"] + "/top"] if os.environ.get("GMXDATA") else []
+    candidates += [Path(_build_information().get("Data prefix", "/usr"), "share", "gromacs", "top")]
+    folders = [Path(folder) for folder in candidates if folder]
+    for top in folders:
         if (top / f"{name}.ff").is_dir():
             return top / f"{name}.ff"
-    known = sorted({folder.name[:-3] for top in tops for folder in top.glob("*.ff")})
+    known = sorted({folder.name[:-3] for top in folders for folder in top.glob("*.ff")})
     raise InputError(f"simulate.force_field: GROMACS has no {name!r}; it has {', '.join(known) or 'none'}.")
 
 
-def run(*arguments, folder, given="", wait=None):
-    """Run `gmx` in a folder; what it says goes to the job's log.
+def run(
+    *arguments: object,
+    folder: str | os.PathLike[str],
+    stdin: str = "",
+    wait: Callable[[], None] | None = None,
+) -> str:
+    """Run `gmx` in a folder; its output goes to the job's log.
 
     Parameters
     ----------
-    arguments : words of the command line
-    folder : where it runs
-    given : str, its standard input
-    wait : callable, optional, called about once a second while it runs
+    *arguments : str, Path or number
+        Words of the command line.
+    folder : str or Path
+        Working directory.
+    stdin : str
+        Standard input.
+    wait : callable, optional
+        Called about once a second while GROMACS runs.
 
     Returns
     -------
-    str : all that it said
+    str
+        Its output.
 
     Raises
     ------
-    InputError : it failed; the message holds GROMACS's own reason
+    InputError
+        It failed; the message holds GROMACS's own reason.
     """
     command = [program(), "-quiet", "-nobackup", *map(str, arguments)]
     with subprocess.Popen(
@@ -99,27 +116,28 @@ def run(*arguments, folder, given="", wait=None):
         text=True,
         errors="replace",
     ) as process:
-        said, text = "", given
+        output = ""
+        text: str | None = stdin
         while True:
             try:
-                said, _ = process.communicate(text, timeout=1.0)
+                output, _ = process.communicate(text, timeout=1.0)
                 break
             except subprocess.TimeoutExpired:
                 text = None
                 if wait:
                     wait()
-            except BaseException:  # the study is stopped: GROMACS writes a checkpoint on SIGTERM
+            except BaseException:  # the study is stopped; GROMACS writes a checkpoint on SIGTERM
                 process.terminate()
                 process.wait()
                 raise
-    print(said)
+    print(output)
     if process.returncode:
-        raise InputError(f"GROMACS could not do `gmx {arguments[0]}`: {reason(said)}")
-    return said
+        raise InputError(f"GROMACS could not do `gmx {arguments[0]}`: {reason(output)}")
+    return output
 
 
-def reason(said):
-    """Why GROMACS failed, in one line, from what it said."""
-    found = re.search(REASON, said + "\n\n", re.S)
-    text = found.group(1) if found else (said.strip().splitlines() or ["it gave no reason"])[-1]
+def reason(output: str) -> str:
+    """Return in one line why GROMACS failed, from its output."""
+    error = re.search(ERROR_PATTERN, output + "\n\n", re.S)
+    text = error.group(1) if error else (output.strip().splitlines() or ["it gave no reason"])[-1]
     return " ".join(text.split()).rstrip(".") + "."

@@ -1,8 +1,12 @@
-"""The protocol of the paper's molecular dynamics as GROMACS parameters, stage by stage.
+"""The paper's molecular dynamics as GROMACS parameters, stage by stage.
 
-Source: paper, 'Protein structures and computation of the molecular surfaces'. Where it is silent (time constant of the
-thermostat, position restraints while the water settles) the usual GROMACS choice stands. Lengths come in Å.
+Source: paper, 'Protein structures and computation of the molecular surfaces'. Parameters that it leaves out (time
+constant of the thermostat, position restraints during the equilibration) have the usual GROMACS values. Lengths are in Å.
 """
+
+from __future__ import annotations
+
+from typing import Any
 
 STAGES = ("minimise", "nvt", "npt", "production")
 DEFAULTS = {
@@ -14,13 +18,19 @@ DEFAULTS = {
     "temperature": 300.0,  # K
     "pressure": 1.0,  # bar
     "cutoff": 12.0,  # Å, of the short-range interactions
-    "margin": 11.0,  # Å, from each atom of the protein to the border of the box
+    "margin": 11.0,  # Å, from each atom of the protein to the edge of the box
     "force_field": "charmm27",
     "water": "tip3p",
 }
-CHOICE = ("selection", "chains", "residues", "model", "altloc")  # keys of a protein that choose its atoms
-BEFORE = ("simulate", *CHOICE)  # keys of a protein whose work is done when its simulation ends
-ENERGIES = 500  # stored values of temperature, pressure, ... per stage, at least
+SELECTION_KEYS = (
+    "selection",
+    "chains",
+    "residues",
+    "model",
+    "altloc",
+)  # keys of a protein that select its atoms
+KEYS_OF_SIMULATION = ("simulate", *SELECTION_KEYS)  # keys of a protein that only its simulation uses
+MIN_ENERGIES = 500  # stored values of temperature, pressure, ... per stage
 
 MINIMISE = """\
 integrator = steep
@@ -59,41 +69,43 @@ tau-p = 2
 ref-p = {pressure:g}
 compressibility = 4.5e-5
 """
-BEGIN = {  # each stage goes on where the one before ended; the protein is held while the water settles
+START = {  # each stage continues the previous one; the protein is restrained while the water equilibrates
     "nvt": "define = -DPOSRES\ncontinuation = no\ngen-vel = yes\ngen-temp = {temperature:g}\ngen-seed = {seed}\n",
     "npt": "define = -DPOSRES\nrefcoord-scaling = com\ncontinuation = yes\ngen-vel = no\n" + BAROSTAT,
     "production": "continuation = yes\ngen-vel = no\n" + BAROSTAT,
 }
 
 
-def stage_before(stage):
-    """Name of the stage that ends where `stage` begins; None for the first."""
-    place = STAGES.index(stage)
-    return STAGES[place - 1] if place else None
+def stage_before(stage: str) -> str | None:
+    """Return the name of the previous stage; None for the first."""
+    position = STAGES.index(stage)
+    return STAGES[position - 1] if position else None
 
 
-def length_ns(stage, settings):
-    """Simulated time of a stage in ns; 0 for the minimisation."""
-    return {"minimise": 0.0, "production": settings["ns"]}.get(stage, settings.get(f"{stage}_ns"))
+def length_ns(stage: str, settings: dict[str, Any]) -> float:
+    """Return the simulated time of a stage in ns; 0 for the minimisation."""
+    if stage == "minimise":
+        return 0.0
+    return settings["ns" if stage == "production" else f"{stage}_ns"]
 
 
-def completed(asked):
-    """The config's `simulate` of a protein with every default filled in."""
-    return DEFAULTS | asked
+def with_defaults(settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the config's `simulate` of a protein with every default filled in."""
+    return DEFAULTS | settings
 
 
-def velocity_seed(seed):
-    """The seed as GROMACS wants it: positive, of 31 bits."""
+def velocity_seed(seed: int) -> int:
+    """Return the seed in the form that GROMACS needs: positive, of 31 bits."""
     return max(1, seed % (2**31 - 1))
 
 
-def steps(stage, settings):
-    """Number of time steps of a stage of dynamics, at least 1."""
+def n_time_steps(stage: str, settings: dict[str, Any]) -> int:
+    """Return the number of time steps of a stage of dynamics, at least 1."""
     return max(1, round(length_ns(stage, settings) * 1e6 / settings["time_step_fs"]))
 
 
-def parameters(stage, settings, seed):
-    """Text of the GROMACS parameter file (mdp) of a stage.
+def parameters(stage: str, settings: dict[str, Any], seed: int) -> str:
+    """Write the text of the GROMACS parameter file (mdp) of a stage.
 
     Parameters
     ----------
@@ -108,12 +120,12 @@ def parameters(stage, settings, seed):
     everywhere = EVERYWHERE.format(cutoff=settings["cutoff"] / 10)  # nm
     if stage == "minimise":
         return MINIMISE + everywhere
-    number = steps(stage, settings)
+    n_steps = n_time_steps(stage, settings)
     values = settings | {
         "dt": settings["time_step_fs"] / 1000,
-        "steps": number,
+        "steps": n_steps,
         "save": max(1, round(1000 * settings["save_ps"] / settings["time_step_fs"])),
-        "energies": max(1, number // ENERGIES),
+        "energies": max(1, n_steps // MIN_ENERGIES),
         "seed": velocity_seed(seed),
     }
-    return (DYNAMICS + BEGIN[stage]).format(**values) + everywhere
+    return (DYNAMICS + START[stage]).format(**values) + everywhere

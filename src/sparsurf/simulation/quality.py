@@ -1,8 +1,12 @@
-"""Whether a simulation did what it was asked: temperature, pressure, density, energy, and how far the protein moved."""
+"""Quality of a simulation: temperature, pressure, density, energy, and the motion of the protein."""
 
+from __future__ import annotations
+
+import os
 import re
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -12,23 +16,26 @@ from sparsurf.molecules.conformations import superpose
 from sparsurf.simulation import gromacs
 from sparsurf.simulation.protocol import STAGES
 
-QUANTITIES = {  # GROMACS's names: column
+if TYPE_CHECKING:
+    from sparsurf.molecules.molecule import Molecule
+
+QUANTITIES = {  # names in GROMACS: columns
     "Potential": "potential_kJ_mol",
     "Total-Energy": "total_energy_kJ_mol",
     "Temperature": "temperature_K",
     "Pressure": "pressure_bar",
     "Density": "density_kg_m3",
 }
-# What the mean of the production must be near to: beyond its own 95 % interval and this much, a warning follows.
-# The paper finds 1006 +- 5 kg / m^3; a protein of another share of the box moves that by up to 3 %.
+# Deviation of the production's mean from its target, beyond its 95 % interval, that causes a warning. The paper finds
+# 1006 +- 5 kg / m^3; a protein that fills another share of the box changes that by up to 3 %.
 TOLERANCE = {"temperature_K": 1.0, "pressure_bar": 10.0, "density_kg_m3": 30.0}
 DENSITY = 1006.0  # kg / m^3, paper, Materials and Methods
-BLOCKS = 10  # of which the error of a mean is made; within a block values depend on each other
-FEWEST = 50  # values; fewer tell nothing
+N_BLOCKS = 10  # for the error of a mean; values within a block are correlated
+MIN_VALUES = 50  # to judge a mean
 
 
-def energies(folders):
-    """Energies over time of all stages.
+def energies(folders: dict[str, str | os.PathLike[str]]) -> pd.DataFrame:
+    """Read the energies over time of all stages.
 
     Parameters
     ----------
@@ -36,20 +43,21 @@ def energies(folders):
 
     Returns
     -------
-    DataFrame: stage, time_ps (steps in the minimisation), then the columns of QUANTITIES; NaN where a stage has none
+    DataFrame
+        stage, time_ps (steps in the minimisation), then the columns of QUANTITIES; NaN where a stage has none.
     """
     tables = []
     with tempfile.TemporaryDirectory() as scratch:
         for stage in STAGES:
             folder, out = Path(folders[stage]).absolute(), Path(scratch, f"{stage}.xvg")
             gromacs.run("energy", "-f", "energies.edr", "-o", out, folder=folder,
-                        given="\n".join(_stored(folder)) + "\n\n")  # fmt: skip
+                        stdin="\n".join(_stored_quantities(folder)) + "\n\n")  # fmt: skip
             tables.append(read_xvg(out).assign(stage=stage))
     return pd.concat(tables, ignore_index=True).reindex(columns=["stage", "time_ps", *QUANTITIES.values()])
 
 
-def _stored(folder):
-    """Those of QUANTITIES that a stage has: without a barostat there is no density, without motion no temperature."""
+def _stored_quantities(folder: Path) -> list[str]:
+    """Return the QUANTITIES that a stage has: there is no density without a barostat, no temperature without motion."""
     moving = (folder / "state.cpt").is_file()
     text = (folder / "stage.mdp").read_text(encoding="ascii")
     return [
@@ -59,8 +67,8 @@ def _stored(folder):
     ]
 
 
-def read_xvg(path):
-    """A table that GROMACS wrote, columns named by its legend (as in QUANTITIES where known)."""
+def read_xvg(path: str | os.PathLike[str]) -> pd.DataFrame:
+    """Read a table of GROMACS, with columns named by its legend (as in QUANTITIES where known)."""
     lines = Path(path).read_text(encoding="latin-1").splitlines()
     names = re.findall(r'^@ s\d+ legend "(.*)"', "\n".join(lines), re.M)
     rows = [[float(word) for word in line.split()] for line in lines if line and line[0] not in "#@&"]
@@ -68,29 +76,30 @@ def read_xvg(path):
     return pd.DataFrame(rows, columns=["time_ps", *names])
 
 
-def motion(molecule):
-    """How the protein moves.
+def motion(molecule: Molecule) -> pd.DataFrame:
+    """Measure how the protein moves.
 
     Parameters
     ----------
-    molecule : molecules.molecule.Molecule, all frames
+    molecule : Molecule, all frames
 
     Returns
     -------
-    DataFrame: time_ps, rmsd (Å, of the C-alpha atoms to the first frame after superposition), radius_of_gyration
-    (Å, heavy atoms with equal weights)
+    DataFrame
+        time_ps, rmsd (Å, of the C-alpha atoms to the first frame after superposition), radius_of_gyration (Å, heavy
+        atoms with equal weights).
     """
     backbone = molecule.name == "CA"
     heavy = ~np.isin(molecule.element, ["H", "D"])
-    on_first = superpose(molecule.xyz, backbone)[:, backbone]
-    rmsd = np.sqrt(((on_first - on_first[0]) ** 2).sum(axis=2).mean(axis=1))
-    at = molecule.xyz[:, heavy]
-    gyration = np.sqrt(((at - at.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1))
+    superposed = superpose(molecule.xyz, backbone)[:, backbone]
+    rmsd = np.sqrt(((superposed - superposed[0]) ** 2).sum(axis=2).mean(axis=1))
+    xyz = molecule.xyz[:, heavy]
+    gyration = np.sqrt(((xyz - xyz.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1))
     return pd.DataFrame({"time_ps": molecule.time_ps, "rmsd": rmsd, "radius_of_gyration": gyration})
 
 
-def judge(table, settings):
-    """Means of the production against their targets.
+def judge(table: pd.DataFrame, settings: dict[str, Any]) -> pd.DataFrame:
+    """Compare means of the production with their targets.
 
     Parameters
     ----------
@@ -99,8 +108,9 @@ def judge(table, settings):
 
     Returns
     -------
-    DataFrame: quantity, mean, half_width (of the 95 % interval, from block means), target, near (bool; NaN where the
-    run is too short to tell)
+    DataFrame
+        quantity, mean, half_width (of the 95 % interval, from block means), target, near (bool; NaN if the run is too
+        short to judge).
     """
     targets = {
         "temperature_K": settings["temperature"],
@@ -111,25 +121,25 @@ def judge(table, settings):
     for name, target in targets.items():
         values = table.loc[table["stage"] == "production", name].dropna().to_numpy()
         mean, half = mean_of_blocks(values)
-        enough = len(values) >= FEWEST
+        enough = len(values) >= MIN_VALUES
         near = bool(abs(mean - target) <= half + TOLERANCE[name]) if enough else np.nan
         rows.append((name, mean, half, target, near))
     return pd.DataFrame(rows, columns=["quantity", "mean", "half_width", "target", "near"])
 
 
-def mean_of_blocks(values):
-    """Mean of a series whose neighbours depend on each other, and half its 95 % interval from BLOCKS block means."""
+def mean_of_blocks(values: np.ndarray) -> tuple[float, float]:
+    """Return the mean of an autocorrelated series, and half its 95 % interval from N_BLOCKS block means."""
     if len(values) == 0:
         return float("nan"), float("nan")
-    if len(values) < 2 * BLOCKS:
+    if len(values) < 2 * N_BLOCKS:
         return float(np.mean(values)), float("nan")
-    blocks = np.array([block.mean() for block in np.array_split(values, BLOCKS)])
-    half = student.ppf(0.975, BLOCKS - 1) * blocks.std(ddof=1) / np.sqrt(BLOCKS)
+    blocks = np.array([block.mean() for block in np.array_split(values, N_BLOCKS)])
+    half = student.ppf(0.975, N_BLOCKS - 1) * blocks.std(ddof=1) / np.sqrt(N_BLOCKS)
     return float(np.mean(values)), float(half)
 
 
-def warnings(judged):
-    """One sentence for each mean that is off its target."""
+def warnings(judged: pd.DataFrame) -> list[str]:
+    """Return one sentence for each mean that misses its target."""
     return [
         f"the mean {row.quantity} of the production is {row.mean:.4g} +- {row.half_width:.2g}, off its target {row.target:g}: "
         "look at the figure of the simulation before you use its frames"

@@ -1,60 +1,78 @@
-"""The simulated system: a protein checked, given hydrogens, put into a box of water, neutralised."""
+"""Prepare the simulated system: check a protein, add hydrogens, put it into a box of water, and neutralise it."""
+
+from __future__ import annotations
 
 import logging
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.molecules.residues import PEPTIDE, heavy_atoms_found
+from sparsurf.molecules.residues import PEPTIDE, count_heavy_atoms
 from sparsurf.simulation import gromacs
-from sparsurf.simulation.protocol import CHOICE, parameters, velocity_seed
+from sparsurf.simulation.protocol import SELECTION_KEYS, parameters, velocity_seed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sparsurf.molecules.molecule import Molecule
 
 log = logging.getLogger("sparsurf")
 
-NAMED = 8  # residues that a sentence names; further ones are counted
+MAX_NAMED = 8  # residues in a message; further ones are only counted
 
 
-def chosen_protein(path, protein):
-    """The protein residues that a config's entry chooses from a structure, in its first model; no hydrogens.
+def select_protein(path: str | os.PathLike[str], protein: dict[str, Any]) -> Molecule:
+    """Read the protein residues that a config's entry selects from a structure, in its first model; no hydrogens.
 
     Raises
     ------
-    InputError : see `molecules.read_molecule.read_molecule`
+    InputError
+        See `molecules.read_molecule.read_molecule`.
     """
-    keys = {key: protein[key] for key in CHOICE if key in protein}
+    keys = {key: protein[key] for key in SELECTION_KEYS if key in protein}
     molecule = read_molecule(path, hydrogens="remove", **keys)
     if molecule.n_frames > 1:
         log.warning(
-            "%s has %d models: the first is simulated; `model` chooses another", path, molecule.n_frames
+            "%s has %d models: the first is simulated; `model` selects another", path, molecule.n_frames
         )
     molecule = molecule.frame(0)
     return molecule.take(molecule.kind == "protein")
 
 
-def prepare(molecule, path, settings, seed, folder):
-    """Build the system in `folder`: topology (topol.top with what it includes), coordinates (system.gro).
+def prepare_system(
+    molecule: Molecule,
+    path: str | os.PathLike[str],
+    settings: dict[str, Any],
+    seed: int,
+    folder: str | os.PathLike[str],
+) -> dict[str, int | str]:
+    """Build the system in `folder`: topology (topol.top with the files that it includes), coordinates (system.gro).
 
-    Hydrogens are built anew by the force field, chain ends are charged, disulphide bonds follow from distances.
+    The force field builds all hydrogens, chain ends are charged, and disulphide bonds follow from distances.
 
     Parameters
     ----------
-    molecule : molecules.molecule.Molecule of one frame, protein atoms only
+    molecule : Molecule of one frame, protein atoms only
     path : named in messages
     settings : dict, keys of protocol.DEFAULTS
     seed : int
-    folder : Path, exists
+    folder : an existing folder
 
     Returns
     -------
-    dict of what was built: protein_atoms, waters, ions, atoms (int) and gromacs (str)
+    dict
+        Content of the system: protein_atoms, waters, ions, atoms (int) and the version of gromacs (str).
 
     Raises
     ------
-    InputError : gaps, missing atoms, residues that the force field does not know, or GROMACS's own reason
+    InputError
+        Gaps, missing atoms, residues that the force field does not know, or GROMACS's own reason.
     """
     version = gromacs.version()
     force_field = settings["force_field"]
@@ -70,103 +88,111 @@ def prepare(molecule, path, settings, seed, folder):
     gromacs.run("solvate", "-cp", "box.gro", "-cs", "spc216", "-o", "water.gro", *topology, folder=folder)
     Path(folder, "ions.mdp").write_text(parameters("minimise", settings, seed), encoding="ascii")
     gromacs.run("grompp", "-f", "ions.mdp", "-c", "water.gro", *topology, "-o", "ions.tpr", "-maxwarn", 1,
-                folder=folder)  # fmt: skip  # the one warning: a charge, which the ions are about to cure
+                folder=folder)  # fmt: skip  # the one warning is about the charge, which the ions neutralise
     gromacs.run("genion", "-s", "ions.tpr", "-o", "system.gro", *topology, "-neutral", "-pname", "NA",
-                "-nname", "CL", "-seed", velocity_seed(seed), folder=folder, given="SOL\n")  # fmt: skip
+                "-nname", "CL", "-seed", velocity_seed(seed), folder=folder, stdin="SOL\n")  # fmt: skip
     for name in ("hydrogens.gro", "box.gro", "water.gro", "ions.tpr", "ions.mdp", "mdout.mdp"):
         Path(folder, name).unlink(missing_ok=True)
-    return contents(folder) | {"gromacs": version}
+    return count_molecules(folder) | {"gromacs": version}
 
 
-def with_chains(path_to_gro, molecule):
-    """The protein as GROMACS wrote it, residue by residue with the chains and labels of `molecule`.
+def with_chains(path_to_gro: str | os.PathLike[str], molecule: Molecule) -> Molecule:
+    """Read the protein that GROMACS wrote, and label its residues with the chains and numbers of `molecule`.
 
-    GRO files know no chains; PDB files, which do, would round the coordinates, and with them the number of waters.
+    GRO files have no chains. PDB files have them, but would round the coordinates, which changes the number of waters.
     """
     built = read_molecule(path_to_gro, selection="all", whole=False)
     first = _first_atoms(molecule)
     if built.n_residues != len(first):
         raise InputError(
-            f"GROMACS made {built.n_residues} residues of the {len(first)} given; choose protein residues only."
+            f"GROMACS made {built.n_residues} residues of the {len(first)} given; select protein residues only."
         )
     labels = {name: getattr(molecule, name)[first][built.residue_index] for name in ("chain", "residue")}
     return replace(built, **labels)
 
 
-def contents(folder):
-    """Numbers of atoms, waters and ions of a prepared system."""
+def count_molecules(folder: str | os.PathLike[str]) -> dict[str, int]:
+    """Count atoms, waters and ions of a prepared system."""
     atoms = int(Path(folder, "system.gro").read_text(encoding="ascii").splitlines()[1])
-    listed = Path(folder, "topol.top").read_text(encoding="latin-1").partition("[ molecules ]")[2]
-    counts = {}
-    for name, number in re.findall(r"^(\w\S*)\s+(\d+)\s*$", listed, re.M):
+    molecules = Path(folder, "topol.top").read_text(encoding="latin-1").partition("[ molecules ]")[2]
+    counts: dict[str, int] = {}
+    for name, number in re.findall(r"^(\w\S*)\s+(\d+)\s*$", molecules, re.M):
         counts[name] = counts.get(name, 0) + int(number)
     waters, ions = counts.get("SOL", 0), counts.get("NA", 0) + counts.get("CL", 0)
-    per_water = len(re.findall(r"^\s*\d+SOL ", Path(folder, "system.gro").read_text(encoding="ascii"), re.M))
-    return {"atoms": atoms, "protein_atoms": atoms - per_water - ions, "waters": waters, "ions": ions}
+    water_atoms = len(
+        re.findall(r"^\s*\d+SOL ", Path(folder, "system.gro").read_text(encoding="ascii"), re.M)
+    )
+    return {"atoms": atoms, "protein_atoms": atoms - water_atoms - ions, "waters": waters, "ions": ions}
 
 
-def known_residues(folder):
-    """Names of the residues that a force field knows, from its building blocks and its table of names."""
+def known_residues(folder: str | os.PathLike[str]) -> set[str]:
+    """Return the residue names that a force field knows, from its building blocks and its table of names."""
     names = set()
     for path in Path(folder).glob("*.rtp"):
         names |= set(re.findall(r"^\[ *(\S+) *\]", path.read_text(encoding="latin-1"), re.M))
     for path in Path(folder).glob("*.r2b"):
         lines = path.read_text(encoding="latin-1").splitlines()
         names |= {line.split()[0] for line in lines if line.strip() and not line.startswith(";")}
-    return names | {"HIS"}  # pdb2gmx gives it the protonation that its hydrogen bonds suggest
+    return names | {"HIS"}  # pdb2gmx chooses its protonation from its hydrogen bonds
 
 
-def refuse_unknown(molecule, path, known, force_field):
-    """Raise InputError where residues are not in `known`, the names of a force field's residues."""
+def refuse_unknown(
+    molecule: Molecule, path: str | os.PathLike[str], known: set[str], force_field: str
+) -> None:
+    """Raise InputError if residues are not in `known`, the names of a force field's residues."""
     first = _first_atoms(molecule)
     unknown = [i for i in first if molecule.residue_name[i] not in known]
     if unknown:
         raise InputError(
-            f"{path}: the force field {force_field} does not know {_named(molecule, unknown)}; replace or leave out "
+            f"{path}: the force field {force_field} does not know {_names(molecule, unknown)}; replace or leave out "
             "these residues (`residues:`), or give a trajectory made elsewhere."
         )
 
 
-def refuse_incomplete(molecule, path):
-    """Raise InputError where heavy atoms are missing or a chain has a gap: the simulation would not notice a gap."""
+def refuse_incomplete(molecule: Molecule, path: str | os.PathLike[str]) -> None:
+    """Raise InputError if heavy atoms are missing or a chain has a gap, which GROMACS would not notice."""
     first = _first_atoms(molecule)
-    found, expected = heavy_atoms_found(molecule.residue_name, molecule.residue_index, molecule.element)
-    lacking = [i for i, some, all_ in zip(first, found, expected, strict=True) if some < all_]
-    if lacking:
+    present, expected = count_heavy_atoms(molecule.residue_name, molecule.residue_index, molecule.element)
+    counts = zip(first, present, expected, strict=True)
+    incomplete = [atom for atom, n_present, n_expected in counts if n_present < n_expected]
+    if incomplete:
         raise InputError(
-            f"{path}: atoms are missing in {_named(molecule, lacking)}; build them with a modelling program, or "
+            f"{path}: atoms are missing in {_names(molecule, incomplete)}; build them with a modelling program, or "
             "leave the residues out (`residues:`)."
         )
     gaps = [f"{_label(molecule, i)} and {_label(molecule, j)}" for i, j in _gaps(molecule, first)]
     if gaps:
-        rest = f" and {len(gaps) - NAMED} more places" if len(gaps) > NAMED else ""
+        rest = f" and {len(gaps) - MAX_NAMED} more places" if len(gaps) > MAX_NAMED else ""
         raise InputError(
-            f"{path}: the chain is broken between {'; '.join(gaps[:NAMED])}{rest}; build what is missing, or choose "
+            f"{path}: the chain is broken between {'; '.join(gaps[:MAX_NAMED])}{rest}; build what is missing, or select "
             "a part without gaps (`residues:`)."
         )
 
 
-def _gaps(molecule, first):
-    """Pairs of first atoms of residues that follow each other in a chain without being bonded."""
-    _, last, start, longest = PEPTIDE
-    places = {name: np.full((len(first), 3), np.nan) for name in (last, start)}
-    for name, place in places.items():
-        at = molecule.name == name
-        place[molecule.residue_index[at]] = molecule.xyz[0][at]
-    apart = np.linalg.norm(places[last][:-1] - places[start][1:], axis=1)
-    pairs = zip(first[:-1], first[1:], apart, strict=True)
-    return [(i, j) for i, j, gap in pairs if molecule.chain[i] == molecule.chain[j] and not gap < longest]
+def _gaps(molecule: Molecule, first: np.ndarray) -> list[tuple[int, int]]:
+    """Find consecutive residues of a chain that are not bonded, as pairs of their first atoms."""
+    positions = {name: np.full((len(first), 3), np.nan) for name in (PEPTIDE.last, PEPTIDE.first)}
+    for name, position in positions.items():
+        atoms = molecule.name == name
+        position[molecule.residue_index[atoms]] = molecule.xyz[0][atoms]
+    length = np.linalg.norm(positions[PEPTIDE.last][:-1] - positions[PEPTIDE.first][1:], axis=1)
+    bonded = length < PEPTIDE.max_length  # False where an atom is missing
+    pairs = zip(first[:-1].tolist(), first[1:].tolist(), bonded, strict=True)
+    return [(i, j) for i, j, bond in pairs if molecule.chain[i] == molecule.chain[j] and not bond]
 
 
-def _first_atoms(molecule):
+def _first_atoms(molecule: Molecule) -> np.ndarray:
+    """Return the first atom of each residue."""
     return np.unique(molecule.residue_index, return_index=True)[1]
 
 
-def _label(molecule, atom):
+def _label(molecule: Molecule, atom: int) -> str:
+    """Return the label of an atom's residue, as 'GLY A:12'."""
     chain = str(molecule.chain[atom]).strip()
     return f"{molecule.residue_name[atom]} {chain}{':' if chain else ''}{molecule.residue[atom]}"
 
 
-def _named(molecule, atoms):
-    rest = f" and {len(atoms) - NAMED} more" if len(atoms) > NAMED else ""
-    return ", ".join(_label(molecule, i) for i in atoms[:NAMED]) + rest
+def _names(molecule: Molecule, atoms: Sequence[int]) -> str:
+    """Return the labels of the first residues, and the number of the others."""
+    rest = f" and {len(atoms) - MAX_NAMED} more" if len(atoms) > MAX_NAMED else ""
+    return ", ".join(_label(molecule, i) for i in atoms[:MAX_NAMED]) + rest

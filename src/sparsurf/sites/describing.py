@@ -1,41 +1,52 @@
-"""Sites of a surface: some of its dots, each with numbers for the shape and the fields around it.
+"""Describe sites: some dots of a surface, each with descriptors of the shape and the fields around it.
 
-Patches are cut from the kept dots alone, so that a subset of a surface, with its fields, is all that is needed.
+Patches are cut from the kept dots alone. A subset of a surface with its fields is therefore all that is needed.
 """
 
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 
 from sparsurf import InputError
-from sparsurf.dot_fields.registry import values
+from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.files import read_bytes
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
-from sparsurf.sampling.spreading import spread
-from sparsurf.texts import read_bytes
+from sparsurf.recovery.recovering import dot_spacing
+from sparsurf.sampling.farthest_point import farthest_point_sampling
+from sparsurf.surfaces.surface import Surface
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
-PERCENT = 10  # of the dots that are kept and described
+PERCENT = 10  # of the dots, which are kept and described
 RADIUS = 10.0  # Å, of the patches; with 6 Å the first hit is right in 72 of 100, with 10 Å in 80
 ORDER = 10  # highest order n of the moments; finer detail differs between two forms of a protein
-SHAPE = "shape"  # the channel besides the fields: r of the steady descriptor
-FEWEST = 12  # dots of a patch that has numbers
+SHAPE = "shape"  # the channel next to the fields: r of the steady descriptor
+MIN_DOTS_IN_PATCH = 12  # of a patch that is described
 VERSION = 2  # of saved Sites
+LABELS = ("chain", "residue", "residue_name")
 
 
 @dataclass(frozen=True, eq=False)
 class Sites:
-    """Places of one surface.
+    """Described places of one surface.
 
     Attributes
     ----------
     name : str
     points, normals : (P, 3) float32, Å and unit vectors
-    labels : DataFrame of P rows: chain, residue, residue_name, str; empty where unknown
+    labels : DataFrame of P rows: chain, residue, residue_name, str; empty if unknown
     numbers : (P, C, K) float16, moments ``|c_nm|`` up to ORDER of each channel, the shape first, then the fields
     settings : dict: fields, percent, radius, order, version
     """
@@ -45,92 +56,40 @@ class Sites:
     normals: np.ndarray
     labels: pd.DataFrame
     numbers: np.ndarray
-    settings: dict
+    settings: dict[str, Any]
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.points)
 
     @property
-    def fields(self):
+    def fields(self) -> tuple[str, ...]:
+        """Names of the described fields."""
         return tuple(self.settings["fields"])
 
-    def take(self, places):
-        """Only `places`, a mask or indices."""
+    def take(self, places: np.ndarray) -> Sites:
+        """Return some of the places, by a mask or by indices."""
         return Sites(
             self.name, self.points[places], self.normals[places], self.labels.iloc[places].reset_index(drop=True),
             self.numbers[places], self.settings,
         )  # fmt: skip
 
-    def save(self, path):
-        """Write the Sites as a file of numpy arrays, about 500 bytes a place."""
-        text = {f"label_{key}": self.labels[key].to_numpy(str) for key in LABELS}
-        fixed = {key: np.array(value) for key, value in self.settings.items()}
+    def save(self, path: Path | str) -> None:
+        """Write the Sites to a file of numpy arrays, about 500 bytes per place."""
+        arrays: dict[str, Any] = {f"label_{key}": self.labels[key].to_numpy(str) for key in LABELS}
+        arrays |= {key: np.array(value) for key, value in self.settings.items()}
         with open(path, "wb") as stream:
             np.savez(
                 stream, sparsurf_sites=np.array(self.name), points=self.points, normals=self.normals,
-                numbers=self.numbers, **text, **fixed,
+                numbers=self.numbers, **arrays,
             )  # fmt: skip
 
 
-LABELS = ("chain", "residue", "residue_name")
-
-
-def load_sites(path):
-    """Sites of a file that `Sites.save` wrote.
-
-    Raises
-    ------
-    InputError : another file, or Sites of another version
-    """
-    import io
-    import zipfile
-
-    content = read_bytes(path)
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            held = {key: file[key] for key in file.files}
-        version = int(held["version"])
-        n, wide = len(held["points"]), 1 + len(held["fields"])
-        shapes = {"points": (n, 3), "normals": (n, 3), "numbers": (n, wide, *held["numbers"].shape[2:])}
-        shapes |= {f"label_{key}": (n,) for key in LABELS}
-        if (
-            any(held[key].shape != shape for key, shape in shapes.items())
-            or held["numbers"].ndim != 3
-            or not n
-        ):
-            raise ValueError
-        floats = [held[key] for key in ("points", "normals", "numbers")]
-        if not all(each.dtype.kind == "f" and np.isfinite(each).all() for each in floats):
-            raise ValueError
-    except (KeyError, ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile):
-        raise InputError(f"{path} holds no Sites, or is damaged: write it with Sites.save.") from None
-    if version != VERSION:
-        raise InputError(f"{path} holds Sites of version {version}, not {VERSION}: describe them again.")
-    labels = pd.DataFrame({key: held[f"label_{key}"] for key in LABELS})
-    settings = _settings(
-        [str(each) for each in held["fields"]], float(held["percent"]), float(held["radius"])
-    )
-    settings["order"] = int(held["order"])
-    return Sites(
-        str(held["sparsurf_sites"]), held["points"], held["normals"], labels, held["numbers"], settings
-    )
-
-
-def _settings(fields, percent, radius):
-    return {"fields": list(fields), "percent": percent, "radius": radius, "order": ORDER, "version": VERSION}
-
-
-def describe_surface(dots, molecule, name, percent=PERCENT, fields=FIELDS, at=None, threads=1):
-    """Sites of a surface: of its dots some are kept, each the farthest from those before.
+def load_sites(path: Path | str) -> Sites:
+    """Read a file that `Sites.save` wrote.
 
     Parameters
     ----------
-    dots : Surface, without a molecule with the fields to describe
-    molecule : molecules.Molecule or None, which `dots.atom` counts
-    name : str
-    percent : float
-    fields : sequence of str
-    at, threads : as for `sites_of`
+    path : Path or str
 
     Returns
     -------
@@ -138,11 +97,79 @@ def describe_surface(dots, molecule, name, percent=PERCENT, fields=FIELDS, at=No
 
     Raises
     ------
-    InputError : dots without these fields, or of no place with numbers
+    InputError : another file, or Sites of another version
     """
-    kept = few_of(dots, percent)
+    content = read_bytes(path)
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            arrays = {key: file[key] for key in file.files}
+        version = int(arrays["version"])
+        _check_arrays(arrays)
+    except (KeyError, ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile):
+        raise InputError(f"{path} holds no Sites, or is damaged: write it with Sites.save.") from None
+    if version != VERSION:
+        raise InputError(f"{path} holds Sites of version {version}, not {VERSION}: describe them again.")
+    labels = pd.DataFrame({key: arrays[f"label_{key}"] for key in LABELS})
+    fields = [str(field) for field in arrays["fields"]]
+    settings = _settings(fields, float(arrays["percent"]), float(arrays["radius"]))
+    settings["order"] = int(arrays["order"])
+    name = str(arrays["sparsurf_sites"])
+    return Sites(name, arrays["points"], arrays["normals"], labels, arrays["numbers"], settings)
+
+
+def _check_arrays(arrays: dict[str, np.ndarray]) -> None:
+    """Raise ValueError if the arrays of a file do not have the shapes and types of Sites."""
+    n, n_channels = len(arrays["points"]), 1 + len(arrays["fields"])
+    shapes = {
+        "points": (n, 3),
+        "normals": (n, 3),
+        "numbers": (n, n_channels, *arrays["numbers"].shape[2:]),
+    } | {f"label_{key}": (n,) for key in LABELS}
+    if any(arrays[key].shape != shape for key, shape in shapes.items()):
+        raise ValueError
+    if arrays["numbers"].ndim != 3 or not n:
+        raise ValueError
+    floats = [arrays[key] for key in ("points", "normals", "numbers")]
+    if not all(array.dtype.kind == "f" and np.isfinite(array).all() for array in floats):
+        raise ValueError
+
+
+def _settings(fields: Iterable[str], percent: float, radius: float) -> dict[str, Any]:
+    """Return the settings that Sites keep."""
+    return {"fields": list(fields), "percent": percent, "radius": radius, "order": ORDER, "version": VERSION}
+
+
+def describe_surface(
+    dots: Surface,
+    molecule: Molecule | None,
+    name: str,
+    percent: float = PERCENT,
+    fields: Sequence[str] = FIELDS,
+    at: np.ndarray | None = None,
+    threads: int = 1,
+) -> Sites:
+    """Describe the sites of a surface by a farthest-point subset of its dots.
+
+    Parameters
+    ----------
+    dots : Surface; without a molecule it has the fields to describe
+    molecule : Molecule or None, whose atoms `dots.atom` counts
+    name : str
+    percent : float, share of the dots that are kept
+    fields : sequence of str
+    at, threads : see `sites_of`
+
+    Returns
+    -------
+    Sites
+
+    Raises
+    ------
+    InputError : the dots lack a field, or no patch has enough dots
+    """
+    kept = farthest_subset(dots, percent)
     if molecule is not None:
-        table = values(fields, molecule, kept.points) if fields else {}
+        table = compute_fields(fields, molecule, kept.points) if fields else {}
         kept = replace(kept, fields={key: np.asarray(table[key]) for key in table})
     lacking = [key for key in fields if key not in kept.fields]
     if lacking:
@@ -150,42 +177,62 @@ def describe_surface(dots, molecule, name, percent=PERCENT, fields=FIELDS, at=No
             f"{name}: its dots have no {', '.join(lacking)}; take a structure, or dots with such columns."
         )
     kept = replace(kept, fields={key: kept.fields[key] for key in fields})
-    labels = molecule.labels(kept.atom) if molecule is not None else _no_labels(len(kept))
+    labels = molecule.labels(kept.atom) if molecule is not None else _empty_labels(len(kept))
     return sites_of(kept, labels, name, percent, at, threads=threads)
 
 
-def few_of(dots, percent):
-    """The dots that stand for a surface: the given share of them, each the farthest from those before."""
+def farthest_subset(dots: Surface, percent: float) -> Surface:
+    """Choose a share of the dots, each the farthest from those chosen before.
+
+    Parameters
+    ----------
+    dots : Surface
+    percent : float, share of the dots, above 0 to 100
+
+    Returns
+    -------
+    Surface; always the same dots, at least one
+    """
     if percent == 100:
         return dots
     n = max(1, round(percent / 100 * len(dots)))
-    return dots.take(spread(build_grid(dots.points), n, np.random.default_rng(0)))
+    return dots.take(farthest_point_sampling(build_grid(dots.points), n, np.random.default_rng(0)))
 
 
-def _no_labels(n):
+def _empty_labels(n: int) -> pd.DataFrame:
+    """Return labels of n dots whose residues are unknown."""
     return pd.DataFrame({key: np.full(n, "") for key in LABELS})
 
 
-def places_of_residues(sites, residues):
-    """Places (n,) int of Sites that belong to residues such as 'A:10-25,40'.
+def places_of_residues(sites: Sites, residues: str) -> np.ndarray:
+    """Select the places of some residues.
+
+    Parameters
+    ----------
+    sites : Sites
+    residues : str, such as 'A:10-25,40'
+
+    Returns
+    -------
+    (n,) int, indices of places
 
     Raises
     ------
-    InputError : residues that are not there or have no places, or dots without residues
+    InputError : the residues do not exist or have no places, or the dots have no residues
     """
     labels = sites.labels
     if not (labels["residue"] != "").any():
         raise InputError(f"{sites.name}: its dots have no residues; describe the sites of a structure.")
-    return np.flatnonzero(numbered_residues(labels, _residues_of(labels, sites.name, residues)) >= 0)
+    return np.flatnonzero(numbered_residues(labels, _select_residues(labels, sites.name, residues)) >= 0)
 
 
-def _residues_of(labels, name, residues):
-    """Those of the residues of labels that are asked for, DataFrame with LABELS."""
+def _select_residues(labels: pd.DataFrame, name: str, residues: str) -> pd.DataFrame:
+    """Select residues of labels by the rules of `Molecule.select`; returns a DataFrame with LABELS."""
     first = labels.drop_duplicates(list(LABELS)).reset_index(drop=True)
     n = len(first)
     columns = {"name": np.full(n, "CA"), "element": np.full(n, "C"), "kind": np.full(n, "protein")}
     columns |= {key: first[key].to_numpy(str) for key in LABELS}
-    shown = Molecule(
+    one_atom_each = Molecule(
         np.zeros((1, n, 3)),
         np.zeros(1),
         np.zeros(1, int),
@@ -193,18 +240,35 @@ def _residues_of(labels, name, residues):
         b_factor=np.zeros(n),
         **columns,
     )
-    return shown.select(name, selection="all", residues=residues).residues
+    return one_atom_each.select(name, selection="all", residues=residues).residues
 
 
-def numbered_residues(labels, residues):
-    """Which of some residues each row of labels is of, (N,) int; -1 for none. Both are DataFrames with LABELS."""
+def numbered_residues(labels: pd.DataFrame, residues: pd.DataFrame) -> np.ndarray:
+    """Find the residue of each row of labels.
+
+    Parameters
+    ----------
+    labels, residues : DataFrames with LABELS, of N and R rows
+
+    Returns
+    -------
+    (N,) int, row of `residues`; -1 for none
+    """
     number = {row: k for k, row in enumerate(residues[list(LABELS)].itertuples(index=False, name=None))}
     rows = labels[list(LABELS)].itertuples(index=False, name=None)
     return np.array([number.get(row, -1) for row in rows], int)
 
 
-def sites_of(kept, labels, name, percent, at=None, radius=RADIUS, threads=1):
-    """Sites of the kept dots of a surface.
+def sites_of(
+    kept: Surface,
+    labels: pd.DataFrame,
+    name: str,
+    percent: float,
+    at: np.ndarray | None = None,
+    radius: float = RADIUS,
+    threads: int = 1,
+) -> Sites:
+    """Describe the kept dots of a surface.
 
     Parameters
     ----------
@@ -218,43 +282,38 @@ def sites_of(kept, labels, name, percent, at=None, radius=RADIUS, threads=1):
 
     Returns
     -------
-    Sites, of the places whose patch holds at least FEWEST dots
+    Sites, of the places whose patch holds at least MIN_DOTS_IN_PATCH dots
 
     Raises
     ------
-    InputError : no such place
+    InputError : there is no such place
     """
-    from scipy.spatial import cKDTree
-
     nearest = np.arange(len(kept)) if at is None else cKDTree(kept.points).query(at)[1]
     places = kept.points if at is None else np.ascontiguousarray(at, np.float64)
-    area = _area(kept)
-    index = linked_by_spacing(kept.points, kept.normals, D_LINK, area)
+    index = linked_by_spacing(kept.points, kept.normals, D_LINK, _area(kept))
     z, sizes = describe(index, places, radius, True, threads, "steady")
-    fine = sizes >= FEWEST
-    if not fine.any():
+    described = sizes >= MIN_DOTS_IN_PATCH
+    if not described.any():
         raise InputError(
-            f"{name}: no patch has {FEWEST} dots; keep more of the dots, or take a larger surface."
+            f"{name}: no patch has {MIN_DOTS_IN_PATCH} dots; keep more of the dots, or take a larger surface."
         )
     low = np.array([n <= ORDER for n, _ in indices()])
     numbers = np.empty((len(places), 1 + len(kept.fields), low.sum()), np.float16)
     numbers[:, 0] = z[:, low]
     if kept.fields:
-        values = np.array([_filled(value) for value in kept.fields.values()])
-        numbers[:, 1:] = describe_fields(index, places, values, radius, threads)[:, :, low]
+        filled = np.array([_fill_unknown(value) for value in kept.fields.values()])
+        numbers[:, 1:] = describe_fields(index, places, filled, radius, threads)[:, :, low]
     points, normals = places.astype(np.float32), kept.normals[nearest].astype(np.float32)
-    rows = labels.iloc[nearest][list(LABELS)].reset_index(drop=True)
+    rows = labels[list(LABELS)].take(np.atleast_1d(nearest)).reset_index(drop=True)
     settings = _settings(kept.fields, float(percent), float(radius))
-    return Sites(name, points, normals, rows, numbers, settings).take(np.flatnonzero(fine))
+    return Sites(name, points, normals, rows, numbers, settings).take(np.flatnonzero(described))
 
 
-def _area(kept):
-    """Area of the surface that dots stand for, Å^2, by the distances between them."""
-    from sparsurf.recovery.recovering import spacing_of
-
-    return float((spacing_of(kept.points, kept.normals) ** 2).sum())
+def _area(kept: Surface) -> float:
+    """Estimate the area of a surface in Å^2 from the distances between its dots."""
+    return float((dot_spacing(kept.points, kept.normals) ** 2).sum())
 
 
-def _filled(values):
-    """Values with the mean in place of unknown ones: an unknown dot says nothing."""
-    return np.where(np.isfinite(values), values, np.nanmean(values))
+def _fill_unknown(field: np.ndarray) -> np.ndarray:
+    """Replace unknown values by the mean, so that an unknown dot does not count."""
+    return np.where(np.isfinite(field), field, np.nanmean(field))

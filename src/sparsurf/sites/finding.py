@@ -1,5 +1,8 @@
-"""Where the places of a site are found again on other surfaces, place by place or as a whole."""
+"""Find the places of a site on other surfaces, place by place or as a whole."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -8,84 +11,104 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.sites.arrangement import best_pose
 from sparsurf.sites.describing import FIELDS, LABELS, PERCENT, RADIUS, Sites
-from sparsurf.sites.weighing import weighed
-from sparsurf.threads import over_slices
+from sparsurf.sites.metric import to_metric_space
+from sparsurf.sites.pose_search import Pose, best_pose
+from sparsurf.threads import parallel_map
 
-SAME = 3.0  # Å; of hits that lie nearer to each other only the best counts
-SAMPLE = 20_000  # places of the targets that tell how far apart unrelated places are
-MOST = 40  # places of a site that are laid on a target; more make it slower, not surer
-LIKELY = 1.0  # score of a match from which on it speaks for a pose
+MIN_HIT_DISTANCE = 3.0  # Å; of hits that lie nearer to each other only the best counts
+N_BACKGROUND = 20_000  # places of the targets from which distances of unrelated places are estimated
+MAX_PLACES = 40  # places of a site that are superposed onto a target; more take longer and do not help
+MIN_SCORE = 1.0  # of a match that supports a pose
 BLOCK = 16384  # places that are searched at once: with 50 queries 3 MB of distances
-CALIBRATED = {
+CALIBRATED = {  # settings of Sites for which p is known
     "fields": list(FIELDS),
     "percent": float(PERCENT),
     "radius": RADIUS,
-}  # settings of Sites for which p is known
+}
 COLUMNS = ("query", "rank", "target", *LABELS, "x", "y", "z", "score")
+_MATCHED = [f"{key}{end}" for end in ("", "_there") for key in (*LABELS, "x", "y", "z")]
 
 
-class Found(NamedTuple):
+class SiteHits(NamedTuple):
     """Hits of a whole site.
 
     table : DataFrame with COLUMNS, `p` (see `chance`) and `places`, the number of places of the site that agree
-    poses : list of arrangement.Pose, one for each row
-    places : Sites, the places of the site that the poses lay on the targets
+    poses : list of pose_search.Pose, one for each row
+    places : Sites, the places of the site that the poses superpose onto the targets
     """
 
     table: pd.DataFrame
-    poses: list
+    poses: list[Pose]
     places: Sites
 
 
-def find_places(query, targets, n=10, threads=1, learned=None):
-    """The best hits of each place of a query by itself.
+def find_places(
+    query: Sites,
+    targets: Sequence[Sites],
+    n: int = 10,
+    threads: int = 1,
+    learned: dict[str, np.ndarray] | None = None,
+) -> pd.DataFrame:
+    """Find the best hits of each place of a query by itself.
 
     Parameters
     ----------
-    query : Sites, of the places that are sought
-    targets : list of Sites with the same settings
+    query : Sites, of the places to find
+    targets : sequence of Sites with the same settings
     n : int, hits of each place
     threads : int
-    learned : dict, see `weighing.weighed`
+    learned : dict, see `metric.to_metric_space`
 
     Returns
     -------
-    DataFrame with COLUMNS, by query and rank. `score`: standard deviations by which the logarithm of the distance lies below
-    that of unrelated places.
+    DataFrame with COLUMNS, by query and rank. `score` is the number of standard deviations by which the logarithm of the
+    distance lies below that of unrelated places.
     """
-    q, every = _weighed(query, targets, learned)
-    middle, spread = _background(q, every)
+    q, pooled = _in_metric_space(query, targets, learned)
+    middle, scale = _background(q, pooled)
     sizes = [len(target) for target in targets]
     owner = np.repeat(np.arange(len(targets)), sizes)
     begin = np.concatenate([[0], np.cumsum(sizes)])
-    rows, left, many = {}, np.arange(len(q)), 8 * n
-    while len(left):
-        many = min(many, len(every))
-        distance, place = nearest_places(q[left], every, many, threads)
-        score = (middle[left, None] - np.log(np.maximum(distance, 1e-6))) / spread[left, None]
-        for i, near, own in zip(left, place, score, strict=True):
-            rows[i] = _hits(i, n, targets, owner[near], near - begin[owner[near]], own)
-        left = left[[len(rows[i]) < n for i in left]] if many < len(every) else []
-        many *= 4
-    rows = [row for i in range(len(q)) for row in rows[i]]
-    return pd.DataFrame(rows, columns=COLUMNS)
+    hits: dict[int, list[tuple]] = {}
+    open_queries, k = np.arange(len(q)), 8 * n
+    while len(open_queries):
+        k = min(k, len(pooled))
+        distance, place = nearest_places(q[open_queries], pooled, k, threads)
+        score = (middle[open_queries, None] - np.log(np.maximum(distance, 1e-6))) / scale[open_queries, None]
+        for i, near, scores in zip(open_queries.tolist(), place, score, strict=True):
+            hits[i] = _separated_hits(i, n, targets, owner[near], near - begin[owner[near]], scores)
+        if k == len(pooled):
+            break
+        open_queries = open_queries[[len(hits[i]) < n for i in open_queries.tolist()]]
+        k *= 4
+    return pd.DataFrame([row for i in range(len(q)) for row in hits[i]], columns=COLUMNS)
 
 
-def _hits(query, n, targets, owners, places, scores):
-    """Rows of the n best hits of a place, from places that come best first: no two side by side on one target."""
-    taken, rows = [], []
+def _separated_hits(
+    query: int,
+    n: int,
+    targets: Sequence[Sites],
+    owners: np.ndarray,
+    places: np.ndarray,
+    scores: np.ndarray,
+) -> list[tuple]:
+    """Return the n best hits of a place, from places sorted by score, without neighbours on one target."""
+    taken: list[tuple[int, np.ndarray]] = []
+    rows: list[tuple] = []
     for owner, place, score in zip(owners, places, scores, strict=True):
         at = targets[owner].points[place]
-        if len(rows) < n and not any(owner == o and np.linalg.norm(at - x) < SAME for o, x in taken):
+        near_better = any(owner == o and np.linalg.norm(at - x) < MIN_HIT_DISTANCE for o, x in taken)
+        if len(rows) < n and not near_better:
             taken.append((owner, at))
             rows.append(_row(query, len(taken), targets[owner], place, score))
     return rows
 
 
-def nearest_places(query, targets, k, threads=1):
-    """The k places nearest to each query, exactly, in blocks of one matrix product each.
+def nearest_places(
+    query: np.ndarray, targets: np.ndarray, k: int, threads: int = 1
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the k places nearest to each query, exactly, in blocks of one matrix product each.
 
     Parameters
     ----------
@@ -102,59 +125,57 @@ def nearest_places(query, targets, k, threads=1):
     norms = np.einsum("ij,ij->i", targets, targets)
     double = -2 * query
 
-    def best(a, b):
+    def best(a: int, b: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return squared distances (less that of the query) and places of the k nearest of one block."""
         square = double @ targets[a:b].T
         square += norms[a:b]
-        few = min(k, b - a)
+        n = min(k, b - a)
         place = (
-            np.argpartition(square, few - 1, axis=1)[:, :few]
-            if few < b - a
+            np.argpartition(square, n - 1, axis=1)[:, :n]
+            if n < b - a
             else np.tile(np.arange(b - a), (len(query), 1))
         )
         return np.take_along_axis(square, place, axis=1), place + a
 
-    found = over_slices(best, len(targets), threads, BLOCK)
-    square, place = (np.concatenate([part[c] for part in found], axis=1) for c in (0, 1))
+    blocks = parallel_map(best, len(targets), threads, BLOCK)
+    square, place = (np.concatenate([block[c] for block in blocks], axis=1) for c in (0, 1))
     order = np.lexsort((place, square), axis=1)[:, :k]
     square, place = np.take_along_axis(square, order, axis=1), np.take_along_axis(place, order, axis=1)
-    own = np.einsum("ij,ij->i", query, query)[:, None]
-    return np.sqrt(np.maximum(square + own, 0)), place
+    query_norm = np.einsum("ij,ij->i", query, query)[:, None]
+    return np.sqrt(np.maximum(square + query_norm, 0)), place
 
 
-def find_site(query, targets, n=10, learned=None):
-    """The best hits of a query as a whole: its places in one arrangement, at most one hit on each target.
+def find_site(
+    query: Sites,
+    targets: Sequence[Sites],
+    n: int = 10,
+    learned: dict[str, np.ndarray] | None = None,
+) -> SiteHits:
+    """Find a query as a whole: all its places in one arrangement, at most one hit on each target.
 
     Parameters
     ----------
-    query, targets, n, learned : as for `find_places`; a query of at least three places
+    query, targets, n, learned : as for `find_places`; the query has at least three places
 
     Returns
     -------
-    Found; `score`: sum of the scores of places that agree over the number of all places
+    SiteHits; `score` is the sum of the scores of the places that agree, divided by the number of all places
 
     Raises
     ------
-    InputError : fewer than three places
+    InputError : the query has fewer than three places
     """
     if len(query) < 3:
         raise InputError(f"the site has {len(query)} places, and an arrangement needs 3; name more residues.")
     site = query
-    if len(query) > MOST:
-        query = query.take(_spread(query.points, MOST))
-    q, every = _weighed(query, targets, learned)
-    middle, spread = _background(q, every)
-    begin, hits = 0, []
-    for target in targets:
-        own = every[begin : begin + len(target)]
-        begin += len(target)
-        score = (middle[:, None] - _log_distances(q, own, 1e-12)) / spread[:, None]
-        arrays = (each.astype(float) for each in (query.points, query.normals, target.points, target.normals))
-        hits.append(best_pose(*arrays, np.maximum(score - LIKELY, 0)))
-    order = sorted(range(len(targets)), key=lambda k: -hits[k].score)[:n]
+    if len(query) > MAX_PLACES:
+        query = query.take(_farthest_points(query.points, MAX_PLACES))
+    hits = _best_poses(query, targets, learned)
     scores = np.array([pose.score / len(query) for pose in hits])
     p = chance(scores, null_terms(site.points, [len(target) for target in targets]), null())
     if any(site.settings[key] != value for key, value in CALIBRATED.items()):
         p[:] = np.nan
+    order = sorted(range(len(targets)), key=lambda k: -hits[k].score)[:n]
     rows = []
     for rank, k in enumerate(order, 1):
         pose, target = hits[k], targets[k]
@@ -162,69 +183,95 @@ def find_site(query, targets, n=10, learned=None):
         nearest = int(np.argmin(np.linalg.norm(target.points - centre, axis=1)))
         row = _row(0, rank, target, nearest, scores[k])
         rows.append((*row[:6], *centre, *row[9:], p[k], int((pose.match >= 0).sum())))
-    return Found(pd.DataFrame(rows, columns=(*COLUMNS, "p", "places")), [hits[k] for k in order], query)
+    return SiteHits(pd.DataFrame(rows, columns=(*COLUMNS, "p", "places")), [hits[k] for k in order], query)
 
 
-def matched(hits, targets):
-    """Which place of a site meets which place of each target.
+def _best_poses(query: Sites, targets: Sequence[Sites], learned: dict[str, np.ndarray] | None) -> list[Pose]:
+    """Return the best pose of a site on each target."""
+    q, pooled = _in_metric_space(query, targets, learned)
+    middle, scale = _background(q, pooled)
+    begin, poses = 0, []
+    for target in targets:
+        numbers = pooled[begin : begin + len(target)]
+        begin += len(target)
+        score = (middle[:, None] - _log_distances(q, numbers, 1e-12)) / scale[:, None]
+        of_query = query.points.astype(float), query.normals.astype(float)
+        of_target = target.points.astype(float), target.normals.astype(float)
+        poses.append(best_pose(*of_query, *of_target, np.maximum(score - MIN_SCORE, 0)))
+    return poses
+
+
+def matched(hits: SiteHits, targets: Sequence[Sites]) -> pd.DataFrame:
+    """Tabulate which place of a site meets which place of each target.
 
     Parameters
     ----------
-    hits : Found
-    targets : list of Sites, those that were searched
+    hits : SiteHits
+    targets : sequence of Sites that were searched
 
     Returns
     -------
     DataFrame, a row per place that agrees: rank, target; LABELS, x, y, z of the site's place; the same of the target's place,
-    with `_there` behind the name
+    with the suffix `_there`
     """
     rows, by_name = [], {target.name: target for target in targets}
-    for row, pose in zip(hits.table.itertuples(), hits.poses, strict=True):
-        own = np.flatnonzero(pose.match >= 0)
-        here, there = hits.places.take(own), by_name[row.target].take(pose.match[own])
-        parts = (each for one in (here, there) for each in (one.labels, pd.DataFrame(one.points)))
+    for row, pose in zip(hits.table.to_dict("records"), hits.poses, strict=True):
+        places = np.flatnonzero(pose.match >= 0)
+        here, there = hits.places.take(places), by_name[row["target"]].take(pose.match[places])
+        parts = [part for sites in (here, there) for part in (sites.labels, pd.DataFrame(sites.points))]
         table = pd.concat(parts, axis=1).set_axis(_MATCHED, axis=1)
-        rows.append(table.assign(rank=row.rank, target=row.target))
+        rows.append(table.assign(rank=row["rank"], target=row["target"]))
     return pd.concat(rows)[["rank", "target", *_MATCHED]]
 
 
-_MATCHED = [f"{key}{end}" for end in ("", "_there") for key in (*LABELS, "x", "y", "z")]
-
-
 @cache
-def null():
-    """Constants (6,) of the scores of unrelated proteins, fitted by evidence/calibrate_sites.py."""
+def null() -> np.ndarray:
+    """Read the constants (6,) of the scores of unrelated proteins, fitted by evidence/calibrate_sites.py."""
     return np.loadtxt(Path(__file__).with_name("null.csv"), delimiter=",", skiprows=1)
 
 
-def null_terms(points, sizes):
-    """Terms (T, 4) that the scores of unrelated targets follow.
+def null_terms(points: np.ndarray, sizes: Sequence[int]) -> np.ndarray:
+    """Compute the terms on which the scores of unrelated targets depend.
 
     Parameters
     ----------
     points : (Q, 3), places of the site, Å
-    sizes : (T,) int, places of the targets
+    sizes : (T,) int, number of places of each target
+
+    Returns
+    -------
+    (T, 4) float64
     """
-    spread = np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean())
-    own = [1.0, np.log(spread / 8.0), np.log(min(len(points), MOST) / MOST)]
-    return np.column_stack([np.tile(own, (len(sizes), 1)), np.log(np.asarray(sizes) / 3000.0)])
+    radius = np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean())
+    of_site = [1.0, np.log(radius / 8.0), np.log(min(len(points), MAX_PLACES) / MAX_PLACES)]
+    return np.column_stack([np.tile(of_site, (len(sizes), 1)), np.log(np.asarray(sizes) / 3000.0)])
 
 
-def chance(scores, terms, constants):
-    """How often an unrelated protein scores as high or higher: p, (T,) float64, by Gumbel's distribution of largest values.
+def chance(scores: np.ndarray, terms: np.ndarray, constants: np.ndarray) -> np.ndarray:
+    """Compute the probability that an unrelated protein scores as high, by Gumbel's distribution of largest values.
 
     Parameters
     ----------
     scores : (T,) float64
     terms : (T, 4) float64, see `null_terms`
-    constants : (6,) float64: of the distribution's location, then of the logarithm of its width
+    constants : (6,) float64
+        Four of the distribution's location, then two of the logarithm of its width.
+
+    Returns
+    -------
+    p : (T,) float64
     """
     width = np.exp(terms[:, :2] @ constants[4:])
     return -np.expm1(-np.exp(-(scores - terms @ constants[:4]) / width))
 
 
-def check_alike(query, targets):
-    """Raise InputError where Sites were not described alike."""
+def check_alike(query: Sites, targets: Sequence[Sites]) -> None:
+    """Check that all Sites were described with the same settings.
+
+    Raises
+    ------
+    InputError : a target lacks a field of the query, or differs in a setting
+    """
     for target in targets:
         lacking = [name for name in query.fields if name not in target.fields]
         if lacking:
@@ -239,38 +286,42 @@ def check_alike(query, targets):
                 )
 
 
-def _weighed(query, targets, learned):
+def _in_metric_space(
+    query: Sites, targets: Sequence[Sites], learned: dict[str, np.ndarray] | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Transform the numbers of the query (Q, M) and of all targets, one after the other (P, M)."""
     check_alike(query, targets)
     if not targets:
         raise InputError("targets: there are none; give one at least.")
     return (
-        weighed(query.numbers, query.fields, learned),
-        np.concatenate([weighed(target.numbers, target.fields, learned) for target in targets]),
+        to_metric_space(query.numbers, query.fields, learned),
+        np.concatenate([to_metric_space(target.numbers, target.fields, learned) for target in targets]),
     )
 
 
-def _background(q, every):
-    """Mean and standard deviation of the logarithm of the distance from each query to unrelated places, (Q,) each."""
-    some = every[:: max(1, len(every) // SAMPLE)]
-    logarithm = _log_distances(q, some, 1e-6)
-    return np.median(logarithm, axis=1), np.maximum(logarithm.std(axis=1), 1e-6)
+def _background(q: np.ndarray, pooled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return median and standard deviation (Q,) of the log distance from each query to unrelated places."""
+    sample = pooled[:: max(1, len(pooled) // N_BACKGROUND)]
+    log_distance = _log_distances(q, sample, 1e-6)
+    return np.median(log_distance, axis=1), np.maximum(log_distance.std(axis=1), 1e-6)
 
 
-def _log_distances(q, places, least):
-    """Logarithm of the distances (Q, P) between numbers, of squares of `least` at least."""
+def _log_distances(q: np.ndarray, places: np.ndarray, min_square: float) -> np.ndarray:
+    """Return the logarithm of the distances (Q, P), with squares of at least `min_square`."""
     square = (places**2).sum(axis=1) - 2 * q @ places.T + (q**2).sum(axis=1)[:, None]
-    return 0.5 * np.log(np.maximum(square, least))
+    return 0.5 * np.log(np.maximum(square, min_square))
 
 
-def _row(query, rank, target, place, score):
+def _row(query: int, rank: int, target: Sites, place: int, score: float) -> tuple:
+    """Return a row of COLUMNS."""
     labels = target.labels.iloc[place]
     return (query, rank, target.name, *labels[list(LABELS)], *target.points[place].tolist(), float(score))
 
 
-def _spread(points, n):
-    """Indices of n points that lie far from each other (farthest-point sampling, from the first)."""
-    chosen, gap = [0], np.linalg.norm(points - points[0], axis=1)
+def _farthest_points(points: np.ndarray, n: int) -> np.ndarray:
+    """Return indices of n points by farthest-point sampling from the first point."""
+    chosen, distance = [0], np.linalg.norm(points - points[0], axis=1)
     while len(chosen) < n:
-        chosen.append(int(np.argmax(gap)))
-        gap = np.minimum(gap, np.linalg.norm(points - points[chosen[-1]], axis=1))
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
     return np.array(chosen)

@@ -1,1 +1,1 @@
-"""Numbers about subsets: arrays and tables, no sentence, no figure."""
+"""Numbers about subsets, as arrays and tables, without sentences and figures."""

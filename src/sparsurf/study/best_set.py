@@ -1,30 +1,35 @@
-"""The confidence set of the best: combinations among which the truly best one lies with 95 % confidence.
+"""The confidence set of the best: combinations that contain the truly best one with 95 % confidence.
 
-Every combination is tested for being the best against all others at once (multiple comparisons with the best: Hsu,
-Ann. Stat. 12:1136, 1984), so that the choice of a winner from the data is allowed for. The joint scatter is simulated:
-combinations share their test dots, and each has draws of its own, whose scatter is pooled over those near the first.
+Every combination is compared with all others at once (multiple comparisons with the best: Hsu, Ann. Stat. 12:1136, 1984),
+which accounts for choosing the winner from the data. The joint scatter is simulated: combinations share their test dots,
+and each has its own draws, whose scatter is pooled over the combinations near the first.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sparsurf.streams import stream
-from sparsurf.study.statistics import LEVEL
+from sparsurf.study.statistics import CONFIDENCE_LEVEL
 
-FAR = 4.0  # standard errors behind the first: such a combination neither is the best nor decides who is
+# Standard errors behind the first; combinations farther behind are not the best and do not decide which one is.
+MAX_ERRORS_BEHIND = 4.0
 SIMULATED = 1000  # joint outcomes from which a critical value is taken
-AT_ONCE = 50  # of them
-MOST = 120  # combinations that are simulated together; those behind them would have no chance
+SIMULATED_AT_ONCE = 50
+MAX_SIMULATED_TOGETHER = 120  # combinations; those behind them would have no chance
 
 
 class Scatter(NamedTuple):
     """Means of K combinations and the parts of their joint variance.
 
+    Attributes
+    ----------
     mean : (K,) float64
-    by_test : (K, T) float64, deviations of each test dot's mean, such that by_test @ by_test.T is the covariance of the
-        means over test dots
-    of_draws : (K,) float64, variance of the mean by the draws, estimated without bias, so that it can be negative
+    by_test : (K, T) float64
+        Deviations of each test dot's mean, such that by_test @ by_test.T is the covariance of the means over test dots.
+    of_draws : (K,) float64
+        Variance of the mean due to the draws, estimated without bias, so that it can be negative.
     """
 
     mean: np.ndarray
@@ -32,8 +37,8 @@ class Scatter(NamedTuple):
     of_draws: np.ndarray
 
 
-def scatter(x):
-    """Scatter of d of K combinations at shared test dots, (K, D, T)."""
+def scatter(x: ArrayLike) -> Scatter:
+    """Compute the scatter of d of K combinations at shared test dots, (K, D, T)."""
     x = np.asarray(x, np.float64)
     _, d, t = x.shape
     mean, of_test = x.mean(axis=(1, 2)), x.mean(axis=1)
@@ -47,8 +52,8 @@ def scatter(x):
     return Scatter(mean, by_test, of_draws)
 
 
-def best_set(x):
-    """Which combinations the best one is among.
+def best_set(x: np.ndarray) -> np.ndarray:
+    """Find the combinations among which the best one is.
 
     Parameters
     ----------
@@ -57,45 +62,47 @@ def best_set(x):
 
     Returns
     -------
-    (K,) bool; the one with the highest mean is always in it
+    (K,) bool; the combination with the highest mean is always included
     """
     parts, draws = scatter(x), x.shape[1]
     first = int(np.argmax(parts.mean))
-    apart = parts.by_test - parts.by_test[first]
-    each = np.maximum(parts.of_draws, 0)
-    error = np.sqrt((apart**2).sum(axis=1) + each + each[first])
-    near = np.flatnonzero(parts.mean[first] - parts.mean <= FAR * error)
-    near = near[np.argsort(-parts.mean[near], kind="stable")][:MOST]
-    # of few draws each: one for all that are near
-    shared = np.full(len(near), max(parts.of_draws[near].mean(), 0))
-    own = Scatter(parts.mean[near], parts.by_test[near], shared)
-    covariance = own.by_test @ own.by_test.T
+    deviation = parts.by_test - parts.by_test[first]
+    of_draws = np.maximum(parts.of_draws, 0)
+    error = np.sqrt((deviation**2).sum(axis=1) + of_draws + of_draws[first])
+    near = np.flatnonzero(parts.mean[first] - parts.mean <= MAX_ERRORS_BEHIND * error)
+    near = near[np.argsort(-parts.mean[near], kind="stable")][:MAX_SIMULATED_TOGETHER]
+    # each has few draws: one pooled variance for all that are near
+    pooled = np.full(len(near), max(parts.of_draws[near].mean(), 0))
+    candidates = Scatter(parts.mean[near], parts.by_test[near], pooled)
+    covariance = candidates.by_test @ candidates.by_test.T
     variance = np.diag(covariance)
     of_tests = np.maximum(variance[:, None] + variance - 2 * covariance, 0)
-    error = np.sqrt(of_tests + own.of_draws[:, None] + own.of_draws)
-    lead = _studentised(own.mean[:, None] - own.mean, error).max(axis=0)
-    critical = _critical(own, covariance, of_tests, draws)
+    error = np.sqrt(of_tests + candidates.of_draws[:, None] + candidates.of_draws)
+    lead = _studentised(candidates.mean[:, None] - candidates.mean, error).max(axis=0)
+    critical = _critical_values(candidates, covariance, of_tests, draws)
     out = np.zeros(len(parts.mean), bool)
     out[near[lead <= critical]] = True
     return out
 
 
-def _studentised(gap, error):
-    """Gaps in standard errors; a gap without any error is certain."""
+def _studentised(difference: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Return differences in standard errors; a difference without error is infinite."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(gap == 0, 0.0, gap / error)
+        return np.where(difference == 0, 0.0, difference / error)
 
 
-def _critical(own, covariance, of_tests, draws):
-    """The 95 % quantile of how far any other runs ahead of each combination if all were equally good, (n,)."""
-    n, rng = len(own.mean), stream(0, "confidence set of the best")
+def _critical_values(
+    candidates: Scatter, covariance: np.ndarray, of_tests: np.ndarray, draws: int
+) -> np.ndarray:
+    """Return the 95 % quantile of the largest lead over each combination if all were equally good, (n,)."""
+    n, rng = len(candidates.mean), stream(0, "confidence set of the best")
     values, vectors = np.linalg.eigh(covariance)
-    root, freedom = vectors * np.sqrt(np.maximum(values, 0)), max(n * (draws - 1), 1)
-    ahead = []
-    for _ in range(0, SIMULATED, AT_ONCE):
-        outcome = rng.standard_normal((AT_ONCE, n)) @ root.T
-        outcome += np.sqrt(own.of_draws) * rng.standard_normal((AT_ONCE, n))
-        seen = own.of_draws[0] * rng.chisquare(freedom, AT_ONCE) / freedom
-        error = np.sqrt(of_tests + 2 * seen[:, None, None])
-        ahead.append(_studentised(outcome[:, :, None] - outcome[:, None, :], error).max(axis=1))
-    return np.quantile(np.concatenate(ahead), LEVEL, axis=0)
+    root, df = vectors * np.sqrt(np.maximum(values, 0)), max(n * (draws - 1), 1)
+    leads = []
+    for _ in range(0, SIMULATED, SIMULATED_AT_ONCE):
+        outcome = rng.standard_normal((SIMULATED_AT_ONCE, n)) @ root.T
+        outcome += np.sqrt(candidates.of_draws) * rng.standard_normal((SIMULATED_AT_ONCE, n))
+        estimated = candidates.of_draws[0] * rng.chisquare(df, SIMULATED_AT_ONCE) / df
+        error = np.sqrt(of_tests + 2 * estimated[:, None, None])
+        leads.append(_studentised(outcome[:, :, None] - outcome[:, None, :], error).max(axis=1))
+    return np.quantile(np.concatenate(leads), CONFIDENCE_LEVEL, axis=0)

@@ -1,26 +1,32 @@
-"""What of d the always-kept centres explain: a control of the paper's sampling for every combination of the grid.
+"""How much of d the always-kept centres explain: a control of the paper's sampling for every combination of the grid.
 
-The sampling always keeps the centres of its patches, which lie well apart. The control keeps them too and fills up uniformly
-to the same n_S, so it knows no roughness. It depends on n_S alone, and is measured at some n_S and interpolated between.
+The sampling always keeps the centres of its patches, which are well separated. The control keeps them too and fills up
+uniformly to the same n_S, so it ignores roughness. It depends on n_S alone, is measured at some n_S and interpolated.
 """
+
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from sparsurf.sampling.combination import PARAMETERS, Combination
+from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import centres, uniform
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate
-from sparsurf.study.tables import range_of
+from sparsurf.study.tables import range_index
 
-STEPS = 20  # n_S at which the control is measured, evenly in ln n_S
+N_CURVE_SIZES = 20  # n_S at which the control is measured, evenly spaced in ln n_S
 
 
-def control_curve(evaluator, n_s, readings, n_tests, draws):
-    """d of the control at some n_S: Z of uniform subsets less that of the centres filled up.
+def control_curve(
+    prepared: PreparedSurface, n_s: np.ndarray, readings: Sequence[str], n_tests: int, draws: int
+) -> dict[str, np.ndarray]:
+    """Measure d of the control at some n_S: Z of uniform subsets minus Z of the centres filled up.
 
     Parameters
     ----------
-    evaluator : Evaluator
+    prepared : PreparedSurface
     n_s : (P,) int
     readings : sequence of str
     n_tests, draws : int
@@ -29,24 +35,33 @@ def control_curve(evaluator, n_s, readings, n_tests, draws):
     -------
     dict of reading -> (P, draws, tests) float64
     """
-    tests, subsets = evaluator.draw_tests(n_tests), []
+    tests, subsets = prepared.draw_tests(n_tests), []
     for sampler in (uniform, centres):
         for draw in range(draws):
-            every = sampler(
-                evaluator, len(evaluator.points), evaluator.stream("control", sampler.__name__, draw)
-            )
-            subsets += [every[:n] for n in n_s]
-    _, z = evaluator.under(readings, subsets, tests)
-    shape = (2, draws, len(n_s), -1)
-    return {r: np.subtract(*values.reshape(shape)).transpose(1, 0, 2) for r, values in z.items()}
+            rng = prepared.stream("control", sampler.__name__, draw)
+            order = sampler(prepared, len(prepared.points), rng)
+            subsets += [order[:n] for n in n_s]
+    _, z = prepared.distances_under(readings, subsets, tests)
+    curves = {}
+    for reading, values in z.items():
+        of_uniform, of_centres = values.reshape(2, draws, len(n_s), -1)
+        curves[reading] = (of_uniform - of_centres).transpose(1, 0, 2)
+    return curves
 
 
-def centres_table(evaluator, grid, ranges, n_tests, draws, steps=STEPS):
-    """How much of d the control has, in every range of n_S and under every reading of ranges.csv.
+def centres_table(
+    prepared: PreparedSurface,
+    grid: pd.DataFrame,
+    ranges: pd.DataFrame,
+    n_tests: int,
+    draws: int,
+    steps: int = N_CURVE_SIZES,
+) -> pd.DataFrame:
+    """Compare d with that of the control, in every range of n_S and under every reading of ranges.csv.
 
     Parameters
     ----------
-    evaluator : Evaluator
+    prepared : PreparedSurface
     grid, ranges : DataFrame
         grid.csv and ranges.csv of the surface.
     n_tests, draws : int
@@ -55,49 +70,60 @@ def centres_table(evaluator, grid, ranges, n_tests, draws, steps=STEPS):
     Returns
     -------
     DataFrame: reading, range (from 1), n_S_low_percent, n_S_high_percent, n_combinations; means over the combinations of d
-    and of the control at their n_S (d_mean, d_centres_mean), and n_above and n_below, of how many d lies above or below
-    the control by more than both 95 % intervals allow; of the winner its combination, n_S_percent, d (held out) with d_low
-    and d_high, d_centres with d_centres_low and d_centres_high at its n_S, and explained, their ratio (NaN where d is not
-    above 0 by its interval)
+    and of the control at their n_S (d_mean, d_centres_mean); n_above and n_below, the numbers of combinations whose d lies
+    above or below the control by more than both 95 % intervals allow; of the winner its combination, n_S_percent, d (cross-
+    validated) with d_low and d_high, d_centres with d_centres_low and d_centres_high at its n_S, and explained, their ratio
+    (NaN unless the interval of d is above 0)
     """
-    n_dots, readings = len(evaluator.points), list(ranges["reading"].unique())
+    n_dots, readings = len(prepared.points), list(ranges["reading"].unique())
     ends = grid["n_S_percent"].min(), grid["n_S_percent"].max()
     n_s = np.unique((np.geomspace(*ends, steps) / 100 * n_dots).round().astype(int)).clip(1, n_dots)
-    curves = control_curve(evaluator, n_s, readings, n_tests, draws)
+    curves = control_curve(prepared, n_s, readings, n_tests, draws)
     rows = []
-    for reading, own in ranges.groupby("reading", sort=False):
-        control = estimate(_at(curves[reading], n_s, grid["n_S_percent"].to_numpy() * n_dots / 100))
-        limits = [*own["n_S_low_percent"], own["n_S_high_percent"].iloc[-1]]
-        member = range_of(grid["n_S_percent"].to_numpy(), limits)
-        d, half = grid[f"d_{reading}"].to_numpy(), (grid[f"d_high_{reading}"] - grid[f"d_low_{reading}"]) / 2
-        clear = np.hypot(half, control.half)
-        for k, winner in enumerate(own.to_dict("records")):
+    for reading in readings:
+        winners = ranges[ranges["reading"] == reading]
+        control = estimate(_interpolate(curves[reading], n_s, grid["n_S_percent"].to_numpy() * n_dots / 100))
+        limits = [*winners["n_S_low_percent"], winners["n_S_high_percent"].iloc[-1]]
+        member = range_index(grid["n_S_percent"].to_numpy(), limits)
+        d = grid[f"d_{reading}"].to_numpy()
+        half = ((grid[f"d_high_{reading}"] - grid[f"d_low_{reading}"]) / 2).to_numpy()
+        significant = np.hypot(half, control.half)
+        for k, winner in enumerate(winners.to_dict("records")):
             inside = member == k
             row = {"reading": reading, "range": k + 1}
             row |= {key: winner[key] for key in ("n_S_low_percent", "n_S_high_percent")}
             row["n_combinations"] = int(inside.sum())
             if inside.any():
                 row |= {"d_mean": d[inside].mean(), "d_centres_mean": control.mean[inside].mean()}
-                row["n_above"] = int((d - control.mean > clear)[inside].sum())
-                row["n_below"] = int((control.mean - d > clear)[inside].sum())
-                row |= _of_winner(winner, curves[reading], n_s, n_dots)
+                row["n_above"] = int((d - control.mean > significant)[inside].sum())
+                row["n_below"] = int((control.mean - d > significant)[inside].sum())
+                row |= _compare_winner(winner, curves[reading], n_s, n_dots)
             rows.append(row)
     return pd.DataFrame(rows)
 
 
-def _of_winner(winner, curve, n_s, n_dots):
-    """The winner of a range beside the control at its n_S."""
-    found = estimate(_at(curve, n_s, np.array([winner["n_S_percent"] * n_dots / 100])))
+def _compare_winner(
+    winner: Mapping[Any, Any], curve: np.ndarray, n_s: np.ndarray, n_dots: int
+) -> dict[str, Any]:
+    """Return the columns that compare the winner of a range with the control at its n_S."""
+    control = estimate(_interpolate(curve, n_s, np.array([winner["n_S_percent"] * n_dots / 100])))
     d, low, high = (winner[f"d_held_out{end}"] for end in ("", "_low", "_high"))
-    row = {"combination": str(Combination(*(winner[name] for name in PARAMETERS)))}
-    row |= {"n_S_percent": winner["n_S_percent"], "d": d, "d_low": low, "d_high": high}
-    row |= {"d_centres": found.mean[0], "d_centres_low": found.low[0], "d_centres_high": found.high[0]}
-    return row | {"explained": found.mean[0] / d if low > 0 else np.nan}
+    return {
+        "combination": str(Combination.from_row(winner)),
+        "n_S_percent": winner["n_S_percent"],
+        "d": d,
+        "d_low": low,
+        "d_high": high,
+        "d_centres": control.mean[0],
+        "d_centres_low": control.low[0],
+        "d_centres_high": control.high[0],
+        "explained": control.mean[0] / d if low > 0 else np.nan,
+    }
 
 
-def _at(curve, n_s, wanted):
-    """Values (P, D, T) at `n_s` (P,), interpolated over ln n_S at other n_S (K,): (K, D, T)."""
-    place = np.interp(np.log(wanted), np.log(n_s), np.arange(len(n_s)))
-    first = np.minimum(place.astype(int), max(len(n_s) - 2, 0))
-    share = (place - first)[:, None, None]
+def _interpolate(curve: np.ndarray, n_s: np.ndarray, requested: np.ndarray) -> np.ndarray:
+    """Interpolate values (P, D, T) at `n_s` (P,) over ln n_S at requested n_S (K,): (K, D, T)."""
+    position = np.interp(np.log(requested), np.log(n_s), np.arange(len(n_s)))
+    first = np.minimum(position.astype(int), max(len(n_s) - 2, 0))
+    share = (position - first)[:, None, None]
     return (1 - share) * curve[first] + share * curve[np.minimum(first + 1, len(n_s) - 1)]

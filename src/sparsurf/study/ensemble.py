@@ -1,72 +1,82 @@
-"""n_S and d of one combination over all frames of a trajectory, in jobs that can be taken up again."""
+"""n_S and d of one combination over all frames of a trajectory, in jobs that can be resumed."""
 
 import hashlib
 import io
 import json
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import grid
-from sparsurf.study.evaluator import Evaluator, number_of_tests
-from sparsurf.study.residues import mean_roughness
+from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.study.residues import mean_roughness_by_residue
 from sparsurf.study.tables import grid_table
-from sparsurf.surfaces.molecular_surface import fitting_density, surface_of
+from sparsurf.surfaces.molecular_surface import density_for_d_link, surface_of_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.threads import over_slices
+from sparsurf.threads import parallel_map
 
-OF_RESIDUE = "residue_"  # begins the names of the columns of residues
-CHUNK = 20  # frames between two writes: what a kill can cost
+RESIDUE_PREFIX = "residue_"  # of the columns of residues
+FRAMES_PER_WRITE = 20  # at most so many frames are lost if the job is killed
 
 
-def follow(
-    molecule, settings, name, threads, path_to_part, code="", progress=lambda done, of: None, part=(1, 1)
-):
+def evaluate_frames(
+    molecule: Molecule,
+    settings: Mapping[str, Any],
+    name: str,
+    threads: int,
+    path_to_part: Path | str,
+    code: str = "",
+    progress: Callable[[int, int], None] = lambda done, of: None,
+    part: tuple[int, int] = (1, 1),
+) -> str:
     """Evaluate one combination on every frame, or on those of a part.
 
     Parameters
     ----------
-    molecule : molecule.Molecule
+    molecule : Molecule
     settings : dict
-        The config's `as_written`, `patches`, `sampling`, `evaluation`, `ensemble` and `seed`.
+        The config's `surface`, `patches`, `sampling`, `evaluation`, `ensemble` and `seed`.
     name : str
-        Of the protein; names the random streams.
+        Name of the protein, which names the random streams.
     threads : int
-        Frames side by side; the table does not depend on it.
+        Frames evaluated in parallel; the table does not depend on it.
     path_to_part : path
-        File of the rows done so far. Rows that a run of the same molecule, settings and `code` left there are
-        not computed again.
+        File of the finished rows. Rows that an earlier run with the same molecule, settings and `code` wrote there are not
+        computed again.
     code : str
         Digest of the program.
     progress : callable
-        Told how many of how many frames are done.
+        Callback with the numbers of finished and total frames.
     part : (k, n)
-        The k-th, from 1, of n equal parts of the frames; the texts of all parts, one after the other, are that of the
-        whole.
+        The k-th, from 1, of n equal parts of the frames; the concatenated texts of all parts are the text of the whole.
 
     Returns
     -------
-    str, CSV with a header before the first frame, one row per frame: frame, time_ps, N, area (Å^2), mean_roughness, then
-    the columns of `tables.grid_table` without the parameters, then the mean R_i of each residue (see `apart`).
+    str, CSV with a header before the first frame, one row per frame: frame, time_ps, N, area (Å^2), mean_roughness, then the
+    columns of `tables.grid_table` without the parameters, then the mean R_i of each residue (see `split_residue_columns`).
     """
     mark = f"# {fingerprint(molecule, settings, name, code)} {part[0]} of {part[1]}\n"
-    header, rows = rows_done(path_to_part, mark)
+    header, rows = read_finished_rows(path_to_part, mark)
     atom_radii = radii(molecule, settings["surface"]["radii"])
-    density = fitting_density(
+    density = density_for_d_link(
         molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], name
     )
-    settings = settings | {"surface": settings["surface"] | {"density": density}}  # the same for all frames
+    # the same density for all frames
+    settings = {**settings, "surface": settings["surface"] | {"density": density}}
     first, last = (molecule.n_frames * k // part[1] for k in (part[0] - 1, part[0]))
     Path(path_to_part).write_text("".join([mark, header, *rows]), encoding="utf-8")
-    for a in range(first + len(rows), last, CHUNK):
+    for a in range(first + len(rows), last, FRAMES_PER_WRITE):
         chunk = pd.DataFrame(
-            over_slices(
+            parallel_map(
                 lambda i, _, a=a: frame_row(molecule, a + i, atom_radii, settings, name),
-                min(CHUNK, last - a),
+                min(FRAMES_PER_WRITE, last - a),
                 threads,
                 1,
             )
@@ -78,13 +88,13 @@ def follow(
     return text if first == 0 else text.partition("\n")[2]
 
 
-def gathered(texts):
-    """DataFrame of the texts of all parts, in order."""
+def join_parts(texts: Iterable[str]) -> pd.DataFrame:
+    """Read the table from the texts of all parts, in order."""
     return pd.read_csv(io.StringIO("".join(texts)))
 
 
-def fingerprint(molecule, settings, name, code):
-    """Digest of everything that the rows depend on."""
+def fingerprint(molecule: Molecule, settings: Mapping[str, Any], name: str, code: str) -> str:
+    """Return a digest of everything on which the rows depend."""
     content = hashlib.sha256(json.dumps([settings, name, code], sort_keys=True).encode())
     for array in (molecule.xyz, molecule.frame_number, molecule.time_ps):
         content.update(np.ascontiguousarray(array).tobytes())
@@ -92,8 +102,13 @@ def fingerprint(molecule, settings, name, code):
     return content.hexdigest()[:32]
 
 
-def rows_done(path, mark):
-    """Header and rows, as lines, that an interrupted run with the same first line left; ("", []) without."""
+def read_finished_rows(path: Path | str, mark: str) -> tuple[str, list[str]]:
+    """Read the lines that an interrupted run with the same first line wrote.
+
+    Returns
+    -------
+    header and rows, as lines; ("", []) if there are none
+    """
     try:
         lines = Path(path).read_bytes().decode("utf-8", "replace").splitlines(keepends=True)
     except FileNotFoundError:
@@ -101,60 +116,67 @@ def rows_done(path, mark):
     if len(lines) < 2 or lines[0] != mark:
         return "", []
     columns = lines[1].count(",")
-    torn = [k for k, line in enumerate(lines) if k and (line.count(",") != columns or line[-1] != "\n")]
-    sound = lines[1 : torn[0] if torn else None]
-    return (sound[0], sound[1:]) if len(sound) > 1 else ("", [])  # a header alone is written again
+    damaged = [k for k, line in enumerate(lines) if k and (line.count(",") != columns or line[-1] != "\n")]
+    intact = lines[1 : damaged[0] if damaged else None]
+    return (intact[0], intact[1:]) if len(intact) > 1 else ("", [])  # a header alone is written again
 
 
-def frame_row(molecule, position, atom_radii, settings, name):
-    """The row of one frame, a dict.
+def frame_row(
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: Mapping[str, Any], name: str
+) -> dict[str, Any]:
+    """Evaluate one frame and return its row.
 
     Raises
     ------
-    InputError : with the number of the frame
+    InputError
+        With the number of the frame.
     """
-    number, own = int(molecule.frame_number[position]), settings["ensemble"]
+    number, ensemble = int(molecule.frame_number[position]), settings["ensemble"]
     where = f"{name}, frame {number}"
     try:
-        surface = surface_of(molecule, position, atom_radii, settings["surface"])
+        surface = surface_of_frame(molecule, position, atom_radii, settings["surface"])
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    evaluator = Evaluator.from_settings(surface, settings, None, f"{name}/f{number}", 1)
-    if position == 0:  # the spacing of the dots is that of the settings, the same in every frame
-        refuse_sparse(evaluator.points, evaluator.d_link, where)
-    result = grid.run(
-        evaluator,
-        [own["combination"]],
-        number_of_tests(own["test_dots"], len(surface)),
-        own["draws"],
+    prepared = PreparedSurface.from_settings(surface, settings, None, f"{name}/f{number}", 1)
+    if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame
+        refuse_sparse(prepared.points, prepared.d_link, where)
+    result = grid.evaluate_grid(
+        prepared,
+        [ensemble["combination"]],
+        number_of_tests(ensemble["test_dots"], len(surface)),
+        ensemble["draws"],
         tuple(settings["evaluation"]["readings"]),
     )
     row = grid_table(result).drop(columns=PARAMETERS)
-    of_residues = mean_roughness(
-        evaluator.roughness, molecule.residue_index[surface.atom], molecule.n_residues
+    by_residue = mean_roughness_by_residue(
+        prepared.roughness, molecule.residue_index[surface.atom], molecule.n_residues
     )
     return {
         "frame": number,
         "time_ps": float(molecule.time_ps[position]),
         "N": len(surface),
         "area": float(surface.area.sum()),
-        "mean_roughness": float(evaluator.roughness.mean()),
-        **row.iloc[0].to_dict(),
-        **{f"{OF_RESIDUE}{k}": value for k, value in enumerate(of_residues)},
+        "mean_roughness": float(prepared.roughness.mean()),
+        **{str(column): value for column, value in row.iloc[0].items()},
+        **{f"{RESIDUE_PREFIX}{k}": value for k, value in enumerate(by_residue)},
     }
 
 
-def apart(table, residues):
-    """The rows of `follow` as two tables: without the residues, and frame and time_ps with a column for each of them.
+def split_residue_columns(table: pd.DataFrame, residues: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Split the rows of `evaluate_frames` into two tables.
 
     Parameters
     ----------
     table : DataFrame
-        See `follow`.
+        See `evaluate_frames`.
     residues : DataFrame with chain, residue, residue_name
         See `Molecule.residues`.
+
+    Returns
+    -------
+    The table without the residues, and frame and time_ps with a column for each residue.
     """
-    own = [name for name in table if name.startswith(OF_RESIDUE)]
+    columns = [name for name in table.columns if name.startswith(RESIDUE_PREFIX)]
     labels = residues["chain"] + ":" + residues["residue_name"] + residues["residue"]
-    over_time = table[["frame", "time_ps", *own]].set_axis(["frame", "time_ps", *labels], axis=1)
-    return table.drop(columns=own), over_time
+    over_time = table[["frame", "time_ps", *columns]].set_axis(["frame", "time_ps", *labels], axis=1)
+    return table.drop(columns=columns), over_time

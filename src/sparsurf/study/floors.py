@@ -1,133 +1,158 @@
 """Noise floors: Z between two descriptions of the same surface, or of one that hardly differs.
 
-A Z below that of fresh dots tells that a subset holds the very dots it is measured against, not that it describes
-the surface better. All dots take part on both sides.
+A Z below that of fresh dots shows that a subset contains the very dots it is compared with, not that it describes the surface
+better. All dots are used on both sides.
 """
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from sparsurf import progress
 from sparsurf.molecules.conformations import superpose
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.recovering import recover
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate
+from sparsurf.surfaces.surface import Surface
 
-DRAWS = 10  # sets of fresh dots and turns: what is enough rests on them
-FEW_DRAWS = 3  # of moved atoms; and of all where many proteins are measured, which scatter more
-MOVED = (0.1, 0.3)  # Å, rms displacement of the atoms: a good and a fair crystal structure
-APART = (1.0, 20.0, 100.0)  # ps between two frames
+DRAWS = 10  # sets of fresh dots and rotations; the required numbers of dots depend on them
+FEW_DRAWS = (
+    3  # of moved atoms; and of everything if many proteins are measured, which differ more from one another
+)
+ATOM_DISPLACEMENTS = (0.1, 0.3)  # Å, rms: a good and a fair crystal structure
+TIME_GAPS_PS = (1.0, 20.0, 100.0)  # between two frames
 FRESH = "fresh dots"
 TURNED = "turned"
 
 
-def floors(evaluator, n_tests, lay=None, atoms=None, frames=None, moved=MOVED, draws=DRAWS):
-    """Table of the floors of one surface.
+def noise_floors(
+    prepared: PreparedSurface,
+    n_tests: int,
+    lay: Callable[[np.ndarray], Surface] | None = None,
+    atoms: np.ndarray | None = None,
+    frames: Mapping[float, Sequence[np.ndarray]] | None = None,
+    moved: Sequence[float] = ATOM_DISPLACEMENTS,
+    draws: int = DRAWS,
+) -> pd.DataFrame:
+    """Measure the noise floors of one surface.
 
     Parameters
     ----------
-    evaluator : Evaluator
+    prepared : PreparedSurface
     n_tests : int
     lay : callable, optional
-        Places of the atoms (A, 3), Å -> their Surface; without it, fresh dots are laid on the surface recovered from
+        Positions of the atoms (A, 3), Å -> their Surface. Without it, fresh dots are placed on the surface recovered from
         all dots, and atoms cannot be moved.
-    atoms : (A, 3) float64, Å, where the atoms are
+    atoms : (A, 3) float64, Å
+        Positions of the atoms.
     frames : dict, optional
-        ps -> list of places of the atoms (A, 3) so much earlier or later, superposed on `atoms`.
+        ps -> list of positions of the atoms (A, 3) that much earlier or later, superposed on `atoms`.
     moved : sequence of float
         Å, rms displacements of the atoms.
     draws : int
-        Sets of fresh dots, and turns.
+        Number of sets of fresh dots, and of rotations.
 
     Returns
     -------
-    DataFrame: floor, Z, se, low, high (95 %), draws, test_dots; a row for each floor that can be had. `turned` are the
-    fresh dots of the turned molecule, described as it lies; `fresh dots` the same turned back.
+    DataFrame: floor, Z, se, low, high (95 %), draws, test_dots; a row for each floor that can be measured. `turned`: fresh
+    dots of the rotated molecule, described in that orientation; `fresh dots`: the same dots rotated back.
     """
-    tests = evaluator.draw_tests(n_tests)
-    place, around = evaluator.points[tests], evaluator.points.mean(axis=0)
-    rng = evaluator.stream("floors")
-    found = {FRESH: [], TURNED: []}
-    z_tot, _ = evaluator.describe(tests)
+    tests = prepared.draw_tests(n_tests)
+    test_points, centre = prepared.points[tests], prepared.points.mean(axis=0)
+    rng = prepared.stream("floors")
+    z_tot, _ = prepared.describe(tests)
 
-    def against(surface, place):
-        index = build_index(*surface, evaluator.d_link)
+    def distances(points: np.ndarray, normals: np.ndarray, places: np.ndarray) -> np.ndarray:
+        index = build_index(points, normals, prepared.d_link)
         z, _ = descriptors.describe(
-            index, place, evaluator.r_zernike, True, evaluator.threads, evaluator.descriptor
+            index, places, prepared.r_zernike, True, prepared.threads, prepared.descriptor
         )
         return np.linalg.norm(z - z_tot, axis=1)
 
-    for _ in progress.each(range(draws), "noise floors"):
-        turn = turning(rng)
-        points, normals = _fresh(evaluator, lay, atoms, around, turn)
-        found[FRESH].append(against(((points @ turn) + around, normals @ turn), place))
-        found[TURNED].append(against((points, normals), (place - around) @ turn.T))
-    own = evaluator.surface.atom[tests] if lay else None
-    for rms in moved if lay else ():
-        others = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(FEW_DRAWS)]
-        found[f"atoms moved {rms:g} Å"] = [against(_laid(lay(xyz)), place) for xyz in others]
-    for gap, others in (frames or {}).items():
-        found[f"frames {gap:g} ps apart"] = [
-            against(_laid(lay(xyz)), place + (xyz - atoms)[own]) for xyz in others
-        ]
-    return pd.DataFrame([_row(name, np.array(z)) for name, z in found.items()])
+    z_of_floor: dict[str, list[np.ndarray]] = {FRESH: [], TURNED: []}
+    for _ in progress.progress_bar(range(draws), "noise floors"):
+        rotation = random_rotation(rng)
+        points, normals = _fresh_dots(prepared, lay, atoms, centre, rotation)
+        z_of_floor[FRESH].append(distances((points @ rotation) + centre, normals @ rotation, test_points))
+        z_of_floor[TURNED].append(distances(points, normals, (test_points - centre) @ rotation.T))
+    if lay is not None and atoms is not None:
+        for rms in moved:
+            displaced = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(FEW_DRAWS)]
+            z_of_floor[f"atoms moved {rms:g} Å"] = z = []
+            for xyz in displaced:
+                surface = lay(xyz)
+                z.append(distances(surface.points, surface.normals, test_points))
+        test_atoms = prepared.surface.atom[tests]
+        for gap, positions in (frames or {}).items():
+            z_of_floor[f"frames {gap:g} ps apart"] = z = []
+            for xyz in positions:
+                surface = lay(xyz)
+                z.append(distances(surface.points, surface.normals, test_points + (xyz - atoms)[test_atoms]))
+    return pd.DataFrame([_row(name, np.array(z)) for name, z in z_of_floor.items()])
 
 
-def turning(rng):
-    """A random rotation, (3, 3), every one equally likely."""
+def random_rotation(rng: np.random.Generator) -> np.ndarray:
+    """Draw a rotation matrix, (3, 3), uniformly."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
     return q * np.sign(np.linalg.det(q))
 
 
-def _fresh(evaluator, lay, atoms, around, turn):
-    """Other dots of the same surface, in a turned frame around the mean dot."""
-    if lay:
-        return _laid(lay((atoms - around) @ turn.T))
-    points, normals = (evaluator.points - around) @ turn.T, evaluator.normals @ turn.T
-    return recover(points, normals, evaluator.density, threads=evaluator.threads, keep=False)
+def _fresh_dots(
+    prepared: PreparedSurface,
+    lay: Callable[[np.ndarray], Surface] | None,
+    atoms: np.ndarray | None,
+    centre: np.ndarray,
+    rotation: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and normals of other dots of the same surface, in a rotated frame around the mean dot."""
+    if lay is not None and atoms is not None:
+        surface = lay((atoms - centre) @ rotation.T)
+        return surface.points, surface.normals
+    points, normals = (prepared.points - centre) @ rotation.T, prepared.normals @ rotation.T
+    return recover(points, normals, prepared.density, threads=prepared.threads, keep=False)
 
 
-def _laid(surface):
-    return surface.points, surface.normals
-
-
-def _row(name, z):
-    """One floor from its distances (D, T)."""
-    found = estimate(z)
-    value, se, (low, high) = found.mean, found.error, (found.low, found.high)
+def _row(name: str, z: np.ndarray) -> dict[str, Any]:
+    """Return the row of one floor from its distances (D, T)."""
+    mean = estimate(z)
     return {
         "floor": name,
-        "Z": value,
-        "se": se,
-        "low": low,
-        "high": high,
+        "Z": mean.mean,
+        "se": mean.error,
+        "low": mean.low,
+        "high": mean.high,
         "draws": len(z),
         "test_dots": z.shape[1],
     }
 
 
-def frames_apart(molecule, atoms, time):
-    """Frames before and after a time, superposed on the atoms of that time.
+def frames_at_gaps(molecule: Molecule, atoms: np.ndarray, time: float) -> dict[float, list[np.ndarray]]:
+    """Select frames before and after a time, superposed on the atoms at that time.
 
     Parameters
     ----------
-    molecule : Molecule, the frames of a trajectory at such times, or all, with the atoms of `atoms`
+    molecule : Molecule
+        The frames of a trajectory at such times, or all, with the atoms of `atoms`.
     atoms : (A, 3) float64, Å
     time : float, ps
 
     Returns
     -------
-    dict: ps -> list of (A, 3); no entry where the trajectory has no such frame.
+    dict: ps -> list of (A, 3); no entry if the trajectory has no such frame.
     """
-    found = {}
-    for gap in APART:
-        at = [
-            k
+    by_gap = {}
+    for gap in TIME_GAPS_PS:
+        frames = [
+            frame
             for sign in (-1, 1)
-            for k in np.flatnonzero(np.abs(molecule.time_ps - time - sign * gap) < 1e-3)[:1]
+            for frame in np.flatnonzero(np.abs(molecule.time_ps - time - sign * gap) < 1e-3)[:1]
         ]
-        if at:
-            found[gap] = list(superpose(molecule.xyz[at], slice(None), atoms))
-    return found
+        if frames:
+            by_gap[gap] = list(superpose(molecule.xyz[frames], slice(None), atoms))
+    return by_gap

@@ -1,39 +1,46 @@
-"""The grid: every combination sampled, its subsets and uniform ones compared with the whole surface.
+"""The grid: compare sampled and uniform subsets of every combination with the full surface.
 
-The same test dots serve all combinations unless asked otherwise, so that combinations differ by what they keep only.
-Uniform subsets that are made surfaces of their own are measured at `ON_CURVE` n_S, with as many draws, and
+All combinations share the same test dots unless requested otherwise, so that they differ only in what they keep. For readings
+in which a subset forms its own surface, uniform subsets are measured at `N_CURVE_SIZES` n_S, with as many draws, and
 interpolated at those of the combinations: Z_tR depends on nothing else.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 from threading import Lock
 from zipfile import BadZipFile
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sparsurf import InputError
 from sparsurf.patches import descriptors
-from sparsurf.patches.readings import OF_GRID
-from sparsurf.sampling import law
+from sparsurf.patches.readings import GRID_READINGS
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import Combination
-from sparsurf.threads import over_slices
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.threads import parallel_map
 
-ON_CURVE = 32  # n_S of a curve; between them a straight line over ln n_S lies .0005 off, draws scatter by .01
+# n_S of a curve: a straight line over ln n_S between them is off by .0005, while draws scatter by .01
+N_CURVE_SIZES = 32
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Raw distances of a grid; K combinations, D draws, T test dots.
+    """Raw distances of a grid with K combinations, D draws and T test dots.
 
+    Attributes
+    ----------
     combinations : (K, 4) float64
     n_dots : int, N
     n_s : (K, D) int64
     n_s_expected : (K,) float64
-    tests : (T,) int64 dots, or (K, T) where every combination has its own
+    tests : (T,) int64 dots, or (K, T) if every combination has its own
     z_tot : (T, 121) float64, descriptors of the full surface at the (shared) test dots
     z_ts, z_tr : (readings, K, D, T) float32, |z_tot - z_S| and |z_tot - z_R|
-    fragment : (readings, 2, K) float64, median number of dots in the evaluated patches of samplings and of
-        uniform subsets
+    fragment : (readings, 2, K) float64
+        Median number of dots in the evaluated patches of sampled and of uniform subsets.
     readings : tuple of str
     """
 
@@ -46,169 +53,217 @@ class Grid:
     z_ts: np.ndarray
     z_tr: np.ndarray
     fragment: np.ndarray
-    readings: tuple
+    readings: tuple[str, ...]
 
 
-def run(
-    evaluator,
-    combinations,
-    n_tests,
-    draws=1,
-    readings=OF_GRID,
-    shared=True,
-    progress=lambda done, of: None,
-):
+def evaluate_grid(
+    prepared: PreparedSurface,
+    combinations: ArrayLike,
+    n_tests: int,
+    draws: int = 1,
+    readings: Sequence[str] = GRID_READINGS,
+    shared: bool = True,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> Grid:
     """Evaluate every combination.
 
     Parameters
     ----------
-    evaluator : Evaluator
+    prepared : PreparedSurface
     combinations : (K, 4) float64
     n_tests : int
         T.
     draws : int
-        D, samplings and uniform subsets per combination.
+        D, sampled and uniform subsets per combination.
     readings : tuple of str
-        Those of `readings.OF_GRID` come in one pass; each other one costs a surface of its own per subset: per sampling,
-        and along a curve where more than `ON_CURVE` combinations share their test dots, else per uniform subset too.
+        Those of `readings.OF_GRID` are computed in one pass. Every other one needs a surface per sampled subset. It also
+        needs one per uniform subset, or per n_S of a curve if more than `N_CURVE_SIZES` combinations share their test dots.
     shared : bool
-        The same test dots for all combinations; False draws them anew for each, as published.
+        Use the same test dots for all combinations; False draws new ones for each, as published.
     progress : callable
-        Told how many of how many samplings are done.
+        Callback with the numbers of finished and total samplings.
 
     Returns
     -------
     Grid
     """
     combinations = np.asarray(combinations, float)
-    tests = evaluator.draw_tests(n_tests)
+    tests = prepared.draw_tests(n_tests)
     if not shared:
-        tests = np.array([evaluator.draw_tests(n_tests, *Combination(*c).keys()) for c in combinations])
-    k, shape = len(combinations), (len(readings), len(combinations), draws, tests.shape[-1])
-    out = Grid(
+        tests = np.array([prepared.draw_tests(n_tests, *Combination(*c).keys()) for c in combinations])
+    out = _empty_grid(prepared, combinations, tests, draws, readings)
+    if shared:
+        _evaluate_with_shared_tests(prepared, out, tests, progress)
+    else:
+        out.z_tot[:] = prepared.describe(prepared.draw_tests(n_tests))[0]
+        _evaluate_with_own_tests(prepared, out, tests, progress)
+    return out
+
+
+def _empty_grid(
+    prepared: PreparedSurface,
+    combinations: np.ndarray,
+    tests: np.ndarray,
+    draws: int,
+    readings: Sequence[str],
+) -> Grid:
+    """Allocate a Grid."""
+    k, n_tests = len(combinations), tests.shape[-1]
+    shape = (len(readings), k, draws, n_tests)
+    return Grid(
         combinations=combinations,
-        n_dots=len(evaluator.points),
+        n_dots=len(prepared.points),
         n_s=np.empty((k, draws), np.int64),
-        n_s_expected=law.expected_n_s(evaluator.cover, combinations),
+        n_s_expected=published.expected_n_s(prepared.cover, combinations),
         tests=tests,
-        z_tot=np.empty((tests.shape[-1], descriptors.DESCRIPTORS[evaluator.descriptor].width)),
+        z_tot=np.empty((n_tests, descriptors.DESCRIPTORS[prepared.descriptor].width)),
         z_ts=np.empty(shape, np.float32),
         z_tr=np.empty(shape, np.float32),
         fragment=np.empty((len(readings), 2, k)),
         readings=tuple(readings),
     )
-    if shared:
-        per = max(1, descriptors.BITS // (2 * draws))
-        z_tot, along = None, k > ON_CURVE
-        for a in range(0, k, per):
-            z_tot = _fill(evaluator, out, range(a, min(a + per, k)), tests, z_tot, along)
-            progress(draws * min(a + per, k), draws * k)
-        out.z_tot[:] = z_tot
-        if along:
-            _fill_along_curves(evaluator, out, tests)
-    else:  # combinations side by side, each with one thread
-        alone, done = evaluator.changed(threads=1), []
-        out.z_tot[:] = evaluator.describe(evaluator.draw_tests(n_tests))[0]
-
-        def one(i, _):
-            _fill(alone, out, [i], tests[i])
-            done.append(i)
-            progress(draws * len(done), draws * k)
-
-        over_slices(one, k, evaluator.threads, 1)
-    return out
 
 
-def _fill(evaluator, out, some, tests, z_tot=None, along=False):
-    """Draw the subsets of `some` combinations and write what they give at the test dots into a Grid.
+def _evaluate_with_shared_tests(
+    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
+) -> None:
+    """Fill a Grid whose combinations share their test dots."""
+    k, draws = out.n_s.shape
+    per_pass = max(1, descriptors.MAX_SUBSETS // (2 * draws))
+    z_tot, use_curves = None, k > N_CURVE_SIZES
+    for a in range(0, k, per_pass):
+        z_tot = _fill(prepared, out, range(a, min(a + per_pass, k)), tests, z_tot, use_curves)
+        progress(draws * min(a + per_pass, k), draws * k)
+    out.z_tot[:] = z_tot
+    if use_curves:
+        _fill_along_curves(prepared, out, tests)
 
-    `along`: the uniform subsets that are surfaces of their own are left to `_fill_along_curves`.
 
-    Returns z_tot, which comes with the first subsets unless known: they share the patch of the whole surface.
+def _evaluate_with_own_tests(
+    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
+) -> None:
+    """Fill a Grid whose combinations have their own test dots: combinations in parallel, each with one thread."""
+    k, draws = out.n_s.shape
+    single, finished = prepared.changed(threads=1), []
+
+    def fill_one(i: int, _: int) -> None:
+        _fill(single, out, [i], tests[i])
+        finished.append(i)
+        progress(draws * len(finished), draws * k)
+
+    parallel_map(fill_one, k, prepared.threads, 1)
+
+
+def _fill(
+    prepared: PreparedSurface,
+    out: Grid,
+    which: Sequence[int],
+    tests: np.ndarray,
+    z_tot: np.ndarray | None = None,
+    use_curves: bool = False,
+) -> np.ndarray:
+    """Draw the subsets of some combinations and write their distances at the test dots into a Grid.
+
+    With `use_curves`, uniform subsets that form their own surfaces are left to `_fill_along_curves`.
+
+    Returns z_tot. It is computed with the first subsets unless known, as they share the patches of the full surface.
     """
     draws = out.n_s.shape[1]
-    jobs = np.array([(k, draw) for k in some for draw in range(draws)])
+    jobs = np.array([(k, draw) for k in which for draw in range(draws)])
     sizes = np.zeros((len(out.readings), 2, len(jobs), len(tests)), np.int32)
-    together = tuple(reading for reading in out.readings if reading in OF_GRID)
-    for a in range(0, len(jobs), descriptors.BITS // 2):
-        part = slice(a, a + descriptors.BITS // 2)
+    together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
+    for a in range(0, len(jobs), descriptors.MAX_SUBSETS // 2):
+        part = slice(a, a + descriptors.MAX_SUBSETS // 2)
         k, draw = jobs[part].T
-        words, subsets = _draw(evaluator, out, jobs[part])
+        words, subsets = _draw_subsets(prepared, out, jobs[part])
         shape = (2, len(k), len(tests))
+        z: dict[str, np.ndarray] = {}
+        size: dict[str, np.ndarray] = {}
         if together:
-            z_tot, z, size = evaluator.compare(words, 2 * len(k), tests, together, z_tot)
-            z, size = (dict(zip(together, x.reshape(-1, *shape), strict=True)) for x in (z, size))
-        else:
-            z_tot, z, size = evaluator.describe(tests)[0] if z_tot is None else z_tot, {}, {}
+            z_tot, distances, counts = prepared.compare(words, 2 * len(k), tests, together, z_tot)
+            z = dict(zip(together, distances.reshape(-1, *shape), strict=True))
+            size = dict(zip(together, counts.reshape(-1, *shape), strict=True))
+        elif z_tot is None:
+            z_tot = prepared.describe(tests)[0]
         for r, reading in enumerate(out.readings):
             if reading not in z:
-                own = subsets[: len(k)] if along else subsets
-                z[reading], size[reading] = (
-                    x.reshape(-1, *shape[1:])
-                    for x in evaluator.distances(own, tests, z_tot, reading, many=True)
-                )
+                measured = subsets[: len(k)] if use_curves else subsets
+                distances, counts = prepared.distances(measured, tests, z_tot, reading, many=True)
+                z[reading] = distances.reshape(-1, *shape[1:])
+                size[reading] = counts.reshape(-1, *shape[1:])
             for half, values in enumerate((out.z_ts, out.z_tr)[: len(z[reading])]):
                 values[r, k, draw], sizes[r, half, part] = z[reading][half], size[reading][half]
-    out.fragment[:, :, some] = np.median(sizes.reshape(*sizes.shape[:2], len(some), -1), axis=3)
+    out.fragment[:, :, which] = np.median(sizes.reshape(*sizes.shape[:2], len(which), -1), axis=3)
+    assert z_tot is not None  # there is a combination at least
     return z_tot
 
 
-def _fill_along_curves(evaluator, out, tests):
-    """Write what uniform subsets that are surfaces of their own give, by interpolation over ln n_S, draw by draw.
+def _fill_along_curves(prepared: PreparedSurface, out: Grid, tests: np.ndarray) -> None:
+    """Write the distances of uniform subsets that form their own surfaces, interpolated over ln n_S, draw by draw.
 
-    Each draw has a curve of its own, so that the scatter of the draws holds the error of the curves.
+    Each draw has its own curve, so that the scatter of the draws includes the error of the curves.
     """
     least, most = np.log(out.n_s.min()), np.log(out.n_s.max())
-    sizes = np.unique(np.round(np.exp(np.linspace(least, most, ON_CURVE))).astype(int))
-    places = np.interp(np.log(out.n_s), np.log(sizes), np.arange(len(sizes)))  # among the n_S of the curve
-    below, share = places.astype(int), (places % 1)[..., None]
-    above = np.ceil(places).astype(int)
-    for r in [r for r, reading in enumerate(out.readings) if reading not in OF_GRID]:
+    sizes = np.unique(np.round(np.exp(np.linspace(least, most, N_CURVE_SIZES))).astype(int))
+    position = np.interp(np.log(out.n_s), np.log(sizes), np.arange(len(sizes)))  # among the n_S of the curve
+    below, share = position.astype(int), (position % 1)[..., None]
+    above = np.ceil(position).astype(int)
+    for r in [r for r, reading in enumerate(out.readings) if reading not in GRID_READINGS]:
         dots = np.empty(out.z_tr[r].shape)
         for draw in range(out.n_s.shape[1]):
-            streams = (evaluator.stream("uniform", "curve", n, draw) for n in sizes)
-            subsets = [law.uniform(out.n_dots, n, rng) for n, rng in zip(sizes, streams, strict=True)]
-            curves = evaluator.distances(subsets, tests, out.z_tot, out.readings[r], many=True)
+            streams = (prepared.stream("uniform", "curve", n, draw) for n in sizes)
+            subsets = [
+                published.uniform_subset(out.n_dots, n, rng) for n, rng in zip(sizes, streams, strict=True)
+            ]
+            curves = prepared.distances(subsets, tests, out.z_tot, out.readings[r], many=True)
             for values, curve in zip((out.z_tr[r], dots), curves, strict=True):
                 low, high = curve[below[:, draw]], curve[above[:, draw]]
                 values[:, draw] = low + share[:, draw] * (high - low)
         out.fragment[r, 1] = np.median(dots.reshape(len(dots), -1), axis=1)
 
 
-def _draw(evaluator, out, jobs):
-    """Words of the sampled subsets of (combination, draw), then of the uniform ones; n_S goes into a Grid.
+def _draw_subsets(
+    prepared: PreparedSurface, out: Grid, jobs: np.ndarray
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return packed words of the sampled subsets of (combination, draw), then of the uniform ones; write n_S into a Grid.
 
-    The subsets themselves come along where a reading needs them.
+    The subsets themselves are returned if a reading needs them, otherwise an empty list.
     """
-    words, lock = np.zeros(len(evaluator.points), np.uint64), Lock()
-    keep = any(reading not in OF_GRID for reading in out.readings)
-    subsets = [None] * (2 * len(jobs) if keep else 0)
+    words, lock = np.zeros(len(prepared.points), np.uint64), Lock()
+    keep = any(reading not in GRID_READINGS for reading in out.readings)
+    subsets = [np.empty(0, np.int64)] * (2 * len(jobs) if keep else 0)
 
-    def one(i, _):
+    def draw_one(i: int, _: int) -> None:
         k, draw = jobs[i]
-        pair = evaluator.pair(out.combinations[k], draw)
+        pair = prepared.pair(out.combinations[k], draw)
         out.n_s[k, draw] = len(pair[0])
-        with lock:  # bits at once: 64 subsets of a million dots would need more memory than all else
+        with lock:  # bits at once: 64 subsets of a million dots would need more memory than everything else
             for half, subset in enumerate(pair):
-                descriptors.add(words, evaluator.index, subset, i + half * len(jobs))
+                descriptors.add_subset(words, prepared.index, subset, i + half * len(jobs))
         if keep:
             subsets[i], subsets[i + len(jobs)] = pair
 
-    over_slices(one, len(jobs), evaluator.threads, 1)
+    parallel_map(draw_one, len(jobs), prepared.threads, 1)
     return words, subsets
 
 
-def save(path, grid):
-    """Write a Grid as npz (no pickles; the same bytes for the same grid)."""
+def write_grid(path: Path | str, grid: Grid) -> None:
+    """Write a Grid as npz, without pickles; equal grids give equal bytes."""
     with open(path, "wb") as stream:
-        np.savez(stream, **{f.name: np.asarray(getattr(grid, f.name)) for f in fields(Grid)})
+        np.savez(stream, **{f.name: np.asarray(getattr(grid, f.name)) for f in fields(Grid)})  # type: ignore[arg-type]
 
 
-def load(path):
-    """Read what `save` wrote; raises InputError where the file is damaged."""
+def read_grid(path: Path | str) -> Grid:
+    """Read a Grid that `write_grid` wrote.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged.
+    """
     try:
         with np.load(path, allow_pickle=False) as data:
             values = {f.name: data[f.name] for f in fields(Grid)}
     except (KeyError, ValueError, OSError, EOFError, BadZipFile) as error:
-        raise InputError(f"{path} is damaged ({error}): delete it, it is made again.") from None
+        raise InputError(f"{path} is damaged ({error}): delete it, it will be computed again.") from None
     return Grid(**values | {"n_dots": int(values["n_dots"]), "readings": tuple(map(str, values["readings"]))})

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 
 
 def prepare_surface(
@@ -18,7 +18,7 @@ def prepare_surface(
     threads: int = 1,
     distance_from_moved_centre: bool = True,
     chance_in_every_patch: bool = True,
-) -> Evaluator:
+) -> PreparedSurface:
     """Index a surface and lay the patches of the published sampling over it.
 
     Parameters
@@ -32,7 +32,7 @@ def prepare_surface(
     distance_from_moved_centre, chance_in_every_patch : bool
         Two rules of the published sampling, see `build_cover`.
     """
-    return Evaluator(
+    return PreparedSurface(
         surface,
         patches["R_patch"],
         patches["R_zernike"],

@@ -1,42 +1,51 @@
-"""The surface residue by residue: how much of it each one makes, how rough it is, how many of its dots are kept."""
+"""The surface by residue: area, roughness and number of kept dots."""
+
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
-from sparsurf.surfaces.components import fields_alone
-from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.surfaces.components import fields_without_component
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
 
 KINDS = {"contact": CONTACT, "saddle": SADDLE, "concave": CONCAVE}
 
 
-def residue_table(surface, roughness, molecule, kept=(), weight=()):
-    """One row per residue, in the order of the structure.
+def residue_table(
+    surface: Surface,
+    roughness: np.ndarray,
+    molecule: Molecule,
+    kept: np.ndarray | Sequence[int] = (),
+    weight: np.ndarray | Sequence[int] = (),
+) -> pd.DataFrame:
+    """Describe each residue in a row, in the order of the structure.
 
     Parameters
     ----------
     surface : Surface
-        Its `atom` counts the atoms of the molecule; its fields are averaged.
+        Its `atom` refers to the atoms of the molecule; its fields are averaged.
     roughness : (N,) float64, R_i
-    molecule : molecules.molecule.Molecule
+    molecule : Molecule
     kept : (n,) int
         Dots of a subset.
     weight : (n,) int
-        Number of dots that each of them stands for.
+        Number of dots that each of them represents.
 
     Returns
     -------
     DataFrame: chain, residue, residue_name; area and area_contact, area_saddle, area_concave in Å^2; mean_roughness and
     least_roughness, mean and lowest R_i of its dots; mean_<field>; dots, kept, and weight, the dots that its kept ones
-    stand for. A residue without dots is buried: no area, R_i NaN.
+    represent. A residue without dots is buried: its area is 0 and its R_i NaN.
     """
     table = molecule.residues
     n, residue = len(table), molecule.residue_index[surface.atom]
     table["area"] = np.bincount(residue, surface.area, n)
     for name, kind in KINDS.items():
         table[f"area_{name}"] = np.bincount(residue, surface.area * (surface.kind == kind), n)
-    table["mean_roughness"] = mean_roughness(roughness, residue, n)
+    table["mean_roughness"] = mean_roughness_by_residue(roughness, residue, n)
     table["least_roughness"] = pd.Series(roughness).groupby(residue).min().reindex(range(n)).to_numpy()
-    for name, values in fields_alone(surface).items():
+    for name, values in fields_without_component(surface).items():
         table[f"mean_{name}"] = pd.Series(values).groupby(residue).mean().reindex(range(n)).to_numpy()
     table["dots"] = np.bincount(residue, minlength=n)
     kept = np.asarray(kept, int)
@@ -45,30 +54,30 @@ def residue_table(surface, roughness, molecule, kept=(), weight=()):
     return table
 
 
-def mean_roughness(roughness, residue, n):
-    """Mean R_i of the dots of each of n residues, (n,) float64; NaN for one without dots."""
+def mean_roughness_by_residue(roughness: np.ndarray, residue: np.ndarray, n: int) -> np.ndarray:
+    """Average R_i over the dots of each of n residues, (n,) float64; NaN for a residue without dots."""
     with np.errstate(invalid="ignore"):
         return np.bincount(residue, roughness, n) / np.bincount(residue, minlength=n)
 
 
-def over_frames(residues, roughness):
-    """How the mean R_i of each residue varies over the frames of a trajectory.
+def roughness_over_frames(residues: pd.DataFrame, roughness: np.ndarray | pd.DataFrame) -> pd.DataFrame:
+    """Summarise the mean R_i of each residue over the frames of a trajectory.
 
     Parameters
     ----------
     residues : DataFrame with chain, residue, residue_name
-    roughness : (F, n) float64, mean R_i of each residue in each frame; NaN where it has no dots
+    roughness : (F, n) float64, mean R_i of each residue in each frame; NaN if it has no dots
 
     Returns
     -------
-    DataFrame: `residues` with mean, sd, least and largest mean R_i over the frames in which the residue has dots, and
-    their number.
+    DataFrame: `residues` with mean, standard deviation, lowest and highest mean R_i over the frames in which the residue has
+    dots, and the number of these frames.
     """
-    known = pd.DataFrame(roughness)
+    values = pd.DataFrame(roughness)
     return residues.assign(
-        mean_roughness=known.mean().to_numpy(),
-        sd_roughness=known.std().to_numpy(),
-        least_roughness=known.min().to_numpy(),
-        largest_roughness=known.max().to_numpy(),
-        frames=known.notna().sum().to_numpy(),
+        mean_roughness=values.mean().to_numpy(),
+        sd_roughness=values.std().to_numpy(),
+        least_roughness=values.min().to_numpy(),
+        largest_roughness=values.max().to_numpy(),
+        frames=values.notna().sum().to_numpy(),
     )

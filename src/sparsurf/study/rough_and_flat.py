@@ -1,140 +1,152 @@
 """Z_tS(j) and Z_tR(j) of one combination by the roughness of the patch: the numbers behind Figure 4 and its claims.
 
-The paper takes its patches around the dots that the sampling kept. They are no fair sample: a kept dot has kept dots
-around it. Beside them stand patches around any dot.
+The paper takes its patches around the dots that the sampling kept. These are a biased sample: a kept dot has kept dots around
+it. Patches around any dot are reported next to them.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from sparsurf.sampling import law
+from sparsurf.sampling import published
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import Estimate, estimate
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.tables import range_index, range_limits
 
-BINS = 10  # of equal width, as in Fig. 4
-FEWEST = 10  # test dots of a bin that counts
-AROUND = {"kept dots": True, "any dots": False}  # where the patches lie; kept dots as in the paper
+N_BINS = 10  # of equal width, as in Fig. 4
+MIN_TEST_DOTS = 10  # of a bin that counts
+AROUND = {"kept dots": True, "any dots": False}  # centres of the patches; kept dots as in the paper
 
 
 class ByRoughness(NamedTuple):
     """Distances of patches of known roughness, per draw.
 
-    dots : (D, T) int64, test dots; the same in every draw where they are any dots
+    Attributes
+    ----------
+    dots : (D, T) int64, test dots; the same in every draw if they are any dots
     roughness : (D, T) float64, R_i
     z : dict of reading -> (2, D, T) float64, Z_tS(j) and Z_tR(j)
     """
 
     dots: np.ndarray
     roughness: np.ndarray
-    z: dict
+    z: dict[str, np.ndarray]
 
 
-def by_roughness(evaluator, combination, readings, n_tests, draws, kept):
-    """Distances of the patches around many test dots.
+def by_roughness(
+    prepared: PreparedSurface,
+    combination: Sequence[float],
+    readings: Sequence[str],
+    n_tests: int,
+    draws: int,
+    kept: bool,
+) -> ByRoughness:
+    """Measure the distances of the patches around many test dots.
 
     Parameters
     ----------
-    evaluator : Evaluator
+    prepared : PreparedSurface
     combination : Combination
     readings : sequence of str
     n_tests : int
-        Most test dots of each draw.
+        Maximum number of test dots of each draw.
     draws : int
     kept : bool
-        Whether the test dots are drawn among the dots that the sampling kept; else among all.
+        Draw the test dots among the dots that the sampling kept; otherwise among all.
 
     Returns
     -------
     ByRoughness
     """
-    pairs = [evaluator.pair(combination, draw) for draw in range(draws)]
-    n = (
-        min([n_tests, *(len(sampled) for sampled, _ in pairs)])
-        if kept
-        else min(n_tests, len(evaluator.points))
-    )
+    pairs = [prepared.pair(combination, draw) for draw in range(draws)]
     if kept:
-        dots = [sampled[_drawn(evaluator, len(sampled), n, draw)] for draw, (sampled, _) in enumerate(pairs)]
-        found = [evaluator.under(readings, pair, tests)[1] for pair, tests in zip(pairs, dots, strict=True)]
+        n = min([n_tests, *(len(sampled) for sampled, _ in pairs)])
+        tests = [sampled[_draw(prepared, len(sampled), n, k)] for k, (sampled, _) in enumerate(pairs)]
+        by_draw = [
+            prepared.distances_under(readings, pair, dots)[1] for pair, dots in zip(pairs, tests, strict=True)
+        ]
     else:
-        tests = _drawn(evaluator, len(evaluator.points), n)
-        dots = [tests] * draws
-        together = evaluator.under(readings, [subset for pair in pairs for subset in pair], tests)[1]
-        found = [{r: z[2 * draw : 2 * draw + 2] for r, z in together.items()} for draw in range(draws)]
-    dots = np.array(dots)
-    z = {reading: np.stack([of_draw[reading] for of_draw in found], axis=1) for reading in readings}
-    return ByRoughness(dots, evaluator.roughness[dots], z)
+        shared = _draw(prepared, len(prepared.points), min(n_tests, len(prepared.points)))
+        tests = [shared] * draws
+        subsets = [subset for pair in pairs for subset in pair]
+        together = prepared.distances_under(readings, subsets, shared)[1]
+        by_draw = [{r: z[2 * k : 2 * k + 2] for r, z in together.items()} for k in range(draws)]
+    dots = np.array(tests)
+    z = {reading: np.stack([of_draw[reading] for of_draw in by_draw], axis=1) for reading in readings}
+    return ByRoughness(dots, prepared.roughness[dots], z)
 
 
-def _drawn(evaluator, n_dots, n, *keys):
-    """Places of n test dots among n_dots."""
-    return law.uniform(n_dots, n, evaluator.stream("rough and flat", *keys))
+def _draw(prepared: PreparedSurface, n_dots: int, n: int, *keys: int) -> np.ndarray:
+    """Draw n of n_dots."""
+    return published.uniform_subset(n_dots, n, prepared.stream("rough and flat", *keys))
 
 
-def bins_table(found, kept, bins=BINS):
-    """Mean distances and d by roughness.
+def bins_table(distances: ByRoughness, kept: bool, bins: int = N_BINS) -> pd.DataFrame:
+    """Average distances and d by roughness.
 
     Parameters
     ----------
-    found : ByRoughness
+    distances : ByRoughness
     kept : bool
-        Whether its test dots were drawn among the kept dots, anew for every draw.
+        Whether the test dots were drawn among the kept dots, separately for every draw.
+    bins : int
 
     Returns
     -------
     DataFrame, one row per bin, from rough to flat: roughness_low, roughness_high, n (test dots, mean of the draws), then
-    Z_tS, Z_tR, d and the 95 % interval of d for each reading; NaN where a draw has no test dot in the bin. Two more rows,
-    'rougher half' and 'flatter half' in the column `bin`, hold the test dots of the lower and upper half of the bins.
+    Z_tS, Z_tR, d and the 95 % interval of d for each reading; NaN if a draw has no test dot in the bin. Two more rows,
+    'rougher half' and 'flatter half' in the column `bin`, contain the test dots of the lower and upper half of the bins.
     """
-    edges = range_limits(found.roughness, bins)
-    place = range_of(found.roughness, edges)
+    edges = range_limits(distances.roughness, bins)
+    bin_of = range_index(distances.roughness, edges)
     groups = [(str(k + 1), k, k + 1) for k in range(bins)]
     groups += [("rougher half", 0, bins // 2), ("flatter half", bins // 2, bins)]
     rows = []
     for name, a, b in groups:
-        inside = (place >= a) & (place < b)
-        row = {
+        inside = (bin_of >= a) & (bin_of < b)
+        row: dict[str, Any] = {
             "bin": name,
             "roughness_low": edges[a],
             "roughness_high": edges[b],
             "n": inside.sum(axis=1).mean(),
         }
-        for reading, z in found.z.items():
-            of_bin = difference(z[1] - z[0], inside, kept)
-            for name, x in zip(("Z_tS", "Z_tR"), z, strict=True):
-                row[f"{name}_{reading}"] = _mean(x, inside, kept)
-            row |= {f"d_{reading}": float(of_bin.mean), f"d_low_{reading}": float(of_bin.low)}
-            row[f"d_high_{reading}"] = float(of_bin.high)
+        for reading, z in distances.z.items():
+            d = estimate_inside(z[1] - z[0], inside, kept)
+            for measure, x in zip(("Z_tS", "Z_tR"), z, strict=True):
+                row[f"{measure}_{reading}"] = _mean_inside(x, inside, kept)
+            row |= {f"d_{reading}": float(d.mean), f"d_low_{reading}": float(d.low)}
+            row[f"d_high_{reading}"] = float(d.high)
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def difference(d, inside, kept):
-    """Estimate of the mean of d, (D, T), over the test dots `inside`, (D, T) bool.
+def estimate_inside(d: np.ndarray, inside: np.ndarray, kept: bool) -> Estimate:
+    """Estimate the mean of d, (D, T), over the test dots `inside`, (D, T) bool.
 
-    Test dots that every draw shares are crossed with the draws; those drawn anew for every draw belong to it, so that
-    the means of the draws are all that is known of their scatter.
+    Test dots that all draws share are crossed with the draws. Test dots that are drawn separately are nested in the draws;
+    only the means of the draws then show the scatter.
     """
     if not inside.any(axis=1).all():
-        return Estimate(*(np.float64(np.nan),) * 3)
+        nan = np.asarray(np.nan)
+        return Estimate(nan, nan, nan)
     if not kept:
         return estimate(d[:, inside[0]])
-    by_draw = _by_draw(d, inside)
+    by_draw = _means_of_draws(d, inside)
     if len(by_draw) == 1:
         return estimate(d[:, inside[0]])
     error = by_draw.std(ddof=1) / np.sqrt(len(by_draw))
-    return Estimate(by_draw.mean(), error, np.float64(len(by_draw) - 1))
+    return Estimate(by_draw.mean(), error, np.asarray(len(by_draw) - 1.0))
 
 
-def _mean(z, inside, kept):
-    """Mean over the test dots `inside` as `difference` takes it, so that d is Z_tR - Z_tS."""
+def _mean_inside(z: np.ndarray, inside: np.ndarray, kept: bool) -> float:
+    """Average over the test dots `inside` like `estimate_inside`, so that d is Z_tR - Z_tS."""
     if not inside.any(axis=1).all():
         return np.nan
-    return float(_by_draw(z, inside).mean() if kept else z[inside].mean())
+    return float(_means_of_draws(z, inside).mean() if kept else z[inside].mean())
 
 
-def _by_draw(x, inside):
-    """Means of the draws, (D,), over their own test dots `inside`."""
-    return np.array([row[own].mean() for row, own in zip(x, inside, strict=True)])
+def _means_of_draws(x: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Return the means of the draws, (D,), over their own test dots `inside`."""
+    return np.array([row[mask].mean() for row, mask in zip(x, inside, strict=True)])

@@ -1,55 +1,57 @@
-"""Means over draws and test dots with intervals, selection that is held out, and the references of Z."""
+"""Means over draws and test dots with intervals, cross-validated selection, and the reference values of Z."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import stdtrit  # Student's t; scipy.stats takes a quarter of a second to import
 
-LEVEL = 0.95  # of every interval
-FOLDS = (3, 5)  # of the draws and of the test dots: a winner is chosen on the others and measured on each
+CONFIDENCE_LEVEL = 0.95  # of every interval
+FOLDS = (3, 5)  # of the draws and of the test dots: a winner is chosen on all but one and measured on that
 
 
 class Estimate(NamedTuple):
-    """A mean over draws and test dots, its standard error and the degrees of freedom of that error."""
+    """A mean over draws and test dots, its standard error, and the degrees of freedom of that error."""
 
     mean: np.ndarray
     error: np.ndarray
     df: np.ndarray
 
     @property
-    def half(self):
+    def half(self) -> np.ndarray:
         """Half the width of the 95 % interval, by Student's t."""
-        return stdtrit(self.df, (1 + LEVEL) / 2) * self.error
+        return stdtrit(self.df, (1 + CONFIDENCE_LEVEL) / 2) * self.error
 
     @property
-    def low(self):
+    def low(self) -> np.ndarray:
         """Lower end of the 95 % interval."""
         return self.mean - self.half
 
     @property
-    def high(self):
+    def high(self) -> np.ndarray:
         """Upper end of the 95 % interval."""
         return self.mean + self.half
 
 
-def mean_interval(values, fewest=2):
-    """Mean of independent values, as of proteins, and the ends of its 95 % interval.
+def mean_interval(values: ArrayLike, fewest: int = 2) -> tuple[float, float, float]:
+    """Compute the mean of independent values, such as those of proteins, and the ends of its 95 % interval.
 
-    Student's t, corrected for skewness by Hall's cubic transformation (J. R. Stat. Soc. B 54:221, 1992). Of exponential
-    values it holds the truth in 93 % (6 values) and 94 % (17), where Student's t alone does in 88 and 91 %. The mean is NaN
-    of none, the ends of fewer than `fewest` values.
+    Student's t is corrected for skewness by Hall's cubic transformation (J. R. Stat. Soc. B 54:221, 1992). With
+    exponentially distributed values the interval contains the truth in 93 % (6 values) and 94 % (17) of all cases; Student's
+    t alone in 88 and 91 %. The mean is NaN without values, the ends are NaN for fewer than `fewest` values.
     """
     values = np.asarray(values, np.float64)
     n, mean = len(values), float(values.mean()) if len(values) else np.nan
     if n < fewest:
         return mean, np.nan, np.nan
-    sd, quantile = values.std(ddof=1), float(stdtrit(n - 1, (1 + LEVEL) / 2))
+    sd, quantile = values.std(ddof=1), float(stdtrit(n - 1, (1 + CONFIDENCE_LEVEL) / 2))
     below, above = (_unskewed(t, values, sd) for t in (quantile, -quantile))
     return mean, float(mean - sd * below), float(mean - sd * above)
 
 
-def _unskewed(t, values, sd):
-    """(mean - truth) / sd of which Hall's transformation makes t / sqrt(n)."""
+def _unskewed(t: float, values: np.ndarray, sd: float) -> float:
+    """Return the (mean - truth) / sd that Hall's transformation maps to t / sqrt(n)."""
     n, steps = len(values), t / np.sqrt(len(values))
     if n < 3 or sd == 0:
         return steps
@@ -60,16 +62,16 @@ def _unskewed(t, values, sd):
 
 
 class MeanSquares(NamedTuple):
-    """Mean squares of a two-way table of draws and test dots, and their degrees of freedom; (...) each."""
+    """Mean squares of a two-way table of draws and test dots, (...) each, and their degrees of freedom."""
 
     tests: np.ndarray
     draws: np.ndarray
     rest: np.ndarray
-    df: tuple
+    df: tuple[int, int, int]
 
 
-def mean_squares(x):
-    """Mean squares between test dots, between draws and of the rest, for x (..., D, T) of two draws or more."""
+def mean_squares(x: np.ndarray) -> MeanSquares:
+    """Compute mean squares between test dots, between draws and of the rest, for x (..., D, T) with D > 1."""
     d, t = x.shape[-2:]
     by_test, by_draw, mean = x.mean(axis=-2), x.mean(axis=-1), x.mean(axis=(-2, -1))
     df = (t - 1, d - 1, (d - 1) * (t - 1))
@@ -78,12 +80,12 @@ def mean_squares(x):
     return MeanSquares(d * by_test.var(axis=-1, ddof=1), t * by_draw.var(axis=-1, ddof=1), rest, df)
 
 
-def estimate(x):
-    """Mean over draws and test dots, with its standard error.
+def estimate(x: ArrayLike) -> Estimate:
+    """Estimate the mean over draws and test dots, with its standard error.
 
-    Test dots and draws both count as drawn at random (two-way random effects): the variance of the mean is
-    (MS_tests + MS_draws - MS_rest) / (D T), at least MS_rest / (D T), with degrees of freedom by Satterthwaite
-    (Biometrics Bulletin 2:110, 1946), at least 1. With one draw only the test dots' scatter can be seen.
+    Test dots and draws are both random effects (two-way): the variance of the mean is (MS_tests + MS_draws - MS_rest) /
+    (D T), at least MS_rest / (D T), with degrees of freedom by Satterthwaite (Biometrics Bulletin 2:110, 1946), at least 1.
+    A single draw shows the scatter of the test dots only.
 
     Parameters
     ----------
@@ -97,48 +99,49 @@ def estimate(x):
     d, t = x.shape[-2:]
     mean = x.mean(axis=(-2, -1))
     if min(d, t) < 2:
-        return _of_one_row(x, mean)
-    of = mean_squares(x)
-    total = np.maximum(of.tests + of.draws - of.rest, of.rest)
-    return _estimate(mean, total, ((of.tests, of.df[0]), (of.draws, of.df[1]), (of.rest, of.df[2])), d * t)
+        return _estimate_without_draws(x, mean)
+    ms = mean_squares(x)
+    total = np.maximum(ms.tests + ms.draws - ms.rest, ms.rest)
+    return _estimate(mean, total, list(zip(ms[:3], ms.df, strict=True)), d * t)
 
 
-def _of_one_row(x, mean):
-    """Estimate where there is but one draw, or one test dot, whose scatter nothing tells."""
+def _estimate_without_draws(x: np.ndarray, mean: np.ndarray) -> Estimate:
+    """Return the estimate for one draw, or for one test dot, whose scatter is unknown."""
     t = x.shape[-1]
     if t < 2:
         return Estimate(mean, np.full_like(mean, np.nan), np.full_like(mean, np.nan))
     return Estimate(mean, x[..., 0, :].std(axis=-1, ddof=1) / np.sqrt(t), np.full_like(mean, t - 1))
 
 
-def _estimate(mean, total, parts, n):
-    """Estimate whose variance is total / n, a sum of mean squares with their degrees of freedom."""
-    spread = sum(square**2 / df for square, df in parts)
+def _estimate(
+    mean: np.ndarray, total: np.ndarray, parts: Sequence[tuple[np.ndarray, int]], n: int
+) -> Estimate:
+    """Return the estimate whose variance is total / n, a sum of mean squares with their degrees of freedom."""
+    denominator = np.sum([square**2 / df for square, df in parts], axis=0)
     most = np.full_like(mean, sum(df for _, df in parts))
-    df = np.divide(total**2, spread, out=most, where=spread > 0)
+    df = np.divide(total**2, denominator, out=most, where=denominator > 0)
     return Estimate(mean, np.sqrt(total / n), np.maximum(df, 1))
 
 
-def mean_and_error(x):
-    """Mean and standard error of `estimate`."""
+def mean_and_error(x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and standard error of `estimate`."""
     return estimate(x)[:2]
 
 
-def held_out(x, folds=FOLDS):
-    """What a selection is worth where it was not made: d of winners on test dots and draws that did not choose them.
+def cross_validated(x: ArrayLike, folds: tuple[int, int] = FOLDS) -> Estimate:
+    """Estimate d of winners on test dots and draws that were not used to choose them.
 
-    Draws and test dots are dealt into folds. For every pair of a fold of draws and a fold of test dots, the winner is
-    chosen on all draws and test dots outside of both and measured inside: no value is used to choose the combination it
-    speaks of. The variance of their mean is taken as (MS_tests + MS_draws) / (D T) of the winners, which exceeds that of
-    a fixed combination by MS_rest / (D T): every value that is measured also chose elsewhere, so that the parts are not
-    independent (measured: docs/coverage.md).
+    Draws and test dots are divided into folds. For every pair of a fold of draws and a fold of test dots, the winner is
+    chosen on all draws and test dots outside of both and measured inside. The variance of the mean is taken as (MS_tests +
+    MS_draws) / (D T) of the winners, which exceeds that of a fixed combination by MS_rest / (D T): every measured value also
+    chooses a winner elsewhere, so that the parts are not independent (measured: docs/coverage.md).
 
     Parameters
     ----------
     x : (K, D, T)
         d of K combinations at the same test dots.
     folds : (int, int)
-        Number of folds of the draws and of the test dots, where there are as many; one draw is not dealt.
+        Numbers of folds of the draws and of the test dots, at most as many as there are; a single draw is not divided.
 
     Returns
     -------
@@ -151,15 +154,15 @@ def held_out(x, folds=FOLDS):
     share = np.bincount(chosen.ravel(), minlength=len(x)) / (d * t)
     used = np.flatnonzero(share)
     if min(d, t) < 2:
-        each = estimate(x[used])
-        return Estimate(value, np.sqrt(share[used] @ each.error**2), np.float64(max(t - 1, 1)))
-    of = mean_squares(x[used])
-    tests, draws = share[used] @ of.tests, share[used] @ of.draws
-    return _estimate(value, tests + draws, ((tests, of.df[0]), (draws, of.df[1])), d * t)
+        single = estimate(x[used])
+        return Estimate(value, np.sqrt(share[used] @ single.error**2), np.asarray(max(t - 1.0, 1.0)))
+    ms = mean_squares(x[used])
+    tests, draws = share[used] @ ms.tests, share[used] @ ms.draws
+    return _estimate(value, tests + draws, [(tests, ms.df[0]), (draws, ms.df[1])], d * t)
 
 
-def winners_outside(x, folds=FOLDS):
-    """Number of the combination that wins outside of the folds of every draw and test dot, (D, T) int."""
+def winners_outside(x: np.ndarray, folds: tuple[int, int] = FOLDS) -> np.ndarray:
+    """Return the index of the combination that wins outside of the folds of every draw and test dot, (D, T) int."""
     _, d, t = x.shape
     n_draws, n_tests = min(folds[0], d), min(folds[1], t)
     of_draw, of_test = np.arange(d) % n_draws, np.arange(t) % n_tests
@@ -175,8 +178,8 @@ def winners_outside(x, folds=FOLDS):
     return chosen[of_draw][:, of_test]
 
 
-def references(z_tot):
-    """What every table of Z needs beside it, from the descriptors of the full surface.
+def reference_values(z_tot: np.ndarray) -> dict[str, float]:
+    """Compute the values with which every Z is compared, from the descriptors of the full surface.
 
     Parameters
     ----------
@@ -184,13 +187,13 @@ def references(z_tot):
 
     Returns
     -------
-    dict: `empty_patch`, mean |z_tot|, what a patch of one dot costs; `null_model`, Z when every
-    patch is given the mean descriptor; `two_patches`, mean distance of two different patches.
+    dict: `empty_patch`, mean |z_tot|, the Z of patches of one dot; `null_model`, Z if every patch has the mean descriptor;
+    `two_patches`, mean distance of two different patches.
     """
     rows = len(z_tot) - 1
-    apart = sum(np.linalg.norm(z_tot[i + 1 :] - z_tot[i], axis=1).sum() for i in range(rows))
+    total = sum(np.linalg.norm(z_tot[i + 1 :] - z_tot[i], axis=1).sum() for i in range(rows))
     return {
         "empty_patch": float(np.linalg.norm(z_tot, axis=1).mean()),
         "null_model": float(np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean()),
-        "two_patches": float(apart / (rows * (rows + 1) / 2)) if rows else float("nan"),
+        "two_patches": float(total / (rows * (rows + 1) / 2)) if rows else float("nan"),
     }

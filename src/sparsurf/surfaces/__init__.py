@@ -1,1 +1,1 @@
-"""Dots with normals: made, read, written. Nothing here knows a patch."""
+"""Molecular surfaces as dots with normals: computed, read and written. This package does not know patches."""

@@ -1,32 +1,39 @@
-"""Connected parts of a molecular surface: the outside of each molecule, and its cavities.
+"""Connected components of a molecular surface: the outside of each molecule, and its cavities.
 
-They follow from where the probe can stand, not from how far dots lie apart. Arcs that meet at a fixed probe belong
-together, and so do the loops of arcs that bound one accessible patch of an atom, and a fixed probe with all that cuts
-its concave triangle.
+They follow from where the probe can stand, not from the distances of dots. Arcs that meet at a fixed probe belong
+together. So do the loops of arcs that bound one accessible patch of an atom, and a fixed probe with everything that
+intersects its concave triangle.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from sparsurf.surfaces.placing_dots import relative_places, spheres
-from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, T, roll
+from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
+from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T, roll
+from sparsurf.surfaces.surface import Surface
 
-MEETS = 1e-4  # Å; the end of an arc and its fixed probe differ by rounding alone
-FINE = 0.3  # Å, between places on an arc that stand for it
-FIELD = "component"  # of a Surface: component of each dot
-ALONG = np.array([0.61, 0.53, 0.59])  # a direction in which few places lie side by side
-NEXT = 1.0  # Å; dots of one patch that lie side by side
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+COMPONENT_FIELD = "component"  # field of a Surface: component of each dot
+MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
+ARC_STEP = 0.3  # Å, between positions that represent an arc
+SORT_DIRECTION = np.array([0.61, 0.53, 0.59])  # in which few positions have the same height
+NEIGHBOUR_DISTANCE = 1.0  # Å, of neighbouring dots on one patch
 
 
-def fields_alone(surface):
-    """The fields of a surface but for the number of the component, which has no mean and no value between dots: dict."""
-    return {name: values for name, values in surface.fields.items() if name != FIELD}
+def fields_without_component(surface: Surface) -> dict[str, np.ndarray]:
+    """Return the fields of a surface except the component, which has no mean and no value between dots."""
+    return {name: values for name, values in surface.fields.items() if name != COMPONENT_FIELD}
 
 
-def components_of(surface, xyz, radii, probe=1.4):
-    """Connected component of every dot.
+def components_of(surface: Surface, xyz: ArrayLike, radii: ArrayLike, probe: float = 1.4) -> np.ndarray:
+    """Find the connected component of every dot.
 
     Parameters
     ----------
@@ -37,10 +44,11 @@ def components_of(surface, xyz, radii, probe=1.4):
 
     Returns
     -------
-    (N,) int64 : 0 for the component with most dots, then 1, 2, ...
+    (N,) int64
+        0 for the component with most dots, then 1, 2, ...
     """
-    xyz, radii, kept = spheres(xyz, radii, probe)
-    rolling = roll(np.add(*relative_places(xyz)), radii + probe)
+    xyz, radii, kept = checked_spheres(xyz, radii, probe)
+    rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
     centres = surface.points - xyz[0] + probe * surface.normals
     owner = np.searchsorted(kept, surface.atom)
     joined, meeting = _joined_arcs(rolling)
@@ -50,10 +58,10 @@ def components_of(surface, xyz, radii, probe=1.4):
     for dots in np.split(order, np.flatnonzero(np.diff(owner[order])) + 1):
         atom = owner[dots[0]]
         arcs = arcs_of[atom]
-        if not len(arcs):  # a sphere that no other touches
+        if not len(arcs):  # a sphere that touches no other
             label[dots] = len(rolling.arcs) + atom
             continue
-        if (roots[arcs] == roots[arcs[0]]).all():  # most atoms: nothing to tell apart
+        if (roots[arcs] == roots[arcs[0]]).all():  # most atoms have arcs of one set only
             label[dots] = arcs[0]
             continue
         nearest = arcs[_distances(centres[dots], rolling.arcs[arcs]).argmin(axis=1)]
@@ -67,13 +75,19 @@ def components_of(surface, xyz, radii, probe=1.4):
     return rank[label]
 
 
-def table_of_components(surface, component):
-    """What each component is.
+def table_of_components(surface: Surface, component: np.ndarray) -> pd.DataFrame:
+    """Describe the components of a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+    component : (N,) int, see `components_of`
 
     Returns
     -------
-    DataFrame : component, dots, area (Å^2), volume (Å^3, of the room that the probe's surface encloses), cavity (bool: its
-        normals point inwards)
+    DataFrame
+        component, dots, area (Å^2), volume (Å^3, of the space that the surface encloses), cavity (bool: its normals point
+        inwards).
     """
     dots = np.bincount(component)
     centre = [
@@ -92,71 +106,86 @@ def table_of_components(surface, component):
     )
 
 
-def numbers_of(table):
-    """What a `table_of_components` comes to: volume (Å^3, of the molecule), components, cavities and their dots, a dict."""
-    own = np.where(table["cavity"], -1, 1) @ table["volume"]
+def summarize_components(table: pd.DataFrame) -> dict[str, float | int]:
+    """Return volume (Å^3, of the molecule), components, cavities and cavity_dots of a `table_of_components`."""
+    volume = np.where(table["cavity"], -1, 1) @ table["volume"]
     cavities = table[table["cavity"]]
     return {
-        "volume": float(own),
+        "volume": float(volume),
         "components": len(table),
         "cavities": len(cavities),
         "cavity_dots": int(cavities["dots"].sum()),
     }
 
 
-def without_cavities(surface, component):
-    """The Surface of the components that are no cavities; the order of its dots stays."""
+def without_cavities(surface: Surface, component: np.ndarray) -> Surface:
+    """Return the surface of the components that are not cavities; the order of its dots stays."""
     cavity = table_of_components(surface, component)["cavity"].to_numpy()
     return surface.take(~cavity[component]) if cavity.any() else surface
 
 
-def _root(joined, arc):
+def _root(joined: list[int], arc: int) -> int:
+    """Return the representative of the set of an arc (union-find with path halving)."""
     while joined[arc] != arc:
         joined[arc] = joined[joined[arc]]
         arc = joined[arc]
     return arc
 
 
-def _join(joined, a, b):
+def _join(joined: list[int], a: int, b: int) -> None:
+    """Join the sets of two arcs."""
     a, b = _root(joined, a), _root(joined, b)
     joined[max(a, b)] = min(a, b)
 
 
-def _ends(arcs):
-    """Places of both ends of arcs, (B, 2, 3)."""
+def _ends(arcs: np.ndarray) -> np.ndarray:
+    """Return the positions of both ends of arcs, (B, 2, 3)."""
     phi = arcs[:, PHI_0 : PHI_1 + 1, None]
     outward = np.cos(phi) * arcs[:, None, E1 : E1 + 3] + np.sin(phi) * arcs[:, None, E2 : E2 + 3]
     return arcs[:, None, T : T + 3] + arcs[:, RADIUS, None, None] * outward
 
 
-def _joined_arcs(rolling):
-    """Parent of every arc, arcs that end at the same fixed probe being joined; the probes (B, 2) at its ends, or -1."""
+def _joined_arcs(rolling: Rolling) -> tuple[list[int], np.ndarray]:
+    """Join arcs that end at the same fixed probe.
+
+    Returns the parent of every arc, and the probes at its two ends, (B, 2), or -1.
+    """
     joined = list(range(len(rolling.arcs)))
-    probe, first = _same_place(_ends(rolling.arcs).reshape(-1, 3), rolling.probes), {}
-    for end in np.flatnonzero(probe >= 0).tolist():
-        _join(joined, end // 2, first.setdefault(int(probe[end]), end // 2))
-    return joined, probe.reshape(-1, 2)
+    probe_of_end = _probes_at_ends(_ends(rolling.arcs).reshape(-1, 3), rolling.probes)
+    first_arc: dict[int, int] = {}  # by probe
+    for end in np.flatnonzero(probe_of_end >= 0).tolist():
+        _join(joined, end // 2, first_arc.setdefault(int(probe_of_end[end]), end // 2))
+    return joined, probe_of_end.reshape(-1, 2)
 
 
-def _same_place(ends, probes):
-    """Index of the probe that is where each end is, or -1; sought among those of about the same height along ALONG."""
-    order = np.argsort(probes @ ALONG)
-    height, own = (probes @ ALONG)[order], ends @ ALONG
-    low, high = (np.searchsorted(height, own + shift) for shift in (-MEETS, MEETS))
-    found = np.full(len(ends), -1)
+def _probes_at_ends(ends: np.ndarray, probes: np.ndarray) -> np.ndarray:
+    """Return the index of the probe at each end of an arc, or -1.
+
+    Only probes of about the same height along SORT_DIRECTION are compared.
+    """
+    order = np.argsort(probes @ SORT_DIRECTION)
+    height_of_probes, height_of_ends = (probes @ SORT_DIRECTION)[order], ends @ SORT_DIRECTION
+    low, high = (
+        np.searchsorted(height_of_probes, height_of_ends + shift)
+        for shift in (-MEETING_DISTANCE, MEETING_DISTANCE)
+    )
+    probe_of_end = np.full(len(ends), -1)
     for step in range((high - low).max(initial=0)):
-        at = np.flatnonzero(low + step < high)
-        probe = order[low[at] + step]
-        meets = np.linalg.norm(probes[probe] - ends[at], axis=1) < MEETS
-        found[at[meets]] = probe[meets]
-    return found
+        candidates = np.flatnonzero(low + step < high)
+        probe = order[low[candidates] + step]
+        meets = np.linalg.norm(probes[probe] - ends[candidates], axis=1) < MEETING_DISTANCE
+        probe_of_end[candidates[meets]] = probe[meets]
+    return probe_of_end
 
 
-def _join_cusps(joined, rolling, probe, meeting):
-    """Join what meets at a cusp: the triangle of a fixed probe and an accessible centre whose probe reaches through it."""
+def _join_cusps(joined: list[int], rolling: Rolling, probe: float, meeting: np.ndarray) -> None:
+    """Join what meets at a cusp.
+
+    That is the triangle of a fixed probe, and an accessible centre whose probe reaches through it.
+    """
     if not (meeting >= 0).any():
         return
-    places, arc = _along_arcs(rolling.arcs)
+    positions, arc = _positions_along_arcs(rolling.arcs)
     root = np.array([_root(joined, k) for k in range(len(joined))])
     end, side = np.nonzero(meeting >= 0)
     part_of_probe = np.full(len(rolling.probes), -1)
@@ -166,22 +195,22 @@ def _join_cusps(joined, rolling, probe, meeting):
     to_atoms = rolling.atoms.centre[rolling.triple[small]] - rolling.probes[small, None]
     sides = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
     sides *= np.sign((sides[:, 0] * to_atoms[:, 2]).sum(axis=1))[:, None, None]  # pointing into the triangle
-    order = np.argsort(places[:, 0])
-    x = places[order, 0]
+    order = np.argsort(positions[:, 0])
+    x = positions[order, 0]
     low, high = (np.searchsorted(x, rolling.probes[small, 0] + shift) for shift in (-2 * probe, 2 * probe))
     for k, centre in enumerate(rolling.probes[small]):
         other = order[low[k] : high[k]]
-        other = other[((places[other] - centre) ** 2).sum(axis=1) <= 4 * probe**2]
+        other = other[((positions[other] - centre) ** 2).sum(axis=1) <= 4 * probe**2]
         other = other[root[arc[other]] != part_of_probe[small[k]]]
-        inside = ((places[other] - rolling.probes[small[k]]) @ sides[k].T > 0).all(axis=1)
-        for each in np.unique(root[arc[other[inside]]]).tolist():
-            _join(joined, int(part_of_probe[small[k]]), each)
+        inside = ((positions[other] - rolling.probes[small[k]]) @ sides[k].T > 0).all(axis=1)
+        for other_root in np.unique(root[arc[other[inside]]]).tolist():
+            _join(joined, int(part_of_probe[small[k]]), other_root)
 
 
-def _along_arcs(arcs):
-    """Places at most FINE apart on all arcs, both ends among them, (M, 3), and the arc of each."""
+def _positions_along_arcs(arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions at most ARC_STEP apart on all arcs, with both ends, (M, 3), and the arc of each."""
     turn = arcs[:, PHI_1] - arcs[:, PHI_0]
-    steps = np.ceil(arcs[:, RADIUS] * turn / FINE).astype(int)
+    steps = np.ceil(arcs[:, RADIUS] * turn / ARC_STEP).astype(int)
     arc = np.repeat(np.arange(len(arcs)), steps + 1)
     step = np.arange(len(arc)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
     phi = (arcs[arc, PHI_0] + turn[arc] * step / np.maximum(steps[arc], 1))[:, None]
@@ -189,58 +218,67 @@ def _along_arcs(arcs):
     return arcs[arc, T : T + 3] + arcs[arc, RADIUS, None] * outward, arc
 
 
-def _arcs_of_atoms(pair, n_atoms):
-    """Indices of the arcs around each atom, a list of arrays."""
+def _arcs_of_atoms(pair: np.ndarray, n_atoms: int) -> list[np.ndarray]:
+    """List the indices of the arcs around each atom."""
     atom = pair.T.ravel()
     order = np.argsort(atom, kind="stable")
     return np.split(order % max(len(pair), 1), np.cumsum(np.bincount(atom, minlength=n_atoms))[:-1])
 
 
-def _distances(places, arcs):
-    """Distance (n, B), Å, of places (n, 3) from the nearest point of arcs (B, 17)."""
-    w = places[:, None] - arcs[None, :, T : T + 3]
+def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
+    """Return the distance (n, B), Å, of positions (n, 3) from the nearest point of arcs (B, 17)."""
+    w = positions[:, None] - arcs[None, :, T : T + 3]
     p1, p2 = (w * arcs[:, E1 : E1 + 3]).sum(axis=2), (w * arcs[:, E2 : E2 + 3]).sum(axis=2)
     flat = np.hypot(p1, p2)
     to_circle = np.sqrt(np.maximum((w**2).sum(axis=2) - flat**2, 0) + (flat - arcs[:, RADIUS]) ** 2)
     on = (np.arctan2(p2, p1) - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
-    to_ends = np.linalg.norm(places[:, None, None] - _ends(arcs)[None], axis=3).min(axis=2)
+    to_ends = np.linalg.norm(positions[:, None, None] - _ends(arcs)[None], axis=3).min(axis=2)
     return np.where(on, to_circle, to_ends)
 
 
-def _join_loops(joined, arcs, nearest, centres, meeting, atoms, atom):
+def _join_loops(
+    joined: list[int],
+    arcs: np.ndarray,
+    nearest: np.ndarray,
+    centres: np.ndarray,
+    meeting: np.ndarray,
+    atoms: Atoms,
+    atom: int,
+) -> None:
     """Join the loops of arcs that bound one accessible patch of an atom.
 
-    On a sphere, `loops` closed curves between `covers` covered parts and the free ones make a tree: there are
-    loops + 1 - covers free parts. With one of them all loops are joined, with one covered part none. Between, dots
-    that lie side by side tell.
+    On a sphere, the closed curves between covered and free parts make a tree, so there are loops + 1 - covered parts free
+    parts. If there is one free part, all loops are joined; if there is one covered part, none. Otherwise neighbouring dots
+    decide.
     """
     loops = _loops(arcs, meeting)
     n_loops = len(set(loops.values()))
     if n_loops < 2:
         return
-    covers = _covered_parts(atoms, atom)
-    if n_loops == covers:
+    n_covered = _n_covered_parts(atoms, atom)
+    if n_loops == n_covered:
         for arc in arcs[1:]:
             _join(joined, int(arcs[0]), int(arc))
-    elif covers > 1:
+    elif n_covered > 1:
         loop = np.array([loops[arc] for arc in nearest.tolist()])
-        beside = ((centres[:, None] - centres[None]) ** 2).sum(axis=2) < NEXT**2
-        for a, b in np.argwhere(beside & (loop[:, None] < loop)):
+        neighbouring = ((centres[:, None] - centres[None]) ** 2).sum(axis=2) < NEIGHBOUR_DISTANCE**2
+        for a, b in np.argwhere(neighbouring & (loop[:, None] < loop)):
             _join(joined, int(nearest[a]), int(nearest[b]))
 
 
-def _loops(arcs, meeting):
-    """Loop of each arc around one atom, a dict: arcs that meet at fixed probes, or a whole circle."""
-    parent, first = list(range(len(arcs))), {}
+def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
+    """Return the loop of each arc around one atom: arcs that meet at fixed probes, or a whole circle."""
+    parent = list(range(len(arcs)))
+    first_arc: dict[int, int] = {}  # by probe
     for k, probes in enumerate(meeting[arcs].tolist()):
         for probe in probes:
             if probe >= 0:
-                _join(parent, k, first.setdefault(probe, k))
+                _join(parent, k, first_arc.setdefault(probe, k))
     return {int(arc): _root(parent, k) for k, arc in enumerate(arcs)}
 
 
-def _covered_parts(atoms, atom):
-    """Number of connected parts of an atom's sphere that its neighbours cover."""
+def _n_covered_parts(atoms: Atoms, atom: int) -> int:
+    """Count the connected parts of an atom's sphere that its neighbours cover."""
     near = atoms.near[atoms.start[atom] : atoms.start[atom + 1]]
     axis = atoms.centre[near] - atoms.centre[atom]
     d = np.linalg.norm(axis, axis=1)

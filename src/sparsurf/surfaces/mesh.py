@@ -1,31 +1,48 @@
 """Closed meshes of molecular surfaces: a signed distance on a grid, its triangles, their corners moved onto the surface.
 
-Triangles are those of marching tetrahedra. Every cube of the grid is cut into the six tetrahedra around its diagonal
-(Freudenthal, Ann. Math. 43:580, 1942), those of neighbouring cubes fitting face to face. A tetrahedron is crossed in one
-triangle or two, whose corners lie on its edges and belong to all tetrahedra around them: so every edge of the mesh belongs
-to two triangles, whatever the values are.
+The triangles are those of marching tetrahedra. Every cube of the grid is divided into the six tetrahedra around its
+diagonal (Freudenthal, Ann. Math. 43:580, 1942); those of neighbouring cubes match face to face. The surface crosses a
+tetrahedron in one triangle or two, whose corners lie on its edges and are shared with all tetrahedra around them. So
+every edge of the mesh belongs to two triangles, whatever the values are.
 """
+
+from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from itertools import permutations
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
 from sparsurf import InputError
-from sparsurf.surfaces.placing_dots import relative_places, some_probes, spheres
-from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, T, blocker, roll
+from sparsurf.kernel_cache import njit
+from sparsurf.surfaces.dot_placement import at_least_one_probe, checked_spheres, relative_positions
+from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Rolling, T, blocker, roll
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
-from sparsurf.surfaces.vectors import along, apart2, cells_of, column, dot, minus, part, point
-from sparsurf.threads import over_slices
+from sparsurf.surfaces.vectors import (
+    Cells,
+    Vector,
+    add_scaled,
+    cell_column,
+    dot,
+    point,
+    sort_into_cells,
+    squared_distance,
+    subtract,
+    vector_at,
+)
+from sparsurf.threads import parallel_map
 
-STEP = 0.5  # Å, of the grid, where dots have the density DENSITY
-MARGIN = 2  # steps of the grid around the surface
-SLICE = 4096  # places per task
-MOST_POINTS = 400_000_000  # of a grid; beyond, it would take more than 4 GB
-NEAREST_CORNER = 0.02  # share of an edge that stays between a vertex and the end of the edge
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+GRID_STEP = 0.5  # Å, which corresponds to dots of the density DENSITY
+MARGIN_STEPS = 2  # of the grid around the surface
+POSITIONS_PER_TASK = 4096
+MAX_GRID_POINTS = 400_000_000  # more would take over 4 GB
+MIN_SHARE_OF_EDGE = 0.02  # between a vertex and the end of its edge
 
 
 @dataclass(frozen=True)
@@ -34,26 +51,35 @@ class Mesh:
 
     Attributes
     ----------
-    vertices : Surface, whose areas are a third of those of the triangles around each
+    vertices : Surface; the area of each is a third of that of the triangles around it
     triangles : (F, 3) int64, counterclockwise seen from outside; every edge belongs to two of them
     """
 
     vertices: Surface
     triangles: np.ndarray
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"Mesh of {len(self.triangles):,} triangles"
 
     @property
-    def volume(self):
-        """Å^3; what lies in cavities does not count."""
+    def volume(self) -> float:
+        """Volume in Å^3, without that of cavities."""
         a, b, c = (self.vertices.points[self.triangles[:, k]] for k in range(3))
         return float(np.sum(a * np.cross(b, c)) / 6)
 
 
-def outside(mesh):
-    """The Mesh without the parts that face inwards, which are its cavities."""
-    from scipy.sparse import coo_array  # here: few ask for it
+def outer_mesh(mesh: Mesh) -> Mesh:
+    """Remove the parts of a mesh that face inwards, which are its cavities.
+
+    Parameters
+    ----------
+    mesh : Mesh
+
+    Returns
+    -------
+    Mesh
+    """
+    from scipy.sparse import coo_array  # imported here, since few callers need it
     from scipy.sparse.csgraph import connected_components
 
     corners, n = mesh.triangles, len(mesh.vertices)
@@ -68,41 +94,68 @@ def outside(mesh):
     return Mesh(mesh.vertices.take(kept), number[corners[kept[corners[:, 0]]]])
 
 
-def step_of(density):
-    """Å, step of a grid whose triangles are as much finer as dots of this density (per Å^2) are."""
-    return STEP * math.sqrt(DENSITY / density)
+def grid_step_for_density(density: float) -> float:
+    """Return the step of a grid, Å, whose triangles correspond to dots of a density (per Å^2)."""
+    return GRID_STEP * math.sqrt(DENSITY / density)
 
 
-def mesh_of(points, normals, triangles, kind=None):
-    """The Mesh of places (V, 3), unit normals (V, 3) and triangles (F, 3)."""
+def build_mesh(
+    points: np.ndarray, normals: np.ndarray, triangles: np.ndarray, kind: np.ndarray | None = None
+) -> Mesh:
+    """Make a mesh of points, normals and triangles.
+
+    Parameters
+    ----------
+    points, normals : (V, 3) float64, Å and unit vectors
+    triangles : (F, 3) int
+    kind : (V,) int8, kinds of the points as in `Surface`, where known
+
+    Returns
+    -------
+    Mesh
+    """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
     area = np.bincount(triangles.ravel(), np.repeat(third, 3), len(points))
     return Mesh(Surface(points, normals, area, kind), triangles)
 
 
-def grid_around(points, reach, step):
-    """Corner (3,) and numbers of points (3,) of a grid of `step` that goes beyond all `points` (N, 3) by `reach`, Å.
+def grid_around(points: np.ndarray, reach: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Place a grid that extends beyond all points.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, Å
+    reach : float, Å, by which the grid extends beyond the points
+    step : float, Å
+
+    Returns
+    -------
+    low : (3,) float64, lowest corner, Å
+    shape : (3,) int64, numbers of grid points
 
     Raises
     ------
-    InputError : more points than fit
+    InputError
+        The grid has more than `MAX_GRID_POINTS` points.
     """
-    low = points.min(axis=0) - reach - MARGIN * step
-    shape = np.ceil((points.max(axis=0) + reach - low) / step).astype(np.int64) + MARGIN + 1
-    if np.prod(shape.astype(float)) > MOST_POINTS:
+    low = points.min(axis=0) - reach - MARGIN_STEPS * step
+    shape = np.ceil((points.max(axis=0) + reach - low) / step).astype(np.int64) + MARGIN_STEPS + 1
+    if np.prod(shape.astype(float)) > MAX_GRID_POINTS:
         raise InputError(
-            f"mesh: a grid of {step:g} Å would have {' x '.join(map(str, shape))} points, more than {MOST_POINTS:.0e}; "
+            f"mesh: a grid of {step:g} Å would have {' x '.join(map(str, shape))} points, more than {MAX_GRID_POINTS:.0e}; "
             "take a wider one."
         )
     return low, shape
 
 
-def molecular_mesh(xyz, radii, probe=1.4, step=STEP, threads=1):
-    """Solvent-excluded surface of spheres as triangles, each of their corners on the surface itself.
+def molecular_mesh(
+    xyz: ArrayLike, radii: ArrayLike, probe: float = 1.4, step: float = GRID_STEP, threads: int = 1
+) -> Mesh:
+    """Generate the solvent-excluded surface of spheres as triangles whose corners lie on the surface.
 
-    The surface is what lies a probe's radius from all places where the probe's centre may be. So the distance to the
-    nearest of these places tells which side a point is on, and the point of the surface nearest to it.
+    The surface lies at the probe's radius from all positions that the probe's centre can take. So the distance to the
+    nearest of these positions tells on which side a point is, and which point of the surface is nearest to it.
 
     Parameters
     ----------
@@ -117,43 +170,58 @@ def molecular_mesh(xyz, radii, probe=1.4, step=STEP, threads=1):
 
     Raises
     ------
-    InputError : a grid of too many points, and what `molecular_surface.molecular_surface` refuses
+    InputError
+        The grid has too many points, or `molecular_surface.molecular_surface` refuses the spheres.
     """
-    xyz, radii, _ = spheres(xyz, radii, probe)
-    step = min(step, probe / 2)  # no edge of the grid may reach through the room between surface and centres
-    relative = np.add(*relative_places(xyz))
+    xyz, radii, _ = checked_spheres(xyz, radii, probe)
+    step = min(step, probe / 2)  # no edge of the grid may cross the space between surface and centres
+    relative = np.add(*relative_positions(xyz))
     rolling = roll(relative, radii + probe)
     limit = probe + math.sqrt(3) * step
-    far = cells_of(some_probes(rolling.probes), limit), cells_of(relative, (radii + probe).max() + limit)
+    cells = (
+        sort_into_cells(at_least_one_probe(rolling.probes), limit),
+        sort_into_cells(relative, (radii + probe).max() + limit),
+    )
     low, shape = grid_around(relative, radii.max(), step)
     values = _deepest(relative, radii, low, shape, step, -2 * probe)
-    # neither in an atom nor where a centre may be
+    # neither inside an atom nor an accessible centre
     doubtful = np.flatnonzero((values > -probe) & (values <= 0))
-    places = low + step * np.stack(np.unravel_index(doubtful, values.shape), axis=1)
-    gap, _, _ = _nearest_centres(places, rolling, far, limit, threads)
+    positions = low + step * np.stack(np.unravel_index(doubtful, values.shape), axis=1)
+    gap, _, _ = _nearest_centres(positions, rolling, cells, limit, threads)
     values.ravel()[doubtful] = gap - probe
-    vertices, triangles = march(values)
+    vertices, triangles = marching_tetrahedra(values)
     vertices = low + step * vertices
-    gap, centres, kind = _nearest_centres(vertices, rolling, far, limit, threads)
+    gap, centres, kind = _nearest_centres(vertices, rolling, cells, limit, threads)
     outward = (centres - vertices) / gap[:, None]
-    return mesh_of(centres - probe * outward + xyz[0], outward, triangles, kind)
+    return build_mesh(centres - probe * outward + xyz[0], outward, triangles, kind)
 
 
-def _nearest_centres(places, rolling, far, limit, threads):
-    """Distance (n,) to the nearest centre of an accessible probe, `limit` at most, that centre (n, 3) and its kind."""
-    gap, centres, kind = np.empty(len(places)), np.zeros((len(places), 3)), np.zeros(len(places), np.int8)
-    over_slices(
-        lambda a, b: _search(places[a:b], rolling, *far, limit, gap[a:b], centres[a:b], kind[a:b]),
-        len(places),
+def _nearest_centres(
+    positions: np.ndarray, rolling: Rolling, cells: tuple[Cells, Cells], limit: float, threads: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the distance (n,) to the nearest accessible centre of a probe, at most `limit`, that centre (n, 3) and its kind."""
+    gap, centres, kind = (
+        np.empty(len(positions)),
+        np.zeros((len(positions), 3)),
+        np.zeros(len(positions), np.int8),
+    )
+    probe_cells, atom_cells = cells
+    parallel_map(
+        lambda a, b: _search_centres(
+            positions[a:b], rolling, probe_cells, atom_cells, limit, gap[a:b], centres[a:b], kind[a:b]
+        ),
+        len(positions),
         threads,
-        SLICE,
+        POSITIONS_PER_TASK,
     )
     return gap, centres, kind
 
 
 @njit(cache=True, nogil=True)
-def _deepest(centre, radii, low, shape, step, lowest):
-    """Depth below the surface of the deepest sphere around each point of a grid, (X, Y, Z); `lowest` at least."""
+def _deepest(
+    centre: np.ndarray, radii: np.ndarray, low: np.ndarray, shape: np.ndarray, step: float, lowest: float
+) -> np.ndarray:
+    """Return the depth below the surface of the deepest sphere around each grid point, (X, Y, Z), at least `lowest`."""
     values = np.full((shape[0], shape[1], shape[2]), lowest)
     first, last = np.empty(3, np.int64), np.empty(3, np.int64)
     for a in range(len(centre)):
@@ -173,68 +241,80 @@ def _deepest(centre, radii, low, shape, step, lowest):
 
 
 @njit(cache=True, nogil=True)
-def _search(places, rolling, probe_cells, atom_cells, limit, gap, centres, kind):
-    """`_nearest_centres` of a slice: among the fixed probes, then on the arcs and the patches of the atoms around."""
-    for n in range(len(places)):
-        place, best, found = point(places, n), limit * limit, (0.0, 0.0, 0.0)
+def _search_centres(
+    positions: np.ndarray,
+    rolling: Rolling,
+    probe_cells: Cells,
+    atom_cells: Cells,
+    limit: float,
+    gap: np.ndarray,
+    centres: np.ndarray,
+    kind: np.ndarray,
+) -> None:
+    """Fill in `_nearest_centres` of a slice: among the fixed probes, then on the arcs and the patches of the atoms around."""
+    for n in range(len(positions)):
+        position, best, nearest = point(positions, n), limit * limit, (0.0, 0.0, 0.0)
         for c in range(9):
-            slot, last = column(probe_cells, place, c)
+            slot, last = cell_column(probe_cells, position, c)
             while slot < len(probe_cells.key) and probe_cells.key[slot] <= last:
                 k = probe_cells.order[slot]
                 slot += 1
-                if k < len(rolling.probes) and apart2(point(rolling.probes, k), place) < best:
-                    found, kind[n] = point(rolling.probes, k), CONCAVE
-                    best = apart2(found, place)
+                if k < len(rolling.probes) and squared_distance(point(rolling.probes, k), position) < best:
+                    nearest, kind[n] = point(rolling.probes, k), CONCAVE
+                    best = squared_distance(nearest, position)
         for c in range(9):
-            slot, last = column(atom_cells, place, c)
+            slot, last = cell_column(atom_cells, position, c)
             while slot < len(atom_cells.key) and atom_cells.key[slot] <= last:
                 k = atom_cells.order[slot]
                 slot += 1
                 centre, reach = point(rolling.atoms.centre, k), rolling.atoms.reach[k]
-                w = minus(place, centre)
+                w = subtract(position, centre)
                 d = math.sqrt(dot(w, w))
                 if d > reach + math.sqrt(best):
                     continue
                 for b in range(rolling.first_arc[k], rolling.first_arc[k + 1]):
-                    there, on = _on_arc(place, rolling.arcs[b])
-                    if on and apart2(there, place) < best:
-                        found, kind[n], best = there, SADDLE, apart2(there, place)
+                    candidate, on = _nearest_on_arc(position, rolling.arcs[b])
+                    if on and squared_distance(candidate, position) < best:
+                        nearest, kind[n], best = candidate, SADDLE, squared_distance(candidate, position)
                 if (d - reach) ** 2 < best and d > 0:
-                    there = along(centre, reach / d, w)
-                    if blocker(there, k, rolling.atoms, -1) < 0:
-                        found, kind[n], best = there, CONTACT, (d - reach) ** 2
+                    candidate = add_scaled(centre, reach / d, w)
+                    if blocker(candidate, k, rolling.atoms, -1) < 0:
+                        nearest, kind[n], best = candidate, CONTACT, (d - reach) ** 2
         gap[n] = math.sqrt(best)
-        centres[n, 0], centres[n, 1], centres[n, 2] = found
+        centres[n, 0], centres[n, 1], centres[n, 2] = nearest
 
 
 @njit(cache=True, nogil=True)
-def _on_arc(place, arc):
-    """The point of the arc's circle that is nearest to a place, and whether it belongs to the arc."""
-    w = minus(place, part(arc, T))
-    p1, p2 = dot(w, part(arc, E1)), dot(w, part(arc, E2))
+def _nearest_on_arc(position: Vector, arc: np.ndarray) -> tuple[Vector, bool]:
+    """Return the point of the arc's circle that is nearest to a position, and whether it belongs to the arc."""
+    w = subtract(position, vector_at(arc, T))
+    p1, p2 = dot(w, vector_at(arc, E1)), dot(w, vector_at(arc, E2))
     flat = math.hypot(p1, p2)
     if flat == 0.0:
-        return part(arc, T), False
+        return vector_at(arc, T), False
     phi = math.atan2(p2, p1) - arc[PHI_0]
     on = phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) < arc[PHI_1] - arc[PHI_0]
-    there = along(part(arc, T), arc[RADIUS] * p1 / flat, part(arc, E1))
-    return along(there, arc[RADIUS] * p2 / flat, part(arc, E2)), on
+    nearest = add_scaled(vector_at(arc, T), arc[RADIUS] * p1 / flat, vector_at(arc, E1))
+    return add_scaled(nearest, arc[RADIUS] * p2 / flat, vector_at(arc, E2)), on
 
 
-def _tetrahedra():
-    """Corners of the six tetrahedra of a cube, (6, 4), bit a for a step along axis a, the odd ones turned round."""
-    found = []
+def _tetrahedra() -> np.ndarray:
+    """Return the corners of the six tetrahedra of a cube, (6, 4).
+
+    Bit a of a corner means a step along axis a. Odd tetrahedra are reordered so that all have the same orientation.
+    """
+    tetrahedra = []
     for p, q, r in permutations(range(3)):
         corners = [0, 1 << p, 1 << p | 1 << q, 7]
         odd = (p > q) + (p > r) + (q > r) & 1
-        found.append([corners[0], corners[2], corners[1], corners[3]] if odd else corners)
-    return np.array(found)
+        tetrahedra.append([corners[0], corners[2], corners[1], corners[3]] if odd else corners)
+    return np.array(tetrahedra)
 
 
-def _crossings():
-    """Edges that bear the corners of the triangles of a tetrahedron, (16, 2, 3, 2), and how many triangles, (16,).
+def _crossings() -> tuple[np.ndarray, np.ndarray]:
+    """Return the edges that hold the corners of a tetrahedron's triangles, (16, 2, 3, 2), and their number, (16,).
 
-    By bit mask of its corners inside; the triangles run counterclockwise seen from outside.
+    The index is the bit mask of the corners inside. Triangles run counterclockwise seen from outside.
     """
     edges, count = np.zeros((16, 2, 3, 2), np.int64), np.zeros(16, np.int64)
     even = [t for t in permutations(range(4)) if np.linalg.det(np.eye(4)[list(t)]) > 0]
@@ -243,22 +323,22 @@ def _crossings():
         first = inside if len(inside) < 3 else [c for c in range(4) if c not in inside]
         a, b, c, d = next(t for t in even if list(t[: len(first)]) == first)
         if len(inside) == 1:
-            found = [[(a, b), (a, c), (a, d)]]
+            triangles = [[(a, b), (a, c), (a, d)]]
         elif len(inside) == 3:
-            found = [[(a, b), (a, d), (a, c)]]
+            triangles = [[(a, b), (a, d), (a, c)]]
         else:
-            found = [[(a, c), (a, d), (b, d)], [(a, c), (b, d), (b, c)]]
-        edges[mask, : len(found)], count[mask] = found, len(found)
+            triangles = [[(a, c), (a, d), (b, d)], [(a, c), (b, d), (b, c)]]
+        edges[mask, : len(triangles)], count[mask] = triangles, len(triangles)
     return edges, count
 
 
 TETRAHEDRA = _tetrahedra()
 CROSSED, N_CROSSED = _crossings()
-BITS = np.array([bin(k).count("1") for k in range(256)], np.int64)
+N_BITS = np.array([bin(k).count("1") for k in range(256)], np.int64)
 
 
-def march(values):
-    """The surface between what is inside, above 0, and the rest.
+def marching_tetrahedra(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangulate the surface between grid points inside, with values above 0, and the others.
 
     Parameters
     ----------
@@ -266,18 +346,19 @@ def march(values):
 
     Returns
     -------
-    vertices (V, 3) float64, in steps of the grid, and triangles (F, 3) int64, counterclockwise seen from outside
+    vertices : (V, 3) float64, in steps of the grid
+    triangles : (F, 3) int64, counterclockwise seen from outside
     """
     cut = _cut_edges(values)
     first = np.zeros(values.size + 1, np.int64)
-    np.cumsum(BITS[cut.ravel()], out=first[1:])
+    np.cumsum(N_BITS[cut.ravel()], out=first[1:])
     vertices = _vertices(values, cut, first)
     return vertices, _triangles(values, cut, first)
 
 
 @njit(cache=True, nogil=True)
-def _cut_edges(values):
-    """Bit d - 1 of each point: whether the edge from it in direction d (bits as of corners) crosses the surface."""
+def _cut_edges(values: np.ndarray) -> np.ndarray:
+    """Set bit d - 1 of each point if the edge from it in direction d (bits as for corners) crosses the surface."""
     nx, ny, nz = values.shape
     cut = np.zeros((nx, ny, nz), np.uint8)
     for i in range(nx):
@@ -292,8 +373,8 @@ def _cut_edges(values):
 
 
 @njit(cache=True, nogil=True)
-def _vertices(values, cut, first):
-    """Place of the vertex on every edge that is cut, where the values between its ends pass 0."""
+def _vertices(values: np.ndarray, cut: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Return the position of the vertex on every edge that is cut, where the interpolated value is 0."""
     nx, ny, nz = values.shape
     vertices = np.empty((first[-1], 3))
     for i in range(nx):
@@ -301,21 +382,21 @@ def _vertices(values, cut, first):
             for k in range(nz):
                 if cut[i, j, k] == 0:
                     continue
-                at = first[(i * ny + j) * nz + k]
+                row = first[(i * ny + j) * nz + k]
                 for d in range(1, 8):
                     if cut[i, j, k] >> (d - 1) & 1:
                         a, b = d & 1, d >> 1 & 1
                         c = d >> 2
-                        here, there = values[i, j, k], values[i + a, j + b, k + c]
-                        t = min(max(here / (here - there), NEAREST_CORNER), 1 - NEAREST_CORNER)
-                        vertices[at, 0], vertices[at, 1], vertices[at, 2] = i + t * a, j + t * b, k + t * c
-                        at += 1
+                        value, neighbour = values[i, j, k], values[i + a, j + b, k + c]
+                        t = min(max(value / (value - neighbour), MIN_SHARE_OF_EDGE), 1 - MIN_SHARE_OF_EDGE)
+                        vertices[row, 0], vertices[row, 1], vertices[row, 2] = i + t * a, j + t * b, k + t * c
+                        row += 1
     return vertices
 
 
 @njit(cache=True, nogil=True)
-def _triangles(values, cut, first):
-    """Vertices of all triangles; counted in a first pass, stored in a second."""
+def _triangles(values: np.ndarray, cut: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Return the vertices of all triangles; a first pass counts them, a second stores them."""
     nx, ny, nz = values.shape
     triangles = np.empty((0, 3), np.int64)
     for store in range(2):
@@ -340,10 +421,13 @@ def _triangles(values, cut, first):
                                         TETRAHEDRA[t, CROSSED[mask, f, e, 0]],
                                         TETRAHEDRA[t, CROSSED[mask, f, e, 1]],
                                     )
-                                    low, bit = a & b, (a ^ b) - 1  # one corner's bits hold the other's
+                                    low, bit = (
+                                        a & b,
+                                        (a ^ b) - 1,
+                                    )  # the bits of one corner include the other's
                                     x, y, z = i + (low & 1), j + (low >> 1 & 1), k + (low >> 2)
                                     before = cut[x, y, z] & ((1 << bit) - 1)
-                                    triangles[n + f, e] = first[(x * ny + y) * nz + z] + BITS[before]
+                                    triangles[n + f, e] = first[(x * ny + y) * nz + z] + N_BITS[before]
                         n += N_CROSSED[mask]
         if not store:
             triangles = np.empty((n, 3), np.int64)

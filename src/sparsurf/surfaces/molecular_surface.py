@@ -1,66 +1,89 @@
-"""The solvent-excluded surface of atoms as dots: our own, or those of the program DMS."""
+"""The solvent-excluded surface of atoms as dots, computed here or by the program DMS."""
+
+from __future__ import annotations
 
 import logging
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sparsurf import InputError
 from sparsurf.surfaces.components import components_of, without_cavities
+from sparsurf.surfaces.dot_placement import LATTICE, checked_spheres, place_dots
 from sparsurf.surfaces.formats.dms import surface_by_dms_program
-from sparsurf.surfaces.placing_dots import LATTICE, place_dots, spheres
-from sparsurf.surfaces.spacing import DENSITY, SPARSE, spacing
+from sparsurf.surfaces.spacing import DENSITY, MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.surfaces.surface import Surface
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sparsurf.molecules.molecule import Molecule
 
 log = logging.getLogger("sparsurf")
 
-RESERVE = 1.02  # by how much an automatic density exceeds what D_link needs
-MOST_DENSITY = 100  # dots per Å^2, also of a density that is given
-_told = set()  # names and D_link whose raised density the log has told of: once for all calls
+DENSITY_RESERVE = 1.02  # an automatic density exceeds what D_link needs by this factor
+MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
+# Names and D_link of the warnings about the density: each is given once for all calls
+_warned: set[tuple[str, float]] = set()
 
 
-def fitting_surface(molecule, position, atom_radii, settings, d_link, name, tell=True):
-    """Surface of one frame with the density of the config's `surface`, `auto` being the least from DENSITY on that suits D_link.
+def surface_for_d_link(
+    molecule: Molecule,
+    position: int,
+    atom_radii: np.ndarray,
+    settings: dict[str, Any],
+    d_link: float,
+    name: str,
+    tell: bool = True,
+) -> tuple[Surface, float]:
+    """Generate the surface of one frame with a density that suits D_link.
 
-    Atoms without hydrogens have wider spheres, on which the same density places dots farther apart. How much closer
+    The density is that of the config's `surface`. `auto` means the smallest density from `DENSITY` on that suits D_link:
+    atoms without hydrogens have larger spheres, on which the same density places dots farther apart. How much closer
     more dots lie depends on the molecule, so the density grows until they lie close enough.
 
     Parameters
     ----------
-    molecule, position, atom_radii, settings : as for `surface_of`
+    molecule, position, atom_radii, settings : as for `surface_of_frame`
     d_link : float
-        Å; must be at least `spacing.SPARSE` times the median spacing of the dots.
+        Å; must be at least `spacing.MIN_D_LINK_PER_SPACING` times the median spacing of the dots.
     name : str
         Conformation, for the log.
     tell : bool
-        Whether the log tells of a density above DENSITY, once for a name and a D_link.
+        Whether to warn of a density above `DENSITY`, once for a name and a D_link.
 
     Returns
     -------
-    Surface, and its density in dots per Å^2
+    surface : Surface
+    density : float, dots per Å^2
 
     Raises
     ------
-    InputError : D_link wants more than MOST_DENSITY
+    InputError
+        D_link needs more than `MAX_DENSITY`.
     """
 
-    def of_density(density):
-        return surface_of(molecule, position, atom_radii, settings | {"density": density})
+    def of_density(density: float) -> Surface:
+        return surface_of_frame(molecule, position, atom_radii, settings | {"density": density})
 
     if settings["density"] != "auto":
         return of_density(settings["density"]), settings["density"]
     density = DENSITY
-    while d_link < (least := SPARSE * spacing((surface := of_density(density)).points)):
-        density *= (RESERVE * least / d_link) ** 2
-        if density > MOST_DENSITY:
+    surface = of_density(density)
+    while d_link < (least := MIN_D_LINK_PER_SPACING * spacing(surface.points)):
+        density *= (DENSITY_RESERVE * least / d_link) ** 2
+        if density > MAX_DENSITY:
             raise InputError(
-                f"{name}: D_link = {d_link:g} Å is so short that it needs more than {MOST_DENSITY:g} dots per Å^2; "
+                f"{name}: D_link = {d_link:g} Å is so short that it needs more than {MAX_DENSITY:g} dots per Å^2; "
                 "give a larger patches.D_link."
             )
-    if tell and density > DENSITY and (name, d_link) not in _told:
-        _told.add((name, d_link))
+        surface = of_density(density)
+    if tell and density > DENSITY and (name, d_link) not in _warned:
+        _warned.add((name, d_link))
         log.warning(
             "%s: %.2f dots per Å^2 instead of %.2f, as patches of fewer fall apart at D_link = %g Å; "
             "a density that is given stays",
@@ -69,37 +92,56 @@ def fitting_surface(molecule, position, atom_radii, settings, d_link, name, tell
     return surface, density
 
 
-def fitting_density(molecule, position, atom_radii, settings, d_link, name, tell=True):
-    """The density alone of `fitting_surface`; one that is given is taken as it is, and no surface made."""
+def density_for_d_link(
+    molecule: Molecule,
+    position: int,
+    atom_radii: np.ndarray,
+    settings: dict[str, Any],
+    d_link: float,
+    name: str,
+    tell: bool = True,
+) -> float:
+    """Return only the density of `surface_for_d_link`; where the config sets it, no surface is generated."""
     if settings["density"] != "auto":
         return settings["density"]
-    return fitting_surface(molecule, position, atom_radii, settings, d_link, name, tell)[1]
+    return surface_for_d_link(molecule, position, atom_radii, settings, d_link, name, tell)[1]
 
 
-def layer(molecule, position, atom_radii, settings, d_link, name):
-    """What `study.floors` needs of the atoms of one frame: a function that lays dots on them elsewhere, and their places.
+def surface_generator(
+    molecule: Molecule,
+    position: int,
+    atom_radii: np.ndarray,
+    settings: dict[str, Any],
+    d_link: float,
+    name: str,
+) -> dict[str, Callable[[np.ndarray], Surface] | np.ndarray]:
+    """Return what `study.floors` needs of the atoms of one frame.
 
     Parameters
     ----------
-    molecule, position, atom_radii, settings, d_link, name : as for `fitting_surface`
+    molecule, position, atom_radii, settings, d_link, name : as for `surface_for_d_link`
 
     Returns
     -------
-    dict: lay, places (A, 3) -> their Surface at the density of this frame; atoms, (A, 3), Å
+    dict
+        lay: function from positions of the atoms (A, 3), Å, to their Surface at the density of this frame;
+        atoms: the positions in this frame, (A, 3), Å.
     """
-    density = fitting_density(molecule, position, atom_radii, settings, d_link, name, tell=False)
-    rules = settings | {"density": density}
+    density = density_for_d_link(molecule, position, atom_radii, settings, d_link, name, tell=False)
+    fixed_density = settings | {"density": density}
 
-    def lay(xyz):
-        return surface_of(replace(molecule, xyz=xyz[None]), 0, atom_radii, rules)
+    def generate(xyz: np.ndarray) -> Surface:
+        return surface_of_frame(replace(molecule, xyz=xyz[None]), 0, atom_radii, fixed_density)
 
-    return {"lay": lay, "atoms": molecule.xyz[position].round(3)}
+    return {"lay": generate, "atoms": _rounded_positions(molecule, position)}
 
 
-def surface_of(molecule, position, atom_radii, settings):
-    """Surface of one frame of a molecule, as the config's `surface` wants it, the density being a number.
+def surface_of_frame(
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: dict[str, Any]
+) -> Surface:
+    """Generate the surface of one frame of a molecule with the settings of the config's `surface`.
 
-    The atoms stand where a PDB file has them, so that a frame and the file made of it have the same surface.
+    Positions of atoms are rounded as in a PDB file, so that a frame and a PDB file of it have the same surface.
 
     Parameters
     ----------
@@ -108,6 +150,7 @@ def surface_of(molecule, position, atom_radii, settings):
         Of the frame.
     atom_radii : (A,), Å
     settings : dict
+        `surface` of the config; the density is a number.
 
     Returns
     -------
@@ -120,35 +163,38 @@ def surface_of(molecule, position, atom_radii, settings):
             molecule.write_pdb(path, position)
             surface = surface_by_dms_program(path, probe, density)
     else:
-        surface = molecular_surface(
-            _places(molecule, position), atom_radii, probe, density, settings["reentrant"]
-        )
+        xyz = _rounded_positions(molecule, position)
+        surface = molecular_surface(xyz, atom_radii, probe, density, settings["reentrant"])
     if settings.get("cavities") != "remove":
         return surface
-    return without_cavities(surface, components_in(surface, molecule, position, atom_radii, probe))
+    return without_cavities(surface, components_of_frame(surface, molecule, position, atom_radii, probe))
 
 
-def components_in(surface, molecule, position, atom_radii, probe):
-    """Component of every dot of the surface of one frame, (N,), see `components.components_of`."""
-    return components_of(surface, _places(molecule, position), atom_radii, probe)
+def components_of_frame(
+    surface: Surface, molecule: Molecule, position: int, atom_radii: np.ndarray, probe: float
+) -> np.ndarray:
+    """Return the component of every dot of the surface of one frame, (N,); see `components.components_of`."""
+    return components_of(surface, _rounded_positions(molecule, position), atom_radii, probe)
 
 
-def _places(molecule, position):
-    """Centres of the atoms of a frame as a PDB file has them, (A, 3), Å."""
+def _rounded_positions(molecule: Molecule, position: int) -> np.ndarray:
+    """Return the centres of the atoms of a frame with the decimals of a PDB file, (A, 3), Å."""
     return molecule.xyz[position].round(3)
 
 
-def molecular_surface(xyz, radii, probe=1.4, density=DENSITY, reentrant="exact"):
-    """Solvent-excluded surface of a set of spheres (Connolly, J. Appl. Cryst. 16:548, 1983).
+def molecular_surface(
+    xyz: ArrayLike, radii: ArrayLike, probe: float = 1.4, density: float = DENSITY, reentrant: str = "exact"
+) -> Surface:
+    """Generate the solvent-excluded surface of spheres [1]_.
 
     Parameters
     ----------
     xyz : (A, 3), centres of the atoms, Å
     radii : (A,), Å
     probe : radius of the probe, Å
-    density : dots per Å^2; DENSITY gives the dots of DMS at `-d 1.0`
-    reentrant : 'exact' for the surface itself; 'dms' for the dots that DMS gives, with its concave dots inside
-        other probes, its uncovered narrow saddles and, on a few buried atoms, dots that no probe can touch
+    density : dots per Å^2; `DENSITY` gives the dots of DMS at `-d 1.0`
+    reentrant : 'exact' for the surface itself; 'dms' for the dots of DMS, with its concave dots inside other probes, its
+        uncovered narrow saddles and, on a few buried atoms, dots that no probe can touch
 
     Returns
     -------
@@ -157,8 +203,13 @@ def molecular_surface(xyz, radii, probe=1.4, density=DENSITY, reentrant="exact")
     Raises
     ------
     InputError
+        A parameter is out of range.
+
+    References
+    ----------
+    .. [1] Connolly, J. Appl. Cryst. 16:548 (1983).
     """
-    xyz, radii, kept = spheres(xyz, radii, probe)
+    xyz, radii, kept = checked_spheres(xyz, radii, probe)
     if not 0 < density < np.inf:
         raise InputError(f"surface.density is {density}; it must be a positive number.")
     if reentrant not in ("exact", "dms"):

@@ -1,15 +1,21 @@
-"""Elements and atomic radii."""
+"""Atomic radii by element."""
+
+from __future__ import annotations
 
 import logging
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sparsurf import InputError
 
+if TYPE_CHECKING:
+    from sparsurf.molecules.molecule import Molecule
+
 log = logging.getLogger("sparsurf")
 
-# Å. 'dms': the table of UCSF's program DMS, which the paper's surfaces were made with. 'bondi': van der
-# Waals radii of Bondi, J. Phys. Chem. 68, 441 (1964). Deuterium is hydrogen; DMS takes selenium for sulphur.
+# Atomic radii, Å. 'dms': the table of UCSF's program DMS, which made the surfaces of the paper. 'bondi': van der
+# Waals radii of Bondi, J. Phys. Chem. 68, 441 (1964). Deuterium counts as hydrogen; DMS treats selenium as sulphur.
 RADII = {
     "dms": {
         "H": 1.20, "D": 1.20, "C": 1.90, "N": 1.50, "O": 1.40, "S": 1.85, "SE": 1.85, "P": 1.90, "F": 1.35,
@@ -22,16 +28,16 @@ RADII = {
         "IN": 1.93, "SN": 2.17, "PT": 1.75, "AU": 1.66, "HG": 1.55, "TL": 1.96, "PB": 2.02, "GA": 1.87,
     },
 }  # fmt: skip
-# Å, every other element: DMS's value, and the usual choice where Bondi gives none.
-OTHER = {"dms": 1.90, "bondi": 2.00}
+# Radius of every other element, Å: the value of DMS, and the usual choice where Bondi gives none.
+RADIUS_OF_OTHER_ELEMENTS = {"dms": 1.90, "bondi": 2.00}
 
 
-def radii(molecule, table="dms"):
-    """Atomic radii by element; the same with and without explicit hydrogens.
+def radii(molecule: Molecule, table: str = "dms") -> np.ndarray:
+    """Look up atomic radii by element; explicit hydrogens do not change those of other atoms.
 
     Parameters
     ----------
-    molecule : molecule.Molecule, or anything with `element` (A,) str
+    molecule : Molecule, or any object with `element`, (A,) str
     table : 'dms' or 'bondi'
 
     Returns
@@ -40,12 +46,13 @@ def radii(molecule, table="dms"):
 
     Raises
     ------
-    InputError : another table
+    InputError
+        The table is unknown.
     """
-    if table not in list(RADII):  # a list: what a user gives may have no hash
+    if table not in list(RADII):  # a list, since the value of a user may not be hashable
         raise InputError(f"radii is {table!r}; it must be one of {', '.join(RADII)}.")
-    values, other = RADII[table], OTHER[table]
-    unknown = sorted(set(np.unique(molecule.element).tolist()) - values.keys())
+    by_element, default = RADII[table], RADIUS_OF_OTHER_ELEMENTS[table]
+    unknown = sorted(set(np.unique(molecule.element).tolist()) - by_element.keys())
     if unknown:
-        log.warning("no %s radius for %s: %.2f Å is used", table, ", ".join(unknown), other)
-    return np.array([values.get(each, other) for each in molecule.element], dtype=float)
+        log.warning("no %s radius for %s: %.2f Å is used", table, ", ".join(unknown), default)
+    return np.array([by_element.get(element, default) for element in molecule.element], dtype=float)

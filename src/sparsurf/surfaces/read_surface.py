@@ -1,10 +1,17 @@
-"""Reading of a surface from a file of any format."""
+"""Read a surface from a file of any supported format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
 
 from sparsurf import InputError
+from sparsurf.files import read_bytes
 from sparsurf.surfaces.formats import compact, csv, dms, npz, ply, vtp
-from sparsurf.texts import read_bytes
+from sparsurf.surfaces.surface import Format, Surface
 
-# Every surface format, one line each; the first that knows a file by its beginning reads it.
+# All surface formats. The first that recognises the start of a file reads it.
 FORMATS = (
     compact.FORMAT,
     npz.FORMAT,
@@ -13,23 +20,28 @@ FORMATS = (
     ply.FORMAT,
     vtp.FORMAT,
 )
-HEAD = 100_000  # bytes that tell the format
+BYTES_TO_RECOGNISE = 100_000  # from the start of a file
 
 
-def read_surface(path):
-    """Read dots from a DMS file (with normals), the authors' CSV, the vertices of a PLY mesh or our npz, each also as .gz.
+def read_surface(path: Path | str) -> Surface:
+    """Read dots from a file.
+
+    The file is a DMS file with normals, a CSV as the authors write it, a PLY mesh whose vertices are the dots, or an
+    npz of this program. Each may also be compressed (.gz).
 
     Parameters
     ----------
-    path : told apart by content
+    path : path of the file; its content, not its name, tells the format
 
     Returns
     -------
-    Surface, in the order of the file, of dots that occur twice the first; normals of another length are brought to unit length
+    Surface
+        In the order of the file. Of dots that occur twice, the first is kept. Normals of another length are scaled to 1.
 
     Raises
     ------
-    InputError : not such a file, no normals, NaN or infinite numbers, normals of length 0, no dots
+    InputError
+        The file has another format, or no normals, NaN or infinite numbers, normals of length 0, or no dots.
 
     Examples
     --------
@@ -37,16 +49,17 @@ def read_surface(path):
     >>> dots = sparsurf.read_surface("protein.dms")  # doctest: +SKIP
     >>> dots.points, dots.normals, dots.area  # doctest: +SKIP
     """
-    content, found = _read(path)
-    return found.read(content, path)
+    content, surface_format = _recognised(path)
+    assert surface_format.read is not None
+    return surface_format.read(content, path)
 
 
-def read_places(path):
-    """Read places from a CSV with x,y,z or from a file of dots.
+def read_points(path: Path | str) -> np.ndarray:
+    """Read points from a CSV with x, y, z or from a file of dots.
 
     Parameters
     ----------
-    path : told apart by content
+    path : path of the file; its content, not its name, tells the format
 
     Returns
     -------
@@ -54,18 +67,22 @@ def read_places(path):
 
     Raises
     ------
-    InputError : not such a file, NaN or infinite numbers, no places
+    InputError
+        The file has another format, NaN or infinite numbers, or no points.
     """
-    content, found = _read(path)
-    return csv.read_places(content, path) if found is csv.FORMAT else found.read(content, path).points
+    content, surface_format = _recognised(path)
+    if surface_format is csv.FORMAT:
+        return csv.read_points(content, path)
+    assert surface_format.read is not None
+    return surface_format.read(content, path).points
 
 
-def _read(path):
-    """The bytes of a file of dots, unpacked, and its Format."""
+def _recognised(path: Path | str) -> tuple[bytes, Format]:
+    """Return the unpacked bytes of a file of dots, and its format."""
     content = read_bytes(path)
-    for each in FORMATS:
-        if each.read and each.sniff(content[:HEAD]):
-            return content, each
+    for surface_format in FORMATS:
+        if surface_format.read and surface_format.sniff(content[:BYTES_TO_RECOGNISE]):
+            return content, surface_format
     raise InputError(
         f"{path} holds no dots; expected a DMS file, a CSV with x,y,z,nx,ny,nz, a PLY or an npz."
     )

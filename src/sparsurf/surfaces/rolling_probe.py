@@ -1,51 +1,54 @@
-"""Where a probe sphere that rolls over the atoms can stand (Connolly, J. Appl. Cryst. 16:548, 1983).
+"""Positions of a probe sphere that rolls over the atoms (Connolly, J. Appl. Cryst. 16:548, 1983).
 
-The centre of a probe that touches atom k lies on the sphere of radius `reach[k]` = r_k + r_p around it,
-and is *accessible* when it lies inside no other such sphere. The accessible centres form patches of those
-spheres (probe touches one atom), arcs (two atoms) and single points, the fixed probes (three atoms); each
-gives one kind of dots, placed by `placing_dots`. Lengths in Å, angles in rad.
+The centre of a probe that touches atom k lies on the sphere of radius `reach[k]` = r_k + r_p around it. It is
+*accessible* if it lies inside no other such sphere. The accessible centres form patches of those spheres (the probe
+touches one atom), arcs (two atoms) and single points, the fixed probes (three atoms). Each gives one kind of dots,
+which `dot_placement` places. Lengths in Å, angles in rad.
 
 Frame of an arc between atoms i < j: unit axis u from i to j, e1 = u x y, e2 = e1 x u; a centre is
 t + r (cos phi e1 + sin phi e2). On the probe, theta is measured in the plane of probe and axis from the
 direction towards the axis, positive towards j.
 """
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernel_cache import njit
 from sparsurf.surfaces.vectors import (
     Cells,
-    along,
-    apart2,
-    cells_of,
-    column,
+    Vector,
+    add_scaled,
+    cell_column,
     cross,
     dot,
-    grown,
-    minus,
-    part,
+    doubled,
     point,
+    sort_into_cells,
+    squared_distance,
+    subtract,
+    vector_at,
 )
 
-# Columns of a row of `arcs`.
+# Columns of a row of `arcs`; the first four hold vectors
 T, E1, E2, U, RADIUS, PHI_0, PHI_1, THETA_I, THETA_J = 0, 3, 6, 9, 12, 13, 14, 15, 16
-ARC_WIDTH = 17
+N_ARC_COLUMNS = 17
 
 
 class Atoms(NamedTuple):
-    """Spheres of probe centres and, nearest first, which of them overlap."""
+    """Spheres of probe centres around the atoms, and for each the overlapping ones, nearest first."""
 
     centre: np.ndarray  # (A, 3) float64
     reach: np.ndarray  # (A,) float64, atom + probe radius
-    start: np.ndarray  # (A + 1,) int64, the neighbours of i are near[start[i]:start[i + 1]]
+    start: np.ndarray  # (A + 1,) int64; the neighbours of i are near[start[i]:start[i + 1]]
     near: np.ndarray  # (M,) int32
 
 
 class Rolling(NamedTuple):
-    """All places where the probe touches at least two atoms."""
+    """All positions where the probe touches at least two atoms."""
 
     atoms: Atoms
     cells: Cells  # of the atoms
@@ -56,30 +59,31 @@ class Rolling(NamedTuple):
     triple: np.ndarray  # (P, 3) int64, i < j < k
 
 
-def roll(centre, reach):
+def roll(centre: np.ndarray, reach: np.ndarray) -> Rolling:
     """Find the arcs and the fixed probes.
 
     Parameters
     ----------
     centre : (A, 3) float64, centres of distinct atoms in general position, Å
-    reach : (A,) float64, atom + probe radius, Å
+    reach : (A,) float64, radius of atom plus probe, Å
 
     Returns
     -------
-    Rolling; fixed probes are ordered by i, then by the distances i-j and i-k, then by side.
+    Rolling
+        Fixed probes are ordered by i, then by the distances i-j and i-k, then by side.
     """
-    cells = cells_of(centre, 2 * reach.max())
+    cells = sort_into_cells(centre, 2 * reach.max())
     atoms = Atoms(centre, reach, *_overlaps(centre, reach, cells))
-    arcs, pair, probes, found = _arcs(atoms)
-    by_place = np.lexsort(found[:, 3::-1].T)
+    arcs, pair, probes, ends = _arcs(atoms)
+    by_position = np.lexsort(ends[:, 3::-1].T)
     first_arc = np.searchsorted(pair[:, 0], np.arange(len(centre) + 1))
-    triple = np.column_stack([found[:, 0], found[:, 4:]])[by_place]
-    return Rolling(atoms, cells, arcs, pair, first_arc, probes[by_place], triple)
+    triple = np.column_stack([ends[:, 0], ends[:, 4:]])[by_position]
+    return Rolling(atoms, cells, arcs, pair, first_arc, probes[by_position], triple)
 
 
 @njit(cache=True, nogil=True)
-def _overlaps(centre, reach, cells):
-    """Neighbour lists of `Atoms`."""
+def _overlaps(centre: np.ndarray, reach: np.ndarray, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+    """Build the neighbour lists `start` and `near` of `Atoms`."""
     n = len(centre)
     start = np.zeros(n + 1, np.int64)
     near, total = np.empty((64 * n, 1), np.int32), 0
@@ -87,17 +91,17 @@ def _overlaps(centre, reach, cells):
     for i in range(n):
         m = 0
         for c in range(9):
-            slot, last = column(cells, point(centre, i), c)
+            slot, last = cell_column(cells, point(centre, i), c)
             while slot < n and cells.key[slot] <= last:
                 k = cells.order[slot]
                 slot += 1
-                d2 = apart2(point(centre, k), point(centre, i))
+                d2 = squared_distance(point(centre, k), point(centre, i))
                 if k == i or d2 >= (reach[i] + reach[k]) ** 2:
                     continue
                 if total + m == len(near):
-                    near = grown(near)
+                    near = doubled(near)
                 if m == len(distance):
-                    distance = grown(distance)
+                    distance = doubled(distance)
                 p = m
                 while p > 0 and distance[p - 1, 0] > d2:
                     distance[p, 0], near[total + p, 0] = distance[p - 1, 0], near[total + p - 1, 0]
@@ -110,21 +114,24 @@ def _overlaps(centre, reach, cells):
 
 
 @njit(cache=True, nogil=True)
-def blocker(place, i, atoms, guess):
-    """A neighbour of i whose sphere holds the place, tried from `guess`; -1 when there is none."""
-    if guess >= 0 and apart2(point(atoms.centre, guess), place) < atoms.reach[guess] ** 2:
+def blocker(position: Vector, i: int, atoms: Atoms, guess: int) -> int:
+    """Return a neighbour of atom i whose sphere contains the position, or -1 if there is none.
+
+    `guess`, an atom or -1, is tried first.
+    """
+    if guess >= 0 and squared_distance(point(atoms.centre, guess), position) < atoms.reach[guess] ** 2:
         return guess
     for slot in range(atoms.start[i], atoms.start[i + 1]):
         k = atoms.near[slot]
-        if apart2(point(atoms.centre, k), place) < atoms.reach[k] ** 2:
+        if squared_distance(point(atoms.centre, k), position) < atoms.reach[k] ** 2:
             return k
     return -1
 
 
 @njit(cache=True, nogil=True)
-def _circle(centre, reach, i, j, row):
-    """Write the circle of centres that touch i and j into a row of `arcs`; False when there is none."""
-    u = minus(point(centre, j), point(centre, i))
+def _circle(centre: np.ndarray, reach: np.ndarray, i: int, j: int, row: np.ndarray) -> bool:
+    """Write the circle of centres that touch i and j into a row of `arcs`; return False if there is none."""
+    u = subtract(point(centre, j), point(centre, i))
     d = math.sqrt(dot(u, u))
     height = (d * d + reach[i] ** 2 - reach[j] ** 2) / (2 * d)
     r2 = reach[i] ** 2 - height * height
@@ -133,7 +140,7 @@ def _circle(centre, reach, i, j, row):
     u = (u[0] / d, u[1] / d, u[2] / d)
     flat = math.hypot(u[0], u[2])
     e1 = (-u[2] / flat, 0.0, u[0] / flat) if flat > 0 else (1.0, 0.0, 0.0)
-    t, e2 = along(point(centre, i), height, u), cross(e1, u)
+    t, e2 = add_scaled(point(centre, i), height, u), cross(e1, u)
     for a in range(3):
         row[T + a], row[E1 + a], row[E2 + a], row[U + a] = t[a], e1[a], e2[a], u[a]
     row[RADIUS] = math.sqrt(r2)
@@ -142,17 +149,18 @@ def _circle(centre, reach, i, j, row):
 
 
 @njit(cache=True, nogil=True)
-def _cutters(row, i, j, atoms, cutter):
-    """Neighbours of i that cut a circle, by place in the list; -1 when one of them holds all of it.
+def _cutters(row: np.ndarray, i: int, j: int, atoms: Atoms, cutter: np.ndarray) -> int:
+    """List the neighbours of i that cut a circle, as slots of the neighbour list.
 
-    Most circles lie inside one sphere: this is seen here without angles.
+    Returns their number, or -1 if the sphere of one neighbour contains the whole circle. Most circles are such, and this
+    test needs no angles.
     """
-    n, t, u, radius = 0, part(row, T), part(row, U), row[RADIUS]
+    n, t, u, radius = 0, vector_at(row, T), vector_at(row, U), row[RADIUS]
     for slot in range(atoms.start[i], atoms.start[i + 1]):
         k = atoms.near[slot]
         if k == j:
             continue
-        w = minus(point(atoms.centre, k), t)
+        w = subtract(point(atoms.centre, k), t)
         w2 = dot(w, w)
         depth = radius * radius + w2 - atoms.reach[k] ** 2
         if depth * depth < 4 * radius * radius * (w2 - dot(w, u) ** 2):
@@ -164,23 +172,23 @@ def _cutters(row, i, j, atoms, cutter):
 
 
 @njit(cache=True, nogil=True)
-def _widest(start):
-    """Length of the longest neighbour list."""
-    widest = 1
+def _longest_list(start: np.ndarray) -> int:
+    """Return the length of the longest neighbour list, at least 1."""
+    longest = 1
     for i in range(len(start) - 1):
-        widest = max(widest, start[i + 1] - start[i])
-    return widest
+        longest = max(longest, start[i + 1] - start[i])
+    return longest
 
 
 @njit(cache=True, nogil=True)
-def cutting(atoms):
-    """Atoms without those neighbours whose circle lies inside a third sphere.
+def without_covered_circles(atoms: Atoms) -> Atoms:
+    """Remove the neighbours whose circle lies inside a third sphere.
 
-    DMS tests contact dots against these alone, so that on some buried atoms (6 of 953 in A1) dots survive
-    that no probe can touch.
+    DMS tests contact dots only against the remaining ones. So dots that no probe can touch survive on some buried atoms (6
+    of 953 in A1).
     """
     start, near, total = np.zeros(len(atoms.start), np.int64), np.empty(len(atoms.near), np.int32), 0
-    cutter, row = np.empty(_widest(atoms.start), np.int64), np.empty(ARC_WIDTH)
+    cutter, row = np.empty(_longest_list(atoms.start), np.int64), np.empty(N_ARC_COLUMNS)
     for i in range(len(atoms.centre)):
         for slot in range(atoms.start[i], atoms.start[i + 1]):
             j = atoms.near[slot]
@@ -192,17 +200,19 @@ def cutting(atoms):
 
 
 @njit(cache=True, nogil=True)
-def _free_parts(row, atoms, cutter, n, parts, other):
-    """Cut what n spheres cover out of a circle.
+def _free_parts(
+    row: np.ndarray, atoms: Atoms, cutter: np.ndarray, n: int, parts: np.ndarray, other: np.ndarray
+) -> np.ndarray:
+    """Cut the arcs that n spheres cover out of a circle.
 
-    `parts` and `other` are scratch of at least n + 1 rows. Returns the rows that are left: low and high phi,
-    and the cutters (places in the neighbour list) that end there.
+    `parts` and `other` are work arrays of at least n + 1 rows. Returns the remaining rows: low and high phi, and the
+    cutters (slots of the neighbour list) that end there.
     """
     m = 0
     for c in range(n):
         k = atoms.near[cutter[c]]
-        w = minus(point(atoms.centre, k), part(row, T))
-        p1, p2 = dot(w, part(row, E1)), dot(w, part(row, E2))
+        w = subtract(point(atoms.centre, k), vector_at(row, T))
+        p1, p2 = dot(w, vector_at(row, E1)), dot(w, vector_at(row, E2))
         depth = row[RADIUS] ** 2 + dot(w, w) - atoms.reach[k] ** 2
         half = math.acos(max(-1.0, min(1.0, depth / (2 * row[RADIUS] * math.hypot(p1, p2)))))
         begin = math.atan2(p2, p1) - half
@@ -213,7 +223,7 @@ def _free_parts(row, atoms, cutter, n, parts, other):
         left = 0
         for p in range(m):
             low, high = parts[p, 0], parts[p, 1]
-            # The covered interval that begins next after low; the one before it may reach into the part.
+            # The covered interval that begins next after low; the previous one may reach into the part
             begin += 2 * math.pi * math.ceil((low - begin) / (2 * math.pi))
             end = begin + 2 * half
             new_low, new_high = max(low, end - 2 * math.pi), min(high, begin)
@@ -233,18 +243,18 @@ def _free_parts(row, atoms, cutter, n, parts, other):
 
 
 @njit(cache=True, nogil=True)
-def _arcs(atoms):
-    """Free parts of all circles, and the fixed probes at their ends.
+def _arcs(atoms: Atoms) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Find the free parts of all circles, and the fixed probes at their ends.
 
-    Returns arcs, pair, probes and, for each probe, i, the places of j and k among the neighbours of i, the
-    side of the plane i j k, j, k.
+    Returns arcs, pair, probes and six integers for each probe: i, the slots of j and k in the neighbour list of i, the side of
+    the plane i j k, j, k.
     """
     start, near = atoms.start, atoms.near
-    arcs, pair, n_arcs = np.empty((64, ARC_WIDTH)), np.empty((64, 2), np.int64), 0
-    probes, found, n_probes = np.empty((64, 3)), np.empty((64, 6), np.int64), 0
-    widest = _widest(start)
-    cutter, scratch = np.empty(widest, np.int64), np.empty((2, widest + 1, 4))
-    whole, row = np.array([[0.0, 2 * math.pi, -1.0, -1.0]]), np.empty(ARC_WIDTH)
+    arcs, pair, n_arcs = np.empty((64, N_ARC_COLUMNS)), np.empty((64, 2), np.int64), 0
+    probes, ends, n_probes = np.empty((64, 3)), np.empty((64, 6), np.int64), 0
+    longest = _longest_list(start)
+    cutter, scratch = np.empty(longest, np.int64), np.empty((2, longest + 1, 4))
+    whole, row = np.array([[0.0, 2 * math.pi, -1.0, -1.0]]), np.empty(N_ARC_COLUMNS)
     for i in range(len(start) - 1):
         for slot_j in range(start[i], start[i + 1]):
             j = near[slot_j]
@@ -254,7 +264,7 @@ def _arcs(atoms):
             if n < 0:
                 continue
             parts = _free_parts(row, atoms, cutter, n, scratch[0], scratch[1]) if n > 0 else whole
-            # In the order of their beginnings from phi = 0.
+            # In the order in which they begin, from phi = 0
             first = 0
             for p in range(len(parts)):
                 shift = 2 * math.pi * math.floor(parts[p, 0] / (2 * math.pi))
@@ -263,8 +273,8 @@ def _arcs(atoms):
             for turn in range(len(parts)):
                 p = (first + turn) % len(parts)
                 if n_arcs == len(arcs):
-                    arcs, pair = grown(arcs), grown(pair)
-                for c in range(ARC_WIDTH):  # one by one: numba takes seconds to compile a row set from a row
+                    arcs, pair = doubled(arcs), doubled(pair)
+                for c in range(N_ARC_COLUMNS):  # one by one: numba takes seconds to compile the copy of a row
                     arcs[n_arcs, c] = row[c]
                 arcs[n_arcs, PHI_0], arcs[n_arcs, PHI_1] = parts[p, 0], parts[p, 1]
                 pair[n_arcs, 0], pair[n_arcs, 1] = i, j
@@ -274,13 +284,13 @@ def _arcs(atoms):
                     if slot_k < 0 or near[slot_k] < j:
                         continue
                     if n_probes == len(probes):
-                        probes, found = grown(probes), grown(found)
-                    c = along(part(row, T), row[RADIUS] * math.cos(phi), part(row, E1))
-                    c = along(c, row[RADIUS] * math.sin(phi), part(row, E2))
-                    to_k = minus(point(atoms.centre, near[slot_k]), part(row, T))
-                    side = int(dot(cross(part(row, U), to_k), minus(c, part(row, T))) > 0)
-                    probes[n_probes, 0], probes[n_probes, 1], probes[n_probes, 2] = c
-                    found[n_probes, 0], found[n_probes, 1], found[n_probes, 2] = i, slot_j, slot_k
-                    found[n_probes, 3], found[n_probes, 4], found[n_probes, 5] = side, j, near[slot_k]
+                        probes, ends = doubled(probes), doubled(ends)
+                    centre = add_scaled(vector_at(row, T), row[RADIUS] * math.cos(phi), vector_at(row, E1))
+                    centre = add_scaled(centre, row[RADIUS] * math.sin(phi), vector_at(row, E2))
+                    to_k = subtract(point(atoms.centre, near[slot_k]), vector_at(row, T))
+                    side = int(dot(cross(vector_at(row, U), to_k), subtract(centre, vector_at(row, T))) > 0)
+                    probes[n_probes, 0], probes[n_probes, 1], probes[n_probes, 2] = centre
+                    ends[n_probes, 0], ends[n_probes, 1], ends[n_probes, 2] = i, slot_j, slot_k
+                    ends[n_probes, 3], ends[n_probes, 4], ends[n_probes, 5] = side, j, near[slot_k]
                     n_probes += 1
-    return arcs[:n_arcs], pair[:n_arcs], probes[:n_probes], found[:n_probes]
+    return arcs[:n_arcs], pair[:n_arcs], probes[:n_probes], ends[:n_probes]

@@ -1,83 +1,128 @@
-"""How far apart the dots of a surface lie, what area they cover, and whether that suits a linking distance."""
+"""Spacing of the dots of a surface, the area that they cover, and whether the spacing suits a linking distance."""
+
+from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
 from sparsurf import InputError
-from sparsurf.surfaces.surface import DENSITY as DENSITY  # which users of spacings know from here
-from sparsurf.surfaces.surface import nearest_of
-from sparsurf.surfaces.vectors import apart2, cells_of, column, point
+from sparsurf.kernel_cache import njit
+from sparsurf.surfaces.surface import DENSITY as DENSITY  # re-exported: most users import it from here
+from sparsurf.surfaces.surface import nearest_neighbours
+from sparsurf.surfaces.vectors import Cells, cell_column, point, sort_into_cells, squared_distance
 
-SPARSE = 1.3  # D_link must exceed this many times the median spacing, else patches shatter
-NEIGHBOURS = 6  # for the area from dots alone: within 2 % on surfaces whose area is known
-SAMPLE = 16  # dots that tell what cubes suit the others
-MOST_CUBES = 1e6  # along an edge of the box
-DENSER = (
+if TYPE_CHECKING:
+    from sparsurf.surfaces.surface import Surface
+
+MIN_D_LINK_PER_SPACING = 1.3  # below this many median spacings, D_link breaks patches into pieces
+N_NEIGHBOURS = 6  # that estimate the area: within 2 % on surfaces whose area is known
+SAMPLE_SIZE = 16  # dots that the size of the cubes is estimated from
+MAX_CUBES_PER_AXIS = 1e6
+DENSER_SURFACE_REMEDY = (
     "use a denser surface (of a structure, leave out its density; of a subset, `sparsurf recover` makes one)"
 )
 
 
-def area_of(surface):
-    """Area of a surface in Å^2, and whether it had to be estimated from the spacing of the dots; NaN of a single dot."""
-    from scipy.spatial import cKDTree  # here: it takes half a second, and most surfaces know their area
+def area_of(surface: Surface) -> tuple[float, bool]:
+    """Return the area of a surface, or an estimate from the spacing of its dots.
+
+    Parameters
+    ----------
+    surface : Surface, or any object with `points` and, where known, `area`
+
+    Returns
+    -------
+    area : float, Å^2; NaN for a single dot of unknown area
+    estimated : bool, whether the area is an estimate
+    """
+    from scipy.spatial import (
+        cKDTree,
+    )  # imported here: it takes half a second, and most surfaces know their area
 
     area = getattr(surface, "area", np.nan)
     if np.isfinite(area).all():
         return float(np.sum(area)), False
-    k = min(NEIGHBOURS, len(surface.points) - 1)
+    k = min(N_NEIGHBOURS, len(surface.points) - 1)
     if k == 0:
         return float("nan"), True
-    radius = cKDTree(surface.points).query(surface.points, k=k + 1)[0][:, k]
+    radius = np.asarray(cKDTree(surface.points).query(surface.points, k=k + 1)[0])[:, k]
     return float(np.pi * np.sum(radius**2) / k), True
 
 
-def spacing(points):
-    """Median distance in Å from a dot to its nearest other dot (NaN for a single dot), for `points` (N, 3)."""
+def spacing(points: np.ndarray) -> float:
+    """Return the median distance from a dot to its nearest other dot, Å, for `points` (N, 3); NaN for a single dot."""
     if len(points) < 2:
         return float("nan")
-    return float(np.median(nearest(points)))
+    return float(np.median(nearest_distances(points)))
 
 
-def nearest(points):
-    """Distance in Å from every dot to its nearest other dot, (N,), for `points` (N, 3) of at least two dots."""
+def nearest_distances(points: np.ndarray) -> np.ndarray:
+    """Measure the distance from every dot to its nearest other dot.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, Å, at least two
+
+    Returns
+    -------
+    (N,) float64, Å
+    """
     points = np.ascontiguousarray(points, dtype=float)
-    gaps, _ = nearest_of(points, np.arange(0, len(points), -(-len(points) // SAMPLE)))
-    # Cubes that hold the neighbours of most dots; larger ones for those that find none there
-    size = max(2 * np.median(gaps), np.ptp(points, axis=0).max() / MOST_CUBES) or 1.0
-    found = np.full(len(points), np.inf)
-    while np.isinf(found).any():
-        _look(points, cells_of(points, size), found)
+    gaps, _ = nearest_neighbours(points, np.arange(0, len(points), -(-len(points) // SAMPLE_SIZE)))
+    # Cubes that hold the neighbours of most dots; twice as large for the dots that find none
+    size = max(2 * np.median(gaps), np.ptp(points, axis=0).max() / MAX_CUBES_PER_AXIS) or 1.0
+    distances = np.full(len(points), np.inf)
+    while np.isinf(distances).any():
+        _search_cubes(points, sort_into_cells(points, size), distances)
         size *= 2
-    return found
+    return distances
 
 
 @njit(cache=True, nogil=True)
-def _look(points, cells, found):
-    """Fill in the distances that are not known yet, where they are at most the edge of a cube."""
+def _search_cubes(points: np.ndarray, cells: Cells, distances: np.ndarray) -> None:
+    """Fill in the distances that are still infinite, where they are at most the edge of a cube."""
     for i in range(len(points)):
-        if found[i] < np.inf:
+        if distances[i] < np.inf:
             continue
-        place, best = point(points, i), np.inf
+        position, best = point(points, i), np.inf
         for c in range(9):
-            slot, last = column(cells, place, c)
+            slot, last = cell_column(cells, position, c)
             while slot < len(cells.key) and cells.key[slot] <= last:
                 k = cells.order[slot]
                 slot += 1
                 if k != i:
-                    best = min(best, apart2(point(points, k), place))
+                    best = min(best, squared_distance(point(points, k), position))
         if best <= cells.size**2:
-            found[i] = math.sqrt(best)
+            distances[i] = math.sqrt(best)
 
 
-def refuse_sparse(points, d_link, name, remedy=f"{DENSER} or a larger D_link"):
-    """Raise InputError, with what to do, where `d_link` is too short for the dots of the surface called `name`."""
+def refuse_sparse(
+    points: np.ndarray,
+    d_link: float,
+    name: str,
+    remedy: str = f"{DENSER_SURFACE_REMEDY} or a larger D_link",
+) -> None:
+    """Raise an error if D_link is too short for the dots.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, Å
+    d_link : float, Å
+    name : str, name of the surface in the message
+    remedy : str, end of the message
+
+    Raises
+    ------
+    InputError
+        D_link is below `MIN_D_LINK_PER_SPACING` median spacings, or there is only one dot.
+    """
     if len(points) == 1:
         raise InputError(f"{name}: one dot alone makes no patch; give the dots of a surface.")
     gap = spacing(points)
-    if d_link < SPARSE * gap:
+    if d_link < MIN_D_LINK_PER_SPACING * gap:
         raise InputError(
-            f"{name}: D_link = {d_link:g} Å is below {SPARSE} times the median distance between neighbouring dots "
-            f"({gap:.3f} Å), so every patch would fall apart; {remedy}."
+            f"{name}: D_link = {d_link:g} Å is below {MIN_D_LINK_PER_SPACING} times the median distance between "
+            f"neighbouring dots ({gap:.3f} Å), so every patch would fall apart; {remedy}."
         )

@@ -1,66 +1,71 @@
-"""What the kernels of the molecular surface share: vectors as tuples, arrays that grow, points in cubes."""
+"""Tools that the kernels of the molecular surface share: vectors as tuples, growing arrays, points sorted into cubes."""
+
+from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from sparsurf.kernel_cache import njit
+
+Vector = tuple[float, float, float]
 
 
 @njit(cache=True, nogil=True)
-def point(rows, i):
-    """Row i of an (N, 3) array as a tuple, the form in which all vectors are handled here."""
+def point(rows: np.ndarray, i: int) -> Vector:
+    """Return row i of an (N, 3) array as a tuple, the form of all vectors in these kernels."""
     return rows[i, 0], rows[i, 1], rows[i, 2]
 
 
 @njit(cache=True, nogil=True)
-def part(row, first):
-    """Three columns of a row of `arcs`."""
+def vector_at(row: np.ndarray, first: int) -> Vector:
+    """Return three columns of a row of `arcs`, from column `first` on."""
     return row[first], row[first + 1], row[first + 2]
 
 
 @njit(cache=True, nogil=True)
-def minus(a, b):
-    """a - b."""
+def subtract(a: Vector, b: Vector) -> Vector:
+    """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @njit(cache=True, nogil=True)
-def along(a, s, b):
-    """a + s b."""
+def add_scaled(a: Vector, s: float, b: Vector) -> Vector:
+    """Return a + s b."""
     return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
 
 
 @njit(cache=True, nogil=True)
-def dot(a, b):
-    """Scalar product."""
+def dot(a: Vector, b: Vector) -> float:
+    """Return the scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True, nogil=True)
-def cross(a, b):
-    """Vector product."""
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @njit(cache=True, nogil=True)
-def apart2(a, b):
-    """Squared distance."""
+def squared_distance(a: Vector, b: Vector) -> float:
+    """Return the squared distance between two points."""
     return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2
 
 
 @njit(cache=True, nogil=True)
-def grown(rows):
-    """The same rows at the head of an array twice as long."""
+def doubled(rows: np.ndarray) -> np.ndarray:
+    """Copy the rows to the start of an array twice as long."""
     longer = np.empty((2 * len(rows), rows.shape[1]), rows.dtype)
-    for i in range(len(rows)):  # a slice set at once takes ten times longer to compile
+    for i in range(len(rows)):  # assigning a slice at once takes ten times longer to compile
         for k in range(rows.shape[1]):
             longer[i, k] = rows[i, k]
     return longer
 
 
 class Cells(NamedTuple):
-    """Points sorted into cubes, found by bisection, so that memory follows the points and not the box."""
+    """Points sorted into cubes that bisection finds, so that memory grows with the points and not with the box."""
 
     order: np.ndarray  # (N,) int64, points by cube
     key: np.ndarray  # (N,) int64, ascending number of the cube of each of them
@@ -69,8 +74,19 @@ class Cells(NamedTuple):
     size: float  # edge of a cube
 
 
-def cells_of(points, size):
-    """Sort (N, 3) points into cubes of edge `size`; all within `size` of a point lie in 3 x 3 x 3 cubes."""
+def sort_into_cells(points: np.ndarray, size: float) -> Cells:
+    """Sort points into cubes.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    size : float
+        Edge of a cube. All points within `size` of a position lie in the 3 x 3 x 3 cubes around it.
+
+    Returns
+    -------
+    Cells
+    """
     low = points.min(axis=0)
     cube = ((points - low) / size).astype(np.int64) + 1
     shape = cube[:, 1:].max(axis=0) + 2
@@ -80,11 +96,11 @@ def cells_of(points, size):
 
 
 @njit(cache=True, nogil=True)
-def column(cells, place, c):
-    """First slot and last key of column c (0..8) of the 3 x 3 x 3 cubes around a place."""
-    a = math.floor((place[0] - cells.low[0]) / cells.size) + c // 3
-    b = math.floor((place[1] - cells.low[1]) / cells.size) + c % 3
-    key = (a * cells.shape[0] + b) * cells.shape[1] + math.floor((place[2] - cells.low[2]) / cells.size)
+def cell_column(cells: Cells, position: Vector, c: int) -> tuple[int, int]:
+    """Return the first slot and the last key of column c (0 to 8) of the 3 x 3 x 3 cubes around a position."""
+    a = math.floor((position[0] - cells.low[0]) / cells.size) + c // 3
+    b = math.floor((position[1] - cells.low[1]) / cells.size) + c % 3
+    key = (a * cells.shape[0] + b) * cells.shape[1] + math.floor((position[2] - cells.low[2]) / cells.size)
     first, last = 0, len(cells.key)
     while first < last:
         middle = (first + last) // 2

@@ -8,8 +8,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from sparsurf import InputError
+from sparsurf.files import shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
-from sparsurf.texts import short
 from sparsurf.workflow.conformations import without_zeros
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.memory import too_large
@@ -136,7 +136,7 @@ def _check_keys_together(config: dict) -> Iterator[str]:
 
 def _missing_file(key: str, path: str) -> Iterator[str]:
     if not os.path.isfile(path):
-        yield f"{key}: there is no file {short(repr(path))} (paths start at {Path.cwd()})."
+        yield f"{key}: there is no file {shorten(repr(path))} (paths start at {Path.cwd()})."
 
 
 def _check_names(config: dict) -> Iterator[str]:
@@ -159,7 +159,7 @@ def _check_proteins(config: dict) -> Iterator[str]:
             if file_key in protein:
                 yield from _missing_file(f"{key}.{file_key}", protein[file_key])
         if "url" in protein and not allowed(protein["url"], protein.get("sha256")):
-            yield f"{key}.url is {short(repr(protein['url']))}, but {ONLY}."
+            yield f"{key}.url is {shorten(repr(protein['url']))}, but {ONLY}."
         if "simulate" in protein and "trajectory" in protein:
             yield f"{key} has a trajectory and asks to simulate one; remove one of the two keys."
         if "simulate" in protein and protein.get("ligands"):
@@ -178,13 +178,16 @@ def _check_fields(config: dict) -> Iterator[str]:
     tables = [table for table in tables if os.path.isfile(table)]
     columns: list[set[str]] = []
     if tables and {*config["fields"]} - {*FIELDS}:
-        from sparsurf.dot_fields.columns import TAKEN, columns_of  # imports pandas, which few configs need
+        from sparsurf.dot_fields.columns import (  # imports pandas, which few configs need
+            RESERVED_NAMES,
+            columns_of,
+        )
 
-        columns = [{*columns_of(table)} - {*TAKEN} for table in tables]
+        columns = [{*columns_of(table)} - {*RESERVED_NAMES} for table in tables]
     for place, field in enumerate(config["fields"]):
         if field not in FIELDS and not (columns and all(field in names for names in columns)):
             words = one_of(field, [*FIELDS])
-            yield f"fields.{place} is {short(repr(field))}, but must be {words}{'' if words.endswith('?') else '.'}"
+            yield f"fields.{place} is {shorten(repr(field))}, but must be {words}{'' if words.endswith('?') else '.'}"
 
 
 def _check_surfaces(config: dict) -> Iterator[str]:

@@ -8,7 +8,7 @@ from http.client import HTTPException
 from urllib.parse import urlparse
 
 from sparsurf import InputError
-from sparsurf.texts import short
+from sparsurf.files import shorten
 
 PDB_URL = "https://files.rcsb.org/download/{}.cif.gz"
 MOST = 200 * 2**20  # bytes; the largest entries of the PDB have 100 MB
@@ -40,7 +40,7 @@ class _Redirects(urllib.request.HTTPRedirectHandler):
 
     def redirect_request(self, request, stream, code, message, headers, url):
         if not allowed(url, self.sha256):
-            raise InputError(f"it leads to {short(url)}, but {ONLY}")
+            raise InputError(f"it leads to {shorten(url)}, but {ONLY}")
         return super().redirect_request(request, stream, code, message, headers, url)
 
 
@@ -66,7 +66,7 @@ def fetch(url, sha256, path, path_to_record, name):
     InputError : no network, no such file, cut short, too large, or another checksum
     """
     if not allowed(url, sha256):
-        raise InputError(f"proteins.{name}.url is {short(repr(url))}, but {ONLY}.")
+        raise InputError(f"proteins.{name}.url is {shorten(repr(url))}, but {ONLY}.")
     try:
         with urllib.request.build_opener(_Redirects(sha256)).open(url, timeout=TIMEOUT) as answer:
             content, promised = answer.read(MOST + 1), int(answer.headers.get("Content-Length", 0))
@@ -75,15 +75,15 @@ def fetch(url, sha256, path, path_to_record, name):
     except (urllib.error.URLError, HTTPException, OSError, ValueError) as error:
         reason = getattr(error, "reason", error)
         raise InputError(
-            f"{name} cannot be fetched from {short(url)} ({reason}); get the file by hand and give its path as "
+            f"{name} cannot be fetched from {shorten(url)} ({reason}); get the file by hand and give its path as "
             f"proteins.{name}.structure or in the environment variable {variable(name)}."
         ) from None
     if len(content) > MOST:
-        raise InputError(f"{name}: the file at {short(url)} is larger than {MOST // 2**20} MB.")
+        raise InputError(f"{name}: the file at {shorten(url)} is larger than {MOST // 2**20} MB.")
     found = hashlib.sha256(content).hexdigest()
     if sha256 and found != sha256.lower():
         raise InputError(
-            f"{name}: the file at {short(url)} has the sha256 {found}, not {sha256}; it is not what the study is about."
+            f"{name}: the file at {shorten(url)} has the sha256 {found}, not {sha256}; it is not what the study is about."
         )
     with open(path, "wb") as stream:
         stream.write(content)

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from sparsurf import InputError
+from sparsurf.files import read_text, shorten
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, suffix
-from sparsurf.texts import read_text, short
 from sparsurf.workflow.names import FILE_KEYS, SURFACE_SUFFIXES
 
 log = logging.getLogger("sparsurf")
@@ -80,7 +80,7 @@ def pairs_from_table(path: str) -> dict[str, dict]:
 def _named_rows(key: str, path: str, columns: str) -> list[tuple[int, str, dict[str, str]]]:
     """Read the rows of a CSV table: line number, name, and the other cells that are not empty."""
     if not os.path.isfile(path):
-        raise InputError(f"{key} is {short(repr(path))}, but there is no such table.")
+        raise InputError(f"{key} is {shorten(repr(path))}, but there is no such table.")
     reader = csv.DictReader(io.StringIO(read_text(path), ""), strict=True)
     try:
         rows = [(reader.line_num, row) for row in reader]
@@ -172,7 +172,7 @@ def _warn_left_out(file: Path, missing: str) -> None:
 def _files(key: str, path: str) -> dict[Path, str]:
     """Files of a folder that may be parts of proteins, with their kinds, in alphabetical order."""
     if not os.path.isdir(path):
-        raise InputError(f"{key}.folder is {short(repr(path))}, but there is no such folder.")
+        raise InputError(f"{key}.folder is {shorten(repr(path))}, but there is no such folder.")
     files = sorted(file for file in Path(path).iterdir() if file.is_file() and not file.name.startswith("."))
     kind_of = {ending: kind for kind, suffixes in reversed(SUFFIXES.items()) for ending in suffixes}
     return {file: kind_of[suffix(file)] for file in files if suffix(file) in kind_of}

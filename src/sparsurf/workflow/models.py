@@ -13,7 +13,7 @@ from pydantic import (
     model_validator,
 )
 
-from sparsurf.simulation.protocol import BEFORE
+from sparsurf.simulation.protocol import KEYS_OF_SIMULATION
 from sparsurf.workflow import listing, names
 from sparsurf.workflow.download import PDB_URL, file_name
 from sparsurf.workflow.names import FIELDS, FILE_KEYS, FLOORS, MOLECULE_KEYS, REQUEST_KEYS, SOURCE_KEYS
@@ -199,7 +199,7 @@ class Protein(Section):
     @property
     def molecule_options(self) -> dict[str, Any]:
         """The same for the molecule of the study: a simulated one holds the chosen atoms only."""
-        skip = BEFORE if self.simulate is not None else ()
+        skip = KEYS_OF_SIMULATION if self.simulate is not None else ()
         return {key: value for key, value in self.file_options.items() if key not in skip}
 
     @property

@@ -1,55 +1,65 @@
-"""A smooth field at the nodes of a square grid from values at scattered dots, its gaps filled from all sides at once.
+"""A smooth field at the nodes of a square grid from values at scattered dots, whose gaps are filled from all sides at once.
 
-At every node stands the mean of the dots around it under a smooth round bump; where these are too few, bumps of twice
-the width take over, and so on up to the mean of all. Bumps are B-splines of degree 7: nearly Gaussians, and one of
-twice the width is a sum of nine narrow ones (Unser, IEEE Signal Process. Mag. 16:22, 1999), so that coarse sums follow
-from fine ones exactly. Places are in steps of the grid, from its corner.
+The value at a node is the mean of the dots around it under a smooth round bump. Where these dots are too few, bumps of
+twice the width take over, and so on up to the mean of all dots. Bumps are B-splines of degree 7: nearly Gaussians, and one
+of twice the width is a sum of nine narrow ones (Unser, IEEE Signal Process. Mag. 16:22, 1999), so that coarse sums follow
+from fine ones exactly. Positions are in steps of the grid, from its corner.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from functools import cache
 from math import comb, factorial
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
+from sparsurf.kernel_cache import njit
 from sparsurf.patches.zernike.images import FAST
 
-SIDES = (25, 13, 7, 4)  # nodes along a side, of bumps of width 1, 2, 4, 8
-NODES = SIDES[0]
-TAPS = 8  # nodes that a bump reaches along a side
-PAD = 4  # nodes beside the grid that bumps reach
-WIDE, MIDDLE = NODES + 2 * PAD, NODES // 2
-PLACES = 256  # of a dot between two nodes in the table of the bumps
-ENOUGH = 0.1  # sum of the bumps at which the dots weigh as much as what wider bumps say; one dot at a node gives 0.23
-SPLIT = tuple(comb(TAPS, k) / 2 ** (TAPS - 1) for k in range(TAPS + 1))  # a wide bump from narrow ones
+N_NODES = (25, 13, 7, 4)  # along a side of the grid, for bumps of width 1, 2, 4, 8
+BUMP_NODES = 8  # nodes that a bump reaches along a side
+PAD_NODES = 4  # nodes beyond each edge of the grid that bumps reach
+PADDED_SIDE, MIDDLE = N_NODES[0] + 2 * PAD_NODES, N_NODES[0] // 2
+N_TABLE = 256  # positions of a dot between two nodes in the table of bumps
+# Sum of the bumps at which the dots weigh as much as the wider bumps; one dot at a node gives 0.23.
+HALF_WEIGHT = 0.1
+SPLIT = tuple(
+    comb(BUMP_NODES, k) / 2 ** (BUMP_NODES - 1) for k in range(BUMP_NODES + 1)
+)  # weights of narrow bumps in a wide one
 
 
 @cache
-def bumps():
-    """Value of the bump at the 8 nodes around a dot, (PLACES + 2, 8), for dots k / PLACES of a step beyond the fourth."""
-    t = np.arange(PLACES + 2)[:, None] / PLACES + 3 - np.arange(TAPS)
-    power = np.maximum(t[..., None] + 4 - np.arange(TAPS + 1), 0.0) ** 7
-    return power @ [(-1) ** k * comb(TAPS, k) / factorial(7) for k in range(TAPS + 1)]
+def bumps() -> np.ndarray:
+    """Return the values of the bump at the 8 nodes around a dot, (N_TABLE + 2, 8).
+
+    Row k is for a dot k / N_TABLE of a step beyond the fourth node.
+    """
+    t = np.arange(N_TABLE + 2)[:, None] / N_TABLE + 3 - np.arange(BUMP_NODES)
+    power = np.maximum(t[..., None] + 4 - np.arange(BUMP_NODES + 1), 0.0) ** 7
+    return power @ [(-1) ** k * comb(BUMP_NODES, k) / factorial(7) for k in range(BUMP_NODES + 1)]
 
 
-def _eight(step):
-    """An intrinsic on eight neighbouring float64 of flat arrays at once: `step(builder, load)` gives what is stored.
+def _eight(step: Callable[..., Any]) -> Any:
+    """Make an intrinsic that acts on eight neighbouring float64 of flat arrays; `step(builder, load)` returns what is stored.
 
-    Loops of eight are not vectorised by themselves, since the compiler cannot tell the arrays apart.
+    The compiler does not vectorise loops of eight by itself, since it cannot tell whether the arrays overlap.
     """
 
     @intrinsic
-    def run(typing, to, at, source, first, factor):
-        def build(context, builder, signature, args):
-            def pointer(k, place):
+    def run(typing: Any, to: Any, at: Any, source: Any, first: Any, factor: Any) -> tuple[Any, Any]:
+        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            def pointer(k: int, place: Any) -> Any:
                 array = context.make_array(signature.args[k])(context, builder, value=args[k])
                 return builder.bitcast(
                     builder.gep(array.data, [place]), ir.VectorType(ir.DoubleType(), 8).as_pointer()
                 )
 
-            def load(k, place):
+            def load(k: int, place: Any) -> Any:
                 return builder.load(pointer(k, place), align=8)
 
             one = ir.Constant(ir.VectorType(ir.DoubleType(), 8), ir.Undefined)
@@ -65,7 +75,8 @@ def _eight(step):
     return run
 
 
-def _fma(builder, a, b, c):
+def _fma(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c."""
     return builder.fadd(builder.fmul(a, b, flags=("contract",)), c, flags=("contract",))
 
 
@@ -75,43 +86,58 @@ _add_eight = _eight(
 )
 
 
-def _between(builder, load, args, factor):
+def _between(builder: Any, load: Callable[..., Any], args: Any, factor: Any) -> Any:
+    """Interpolate between eight numbers and the eight after them."""
     low = load(2, args[3])
-    high = load(2, builder.add(args[3], ir.Constant(args[3].type, TAPS)))
+    high = load(2, builder.add(args[3], ir.Constant(args[3].type, BUMP_NODES)))
     return _fma(builder, factor, builder.fsub(high, low), low)
 
 
-# to[at : at + 8] = what lies between source[first : first + 8] and the eight after them, by the share `factor`
+# to[at : at + 8] = source[first : first + 8] and the eight after them, interpolated by the share `factor`
 _between_eight = _eight(_between)
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def lay(dots, bumps, sums):
-    """Sums over the dots of r times bump and of the bump at every node; `PAD` nodes beside the grid included.
+def add_dots(dots: np.ndarray, bumps: np.ndarray, sums: np.ndarray) -> None:
+    """Sum r times bump, and bump, over the dots at every node; `PAD_NODES` nodes beyond the grid are included.
 
-    `bumps` and `sums` are flat.
+    `dots` (4, n) holds x and y in steps of the grid, r times weight, and weight. `bumps` and `sums` are flat.
     """
     sums[:] = 0.0
-    along = np.empty(2 * TAPS)
+    axis_bumps = np.empty(2 * BUMP_NODES)
     for k in range(dots.shape[1]):
         column, row = np.intp(dots[0, k]), np.intp(dots[1, k])
-        place = (dots[0, k] - column) * PLACES
-        _between_eight(along, 0, bumps, TAPS * np.intp(place), place - np.floor(place))
-        place = (dots[1, k] - row) * PLACES
-        _between_eight(along, TAPS, bumps, TAPS * np.intp(place), place - np.floor(place))
+        table_position = (dots[0, k] - column) * N_TABLE
+        _between_eight(
+            axis_bumps,
+            0,
+            bumps,
+            BUMP_NODES * np.intp(table_position),
+            table_position - np.floor(table_position),
+        )
+        table_position = (dots[1, k] - row) * N_TABLE
+        _between_eight(
+            axis_bumps,
+            BUMP_NODES,
+            bumps,
+            BUMP_NODES * np.intp(table_position),
+            table_position - np.floor(table_position),
+        )
         gr, g = dots[2, k], dots[3, k]
-        at = (row + 1) * WIDE + column + 1
-        for b in range(TAPS):
-            part = along[np.uintp(TAPS + b)]
-            _add_eight(sums, at, along, 0, gr * part)
-            _add_eight(sums, at + WIDE * WIDE, along, 0, g * part)
-            at += WIDE
+        at = (row + 1) * PADDED_SIDE + column + 1
+        for b in range(BUMP_NODES):
+            factor = axis_bumps[np.uintp(BUMP_NODES + b)]
+            _add_eight(sums, at, axis_bumps, 0, gr * factor)
+            _add_eight(sums, at + PADDED_SIDE * PADDED_SIDE, axis_bumps, 0, g * factor)
+            at += PADDED_SIDE
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def widen(fine, side, wide_side, spare, flipped, wide):
-    """Sums of bumps of twice the width at every second node, rows and columns exchanged."""
-    n, m = side + 2 * PAD, wide_side + 2 * PAD
+def widen(
+    fine: np.ndarray, side: int, wide_side: int, spare: np.ndarray, flipped: np.ndarray, wide: np.ndarray
+) -> None:
+    """Compute the sums for bumps of twice the width at every second node, with rows and columns exchanged."""
+    n, m = side + 2 * PAD_NODES, wide_side + 2 * PAD_NODES
     for q in range(2):
         _widen_columns(fine[q], n, n, m, spare)
         for i in range(m):
@@ -121,25 +147,25 @@ def widen(fine, side, wide_side, spare, flipped, wide):
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def _widen_columns(fine, n, width, m, wide):
-    """Rows 2 i - 8 .. 2 i of `fine` (n rows) weighted into row i of `wide` (m rows); both have `width` columns."""
+def _widen_columns(fine: np.ndarray, n: int, width: int, m: int, wide: np.ndarray) -> None:
+    """Weight rows 2 i - 8 to 2 i of `fine` (n rows) into row i of `wide` (m rows); both have `width` columns."""
     for i in range(m):
         for j in range(width):
             wide[i, j] = 0.0
-        for k in range(max(0, TAPS - 2 * i), min(TAPS + 1, n + TAPS - 2 * i)):
-            row, part = 2 * i + k - TAPS, SPLIT[k]
+        for k in range(max(0, BUMP_NODES - 2 * i), min(BUMP_NODES + 1, n + BUMP_NODES - 2 * i)):
+            row, factor = 2 * i + k - BUMP_NODES, SPLIT[k]
             for j in range(width):
-                wide[i, j] += part * fine[row, j]
+                wide[i, j] += factor * fine[row, j]
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def fill(sums, mean, field, spare, flipped):
-    """The field at the nodes: means under the narrow bumps where these hold enough dots, else under wider ones."""
+def fill(sums: np.ndarray, mean: float, field: np.ndarray, spare: np.ndarray, flipped: np.ndarray) -> None:
+    """Compute the field at the nodes: the mean under narrow bumps where they hold enough dots, else under wider ones."""
     field[:] = mean
-    for level in range(len(SIDES) - 1, -1, -1):
-        side = SIDES[level]
-        if level < len(SIDES) - 1:
-            half = SIDES[level + 1]
+    for level in range(len(N_NODES) - 1, -1, -1):
+        side = N_NODES[level]
+        if level < len(N_NODES) - 1:
+            half = N_NODES[level + 1]
             _refine_columns(field, half, half, spare)
             for i in range(side):
                 for j in range(half):
@@ -147,13 +173,16 @@ def fill(sums, mean, field, spare, flipped):
             _refine_columns(flipped, half, side, field)
         for i in range(side):
             for j in range(side):
-                above, below = sums[level, 0, i + PAD, j + PAD], sums[level, 1, i + PAD, j + PAD]
-                field[i, j] = (above + ENOUGH * field[i, j]) / (below + ENOUGH)
+                above, below = (
+                    sums[level, 0, i + PAD_NODES, j + PAD_NODES],
+                    sums[level, 1, i + PAD_NODES, j + PAD_NODES],
+                )
+                field[i, j] = (above + HALF_WEIGHT * field[i, j]) / (below + HALF_WEIGHT)
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def _refine_columns(coarse, n, width, fine):
-    """Rows of `coarse` (n rows, `width` columns) with one more between any two, by cubic interpolation."""
+def _refine_columns(coarse: np.ndarray, n: int, width: int, fine: np.ndarray) -> None:
+    """Insert a row between any two rows of `coarse` (n rows, `width` columns) by cubic interpolation."""
     for i in range(n):
         for j in range(width):
             fine[2 * i, j] = coarse[i, j]

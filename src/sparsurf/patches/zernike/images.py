@@ -1,55 +1,71 @@
 """The image of a patch: orientation, cone, pixels, gaps (paper, 'Zernike 2D procedure').
 
-One image is a flat array of `PIXELS` rows of `WIDTH` places, so that the occupancy of a row is one machine word
-and filling gaps is bit arithmetic. Values that the text omits: authors' scripts.
+An image is a flat array of `PIXELS` rows of `ROW_STRIDE` elements. So the occupancy of a row is one machine word, and filling
+gaps is bit arithmetic. Values that the text omits are from the authors' scripts.
 """
 
+from __future__ import annotations
+
 import math
+from typing import Any, Protocol
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 from sparsurf.bits import count_bits, lowest_bit
+from sparsurf.kernel_cache import njit
 from sparsurf.patches.zernike import polynomials
 from sparsurf.patches.zernike.polynomials import DISC, PIXELS
 
-MARGIN = 1.01  # the image reaches this many times the largest distance from the axis
-ROUNDS = 50  # of gap filling, at most
-WIDTH = 32  # places stored per image row
-PLACES = PIXELS * WIDTH
-# Rows of the working array of `project`: place, normal, r (at first rho^2), place in the image, weight
-X, Y, Z, NX, NY, NZ, R, PLACE, WEIGHT = range(9)
+MARGIN_FACTOR = 1.01  # the image reaches this many times the largest distance from the axis
+MAX_FILL_ROUNDS = 50  # of gap filling
+ROW_STRIDE = 32  # elements stored per image row
+IMAGE_SIZE = PIXELS * ROW_STRIDE
+# Rows of the working array of `project`: position, normal, r (at first rho^2), element of the image, weight
+X, Y, Z, NX, NY, NZ, R, PIXEL, WEIGHT = range(9)
 FAST = {"nnan", "ninf", "nsz", "arcp", "contract", "reassoc"}
 
-_PLACES = polynomials.places()
-N_EVEN, N_ODD = len(_PLACES.first) + len(_PLACES.diagonal), len(_PLACES.first)
+_DISC_PIXELS = polynomials.pixels_in_disc()
+N_EVEN, N_ODD = len(_DISC_PIXELS.first) + len(_DISC_PIXELS.diagonal), len(_DISC_PIXELS.first)
 
 
-def _open_disc():
-    """Word per image row: the pixels strictly inside the disc, where gaps are filled."""
+class DotsWithNormals(Protocol):
+    """What the descriptors need of an index of dots: positions (N, 3), Å, and unit normals (N, 3)."""
+
+    @property
+    def xyz(self) -> np.ndarray:
+        """Positions."""
+
+    @property
+    def normals(self) -> np.ndarray:
+        """Unit normals."""
+
+
+def _open_disc() -> np.ndarray:
+    """Return a word per image row: the pixels strictly inside the disc, where gaps are filled."""
     k = np.arange(PIXELS)
     inside = (k[:, None] - DISC) ** 2 + (k[None, :] - DISC) ** 2 < DISC**2
     return (inside * (1 << k)[None, :]).sum(axis=1).astype(np.uint32)
 
 
-def _wide(flat):
-    """Places of flat pixels in an image of rows of `WIDTH`."""
-    return (flat // PIXELS * WIDTH + flat % PIXELS).astype(np.uint32)
+def _padded(flat: np.ndarray) -> np.ndarray:
+    """Return the indices of flat pixels in an image with rows of `ROW_STRIDE`."""
+    return (flat // PIXELS * ROW_STRIDE + flat % PIXELS).astype(np.uint32)
 
 
 _INVERSE = np.concatenate([[0.0], 1.0 / np.arange(1, 10)])
-# What the kernels read: places to fold (first, second, diagonal), the open disc, 1 / n
-TABLES = (*map(_wide, _PLACES), _open_disc(), _INVERSE)
+# For the kernels: pixels to fold (first, second, diagonal), the open disc, 1 / n
+TABLES = (*map(_padded, _DISC_PIXELS), _open_disc(), _INVERSE)
 
 
-def _extreme(name):
-    """The larger ('maxnum') or smaller ('minnum') of two numbers, in a form that loops can be vectorised with."""
+def _extreme(name: str) -> Any:
+    """Make an intrinsic for the larger ('maxnum') or smaller ('minnum') of two numbers that lets loops be vectorised."""
 
     @intrinsic
-    def choose(typing, x, y):
-        def build(context, builder, signature, args):
+    def choose(typing: Any, x: Any, y: Any) -> tuple[Any, Any]:
+        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             double = ir.DoubleType()
             function = ir.FunctionType(double, [double, double])
             function = builder.module.declare_intrinsic(f"llvm.{name}", [double], function)
@@ -64,12 +80,21 @@ _larger, _smaller = _extreme("maxnum"), _extreme("minnum")
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def project(xyz, normals, ids, centre, sign, work, image, filled):
+def project(
+    xyz: np.ndarray,
+    normals: np.ndarray,
+    ids: np.ndarray,
+    centre: np.ndarray,
+    sign: float,
+    work: np.ndarray,
+    image: np.ndarray,
+    filled: np.ndarray,
+) -> bool:
     """Orient a patch, set the cone and average the distances to its apex per pixel.
 
-    Fills image[0] with the mean distance r (0 where no dot falls) and `filled` with its occupancy. `work` (9, n)
-    holds a column per dot of the patch, see `X`..; its weights are given. Returns False where all dots lie on the
-    axis, so that the image has no extent.
+    Fills image[0] with the mean distance r (0 where no dot falls) and `filled` with its occupancy. `work` (9, n) holds a column
+    per dot of the patch, see `X`..; the caller sets the weights. Returns False if all dots lie on the axis, so that the image
+    has no extent.
     """
     n = len(ids)
     for k in range(n):
@@ -92,7 +117,7 @@ def project(xyz, normals, ids, centre, sign, work, image, filled):
     length = math.sqrt(across * across + mz * mz)
     c1, s1 = (my / across, mx / across) if across > 0.0 else (1.0, 0.0)
     c2, s2 = (sign * mz / length, sign * across / length) if length > 0.0 else (sign, 0.0)
-    furthest, apex = 0.0, np.inf
+    max_rho2, apex = 0.0, np.inf
     for k in range(n):  # about z into the y-z plane, then about x onto the z axis
         x, y, z = work[X, k] - cx, work[Y, k] - cy, work[Z, k] - cz
         y1 = s1 * x + c1 * y
@@ -101,68 +126,76 @@ def project(xyz, normals, ids, centre, sign, work, image, filled):
         z = s2 * y1 + c2 * z
         rho2 = x * x + y * y
         work[X, k], work[Y, k], work[Z, k], work[R, k] = x, y, z, rho2
-        furthest = _larger(furthest, rho2)
+        max_rho2 = _larger(max_rho2, rho2)
         apex = _smaller(apex, z - math.sqrt(rho2))
-    if furthest == 0.0:
+    if max_rho2 == 0.0:
         return False
-    edge = math.sqrt(furthest) * MARGIN
+    edge = math.sqrt(max_rho2) * MARGIN_FACTOR
     scale = PIXELS / (2 * edge)
     offset = edge * scale
     for k in range(n):
         column = _larger(np.ceil(work[X, k] * scale + offset) - 1.0, 0.0)
         row = _larger(np.ceil(offset - work[Y, k] * scale) - 1.0, 0.0)
-        work[PLACE, k] = row * WIDTH + column
+        work[PIXEL, k] = row * ROW_STRIDE + column
         z = work[Z, k] - apex
         work[R, k] = math.sqrt(work[R, k] + z * z)
     image[:] = 0.0
     for k in range(n):
-        p = np.uintp(work[PLACE, k])
+        p = np.uintp(work[PIXEL, k])
         image[0, p] += work[WEIGHT, k] * work[R, k]
         image[1, p] += work[WEIGHT, k]
     filled[:] = 0
-    for k in range(n):  # dots, not places: most patches of sparse subsets have few
-        p = np.uintp(work[PLACE, k])
+    for k in range(n):  # over dots, not elements: most patches of sparse subsets have few dots
+        p = np.uintp(work[PIXEL, k])
         weight = image[1, p]
         mean = image[0, p] / (weight if weight > 0.0 else 1.0)
         image[0, p], image[1, p] = mean, 1.0
-        filled[p // np.uintp(WIDTH)] |= np.uint32(mean != 0.0) << np.uint32(p % np.uintp(WIDTH))
+        filled[p // np.uintp(ROW_STRIDE)] |= np.uint32(mean != 0.0) << np.uint32(p % np.uintp(ROW_STRIDE))
     return True
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _fill_pixels(image, i, ready, above, here, below, inverse):
+def _fill_pixels(
+    image: np.ndarray,
+    i: int,
+    ready: np.uint32,
+    above: np.uint32,
+    here: np.uint32,
+    below: np.uint32,
+    inverse: np.ndarray,
+) -> np.uint32:
     """Give empty pixels of row i, from left to right, the mean of the filled ones of their 3 x 3 blocks.
 
-    `ready` are the pixels, `above`, `here` and `below` the occupancy of the rows; returns what `here` becomes.
+    `ready` are the pixels; `above`, `here` and `below` the occupancy of the rows. Returns the new value of `here`.
     """
     while ready:
-        j = lowest_bit(ready)
+        j: np.uint32 = lowest_bit(ready)  # type: ignore[call-arg]  # numba's stub counts the typing context
         shift, one, three = np.uint32(j - np.uint32(1)), np.uint32(1), np.uint32(7)
         n = (above >> shift) & three
         n |= ((here >> shift) & three) << np.uint32(3)
         n |= ((below >> shift) & three) << np.uint32(6)
         here = np.uint32(here | (one << j))
         ready = np.uint32(ready & (ready - one))
-        p, one, two = np.intp(i) * WIDTH + np.intp(j), np.uintp(1), np.uintp(2)
-        a, b, c = np.uintp(p - WIDTH - 1), np.uintp(p - 1), np.uintp(p + WIDTH - 1)
+        p, one, two = np.intp(i) * ROW_STRIDE + np.intp(j), np.uintp(1), np.uintp(2)
+        a, b, c = np.uintp(p - ROW_STRIDE - 1), np.uintp(p - 1), np.uintp(p + ROW_STRIDE - 1)
         total = (image[a] + image[a + one] + image[a + two]) + (image[c] + image[c + one] + image[c + two])
         image[b + one] = ((total + image[b + two]) + image[b]) * inverse[count_bits(np.uint32(n))]
     return here
 
 
 @njit(cache=True, nogil=True)
-def fill_gaps(image, filled, open_disc, inverse):
+def fill_gaps(image: np.ndarray, filled: np.ndarray, open_disc: np.ndarray, inverse: np.ndarray) -> None:
     """Fill empty pixels strictly inside the disc, in place and in row-major order.
 
-    First, while anything changes: pixels between two filled ones of their row or column, then
-    pixels between two filled ones of a diagonal. After that every pixel with a filled
-    neighbour. Rows are words, so that finding the next pixel to fill is bit arithmetic.
+    First, while anything changes: pixels between two filled ones of their row or column, then pixels between two filled ones of
+    a diagonal. After that, every pixel with a filled neighbour. Rows are words, so that finding the next pixel to fill is bit
+    arithmetic.
     """
     one = np.uint32(1)
     last = PIXELS - 1
-    for _ in range(ROUNDS):
+    for _ in range(MAX_FILL_ROUNDS):
         changed = False
-        left = np.uint32(0)
+        remaining = np.uint32(0)
         for i in range(1, last):
             above, here, below = filled[i - 1], filled[i], filled[i + 1]
             todo = np.uint32(open_disc[i] & ~here)
@@ -175,36 +208,45 @@ def fill_gaps(image, filled, open_disc, inverse):
             above, here, below = filled[i - 1], filled[i], filled[i + 1]
             todo = np.uint32(open_disc[i] & ~here)
             ready = np.uint32(todo & (((below >> one) & (above << one)) | ((above >> one) & (below << one))))
-            left |= todo & ~ready
+            remaining |= todo & ~ready
             if ready:
                 filled[i] = _fill_pixels(image, i, ready, above, here, below, inverse)
                 changed = True
-        if left == 0:
+        if remaining == 0:
             return
         if not changed:
             break
-    for _ in range(ROUNDS):
+    for _ in range(MAX_FILL_ROUNDS):
         changed = False
-        left = np.uint32(0)
+        remaining = np.uint32(0)
         for i in range(1, last):
             above, here, below = filled[i - 1], filled[i], filled[i + 1]
             todo = np.uint32(open_disc[i] & ~here)
-            beside = np.uint32(above | below)
-            ready = np.uint32(todo & (beside | ((beside | here) << one) | ((beside | here) >> one)))
+            vertical_neighbours = np.uint32(above | below)
+            ready = np.uint32(
+                todo
+                & (
+                    vertical_neighbours
+                    | ((vertical_neighbours | here) << one)
+                    | ((vertical_neighbours | here) >> one)
+                )
+            )
             if ready:  # and what these enable, to the right end of their gap
                 ready = np.uint32(todo & (((ready + todo) ^ todo) | ready))
                 changed = True
-                left |= todo & ~ready
+                remaining |= todo & ~ready
                 filled[i] = _fill_pixels(image, i, ready, above, here, below, inverse)
             else:
-                left |= todo
-        if left == 0 or not changed:
+                remaining |= todo
+        if remaining == 0 or not changed:
             return
 
 
 @njit(cache=True, nogil=True)
-def fold_image(image, first, second, diagonal, out):
-    """Sums and differences of the pixels that the swap of x and y exchanges, see `zernike`."""
+def fold_image(
+    image: np.ndarray, first: np.ndarray, second: np.ndarray, diagonal: np.ndarray, out: np.ndarray
+) -> None:
+    """Compute sums and differences of the pixels that the swap of x and y exchanges, see `polynomials`."""
     for k in range(len(first)):
         a, b = image[first[k]], image[second[k]]
         out[k] = a + b

@@ -1,17 +1,18 @@
 """2D Zernike polynomials on a pixel grid, as one matrix product for many images.
 
-Conventions. Z_nm = R_nm(r) exp(i m t) for n = 0..20, m = 0..n, n - m even, ordered by n, then m:
-121 of them. An image has 25 x 25 pixels, row 0 at the top; the authors enlarge it 16 times, so
-that column k has x = k/199 - 1 and row k has y = (399 - k)/199 - 1 for k = 0..399, and only
-the pixels whose indices lie within 199.5 of (199.5, 199.5) count, M of them. Then
+Conventions. Z_nm = R_nm(r) exp(i m t) for n = 0..20, m = 0..n, n - m even, ordered by n, then m: 121 of them. An image has
+25 x 25 pixels, row 0 at the top. The authors enlarge it 16 times, so that column k has x = k/199 - 1 and row k has
+y = (399 - k)/199 - 1 for k = 0..399. Only the M pixels whose indices lie within 199.5 of (199.5, 199.5) count. Then
 c_nm = (n + 1)/M sum F conj(Z_nm): enlarging equals summing the basis over blocks of 16 x 16.
 
-Folding. Swapping x and y maps the pixel grid onto itself and exp(-i m t) r^m to
-(-i)^m times its conjugate. After a turn by exp(i pi m/4) the real part of the basis is even
-under the swap and the imaginary part odd, so one product splits into two of half the size.
-The turn leaves |c_nm| as it is.
+Folding. Swapping x and y maps the pixel grid onto itself, and exp(-i m t) r^m to (-i)^m times its conjugate. After a
+rotation by exp(i pi m/4), the real part of the basis is even under the swap and the imaginary part odd, so one product
+splits into two of half the size. The rotation does not change |c_nm|.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
@@ -23,16 +24,16 @@ ENLARGED = 400  # pixels along a side after enlargement (authors' scripts)
 DISC = 12  # radius of the disc in pixels; everything outside is zero (authors' scripts)
 
 
-def indices(n_max=N_MAX):
-    """Pairs (n, m) in the order of the descriptor vector."""
+def indices(n_max: int = N_MAX) -> list[tuple[int, int]]:
+    """Return the pairs (n, m) in the order of the descriptor vector."""
     return [(n, m) for n in range(n_max + 1) for m in range(n % 2, n + 1, 2)]
 
 
-def radial(m, r2, n_max=N_MAX):
+def radial(m: int, r2: np.ndarray, n_max: int = N_MAX) -> Iterator[tuple[int, np.ndarray]]:
     """Yield (n, R_nm / r^m) for n = m, m + 2, .. n_max.
 
-    R_nm(r) = r^m P_k^(0, m)(2 r^2 - 1) with k = (n - m)/2 (Born & Wolf), by the three-term recurrence of the
-    Jacobi polynomials: the sum over powers in the paper loses seven digits at n = 20.
+    R_nm(r) = r^m P_k^(0, m)(2 r^2 - 1) with k = (n - m)/2 (Born & Wolf), by the three-term recurrence of the Jacobi
+    polynomials. The sum over powers in the paper loses seven digits at n = 20.
     """
     x = 2 * r2 - 1
     before, now = np.zeros_like(x), np.ones_like(x)
@@ -47,8 +48,8 @@ def radial(m, r2, n_max=N_MAX):
 
 
 @cache
-def basis(n_max=N_MAX):
-    """Block sums of (n + 1)/M conj(Z_nm).
+def basis(n_max: int = N_MAX) -> np.ndarray:
+    """Compute the block sums of (n + 1)/M conj(Z_nm).
 
     Returns
     -------
@@ -64,7 +65,7 @@ def basis(n_max=N_MAX):
     turn = (x - 1j * y)[inside]  # r exp(-i t)
     block = (k[:, None] // (ENLARGED // PIXELS) * PIXELS + k[None, :] // (ENLARGED // PIXELS))[inside]
 
-    def block_sum(values):
+    def block_sum(values: np.ndarray) -> np.ndarray:
         real = np.bincount(block, values.real, PIXELS**2)
         return real + 1j * np.bincount(block, values.imag, PIXELS**2)
 
@@ -77,8 +78,8 @@ def basis(n_max=N_MAX):
     return np.array([out[nm].reshape(PIXELS, PIXELS) for nm in indices(n_max)])
 
 
-class Places(NamedTuple):
-    """Flat pixels inside the disc; made by `places`.
+class DiscPixels(NamedTuple):
+    """Flat pixels inside the disc; `pixels_in_disc` makes it.
 
     first, second : (A,) int32, of each pair that swapping x and y exchanges
     diagonal : (D,) int32, that the swap leaves in place
@@ -89,21 +90,21 @@ class Places(NamedTuple):
     diagonal: np.ndarray
 
 
-def places():
-    """Where a folded image, (first + second, diagonal) and first - second, comes from."""
+def pixels_in_disc() -> DiscPixels:
+    """List the pixels that a folded image, (first + second, diagonal) and first - second, comes from."""
     flat = np.arange(PIXELS**2)
     row, column = np.divmod(flat, PIXELS)
     swapped = (PIXELS - 1 - column) * PIXELS + PIXELS - 1 - row
     in_disc = (row - DISC) ** 2 + (column - DISC) ** 2 <= DISC**2
     first, diagonal = flat[in_disc & (flat < swapped)], flat[in_disc & (flat == swapped)]
-    return Places(first.astype(np.int32), swapped[first].astype(np.int32), diagonal.astype(np.int32))
+    return DiscPixels(first.astype(np.int32), swapped[first].astype(np.int32), diagonal.astype(np.int32))
 
 
 class Fold(NamedTuple):
-    """The folded basis; made by `fold`.
+    """The folded basis; `fold` makes it.
 
     even : (A + D, 121) float64; odd : (A, 110) float64
-    order : (121,) int64, place of each folded column in `indices()`; those with m > 0 come first
+    order : (121,) int64, index in `indices()` of each folded column; those with m > 0 come first
     """
 
     even: np.ndarray
@@ -112,9 +113,9 @@ class Fold(NamedTuple):
 
 
 @cache
-def fold():
-    """Matrices that turn folded images into c_nm; they take a tenth of a second."""
-    first, second, diagonal = places()
+def fold() -> Fold:
+    """Compute the matrices that turn folded images into c_nm, which takes a tenth of a second."""
+    first, second, diagonal = pixels_in_disc()
     m = np.array([m for _, m in indices()])
     order = np.concatenate([np.flatnonzero(m > 0), np.flatnonzero(m == 0)])
     turned = (basis() * np.exp(0.25j * np.pi * m)[:, None, None]).reshape(len(m), -1)[order].T

@@ -1,22 +1,25 @@
-"""The published descriptor: an image of 25 x 25 pixels, its gaps filled in scan order (paper, 'Zernike 2D procedure').
+"""The published descriptor: an image of 25 x 25 pixels whose gaps are filled in scan order (paper, 'Zernike 2D procedure').
 
-Images leave the kernel folded (see `polynomials`) and become descriptors in two matrix products.
+The kernel returns images folded (see `polynomials`), and two matrix products turn them into descriptors.
 """
+
+from __future__ import annotations
 
 import math
 
 import numpy as np
-from numba import njit
 
+from sparsurf.kernel_cache import njit
 from sparsurf.patches.zernike import polynomials
 from sparsurf.patches.zernike.images import (
     FAST,
+    IMAGE_SIZE,
     N_EVEN,
     N_ODD,
-    PLACES,
+    ROW_STRIDE,
     TABLES,
     WEIGHT,
-    WIDTH,
+    DotsWithNormals,
     fill_gaps,
     fold_image,
     project,
@@ -26,30 +29,40 @@ N_Z = len(polynomials.indices())
 N_COMPLEX = sum(m > 0 for _, m in polynomials.indices())
 
 
-def describe(index, ids, start, centres, weights, radius, up):
-    """Zernike invariants |c_nm| of patches; `radius` has no part in it: the image reaches to the outermost dot.
+def describe(
+    index: DotsWithNormals,
+    ids: np.ndarray,
+    start: np.ndarray,
+    centres: np.ndarray,
+    weights: np.ndarray,
+    radius: float,
+    up: bool,
+) -> np.ndarray:
+    """Compute the Zernike invariants |c_nm| of patches.
 
-    See `descriptors.Descriptor` for what is given and returned.
+    `radius` is not used: the image reaches to the outermost dot. Parameters and result are those of `describe` of a
+    `descriptors.Descriptor`.
     """
     images = np.empty((len(start) - 1, N_EVEN + N_ODD))
     _images(index.xyz, index.normals, ids, start, centres, weights, 1.0 if up else -1.0, images, TABLES)
     return moments(images)
 
 
-def moments(images):
-    """|c_nm| of folded images (see `polynomials`), (n, N_EVEN + N_ODD), in two matrix products: (n, N_Z)."""
+def moments(images: np.ndarray) -> np.ndarray:
+    """Compute |c_nm| of folded images (see `polynomials`), (n, N_EVEN + N_ODD), in two matrix products: (n, N_Z)."""
     out, fold = np.empty((len(images), N_Z)), polynomials.fold()
     _moduli(images[:, :N_EVEN] @ fold.even, images[:, N_EVEN:] @ fold.odd, out)
     return out
 
 
-def order():
-    """Place of each column of `describe` in `polynomials.indices()`."""
+def order() -> np.ndarray:
+    """Return the index in `polynomials.indices()` of each column of `describe`."""
     return polynomials.fold().order
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def _moduli(real, imaginary, out):
+def _moduli(real: np.ndarray, imaginary: np.ndarray, out: np.ndarray) -> None:
+    """Compute the moduli of coefficients with m > 0, then those with m = 0."""
     for i in range(len(real)):
         for k in range(N_COMPLEX):
             out[i, k] = math.sqrt(real[i, k] ** 2 + imaginary[i, k] ** 2)
@@ -58,14 +71,24 @@ def _moduli(real, imaginary, out):
 
 
 @njit(cache=True, nogil=True)
-def _images(xyz, normals, ids, start, centres, weights, sign, images, tables):
-    """Folded images of patches; all zero where one has no extent."""
-    room = 1
+def _images(
+    xyz: np.ndarray,
+    normals: np.ndarray,
+    ids: np.ndarray,
+    start: np.ndarray,
+    centres: np.ndarray,
+    weights: np.ndarray,
+    sign: float,
+    images: np.ndarray,
+    tables: tuple[np.ndarray, ...],
+) -> None:
+    """Compute the folded images of patches; all zero for a patch without extent."""
+    buffer_size = 1
     for i in range(len(images)):
-        room = max(room, start[i + 1] - start[i])
-    work = np.empty((9, room))
+        buffer_size = max(buffer_size, start[i + 1] - start[i])
+    work = np.empty((9, buffer_size))
     work[WEIGHT] = 1.0
-    image, filled = np.empty((2, PLACES + WIDTH)), np.empty(polynomials.PIXELS, np.uint32)
+    image, filled = np.empty((2, IMAGE_SIZE + ROW_STRIDE)), np.empty(polynomials.PIXELS, np.uint32)
     for i in range(len(images)):
         patch, out = ids[start[i] : start[i + 1]], images[i]
         if len(weights):

@@ -1,78 +1,92 @@
-"""Figure of the comparison of samplers: error against the number of kept dots."""
+"""Figure that compares samplers: error against the number of kept dots."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
+from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import GREY, HALO, LINES, SPARE, styled
-from sparsurf.sampling.samplers import called
-from sparsurf.study.comparison.fewer import ends_of, factor_of, needed, values_of
+from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.study.comparison.equal_error import dots_needed, factor_with_bound, measured_ranges
 
-SMALL = [  # measure, title, label of the y axis; two panels in each row
-    ("Z scaled", "as A, surface unknown: islands\ncut by the kept dots' spacing", "error Z"),
-    ("Z as_coded", "as A, islands cut at $D_{link}$ like\nthe paper: subsets break up", "error Z"),
-    ("Z recovered", "as A, after the surface has been\nrecovered from the kept dots", "error Z"),
-    ("Z centres", "the kept dots serve as centres\nof patches of all dots", "error Z"),
-    ("position", "from any dot to the nearest\nkept one", "distance (Å)"),
-    ("normal", "between the normals of any dot\nand the nearest kept one", "angle (degrees)"),
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MEASURES = [  # measure, title, label of the y axis
+    ("Z as_written", "Z of the kept dots,\nas written", "error Z of the descriptors (0: none)"),
+    ("Z scaled", "surface unknown: islands\ncut by the dots' spacing", "error Z"),
+    ("Z as_coded", "islands cut at $D_{link}$ like\nthe paper: subsets break up", "error Z"),
+    ("Z recovered", "the surface recovered\nfrom the kept dots", "error Z"),
+    ("Z centres", "kept dots as centres\nof patches of all dots", "error Z"),
+    ("position", "from any dot to the\nnearest kept one", "distance (Å)"),
+    ("normal", "normals of any dot and\nthe nearest kept one", "angle (degrees)"),
 ]
+REFERENCES: dict[str, tuple[Any, str]] = {  # columns of Z: line style, name
+    "null_model": ("--", "mean descriptor for every patch"),
+    "empty_patch": (":", "empty patches"),
+    "fresh_dots": ("-.", "fresh dots of the surface"),
+}
 AXIS = "dots kept (% of the surface)"
-TALL = 103.0  # mm, height of panel A
-ARROW = 20.0  # n_S in % near which the gain over the paper's sampler is marked
+ARROW_PERCENT = 20.0  # n_S near which the gain over the paper's sampler is marked
 
 
 @styled
-def comparison_figure(table, subject, band="95 % over draws and test dots"):
-    """Error of each sampler against n_S, in both uses and without descriptors.
+def comparison_figure(
+    table: pd.DataFrame, subject: str, band: str = "95 % over draws and test dots"
+) -> Figure:
+    """Draw the error of each sampler against n_S, in both uses and without descriptors.
 
     Parameters
     ----------
     table : DataFrame
         Columns sampler, percent, n_S_percent, measure, value, low, high, null_model, empty_patch.
     subject : str
-        What was compared: a conformation, or so many proteins.
+        What was compared: a conformation, or a number of proteins.
     band : str
-        What low and high are.
+        Meaning of low and high.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.sheet(layout.PAGE, 129, subject)
+    figure = layout.constrained(layout.PAGE, 150, subject)
     names = list(table["sampler"].unique())
     spare = iter(SPARE * len(names))
     lines = {name: LINES.get(name) or (next(spare), 0.8, "o") for name in names}
-    layout.letter(figure, 1, 1, "A")
-    layout.text(figure, 6, 1.3, "Z of the kept dots,\nas written")
-    ax = layout.axes(figure, 12, 12, 46, TALL)
-    _panel(ax, table, "Z as_written", lines)
-    ax.set(xlabel=AXIS, ylabel="error Z of the descriptors (0: none)")
-    _name_lines(ax, table, lines)
-    _mark_gain(ax, table)
-    for k, (measure, title, label) in enumerate(SMALL):
-        x, y = 100 + 47 * (k % 2), 1 + 40 * (k // 2)
-        layout.letter(figure, x - 12, y, "BCDEFG"[k])
-        layout.text(figure, x - 8, y + 0.3, title)
-        small = layout.axes(figure, x, y + 8.5, 34, 25)
-        _panel(small, table, measure, lines)
-        small.set(xlabel=AXIS if k > 3 else "", ylabel=label)
-    words = f"Shaded, of the bold lines: {band}. Colours in B to G as in A."
-    layout.text(figure, 12, 126, words, color=GREY)
-    return figure
+    panels = figure.subplot_mosaic("ABC;ADE;AFG", width_ratios=[1.5, 1, 1])
+    for ax, letter, (measure, title, label) in zip(panels.values(), panels, MEASURES, strict=True):
+        _panel(ax, table, measure, lines)
+        layout.panel_title(ax, letter, title)
+        ax.set(xlabel=AXIS if letter in "AFG" else "", ylabel=label)
+    _mark_gain(panels["A"], table)
+    handles, title = _legend_handles(table, lines), f"Shaded, of the bold lines: {band}."
+    figure.legend(handles=handles, loc="outside lower left", ncols=4, title=title, alignment="left")
+    return layout.fix_layout(figure)
 
 
-def _panel(ax, table, measure, lines):
-    """One measure against n_S, a line per sampler, the bold ones on top."""
+def _panel(ax: Axes, table: pd.DataFrame, measure: str, lines: dict[str, tuple[str, float, str]]) -> None:
+    """Draw one measure against n_S, a line per sampler, the bold ones on top, and the reference values of Z."""
     part = table[table["measure"] == measure]
-    for name, own in part.groupby("sampler", sort=False):
-        colour, width, marker = lines[name]
-        x, order = own["n_S_percent"], 2 + width
+    for name, (colour, width, marker) in lines.items():
+        rows = part[part["sampler"] == name]
+        x, order = rows["n_S_percent"], 2 + width
         if width > 1:
-            ax.fill_between(x, own["low"], own["high"], color=colour, alpha=0.2, linewidth=0, zorder=order)
-        ax.plot(x, own["value"], color=colour, linewidth=width, marker=marker, markersize=2.2, zorder=order)
+            ax.fill_between(x, rows["low"], rows["high"], color=colour, alpha=0.2, linewidth=0, zorder=order)
+        ax.plot(x, rows["value"], color=colour, linewidth=width, marker=marker, markersize=2.2, zorder=order)
     percents = np.unique(table["percent"])
-    of_z = measure.startswith("Z ")
-    top = np.nanmax([part["value"].max(), part["high"].max(), part["null_model"].mean() if of_z else 0])
+    references = _references(part) if measure.startswith("Z ") else {}
+    top = np.nanmax([part["value"].max(), part["high"].max(), references.get("null_model", 0.0)])
+    for name, value in references.items():
+        if name != "empty_patch" or measure == "Z as_coded":
+            ax.axhline(value, color=GREY, linewidth=0.6, linestyle=REFERENCES[name][0], zorder=1)
+    if measure == "Z as_coded":
+        top = 1.18 * references["empty_patch"]
     ax.set(xscale="log", ylim=(0, 1.06 * top))
     ax.set_xlim(
         0.88 * min(percents[0], part["n_S_percent"].min()),
@@ -80,72 +94,42 @@ def _panel(ax, table, measure, lines):
     )
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_xticks(percents, [f"{p:g}" for p in percents])
-    if of_z:
-        ax.axhline(part["null_model"].mean(), color=GREY, linewidth=0.6, linestyle="--", zorder=1)
-        if "fresh_dots" in part:
-            fresh = part["fresh_dots"].mean()
-            ax.axhline(fresh, color=GREY, linewidth=0.6, linestyle="-.", zorder=1)
-            if measure == "Z as_written":
-                _name(ax, f"fresh dots of the surface: {fresh:.2f}", fresh, above=False)
-    if measure == "Z as_coded":
-        _explain(ax, part)
 
 
-def _explain(ax, part):
-    """The references of Z, where both fall into the range."""
-    null, empty = part["null_model"].mean(), part["empty_patch"].mean()
-    ax.axhline(empty, color=GREY, linewidth=0.6, linestyle="--", zorder=1)
-    ax.set_ylim(top=1.25 * empty)
-    _name(ax, "empty patches", empty)
-    _name(ax, "mean descriptor", null)
+def _references(table: pd.DataFrame) -> dict[str, float]:
+    """Return the mean reference values of Z by column."""
+    return {name: float(table[name].mean()) for name in REFERENCES if name in table}
 
 
-def _name(ax, words, value, above=True):
-    """Name of a reference at its left end, where no line crosses it but by chance."""
-    ax.annotate(
-        words,
-        (0.03, value),
-        (0, 1 if above else -2),
-        xycoords=ax.get_yaxis_transform(),
-        textcoords="offset points",
-        va="bottom" if above else "top",
-        color=GREY,
-        path_effects=HALO,
-        zorder=8,
-    )
+def _legend_handles(table: pd.DataFrame, lines: dict[str, tuple[str, float, str]]) -> list[Line2D]:
+    """Return the entries of the legend: every sampler, then every reference value."""
+    handles = [
+        Line2D(
+            [],
+            [],
+            color=colour,
+            linewidth=width,
+            marker=marker,
+            markersize=2.2,
+            label=lookup_sampler(name).words,
+        )
+        for name, (colour, width, marker) in lines.items()
+    ]
+    for name, value in _references(table).items():
+        dashes, words = REFERENCES[name]
+        label = f"{words}: {value:.2f}"
+        handles.append(Line2D([], [], color=GREY, linewidth=0.6, linestyle=dashes, label=label))
+    return handles
 
 
-def _name_lines(ax, table, lines):
-    """Name of each line at its right end, and of the reference, moved apart where they would touch."""
-    matrix = values_of(table, "Z as_written")
-    ends = values_of(table, "Z as_written", "n_S_percent").iloc[:, -1]
-    null, empty = table["null_model"].mean(), table["empty_patch"].mean()
-    words = f"mean descriptor for\nevery patch: {null:.2f}\n(empty patches: {empty:.1f})"
-    labels = [(null, None, words, GREY, "normal")]
-    for name, value in matrix.iloc[:, -1].items():
-        colour, width, _ = lines[name]
-        weight = "bold" if width > 1 else "normal"
-        labels.append((value, ends[name], called(name).words, colour, weight))
-    labels.sort(key=lambda label: label[0])
-    height = ax.get_ylim()[1]
-    room = np.array([3.1 * (1 + words.count("\n")) + 0.3 for _, _, words, _, _ in labels]) / TALL * height
-    places = layout.apart(np.array([label[0] for label in labels]), room, height)
-    for (value, end, words, colour, weight), place in zip(labels, places / height, strict=True):
-        ax.text(1.06, place, words, transform=ax.transAxes, color=colour, va="center", fontweight=weight)
-        leader = {"arrowstyle": "-", "linewidth": 0.4, "color": colour, "shrinkA": 0, "shrinkB": 2}
-        if end is not None:
-            at = {"textcoords": "axes fraction", "annotation_clip": False}
-            ax.annotate("", (end, value), (1.05, place), arrowprops=leader, **at)
-
-
-def _mark_gain(ax, table):
-    """Arrow from the paper's sampler to as good a subset of the farthest-point one."""
-    rows = needed(table)
-    # at the right end the lines have their names
+def _mark_gain(ax: Axes, table: pd.DataFrame) -> None:
+    """Draw an arrow from the paper's sampler to a farthest-point subset of the same Z."""
+    rows = dots_needed(table)
+    # not at the right end, where the words have no room
     rows = rows[(rows["sampler"] == "paper") & (rows["percent"] < rows["percent"].max())]
     if len(rows) and "farthest" in rows:
-        row = rows.iloc[int(np.argmin(np.abs(rows["percent"] - ARROW)))]
-        factor, bound = factor_of(row, "farthest", ends_of(table))
+        row = rows.iloc[int(np.argmin(np.abs(rows["percent"] - ARROW_PERCENT)))]
+        factor, bound = factor_with_bound(row, "farthest", measured_ranges(table))
         if factor > 1 and not bound:
             ends = (row["farthest"], row["Z"]), (row["paper"], row["Z"])
             ax.annotate(
@@ -154,7 +138,7 @@ def _mark_gain(ax, table):
                 arrowprops={"arrowstyle": "->", "linewidth": 1, "shrinkA": 3, "shrinkB": 3},
                 zorder=9,
             )
-            words = f"same Z:\n{factor:.1f} times\nfewer dots"  # narrow, so that it ends before the names
+            words = f"same Z:\n{factor:.1f} times\nfewer dots"
             ax.annotate(
                 words, ends[1], (4, 1), textcoords="offset points", va="bottom", path_effects=HALO, zorder=9
             )

@@ -1,31 +1,46 @@
 """Figure 3 of the paper: d over beta, gamma and delta at the largest alpha."""
 
+from __future__ import annotations
+
 from string import ascii_uppercase
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from matplotlib import colormaps, colors
 from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
 
-from sparsurf.recovery.readings import READINGS, RECOVERED, readings_in
+from sparsurf.recovery.readings import READINGS, RECOVERED, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 
-BEST = {"marker": "o", "markersize": 4, "markerfacecolor": "white", "markeredgewidth": 0.6, "color": "black"}
-BEST_OF_ALL = BEST | {"marker": "*", "markersize": 8, "markerfacecolor": "#F0E442"}
-FINE = 101  # values along each side of an interpolated map
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sparsurf.report.figures.results import Results
+
+BEST: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 4,
+    "markerfacecolor": "white",
+    "markeredgewidth": 0.6,
+    "color": "black",
+}
+BEST_OF_ALL: dict[str, Any] = BEST | {"marker": "*", "markersize": 8, "markerfacecolor": "#F0E442"}
+N_FINE = 101  # values along each side of an interpolated map
 
 
-def draw(results):
-    """The figure of one grid."""
+def draw(results: Results) -> Figure:
+    """Draw the figure of one grid."""
     return figure(results.grid, results.name)
 
 
 @styled
-def figure(grid, name=""):
-    """d over (gamma, delta) at the largest alpha, interpolated; a map per beta, a row per reading.
+def figure(grid: pd.DataFrame, name: str = "") -> Figure:
+    """Draw d over (gamma, delta) at the largest alpha, interpolated; a map per beta, a row per reading.
 
     Parameters
     ----------
@@ -37,7 +52,7 @@ def figure(grid, name=""):
     -------
     matplotlib.figure.Figure
     """
-    readings = readings_in(grid, "d_")
+    readings = readings_of_columns(grid, "d_")
     alpha = grid.alpha.max()
     largest = "" if alpha == 1 else " (the largest of the grid)"
     grid = grid[grid.alpha == alpha].reset_index(drop=True)
@@ -58,11 +73,11 @@ def figure(grid, name=""):
     return figure
 
 
-def _maps(figure, grid, column, y, side, gap):
-    """One row of maps; returns what its highest d is."""
+def _maps(figure: layout.Sheet, grid: pd.DataFrame, column: str, y: float, side: float, gap: float) -> str:
+    """Draw one row of maps; return a text of its highest d."""
     betas, gammas, deltas = (np.unique(grid[name]) for name in ("beta", "gamma", "delta"))
     scale, limits, levels = _scale(grid[column])
-    best = grid.loc[grid[column].idxmax()] if grid[column].notna().any() else None
+    best = grid.iloc[int(np.nanargmax(grid[column]))] if grid[column].notna().any() else None
     tables = [
         grid[grid.beta == beta].pivot_table(column, "gamma", "delta").reindex(index=gammas, columns=deltas)
         for beta in betas
@@ -73,11 +88,16 @@ def _maps(figure, grid, column, y, side, gap):
     for k, (beta, table) in enumerate(zip(betas, tables, strict=True)):
         fine = _interpolated(deltas, gammas, table.to_numpy())[2]
         _map(tiles, k, (deltas, gammas), table.to_numpy(), fine, (scale, levels))
-        own = grid[(grid.beta == beta) & grid[column].notna()]
-        if len(own):
-            top = own.loc[own[column].idxmax()]
+        known = grid[(grid.beta == beta) & grid[column].notna()]
+        if best is not None and len(known):
+            top = known.iloc[int(known[column].argmax())]
             mark = BEST_OF_ALL if top.name == best.name else BEST
-            tiles.ax.plot(*tiles.places(0, k, [top.delta], [top.gamma]).T, **mark, clip_on=False, zorder=3)
+            tiles.ax.plot(
+                *tiles.places(0, k, np.array([top.delta]), np.array([top.gamma])).T,
+                **mark,
+                clip_on=False,
+                zorder=3,
+            )
         x, _ = tiles.corner(0, k)
         tiles.ax.text(x + side / 2, -1, f"β = {beta:g}", ha="center", va="bottom")
         tiles.ax.text(x + side / 2, side + 5, "δ", ha="center", va="top")
@@ -96,12 +116,19 @@ def _maps(figure, grid, column, y, side, gap):
     return f"highest $d$ = {value}{error} at β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}"
 
 
-def _map(tiles, k, knots, table, fine, colours):
-    """Interpolated colours with contours; the computed values are where the tiny dots are."""
+def _map(
+    tiles: layout.Tiles,
+    k: int,
+    knots: tuple[np.ndarray, np.ndarray],
+    table: np.ndarray,
+    fine: np.ndarray,
+    colours: tuple[ScalarMappable, np.ndarray],
+) -> None:
+    """Draw interpolated colours with contours, and tiny dots at the computed values."""
     extent, (scale, levels) = tiles.extent(0, k), colours
-    tiles.ax.imshow(fine, extent=extent, origin="lower", aspect="auto", norm=scale.norm, cmap=scale.cmap)
+    tiles.ax.imshow(fine, extent=extent, origin="lower", aspect="auto", norm=scale.norm, cmap=scale.cmap)  # type: ignore[arg-type]
     if np.isfinite(fine).any() and np.nanmin(fine) < np.nanmax(fine):
-        x, y = np.linspace(*extent[:2], FINE), np.linspace(*extent[2:], FINE)
+        x, y = np.linspace(*extent[:2], N_FINE), np.linspace(*extent[2:], N_FINE)
         tiles.ax.contour(x, y, fine, levels, colors="black", linewidths=0.3, linestyles="solid")
     row, column = np.nonzero(np.isfinite(table))
     x, y = knots
@@ -109,31 +136,34 @@ def _map(tiles, k, knots, table, fine, colours):
     tiles.ax.set(xlim=tiles.width, ylim=tiles.height)  # which images change
 
 
-def _scale(values):
-    """Colours, around 0 where signs mix; lowest and highest value; contour levels between them."""
+def _scale(values: pd.Series) -> tuple[ScalarMappable, tuple[float, float], np.ndarray]:
+    """Return colours (centred at 0 if signs mix), lowest and highest value, and contour levels between them."""
     finite = values[np.isfinite(values)]
     low, high = (finite.min(), finite.max()) if len(finite) else (0.0, 0.0)
     if low == high:
         low, high = low - 0.5, high + 0.5
-    levels = MaxNLocator(10).tick_values(low, high)
-    norm, name = colors.Normalize(low, high), "viridis"
+    levels = np.asarray(MaxNLocator(10).tick_values(low, high))
+    norm: colors.Normalize = colors.Normalize(low, high)
+    name = "viridis"
     if low < 0 < high:
         norm, name = colors.CenteredNorm(0, max(-low, high)), "RdBu_r"
     return ScalarMappable(norm, colormaps[name]), (low, high), levels[(levels > low) & (levels < high)]
 
 
-def _interpolated(x, y, table):
-    """Fine axes and values of `table` (y, x) between: monotone cubic, so that no new maximum arises.
+def _interpolated(
+    x: np.ndarray, y: np.ndarray, table: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Interpolate `table` (y, x) on fine axes by monotone cubics, which add no maximum.
 
-    An axis of a single value becomes a strip. Where a value is missing, nothing is interpolated.
+    An axis of a single value becomes a strip. If a value is missing, the nearest values are used instead.
     """
     fine = []
     for axis, knots in ((1, x), (0, y)):
         pad = 0.0 if len(knots) > 1 else 0.5
-        fine.append(np.linspace(knots[0] - pad, knots[-1] + pad, FINE))
+        fine.append(np.linspace(knots[0] - pad, knots[-1] + pad, N_FINE))
         if len(knots) > 1 and np.isfinite(table).all():
             table = PchipInterpolator(knots, table, axis=axis)(fine[-1])
         else:
             nearest = np.abs(fine[-1][:, None] - knots).argmin(axis=1)
             table = np.take(table, nearest, axis=axis)
-    return *fine, table
+    return fine[0], fine[1], table

@@ -1,18 +1,37 @@
 """The frames of a trajectory in the plane of their first principal components."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib import patheffects
 
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
 
-NAMED = 24  # more conformations than this are not named in the projection
-COMPONENTS = 10  # shown in the panel of explained variance
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.text import Annotation
+    from matplotlib.transforms import Bbox
+
+MAX_NAMED = 24  # conformations; if there are more, none is named
+MAX_COMPONENTS = 10  # in the panel of explained variance
 
 
 @styled
-def frames_projection(projection, labels, chosen, names, explained, silhouettes, name=""):
-    """Frames in the plane of the first two principal components, explained variance and silhouette.
+def frames_projection(
+    projection: np.ndarray,
+    labels: np.ndarray,
+    chosen: np.ndarray,
+    names: Sequence[str],
+    explained: np.ndarray,
+    silhouettes: dict[int, float],
+    name: str = "",
+) -> Figure:
+    """Draw frames in the plane of the first two principal components, explained variance and silhouette.
 
     Parameters
     ----------
@@ -45,7 +64,7 @@ def frames_projection(projection, labels, chosen, names, explained, silhouettes,
     _clusters(ax, plane, labels, np.asarray(chosen, int), names, explained)
     layout.letter(figure, 1, 1, "A")
     if len(explained):
-        _explained(layout.axes(figure, 101, 7, 32, 49), 100 * np.asarray(explained)[:COMPONENTS])
+        _explained(layout.axes(figure, 101, 7, 32, 49), 100 * np.asarray(explained)[:MAX_COMPONENTS])
         layout.letter(figure, 87, 1, "B")
     if len(silhouettes):
         _silhouettes(layout.axes(figure, 149, 7, 32, 49), silhouettes, len(np.unique(labels)))
@@ -53,42 +72,57 @@ def frames_projection(projection, labels, chosen, names, explained, silhouettes,
     return figure
 
 
-def _clusters(ax, plane, labels, chosen, names, explained):
+def _clusters(
+    ax: Axes,
+    plane: np.ndarray,
+    labels: np.ndarray,
+    chosen: np.ndarray,
+    names: Sequence[str],
+    explained: np.ndarray,
+) -> None:
+    """Draw the frames coloured by cluster, with the chosen ones ringed."""
     colour = np.array(layout.PALETTE)[np.unique(labels, return_inverse=True)[1] % len(layout.PALETTE)]
-    ax.scatter(*plane.T, s=5, c=colour, alpha=0.5, linewidths=0, rasterized=True)
-    ax.scatter(*plane[chosen].T, s=22, c=colour[chosen], edgecolors="black", linewidths=0.8, zorder=3)
+    ax.scatter(plane[:, 0], plane[:, 1], s=5, c=colour, alpha=0.5, linewidths=0, rasterized=True)
+    ax.scatter(
+        plane[chosen, 0],
+        plane[chosen, 1],
+        s=22,
+        c=colour[chosen],
+        edgecolors="black",
+        linewidths=0.8,
+        zorder=3,
+    )
     share = [f", {100 * e:.0f} % of the variance" for e in explained[:2]] + ["", ""]
     ax.set(xlabel=f"PC 1 (Å){share[0]}", ylabel=f"PC 2 (Å){share[1]}")
     ax.set_title("colours: clusters, ringed: chosen frames")
     ax.margins(0.1)
-    if len(names) <= NAMED:
+    if len(names) <= MAX_NAMED:
         _name_points(ax, plane[chosen], names)
 
 
-def _name_points(ax, points, names):
-    """Write each name at the nearest place that no other name and no chosen point takes."""
-    renderer = ax.figure.canvas.get_renderer()
-    inside, dots = ax.get_window_extent(renderer), ax.transData.transform(points)
+def _name_points(ax: Axes, points: np.ndarray, names: Sequence[str]) -> None:
+    """Write each name at the nearest position free of other names and chosen points."""
+    inside, dots = ax.get_window_extent(), ax.transData.transform(points)
     places = [(far, angle) for far in (8, 14, 22, 32) for angle in np.radians(np.arange(45, 405, 45))]
-    taken = []
+    taken: list[Bbox] = []
     for point, name in zip(points, names, strict=True):
         for far, angle in places:
             words = _annotate(ax, name, point, far, angle)
-            box = words.get_window_extent(renderer)
+            box = words.get_window_extent()
             inner = inside.fully_containsx(box.x0) and inside.fully_containsx(box.x1)
             inner = inner and inside.fully_containsy(box.y0) and inside.fully_containsy(box.y1)
             if inner and not box.count_contains(dots) and not box.count_overlaps(taken):
                 taken.append(box)
                 break
-            words.remove()  # where no place is free, no name is better than two on top of each other
+            words.remove()  # without a free position there is no name
 
 
-def _annotate(ax, name, point, far, angle):
-    """Name at `far` typographic points from a point, with a leader where it is not the closest place."""
+def _annotate(ax: Axes, name: str, point: np.ndarray, far: float, angle: float) -> Annotation:
+    """Write a name at `far` typographic points from a point, with a leader line unless it is the closest position."""
     leader = {"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 3, "shrinkB": 2} if far > 8 else None
     words = ax.annotate(
         name,
-        point,
+        (point[0], point[1]),
         (far * np.cos(angle), far * np.sin(angle)),
         textcoords="offset points",
         ha="center",
@@ -100,7 +134,8 @@ def _annotate(ax, name, point, far, angle):
     return words
 
 
-def _silhouettes(ax, silhouettes, chosen):
+def _silhouettes(ax: Axes, silhouettes: dict[int, float], chosen: int) -> None:
+    """Draw the mean silhouette against the number of clusters."""
     k = sorted(silhouettes)
     ax.plot(k, [silhouettes[n] for n in k], "o-", color="black", markerfacecolor="white")
     if chosen in silhouettes:
@@ -111,7 +146,8 @@ def _silhouettes(ax, silhouettes, chosen):
     layout.ticks(ax.xaxis, np.arange(k[0], k[-1] + 1), 32)
 
 
-def _explained(ax, percent):
+def _explained(ax: Axes, percent: np.ndarray) -> None:
+    """Draw the explained variance of each component and the cumulative one."""
     k = np.arange(1, len(percent) + 1)
     ax.bar(k, percent, color=["#7F7F7F" if n <= 2 else "#D9D9D9" for n in k], edgecolor="black", label="each")
     ax.plot(k, np.cumsum(percent), "ko-", markerfacecolor="white", clip_on=False, label="cumulative")

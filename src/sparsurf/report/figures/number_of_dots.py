@@ -1,18 +1,28 @@
 """Figure 2 of the paper: n_S over alpha, beta, gamma and delta."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
+import pandas as pd
 from matplotlib import colormaps
 from matplotlib.lines import Line2D
 
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 
-SIMULATED = {"marker": "o", "markersize": 1.8, "linestyle": ""}
-ONE = 74.0, 50.0  # mm, the panel of a figure that has one
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sparsurf.report.figures.results import Results
+
+SIMULATED: dict[str, Any] = {"marker": "o", "markersize": 1.8, "linestyle": ""}
+SINGLE_PANEL = 74.0, 50.0  # mm, of a figure with one panel
 
 
-def draw(results):
-    """The panel of the largest alpha and the smallest beta; the title counts all combinations."""
+def draw(results: Results) -> Figure:
+    """Draw the panel of the largest alpha and the smallest beta; the title counts all combinations."""
     grid = results.grid
     off = 100 * (grid.n_S - grid.n_S_expected).abs().max() / len(results.surface)
     title = f"drawn and expected $n_S$ of all {len(grid):,} combinations\ndiffer by at most {off:.2g} % of the dots"
@@ -21,8 +31,8 @@ def draw(results):
 
 
 @styled
-def figure(grid, name="", title=""):
-    """n_S against delta, a line per gamma, a panel per (alpha, beta).
+def figure(grid: pd.DataFrame, name: str = "", title: str = "") -> Figure:
+    """Draw n_S against delta, a line per gamma, a panel per (alpha, beta).
 
     Parameters
     ----------
@@ -37,9 +47,9 @@ def figure(grid, name="", title=""):
     grid = grid.assign(expected=grid.n_S_expected * grid.n_S_percent / grid.n_S).sort_values("delta")
     alphas, betas, gammas = (np.unique(grid[p]) for p in ("alpha", "beta", "gamma"))
     deltas, shape = np.unique(grid.delta), (len(alphas), len(betas))
-    pitch = min(ONE[0] if shape == (1, 1) else 39.0, 164 / len(betas))
+    pitch = min(SINGLE_PANEL[0] if shape == (1, 1) else 39.0, 164 / len(betas))
     gap = max(3.0, layout.label_width(deltas) - 0.08 * pitch), 3.0
-    size = pitch - gap[0], min(ONE[1] if shape == (1, 1) else 31.0, 165 / len(alphas) - 3)
+    size = pitch - gap[0], min(SINGLE_PANEL[1] if shape == (1, 1) else 31.0, 165 / len(alphas) - 3)
     lines = _handles(gammas)
     key = -(-len(lines) // 4) if shape == (1, 1) else 1 + (len(lines) > 8)  # rows of the legend
     top = 10 + 4 * key + (4 if title else 0)
@@ -70,20 +80,23 @@ def figure(grid, name="", title=""):
     return figure
 
 
-def _draw(tiles, rows, alphas, betas, colour, alone):
-    """One gamma in all panels: what is expected as a line, broken between panels, and what was drawn as dots."""
+def _draw(
+    tiles: layout.Tiles, rows: pd.DataFrame, alphas: np.ndarray, betas: np.ndarray, colour: Any, alone: bool
+) -> None:
+    """Draw one gamma in all panels: the expected n_S as a line, interrupted between panels, the drawn n_S as dots."""
     expected, drawn = [], []
-    for (alpha, beta), own in rows.groupby(["alpha", "beta"]):
-        cell = np.searchsorted(alphas, alpha), np.searchsorted(betas, beta)
-        expected += [tiles.places(*cell, own.delta, own.expected), [[np.nan, np.nan]]]
-        drawn.append(tiles.places(*cell, own.delta, own.n_S_percent))
-    dash = {"marker": "_", "markersize": 8} if alone else {}  # no line joins one point
+    for (alpha, beta), cell in rows.groupby(["alpha", "beta"]):
+        row, column = np.flatnonzero(alphas == alpha)[0], np.flatnonzero(betas == beta)[0]
+        delta = cell.delta.to_numpy()
+        expected += [tiles.places(row, column, delta, cell.expected.to_numpy()), np.full((1, 2), np.nan)]
+        drawn.append(tiles.places(row, column, delta, cell.n_S_percent.to_numpy()))
+    dash: dict[str, Any] = {"marker": "_", "markersize": 8} if alone else {}  # a single point has no line
     tiles.ax.plot(*np.concatenate(expected).T, color=colour, clip_on=False, **dash)
     tiles.ax.plot(*np.concatenate(drawn).T, color=colour, clip_on=False, **SIMULATED)
 
 
-def _name_panels(tiles, alphas, betas):
-    """beta above the columns, alpha right of the rows."""
+def _name_panels(tiles: layout.Tiles, alphas: np.ndarray, betas: np.ndarray) -> None:
+    """Write beta above the columns, alpha right of the rows."""
     w, h = tiles.size
     for column, beta in enumerate(betas):
         x, _ = tiles.corner(0, column)
@@ -95,8 +108,8 @@ def _name_panels(tiles, alphas, betas):
             tiles.ax.text(x + w + 1, y + h / 2, f"α = {alpha:g}", rotation=270, va="center")
 
 
-def _handles(gammas):
-    """Entries of the legend: the colours of gamma first."""
+def _handles(gammas: np.ndarray) -> list[Line2D]:
+    """Return the entries of the legend: the colours of gamma first."""
     shades = colormaps["viridis"](np.linspace(0, 0.92, len(gammas)))
     lines = [Line2D([], [], color=shade, label=f"γ = {g:g}") for g, shade in zip(gammas, shades, strict=True)]
     lines.append(Line2D([], [], color="black", label="expected"))

@@ -1,27 +1,37 @@
-"""A trajectory frame by frame: one combination, and the roughness of the residues."""
+"""Figures of a trajectory frame by frame: one combination, and the roughness of the residues."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from string import ascii_uppercase
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from matplotlib import colormaps, colors
 from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from sparsurf.recovery.readings import READINGS, readings_in
+from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import DARK, PAGE, PALE, styled
 from sparsurf.report.figures.summary_figures import GREEK
 from sparsurf.sampling.combination import PARAMETERS
 
-SMOOTH = 20  # moving means are taken over one frame in so many
-LABELS = 14  # residues named along the axis at most
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
+
+WINDOWS = 20  # per trajectory; the moving mean is over one
+MAX_RESIDUE_LABELS = 14
 BURIED = "#BBBBBB"
 
 
 @styled
-def ensemble_figure(table, combination, name=""):
-    """n_S, mean roughness and d of one combination over time, and how they are distributed.
+def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str = "") -> Figure:
+    """Draw n_S, mean roughness and d of one combination over time, and their distributions.
 
     Parameters
     ----------
@@ -35,36 +45,38 @@ def ensemble_figure(table, combination, name=""):
     matplotlib.figure.Figure
     """
     panels = {"n_S_percent": "$n_S$ (% of the dots)", "mean_roughness": "mean roughness"}
-    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_in(table, "d_")}
+    panels |= {f"d_{r}": "$d = Z_{tR} - Z_{tS}$" for r in readings_of_columns(table, "d_")}
     time, unit = time_axis(table)
-    window = (len(table) // SMOOTH) | 1 if len(table) >= 3 * SMOOTH else 0  # odd
-    figure = layout.sheet(PAGE, 18 + 32 * len(panels), name)
-    for k, (column, label) in enumerate(panels.items()):
-        y = 12 + 32 * k
-        layout.letter(figure, 1, y - 5, ascii_uppercase[k])
-        ax = layout.axes(figure, 15, y, 122, 25)
+    window = (len(table) // WINDOWS) | 1 if len(table) >= 3 * WINDOWS else 0  # odd
+    figure = layout.constrained(PAGE, 18 + 32 * len(panels), name)
+    rows = figure.subplots(len(panels), 2, width_ratios=[4, 1], squeeze=False)
+    for letter, (ax, side), (column, label) in zip(ascii_uppercase, rows, panels.items(), strict=False):
+        reading = READINGS.get(column.removeprefix("d_"))
+        layout.panel_title(ax, letter, reading.words if reading else "")
         _over_time(ax, time, table[column], window)
         ax.set_ylabel(label)
-        ax.tick_params(labelbottom=k == len(panels) - 1)
-        reading = column.removeprefix("d_")
-        if reading in READINGS:
-            layout.text(figure, 15, y - 4.7, READINGS[reading].words)
-        error = table[f"d_se_{reading}"].mean() if reading in READINGS else np.nan
-        _distribution(layout.axes(figure, 142, y, 30, 25), table[column], ax.get_ylim(), error)
-    ax.set_xlabel(unit)
-    _ensemble_key(figure, combination, window)
-    return figure
+        error = table[column.replace("d_", "d_se_")].mean() if reading else np.nan
+        _distribution(side, table[column], ax.get_ylim(), error)
+    for ax in rows[:-1, 0]:
+        ax.tick_params(labelbottom=False)
+    rows[-1, 0].set_xlabel(unit)
+    values = zip(PARAMETERS, combination, strict=True)
+    title = ", ".join(f"{GREEK[parameter]} = {value:g}" for parameter, value in values)
+    handles = _ensemble_handles(window)
+    figure.legend(handles=handles, loc="outside lower left", ncols=3, title=title, alignment="left")
+    return layout.fix_layout(figure)
 
 
-def time_axis(table):
-    """Times, in the unit that reads best, or numbers of frames where there are none."""
+def time_axis(table: pd.DataFrame) -> tuple[pd.Series, str]:
+    """Return times in a suitable unit, or numbers of frames if the times are unknown."""
     time = table.time_ps
     if time.isna().any():
         return table.frame, "frame"
     return (time / 1000, "time (ns)") if time.max() >= 10_000 else (time, "time (ps)")
 
 
-def _over_time(ax, time, values, window):
+def _over_time(ax: Axes, time: pd.Series, values: pd.Series, window: int) -> None:
+    """Draw values over time, pale below their moving mean if there is a window."""
     ax.plot(
         time, values, color=PALE if window else DARK, linewidth=0.4, marker="." if len(time) < 100 else ""
     )
@@ -77,12 +89,12 @@ def _over_time(ax, time, values, window):
     ax.yaxis.set_major_locator(MaxNLocator(4))
 
 
-def _distribution(ax, values, limits, error):
-    """How often each value occurs, on the scale of the panel to the left."""
+def _distribution(ax: Axes, values: pd.Series, limits: tuple[float, float], error: float) -> None:
+    """Draw the distribution of values on the scale of the panel to the left."""
     bins = min(30, 4 + int(np.sqrt(len(values))))
-    ax.hist(values, bins=np.linspace(*limits, bins + 1), orientation="horizontal", color=PALE)
+    ax.hist(values, bins=np.linspace(*limits, bins + 1).tolist(), orientation="horizontal", color=PALE)
     sd = values.std(ddof=1)
-    decimals = int(np.clip(1 - np.floor(np.log10(sd)), 0, 6)) if sd > 0 else 2  # two figures of the sd
+    decimals = int(np.clip(1 - np.floor(np.log10(sd)), 0, 6)) if sd > 0 else 2  # two digits of the sd
     words = f"mean {values.mean():.{decimals}f}" + ("" if np.isnan(sd) else f", sd {sd:.{decimals}f}")
     ax.set(ylim=limits, title=words.replace("-", "−"), xticks=[], yticks=[])
     ax.spines["bottom"].set_visible(False)
@@ -91,36 +103,23 @@ def _distribution(ax, values, limits, error):
         ax.errorbar(place, values.mean(), error, color="black", elinewidth=0.8, capsize=2, clip_on=False)
 
 
-def _ensemble_key(figure, combination, window):
-    text = ", ".join(
-        f"{GREEK[name]} = {value:g}" for name, value in zip(PARAMETERS, combination, strict=True)
-    )
+def _ensemble_handles(window: int) -> list[Line2D]:
+    """Return the entries of the legend."""
     handles = [Line2D([], [], color=PALE if window else DARK, label="each frame")]
     if window:
         handles.append(Line2D([], [], color=DARK, linewidth=1.2, label=f"moving mean, {window} frames"))
-    handles.append(
-        Line2D(
-            [],
-            [],
-            color="black",
-            marker="|",
-            markersize=6,
-            linestyle="",
-            label="mean standard error of a frame's $d$",
-        )
-    )
-    layout.text(figure, 15, 1.5, text)
-    layout.legend(figure, 62, 1.5, handles, ncols=3)
+    error: dict[str, Any] = {"color": "black", "marker": "|", "markersize": 6, "linestyle": ""}
+    return [*handles, Line2D([], [], **error, label="mean standard error of a frame's $d$")]
 
 
 @styled
-def residues_figure(over_time, residues, name=""):
-    """Mean R_i of every residue against time, and how it spreads; one column of a journal wide.
+def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str = "") -> Figure:
+    """Draw mean R_i of every residue against time, and its mean and standard deviation.
 
     Parameters
     ----------
     over_time : DataFrame
-        See `ensemble.apart`.
+        Mean R_i of each residue (columns) in each frame.
     residues : DataFrame
         See `residues.over_frames`.
     name : str, of the protein
@@ -138,19 +137,24 @@ def residues_figure(over_time, residues, name=""):
     half = np.diff(time).mean() / 2 if len(time) > 1 else 0.5
     extent = (time.iloc[0] - half, time.iloc[-1] + half, n - 0.5, -0.5)
     ax.imshow(
-        values.T, aspect="auto", extent=extent, norm=scale.norm, cmap=scale.cmap, interpolation="nearest"
+        values.T,
+        aspect="auto",
+        extent=extent,
+        norm=scale.norm,  # type: ignore[arg-type]
+        cmap=scale.cmap,
+        interpolation="nearest",
     )
     _name_residues(ax, residues)
     ax.set_xlabel(label)
     ax.xaxis.set_major_locator(MaxNLocator(4))
     layout.letter(figure, 1, 1, "A")
-    beside = layout.axes(figure, 61, 6, 24, 60)
+    profile = layout.axes(figure, 61, 6, 24, 60)
     place, mean, sd = np.arange(n), residues["mean_roughness"], residues["sd_roughness"].fillna(0)
-    beside.fill_betweenx(place, mean - sd, mean + sd, color=PALE, linewidth=0)
-    beside.plot(mean, place, color=DARK, linewidth=0.8)
-    beside.set(ylim=(n - 0.5, -0.5), xlabel="mean $R_i$ ± sd")
-    beside.xaxis.set_major_locator(MaxNLocator(3))
-    beside.set_yticks(ax.get_yticks(), [])
+    profile.fill_betweenx(place, mean - sd, mean + sd, color=PALE, linewidth=0)
+    profile.plot(mean, place, color=DARK, linewidth=0.8)
+    profile.set(ylim=(n - 0.5, -0.5), xlabel="mean $R_i$ ± sd")
+    profile.xaxis.set_major_locator(MaxNLocator(3))
+    profile.set_yticks(ax.get_yticks(), [])
     layout.letter(figure, 57, 1, "B")
     bar = figure.colorbar(scale, cax=layout.axes(figure, 15, 77, 40, 2), orientation="horizontal")
     bar.ax.xaxis.set_major_locator(MaxNLocator(4))
@@ -158,19 +162,21 @@ def residues_figure(over_time, residues, name=""):
     return figure
 
 
-def _colours():
+def _colours() -> Colormap:
+    """Return the colours of roughness, with grey for buried residues."""
     return colormaps["viridis"].with_extremes(bad=BURIED)
 
 
-def _grey(values):
+def _grey(values: np.ndarray) -> str:
+    """Explain the grey of buried residues if there are any."""
     return "\ngrey: buried" if np.isnan(values).any() else ""
 
 
-def _name_residues(ax, residues):
-    """Numbers of some residues, and a line where a chain ends; the chain is named where there are several."""
+def _name_residues(ax: Axes, residues: pd.DataFrame) -> None:
+    """Label some residues, with the chain if there are several, and draw a line at the end of each chain."""
     chain = residues["chain"].fillna("").to_numpy(str)
     several = len(np.unique(chain)) > 1
-    places = np.arange(0, len(residues), -(-len(residues) // LABELS))
+    places = np.arange(0, len(residues), -(-len(residues) // MAX_RESIDUE_LABELS))
     names = [
         f"{chain[k]} {residues['residue'].iloc[k]}" if several else residues["residue"].iloc[k]
         for k in places

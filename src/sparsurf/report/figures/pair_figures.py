@@ -1,8 +1,13 @@
-"""Figures of pairs: both partners opened like a book, what maps from few centres are worth, and AUC over all pairs."""
+"""Figures of pairs: both partners opened like a book, maps from few centres, and AUC over all pairs."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from string import ascii_uppercase
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from matplotlib import colormaps, colors
 from matplotlib.cm import ScalarMappable
 from matplotlib.ticker import FuncFormatter, NullFormatter
@@ -10,10 +15,16 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import LINES, SPARE, styled
 from sparsurf.report.pair_page import called as called_score
-from sparsurf.sampling.samplers import called
+from sparsurf.sampling.samplers import lookup_sampler
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sparsurf.report.figures.render import Camera
+    from sparsurf.surfaces.surface import Surface
 
 INSIDE, OUTSIDE = "#D55E00", "#DDDDDD"  # of the interface
-WIDTH, HEIGHT = 78, 62  # mm of a page
+PAGE_WIDTH, PAGE_HEIGHT = 78, 62  # mm, of a partner
 PANELS = [("correlation", "correlation with the map\nof all dots"), ("auc", "AUC of the smoothed map")]
 AGAINST = [("n_S_percent", "centres (% of the dots)"), ("seconds", "CPU seconds for both sides")]
 ABSENT = "none: the partners do not touch\n(or touch everywhere)"  # dots inside and outside of the interface
@@ -21,8 +32,8 @@ RECOVERED = (0, (3, 1.5))  # dashes of maps whose patches are cut from the surfa
 
 
 @styled
-def book_figure(name, surfaces, tables):
-    """Smoothed propensity above, the interface below (or, where they do not touch, the smoothed similarity).
+def book_figure(name: str, surfaces: Sequence[Surface], tables: Sequence[pd.DataFrame]) -> Figure:
+    """Draw smoothed propensity above, the interface below (or smoothed similarity if the partners do not touch).
 
     Parameters
     ----------
@@ -38,7 +49,7 @@ def book_figure(name, surfaces, tables):
     both = all(mask.any() for mask in touching)
     pages = opened(surfaces, touching if both else None)
     cameras = [
-        render.aim(surface.points, page, layout.pixels(WIDTH, HEIGHT))
+        render.aim(surface.points, page, layout.pixels(PAGE_WIDTH, PAGE_HEIGHT))
         for surface, page in zip(surfaces, pages, strict=True)
     ]
     scale = min(camera.scale for camera in cameras)
@@ -66,8 +77,16 @@ def book_figure(name, surfaces, tables):
     return figure
 
 
-def _row(figure, y, surfaces, cameras, tables, column, label):
-    """Both pages in the colours of a column, on one scale."""
+def _row(
+    figure: layout.Sheet,
+    y: float,
+    surfaces: Sequence[Surface],
+    cameras: Sequence[Camera],
+    tables: Sequence[pd.DataFrame],
+    column: str,
+    label: str,
+) -> None:
+    """Draw both partners in the colours of a column, on one scale."""
     values = [table[column].to_numpy() for table in tables]
     low, high = np.quantile(np.concatenate(values), [0.01, 0.99])
     scale = ScalarMappable(colors.Normalize(low, max(high, low + 1e-6), clip=True), colormaps["viridis"])
@@ -76,19 +95,26 @@ def _row(figure, y, surfaces, cameras, tables, column, label):
     figure.colorbar(scale, cax=layout.axes(figure, 162, y + 5, 2.5, 50), extend="both").set_label(label)
 
 
-def _page(figure, side, y, surface, colour, camera):
+def _page(
+    figure: layout.Sheet, side: int, y: float, surface: Surface, colour: np.ndarray, camera: Camera
+) -> None:
+    """Render one partner in some colours."""
     scene = render.draw_surface(surface.points, surface.normals, colour, camera)
-    layout.show(layout.axes(figure, 2 + side * (WIDTH + 2), y, WIDTH, HEIGHT), render.picture(scene), camera)
+    layout.show(
+        layout.axes(figure, 2 + side * (PAGE_WIDTH + 2), y, PAGE_WIDTH, PAGE_HEIGHT),
+        render.picture(scene),
+        camera,
+    )
 
 
-def opened(surfaces, touching=None):
-    """Rotations that look at each partner from the other, with a common upright hinge between the pages.
+def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray] | None = None) -> list[np.ndarray]:
+    """Return rotations that look at each partner from the other, with a common upright hinge between the pages.
 
     Parameters
     ----------
     surfaces : two Surface
     touching : two (N,) bool, optional
-        The interface; without it the line between the middles tells where they face each other.
+        The interface; without it the partners face each other along the line between their centres.
 
     Returns
     -------
@@ -110,8 +136,8 @@ def opened(surfaces, touching=None):
 
 
 @styled
-def over_pairs(run, table, means):
-    """AUC of every score, from the highest mean down: a dot for each pair, and the mean with its 95 % interval.
+def over_pairs(run: str, table: pd.DataFrame, means: pd.DataFrame) -> Figure:
+    """Draw AUC of every score, from the highest mean down: a dot for each pair, and the mean with its 95 % interval.
 
     Parameters
     ----------
@@ -123,23 +149,23 @@ def over_pairs(run, table, means):
     matplotlib.figure.Figure
     """
     means = means.sort_values("mean")
-    figure = layout.sheet(layout.COLUMN + 50, 24 + 7 * len(means), run)
-    ax = layout.axes(figure, 60, 8, layout.COLUMN - 14, 4 + 7 * len(means))
+    figure = layout.constrained(layout.COLUMN + 50, 24 + 7 * len(means), run)
+    ax = figure.subplots()
     by = table.groupby(["score", "complex"], sort=False)["auc"].mean()
     for place, row in enumerate(means.to_dict("records")):
-        own = by[row["score"]]
-        ax.plot(own, np.full(len(own), place), ".", color="#999999", markersize=3)
+        of_pairs = by[row["score"]]
+        ax.plot(of_pairs, np.full(len(of_pairs), place), ".", color="#999999", markersize=3)
         ax.plot([row["low"], row["high"]], [place, place], color="black", linewidth=1.2)
         ax.plot(row["mean"], place, "o", color=INSIDE, markersize=4)
     ax.axvline(0.5, color="black", linewidth=0.5, linestyle=":")
     ax.set_yticks(range(len(means)), map(called_score, means["score"]))
     ax.set(xlabel="AUC for the interface", xlim=(0, 1), ylim=(-0.6, len(means) - 0.4))
-    return figure
+    return layout.fix_layout(figure)
 
 
 @styled
-def thinning_figure(table, subject):
-    """Correlation and AUC (mean of both sides and all draws) against n_S and against cost.
+def thinning_figure(table: pd.DataFrame, subject: str) -> Figure:
+    """Draw correlation and AUC (mean of both sides and all draws) against n_S and against cost.
 
     Parameters
     ----------
@@ -150,22 +176,26 @@ def thinning_figure(table, subject):
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.sheet(layout.PAGE, 124, subject)
-    layout.text(figure, 16, 1, "both partners averaged; dotted line and star: all dots as centres")
+    figure = layout.constrained(layout.PAGE, 124, subject)
+    panels = figure.subplots(2, 2)
     mean = table.groupby(["sampler", "surface", "percent"], sort=False).mean(numeric_only=True).reset_index()
     whole, thin = mean[mean["sampler"] == "all"].iloc[0], mean[mean["sampler"] != "all"]
     handles = {}
     for row, (value, label) in enumerate(PANELS):
         for column, (against, axis) in enumerate(AGAINST):
-            layout.letter(figure, 3 + 88 * column, 6 + 50 * row, ascii_uppercase[2 * row + column])
-            ax = layout.axes(figure, 16 + 88 * column, 8 + 50 * row, 72, 40)
-            for place, ((sampler, surface), rows) in enumerate(
-                thin.groupby(["sampler", "surface"], sort=False)
-            ):
+            ax = panels[row, column]
+            layout.panel_title(ax, ascii_uppercase[2 * row + column], "")
+            for place, (key, rows) in enumerate(thin.groupby(["sampler", "surface"], sort=False)):
+                sampler, surface = map(str, key)
                 colour, width, marker = LINES.get(sampler, (SPARE[place % len(SPARE)], 0.8, "*"))
                 dashes = RECOVERED if surface == "recovered" else "-"
-                name = called(sampler).words + (", recovered" if surface == "recovered" else "")
-                style = {"color": colour, "linewidth": width, "marker": marker, "linestyle": dashes}
+                name = lookup_sampler(sampler).words + (", recovered" if surface == "recovered" else "")
+                style: dict[str, Any] = {
+                    "color": colour,
+                    "linewidth": width,
+                    "marker": marker,
+                    "linestyle": dashes,
+                }
                 rows = rows.sort_values(against)
                 handles[name] = ax.plot(rows[against], rows[value], label=name, **style)[0]
             ax.set(xlabel=axis, ylabel=label if column == 0 else "")
@@ -183,6 +213,14 @@ def thinning_figure(table, subject):
                 ax.set_xticks(shown, [f"{x:g}" for x in shown])
                 ax.minorticks_off()
                 ax.axhline(whole[value], color="black", linewidth=0.5, linestyle=":")
-    rows = 1 + (thin["surface"] == "recovered").any()  # a column for each sampler, as it is and recovered
-    layout.legend(figure, 4, 112, list(handles.values()), ncols=min(4, -(-len(handles) // rows)))
-    return figure
+    n_rows = 1 + int(
+        (thin["surface"] == "recovered").any()
+    )  # a column for each sampler, as it is and recovered
+    figure.legend(
+        handles=list(handles.values()),
+        loc="outside lower left",
+        ncols=min(4, -(-len(handles) // n_rows)),
+        title="Both partners averaged. Dotted line and star: all dots as centres.",
+        alignment="left",
+    )
+    return layout.fix_layout(figure)

@@ -1,6 +1,10 @@
 """Figure 4 of the paper: a rough and a flat patch, and Z by the roughness of the patch."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from string import ascii_uppercase
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import colors
@@ -9,25 +13,39 @@ from matplotlib.patches import Patch
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import span
-from sparsurf.study.rough_and_flat import BINS
-from sparsurf.study.tables import range_limits, range_of
+from sparsurf.study.rough_and_flat import N_BINS
+from sparsurf.study.tables import range_index, range_limits
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+    from sparsurf.report.figures.results import Results
 
 REFERENCES = {
     "empty_patch": ("empty patch", "--"),
     "null_model": ("null model", ":"),
     "fresh dots": ("fresh dots", "-."),
 }
-FEW = 5  # values that a box plot needs at least
+MIN_VALUES = 5  # of a box plot
 
 
-def draw(results):
-    """The figure of one surface and its best combination."""
+def draw(results: Results) -> Figure:
+    """Draw the figure of one surface and its best combination."""
     return figure(**results.rough_and_flat, name=results.name)
 
 
 @styled
-def figure(panels, patches, references=None, bins=BINS, name=""):
-    """A rough and a flat patch, and Z_tS(j), Z_tR(j) by the roughness of the patch.
+def figure(
+    panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]],
+    patches: Sequence[tuple],
+    references: dict[str, Any] | None = None,
+    bins: int = N_BINS,
+    name: str = "",
+) -> Figure:
+    """Draw a rough and a flat patch, and Z_tS(j), Z_tR(j) by the roughness of the patch.
 
     Parameters
     ----------
@@ -37,7 +55,7 @@ def figure(panels, patches, references=None, bins=BINS, name=""):
         Per patch: title, points (n, 3), normals (n, 3), and which of its dots the sampling and
         the uniform subset keep (int, counted within the patch).
     references : dict, optional
-        `empty_patch`, `null_model` and among its `floors` `fresh dots`; a line is drawn where a value falls into the range.
+        `empty_patch`, `null_model` and among its `floors` `fresh dots`; a line is drawn if the value lies in the range.
     bins : int
         Equal-width intervals of roughness.
     name : str
@@ -50,7 +68,7 @@ def figure(panels, patches, references=None, bins=BINS, name=""):
     for k, patch in enumerate(patches):
         layout.letter(figure, 1 + 91 * k, 1, ascii_uppercase[k])
         _patch(figure, 6 + 91 * k, 1.3, *patch)
-    handles = [
+    handles: list[Artist] = [
         Patch(facecolor=layout.SAMPLED, edgecolor="black", label="$Z_{tS}(j)$, sampled"),
         Patch(facecolor=layout.RANDOM, edgecolor="black", label="$Z_{tR}(j)$, uniform"),
     ]
@@ -68,8 +86,17 @@ def figure(panels, patches, references=None, bins=BINS, name=""):
     return figure
 
 
-def _patch(figure, x, y, title, points, normals, sampled, random):
-    """A patch whole, sampled and its uniform subset, from the same oblique view."""
+def _patch(
+    figure: layout.Sheet,
+    x: float,
+    y: float,
+    title: str,
+    points: np.ndarray,
+    normals: np.ndarray,
+    sampled: np.ndarray,
+    random: np.ndarray,
+) -> None:
+    """Draw a patch whole, sampled and as uniform subset, from the same oblique view."""
     layout.text(figure, x, y, title)
     camera = render.aim(points, render.oblique(points, normals), layout.pixels(27, 27))
     behind = render.draw_surface(points, normals, render.PALE, camera)
@@ -87,30 +114,36 @@ def _patch(figure, x, y, title, points, normals, sampled, random):
         ax.set_title(f"{name}, {len(kept)} dots", color=colour)
 
 
-def _binned(roughness, bins):
-    """Edges of bins of equal width, and the test dots of each that has any."""
+def _binned(roughness: np.ndarray, bins: int) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Return edges of bins of equal width, and the test dots of each bin that has any."""
     edges = range_limits(roughness, bins)
     if edges[0] == edges[-1]:
         edges = edges[0] + np.array([-0.05, 0.05])
-    bin_of = range_of(roughness, edges)
+    bin_of = range_index(roughness, edges)
     return edges, {k: np.flatnonzero(bin_of == k) for k in np.unique(bin_of)}
 
 
-def _boxes(ax, edges, chosen, z_ts, z_tr):
-    """Two box plots per bin; whiskers reach at most 1.5 times the box, what lies beyond is a dot.
+def _boxes(
+    ax: Axes, edges: np.ndarray, chosen: dict[int, np.ndarray], z_ts: np.ndarray, z_tr: np.ndarray
+) -> None:
+    """Draw two box plots per bin; whiskers reach at most 1.5 times the box, values beyond are dots.
 
-    Fewer than `FEW` values of a bin make no box: they are drawn as they are.
+    Fewer than `MIN_VALUES` values are drawn as dots.
     """
     width = edges[1] - edges[0]
     for z, colour, side in ((z_ts, layout.SAMPLED, -0.2), (z_tr, layout.RANDOM, 0.2)):
         values = [z[dots][np.isfinite(z[dots])] for dots in chosen.values()]
         places = [edges[k] + (0.5 + side) * width for k in chosen]
-        few = np.array([len(own) < FEW for own in values])
-        alone = [(np.full(len(own), x), own) for own, x in zip(values, places, strict=True) if len(own) < FEW]
+        few = np.array([len(z_in_bin) < MIN_VALUES for z_in_bin in values])
+        alone = [
+            (np.full(len(z_in_bin), x), z_in_bin)
+            for z_in_bin, x in zip(values, places, strict=True)
+            if len(z_in_bin) < MIN_VALUES
+        ]
         if alone:
             ax.plot(*np.concatenate(alone, axis=1), "o", color=colour)
         if not few.all():
-            boxed = [own for own in values if len(own) >= FEW]
+            boxed = [z_in_bin for z_in_bin in values if len(z_in_bin) >= MIN_VALUES]
             _box_plots(ax, boxed, np.array(places)[~few], 0.34 * width, colour)
     for edge in edges[1:]:
         ax.axvline(edge, color="#E0E0E0", linewidth=0.4, zorder=0)
@@ -120,27 +153,29 @@ def _boxes(ax, edges, chosen, z_ts, z_tr):
     ax.set_ylim(bottom=0)
 
 
-def _box_plots(ax, values, places, width, colour):
-    """Box plots in five artists, where `boxplot` takes six for each."""
-    low, middle, high = np.array([np.quantile(own, [0.25, 0.5, 0.75]) for own in values]).T
+def _box_plots(ax: Axes, values: list[np.ndarray], places: np.ndarray, width: float, colour: str) -> None:
+    """Draw box plots with five artists in all; `boxplot` takes six for each box."""
+    low, middle, high = np.array([np.quantile(z_in_bin, [0.25, 0.5, 0.75]) for z_in_bin in values]).T
     reach = 1.5 * (high - low)
     ends = [
-        (own[own >= a - r].min(), own[own <= b + r].max())
-        for own, a, b, r in zip(values, low, high, reach, strict=True)
+        (z_in_bin[z_in_bin >= a - r].min(), z_in_bin[z_in_bin <= b + r].max())
+        for z_in_bin, a, b, r in zip(values, low, high, reach, strict=True)
     ]
     bottom, top = np.array(ends).T
-    thin = {"color": "black", "linewidth": 0.5}
+    thin: dict[str, Any] = {"color": "black", "linewidth": 0.5}
     ax.bar(places, high - low, width, low, facecolor=colour, edgecolor="black", linewidth=0.5)
     ax.hlines(middle, places - width / 2, places + width / 2, color="black", linewidth=1)
     ax.vlines(np.tile(places, 2), np.append(bottom, high), np.append(low, top), **thin)
     ax.hlines(np.append(bottom, top), np.tile(places - width / 4, 2), np.tile(places + width / 4, 2), **thin)
-    beyond = [own[(own < a) | (own > b)] for own, (a, b) in zip(values, ends, strict=True)]
-    far = np.repeat(places, [len(own) for own in beyond])
+    beyond = [
+        z_in_bin[(z_in_bin < a) | (z_in_bin > b)] for z_in_bin, (a, b) in zip(values, ends, strict=True)
+    ]
+    far = np.repeat(places, [len(z_in_bin) for z_in_bin in beyond])
     ax.plot(far, np.concatenate(beyond), ".", markersize=2, color=colour)
 
 
-def _lines(ax, references):
-    """Reference lines that fall into the range, with their legend entries."""
+def _lines(ax: Axes, references: dict[str, Any]) -> list[Line2D]:
+    """Draw the reference lines that lie in the range; return their legend entries."""
     top, values = ax.get_ylim()[1], references | references.get("floors", {})
     return [
         ax.axhline(y, color="black", linestyle=dashes, linewidth=0.6, zorder=0.5, label=f"{words}, {y:.2f}")

@@ -1,17 +1,28 @@
-"""Figure 1 of the paper: the surface coloured by roughness, and how roughness is distributed."""
+"""Figure 1 of the paper: the surface coloured by roughness, and the distribution of roughness."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def draw(results):
-    """The figure of one surface."""
+    from sparsurf.report.figures.results import Results
+
+
+def draw(results: Results) -> Figure:
+    """Draw the figure of one surface."""
     return figure(results.surface.points, results.surface.normals, results.roughness, results.name)
 
 
 @styled
-def figure(points, normals, roughness, name=""):
-    """The surface coloured by roughness, on the scale of all surfaces, and the distribution of the roughness.
+def figure(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray, name: str = "") -> Figure:
+    """Draw the surface coloured by roughness, on the scale of all surfaces, and the distribution of the roughness.
 
     Parameters
     ----------
@@ -26,7 +37,7 @@ def figure(points, normals, roughness, name=""):
     matplotlib.figure.Figure
     """
     figure = layout.sheet(layout.COLUMN, 105, name)
-    scale = layout.scale(*render.ROUGH)
+    scale = layout.scale(*render.ROUGHNESS_LIMITS)
     camera = render.aim(points, render.along_smallest_axis(points), layout.pixels(68, 55))
     scene = render.draw_surface(points, normals, layout.colours(scale, roughness), camera)
     layout.show(layout.axes(figure, 4, 3, 68, 55), render.picture(scene), camera)

@@ -1,33 +1,47 @@
-"""Figures of sites: the site and its hits side by side, all seen from the same side; two forms and where they differ."""
+"""Figures of sites: the site and its hits from the same side; two forms and where they differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps, colors
 from scipy.spatial import cKDTree
 
-from sparsurf.pairs.changes import laid
+from sparsurf.pairs.changes import superpose_forms
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import DARK, GREY, PALETTE, SAMPLED, styled
-from sparsurf.sites.arrangement import rigid_fit
+from sparsurf.sites.pose_search import rigid_fit
 
-AROUND = 12.0  # Å around the site that the pictures show
-ON_IT = 1.5  # Å; dots of a hit nearer to the site laid on it take its colour
-FAR = 20.0  # Å, where the colours of distances end
-WIDTH, HEIGHT = 86, 60  # mm of a picture
-RAREST = 1e-4  # p, where the colours of a matrix end
-LEGEND = 6  # residues that a line names
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from sparsurf.molecules.molecule import Molecule
+    from sparsurf.surfaces.surface import Surface
+
+MARGIN = 12.0  # Å around the site in the pictures
+OVERLAP = 1.5  # Å; dots of a hit nearer than this to the superposed site take its colour
+MAX_DISTANCE = 20.0  # Å, end of the colours of distances
+WIDTH, HEIGHT = 86, 60  # mm, of a picture
+MIN_P = 1e-4  # end of the colours of a matrix
+RESIDUES_PER_LINE = 6  # of the legend
 REST = render.PALE
-MANY = colormaps["turbo"]  # colours of more residues than the palette has
+MANY = colormaps["turbo"]  # for more residues than the palette has colours
 
 
-def carried(surface, site, pose):
-    """A hit in the frame of the site, and which of the site's residues each of its dots lies on.
+def carried(
+    surface: Surface, site: tuple[np.ndarray, np.ndarray], pose: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Transform a hit into the frame of the site, and find the residue of the site on which each of its dots lies.
 
     Parameters
     ----------
     surface : Surface, of the hit
     site : (points (n, 3), residue (n,) int) of the site's dots
-    pose : (turn (3, 3), shift (3,)), which lays the site on the hit
+    pose : (turn (3, 3), shift (3,)), which superposes the site onto the hit
 
     Returns
     -------
@@ -35,25 +49,27 @@ def carried(surface, site, pose):
     """
     turn, shift = pose
     points, normals = (surface.points - shift) @ turn.T, surface.normals @ turn.T
-    gap, nearest = cKDTree(site[0]).query(points, distance_upper_bound=ON_IT)
+    gap, nearest = cKDTree(site[0]).query(points, distance_upper_bound=OVERLAP)
     return points, normals, np.where(np.isfinite(gap), site[1][np.minimum(nearest, len(site[1]) - 1)], -1)
 
 
-def distance_from(points, site):
-    """Distance of each dot (N, 3) from the nearest of some of them, Å, at most FAR; NaN of none."""
+def distance_from(points: np.ndarray, site: np.ndarray) -> np.ndarray:
+    """Return the distance of each dot (N, 3) from the nearest of some of them in Å, at most MAX_DISTANCE; NaN for none."""
     if not site.any():
         return np.full(len(points), np.nan)
-    return np.minimum(cKDTree(points[site]).query(points)[0], FAR)
+    return np.minimum(cKDTree(points[site]).query(points)[0], MAX_DISTANCE)
 
 
-def facing(points, normals, site):
-    """Rotation that looks at some dots (N,) bool of a surface from above."""
+def facing(points: np.ndarray, normals: np.ndarray, site: np.ndarray) -> np.ndarray:
+    """Return the rotation that looks at some dots (N,) bool of a surface from above."""
     return render.oblique(points[site], normals[site], 90)
 
 
 @styled
-def site_figure(name, panels, residues):
-    """The site and its best hits.
+def site_figure(
+    name: str, panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]], residues: Sequence[str]
+) -> Figure:
+    """Draw the site and its best hits.
 
     Parameters
     ----------
@@ -69,32 +85,32 @@ def site_figure(name, panels, residues):
     site = residue >= 0
     rotation = facing(points, normals, site)
     middle = points[site].mean(axis=0)
-    reach = np.linalg.norm(points[site] - middle, axis=1).max() + AROUND
+    reach = np.linalg.norm(points[site] - middle, axis=1).max() + MARGIN
     near = np.linalg.norm(points - middle, axis=1) < reach
     camera = render.aim(points[near], rotation, layout.pixels(WIDTH, HEIGHT))
     rows = (len(panels) + 1) // 2
-    lines = -(-len(residues) // LEGEND)
+    lines = -(-len(residues) // RESIDUES_PER_LINE)
     figure = layout.sheet(layout.PAGE, rows * (HEIGHT + 12) + 4 * lines + 2, name)
     colour = [
-        colors.to_hex(each)
-        for each in (PALETTE if len(residues) <= len(PALETTE) else MANY(np.linspace(0, 1, len(residues))))
+        colors.to_hex(one)
+        for one in (PALETTE if len(residues) <= len(PALETTE) else MANY(np.linspace(0, 1, len(residues))))
     ]
-    palette = np.array([colors.to_rgb(each) for each in colour] + [REST])
+    palette = np.array([colors.to_rgb(one) for one in colour] + [REST])
     for k, (title, points, normals, residue) in enumerate(panels):
         x, y = 2 + (WIDTH + 6) * (k % 2), (HEIGHT + 12) * (k // 2)
         layout.text(figure, x, y + 1, title)
         shown = palette[np.where(residue < 0, len(colour), residue)]
         scene = render.draw_surface(points, normals, shown, camera)
         layout.show(layout.axes(figure, x, y + 5, WIDTH, HEIGHT), render.picture(scene), camera, k == 0)
-    for k, residue in enumerate(residues):
-        x, y = 2 + 30 * (k % LEGEND), rows * (HEIGHT + 12) + 4 * (k // LEGEND)
-        layout.text(figure, x, y, f"■ {residue}", color=colour[k])
+    for k, label in enumerate(residues):
+        x, y = 2 + 30 * (k % RESIDUES_PER_LINE), rows * (HEIGHT + 12) + 4 * (k // RESIDUES_PER_LINE)
+        layout.text(figure, x, y, f"■ {label}", color=colour[k])
     return figure
 
 
 @styled
-def matrix_figure(name, table):
-    """How rarely chance matches each site on each target as well.
+def matrix_figure(name: str, table: pd.DataFrame) -> Figure:
+    """Draw p of each site on each target.
 
     Parameters
     ----------
@@ -108,19 +124,19 @@ def matrix_figure(name, table):
     sites, targets = table["site"].unique(), np.unique(table["target"])
     rows, columns = pd.Index(sites).get_indexer(table["site"]), np.searchsorted(targets, table["target"])
     shown = np.full((len(sites), len(targets)), np.nan)
-    shown[rows, columns] = -np.log10(table["p"].clip(lower=RAREST))
-    left, top = (2 + layout.LETTER * max(map(len, names)) for names in (sites, targets))
+    shown[rows, columns] = -np.log10(table["p"].clip(lower=MIN_P))
+    left, top = (2 + layout.LETTER_WIDTH * max(map(len, names)) for names in (sites, targets))
     one = min(6.0, (layout.PAGE - left - 20) / len(targets))
     width, height = one * len(targets), one * len(sites)
     figure = layout.sheet(left + width + 20, top + max(height, 30) + 4, name)
     ax = layout.axes(figure, left, top, width, height)
-    scale = layout.scale(0, -np.log10(RAREST))
-    ax.imshow(shown, cmap=scale.cmap, norm=scale.norm, aspect="auto")
+    scale = layout.scale(0, -np.log10(MIN_P))
+    ax.imshow(shown, cmap=scale.cmap, norm=scale.norm, aspect="auto")  # type: ignore[arg-type]
     found = table["found"] == 1
     ax.plot(columns[found], rows[found], "o", color="white", markeredgecolor="black", markersize=one / 2)
     for axis, names, room in ((ax.xaxis, targets, width), (ax.yaxis, sites, height)):
-        own = layout.thinned(np.arange(len(names)), 3.0, room)
-        axis.set_ticks(own, names[own], rotation=90 if axis is ax.xaxis else 0)
+        shown_names = layout.thinned(np.arange(len(names)), 3.0, room)
+        axis.set_ticks(shown_names, names[shown_names], rotation=90 if axis is ax.xaxis else 0)
     ax.xaxis.tick_top()
     bar = figure.colorbar(scale, cax=layout.axes(figure, left + width + 4, top, 2.5, 30))
     bar.set_ticks(range(5), labels=["1", "0.1", "0.01", "0.001", "0.0001"])
@@ -129,13 +145,15 @@ def matrix_figure(name, table):
 
 
 @styled
-def changes_figure(name, forms, table):
-    """Two forms in the colours of their change, and the change along the residues.
+def changes_figure(
+    name: str, forms: Sequence[tuple[str, Surface, Molecule, np.ndarray]], table: pd.DataFrame
+) -> Figure:
+    """Draw two forms in the colours of their change, and the change along the residues.
 
     Parameters
     ----------
     name : str
-    forms : two (title, Surface, Molecule, change (N,)), NaN where there is none
+    forms : two (title, Surface, Molecule, change (N,)), NaN if unknown
     table : DataFrame of changes.csv
 
     Returns
@@ -146,7 +164,7 @@ def changes_figure(name, forms, table):
     scale = layout.scale(0, max(np.nanquantile(change, 0.98), 1e-6))
     most = change >= np.nanquantile(change, 0.9)
     rotation = facing(surface.points, surface.normals, most)
-    turn, shift = rigid_fit(moved.xyz[0], laid(moved, molecule).xyz[0], np.ones(moved.n_atoms))
+    turn, shift = rigid_fit(moved.xyz[0], superpose_forms(moved, molecule).xyz[0], np.ones(moved.n_atoms))
     places = [(surface.points, surface.normals), (other.points @ turn + shift, other.normals @ turn)]
     shape = layout.pixels(WIDTH - 8, HEIGHT)
     camera = render.aim(np.concatenate([points for points, _ in places]), rotation, shape)
@@ -162,8 +180,8 @@ def changes_figure(name, forms, table):
     return figure
 
 
-def _along(ax, table):
-    """The change of each residue, in their order, and its floors."""
+def _along(ax: Axes, table: pd.DataFrame) -> None:
+    """Draw the change of each residue and its floors."""
     place = np.arange(len(table))
     above = table["above_moved"] == 1
     ax.bar(place, table["total"].where(~above), 1.0, color=layout.PALE)

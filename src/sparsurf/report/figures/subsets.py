@@ -1,7 +1,11 @@
-"""Figure 5 of the paper: the surface and subsets of it, and the surface that the handed out subset gives back."""
+"""Figure 5 of the paper: the surface, subsets of it, and the surface recovered from the minimal subset."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from string import ascii_uppercase
 from textwrap import fill
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colors
@@ -9,18 +13,30 @@ from matplotlib import colors
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import styled
 
-FARTHEST = 0.2  # Å, where the colours of a recovered surface end
-WIDE, HIGH = 61, 60  # mm of a picture with its words
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sparsurf.report.figures.render import Scene
+    from sparsurf.report.figures.results import Results
+    from sparsurf.surfaces.surface import Surface
+
+MAX_DISTANCE = 0.2  # Å, end of the colours of a recovered surface
+CELL_WIDTH, CELL_HEIGHT = 61.0, 60.0  # mm, of a picture with its title
 
 
-def draw(results):
-    """The figure of one surface."""
+def draw(results: Results) -> Figure:
+    """Draw the figure of one surface."""
     return figure(results.surface, results.subsets, results.recovered, results.name)
 
 
 @styled
-def figure(surface, subsets, recovered, name=""):
-    """The surface, subsets of it in one view, and one that was recovered with its distance from the first.
+def figure(
+    surface: Surface,
+    subsets: Sequence[tuple[str, Surface, str]],
+    recovered: tuple[str, Surface, np.ndarray],
+    name: str = "",
+) -> Figure:
+    """Draw the surface, subsets of it in one view, and a recovered surface with its distance from the first.
 
     Parameters
     ----------
@@ -36,17 +52,17 @@ def figure(surface, subsets, recovered, name=""):
     title, back, distance = recovered
     cells = len(subsets) + 3
     columns = 2 if cells == 4 else 3
-    figure = layout.sheet(WIDE * columns, 1 + HIGH * -(-cells // columns), name)
-    places = [(1 + WIDE * (k % columns), 1 + HIGH * (k // columns)) for k in range(cells)]
+    figure = layout.sheet(CELL_WIDTH * columns, 1 + CELL_HEIGHT * -(-cells // columns), name)
+    places = [(1 + CELL_WIDTH * (k % columns), 1 + CELL_HEIGHT * (k // columns)) for k in range(cells)]
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(58, 45))
     behind = render.draw_surface(surface.points, surface.normals, render.PALE, camera)
-    radius = max(render.DOT, 2 / camera.scale)  # at least two pixels, for large molecules
+    radius = max(render.DOT_RADIUS, 2 / camera.scale)  # at least two pixels, for large molecules
     _show(figure, places, 0, behind, f"the surface\n{len(surface):,} dots", layout.WHOLE)
     for k, (words, subset, colour) in enumerate(subsets, 1):
         scene = render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius)
         share = 100 * len(subset) / len(surface)
         _show(figure, places, k, scene, f"{fill(words, 38)}\n{len(subset):,} dots, {share:.3g} %", colour)
-    scale = layout.scale(0, FARTHEST)
+    scale = layout.scale(0, MAX_DISTANCE)
     scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance), camera)
     _show(
         figure,
@@ -58,28 +74,32 @@ def figure(surface, subsets, recovered, name=""):
     )
     x, y = _cell(figure, places, cells - 1, "how far the recovered surface lies\nfrom the true one", "black")
     mean = f"mean {np.mean(distance):.3f} Å"
-    ends = np.linspace(0, FARTHEST, 41)
+    ends = np.linspace(0, MAX_DISTANCE, 41)
     layout.histogram(
         layout.axes(figure, x + 12, y + 14, 44, 32),
-        np.clip(distance, 0, FARTHEST),
+        np.clip(distance, 0, MAX_DISTANCE),
         scale,
-        f"distance (Å; last bar: {FARTHEST:g} and more)",
+        f"distance (Å; last bar: {MAX_DISTANCE:g} and more)",
         mean,
         ends,
     )
     return figure
 
 
-def _cell(figure, places, k, words, colour):
-    """Letter and words of cell k; returns where its upper left corner is, mm."""
+def _cell(
+    figure: layout.Sheet, places: list[tuple[float, float]], k: int, words: str, colour: str
+) -> tuple[float, float]:
+    """Write letter and title of cell k; return its upper left corner in mm."""
     x, y = places[k]
     layout.letter(figure, x, y, ascii_uppercase[k])
     layout.text(figure, x + 5, y + 0.3, words, color=colour)
     return x, y
 
 
-def _show(figure, places, k, scene, words, colour):
-    """Picture k with its letter and words."""
+def _show(
+    figure: layout.Sheet, places: list[tuple[float, float]], k: int, scene: Scene, words: str, colour: str
+) -> None:
+    """Show picture k with its letter and title."""
     x, y = _cell(figure, places, k, words, colour)
     ax = layout.axes(figure, x + 1, y + 9.5, 58, 45)
     layout.show(ax, render.picture(scene), scene.camera, scale_bar=k == 0)

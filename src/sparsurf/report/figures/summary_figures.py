@@ -1,28 +1,42 @@
-"""Best parameters and their d over all surfaces of a run: against mean roughness, or of a few surfaces against n_S."""
+"""Best parameters and their d over all surfaces of a run: against mean roughness, or for few surfaces against n_S."""
+
+from __future__ import annotations
 
 from string import ascii_uppercase
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from matplotlib import colormaps, colors
 from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from sparsurf.recovery.readings import READINGS, readings_in
+from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
 from sparsurf.sampling.combination import PARAMETERS
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 GREEK = dict(zip(PARAMETERS, "αβγδ", strict=True))
 SIGNIFICANT = 0.05
-GAIN = {"marker": "o", "markersize": 3.5, "linestyle": "", "color": "black", "markeredgewidth": 0.6}
-FEW = 3  # surfaces, from which on parameters are drawn against mean roughness
+GAIN: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 3.5,
+    "linestyle": "",
+    "color": "black",
+    "markeredgewidth": 0.6,
+}
+MIN_SURFACES = 3  # for parameters against mean roughness
 MARKERS = "os^"
 
 
 @styled
-def summary_figure(summary, relations, name=""):
-    """Best parameters and their d against mean roughness, and what a choice by it gains; of a few surfaces against n_S.
+def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame, name: str = "") -> Figure:
+    """Draw best parameters and their d against mean roughness, and the gain of a choice by it; for few surfaces against n_S.
 
     Parameters
     ----------
@@ -36,15 +50,15 @@ def summary_figure(summary, relations, name=""):
     -------
     matplotlib.figure.Figure
     """
-    if summary.groupby(["protein", "conformation"]).ngroups < FEW:
+    if summary.groupby(["protein", "conformation"]).ngroups < MIN_SURFACES:
         return _by_range(summary, name)
-    readings = readings_in(summary.reading.unique())
+    readings = readings_of_columns(summary.reading.unique())
     pitch = 160 / max(2, len(readings))
     width = pitch - 16
     limits = np.append(relations.n_S_low_percent[: relations.range.max()], relations.n_S_high_percent.max())
     norm = colors.BoundaryNorm(limits, 256) if np.ptp(limits) > 0 else colors.Normalize()
     scale = ScalarMappable(norm, colormaps["viridis"])
-    compared = relations.gain.notna().any()  # else there are too few surfaces to choose from: no empty panels
+    compared = relations.gain.notna().any()  # otherwise there are too few surfaces to choose from
     figure = layout.sheet(PAGE, 187 if compared else 137, name)
     widest = max(0.01, np.nanmax(np.append(relations[["gain_low", "gain_high"]].abs().to_numpy(), 0)))
     for k, reading in enumerate(readings):
@@ -62,12 +76,13 @@ def summary_figure(summary, relations, name=""):
     if compared:
         _gain_key(figure)
     bar = figure.colorbar(scale, cax=layout.axes(figure, 169, 8, 2.5, 116), spacing="proportional")
-    bar.set_ticks(limits, labels=[f"{limit:.0f}" for limit in limits])
+    bar.set_ticks(limits.tolist(), labels=[f"{limit:.0f}" for limit in limits])
     bar.set_label("range of $n_S$ (% of the dots)")
     return figure
 
 
-def _gain_key(figure):
+def _gain_key(figure: layout.Sheet) -> None:
+    """Add the legend of the gain."""
     dots = {"parameters correlate with mean roughness, p < 0.05": "black", "no such correlation": "white"}
     handles = [
         Line2D([], [], **GAIN | {"markerfacecolor": face}, label=words) for words, face in dots.items()
@@ -75,8 +90,16 @@ def _gain_key(figure):
     layout.legend(figure, 16, 181.5, handles, ncols=2)
 
 
-def _parameters(figure, x, width, rows, scale, limits, left):
-    """Alpha, beta, gamma, delta and d of the winners, one below the other, over the same mean roughness."""
+def _parameters(
+    figure: layout.Sheet,
+    x: float,
+    width: float,
+    rows: pd.DataFrame,
+    scale: ScalarMappable,
+    limits: np.ndarray,
+    left: bool,
+) -> None:
+    """Draw alpha, beta, gamma, delta and d of the winners, one below the other, against mean roughness."""
     colour = scale.to_rgba(((limits[:-1] + limits[1:]) / 2)[rows.range.to_numpy() - 1])
     rough = rows.mean_roughness.to_numpy()
     margin = 0.06 * np.ptp(rough) + 0.002
@@ -85,29 +108,30 @@ def _parameters(figure, x, width, rows, scale, limits, left):
         values = rows[name].to_numpy(float)
         known = np.unique(values)
         step = np.diff(known).min() if len(known) > 1 else 1.0
-        aside = 0.5 * step * ((rows.range - 0.5) / (len(limits) - 1) - 0.5)  # ranges side by side, not on top
-        ax.scatter(rough, values + aside, s=5, c=colour, linewidths=0, clip_on=False)
+        offset = 0.5 * step * ((rows.range - 0.5) / (len(limits) - 1) - 0.5)  # separates the ranges
+        ax.scatter(rough, values + offset, s=5, c=colour, linewidths=0, clip_on=False)
         _fit(ax, rough, margin, GREEK[name], left)
         ax.set_ylim(known[0] - 0.4 * step, known[-1] + 0.4 * step)
         layout.ticks(ax.yaxis, known, 18)
         ax.tick_params(labelbottom=False)
     ax = layout.axes(figure, x, 92, width, 32)
     half = ((rows.d_held_out_high - rows.d_held_out_low) / 2).to_numpy()
-    for place, d, error, own in zip(rough, rows.d_held_out, half, colour, strict=True):
-        ax.errorbar(place, d, error, fmt="o", color=own, markersize=2, elinewidth=0.4)
+    for x_, d, error, rgba in zip(rough, rows.d_held_out, half, colour, strict=True):
+        ax.errorbar(x_, d, error, fmt="o", color=rgba, markersize=2, elinewidth=0.4)
     ax.axhline(0, color="black", linewidth=0.4, zorder=0)
     _fit(ax, rough, margin, "$d$, held out", left)
     ax.set_xlabel(layout.folded("mean roughness of the surface (low: rough, high: flat)", width + 16))
 
 
-def _fit(ax, rough, margin, label, left):
+def _fit(ax: Axes, rough: np.ndarray, margin: float, label: str, left: bool) -> None:
+    """Set the limits and the label of a panel."""
     ax.set_xlim(rough.min() - margin, rough.max() + margin)
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.set_ylabel(label if left else "")
 
 
-def _gain(ax, rows, limit, left):
-    """d with the choice of near surfaces minus d with that of far ones, per range of n_S."""
+def _gain(ax: Axes, rows: pd.DataFrame, limit: float, left: bool) -> None:
+    """Draw d with the choice of near surfaces minus d with that of far ones, per range of n_S."""
     ax.set(xlim=(0, 100), ylim=(-limit, limit), xlabel="$n_S$ (%), middle of the range")
     ax.set_ylabel("gain in $d$" if left else "")
     ax.axhline(0, color="black", linewidth=0.4, zorder=0)
@@ -118,13 +142,13 @@ def _gain(ax, rows, limit, left):
     half = ((rows.gain_high - rows.gain_low) / 2).fillna(0)
     ax.errorbar(middle, rows.gain, half, fmt="none", ecolor="black", elinewidth=0.5, capsize=1.5)
     for related, face in ((True, "black"), (False, "white")):
-        these = (rows.p < SIGNIFICANT) == related
-        ax.plot(middle[these], rows.gain[these], **GAIN | {"markerfacecolor": face})
+        selected = (rows.p < SIGNIFICANT) == related
+        ax.plot(middle[selected], rows.gain[selected], **GAIN | {"markerfacecolor": face})
 
 
-def _by_range(summary, name):
-    """The winner of every range of n_S, one colour and mark for each surface."""
-    readings = readings_in(summary.reading.unique())
+def _by_range(summary: pd.DataFrame, name: str) -> Figure:
+    """Draw the winner of every range of n_S, with a colour and a marker for each surface."""
+    readings = readings_of_columns(summary.reading.unique())
     pitch = (PAGE - 3) / max(2, len(readings))
     surfaces = list(summary.groupby(["protein", "conformation"], sort=False))
     figure = layout.sheet(PAGE, 142, name)
@@ -134,9 +158,9 @@ def _by_range(summary, name):
         layout.text(figure, x - 10, 1.3, layout.folded(READINGS[reading].words, pitch - 5))
         panels = _panels(figure, x, pitch - 18)
         winners = summary[(summary.reading == reading) & summary.d.notna()]
-        for s, (place, _) in enumerate(surfaces):
-            own = (winners.protein == place[0]) & (winners.conformation == place[1])
-            _surface(panels, winners[own], s)
+        for s, ((protein, conformation), _) in enumerate(surfaces):
+            of_surface = (winners.protein == protein) & (winners.conformation == conformation)
+            _surface(panels, winners[of_surface], s)
         for panel, parameter in zip(panels, GREEK, strict=False):
             known = np.unique(winners[parameter])
             layout.ticks(panel.yaxis, known, 18)
@@ -157,8 +181,8 @@ def _by_range(summary, name):
     return figure
 
 
-def _panels(figure, x, width):
-    """Five axes, one below the other, over the same n_S."""
+def _panels(figure: layout.Sheet, x: float, width: float) -> list[Axes]:
+    """Add five axes, one below the other, with the same n_S."""
     panels = [layout.axes(figure, x, 8 + 21 * row, width, 18 if row < 4 else 32) for row in range(5)]
     for panel in panels:
         panel.set_xlim(0, 100)
@@ -168,10 +192,15 @@ def _panels(figure, x, width):
     return panels
 
 
-def _surface(panels, rows, s):
-    """The winners of one surface, number s."""
+def _surface(panels: list[Axes], rows: pd.DataFrame, s: int) -> None:
+    """Draw the winners of surface number s."""
     rows = rows.sort_values("n_S_percent")
-    style = {"color": layout.PALETTE[s], "marker": MARKERS[s], "linewidth": 0.6, "clip_on": False}
+    style: dict[str, Any] = {
+        "color": layout.PALETTE[s],
+        "marker": MARKERS[s],
+        "linewidth": 0.6,
+        "clip_on": False,
+    }
     for panel, name in zip(panels, GREEK, strict=False):
         panel.plot(rows.n_S_percent, rows[name], **style)
     panels[-1].plot(rows.n_S_percent, rows.d_held_out, **style)

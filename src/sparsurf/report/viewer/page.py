@@ -1,37 +1,45 @@
-"""The page of one surface: dots to turn and to pick, the paper's sampling live, d and Z of the grid beside it."""
+"""Interactive page of one surface: dots to rotate and pick, the paper's sampling live, d and Z of the grid."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from sparsurf.recovery.readings import READINGS, readings_in
+from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
-from sparsurf.sampling.samplers import called, farthest
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.sampling.samplers import farthest, lookup_sampler
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import spacing
 
-MOST_DOTS = 100_000
-MOST_BYTES = 1_500_000  # of the page: browsers show none in the frame of a report beyond 1.57 MB
-STEP = 0.001  # Å, the decimals of a DMS file
-CENTRE_STEPS = 1e7  # of the R_i of a centre, which decides about p
+if TYPE_CHECKING:
+    from sparsurf.sampling.published import Cover
+    from sparsurf.surfaces.surface import Surface
+
+MAX_DOTS = 100_000
+MAX_BYTES = 1_500_000  # of the page; browsers show no page above 1.57 MB in the frame of a report
+COORDINATE_STEP = 0.001  # Å, the precision of a DMS file
+CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
 SCRIPTS = ["unpack.js", "law.js", "scene.js", "page.js"]
 KINDS = ["contact", "saddle", "concave", "unknown kind"]
-STOPS = 16  # of the colours, viridis: evenly bright, so that they read as light and dark as well
+N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
 SAMPLERS = ("farthest", "uniform", "roughness", "stride", "paper")  # that law.js draws
 
 
 @dataclass(frozen=True)
 class Values:
-    """One number of every dot, to be shown as a colour.
+    """Values of every dot, shown as colours.
 
     name, symbol, unit : str
     values : (N,) float64, NaN where unknown
-    low_is, high_is : str, what the ends mean
+    low_is, high_is : str, meaning of the ends
     """
 
     name: str
@@ -43,20 +51,20 @@ class Values:
 
 
 def page(
-    title,
-    surface,
-    rough,
-    cover,
-    radius,
-    orders,
-    grid=None,
-    best=None,
-    residues=(),
-    values=(),
-    minimal=(),
-    opens=None,
-):
-    """The page, complete in itself.
+    title: str,
+    surface: Surface,
+    rough: np.ndarray,
+    cover: Cover,
+    radius: float,
+    orders: dict[str, np.ndarray],
+    grid: pd.DataFrame | None = None,
+    best: dict[str, Any] | None = None,
+    residues: Sequence[str] = (),
+    values: Sequence[Values] = (),
+    minimal: Sequence[int] = (),
+    opens: tuple[str, int] | None = None,
+) -> str:
+    """Render the page, with everything in one file.
 
     Parameters
     ----------
@@ -66,24 +74,24 @@ def page(
     cover : sampling.law.Cover
     radius : float, R_patch in Å
     orders : dict of name to (n,) int
-        Dots in the order in which nested samplers choose them; a surface too large for a page is shown by the
-        first dots of the first of them.
+        Dots in the order in which nested samplers choose them; if a surface is too large for a page, the first dots of the
+        first sampler are shown.
     grid : DataFrame, optional
-        See `study.tables.grid_table`; without it the page tells no d and Z.
+        See `study.tables.grid_table`; without it the page has no d and Z.
     best : dict, optional
         See `study.tables.best`.
     residues : sequence of str
-        Name of the residue of each atom of the structure; empty where it is not known.
+        Name of the residue of each atom of the structure; empty if unknown.
     values : sequence of Values
-        More to colour by.
+        Further values to colour by.
     minimal : sequence of int
-        Dots of the subset that is handed out.
+        Dots of the minimal subset.
     opens : (str, int), optional
-        The sampler that is shown first, and in which colour: 0 for R_i, then those of `values`.
+        The sampler that is shown first, and its colour: 0 for R_i, then those of `values`.
 
     Returns
     -------
-    str, HTML of at most MOST_BYTES
+    str, HTML of at most MAX_BYTES
     """
     grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
     values = [Values("roughness R_i", "R_i", "", rough, "rough", "flat"), *values]
@@ -93,7 +101,7 @@ def page(
         "%STYLE%": _read("page.css"),
         "%SCRIPT%": "".join(_read(name) for name in SCRIPTS),
     }
-    most = MOST_DOTS
+    most = MAX_DOTS
     while True:
         dots = np.sort(next(iter(orders.values()))[:most])
         whole = {name: order for name, order in orders.items() if np.isin(dots, order).all()}
@@ -107,45 +115,62 @@ def page(
             parts | {"%DATA%": pack(header, columns | cover_columns(surface, dots, cover))}
         ).items():
             text = text.replace(mark, part)
-        if len(text.encode()) <= MOST_BYTES:
+        if len(text.encode()) <= MAX_BYTES:
             return text
-        most = int(0.95 * len(dots) * MOST_BYTES / len(text))
+        most = int(0.95 * len(dots) * MAX_BYTES / len(text))
 
 
-def coloured_page(title, name, surface, settings, values, residues=()):
-    """The page of a surface without a grid, which opens with all dots in the colours of the first of some values.
+def coloured_page(
+    title: str,
+    name: str,
+    surface: Surface,
+    settings: dict[str, Any],
+    values: Sequence[Values],
+    residues: Sequence[str] = (),
+) -> str:
+    """Render the page of a surface without a grid, which opens with all dots in the colours of the first values.
 
     Parameters
     ----------
     title : str
-    name : str, of the surface, which its order of dots follows from
+    name : str, of the surface, from which the order of its dots is drawn
     surface, values, residues : as for `page`
     settings : dict, see `Evaluator.from_settings`
     """
-    evaluator = Evaluator.from_settings(surface, settings, None, name, 1)
-    order = farthest(evaluator, min(len(surface), MOST_DOTS), evaluator.stream("view"))
+    evaluator = PreparedSurface.from_settings(surface, settings, None, name, 1)
+    order = farthest(evaluator, min(len(surface), MAX_DOTS), evaluator.stream("view"))
     return page(
         title, surface, evaluator.roughness, evaluator.cover, evaluator.r_patch, {"farthest": order},
         residues=residues, values=values, opens=("all", 1),
     )  # fmt: skip
 
 
-def _read(name):
+def _read(name: str) -> str:
+    """Read a file of this folder."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
-def _header(surface, dots, radius, orders, grid, best, values, minimal):
-    """What the page needs beside the dots."""
-    readings = readings_in(grid, "d_")
+def _header(
+    surface: Surface,
+    dots: np.ndarray,
+    radius: float,
+    orders: dict[str, np.ndarray],
+    grid: pd.DataFrame,
+    best: dict[str, Any],
+    values: Sequence[Values],
+    minimal: Sequence[int],
+) -> dict[str, Any]:
+    """Collect what the page needs besides the dots."""
+    readings = readings_of_columns(grid, "d_")
     columns = [*PARAMETERS, "n_S_percent"]
     columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
     samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
-    samplers |= {name: called(name).words for name in (*orders, *SAMPLERS)}
+    samplers |= {name: lookup_sampler(name).words for name in (*orders, *SAMPLERS)}
     return {
         "total": len(surface),
         "stored": len(dots),
         "minimal": len(minimal),
-        "step": STEP,
+        "step": COORDINATE_STEP,
         "radius": radius,
         "octahedron": OCTAHEDRON,
         "spacing": spacing(surface.points[dots]) if len(dots) > 1 else 1.0,
@@ -153,45 +178,55 @@ def _header(surface, dots, radius, orders, grid, best, values, minimal):
         "readings": [READINGS[reading].words for reading in readings],
         "grid": [[_number(value) for value in row] for row in grid[columns].to_numpy(float)],
         "presets": _presets(best),
-        "values": [_scale(each) for each in values],
+        "values": [_scale(one) for one in values],
         "kinds": [[name, rgb.tolist()] for name, rgb in zip(KINDS, [*KIND_COLOURS[:3], GREY], strict=True)],
-        "stops": viridis(np.linspace(0, 1, STOPS)).tolist(),
+        "stops": viridis(np.linspace(0, 1, N_COLOUR_STOPS)).tolist(),
     }
 
 
-def _number(value):
+def _number(value: float) -> float | None:
+    """Round to five digits; None for NaN."""
     return float(f"{value:.5g}") if np.isfinite(value) else None
 
 
-def _presets(best):
-    """Combinations worth a look, with their names."""
-    out = [("the paper's best", [1.0, 0.0, 6.0, 0.0])]
-    for reading in readings_in(best):
+def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
+    """List named combinations to start from."""
+    presets = [("the paper's best", [1.0, 0.0, 6.0, 0.0])]
+    for reading in readings_of_columns(best):
         names = {"unrestricted": "best", "under_max_n_S": f"best below {best['max_n_S_percent']:g} %"}
         for key, name in names.items():
             if "d" in best[reading][key]:
-                out.append((f"{name}, {READINGS[reading].words}", list(Combination.of(best[reading][key]))))
-    return out
+                presets.append(
+                    (f"{name}, {READINGS[reading].words}", list(Combination.of(best[reading][key])))
+                )
+    return presets
 
 
-def _scale(each):
-    """Name and ends of some values."""
-    known = each.values[np.isfinite(each.values)]
+def _scale(values: Values) -> dict[str, Any]:
+    """Return the names and ends of some values."""
+    known = values.values[np.isfinite(values.values)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
     return {
-        "name": each.name,
-        "symbol": each.symbol,
-        "unit": each.unit,
+        "name": values.name,
+        "symbol": values.symbol,
+        "unit": values.unit,
         "low": low,
         "high": high,
-        "low is": each.low_is,
-        "high is": each.high_is,
+        "low is": values.low_is,
+        "high is": values.high_is,
     }
 
 
-def dot_columns(surface, dots, orders, residues, values, header):
-    """Columns of the shown dots; those of kind and residue only where these are known."""
-    points = np.round(surface.points[dots] / STEP).astype(int)
+def dot_columns(
+    surface: Surface,
+    dots: np.ndarray,
+    orders: dict[str, np.ndarray],
+    residues: Sequence[str],
+    values: Sequence[Values],
+    header: dict[str, Any],
+) -> dict[str, np.ndarray]:
+    """Return columns of the shown dots; kind and residue only if they are known."""
+    points = np.round(surface.points[dots] / COORDINATE_STEP).astype(int)
     columns = dict(zip("xyz", points.T, strict=True)) | {"index": dots}
     columns |= dict(zip("uv", flat_normals(surface.normals[dots]).T, strict=True))
     if (surface.kind >= 0).any():
@@ -201,8 +236,8 @@ def dot_columns(surface, dots, orders, residues, values, header):
         atom = surface.atom[dots]
         columns["residue"] = np.where(atom >= 0, number[atom], -1)
         header["residues"] = names.tolist()
-    for k, (each, scale) in enumerate(zip(values, header["values"], strict=True)):
-        columns[f"value {k}"] = in_steps(each.values[dots], scale["low"], scale["high"])
+    for k, (one, scale) in enumerate(zip(values, header["values"], strict=True)):
+        columns[f"value {k}"] = in_steps(one.values[dots], scale["low"], scale["high"])
     place = _places(dots, len(surface))
     for name, order in orders.items():
         rank = np.empty(len(dots), int)
@@ -212,14 +247,17 @@ def dot_columns(surface, dots, orders, residues, values, header):
     return columns
 
 
-def cover_columns(surface, dots, cover):
-    """Columns of the cover: of each centre its place among the shown dots (-1 for none), R_i, where r_ij is measured
-    from and how many pairs it has; of each pair its dot, in ascending order within a patch."""
+def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str, np.ndarray]:
+    """Return columns of the cover.
+
+    For each centre: its place among the shown dots (-1 for none), R_i, the origin of r_ij, and its number of pairs. For each
+    pair: its dot, in ascending order within a patch.
+    """
     place = _places(dots, len(surface))
     owner = np.repeat(np.arange(len(cover.centre)), np.diff(cover.start))
     shown = place[cover.dot] >= 0
     owner, dot = owner[shown], place[cover.dot[shown]]
-    origin = np.round(surface.points[cover.origin] / STEP).astype(int)
+    origin = np.round(surface.points[cover.origin] / COORDINATE_STEP).astype(int)
     return dict(zip(("ox", "oy", "oz"), origin.T, strict=True)) | {
         "centre": place[cover.centre],
         "centreR": np.round(cover.roughness * CENTRE_STEPS).astype(int),
@@ -228,8 +266,8 @@ def cover_columns(surface, dots, cover):
     }
 
 
-def _places(dots, n):
-    """Place of each of n dots among the shown ones, -1 for those that are not."""
+def _places(dots: np.ndarray, n: int) -> np.ndarray:
+    """Return the place of each of n dots among the shown ones, -1 for the others."""
     place = np.full(n, -1)
     place[dots] = np.arange(len(dots))
     return place

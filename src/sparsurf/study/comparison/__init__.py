@@ -1,1 +1,1 @@
-"""Samplers compared at equal n_S: who takes part, what is measured, and what follows from it."""
+"""Samplers compared at equal n_S: the methods, the measurements, and their evaluation."""

@@ -1,11 +1,13 @@
 """Samplers compared at equal n_S.
 
-Two uses are kept apart: the subset as the SURFACE itself (patches hold its dots only) and as patch
-CENTRES (patches are cut from the full surface; the error is that of the nearest kept centre).
+Two uses are distinguished: the subset as the SURFACE itself (patches contain only its dots) and as patch CENTRES (patches are
+cut from the full surface; the error is that of the nearest kept centre).
 """
 
 import logging
 import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,18 +15,21 @@ import pandas as pd
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.samplers import nearest_kept
-from sparsurf.study.comparison.contestants import PERCENTS
-from sparsurf.study.statistics import estimate, references
+from sparsurf.study.comparison.methods import PERCENTS, Method
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.statistics import estimate, reference_values
 
 log = logging.getLogger("sparsurf")
 
-FRAGMENT = 30.0  # %: where less of a patch's kept dots is left, Z measures how the subset breaks up
+MIN_FRAGMENT = (
+    30.0  # %: if a smaller share of a patch's kept dots is left, Z measures how the subset breaks up
+)
 SCALES = (1.2, 1.4, 1.6, 1.8, 2.0, 2.5)  # linking distances in mean spacings of the kept dots
 DOTTED = "dotted"
-USE = {  # of each measure: the subset is the surface, gives the patch centres, or just its dots
+USE = {  # of each measure: the subset as the surface, as patch centres, or only its dots
     "Z as_written": "surface",  # islands removed on the full surface
-    "Z as_written weighted": "surface",  # and each kept dot counts for the dots nearest to it
-    "Z recovered": "surface",  # the kept dots are made a dense surface again, which is described as it is
+    "Z as_written weighted": "surface",  # each kept dot is weighted by the number of dots nearest to it
+    "Z recovered": "surface",  # a dense surface is recovered from the kept dots
     "Z scaled": "surface",  # islands removed among the kept dots, linked by their own spacing
     "Z as_coded": "surface",  # islands removed among the kept dots, linked within D_link
     "Z centres": "centres",  # patch of the nearest kept dot, cut from the full surface
@@ -32,97 +37,104 @@ USE = {  # of each measure: the subset is the surface, gives the patch centres, 
     "normal": "dots",  # degrees between the normals of a dot and of the nearest kept one
     "fragment scaled": "surface",  # median evaluated patch, % of the kept dots under `as_written`
     "fragment as_coded": "surface",
-    "seconds": "dots",  # of one draw, index and cover being there
+    "seconds": "dots",  # of one draw, without those for index and cover
 }
 
 
-def compare(
-    evaluator,
-    drawers,
-    percents=PERCENTS,
-    n_tests=400,
-    draws=3,
-    progress=lambda done, of: None,
-    floors=None,
-    raw=None,
-):
-    """Every sampler at every n_S, under every island rule, in both uses.
+def compare_samplers(
+    prepared: PreparedSurface,
+    methods: Mapping[str, Method],
+    percents: Sequence[float] = PERCENTS,
+    n_tests: int = 400,
+    draws: int = 3,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+    floors: Mapping[str, float] | None = None,
+    raw: dict[tuple[str, str], np.ndarray] | None = None,
+) -> pd.DataFrame:
+    """Measure every sampler at every n_S, under every reading, in both uses.
 
     Parameters
     ----------
-    evaluator : Evaluator
-    drawers : dict
-        See `contestants`.
+    prepared : PreparedSurface
+    methods : dict
+        See `methods.select_methods`.
     percents : sequence of float
-        Wished n_S in % of the dots.
+        Requested n_S in % of the dots.
     n_tests, draws : int
     progress : callable
-        Told how many of how many samplers are done.
+        Callback with the numbers of finished and total samplers.
     floors : dict, optional
-        floor -> Z, see `tables.as_references`.
+        floor -> Z, see `tables.floors_by_name`.
     raw : dict, optional
-        Takes (sampler, measure) -> the (P, D, T) values behind the means, for `fewer`.
+        Receives (sampler, measure) -> the (P, D, T) values behind the means, for `equal_error`.
 
     Returns
     -------
     DataFrame, one row per sampler, requested n_S (`percent`) and measure (see `USE`): n_S and n_S_percent (means of
-    the draws), use, measure, value, se, low and high (95 % over draws and test dots; NaN where the measure is no
-    mean over test dots), and, for each Z, the references null_model and
-    empty_patch, and the floors fresh_dots and turned where given.
+    the draws), use, measure, value, se, low and high (95 % over draws and test dots; NaN if the measure is not a
+    mean over test dots), and, for each Z, the reference values null_model and empty_patch, and the floors fresh_dots and
+    turned if given.
     """
-    tests = evaluator.draw_tests(n_tests)
+    tests = prepared.draw_tests(n_tests)
     parts = []
-    z_tot, _ = evaluator.describe(tests)
-    sticks = references(z_tot)
-    for name, draw in drawers.items():
-        subsets, seconds = _draw(evaluator, name, draw, percents, draws)
+    z_tot, _ = prepared.describe(tests)
+    references = reference_values(z_tot)
+    for name, method in methods.items():
+        subsets, seconds = _draw(prepared, name, method, percents, draws)
         measured = {"seconds": np.median(seconds, axis=1)}
-        measured |= _measure(evaluator, subsets, tests, z_tot, (len(percents), draws, -1))
+        measured |= _measure(prepared, subsets, tests, z_tot, (len(percents), draws, -1))
         if raw is not None:
             raw |= {(name, measure): x for measure, x in measured.items() if x.ndim == 3}
-        n_s = np.reshape([len(s) for s in subsets], (len(percents), draws)).mean(axis=1)
+        n_s = np.reshape([len(subset) for subset in subsets], (len(percents), draws)).mean(axis=1)
         parts += [_rows(name, percents, n_s, measure, measured[measure]) for measure in USE]
-        progress(len(parts) // len(USE), len(drawers))
+        progress(len(parts) // len(USE), len(methods))
     table = pd.concat(parts, ignore_index=True)
-    table.insert(3, "n_S_percent", 100 * table["n_S"] / len(evaluator.points))
-    of_z = table["measure"].str.startswith("Z ")
-    shown = {key: sticks[key] for key in ("null_model", "empty_patch")}
-    shown |= {"fresh_dots": floors["fresh dots"], "turned": floors["turned"]} if floors else {}
-    for key, z in shown.items():
-        table[key] = np.where(of_z, z, np.nan)
-    _warn_of_fragments(table, evaluator.name)
+    table.insert(3, "n_S_percent", 100 * table["n_S"] / len(prepared.points))
+    is_z = table["measure"].str.startswith("Z ")
+    columns = {key: references[key] for key in ("null_model", "empty_patch")}
+    columns |= {"fresh_dots": floors["fresh dots"], "turned": floors["turned"]} if floors else {}
+    for key, z in columns.items():
+        table[key] = np.where(is_z, z, np.nan)
+    _warn_of_fragments(table, prepared.name)
     return table
 
 
-def _draw(evaluator, name, draw, percents, draws):
-    """Subsets of one sampler, ascending, n_S by n_S and draw by draw; seconds of each, (P, D)."""
+def _draw(
+    prepared: PreparedSurface, name: str, method: Method, percents: Sequence[float], draws: int
+) -> tuple[list[np.ndarray], np.ndarray]:
+    """Draw the subsets of one sampler, ascending dots, n_S by n_S and draw by draw; return their seconds, (P, D), too."""
     subsets, seconds = [], []
-    draw(1, evaluator.stream("compare", name))  # what is done once for all draws is not their time
+    method(1, prepared.stream("compare", name))  # computes what all draws share, which is not timed
     for percent in percents:
-        n = max(1, round(percent / 100 * len(evaluator.points)))
+        n = max(1, round(percent / 100 * len(prepared.points)))
         for k in range(draws):
-            rng = evaluator.stream("compare", name, n, k)
+            rng = prepared.stream("compare", name, n, k)
             begin = time.perf_counter()
-            dots = draw(n, rng)
+            dots = method(n, rng)
             seconds.append(time.perf_counter() - begin)
             subsets.append(np.sort(dots))
     return subsets, np.reshape(seconds, (len(percents), draws))
 
 
-def _measure(evaluator, subsets, tests, z_tot, shape):
-    """Dict of (P, D, T) arrays, and of (P,) arrays where a measure is no mean over test dots."""
-    nearest, gap, weighted = (
-        np.array(x) for x in zip(*[_nearest(evaluator, s, tests, z_tot) for s in subsets], strict=True)
-    )
-    surface, dots = evaluator.distances(subsets, tests, z_tot, "as_written")
-    kept, left = evaluator.distances(subsets, tests, z_tot, "as_coded")
-    scaled, linked = evaluator.distances(subsets, tests, z_tot, "scaled")
-    recovered, _ = evaluator.distances(subsets, tests, z_tot, RECOVERED)
-    centres, place = np.unique(nearest, return_inverse=True)
-    of_centres = evaluator.describe(centres)[0][place.reshape(nearest.shape)]
+def _measure(
+    prepared: PreparedSurface,
+    subsets: Sequence[np.ndarray],
+    tests: np.ndarray,
+    z_tot: np.ndarray,
+    shape: tuple[int, ...],
+) -> dict[str, np.ndarray]:
+    """Return a dict of (P, D, T) arrays, and of (P,) arrays for measures that are not means over test dots."""
+    of_subsets = [_compare_with_nearest(prepared, subset, tests, z_tot) for subset in subsets]
+    nearest, distance, weighted = (np.array(x) for x in zip(*of_subsets, strict=True))
+    surface, dots = prepared.distances(subsets, tests, z_tot, "as_written")
+    kept, left = prepared.distances(subsets, tests, z_tot, "as_coded")
+    scaled, linked = prepared.distances(subsets, tests, z_tot, "scaled")
+    recovered, _ = prepared.distances(subsets, tests, z_tot, RECOVERED)
+    centres, inverse = np.unique(nearest, return_inverse=True)
+    of_centres = prepared.describe(centres)[0][inverse.reshape(nearest.shape)]
     whole = np.median(dots.reshape(shape), axis=(1, 2)).clip(1)
 
-    def fragment(sizes):
+    def fragment(sizes: np.ndarray) -> np.ndarray:
         return 100 * np.median(np.reshape(sizes, shape), axis=(1, 2)) / whole
 
     out = {
@@ -132,67 +144,85 @@ def _measure(evaluator, subsets, tests, z_tot, shape):
         "Z scaled": scaled,
         "Z as_coded": kept,
         "Z centres": np.linalg.norm(of_centres - z_tot, axis=-1),
-        "position": gap,
-        "normal": _angle(evaluator.normals[tests], evaluator.normals[nearest]),
+        "position": distance,
+        "normal": _angle(prepared.normals[tests], prepared.normals[nearest]),
     }
     fragments = {"fragment scaled": fragment(linked), "fragment as_coded": fragment(left)}
     return {measure: values.reshape(shape) for measure, values in out.items()} | fragments
 
 
-def _nearest(evaluator, subset, tests, z_tot):
-    """Nearest kept dot of each test dot, its distance in Å, and |z_tot - z| with weights, each (T,)."""
-    place, gap = nearest_kept(evaluator.points, subset, evaluator.threads)
-    share = np.zeros((1, len(evaluator.points)))
-    share[0, evaluator.index.position[subset]] = np.bincount(place, minlength=len(subset))
-    weighted = evaluator.distances([subset], tests, z_tot, "as_written", share)[0][0]
-    return subset[place[tests]], gap[tests], weighted
+def _compare_with_nearest(
+    prepared: PreparedSurface, subset: np.ndarray, tests: np.ndarray, z_tot: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the nearest kept dot of each test dot, its distance in Å, and |z_tot - z| with weights, each (T,)."""
+    nearest, distance = nearest_kept(prepared.points, subset, prepared.threads)
+    weights = np.zeros((1, len(prepared.points)))
+    weights[0, prepared.index.position[subset]] = np.bincount(nearest, minlength=len(subset))
+    weighted = prepared.distances([subset], tests, z_tot, "as_written", weights)[0][0]
+    return subset[nearest[tests]], distance[tests], weighted
 
 
-def _angle(a, b):
-    """Angle in degrees between normals (..., 3)."""
+def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the angle in degrees between normals (..., 3)."""
     cosine = np.sum(a * b, axis=-1) / (np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1))
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
 
 
-def _rows(name, percents, n_s, measure, values):
-    """The rows of one sampler and measure."""
-    columns = {"sampler": name, "percent": percents, "n_S": n_s, "use": USE[measure], "measure": measure}
+def _rows(
+    name: str, percents: Sequence[float], n_s: np.ndarray, measure: str, values: np.ndarray
+) -> pd.DataFrame:
+    """Return the rows of one sampler and measure."""
+    columns: dict[str, Any] = {
+        "sampler": name,
+        "percent": percents,
+        "n_S": n_s,
+        "use": USE[measure],
+        "measure": measure,
+    }
     if values.ndim == 3:
-        found = estimate(values)
-        columns |= {"value": found.mean, "se": found.error, "low": found.low, "high": found.high}
+        mean = estimate(values)
+        columns |= {"value": mean.mean, "se": mean.error, "low": mean.low, "high": mean.high}
     else:
         columns |= {"value": values, **dict.fromkeys(("se", "low", "high"), np.nan)}
     return pd.DataFrame(columns)
 
 
-def _warn_of_fragments(table, name):
-    """One warning that lists where the evaluated patches are but fragments of what was kept."""
+def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
+    """Warn once of all cases in which the evaluated patches are only fragments of what was kept."""
     cases = []
     for rule in ("as_coded", "scaled"):
         part = table[table["measure"] == f"fragment {rule}"]
         for sampler, rows in part.groupby("sampler", sort=False):
-            low = rows.loc[rows["value"] < FRAGMENT, "percent"]
+            low = rows.loc[rows["value"] < MIN_FRAGMENT, "percent"]
             if len(low):
                 where = "every n_S" if len(low) == len(rows) else ", ".join(f"{p:g}" for p in low) + " %"
                 cases.append((rule, where, sampler))
     if cases:
-        listed = pd.DataFrame(cases, columns=["rule", "where", "sampler"]).groupby(
+        groups = pd.DataFrame(cases, columns=["rule", "where", "sampler"]).groupby(
             ["rule", "where"], sort=False
         )
-        listed = [f"{rule} at {where} ({', '.join(part['sampler'])})" for (rule, where), part in listed]
+        listed = [f"{rule} at {where} ({', '.join(part['sampler'])})" for (rule, where), part in groups]
         log.warning("%s: some subsets break up, and their Z measures that: %s", name, "; ".join(listed))
 
 
-def stand_alone(evaluator, drawers, lay=None, percents=PERCENTS, n_tests=200, draws=3, scales=SCALES):
-    """Z of subsets as surfaces of their own, by linking distance.
+def stand_alone(
+    prepared: PreparedSurface,
+    methods: Mapping[str, Method],
+    lay: Callable[[int, np.random.Generator], tuple[np.ndarray, np.ndarray]] | None = None,
+    percents: Sequence[float] = PERCENTS,
+    n_tests: int = 200,
+    draws: int = 3,
+    scales: Sequence[float] = SCALES,
+) -> pd.DataFrame:
+    """Measure Z of subsets that form their own surfaces, by linking distance.
 
     Parameters
     ----------
-    evaluator : Evaluator
-    drawers : dict
-        Name -> function (n, rng) -> dots, see `contestants.contestants`.
+    prepared : PreparedSurface
+    methods : dict
+        Name -> function (n, rng) -> dots, see `methods.select_methods`.
     lay : callable, optional
-        (n, rng) -> points and normals, see `dotted`: lets the surface laid at low density take part.
+        (n, rng) -> points and normals, see `methods.dotted_surface`: includes the surface generated at low density.
     percents : sequence of float
     n_tests, draws : int
     scales : sequence of float
@@ -201,28 +231,26 @@ def stand_alone(evaluator, drawers, lay=None, percents=PERCENTS, n_tests=200, dr
     -------
     DataFrame: sampler, percent (requested), n_S_percent (mean of the draws), scale, Z, low, high
     """
-    tests, rows = evaluator.draw_tests(n_tests), []
-    z_tot, _ = evaluator.describe(tests)
-    for name in [*drawers, *([DOTTED] if lay else [])]:
+    tests, rows = prepared.draw_tests(n_tests), []
+    z_tot, _ = prepared.describe(tests)
+    for name in [*methods, *([DOTTED] if lay else [])]:
         for percent in percents:
-            n = max(2, round(percent / 100 * len(evaluator.points)))
-            subsets = [_dots(evaluator, name, drawers, lay, n, k) for k in range(draws)]
-            share = 100 * np.mean([len(points) for points, _ in subsets]) / len(evaluator.points)
+            n = max(2, round(percent / 100 * len(prepared.points)))
+            subsets = []
+            for draw in range(draws):
+                rng = prepared.stream("stand alone", name, n, draw)
+                if lay and name == DOTTED:
+                    subsets.append(lay(n, rng))
+                else:
+                    kept = np.sort(methods[name](n, rng))
+                    subsets.append((prepared.points[kept], prepared.normals[kept]))
+            share = 100 * np.mean([len(points) for points, _ in subsets]) / len(prepared.points)
             for scale in scales:
                 z = []
                 for points, normals in subsets:
-                    index = linked_by_spacing(points, normals, evaluator.d_link, evaluator.area, scale=scale)
-                    z.append(evaluator.distances_of(index, tests, z_tot)[0])
-                found = estimate(np.array(z))
+                    index = linked_by_spacing(points, normals, prepared.d_link, prepared.area, scale=scale)
+                    z.append(prepared.distances_to_index(index, tests, z_tot)[0])
+                mean = estimate(np.array(z))
                 row = {"sampler": name, "percent": percent, "n_S_percent": share, "scale": scale}
-                rows.append(row | {"Z": found.mean, "low": found.low, "high": found.high})
+                rows.append(row | {"Z": mean.mean, "low": mean.low, "high": mean.high})
     return pd.DataFrame(rows)
-
-
-def _dots(evaluator, name, drawers, lay, n, draw):
-    """Points and normals of one draw."""
-    rng = evaluator.stream("stand alone", name, n, draw)
-    if name == DOTTED:
-        return lay(n, rng)
-    kept = np.sort(drawers[name](n, rng))
-    return evaluator.points[kept], evaluator.normals[kept]

@@ -1,1 +1,1 @@
-"""Files of surfaces: a module for each format, all of them named in `read_surface`."""
+"""File formats of surfaces, one module each; `read_surface` lists them."""

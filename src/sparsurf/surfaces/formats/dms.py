@@ -1,90 +1,121 @@
-"""DMS files: what UCSF's program DMS writes with its option -n; and that program, where it is installed."""
+"""DMS files, which UCSF's program DMS writes with its option -n, and surfaces by that program where it is installed."""
+
+from __future__ import annotations
 
 import re
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.surfaces.surface import CONCAVE, CONTACT, DENSITY, SADDLE, Format, surface_of_columns
-from sparsurf.texts import read_bytes, short, text_of
+from sparsurf.files import decode_text, read_bytes, shorten
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, DENSITY, SADDLE, Format, Surface, surface_of_columns
 
 KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
 DOT_TYPE = re.compile(r"\s(SC|SS|SR)\d*(?=\s)")
-TYPES = np.array(["SC0", "SS0", "SR0"])
+DOT_TYPE_OF_KIND = np.array(["SC0", "SS0", "SR0"])
 
 
-def _sniff(head):
-    """Whether a line holds an atom or a dot."""
+def _sniff(head: bytes) -> bool:
+    """Tell whether a line holds an atom or a dot."""
     text = head.decode("latin-1")
     return bool(DOT_TYPE.search(text) or re.search(r"\d A\s*$", text, re.M))
 
 
-def read_dms(content, path):
-    """Surface of a DMS file, read from the type of the dot both ways, since the columns before it shift.
+def read_dms(content: bytes, path: Path | str) -> Surface:
+    """Read a surface from the bytes of a DMS file.
 
-    `atom` counts the atoms of the file.
+    Each line is read from the type of the dot in both directions, since the columns before it shift.
+
+    Parameters
+    ----------
+    content : bytes of the file, unpacked
+    path : named in messages
+
+    Returns
+    -------
+    Surface; `atom` counts the atoms of the file
+
+    Raises
+    ------
+    InputError
+        A line is damaged, the file is cut short, or it has no normals.
     """
     rows, kinds, atoms, lines, atom = [], [], [], [], -1
-    text = text_of(content, path)
+    text = decode_text(content, path)
     for number, line in enumerate(text.split("\n"), 1):
-        found = list(DOT_TYPE.finditer(line))
-        if not found:
+        types = list(DOT_TYPE.finditer(line))
+        if not types:
             is_atom = line.rstrip().endswith(" A")
             if not is_atom and _floats(line.split()[-4:]) and len(line.split()) > 7:
                 raise InputError(f"{path}: line {number} is a dot of no type SC, SS or SR; repair it.")
             atom += is_atom
             continue
-        head, rest = line[: found[-1].start()], line[found[-1].end() :].split()
-        if len(rest) == 1:
-            raise InputError(f"{path} has no normals: run dms again with the option -n.")
-        row = _floats(head.split()[-3:] + rest)
-        if row is None:  # long numbers touch each other: by columns then
-            x = head[-27:-18] if head[-27:-26] == "-" else head[-26:-18]
-            row = _floats([x, head[-18:-9], head[-9:], *rest])
-        if row is None or len(row) != 7:
-            line = short(repr(line.strip()))
-            raise InputError(f"{path}: line {number} is no dot with its area and normal: {line}; repair it.")
-        rows.append(row)
-        kinds.append(KINDS[found[-1].group(1)])
+        rows.append(_dot_of_line(line, types[-1], number, path))
+        kinds.append(KINDS[types[-1].group(1)])
         atoms.append(atom)
         lines.append(number)
-    if line.strip() and not found and not line.rstrip().endswith(" A"):  # behind the last end of a line
+    if line.strip() and not types and not line.rstrip().endswith(" A"):  # text after the last line break
         raise InputError(f"{path} is cut short: line {number} is no whole dot or atom; copy it again.")
     table = np.array(rows, dtype=float).reshape(-1, 7)
     points, area, normals = table[:, :3], table[:, 3], table[:, 4:]
-    columns = {"points": points, "normals": normals, "area": area, "kind": kinds, "atom": atoms}
-    return surface_of_columns(columns, path, lines)
+    return surface_of_columns(
+        {"points": points, "normals": normals, "area": area, "kind": kinds, "atom": atoms}, path, lines
+    )
 
 
-def _floats(words):
-    """The numbers, or None where one is none."""
+def _dot_of_line(line: str, dot_type: re.Match[str], number: int, path: Path | str) -> list[float]:
+    """Return position, area and normal of the dot in a line: seven numbers."""
+    head, rest = line[: dot_type.start()], line[dot_type.end() :].split()
+    if len(rest) == 1:
+        raise InputError(f"{path} has no normals: run dms again with the option -n.")
+    row = _floats(head.split()[-3:] + rest)
+    if row is None:  # long numbers touch each other, so split by columns
+        x = head[-27:-18] if head[-27:-26] == "-" else head[-26:-18]
+        row = _floats([x, head[-18:-9], head[-9:], *rest])
+    if row is None or len(row) != 7:
+        quoted = shorten(repr(line.strip()))
+        raise InputError(f"{path}: line {number} is no dot with its area and normal: {quoted}; repair it.")
+    return row
+
+
+def _floats(words: Iterable[str]) -> list[float] | None:
+    """Convert words to numbers; return None if one is not a number."""
     try:
         return [float(word) for word in words]
     except ValueError:
         return None
 
 
-def write_dms(path, surface, residue_names, residue_labels, atom_names, xyz):
+def write_dms(
+    path: Path | str,
+    surface: Surface,
+    residue_names: Sequence[str] | np.ndarray,
+    residue_labels: Sequence[str] | np.ndarray,
+    atom_names: Sequence[str] | np.ndarray,
+    xyz: np.ndarray,
+) -> None:
     """Write a DMS file with normals, each atom followed by its dots.
 
     Parameters
     ----------
     path : file to write
     surface : Surface of known atoms and kinds
-    residue_names, residue_labels, atom_names : (A,) str; a label is a number, with a chain letter or not
+    residue_names, residue_labels, atom_names : (A,) str; a label is a number with or without a chain letter
     xyz : (A, 3), Å
 
     Raises
     ------
-    InputError : dots without atom or kind
+    InputError
+        Dots have no atom or no kind.
     """
     if surface.atom.min() < 0 or surface.kind.min() < 0 or surface.atom.max() >= len(xyz):
         raise InputError("surface: a DMS file needs the atom and the kind of every dot.")
-    # Labels with a letter shift the columns by one, as in DMS's own files; so do long numbers, not to touch.
+    # Labels with a letter shift the columns by one, as in DMS's own files. So do long numbers, to keep them separate.
     farthest = max(np.abs(xyz).max(), np.abs(surface.points).max(initial=0))
     shifted = any(str(label)[-1:].isalpha() for label in residue_labels) or farthest >= 99.9
     width = 9 if shifted else 8
@@ -93,28 +124,30 @@ def write_dms(path, surface, residue_names, residue_labels, atom_names, xyz):
     points, normals = surface.points.tolist(), surface.normals.tolist()
     areas, kinds = np.nan_to_num(surface.area).tolist(), surface.kind.tolist()
     lines = []
-    for i, labels in enumerate(zip(residue_names, residue_labels, atom_names, strict=True)):
-        residue, label, atom = labels
+    for i, (residue, label, atom) in enumerate(zip(residue_names, residue_labels, atom_names, strict=True)):
         head = f"{residue:<3s}{label:>5s}{atom:>5s}"
         x, y, z = xyz[i]
         lines.append(f"{head}{x:{width}.3f}{y:9.3f}{z:9.3f} A\n")
         for n in by_atom[first[i] : first[i + 1]].tolist():
             (x, y, z), (u, v, w), area = points[n], normals[n], areas[n]
-            place = f"{x:{width}.3f}{y:9.3f}{z:9.3f}"
-            lines.append(f"{head}{place} {TYPES[kinds[n]]} {area:6.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n")
+            position = f"{x:{width}.3f}{y:9.3f}{z:9.3f}"
+            dot_type = DOT_TYPE_OF_KIND[kinds[n]]
+            lines.append(f"{head}{position} {dot_type} {area:6.3f}{u:7.3f}{v:7.3f}{w:7.3f}\n")
     with open(path, "wb") as stream:
         stream.write("".join(lines).encode("ascii", "replace"))
 
 
-def surface_by_dms_program(path_to_pdb, probe=1.4, density=DENSITY, program="dms"):
-    """Surface by UCSF's program DMS, if there is one.
+def surface_by_dms_program(
+    path_to_pdb: Path | str, probe: float = 1.4, density: float = DENSITY, program: str = "dms"
+) -> Surface:
+    """Generate a surface with UCSF's program DMS, if it is installed.
 
     Parameters
     ----------
-    path_to_pdb : PDB file of one model, all of whose atoms are used
+    path_to_pdb : PDB file of one model; all its atoms are used
     probe : Å
     density : dots per Å^2, as for `molecular_surface`
-    program : name looked up on the PATH
+    program : name that is looked up on the PATH
 
     Returns
     -------
@@ -122,7 +155,8 @@ def surface_by_dms_program(path_to_pdb, probe=1.4, density=DENSITY, program="dms
 
     Raises
     ------
-    InputError : no such program, or it fails
+    InputError
+        The program is not installed, or it fails.
     """
     executable = shutil.which(program)
     if executable is None:

@@ -1,60 +1,92 @@
-"""The project's own files of surfaces: numpy arrays, nothing rounded."""
+"""The project's own files of surfaces: numpy arrays without rounding."""
+
+from __future__ import annotations
 
 import io
 import zipfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.surfaces.surface import ARRAYS, Format, is_field, surface_of_columns
-from sparsurf.texts import MOST_BYTES, read_bytes, said_before
+from sparsurf.files import MAX_BYTES, no_warnings, read_bytes
+from sparsurf.surfaces.surface import ARRAY_NAMES, Format, Surface, is_field_name, surface_of_columns
 
 
-def _sniff(head):
-    """Whether it is an archive."""
+def _sniff(head: bytes) -> bool:
+    """Tell whether the file is a zip archive."""
     return head.startswith(b"PK")
 
 
-def read_npz(path):
-    """Surface of a file of `write_npz` that a study wrote itself: what there is to warn of was said before."""
-    with said_before():
+def read_npz(path: Path | str) -> Surface:
+    """Read a surface that a study wrote with `write_npz`, without the warnings that its input caused before.
+
+    Parameters
+    ----------
+    path : path of the file
+
+    Returns
+    -------
+    Surface
+
+    Raises
+    ------
+    InputError
+        The file was not written by this program, or is damaged.
+    """
+    with no_warnings():
         return _read(read_bytes(path), path)
 
 
-def _read(content, path):
+def _read(content: bytes, path: Path | str) -> Surface:
+    """Read a surface from the bytes of a file."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            unpacked = sum(each.file_size for each in archive.infolist())
-        if unpacked > MOST_BYTES:
-            raise InputError(f"{path} unpacks to more than {MOST_BYTES // 2**20} MB.")
+            unpacked = sum(member.file_size for member in archive.infolist())
+        if unpacked > MAX_BYTES:
+            raise InputError(f"{path} unpacks to more than {MAX_BYTES // 2**20} MB.")
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            names = [*ARRAYS, *(name for name in file.files if name not in ARRAYS and is_field(name))]
-            columns = {name: file[name] for name in names}
-            columns = {k: v for k, v in columns.items() if k in ARRAYS or v.dtype.kind in "fiu"}
+            fields = [name for name in file.files if name not in ARRAY_NAMES and is_field_name(name)]
+            columns = {name: file[name] for name in (*ARRAY_NAMES, *fields)}
+            columns = {k: v for k, v in columns.items() if k in ARRAY_NAMES or v.dtype.kind in "fiu"}
     except InputError:
         raise
     except (KeyError, ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{path} is not a surface written by this program, or damaged: {error}.") from None
     n = columns["points"].shape[:1]
     shapes = {"points": (*n, 3), "normals": (*n, 3)}
-    sound = [
-        value.dtype.kind in "fiu" and value.shape == shapes.get(name, n) for name, value in columns.items()
-    ]
-    if not all(sound):
+    if not all(v.dtype.kind in "fiu" and v.shape == shapes.get(k, n) for k, v in columns.items()):
         raise InputError(f"{path} is not a surface written by this program: its arrays do not fit together.")
     columns |= {name: columns[name].astype(float) for name in ("points", "normals", "area")}
     return surface_of_columns(columns, path)
 
 
-def write_npz(path, surface):
-    """Store a surface as numpy arrays; the same surface gives the same bytes."""
+def write_npz(path: Path | str, surface: Surface) -> None:
+    """Store a surface as numpy arrays; the same surface gives the same bytes.
+
+    Parameters
+    ----------
+    path : file to write
+    surface : Surface
+    """
+    arrays = {name: getattr(surface, name) for name in ARRAY_NAMES} | surface.fields
     with open(path, "wb") as stream:
-        np.savez(stream, **{name: getattr(surface, name) for name in ARRAYS}, **surface.fields)
+        np.savez(stream, **arrays)
 
 
-def with_fields(surface, path):
-    """A surface with the fields of a file of arrays (N,) by name besides its own; as it is without a file."""
+def with_fields(surface: Surface, path: Path | str | None) -> Surface:
+    """Add the fields of a file of arrays to a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+    path : npz of arrays (N,) by name; nothing is added without it
+
+    Returns
+    -------
+    Surface
+    """
     if not path:
         return surface
     with np.load(path, allow_pickle=False) as file:

@@ -1,0 +1,151 @@
+"""Read files that a user gives, compressed or not, up to a size that fits into memory."""
+
+from __future__ import annotations
+
+import codecs
+import gzip
+import logging
+import os
+import stat
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from sparsurf import InputError
+
+MAX_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
+MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
+
+
+def shorten(text: object) -> str:
+    """Return a string for a message: cut in the middle if it is longer than MAX_QUOTED_LENGTH."""
+    text = str(text)
+    if len(text) <= MAX_QUOTED_LENGTH:
+        return text
+    return f"{text[:100]}...{text[-60:]} ({len(text)} characters)"
+
+
+def pluralise(number: int, noun: str) -> str:
+    """Return a number with its noun: '1 residue', '2 residues'."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def as_path(path: str | os.PathLike[str]) -> Path:
+    """Return a Path of a string or a path; raise InputError for anything else."""
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"a path is a string or a Path, not {type(path).__name__}: name the file.")
+    if not os.fspath(path):
+        raise InputError("a path is empty: name the file.")
+    return Path(path)
+
+
+def existing_file(path: str | os.PathLike[str]) -> Path:
+    """Return the Path of a regular file; raise InputError for a folder, a pipe, a device, or if nothing is there."""
+    path = as_path(path)
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        raise InputError(f"{shorten(path)} does not exist: check the path.") from None
+    except (OSError, ValueError) as error:  # a null byte in the name is a ValueError
+        raise _unreadable(path, error) from None
+    if stat.S_ISDIR(mode):
+        raise InputError(
+            f"{shorten(path)} is a folder: give one file, or let a study take all its files, "
+            f"`proteins: {{folder: {shorten(path)}}}`."
+        )
+    if not stat.S_ISREG(mode):
+        raise InputError(
+            f"{shorten(path)} is a pipe or a device: store its content in a file, and give that file."
+        )
+    return path
+
+
+def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
+    """Return the InputError for a path that the operating system refuses."""
+    return InputError(f"{shorten(path)} cannot be read: {getattr(error, 'strerror', None) or error}.")
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """Return the bytes of a file, uncompressed if its name ends in .gz.
+
+    Raises
+    ------
+    InputError
+        No regular file, unreadable, not the gzip file that its name promises, damaged, or larger than MAX_BYTES.
+    """
+    path = existing_file(path)
+    name = shorten(path)
+    try:
+        with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except gzip.BadGzipFile as error:
+        if "Not a gzipped file" in str(error) and not _begins_as_gzip(path):
+            raise InputError(f"{name} is named .gz but is not gzip: rename or compress it.") from None
+        raise InputError(f"{name} is damaged inside its gzip: copy it again.") from None
+    except (EOFError, zlib.error):
+        raise InputError(f"{name} is cut short or damaged inside its gzip: copy it again.") from None
+    except OSError as error:
+        raise _unreadable(path, error) from None
+    if len(content) > MAX_BYTES:
+        raise InputError(
+            f"{name} holds more than {MAX_BYTES // 2**20} MB (uncompressed): give a smaller file."
+        )
+    return content
+
+
+def _begins_as_gzip(path: Path) -> bool:
+    """Tell whether a file begins with the two bytes of gzip."""
+    with path.open("rb") as stream:
+        return stream.read(2) == b"\x1f\x8b"
+
+
+def decode_text(content: bytes, path: str | os.PathLike[str]) -> str:
+    """Decode the bytes of a text file.
+
+    Parameters
+    ----------
+    content : bytes
+        UTF-8 with or without a byte-order mark, else Latin-1.
+    path : str or Path
+        Named in messages.
+
+    Returns
+    -------
+    str
+        Every line ends in '\\n'.
+
+    Raises
+    ------
+    InputError
+        Compressed twice, UTF-16, or with null bytes.
+    """
+    if content.startswith(b"\x1f\x8b"):
+        raise InputError(
+            f"{path} is compressed twice: uncompress it, and name it .gz if it is still compressed then."
+        )
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise InputError(f"{path} is stored as UTF-16: store it as UTF-8.")
+    if b"\0" in content:
+        raise InputError(f"{path} is damaged or not a text file: it contains null bytes; copy it again.")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_text(path: str | os.PathLike[str]) -> str:
+    """Return the text of a file, see `read_bytes` and `decode_text`."""
+    return decode_text(read_bytes(path), path)
+
+
+@contextmanager
+def no_warnings() -> Iterator[None]:
+    """Silence the log of the package, for files that a study wrote: it has warned about what they came from."""
+    log = logging.getLogger("sparsurf")
+    before, log.disabled = log.disabled, True
+    try:
+        yield
+    finally:
+        log.disabled = before

@@ -1,0 +1,289 @@
+"""The paper's roughness-dependent sampling, and the uniform subset it is compared with.
+
+The sweep that covers the surface with patches depends neither on the parameters nor on chance, so it runs once
+(`build_cover`). Each combination and draw is then one pass over its (centre, dot) pairs.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sparsurf.kernel_cache import njit
+from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
+from sparsurf.patches.islands import patch_of
+
+PAIRS_PER_BLOCK = 1 << 16  # pairs drawn at a time: their random numbers stay in the cache of a core
+
+
+class Cover(NamedTuple):
+    """The centres of a surface and the dots that each may keep; made by `build_cover`.
+
+    Attributes
+    ----------
+    centre : (C,) int32, dot that represents each patch and is always kept
+    origin : (C,) int32, dot from which r_ij is measured
+    roughness : (C,) float64, R_i of each patch
+    start : (C + 1,) int64, pairs of patch c are start[c]:start[c + 1]
+    dot : (P,) int32, dot of each pair
+    log_ratio : (P,) float64, -ln(r_ij / R_patch); +inf at the centre itself
+    n_dots : int, N
+    """
+
+    centre: np.ndarray
+    origin: np.ndarray
+    roughness: np.ndarray
+    start: np.ndarray
+    dot: np.ndarray
+    log_ratio: np.ndarray
+    n_dots: int
+
+
+class SampledSurface(Protocol):
+    """A surface from which dots are chosen; `study.prepared_surface.PreparedSurface` is one.
+
+    Attributes
+    ----------
+    points, normals : (N, 3) float64, Å and unit vectors
+    index : Index
+    roughness : (N,) float64, R_i of every dot
+    cover, corrected_cover : Cover
+        Patches of the published sampling, and those without its two defects.
+    area : float, Å^2
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    index: PatchIndex
+    roughness: np.ndarray
+    cover: Cover
+
+    @property
+    def corrected_cover(self) -> Cover:
+        """Patches of the sampling without the two defects of the published one."""
+
+    @property
+    def area(self) -> float:
+        """Area of the surface in Å^2."""
+
+
+def build_cover(
+    index: PatchIndex,
+    roughness: np.ndarray,
+    radius: float = R_PATCH,
+    distance_from_moved_centre: bool = True,
+    chance_in_every_patch: bool = True,
+) -> Cover:
+    """Cover the surface with patches until every dot lies in one.
+
+    Dots are visited in index order; a dot that lies in no earlier patch starts a new one. If the island of that patch does
+    not contain the dot itself, the centre moves to the dot of the patch that is nearest to it.
+
+    Parameters
+    ----------
+    index : Index
+    roughness : (N,) float64
+        R_i of every dot.
+    radius : float
+        R_patch in Å.
+    distance_from_moved_centre : bool
+        True, as in the authors' code: r_ij is measured from the patch's centre, which may have moved, so that it can exceed
+        R_patch and p can exceed 1. False: from the dot that started the patch.
+    chance_in_every_patch : bool
+        True, as in the authors' code: a dot has a chance in every patch that contains it. False: only in the first.
+
+    Returns
+    -------
+    Cover
+    """
+    radius = float(radius)  # an int would compile the kernels again
+    max_dots = ball_bound(index, index.xyz, radius) + 1
+    starter, centre, start, dot, log_ratio = _sweep(
+        index, radius, distance_from_moved_centre, chance_in_every_patch, max_dots
+    )
+    origin = centre if distance_from_moved_centre else starter
+    return Cover(centre, origin, roughness[starter], start, dot, log_ratio, len(roughness))
+
+
+@njit(cache=True, nogil=True)
+def _sweep(
+    index: PatchIndex,
+    radius: float,
+    distance_from_moved_centre: bool,
+    chance_in_every_patch: bool,
+    max_dots: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return starter, centre and start of every patch, and dot and -ln(r / R_patch) of every pair."""
+    n = len(index.dot)
+    nearby, queue = np.empty(max_dots, np.int32), np.empty(max_dots, np.int32)
+    mark, covered = np.zeros(n + 1, np.uint8), np.zeros(n, np.bool_)
+    starter, centre, start = np.empty(n, np.int32), np.empty(n, np.int32), np.zeros(n + 1, np.int64)
+    dot, log_ratio = np.empty(4 * n + max_dots, np.int32), np.empty(4 * n + max_dots)
+    patches = pairs = 0
+    for i in range(n):
+        p = np.intp(index.position[i])
+        if covered[p]:
+            continue
+        begin, end = patch_of(index, p, radius, nearby, mark, queue)
+        c = _nearest_of_patch(index, p, queue, begin, end)
+        origin = index.xyz[c] if distance_from_moved_centre else index.xyz[p]
+        if pairs + end - begin > len(dot):
+            dot = np.concatenate((dot, np.empty(len(dot) + max_dots, np.int32)))
+            log_ratio = np.concatenate((log_ratio, np.empty(len(log_ratio) + max_dots)))
+        for k in range(begin, end):
+            j = queue[k]
+            if chance_in_every_patch or not covered[j]:
+                r = math.sqrt(_distance2(index.xyz[j], origin))
+                dot[pairs] = index.dot[j]
+                log_ratio[pairs] = -math.log(r / radius) if r > 0 else np.inf
+                pairs += 1
+            covered[j] = True
+        starter[patches], centre[patches] = i, index.dot[c]
+        patches += 1
+        start[patches] = pairs
+    return (
+        starter[:patches].copy(),
+        centre[:patches].copy(),
+        start[: patches + 1].copy(),
+        dot[:pairs].copy(),
+        log_ratio[:pairs].copy(),
+    )
+
+
+@njit(cache=True, nogil=True)
+def _distance2(a: np.ndarray, b: np.ndarray) -> float:
+    """Return the squared distance of two points."""
+    return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2
+
+
+@njit(cache=True, nogil=True)
+def _nearest_of_patch(index: PatchIndex, p: int | np.integer, queue: np.ndarray, begin: int, end: int) -> int:
+    """Return the position in the patch nearest to p (p itself if the patch contains it); on a tie the lower dot."""
+    best, best_d2 = queue[begin], np.inf
+    for k in range(begin, end):
+        d2 = _distance2(index.xyz[queue[k]], index.xyz[p])
+        if d2 < best_d2 or (d2 == best_d2 and index.dot[queue[k]] < index.dot[best]):
+            best, best_d2 = queue[k], d2
+    return best
+
+
+def expected_n_s(cover: Cover, combinations: ArrayLike) -> np.ndarray:
+    """Compute the expected number of kept dots in closed form, sum_j [1 - prod_i (1 - p_ij)].
+
+    Parameters
+    ----------
+    cover : Cover
+    combinations : (K, 4) float64
+        alpha, beta, gamma, delta.
+
+    Returns
+    -------
+    (K,) float64
+    """
+    combinations = np.ascontiguousarray(combinations, np.float64)
+    out = np.empty(len(combinations))
+    by_power = np.lexsort((combinations[:, 3], combinations[:, 2]))
+    out[by_power] = _expected_n_s(cover, combinations[by_power])
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _expected_n_s(cover: Cover, combinations: np.ndarray) -> np.ndarray:
+    """Compute the expected numbers of kept dots.
+
+    (r / R_patch)^power is reused while gamma and delta are those of the previous row.
+    """
+    out = np.empty(len(combinations))
+    decay, not_kept = np.empty(len(cover.dot)), np.empty(cover.n_dots)
+    for k in range(len(combinations)):
+        alpha, beta, gamma, delta = combinations[k]
+        if k == 0 or gamma != combinations[k - 1, 2] or delta != combinations[k - 1, 3]:
+            for c in range(len(cover.centre)):
+                power = gamma * (1.0 + cover.roughness[c]) + delta
+                for q in range(cover.start[c], cover.start[c + 1]):
+                    decay[q] = math.exp(-power * cover.log_ratio[q]) if power > 0 else 1.0
+        not_kept[:] = 1.0
+        for c in range(len(cover.centre)):
+            p_at_edge = alpha * (1.0 - cover.roughness[c]) ** beta
+            for q in range(cover.start[c], cover.start[c + 1]):
+                not_kept[np.uintp(cover.dot[q])] *= 1.0 - min(p_at_edge * decay[q], 1.0)
+        for c in range(len(cover.centre)):
+            not_kept[cover.centre[c]] = 0.0
+        out[k] = cover.n_dots - not_kept.sum()
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _log_p(alpha: float, beta: float, gamma: float, delta: float, r: float) -> tuple[float, float]:
+    """Return log_a and power: ln p of a pair is log_a - power * log_ratio (paper, eq. 2), with 0^0 = 1."""
+    flat = 1.0 - r
+    log_a = math.log(alpha)
+    if beta > 0:
+        log_a += beta * math.log(flat) if flat > 0 else -np.inf
+    return log_a, gamma * (1.0 + r) + delta
+
+
+def sample(cover: Cover, combination: Sequence[float], rng: np.random.Generator) -> np.ndarray:
+    """Draw one subset by the roughness-dependent sampling (paper, eq. 2).
+
+    A pair is kept when a uniform random number lies below p. -ln of a uniform number is exponentially distributed, so the
+    test needs neither a power nor a logarithm.
+
+    Parameters
+    ----------
+    cover : Cover
+    combination : sequence of 4 floats
+        alpha, beta, gamma, delta.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    (n_S,) int64, ascending dot indices
+    """
+    alpha, beta, gamma, delta = map(float, combination)
+    keep = np.zeros(cover.n_dots, np.bool_)
+    block = np.unique(np.searchsorted(cover.start, np.arange(0, cover.start[-1], PAIRS_PER_BLOCK)))
+    random = np.empty(PAIRS_PER_BLOCK + np.diff(cover.start).max())
+    for first, last in zip(block, [*block[1:], len(cover.centre)], strict=True):
+        rng.standard_exponential(out=random[: cover.start[last] - cover.start[first]])
+        _sample(cover, first, last, alpha, beta, gamma, delta, random, keep)
+    return np.flatnonzero(keep)
+
+
+@njit(cache=True, nogil=True)
+def _sample(
+    cover: Cover,
+    first: int,
+    last: int,
+    alpha: float,
+    beta: float,
+    gamma: float,
+    delta: float,
+    random: np.ndarray,
+    keep: np.ndarray,
+) -> None:
+    """Mark the dots that the patches of centres first:last keep, with one exponential number per pair."""
+    dot, log_ratio, before = cover.dot, cover.log_ratio, cover.start[first]
+    for c in range(first, last):
+        log_a, power = _log_p(alpha, beta, gamma, delta, cover.roughness[c])
+        for q in range(cover.start[c], cover.start[c + 1]):
+            pair = np.uintp(q)
+            minus_log_p = power * log_ratio[pair] - log_a if power > 0 else -log_a
+            keep[np.uintp(dot[pair])] |= random[np.uintp(q - before)] > minus_log_p
+        keep[cover.centre[c]] = True
+
+
+def uniform_subset(n_dots: int, n_s: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw a uniform random subset of exactly `n_s` of `n_dots` dots; (n_s,) int64, ascending."""
+    keep = np.zeros(n_dots, np.bool_)
+    keep[rng.choice(n_dots, n_s, replace=False, shuffle=False)] = True
+    return np.flatnonzero(keep)  # ascending, and faster than sorting
+
+
+def parameter_grid(
+    alpha: Sequence[float], beta: Sequence[float], gamma: Sequence[float], delta: Sequence[float], **_: object
+) -> np.ndarray:
+    """Return all combinations of the lists in a config's `sampling`, (K, 4) float64; the last parameter varies fastest."""
+    return np.array(np.meshgrid(alpha, beta, gamma, delta, indexing="ij"), np.float64).reshape(4, -1).T

@@ -1,0 +1,125 @@
+"""The minimal subset, selected as a config, a command or a call requests; one function for all three."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.recovery.recovering import REACH, dot_spacing
+from sparsurf.recovery.relaxation import relax
+from sparsurf.sampling.samplers import subset_weights
+from sparsurf.study.required_dots import Trials
+from sparsurf.study.subset_search import find_subset, smallest_recovered_subset
+from sparsurf.surfaces.surface import Surface
+
+
+class Subset(NamedTuple):
+    """Dots that represent a surface.
+
+    Attributes
+    ----------
+    dots : (n,) int64, their indices, in the order of choice
+    weight : (n,) int64, number of dots of the surface that each represents
+    surface : Surface of the kept dots alone, at their new positions if relaxed
+    table : DataFrame, the rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å), reach; with atoms their labels
+    """
+
+    dots: np.ndarray
+    weight: np.ndarray
+    surface: Surface
+    table: pd.DataFrame
+
+    def __repr__(self) -> str:
+        return f"Subset of {len(self.dots):,} dots of {self.weight.sum():,}"
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return `table`, like `to_frame` of a Surface."""
+        return self.table
+
+
+def select_minimal_subset(
+    trials: Trials,
+    request: Mapping[str, Any],
+    floors: pd.DataFrame | None = None,
+    molecule: Molecule | None = None,
+) -> Subset:
+    """Select the requested subset.
+
+    Parameters
+    ----------
+    trials : required_dots.Trials
+        Of a `nameless` PreparedSurface: the subset depends on the seed, not on the name of the surface.
+    request : dict
+        The config's `minimal`: one of floor, n_S, n_S_percent, Z and combination. `trials` decides on the sampler and on
+        `relax`.
+    floors : DataFrame
+        Of `floors.noise_floors`, if a floor is requested.
+    molecule : Molecule, optional
+        Molecule to whose atoms the dots belong.
+
+    Returns
+    -------
+    Subset
+
+    Raises
+    ------
+    InputError
+        As `find_subset` and `smallest_recovered_subset`.
+    """
+    prepared = trials.prepared
+    if "floor" in request:
+        if floors is None:
+            raise ValueError("a floor is requested: give the table of floors")
+        dots = smallest_recovered_subset(trials, floors, request["floor"])
+        weight = subset_weights(prepared.points, dots)
+    else:
+        dots, weight = find_subset(
+            prepared,
+            trials.sampler,
+            n_s=_n_s(request, len(prepared.points)),
+            z=request.get("Z"),
+            combination=request.get("combination"),
+            n_tests=len(trials.tests),
+            choices=trials.choices,
+        )
+    full = prepared.surface
+    kept = full.take(dots)
+    if trials.relaxed:
+        points, normals = relax(
+            kept.points, kept.normals, full.points, full.normals, threads=prepared.threads
+        )
+        kept = replace(kept, points=points, normals=normals)
+    return Subset(dots, weight, kept, subset_table(dots, weight, kept, molecule))
+
+
+def _n_s(request: Mapping[str, Any], n_dots: int) -> int | None:
+    """Return n_S from the config's n_S or n_S_percent; None if neither is given."""
+    if "n_S_percent" in request:
+        return max(1, round(request["n_S_percent"] / 100 * n_dots))
+    return request.get("n_S")
+
+
+def subset_table(
+    dots: np.ndarray, weight: np.ndarray, kept: Surface, molecule: Molecule | None = None
+) -> pd.DataFrame:
+    """Return the rows of minimal.csv.
+
+    Parameters
+    ----------
+    dots, weight, kept : as in `Subset`, with its `surface`
+    molecule : Molecule, optional
+        Molecule to whose atoms the dots belong.
+
+    Returns
+    -------
+    DataFrame: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å) of the kept dots around, reach (in spacings); with a molecule
+    chain, residue, residue_name, atom_name and atom, its index from 0.
+    """
+    table = pd.DataFrame({"dot": dots})
+    table[["x", "y", "z"]], table[["nx", "ny", "nz"]] = kept.points, kept.normals
+    table["weight"], table["spacing"] = weight, dot_spacing(kept.points, kept.normals)
+    table["reach"] = REACH
+    return table if molecule is None else table.join(molecule.labels(kept.atom))

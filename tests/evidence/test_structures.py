@@ -1,0 +1,60 @@
+"""The structures of the evidence: files with checksums, downloads, and the sets that each study takes."""
+
+import gzip
+import hashlib
+
+import pytest
+
+from conftest import ROOT
+from sparsurf import InputError
+from structures import (
+    Structure,
+    complexes,
+    downloads,
+    local_file,
+    names_in_set,
+    protein_entry,
+    read_structures,
+)
+
+TABLE = "evidence/structures.csv"
+
+
+def structure(tmp_path, content=b"ATOM", name="a.pdb"):
+    (tmp_path / name).write_bytes(content)
+    return Structure("a", name, "", hashlib.sha256(b"ATOM").hexdigest(), ("recover",))
+
+
+def test_a_local_structure_must_have_the_checksum_of_the_table(tmp_path):
+    assert local_file(structure(tmp_path), tmp_path) == str(tmp_path / "a.pdb")
+    compressed = structure(tmp_path, gzip.compress(b"ATOM"), "a.pdb.gz")
+    assert local_file(compressed, tmp_path) == str(tmp_path / "a.pdb.gz")
+    assert local_file(structure(tmp_path), None) is None
+    with pytest.raises(InputError, match=r"a\.pdb differs"):
+        local_file(structure(tmp_path, b"ATOMS"), tmp_path)
+
+
+def test_a_structure_that_is_not_local_is_downloaded_with_its_checksum(tmp_path):
+    structures = read_structures(TABLE)
+    assert downloads(structures)["1A2K_r_b-matched.pdb"].name == "1A2K_r"
+    entry = protein_entry(structures["1A2K_r"], str(tmp_path), model=1)
+    assert set(entry) == {"url", "sha256", "model"} and entry["sha256"] == structures["1A2K_r"].sha256
+    topology = str(ROOT / "data" / "tdp43" / "topology.pdb")
+    assert protein_entry(structures["tdp43_c1"], str(tmp_path)) == {"structure": topology}
+
+
+@pytest.mark.parametrize("table", [TABLE, "evidence/quick/structures.csv"])
+def test_every_study_has_its_structures(table):
+    structures = read_structures(table)
+    names = "recover exponents proteins recovered whole varied hydrogens descriptors coverage opponents dense sites"
+    sets = {name: names_in_set(structures, name) for name in names.split()}
+    assert all(sets.values())
+    assert set(sets["coverage"]) | set(sets["whole"]) | set(sets["varied"]) <= set(sets["proteins"])
+    if table == TABLE:
+        assert len(sets["proteins"]) == 65 and len(sets["descriptors"]) >= 5 and len(sets["coverage"]) >= 5
+
+
+def test_complexes_keep_their_order_and_unbound_forms_follow_their_bound_ones():
+    pairs = list(complexes(read_structures(TABLE)).items())
+    assert pairs[0] == ("1a1u", ("1a1u_A", "1a1u_C")) and len(pairs) == 1 + 46 + 2 * 6
+    assert pairs[-2:] == [("2OOB", ("2OOB_r", "2OOB_l")), ("2OOB_u", ("2OOB_r_u", "2OOB_l_u"))]

@@ -1,0 +1,195 @@
+"""How many dots are enough: thresholds on made-up Z, whose answers can be read off."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sparsurf.study.required_dots import (
+    CURVE_PERCENTS,
+    Trials,
+    curves_table,
+    percent_columns,
+    required_dots,
+    required_on_grid,
+    smallest_n_s,
+)
+from sparsurf.study.subset_search import smallest_recovered_subset
+
+GRID = pd.DataFrame(
+    {
+        "n_S_percent": [5.0, 10.0, 20.0],
+        "Z_tR_as_written": [3.0, 2.0, 1.0],
+        "Z_tR_high_as_written": [3.2, 2.2, 1.2],
+        "Z_tS_as_written": [2.0, 1.0, 0.5],
+        "Z_tS_high_as_written": [2.5, np.nan, 0.6],
+    }
+)
+
+
+def between(z, n, values):
+    """Where a straight line of ln Z over ln n_S through two points comes down to z."""
+    return n[0] * (n[1] / n[0]) ** (np.log(z / values[0]) / np.log(values[1] / values[0]))
+
+
+def test_the_null_model_is_undercut_by_the_interval():
+    """Upper ends 3.2, 2.2, 1.2 and 2.5, 1 (without an interval: Z itself), .6."""
+    cases = (
+        (2.0, between(2, (10, 20), (2.2, 1.2)), between(2, (5, 10), (2.5, 1))),
+        (0.55, np.nan, np.nan),
+        (9.0, 5, 5),
+    )
+    for null_model, uniform, paper in cases:
+        found = required_on_grid(GRID, null_model, {}).set_index("sampler")
+        assert found["n_S_percent"].tolist() == pytest.approx([uniform, paper], nan_ok=True)
+        assert found["smallest"].tolist() == [uniform == 5.0, paper == 5.0]
+        assert (found["reading"] == "as_written").all() and found["Z"].tolist() == [null_model] * 2
+
+
+def test_a_floor_is_reached_within_a_tenth_of_it_whatever_the_interval():
+    floors = {"turned": 1.5, "fresh dots": 0.4, "far": 9.0}  # times 1.1: 1.65, .44, 9.9
+    found = required_on_grid(GRID.iloc[[2, 0, 1]], 9.0, floors).set_index(["reference", "sampler"])[
+        "n_S_percent"
+    ]
+    wanted = {
+        ("turned", "uniform"): between(1.65, (10, 20), (2, 1)), ("turned", "paper"): between(1.65, (5, 10), (2, 1)),
+        ("fresh dots", "uniform"): np.nan, ("fresh dots", "paper"): np.nan, ("far", "uniform"): 5, ("far", "paper"): 5,
+    }  # fmt: skip
+    assert found[found.index.get_level_values(0) != "null_model"].to_dict() == pytest.approx(
+        wanted, nan_ok=True
+    )
+
+
+def test_no_row_of_uniform_dots_wins_by_luck():
+    """Of 200 rows with Z = 100 / n_S, one at 20 % and one at 81 % are as low as at 50 %."""
+    percent = np.linspace(1, 100, 200)
+    z = 100 / percent
+    z[[38, 160]] = 2.0
+    shuffled = np.random.default_rng(0).permutation(200)
+    grid = pd.DataFrame({"n_S_percent": percent, "Z_tR_as_written": z, "Z_tS_as_written": z}).iloc[shuffled]
+    grid = grid.assign(
+        Z_tR_high_as_written=grid["Z_tR_as_written"], Z_tS_high_as_written=grid["Z_tS_as_written"]
+    )
+    found = required_on_grid(grid, 1.0, {"turned": 2.0 / 1.1}).set_index(["reference", "sampler"])[
+        "n_S_percent"
+    ]
+    assert found["turned", "uniform"] == pytest.approx(50, abs=0.5)
+    assert (
+        percent[37] < found["turned", "paper"] <= percent[38] * (1 + 1e-9)
+    )  # of whichever combination does it
+
+
+def test_percents_are_columns_by_floor_and_reading():
+    table = pd.DataFrame(
+        {
+            "floor": ["fresh dots", "turned"],
+            "reading": ["as_written", "recovered"],
+            "n_S_percent": [80.0, 2.5],
+        }
+    )
+    assert percent_columns(table) == {"enough_fresh_dots_as_written": 80.0, "enough_turned_recovered": 2.5}
+
+
+class MadeUp(Trials):
+    """A surface of 1000 dots whose Z is 100 / n_S, twice that unless recovered."""
+
+    def __init__(self):
+        self.prepared, self.sampler, self.n_dots = (
+            SimpleNamespace(name="made up", threads=1),
+            "farthest",
+            1000,
+        )
+        self._measured, self.down_to = {}, -1
+
+    def draw(self, n):
+        return np.arange(n)
+
+    def distances(self, subsets, reading):
+        return np.array([[100 / len(dots) * (1 if reading == "recovered" else 2)] for dots in subsets])
+
+
+def one_floor(value):
+    return pd.DataFrame({"floor": ["turned"], "Z": [value], "se": [0.4]})
+
+
+def test_a_floor_is_reached_within_a_tenth_however_well_it_is_known():
+    # ln Z is a straight line over ln n_S here, so that between two steps the answer is exact: 100 / n = 1.98 at 50.5
+    found = required_dots(MadeUp(), one_floor(1.8)).set_index("reading")
+    assert found["n_S"].to_dict() == {"as_written": 102, "recovered": 51}
+    assert found["n_S_percent"].to_dict() == {"as_written": 10.2, "recovered": 5.1}
+    assert found["Z"].tolist() == pytest.approx([1.98, 1.98]) and found["bound"].tolist() == ["", ""]
+
+
+@pytest.mark.parametrize(
+    ("value", "n", "z", "bound"), [(99, 12, 100 / 12, "at most"), (0.1, 1000, 0, "more")]
+)
+def test_beyond_what_was_measured_there_is_a_bound(value, n, z, bound):
+    found = required_dots(MadeUp(), one_floor(value), ("recovered",)).iloc[0]
+    assert (found["n_S"], found["bound"]) == (n, bound) and found["Z"] == pytest.approx(z)
+
+
+@pytest.mark.parametrize(
+    ("value", "n"),
+    [
+        (1.8, 51),  # up to 1.98, between 50 and 60: 55, 52 (1.92) and 51 (1.96) do, which are three halvings
+        (1.66, 55),  # up to 1.83: 55 (1.82) does, 52 (1.92) and 53 (1.89) do not
+        (99, 12),  # fewer hold no surface
+        (0.1, 912),  # up to .11, no step does: of those between 900 and 1000, 950, 925 and 912 (.1096)
+    ],
+)
+def test_the_step_before_is_halved_three_times(value, n):
+    assert len(smallest_recovered_subset(MadeUp(), one_floor(value), "turned")) == n
+
+
+def test_what_the_search_measured_joins_the_curve():
+    trials, floors = MadeUp(), one_floor(1.8)
+    trials.distances = lambda subsets, reading: np.array(
+        [[2.0 if len(dots) < 55 else 1.0] for dots in subsets]
+    )
+    # Z drops at 55: between the steps of 50 and 60 a straight line alone would say 50 (1.98 / 2)^(ln 1.2 / ln .5)
+    assert required_dots(trials, floors, ("recovered",))["n_S"].tolist() == [51]
+    assert len(smallest_recovered_subset(trials, floors, "turned")) == 55
+    assert required_dots(trials, floors, ("recovered",))["n_S"].tolist() == [54]
+    steps = [12, *(10 * p for p in CURVE_PERCENTS if p >= 1.5)]
+    assert curves_table(trials, ("recovered",))["n_S"].tolist() == steps
+    handed_out = required_dots(trials, floors, ("recovered",), ("turned", 55))
+    assert handed_out[["n_S", "n_S_percent", "Z"]].iloc[0].tolist() == [55, 5.5, 1.0]
+
+
+def test_a_curve_ends_where_the_lowest_floor_is_reached():
+    trials, floors = MadeUp(), one_floor(1.8)
+    whole = required_dots(MadeUp(), floors)
+    trials.down_to = 1.98
+    assert curves_table(trials, ("recovered",))["n_S"].tolist() == [12, 15, 20, 25, 30, 40, 50, 60]
+    assert len(curves_table(trials, ("as_written",))) == len(trials.sizes)
+    pd.testing.assert_frame_equal(required_dots(trials, floors), whole)
+
+
+@given(
+    st.lists(st.floats(0.01, 9), min_size=2, max_size=12),
+    st.floats(0.005, 10),
+)
+def test_the_smallest_n_s_on_any_curve(values, z):
+    n = np.geomspace(1, 90, len(values))
+    found = smallest_n_s(z, n, np.array(values))
+    reached = [k for k, value in enumerate(values) if value <= z]
+    if not reached:
+        assert found == np.inf
+    elif reached[0] == 0:
+        assert found == (n[0] if z == values[0] else 0)
+    else:
+        before, there = n[reached[0] - 1], n[reached[0]]
+        assert before <= found <= there * (1 + 1e-12)
+        lowest = min(values[: reached[0]])
+        line = np.exp(np.interp(np.log(found), np.log([before, there]), np.log([lowest, values[reached[0]]])))
+        assert line == pytest.approx(z, rel=1e-9)
+
+
+def test_a_curve_that_rises_at_its_end_still_needs_its_first_crossing():
+    # from 2 to 1 between 10 and 20 %: ln 2 - ln 1.2 of ln 2 on the way
+    share = np.log(2 / 1.2) / np.log(2)
+    found = smallest_n_s(1.2, np.array([10.0, 20, 40]), np.array([2.0, 1, 1.5]))
+    assert found == pytest.approx(10 * 2**share)
