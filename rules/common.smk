@@ -208,11 +208,15 @@ def compared_forms(wildcards):
 # What a run has in the end
 
 
+def frame_files(protein):
+    """Files about the frames of a molecule."""
+    files = ("frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures")
+    return [f"results/{config['run']}/{protein}/{file}" for file in files if protein in MOLECULES]
+
+
 def protein_outputs(protein):
     """Files of one protein and of its conformations."""
     files = []
-    if protein in MOLECULES:
-        files += ["frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures"]
     if protein in SIMULATED:
         files += ["simulation/energies.csv", "simulation/motion.csv", "simulation/quality.csv"]
         files += ["figures/simulation.png", "figures/simulation.svg"]
@@ -225,7 +229,7 @@ def protein_outputs(protein):
             files += ["figures/residues.png", "figures/residues.svg"]
     for conformation in conformations(protein):
         files += [f"{conformation}/{file}" for file in conformation_files(protein)]
-    return [f"results/{config['run']}/{protein}/{file}" for file in files]
+    return frame_files(protein) + [f"results/{config['run']}/{protein}/{file}" for file in files]
 
 
 def conformation_files(protein):

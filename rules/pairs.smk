@@ -15,7 +15,7 @@ rule compute_partner_surfaces:
     conda:
         "../envs/study.yaml"
     params:
-        chains=lambda wildcards: PAIRS[wildcards.pair].get("chains"),
+        pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its files
         surface=config["surface"],
         d_link=config["patches"]["D_link"],
         code=METHOD,
@@ -135,6 +135,7 @@ rule thin_pair:  # where complementarity.thinning asks for it
     conda:
         "../envs/study.yaml"
     params:
+        pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its proteins
         patches=config["patches"],
         distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
         chance_in_every_patch=config["sampling"]["chance_in_every_patch"],

@@ -52,7 +52,7 @@ if __name__ == "__main__":
             surface_2=snakemake.output.surface_2,
             structure_1=snakemake.output.structure_1,
             structure_2=snakemake.output.structure_2,
-            chains=snakemake.params.chains,
+            chains=snakemake.params.pair.get("chains"),
             settings=snakemake.params.surface,
             d_link=snakemake.params.d_link,
             name=snakemake.wildcards.pair,

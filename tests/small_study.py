@@ -26,10 +26,7 @@ SETTINGS = {
     "evaluation": {"test_dots": 20, "draws": 2},
     "fields": ["hydropathy"],
 }
-MOVING = {"structure": str(TDP43 / "topology.pdb"), "trajectory": str(TDP43 / "trajectory.xtc")}
-MOVING["residues"] = "209-216"
-SMALL = SETTINGS | {"proteins": {"moving": MOVING}}
-ONE = SMALL | {"frames": {"selection": [0]}}  # its first conformation only
+EMBEDDED = {"structure": "data/tdp43/topology.pdb", "trajectory": "data/tdp43/trajectory.xtc"}
 
 
 def write_study(folder, address="http://127.0.0.1:1"):
@@ -50,12 +47,13 @@ def write_study(folder, address="http://127.0.0.1:1"):
         shutil.copy(TDP43 / name, folder)
     for name, chain, y in (("still", "A", 0.0), ("loaded", "A", 0.0), ("one", "A", 0.0), ("two", "B", 9.0)):
         write(folder / f"{name}.pdb", peptide(SEQUENCE, chain, origin=(0, y, 0)) + "END\n")
-    write(folder / "scores.csv", "residue,score\n2,1\n5,0\n")
+    write(folder / "scores.csv", "residue,score\n2,1\n5,0\n210,1\n213,0\n")
     molecule = read_molecule(folder / "one.pdb")
     write_npz(folder / "ready.npz", molecular_surface(molecule.xyz[0], radii(molecule, "dms"), density=9.0))
     digest = hashlib.sha256((folder / "loaded.pdb").read_bytes()).hexdigest()
     proteins = {
-        "moving": {"structure": "topology.pdb", "trajectory": "trajectory.xtc", "residues": "209-216"},
+        "moving": {"structure": "topology.pdb", "trajectory": "trajectory.xtc", "residues": "209-216"}
+        | {"table": "scores.csv"},
         "still": {"structure": "still.pdb", "table": "scores.csv"},
         "loaded": {"url": f"{address}/loaded.pdb", "sha256": digest},
         "ready": {"surface": "ready.npz"},

@@ -1,61 +1,239 @@
-"""Every rule, run for real once: a section of the settings that a script lacks stops its job. What rules read and go by
-is in test_rules.py; simulations are planned only.
-"""
+"""Every rule, run for real in the small study: values in its outputs, and pages that lead to them."""
 
-import os
+import json
+import re
+from urllib.parse import unquote
 
-import everything
+import numpy as np
 import pandas as pd
 import pytest
 
-from small_study import output, snakemake
+from sparsurf.molecules.read_molecule import read_molecule, read_own
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf.surfaces.read_surface import read_surface
 
-pytestmark = pytest.mark.skipif(
-    "SPARSURF_EVERY_RULE" not in os.environ, reason="takes 6 CPU minutes: set SPARSURF_EVERY_RULE=1"
-)
+CONFORMATIONS = ("moving/f0000", "moving/f0700", "still/f0", "loaded/f0", "ready/c1")
+MOLECULES = CONFORMATIONS[:4]
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    """Folder and config of the finished study."""
-    folder = tmp_path_factory.mktemp("everything") / "study"
-    config, process = everything.run(folder)
-    assert process.returncode == 0, output(process)
-    return folder, config
+def run(study):
+    """Folder of the results."""
+    return study / "results" / "small"
 
 
-def test_each_part_of_an_ensemble_follows_its_own_frames(study):
-    table = pd.read_csv(study[0] / "results/all/moving/ensemble.csv")
-    assert table["frame"].to_list() == [0, 1] and table["n_S"].nunique() > 1
+def structure_of(run, place):
+    """Return the dots of a conformation and the residue of each, 0 for the first."""
+    surface = read_npz(run / place / "surface.npz")
+    return surface, read_own(run / place / "structure.pdb").residue_index[surface.atom]
 
 
-def test_the_comparison_over_all_is_of_every_surface(study):
-    run = study[0] / "results" / "all"
-    own = [pd.read_csv(path) for path in sorted(run.glob("*/*/compare.csv"))]
-    assert len(own) == 4
-    assert len(pd.read_csv(run / "surfaces.csv")) == 4 and len(pd.read_csv(run / "summary.csv")) == 4 * 2 * 2
+def test_conformations_are_the_frames_that_the_config_names(study, run):
+    trajectory = read_molecule(
+        study / "topology.pdb", trajectory=study / "trajectory.xtc", residues="209-216"
+    )
+    frames = pd.read_csv(run / "moving/frames.csv")
+    assert frames["conformation"].tolist() == ["f0000", "f0700"] and frames["frame"].tolist() == [0, 700]
+    for name, frame in zip(frames["conformation"], frames["frame"], strict=True):
+        atoms = read_own(run / f"moving/{name}/structure.pdb").xyz[0]
+        assert np.allclose(atoms, trajectory.xyz[frame], atol=2e-3)
+    assert len(pd.read_csv(run / "moving/projection.csv")) == trajectory.n_frames
 
 
-def test_warnings_of_all_jobs_are_in_one_table(study):
-    table = pd.read_csv(study[0] / "results/all/warnings.csv")
+def test_a_download_gives_the_results_of_the_local_file(run):
+    for name in ("surface.npz", "roughness.csv"):
+        assert (run / "loaded/f0" / name).read_bytes() == (run / "still/f0" / name).read_bytes()
+
+
+def test_a_ready_surface_is_taken_as_it_is(study, run):
+    ready, surface = read_npz(study / "ready.npz"), read_npz(run / "ready/c1/surface.npz")
+    assert np.array_equal(ready.points, surface.points) and np.array_equal(ready.normals, surface.normals)
+    assert not (run / "ready/c1/structure.pdb").exists()
+
+
+@pytest.mark.parametrize("place", CONFORMATIONS)
+def test_tables_of_a_conformation_agree(run, place):
+    folder, n = run / place, len(read_npz(run / place / "surface.npz"))
+    protein, conformation = place.split("/")
+    row = (
+        pd.read_csv(run / "surfaces.csv").set_index(["protein", "conformation"]).loc[(protein, conformation)]
+    )
+    roughness, minimal = pd.read_csv(folder / "roughness.csv"), pd.read_csv(folder / "minimal.csv")
+    assert len(roughness) == row["N"] == n and roughness["roughness"].between(0, 1).all()
+    assert row["mean_roughness"] == pytest.approx(roughness["roughness"].mean())
+    assert len(minimal) == row["minimal_n_S"] and minimal["weight"].sum() == n
+    enough = pd.read_csv(folder / "enough.csv").set_index(["floor", "reading"])
+    assert enough.loc[("fresh dots", "recovered"), "n_S"] == len(minimal)
+    grid, best = pd.read_csv(folder / "grid.csv"), json.loads((folder / "best.json").read_text())
+    assert len(grid) == best["combinations"] == 8 and best["N"] == n
+    chosen = best["as_coded"]["unrestricted"]
+    chosen = grid.query(
+        " and ".join(f"{key} == {chosen[key]}" for key in ("alpha", "beta", "gamma", "delta"))
+    )
+    assert chosen["n_S"].tolist() == [best["as_coded"]["unrestricted"]["n_S"]]
+    ranges = pd.read_csv(folder / "ranges.csv").query("reading == 'as_coded'")
+    assert len(ranges) == 10 and ranges["n_combinations"].sum() == len(grid)
+    distances = np.load(folder / "distances.npz")
+    assert distances["z_ts"].shape == (2, 8, 2, 20)  # readings, combinations, draws, test dots
+    bins = pd.read_csv(folder / "rough_and_flat.csv")
+    drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
+    assert drawn.to_list() == [10 * 20] * 2
+
+
+@pytest.mark.parametrize("place", MOLECULES)
+def test_residues_and_fields_are_those_of_the_dots(run, place):
+    folder = run / place
+    surface, residue = structure_of(run, place)
+    fields, minimal = np.load(folder / "fields.npz"), pd.read_csv(folder / "minimal.csv")
+    residues, roughness = pd.read_csv(folder / "residues.csv"), pd.read_csv(folder / "roughness.csv")
+    assert residues["dots"].tolist() == np.bincount(residue, minlength=len(residues)).tolist()
+    assert residues["kept"].sum() == len(minimal) and residues["weight"].sum() == len(surface)
+    own = [roughness["roughness"][residue == k].mean() for k in range(len(residues))]
+    assert np.allclose(residues["mean_roughness"], own)
+    own = [fields["hydropathy"][residue == k].mean() for k in range(len(residues))]
+    assert np.allclose(residues["mean_hydropathy"], own)
+    np.testing.assert_allclose(minimal["hydropathy"], fields["hydropathy"][minimal["dot"]], atol=1e-4)
+    assert np.array_equal(surface.points[minimal["dot"]].round(4), minimal[["x", "y", "z"]].to_numpy())
+    table = pd.read_csv(folder / "fields.csv")
+    assert {*table["field"]} == {"hydropathy"} | ({"score"} if "loaded" not in place else set())
+    if "loaded" not in place:  # which has no table of scores
+        scored = 210 if "moving" in place else 2
+        assert residues.set_index("residue")["mean_score"][scored] > 0.8
+    for name, values in (("surface.ply", fields["hydropathy"]), ("minimal.ply", minimal["hydropathy"])):
+        written = read_surface(folder / name).fields["hydropathy"]
+        np.testing.assert_allclose(written, values, rtol=1e-3, atol=1e-3)
+
+
+def test_an_ensemble_has_the_frames_of_all_its_jobs(run):
+    table = pd.read_csv(run / "moving/ensemble.csv")
+    assert table["frame"].to_list() == [0, 500, 1000]
+    first = pd.read_csv(run / "surfaces.csv").query("conformation == 'f0000'").iloc[0]
+    assert table["N"][0] == first["N"] and table["mean_roughness"][0] == pytest.approx(
+        first["mean_roughness"]
+    )
+    over_time = pd.read_csv(run / "moving/residues_over_time.csv").set_index("frame").drop(columns="time_ps")
+    residues = pd.read_csv(run / "moving/residues.csv")
+    assert np.allclose(residues["mean_roughness"], over_time.mean()) and residues["frames"].eq(3).all()
+    of_first = pd.read_csv(run / "moving/f0000/residues.csv")["mean_roughness"]
+    assert np.allclose(over_time.loc[0], of_first)
+    assert not (run / "moving/ensemble").exists() or not list((run / "moving/ensemble").iterdir())
+
+
+def test_samplers_are_compared_on_every_surface_and_over_all(run):
+    tables = {place: pd.read_csv(run / place / "compare.csv") for place in CONFORMATIONS}
+    summary = pd.read_csv(run / "compare.csv")
+    assert {"paper", "uniform", "farthest"} <= {*summary["sampler"]}
+    key = {"sampler": "farthest", "percent": 20, "use": "surface", "measure": "Z as_written"}
+    text = " and ".join(f"{name} == {value!r}" for name, value in key.items())
+    values = pd.Series({place: table.query(text)["value"].item() for place, table in tables.items()})
+    own = values.groupby(values.index.str.split("/").str[0]).mean()  # of each protein
+    row = summary.query(text).iloc[0]
+    assert row["n"] == len(own) == 4 and row["value"] == pytest.approx(own.mean())
+
+
+def test_both_kinds_of_pairs_have_maps_residues_and_thinned_maps(study, run):
+    for pair, places in (("both", ("moving/f0000", "still/f0")), ("files", None)):
+        folder = run / "pairs" / pair
+        surfaces = [
+            read_npz(run / places[k] / "surface.npz" if places else folder / f"surface_{k + 1}.npz")
+            for k in range(2)
+        ]
+        dots = pd.read_csv(folder / "propensity.csv")
+        assert dots.groupby("partner").size().tolist() == [len(surface) for surface in surfaces]
+        points = np.concatenate([surface.points for surface in surfaces])
+        assert np.allclose(dots[["x", "y", "z"]], points, atol=1e-3)
+        assert np.array_equal(dots["interface"] == 1, dots["gap"] < 3.0)
+        residues = pd.read_csv(folder / "residues.csv")
+        mean = dots.groupby(["partner", "residue"])["propensity_smoothed"].mean()
+        assert np.allclose(residues["propensity_smoothed"], mean, rtol=1e-4)
+        for side in (1, 2):
+            written = read_own(folder / f"partner_{side}.pdb")
+            own = residues[residues["partner"] == side]["propensity_smoothed"].to_numpy()
+            assert np.allclose(written.b_factor, own[written.residue_index], atol=6e-3)
+        thinned = pd.read_csv(folder / "thinning.csv")
+        assert thinned["sampler"].tolist() == ["all", "all", "uniform", "uniform"]
+    table = pd.read_csv(run / "pairs/pairs.csv")
+    assert {*table["complex"]} == {"files"}  # the other partners do not touch
+    means = pd.read_csv(run / "pairs/means.csv").set_index("score")["mean"]
+    assert means["propensity_smoothed"] == pytest.approx(
+        table.query("score == 'propensity_smoothed'")["auc"].mean()
+    )
+    assert np.allclose(
+        read_own(run / "pairs/files/structure_2.pdb").xyz, read_molecule(study / "two.pdb").xyz
+    )
+
+
+def test_sites_are_searched_for_on_their_targets(run):
+    matrix = pd.read_csv(run / "sites/matrix.csv").set_index("site")
+    for site, query, target in (("turn", "still/f0", "moving/f0700"), ("back", "moving/f0000", "still/f0")):
+        folder = run / "sites" / site
+        hits, poses = pd.read_csv(folder / "hits.csv"), pd.read_csv(folder / "poses.csv")
+        assert hits["target"].tolist() == poses["target"].tolist() == [target] == [matrix["target"][site]]
+        assert matrix["score"][site] == pytest.approx(hits["score"][0])
+        assert len(pd.read_csv(folder / "matches.csv")) == hits["places"][0] > 0
+        numbers = poses.iloc[0, 2:].to_numpy(float)
+        atoms = read_own(run / query / "structure.pdb").xyz[0]
+        (path,) = (folder / "superposed").glob("*.pdb")
+        assert path.name == f"01_{target.replace('/', '_')}.pdb"
+        assert np.allclose(read_own(path).xyz[0], atoms @ numbers[:9].reshape(3, 3) + numbers[9:], atol=0.01)
+
+
+def test_two_forms_are_compared_residue_by_residue(run):
+    folder = run / "sites" / "bend"
+    changes = pd.read_csv(folder / "changes.csv")
+    assert changes["residue"].tolist() == list(range(209, 217))
+    forms = [read_own(folder / f"changed_{side}.pdb") for side in (1, 2)]
+    for form in forms:
+        assert np.allclose(form.b_factor, changes["total"].to_numpy()[form.residue_index], atol=6e-3)
+    before = read_own(run / "moving/f0700/structure.pdb").xyz[0]
+    first = read_own(run / "moving/f0000/structure.pdb").xyz[0]
+    assert np.allclose(forms[0].xyz[0], first, atol=2e-3)
+    away = [np.sqrt(np.mean((atoms - first) ** 2)) for atoms in (forms[1].xyz[0], before)]
+    assert away[0] < away[1]
+
+
+def test_tables_over_all_surfaces_have_a_row_for_each(run):
+    places = {tuple(place.split("/")) for place in CONFORMATIONS}
+    for name in ("surfaces.csv", "summary.csv"):
+        table = pd.read_csv(run / name)
+        assert {*zip(table["protein"], table["conformation"], strict=True)} == places
+    assert len(pd.read_csv(run / "summary.csv")) == 5 * 2 * 10  # surfaces, readings, ranges
+
+
+def test_the_tables_of_the_paper_stand_beside_ours(run):
+    rows = pd.read_csv(run / "paper_rows.csv")
+    assert len(rows) == 10 and {"d_published", "d_as_coded"} <= {*rows.columns}
+    assert re.search(r"\b8 combinations", (run / "verdict.html").read_text())
+
+
+def test_warnings_of_all_jobs_are_in_one_table(run):
+    table = pd.read_csv(run / "warnings.csv")
     assert table.columns.to_list() == ["protein", "conformation", "job", "sentence"]
-    told = table[table["job"] == "choose_frames"]
-    assert {*told["protein"]} == {"moving", "got"} and told["sentence"].str.contains("lack heavy atoms").all()
+    frames = table[table["job"] == "choose_frames"]
+    assert {"loaded", "still"} <= {*frames["protein"]} and frames["sentence"].str.contains("lack heavy").all()
+    assert not table.duplicated(["protein", "conformation", "sentence"]).any()
 
 
-def test_a_finished_study_has_nothing_to_do_until_a_file_is_replaced(study):
-    """By one of another content and an older date, as `cp -p` does."""
-    folder, config = study
-    again = snakemake(folder, config, "--dry-run")
-    assert "Nothing to be done" in output(again), output(again)
-    for name in ("moving.pdb", "one.pdb"):
-        path, when = folder / name, (folder / name).stat().st_mtime
-        path.write_text("REMARK another\n" + path.read_text())
-        os.utime(path, (when, when))
-    config["proteins"]["got"]["sha256"] = "0" * 64
-    reasons = output(snakemake(folder, config, "--dry-run")).split(
-        "params have changed since last execution:"
-    )[1]
-    assert {"choose_frames", "make_partners", "fetch_structure"} <= {
-        *reasons.split("\n")[1].replace(",", " ").split()
-    }
+def test_the_first_page_leads_to_every_page_and_figure(run):
+    links = {unquote(path) for path in re.findall(r'href="([^"]+)"', (run / "index.html").read_text())}
+    found = {str(path.relative_to(run)) for end in ("html", "png") for path in run.rglob(f"[!.]*.{end}")}
+    elsewhere = ("summary.png", "view.png", "number_of_dots_panels.png")  # on other pages and in the report
+    found = {path for path in found if not path.endswith(elsewhere)}
+    found -= {"index.html", "compare.png", "pairs/pairs.png", "table1.png"}
+    assert found <= links and len(found) > 50
+    assert not [path for path in links if not path.startswith("#") and not (run / path).exists()]
+
+
+def test_the_crate_describes_every_file(run):
+    graph = json.loads((run / "ro-crate-metadata.json").read_text())["@graph"]
+    files = {unquote(part["@id"]) for part in graph if part["@type"] == "File"}
+    written = {str(path.relative_to(run)) for path in run.rglob("[!.]*") if path.is_file()}
+    # not listed: what only other rules read
+    unlisted = ("logs/", "loaded/download/", "pairs/files/structure_", "pairs/files/surface_", "ro-crate-")
+    assert files == {path for path in written if not path.startswith(unlisted)}
+
+
+def test_every_figure_is_a_picture(run):
+    pictures = [*run.rglob("*.png")]
+    assert len(pictures) > 50 and all(path.read_bytes()[:4] == b"\x89PNG" for path in pictures)
+    assert {path.with_suffix(".png") for path in run.rglob("*.svg")} <= {*pictures}

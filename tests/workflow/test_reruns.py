@@ -14,7 +14,6 @@ SITES = {"describe_places", "find_site", "compare_forms"}
 # Key and new value: rules that run again (and all that need them), rules that do not
 KEYS = {
     "frames.selection": ([0], {"choose_frames"}, {"read_surface", "compute_partner_surfaces"}),
-    "seed": (7, {"choose_frames", "evaluate_grid", "match_partners"}, {"compute_partner_surfaces"}),
     "surface.probe_radius": (
         1.5,
         COMPUTE | SITES | {"compute_partner_surfaces", "follow_frames"},
@@ -65,6 +64,7 @@ KEYS = {
     "proteins.moving.residues": ("209-215", {"choose_frames"}, {"choose_single_frame", "read_surface"}),
     "proteins.loaded.sha256": ("0" * 64, {"fetch_structure"}, {"choose_single_frame", "read_surface"}),
     "pairs.files.files": (["two.pdb", "one.pdb"], {"compute_partner_surfaces"}, COMPUTE),
+    "pairs.both.proteins": (["still", "moving"], {"match_partners", "thin_pair", "draw_pair"}, COMPUTE),
     "exclude": (
         {"loaded/f0": "too small"},
         {"summarise_surfaces", "summarise_best", "write_front_page"},
@@ -132,15 +132,16 @@ def test_an_input_file_runs_again_what_follows_from_it(own, config, file, again,
     [
         ("moving/frames.csv", "choose_frames"),
         ("moving/explained.csv", "choose_frames"),
+        ("moving/structures", "choose_frames"),
         ("still/structures", "choose_single_frame"),
         ("still/f0/components.csv", "compute_surface"),
-        ("moving/f700/floors.csv", "measure_floors"),
-        ("moving/f700/distances.npz", "evaluate_grid"),
-        ("moving/f0/ranges.md", "tabulate_best"),
-        ("moving/f700/figures/roughness.svg", "draw_figures"),
+        ("moving/f0700/floors.csv", "measure_floors"),
+        ("moving/f0700/distances.npz", "evaluate_grid"),
+        ("moving/f0000/ranges.md", "tabulate_best"),
+        ("moving/f0700/figures/roughness.svg", "draw_figures"),
         ("ready/c1/minimal.ply", "select_minimal_subset"),
         ("moving/residues.csv", "follow_ensemble"),
-        ("pairs/files/surface_2.npz", "compute_partner_surfaces"),
+        ("pairs/files/book.svg", "draw_pair"),
         ("sites/turn/superposed", "find_site"),
         ("summary.svg", "summarise_best"),
         ("failures.csv", "write_front_page"),
@@ -161,11 +162,25 @@ def test_code_that_draws_runs_again_figures_and_pages_alone(study, config):
     )
 
 
+def without_frames(config):
+    """Return the config of the molecules that have one frame: all of their jobs are known before any runs."""
+    kept = {key: value for key, value in config.items() if key != "sites"}
+    kept["proteins"] = {name: config["proteins"][name] for name in ("still", "ready")}
+    return kept | {"pairs": {"files": config["pairs"]["files"]}}
+
+
 def test_code_that_computes_runs_again_what_computes(study, config):
-    planned = planned_rules(study, config, METHOD="another")
-    assert {"choose_frames", "choose_single_frame", "read_surface", "measure_roughness"} <= planned
-    assert {"evaluate_grid", "compute_partner_surfaces", "follow_frames"} <= planned
-    assert not planned & {"fetch_structure"}
+    again = {"choose_single_frame", "read_surface", "compute_partner_surfaces", "follow_frames", "thin_pair"}
+    few = without_frames(config)
+    assert not planned_rules(study, few) & (COMPUTE | again)
+    assert again | COMPUTE <= planned_rules(study, few, METHOD="another")
+    assert {"choose_frames", "choose_single_frame"} <= planned_rules(study, config, METHOD="another")
+
+
+def test_the_seed_runs_again_what_draws_random_numbers(study, config):
+    planned = planned_rules(study, without_frames(config) | {"seed": 7})
+    assert {"choose_single_frame", "evaluate_grid", "match_partners", "thin_pair", "follow_frames"} <= planned
+    assert not planned & {"read_surface", "compute_partner_surfaces"}
 
 
 def test_a_dry_run_writes_nothing(own, config):

@@ -1,265 +1,229 @@
-"""The workflow as a user runs it, on a small study: order, cores, kills, edits, mistakes."""
+"""The workflow as a user runs it: one core, another workflow, kills, bad proteins, mistakes."""
 
-import hashlib
 import os
 import re
 import shutil
 import signal
 import subprocess
+import sys
 import time
-from urllib.parse import unquote
 
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 from conftest import ROOT
-from small_study import ONE, SMALL, command, output, snakemake
-from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.read_surface import read_surface
-
-FIGURES = (
-    "enough",
-    "roughness",
-    "number_of_dots",
-    "number_of_dots_panels",
-    "d_over_grid",
-    "rough_and_flat",
-    "subsets",
-)
-TABLES = (
-    "frames.csv",
-    "*/roughness.csv",
-    "*/grid.csv",
-    "*/ranges.*",
-    "*/best.*",
-    "*/minimal.csv",
-    "*/surface.*",
-)
-DRAWN = ("*/figures/*.*", "*/*.html")
-
-
-def digests(folder, patterns=TABLES):
-    """Digest of every table of the run."""
-    protein = folder / "results" / "small" / "tdp43"
-    files = sorted(path for pattern in patterns for path in protein.glob(pattern))
-    return {str(path.relative_to(protein)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
+from peptides import peptide, write
+from small_study import EMBEDDED, SEQUENCE, SETTINGS, command, copy_of, output, snakemake, write_study
 
 IMPORTING = """
 configfile: "config.yaml"
 
-module surfaces:
+module study:
     snakefile: {snakefile!r}
     config: config
 
-use rule * from surfaces as surfaces_*
+use rule * from study as study_*
 """
+FIRST = "results/small/moving/f0000"
 
 
-def of_one(folder, patterns=TABLES):
-    """The same of the first conformation alone."""
-    return {path: digest for path, digest in digests(folder, patterns).items() if path.startswith("f0000/")}
+def first_conformation(folder):
+    """Write the input files of the small study; return its config with the first conformation of `moving` alone."""
+    config = write_study(folder)
+    kept = {key: config[key] for key in (*SETTINGS, "fields")}
+    return kept | {"frames": {"selection": [0]}, "proteins": {"moving": config["proteins"]["moving"]}}
 
 
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    """The small study, run with two cores."""
-    folder = tmp_path_factory.mktemp("two")
-    process = snakemake(folder, SMALL)
-    assert process.returncode == 0, output(process)
-    return folder
+def files_of(folder, ends):
+    """Bytes of the files of the first conformation with some ends, by path."""
+    paths = sorted(path for path in (folder / FIRST).rglob("*") if path.name.endswith(ends))
+    return {str(path.relative_to(folder / FIRST)): path.read_bytes() for path in paths}
 
 
-def test_every_promised_file_is_there(finished):
-    protein = finished / "results" / "small" / "tdp43"
-    for name in ("frames.csv", "figures/frames.png", "figures/frames.svg"):
-        assert (protein / name).stat().st_size > 0, name
-    for conformation in ("f0000", "f0700"):
-        for name in [
-            "structure.pdb",
-            "surface.npz",
-            "surface.ply",
-            "roughness.csv",
-            "grid.csv",
-            "distances.npz",
-            "ranges.csv",
-            "ranges.md",
-            "best.json",
-            "ranges.html",
-            "minimal.csv",
-            "minimal.ply",
-        ] + [f"figures/{name}.{end}" for name in FIGURES for end in ("png", "svg")]:
-            assert (protein / conformation / name).stat().st_size > 0, name
-    assert "All surfaces: small<" in (protein.parent / "summary.html").read_text()
-    bins = pd.read_csv(protein / "f0000" / "rough_and_flat.csv")
-    drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
-    assert drawn.to_list() == [10 * SMALL["evaluation"]["test_dots"]] * 2
-
-
-def test_a_field_is_in_every_result_and_changes_no_other(finished):
-    folder = finished / "results" / "small" / "tdp43" / "f0000"
-    table = pd.read_csv(folder / "fields.csv")
-    assert table["field"].eq("hydropathy").all() and table["subset"].to_list() == [
-        "minimal",
-        *["farthest"] * 4,
-    ]
-    assert table["n_S_percent"].round(1).to_list()[1:] == [2.5, 5, 10, 20] and table["r"].iloc[-1] > 0.999
-    minimal, residues = pd.read_csv(folder / "minimal.csv"), pd.read_csv(folder / "residues.csv")
-    of_dots = read_npz(folder / "surface.npz"), np.load(folder / "fields.npz")["hydropathy"]
-    np.testing.assert_allclose(minimal["hydropathy"], of_dots[1][minimal["dot"]], atol=1e-4)
-    owner = read_molecule(folder / "structure.pdb", selection="all", whole=False).residue_index[
-        of_dots[0].atom
-    ]
-    assert residues["mean_hydropathy"][3] == pytest.approx(of_dots[1][owner == 3].mean())
-    for name in ("surface.ply", "minimal.ply"):
-        np.testing.assert_allclose(read_surface(folder / name).fields["hydropathy"][:5], [
-            *(of_dots[1][:5] if name == "surface.ply" else minimal["hydropathy"][:5])
-        ], rtol=1e-4)  # fmt: skip
-    assert "hydropathy" in (finished / "results" / "small" / "index.html").read_text()
-    planned = output(snakemake(finished, SMALL | {"fields": ["charge"]}, "--dry-run", "--quiet", "host"))
-    again = {*re.findall(r"^(\w+) +\d+$", planned, re.M)} - {"total", "all"}
-    assert again == {
-        *("take_minimal", "tabulate_residues", "draw_view", "draw_figures"),
-        *("summarise_run", "collect_warnings", "complete_protein", "write_front_page"),
-    }
-
-
-def test_a_second_run_has_nothing_to_do(finished):
-    process = snakemake(finished, SMALL)
-    assert process.returncode == 0
-    assert "Nothing to be done" in output(process)
-
-
-def test_a_file_that_was_deleted_is_made_again(finished):
-    conformation = finished / "results" / "small" / "tdp43" / "f0700"
-    frames = ((f"../{name}", "choose_frames") for name in ("structures", "explained.csv", "frames.csv"))
-    for name, rule in (
-        ("figures/roughness.svg", "draw_figures"),
-        ("floors.csv", "measure_floors"),
-        ("distances.npz", "evaluate_grid"),
-        *frames,
-    ):
-        path, away = conformation / name, finished / "away"
-        path.rename(away)
-        process = snakemake(finished, SMALL, "--dry-run")
-        away.rename(path)
-        assert process.returncode == 0 and re.search(rf"^{rule} +1$", output(process), re.M), output(process)
-
-
-def test_imported_by_another_workflow_on_one_core_it_gives_the_same_bytes(finished, tmp_path):
-    """Scripts, schema, captions and the embedded example are found from the Snakefile, results lie where it is asked for."""
+def test_on_one_core_and_imported_by_another_workflow_it_gives_the_same_bytes(study, tmp_path):
+    """Scripts, captions and the embedded example are found from the Snakefile, results lie where the other runs."""
     folder = tmp_path / "one"
-    folder.mkdir()
-    snakefile = folder / "Snakefile"
-    snakefile.write_text(IMPORTING.format(snakefile=str(ROOT / "Snakefile")))
-    embedded = {
-        key: f"data/tdp43/{SMALL['proteins']['tdp43'][key].split('/')[-1]}"
-        for key in ("structure", "trajectory")
-    }
-    config = ONE | {"proteins": {"tdp43": SMALL["proteins"]["tdp43"] | embedded}}
+    config = first_conformation(folder)
+    config["proteins"]["moving"] |= EMBEDDED
+    (folder / "Snakefile").write_text(IMPORTING.format(snakefile=str(ROOT / "Snakefile")))
     process = snakemake(folder, config, "--cores", "1", root=folder)
     assert process.returncode == 0, output(process)
-    assert of_one(folder) == of_one(finished)
-    assert len(of_one(finished)) > 6 and len(digests(finished)) > 12
-    assert of_one(folder, DRAWN) == of_one(finished, DRAWN) and len(of_one(finished, DRAWN)) > 10
-    process = snakemake(folder, config, "--report", str(folder / "report.html"), root=folder)
-    assert process.returncode == 0, output(process)
-    caption = (ROOT / "src" / "sparsurf" / "report" / "captions" / "roughness.rst").read_text(
-        encoding="utf-8"
+    mine = files_of(folder, ("csv", "npz", "json", "ply", "pdb", "dms", "png", "svg", "md"))
+    assert len(mine) > 30
+    assert {path: mine[path] for path in mine} == {path: (study / FIRST / path).read_bytes() for path in mine}
+    warnings = [pd.read_csv(place / "results/small/warnings.csv") for place in (folder, study)]
+    of_moving = warnings[1].query(
+        "protein == 'moving' and conformation != 'f0700' and job != 'compare_samplers'"
     )
+    assert set(warnings[0]["sentence"]) == set(of_moving["sentence"]) != set()
+    process = snakemake(folder, config, "--report", "report.html", root=folder)
+    assert process.returncode == 0, output(process)
+    caption = (ROOT / "src" / "sparsurf" / "report" / "captions" / "roughness.rst").read_text("utf-8")
     assert caption.strip() in (folder / "report.html").read_text(encoding="utf-8")
 
 
-def test_imported_by_another_workflow_a_study_of_everything_is_planned(tmp_path):
-    water = {"structure": SMALL["proteins"]["tdp43"]["structure"], "simulate": {"ns": 1}}
-    everything = {key: {"run": True} for key in ("ensemble", "compare")}
-    everything["proteins"] = SMALL["proteins"] | {"water": water}
-    everything["pairs"] = {"two": {"proteins": ["tdp43", "water"]}}
+def test_a_study_with_simulations_is_planned_by_another_workflow(tmp_path):
+    proteins = {"tdp43": EMBEDDED, "water": {"structure": EMBEDDED["structure"], "simulate": {"ns": 1}}}
+    config = SETTINGS | {"proteins": proteins, "pairs": {"two": {"proteins": ["tdp43", "water"]}}}
+    config |= {key: {"run": True} for key in ("ensemble", "compare")}
     (tmp_path / "Snakefile").write_text(IMPORTING.format(snakefile=str(ROOT / "Snakefile")))
-    process = snakemake(tmp_path, SMALL | everything, "--dry-run", root=tmp_path)
+    process = snakemake(tmp_path, config, "--dry-run", root=tmp_path)
     assert process.returncode == 0, output(process)
     for rule in ("simulate_stage", "follow_frames", "summarise_comparison", "match_partners"):
-        assert f"surfaces_{rule} " in output(process)
+        assert f"study_{rule} " in output(process)
+    assert not (tmp_path / "results").exists()
 
 
-def test_a_run_killed_at_every_stage_continues_to_the_same_tables(finished, tmp_path):
-    folder, protein = tmp_path / "killed", "results/small/tdp43"
-    requested = [
-        f"{protein}/f0000/{table}" for table in ("ranges.csv", "minimal.csv")
-    ]  # and so all tables before them
-    for stage in (
-        "frames.csv",
-        "*/surface.npz",
-        "*/roughness.csv",
-        "*/grid.csv",
-        "*/ranges.csv",
-        "*/minimal.csv",
-    ):
+def test_a_run_that_is_killed_three_times_continues_to_the_same_bytes(study, tmp_path):
+    folder = tmp_path / "killed"
+    config, targets = first_conformation(folder), [f"{FIRST}/ranges.csv", f"{FIRST}/minimal.csv"]
+    for stage in ("surface.npz", "grid.csv", "floors.csv"):
         process = subprocess.Popen(
-            command(folder, ONE, "--nolock", *requested),
+            command(folder, config, "--nolock", *targets),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
         )
-        deadline = time.monotonic() + 120
-        while not list(folder.glob(f"{protein}/{stage}")) and time.monotonic() < deadline:
-            if process.poll() is not None:
-                break
+        deadline = time.monotonic() + 300
+        while not (folder / FIRST / stage).exists() and process.poll() is None:
+            assert time.monotonic() < deadline
             time.sleep(0.02)
+        assert (
+            process.poll() is None or stage == "floors.csv"
+        )  # made beside grid.csv, perhaps before the kill
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
-    again = snakemake(folder, ONE, "--nolock", *requested)
-    assert again.returncode == 0, output(again)
-    assert of_one(folder) == of_one(finished)
-
-
-def test_the_first_page_leads_to_every_page_and_figure(finished):
-    run = finished / "results" / "small"
-    first = run / "index.html"
-    led = {unquote(path) for path in re.findall(r'href="([^"]+)"', first.read_text())}
-    found = {str(path.relative_to(run)) for end in ("html", "png") for path in run.rglob(f"[!.]*.{end}")}
-    elsewhere = ("summary.png", "view.png", "number_of_dots_panels.png")  # on other pages and in the report
-    shown = {path for path in found if path.endswith(elsewhere)}
-    assert found - {"index.html"} - shown <= led and len(found) > 12
-    assert not [path for path in led if path != "#words" and not (run / path).is_file()]
-
-
-def test_the_report_is_made_offline(finished):
-    process = snakemake(finished, SMALL, "--report", str(finished / "report.html"))
+    process = snakemake(folder, config, "--nolock", *targets)
     assert process.returncode == 0, output(process)
-    text = (finished / "report.html").read_text()
-    assert "tdp43" in text and len(text) > 500_000
-    part = (finished / "results" / "small" / ".front_page.html").read_text()
-    led = re.findall(r"showResultInfo\('([^']+)'\)", part)
-    assert len(led) >= 2 * (len(FIGURES) + 1) + 1 and not [
-        path for path in led if f'"{path}"' not in text
-    ]  # each is in the report
+    mine = files_of(folder, ("csv", "npz", "json", "ply", "pdb", "dms", "md"))
+    assert len(mine) > 15 and mine == {path: (study / FIRST / path).read_bytes() for path in mine}
 
 
-def test_editing_a_module_reruns_the_step_that_uses_it(finished, tmp_path):
-    copy = copied(tmp_path)
-    process = snakemake(finished, SMALL, "--dry-run", "--nolock", root=copy)
-    assert "Nothing to be done" in output(process)
-    edit(copy, "molecules/conformations")
-    process = snakemake(finished, SMALL, "--dry-run", "--nolock", root=copy)
-    assert re.search(r"params have changed since last execution:\s+choose_frames\n", output(process)), output(
-        process
+@pytest.mark.parametrize(("table", "reader"), [("grid.csv", "ranges.csv"), ("roughness.csv", "floors.csv")])
+def test_a_truncated_table_is_refused_by_the_rule_that_reads_it(study, tmp_path, table, reader):
+    folder = copy_of(study, tmp_path / "own")
+    config = yaml.safe_load((study / "config.yaml").read_text())
+    content = (folder / FIRST / table).read_bytes()
+    (folder / FIRST / table).unlink()
+    (folder / FIRST / table).write_bytes(b"".join(content.splitlines(keepends=True)[:-3]))
+    process = snakemake(folder, config, f"{FIRST}/{reader}")
+    assert process.returncode != 0
+    assert (
+        table
+        in (folder / "results/small/logs/moving/f0000")
+        .joinpath({"ranges.csv": "tabulate_best.log", "floors.csv": "measure_floors.log"}[reader])
+        .read_text()
+        .split("ERROR ")[1]
     )
+    assert "A defect of this program" not in output(process)
 
 
-def copied(tmp_path):
-    """A copy of what the rules are made of."""
-    copy = tmp_path / "copy"
-    for name in ("scripts", "src", "rules", "profiles", "envs"):
-        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for path in (ROOT / "Snakefile", ROOT / "config.yaml"):
-        shutil.copy(path, copy / path.name)
-    return copy
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory):
+    """A checkout with a study of three files of structures, of which one cannot be read; what `make run` printed twice."""
+    root = tmp_path_factory.mktemp("mein Ordner é") / "checkout"
+    (root / "my" / "structures").mkdir(parents=True)
+    for name in ("src", "rules", "envs", "data", "profiles", "Snakefile", "config.yaml", "studies", ".cache"):
+        (root / name).symlink_to(ROOT / name)
+    shutil.copytree(ROOT / "scripts", root / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
+    model = peptide(SEQUENCE, origin=(0, 0, 0))
+    moved = peptide(SEQUENCE, origin=(0, 1, 0))
+    write(root / "my/structures/still.pdb", model + "END\n")
+    write(
+        root / "my/structures/two.pdb", f"MODEL        1\n{model}ENDMDL\nMODEL        2\n{moved}ENDMDL\nEND\n"
+    )
+    write(root / "my/structures/bad.pdb", "REMARK nothing here\n")
+    (root / "my" / "structures").chmod(0o555)
+    config = SETTINGS | {"run": "mine", "sampling": False, "proteins": {"folder": "my/structures"}}
+    config["frames"] = {"selection": "all"}
+    (root / "mine.yaml").write_text(yaml.safe_dump(config))
+    processes = [make_run(root) for _ in range(2)]
+    return root, *processes
 
 
-def edit(copy, module):
-    path = copy / "src" / "sparsurf" / f"{module}.py"
-    path.write_text(path.read_text(encoding="utf-8") + "\nprint()\n", encoding="utf-8")
+def make_run(root, *options):
+    """Run a study as `make run` does."""
+    command = [sys.executable, root / "scripts" / "study.py", root / "mine.yaml", "--cores", "2", *options]
+    environment = os.environ | {"PYTHONPATH": str(root / "src")}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+
+
+def test_a_protein_that_fails_does_not_stop_the_others(checkout):
+    root, process, again = checkout
+    run = root / "results" / "mine"
+    assert process.returncode == again.returncode == 1
+    assert "bad.pdb holds no atoms." in process.stdout and "Traceback" not in output(process)
+    assert "- bad/choose_" in process.stderr and "Look at   results/mine/index.html" in process.stdout
+    surfaces = pd.read_csv(run / "surfaces.csv", dtype={"protein": str})
+    places = [["still", "f0"], ["two", "f0"], ["two", "f1"]]
+    assert surfaces[["protein", "conformation"]].to_numpy().tolist() == places
+    for row in surfaces.itertuples():
+        folder = run / row.protein / row.conformation
+        enough = pd.read_csv(folder / "enough.csv").set_index(["floor", "reading"])
+        assert len(pd.read_csv(folder / "minimal.csv")) == row.minimal_n_S
+        assert row.minimal_n_S == enough.loc[("fresh dots", "recovered"), "n_S"]
+        assert (folder / "view.png").stat().st_size > 1000 and not (folder / "grid.csv").exists()
+    failures = (run / "failures.csv").read_text().splitlines()
+    assert len(failures) == 2 and re.fullmatch(r"bad,choose_\w+: .*bad\.pdb holds no atoms\.", failures[1])
+    page = (run / "index.html").read_text()
+    assert page.count('class="thumb"') == 3 and "bad.pdb holds no atoms" in page
+
+
+def test_warnings_are_on_the_terminal_in_a_table_and_on_the_first_page(checkout):
+    root, process, _ = checkout
+    table = pd.read_csv(root / "results/mine/warnings.csv")
+    assert {"still", "two"} <= set(table["protein"])
+    page = (root / "results/mine/index.html").read_text()
+    for sentence in table["sentence"]:
+        assert f"Warning: {sentence}" in process.stdout
+        assert sentence[:40].split("<")[0].split("'")[0] in page
+    assert f"Warnings  {len(table)} in results/mine/warnings.csv" in process.stdout
+
+
+def test_one_job_for_all_steps_gives_the_bytes_of_single_steps(checkout, study):
+    """Where `sampling` is false; `moving` and `still` have a field more in the small study."""
+    ours, theirs = checkout[0] / "results/mine/still/f0", study / "results/small/still/f0"
+    for name in ("surface.npz", "surface.dms", "components.csv", "roughness.csv", "floors.csv", "enough.csv"):
+        assert (ours / name).read_bytes() == (theirs / name).read_bytes(), name
+    dots = [pd.read_csv(folder / "minimal.csv")["dot"] for folder in (ours, theirs)]
+    assert np.array_equal(*dots)
+
+
+def test_the_next_run_does_only_what_failed(checkout):
+    root, _, again = checkout
+    jobs = re.findall(r"^ +\d+ of \d+  (.*) \(\d+ s\)$", again.stdout, re.M)
+    assert not [job for job in jobs if "two" in job or "still" in job]
+    planned = make_run(root, "--dry-run")
+    assert planned.returncode == 0 and "bad" in planned.stdout
+
+
+def test_the_config_of_the_readme_is_a_study(tmp_path):
+    """Letter by letter, with a file where it says."""
+    text = re.search(r"```yaml\n(# my_study\.yaml.*?)```", (ROOT / "README.md").read_text(), re.S).group(1)
+    (tmp_path / "path" / "to").mkdir(parents=True)
+    write(tmp_path / "path" / "to" / "protein.pdb", peptide(SEQUENCE) + "END\n")
+    process = snakemake(tmp_path, yaml.safe_load(text), "--dry-run")
+    assert process.returncode == 0 and "my_protein" in output(process), output(process)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentences"),
+    [
+        (
+            {"sampling": {"alpha": [2.0]}, "evaluaton": {}},
+            [
+                "sampling.alpha.0 is 2.0, but must be 1 or less",
+                "unknown key 'evaluaton' in the config; did you mean 'evaluation'?",
+            ],
+        ),
+        ({"proteins": {"a": {"structure": "missing.pdb"}}}, ["there is no file 'missing.pdb'"]),
+    ],
+)
+def test_a_mistake_in_the_config_is_a_sentence(tmp_path, change, sentences):
+    process = snakemake(tmp_path, SETTINGS | {"proteins": {"tdp43": EMBEDDED}} | change)
+    assert process.returncode != 0
+    assert all(sentence in output(process) for sentence in sentences)
+    assert "Traceback" not in output(process)
