@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sparsurf.molecules.read_molecule import read_molecule, read_own
+from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.read_surface import read_surface
 
@@ -25,7 +25,7 @@ def run(study):
 def structure_of(run, place):
     """Return the dots of a conformation and the residue of each, 0 for the first."""
     surface = read_npz(run / place / "surface.npz")
-    return surface, read_own(run / place / "structure.pdb").residue_index[surface.atom]
+    return surface, read_study_structure(run / place / "structure.pdb").residue_index[surface.atom]
 
 
 def test_conformations_are_the_frames_that_the_config_names(study, run):
@@ -35,7 +35,7 @@ def test_conformations_are_the_frames_that_the_config_names(study, run):
     frames = pd.read_csv(run / "moving/frames.csv")
     assert frames["conformation"].tolist() == ["f0000", "f0700"] and frames["frame"].tolist() == [0, 700]
     for name, frame in zip(frames["conformation"], frames["frame"], strict=True):
-        atoms = read_own(run / f"moving/{name}/structure.pdb").xyz[0]
+        atoms = read_study_structure(run / f"moving/{name}/structure.pdb").xyz[0]
         assert np.allclose(atoms, trajectory.xyz[frame], atol=2e-3)
     assert len(pd.read_csv(run / "moving/projection.csv")) == trajectory.n_frames
 
@@ -147,7 +147,7 @@ def test_both_kinds_of_pairs_have_maps_residues_and_thinned_maps(study, run):
         mean = dots.groupby(["partner", "residue"])["propensity_smoothed"].mean()
         assert np.allclose(residues["propensity_smoothed"], mean, rtol=1e-4)
         for side in (1, 2):
-            written = read_own(folder / f"partner_{side}.pdb")
+            written = read_study_structure(folder / f"partner_{side}.pdb")
             own = residues[residues["partner"] == side]["propensity_smoothed"].to_numpy()
             assert np.allclose(written.b_factor, own[written.residue_index], atol=6e-3)
         thinned = pd.read_csv(folder / "thinning.csv")
@@ -159,7 +159,7 @@ def test_both_kinds_of_pairs_have_maps_residues_and_thinned_maps(study, run):
         table.query("score == 'propensity_smoothed'")["auc"].mean()
     )
     assert np.allclose(
-        read_own(run / "pairs/files/structure_2.pdb").xyz, read_molecule(study / "two.pdb").xyz
+        read_study_structure(run / "pairs/files/structure_2.pdb").xyz, read_molecule(study / "two.pdb").xyz
     )
 
 
@@ -172,21 +172,21 @@ def test_sites_are_searched_for_on_their_targets(run):
         assert matrix["score"][site] == pytest.approx(hits["score"][0])
         assert len(pd.read_csv(folder / "matches.csv")) == hits["places"][0] > 0
         numbers = poses.iloc[0, 2:].to_numpy(float)
-        atoms = read_own(run / query / "structure.pdb").xyz[0]
+        atoms = read_study_structure(run / query / "structure.pdb").xyz[0]
         (path,) = (folder / "superposed").glob("*.pdb")
         assert path.name == f"01_{target.replace('/', '_')}.pdb"
-        assert np.allclose(read_own(path).xyz[0], atoms @ numbers[:9].reshape(3, 3) + numbers[9:], atol=0.01)
+        assert np.allclose(read_study_structure(path).xyz[0], atoms @ numbers[:9].reshape(3, 3) + numbers[9:], atol=0.01)
 
 
 def test_two_forms_are_compared_residue_by_residue(run):
     folder = run / "sites" / "bend"
     changes = pd.read_csv(folder / "changes.csv")
     assert changes["residue"].tolist() == list(range(209, 217))
-    forms = [read_own(folder / f"changed_{side}.pdb") for side in (1, 2)]
+    forms = [read_study_structure(folder / f"changed_{side}.pdb") for side in (1, 2)]
     for form in forms:
         assert np.allclose(form.b_factor, changes["total"].to_numpy()[form.residue_index], atol=6e-3)
-    before = read_own(run / "moving/f0700/structure.pdb").xyz[0]
-    first = read_own(run / "moving/f0000/structure.pdb").xyz[0]
+    before = read_study_structure(run / "moving/f0700/structure.pdb").xyz[0]
+    first = read_study_structure(run / "moving/f0000/structure.pdb").xyz[0]
     assert np.allclose(forms[0].xyz[0], first, atol=2e-3)
     away = [np.sqrt(np.mean((atoms - first) ** 2)) for atoms in (forms[1].xyz[0], before)]
     assert away[0] < away[1]
