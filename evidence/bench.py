@@ -145,7 +145,9 @@ def measure_descriptors(
     for share, most in DESCRIPTOR_LIMITS.items():
         words = np.zeros(n, np.uint64)
         for bit in range(descriptors.MAX_SUBSETS):
-            descriptors.add_subset(words, index, published_sampling.uniform_subset(n, round(share * n), rng), bit)
+            descriptors.add_subset(
+                words, index, published_sampling.uniform_subset(n, round(share * n), rng), bit
+            )
         for reading in GRID_READINGS:
             run = partial(
                 descriptors.evaluate,
@@ -315,7 +317,9 @@ def print_memory(copies: int, quick: bool) -> None:
     before = peak_memory()
     surface = repeated(one, copies)
     grid.evaluate_grid(
-        PreparedSurface(surface, threads=available_cores()), published_sampling.parameter_grid(*SMALL_GRID), 100
+        PreparedSurface(surface, threads=available_cores()),
+        published_sampling.parameter_grid(*SMALL_GRID),
+        100,
     )
     print(json.dumps({"dots": len(surface), "bytes": peak_memory() - before}))
 
@@ -432,7 +436,9 @@ def main(path_to_output: str | Path, quick: bool = False, reference: str | None 
             combinations = published_sampling.parameter_grid(*(FULL_GRID if promised else SMALL_GRID))
             measure_dots(table, repeated(surface, c), promised, repeats, n_tests, combinations)
         combinations = (
-            published_sampling.parameter_grid(*SMALL_GRID)[:2] if quick else published_sampling.parameter_grid(*FULL_GRID)
+            published_sampling.parameter_grid(*SMALL_GRID)[:2]
+            if quick
+            else published_sampling.parameter_grid(*FULL_GRID)
         )
         measure_grids(table, surface, combinations, {n_tests: None} if quick else GRID_LIMITS, repeats)
         measure_pairs(table, {500: None} if quick else PAIR_LIMITS, repeats)

@@ -34,8 +34,8 @@ def main(
         row = {"protein": protein, "hydrogens": hydrogens, "asked": requested}
         row |= {"density": density, "N": len(dots)}
         evaluator = PreparedSurface(dots, seed=seed, threads=threads)
-        fresh_surface = surface_generator(molecule, 0, atoms, rules, D_LINK, protein)
-        references = noise_floors(evaluator, test_dots, **fresh_surface)
+        generate_surface, xyz = surface_generator(molecule, 0, atoms, rules, D_LINK, protein)
+        references = noise_floors(evaluator, test_dots, generate_surface, xyz)
         row["floor"] = references.set_index("floor").loc[FRESH, "Z"]
         for kind, suffix in ((PreparedSurface, ""), (AtOneDensity, "_at_5.35")):
             recovering = kind(dots, roughness_values=evaluator.roughness, seed=seed, threads=threads)

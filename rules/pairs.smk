@@ -110,6 +110,7 @@ rule draw_pair:
         "../envs/study.yaml"
     params:
         patches=config["patches"],
+        seed=config["seed"],
         code=REPORT,
     message:
         "Pictures of both partners of {wildcards.pair}"

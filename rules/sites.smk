@@ -82,6 +82,7 @@ rule draw_site:
     params:
         site=lambda wildcards: SITES[wildcards.site],
         patches=config["patches"],
+        seed=config["seed"],
         code=REPORT,
     message:
         "Pictures of the site {wildcards.site} and its hits"
@@ -175,6 +176,7 @@ rule draw_changes:
     params:
         forms=lambda wildcards: SITES[wildcards.site]["changes"],
         patches=config["patches"],
+        seed=config["seed"],
         code=REPORT,
     message:
         "Pictures of the changes of {wildcards.site}"

@@ -23,7 +23,7 @@ def main(results: list[str], table: str, logs: str, jobs: list[str]) -> None:
     """
     run = Path(table).parent
     folders = {folder.relative_to(run).as_posix() for path in results for folder in Path(path).parents[:-2]}
-    rows = {}
+    rows: dict[tuple[str, str, str], tuple[str, str, str, str]] = {}
     for log in sorted(Path(logs).rglob("*.log")):
         protein, conformation, job_name = place_of_log(log, logs)
         folder = "/".join(filter(None, (protein, conformation))) or "."

@@ -53,9 +53,9 @@ def main(
     compared = []
     for form, surface, molecule in zip(forms, (surface_1, surface_2), molecules, strict=True):
         atom_radii = radii(molecule, settings["radii"])
-        lay = surface_generator(molecule, 0, atom_radii, settings, d_link, form)["lay"]
-        compared.append(Form(form, read_npz(surface), molecule, lay))
-    table = changes_between(*compared, stream(seed, "changes", *forms), threads)
+        generate, _ = surface_generator(molecule, 0, atom_radii, settings, d_link, form)
+        compared.append(Form(form, read_npz(surface), molecule, generate))
+    table = changes_between(compared[0], compared[1], stream(seed, "changes", *forms), threads)
     table.to_csv(changes, index=False, float_format="%.5g")
     superposed = reference, superpose_forms(molecules[1], reference)
     for pdb, molecule in zip((pdb_1, pdb_2), superposed, strict=True):

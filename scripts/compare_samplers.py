@@ -13,8 +13,7 @@ from sparsurf.study.comparison import equal_error as fewer_dots
 from sparsurf.study.comparison import measuring, methods
 from sparsurf.study.comparison.measuring import stand_alone
 from sparsurf.study.comparison.methods import dotted_surface
-from sparsurf.study.prepare import prepare_surface
-from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.tables import floors_by_name, number_of_combinations, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.radii import radii

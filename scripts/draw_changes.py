@@ -37,14 +37,6 @@ def main(
     patches : dict, the section `patches` of the config
     name : of the comparison
     """
-    settings = {
-        "patches": patches,
-        "sampling": {
-            "distance_from_moved_centre": distance_from_moved_centre,
-            "chance_in_every_patch": chance_in_every_patch,
-        },
-        "seed": seed,
-    }
     table = read_residues(changes)
     reference = read_study_structure(structure_1)
     files = (surface_1, structure_1, view_1), (surface_2, structure_2, view_2)
@@ -55,7 +47,7 @@ def main(
         drawn.append((form, dots, molecule, change))
         values = [Values("change from one form to the other", "change", "", change, "alike", "changed")]
         page = coloured_page(
-            f"{name}, {form}", f"{name}/{side}", dots, settings, values, residue_labels(structure)
+            f"{name}, {form}", f"{name}/{side}", dots, patches, seed, values, residue_labels(structure)
         )
         Path(view).write_text(page, encoding="utf-8")
     layout.save(changes_figure(name, drawn, table), png.removesuffix(".png"))

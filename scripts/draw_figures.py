@@ -25,8 +25,7 @@ from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import lookup_sampler
 from sparsurf.study import rough_and_flat as by_roughness
 from sparsurf.study.floors import FRESH
-from sparsurf.study.prepare import prepare_surface
-from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.prepared_surface import PreparedSurface, prepare_surface
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.surface import Surface

@@ -16,7 +16,7 @@ def main(frames: str, silhouette: str, projection: str, explained: str, png: str
         coordinates[["pc1", "pc2"]].to_numpy(),
         coordinates["cluster"].to_numpy(),
         row_of_frame.loc[chosen["frame"]].to_numpy(),
-        chosen["conformation"].to_numpy(),
+        chosen["conformation"].tolist(),
         pd.read_csv(explained)["explained"].to_numpy(),
         dict(zip(silhouettes["K"], silhouettes["silhouette"], strict=True)),
         name,

@@ -35,14 +35,6 @@ def main(
     patches : dict, the section `patches` of the config
     name : of the pair
     """
-    settings = {
-        "patches": patches,
-        "sampling": {
-            "distance_from_moved_centre": distance_from_moved_centre,
-            "chance_in_every_patch": chance_in_every_patch,
-        },
-        "seed": seed,
-    }
     dot_table = pd.read_csv(dots, low_memory=False)
     surfaces = [read_npz(surface) for surface in (surface_1, surface_2)]
     tables = [dot_table[dot_table["partner"] == side] for side in (1, 2)]
@@ -55,7 +47,9 @@ def main(
             Values("distance to the partner", "gap", " Å", gap, "touching", "far"),
         ]
         title = f"{name}, partner {side}"
-        page = coloured_page(title, f"{name}/{side}", surface, settings, values, residue_labels(structure))
+        page = coloured_page(
+            title, f"{name}/{side}", surface, patches, seed, values, residue_labels(structure)
+        )
         Path(view).write_text(page, encoding="utf-8")
 
 

@@ -45,14 +45,6 @@ def main(
     patches : dict, the section `patches` of the config
     name : of the site
     """
-    settings = {
-        "patches": patches,
-        "sampling": {
-            "distance_from_moved_centre": distance_from_moved_centre,
-            "chance_in_every_patch": chance_in_every_patch,
-        },
-        "seed": seed,
-    }
     path_of_surface, path_of_structure = (_by_conformation(paths) for paths in (surfaces, structures))
     best_hits = by_rarity(pd.read_csv(hits, keep_default_na=False)).head(MAX_HITS)
     best_poses = pd.read_csv(poses).drop(columns=["rank", "target"]).loc[best_hits.index].to_numpy()
@@ -78,7 +70,7 @@ def main(
         values = [Values("distance from the site", "distance", " Å", distance, "on it", "far")]
         names_of_atoms = residue_labels(path_of_structure.get(conformation))
         page = coloured_page(
-            f"{name}, {conformation}", f"{name}/{side}", surface, settings, values, names_of_atoms
+            f"{name}, {conformation}", f"{name}/{side}", surface, patches, seed, values, names_of_atoms
         )
         Path(view).write_text(page, encoding="utf-8")
     names = [residue_text(*row) for row in residues[["chain", "residue_name", "residue"]].to_numpy()]

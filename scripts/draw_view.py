@@ -13,7 +13,7 @@ from sparsurf.report.figures import render
 from sparsurf.report.viewer.page import MAX_DOTS, Values
 from sparsurf.report.viewer.page import page as viewer_page
 from sparsurf.sampling.samplers import farthest
-from sparsurf.study.prepare import prepare_surface
+from sparsurf.study.prepared_surface import prepare_surface
 from sparsurf.study.tables import read_minimal, read_roughness, read_table
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
@@ -76,11 +76,11 @@ def main(
         prepared.cover,
         prepared.r_patch,
         {"farthest": order},
-        read_table(grid, results["combinations"], "combinations") if results else None,
+        read_table(grid, results["combinations"], "combinations") if grid and results else None,
         results,
         residue_labels(structure),
         shown,
-        subset.get("dot", []),
+        subset["dot"].tolist() if "dot" in subset else [],
     )
     Path(page).write_text(text, encoding="utf-8")
     camera = render.aim(dots.points, render.along_smallest_axis(dots.points), PICTURE_PIXELS)

@@ -2,8 +2,7 @@
 
 from sparsurf.sampling import published
 from sparsurf.study import grid as grids
-from sparsurf.study.prepare import prepare_surface
-from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.tables import grid_table, read_roughness
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job, reporter

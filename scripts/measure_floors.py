@@ -5,8 +5,7 @@ import numpy as np
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 from sparsurf.study.floors import TIME_GAPS_PS, frames_at_gaps
 from sparsurf.study.floors import noise_floors as noise_floors
-from sparsurf.study.prepare import prepare_surface
-from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_generator
@@ -52,20 +51,22 @@ def main(
         distance_from_moved_centre,
         chance_in_every_patch,
     ).nameless
-    atoms = {}
+    generate_surface = atoms = other_frames = None
     if conformation:
         molecule = read_study_structure(conformation)
         atom_radii = radii(molecule, surface_settings["radii"])
-        atoms = surface_generator(molecule, 0, atom_radii, surface_settings, patches["D_link"], name)
-        atoms |= {"frames": None}
-    if trajectory:
-        time = read_table(frames).set_index("conformation").loc[name.split("/")[-1], "time_ps"]
+        generate_surface, atoms = surface_generator(
+            molecule, 0, atom_radii, surface_settings, patches["D_link"], name
+        )
+    if structure and trajectory and frames:
+        table = read_table(frames).set_index("conformation")
+        time = float(table["time_ps"].loc[name.split("/")[-1]])
         if np.isfinite(time):
             times = [time, *(time + sign * gap for gap in TIME_GAPS_PS for sign in (-1, 1))]
             near = read_molecule(structure, trajectory, times=times, **molecule_options)
-            atoms["frames"] = frames_at_gaps(near, atoms["atoms"], time)
+            other_frames = frames_at_gaps(near, atoms, time)
     n_tests = number_of_tests(test_dots, len(dots))
-    noise_floors(prepared, n_tests, **atoms).to_csv(floors, index=False)
+    noise_floors(prepared, n_tests, generate_surface, atoms, other_frames).to_csv(floors, index=False)
 
 
 if __name__ == "__main__":

@@ -11,8 +11,7 @@ from sparsurf.report.figures.table1 import table1_figure
 from sparsurf.report.page import embedded, write
 from sparsurf.report.paper_page import TEMPLATE, paper_page, surface_of
 from sparsurf.sampling import published
-from sparsurf.study.prepare import prepare_surface
-from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.tables import add_reference_columns, read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job, reporter

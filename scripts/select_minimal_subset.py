@@ -14,8 +14,7 @@ from sparsurf.recovery.fields import recovery_table
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.minimal_subset import select_minimal_subset
-from sparsurf.study.prepare import prepare_surface
-from sparsurf.study.prepared_surface import number_of_tests
+from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
@@ -100,7 +99,7 @@ def main(
     )
     error_table(distances, curvature(prepared.index, threads=threads)).to_csv(recovered, index=False)
     rows = subset.table.assign(**subset.surface.fields)
-    write_csv(table, rows, subset.surface.fields)
+    write_csv(table, rows, list(subset.surface.fields))
     columns = {key: rows[key].to_numpy(float) for key in ("spacing", "reach")} | subset.surface.fields
     write_ply(ply, subset.surface, subset.weight.astype(float), "weight", columns)
     write_ply(whole, dots, rough, "roughness", components | dot_fields)

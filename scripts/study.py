@@ -35,26 +35,26 @@ def main(path_to_config: str = "config.yaml", *options: str) -> int:
         return 0
     if path_to_config == "compare" or path_to_config.startswith("-"):
         path_to_config, options = str(ROOT / "config.yaml"), (path_to_config, *options)
-    path = Path(path_to_config).resolve()
+    path, words = Path(path_to_config).resolve(), list(options)
     os.chdir(ROOT)
     try:
-        for option in options:
+        for option in words:
             if option.partition("=")[0] in CONFIG_OPTIONS:
                 raise InputError(f"{option}: a study has one config file. Change {path_to_config} instead.")
         if not path.is_file():
             raise InputError(
                 f"There is no config file {path_to_config!r}; give one with CONFIG=my_config.yaml."
             )
-        files = [path, COMPARE] if "compare" in options else [path]
-        options = cluster_options([option for option in options if option != "compare"])
-        on_cluster = {"--workflow-profile", "--executor"} & set(options)
+        files = [path, COMPARE] if "compare" in words else [path]
+        words = cluster_options([option for option in words if option != "compare"])
+        on_cluster = {"--workflow-profile", "--executor"} & set(words)
         with locked(ROOT):
             config = checked_config(files, here=not on_cluster)
-            if PLANNING_OPTIONS & set(options):
-                return run_snakemake(ROOT, files, *options)
+            if PLANNING_OPTIONS & set(words):
+                return run_snakemake(ROOT, files, *words)
             if not on_cluster:  # jobs run side by side as far as the memory reaches
-                options = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *options]
-            return run_study(config, files, options)
+                words = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *words]
+            return run_study(config, files, words)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2

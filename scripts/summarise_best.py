@@ -29,7 +29,7 @@ def main(
     relations.to_csv(relation, index=False)
     names = {"protein": str, "conformation": str}
     all_surfaces = pd.read_csv(table, dtype=names, keep_default_na=False, na_values=[""])
-    write(page, TEMPLATE, **summary_page(run, all_surfaces, relations, results[0].best.get("draws")))
+    write(page, TEMPLATE, **summary_page(run, all_surfaces, relations, (results[0].best or {}).get("draws")))
     layout.save(summary_figures.summary_figure(best, relations, run), png.removesuffix(".png"))
 
 

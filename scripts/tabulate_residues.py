@@ -33,7 +33,9 @@ def main(
     """Write residues.csv, the structure with roughness as B factor, and the files that open it in PyMOL and ChimeraX."""
     dots = with_fields(read_npz(surface), fields)
     molecule, subset = read_study_structure(structure), read_minimal(minimal, dots)
-    residues = residue_table(dots, read_roughness(roughness, dots), molecule, subset["dot"], subset["weight"])
+    residues = residue_table(
+        dots, read_roughness(roughness, dots), molecule, subset["dot"].to_numpy(), subset["weight"].to_numpy()
+    )
     residues.to_csv(table, index=False)
     b_factor = np.nan_to_num(residues["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]
     molecule.write_pdb(pdb, b_factor=b_factor)

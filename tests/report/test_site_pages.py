@@ -188,7 +188,8 @@ def test_all_sites_stand_against_all_surfaces(tmp_path):
         (tmp_path / "run/sites" / site).mkdir(parents=True)
         hits = pd.DataFrame(own, columns=["target", "score", "p", "places"]).assign(residue="A")
         hits.to_csv(tmp_path / "run/sites" / site / "hits.csv", index=False)
-    summarise_sites.main({"hits": [str(tmp_path / f"run/sites/{site}/hits.csv") for site in rows]}, outputs)
+    hits = [str(tmp_path / f"run/sites/{site}/hits.csv") for site in rows]
+    summarise_sites.main(hits=hits, run="run", **outputs)
     table = pd.read_csv(outputs["matrix"])
     assert table.to_numpy().tolist() == [
         ["a", "b/c1", 9.0, 0.001, 5, 1],

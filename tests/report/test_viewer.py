@@ -667,7 +667,9 @@ def test_partners_are_coloured_by_propensity_and_gap(evaluator, tmp_path, monkey
         draw_pair, "coloured_page", lambda title, *given: shown.append((title, given[3])) or title
     )
     monkeypatch.setattr(draw_pair, "book_figure", lambda *_: layout.sheet(9, 9))  # seen in test_pairs.py
-    draw_pair.main(inputs, outputs | {"png": str(tmp_path / "book.png")}, SETTINGS, "pair")
+    no_atoms = {"structure_1": None, "structure_2": None}
+    rest = {"png": str(tmp_path / "book.png"), "patches": SETTINGS["patches"], "name": "pair"}
+    draw_pair.main(**inputs, **no_atoms, **outputs, **rest)
     for side, (title, values) in enumerate(shown, 1):
         assert title == outputs[f"view_{side}"].read_text() == f"pair, partner {side}"
         found = [(each.values[0], len(each.values), each.low_is, each.high_is) for each in values]

@@ -173,9 +173,9 @@ def test_the_log_warns_of_a_simulation_that_missed_its_temperature(tmp_path, mon
     monkeypatch.setattr(judge_simulation.layout, "save", lambda *_: None)
     names = ("topology", "trajectory", "energies", "motion", "quality")
     outputs = {name: tmp_path / name for name in names} | {"png": "x.png"}
-    inputs = dict.fromkeys(("system", *protocol.STAGES))
+    folders = dict.fromkeys(("system", *protocol.STAGES))
     with caplog.at_level("WARNING", "sparsurf"):
-        judge_simulation.main(inputs, outputs, {"ns": 1, "temperature": 310})
+        judge_simulation.main(**folders, **outputs, simulate={"ns": 1, "temperature": 310})
     (record,) = caplog.records
     assert record.getMessage().startswith("the mean temperature_K of the production is 300 +- ")
     assert "off its target 310: " in record.getMessage()

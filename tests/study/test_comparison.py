@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-import take_minimal
 
 import compare_samplers
 import naive
+import select_minimal_subset
 import summarise_comparison
 from conftest import ROOT
 from drawn import check_texts
@@ -17,28 +17,29 @@ from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.islands import patch
-from sparsurf.patches.readings import SCALED_LINK
-from sparsurf.recovery.relaxation import relax
+from sparsurf.patches.readings import SCALE
+from sparsurf.recovery.settling import settle
 from sparsurf.report.comparison_page import comparison_page
 from sparsurf.report.figures.comparison_figure import comparison_figure
-from sparsurf.sampling import published, samplers
-from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_CHOICES, choices_from_ranges
+from sparsurf.sampling import law, samplers
+from sparsurf.sampling.combination import OF_PAPER, PARAMETERS, choices_of
 from sparsurf.study import floors, grid, tables
-from sparsurf.study.comparison import equal_error, measuring, methods
-from sparsurf.study.comparison.equal_error import (
-    dots_needed,
-    dots_needed_for_all_uses,
-    factor_with_bound,
-    factors_over_proteins,
-    means_by_protein,
-    means_over_proteins,
-    measure_matrix,
-    measured_ranges,
+from sparsurf.study.comparison import contestants, fewer, measuring
+from sparsurf.study.comparison.fewer import (
+    all_needed,
+    by_protein,
+    ends_of,
+    factor_of,
+    needed,
+    needed_over_proteins,
+    over_proteins,
+    values_of,
 )
 from sparsurf.study.comparison.measuring import stand_alone
-from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.required_dots import Trials, required_dots
-from sparsurf.study.subset_search import find_subset
+from sparsurf.study.enough import Trials, enough_dots
+from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.minimal import minimal_subset
+from sparsurf.study.prepare import prepare_surface
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -46,7 +47,7 @@ from sparsurf.surfaces.spacing import area_of
 from sparsurf.surfaces.surface import Surface
 
 D_LINK = 0.8
-GRID = published.parameter_grid([0.3, 0.6, 1.0], [0, 1], [0, 6], [0, 4])
+GRID = law.grid([0.3, 0.6, 1.0], [0, 1], [0, 6], [0, 4])
 
 
 @pytest.fixture(scope="module")
@@ -56,25 +57,25 @@ def surface(blob):
 
 @pytest.fixture(scope="module")
 def evaluator(surface):
-    return PreparedSurface(surface, d_link=D_LINK, seed=3, name="blob/c1")
+    return Evaluator(surface, d_link=D_LINK, seed=3, name="blob/c1")
 
 
 @pytest.fixture(scope="module")
 def study(evaluator):
     """grid.csv and ranges.csv of the blob."""
-    result = grid.evaluate_grid(evaluator, GRID, 40, 2)
+    result = grid.run(evaluator, GRID, 40, 2)
     table = tables.grid_table(result)
     return table, tables.ranges_table(table, result, 5)
 
 
 @pytest.fixture(scope="module")
 def table(evaluator, study):
-    drawers = methods.select_methods(evaluator, None, study[1], study[0], (5, 20, 60))
-    return measuring.compare_samplers(evaluator, drawers, (5, 20, 60), n_tests=60, draws=2)
+    drawers = contestants.contestants(evaluator, None, study[1], study[0], (5, 20, 60))
+    return measuring.compare(evaluator, drawers, (5, 20, 60), n_tests=60, draws=2)
 
 
 def test_a_row_for_every_sampler_size_and_measure(table):
-    names = [*samplers.SAMPLERS, methods.HINDSIGHT]
+    names = [*samplers.SAMPLERS, contestants.HINDSIGHT]
     assert list(table["sampler"].unique()) == names
     assert len(table) == len(names) * 3 * len(measuring.USE)
     exact = table[~table["sampler"].str.startswith("paper")]
@@ -93,7 +94,7 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
     points, normals = surface.points, surface.normals
     gaps = np.linalg.norm(points[:, None] - points[kept][None], axis=2)
     weight = np.bincount(gaps.argmin(axis=1), minlength=len(kept))
-    link = SCALED_LINK * np.sqrt(evaluator.area / len(kept))
+    link = SCALE * np.sqrt(evaluator.area / len(kept))
     assert link > D_LINK
     sizes = {}
     for t, i in enumerate(tests):
@@ -124,8 +125,8 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
 
 
 def test_all_dots_have_no_error(evaluator):
-    whole = measuring.compare_samplers(
-        evaluator, methods.select_methods(evaluator, ["uniform"]), (100,), n_tests=20, draws=1
+    whole = measuring.compare(
+        evaluator, contestants.contestants(evaluator, ["uniform"]), (100,), n_tests=20, draws=1
     ).set_index("measure")["value"]
     # 'as_coded' and 'scaled' link the same dots, within D_link and within at least D_link
     assert whole[["Z as_written", "Z as_coded", "Z centres", "position"]].abs().max() < 1e-9
@@ -135,8 +136,8 @@ def test_all_dots_have_no_error(evaluator):
 def test_the_time_of_a_sampler_is_the_median_of_its_draws(evaluator, monkeypatch):
     ends = iter([0, 1, 0, 9, 0, 2])  # one, nine and two seconds
     monkeypatch.setattr(measuring, "time", SimpleNamespace(perf_counter=ends.__next__))
-    drawers = methods.select_methods(evaluator, ["uniform"])
-    table = measuring.compare_samplers(evaluator, drawers, (10,), n_tests=5, draws=3).set_index("measure")
+    drawers = contestants.contestants(evaluator, ["uniform"])
+    table = measuring.compare(evaluator, drawers, (10,), n_tests=5, draws=3).set_index("measure")
     assert table.loc["seconds", "value"] == 2
     of_z = table.loc["Z as_written", ["low", "value", "high"]].tolist()
     assert of_z == sorted(of_z) and len(set(of_z)) == 3
@@ -144,19 +145,19 @@ def test_the_time_of_a_sampler_is_the_median_of_its_draws(evaluator, monkeypatch
 
 def test_cores_change_nothing_but_the_time(evaluator, surface):
     drawers = [
-        methods.select_methods(e, ["paper", "farthest"]) for e in (evaluator, evaluator.changed(threads=2))
+        contestants.contestants(e, ["paper", "farthest"]) for e in (evaluator, evaluator.changed(threads=2))
     ]
-    one, two = (measuring.compare_samplers(evaluator, d, (10,), n_tests=30, draws=2) for d in drawers)
+    one, two = (measuring.compare(evaluator, d, (10,), n_tests=30, draws=2) for d in drawers)
     same = one["measure"] != "seconds"
     pd.testing.assert_frame_equal(one[same], two[same])
 
 
 def test_one_warning_per_surface(evaluator, caplog):
-    drawers = methods.select_methods(evaluator, ["uniform", "voxel", "farthest"])
+    drawers = contestants.contestants(evaluator, ["uniform", "voxel", "farthest"])
     with caplog.at_level(logging.WARNING, "sparsurf"):
-        table = measuring.compare_samplers(evaluator, drawers, (10, 90), n_tests=30, draws=1)
+        table = measuring.compare(evaluator, drawers, (10, 90), n_tests=30, draws=1)
     (record,) = [r.getMessage() for r in caplog.records]
-    left = measure_matrix(table, "fragment as_coded")
+    left = values_of(table, "fragment as_coded")
     assert (left[10.0 if 10.0 in left else 10] < 30).all() and (left[90] > 30).all()
     assert record.startswith("blob/c1: some subsets break up, and their Z measures that: as_coded at ")
     assert record.endswith(": as_coded at 10 % (uniform, voxel, farthest)")
@@ -178,49 +179,49 @@ def test_a_warning_tells_where_patches_break_up(caplog):
 
 def test_the_papers_sampler_takes_the_winners_of_this_run(evaluator, study):
     ranges = study[1]
-    lowest, rows = choices_from_ranges(ranges)
+    lowest, rows = choices_of(ranges)
     kept = ranges[(ranges["reading"] == "as_coded") & ranges["alpha"].notna()]
     assert np.array_equal(rows, kept[PARAMETERS]) and np.isfinite(rows).all()
     assert np.array_equal(lowest, kept["n_S_low_percent"])
-    own = samplers.get_samplers(["paper"], "compare.samplers", choices_from_ranges(ranges))["paper"]
+    own = samplers.named(["paper"], "compare.samplers", choices_of(ranges))["paper"]
     n = round(0.01 * (lowest[1] + 1) * 3000)
-    wanted = published.sample(
+    wanted = law.sample(
         evaluator.cover, samplers.tune_alpha(evaluator.cover, rows[1], n), np.random.default_rng(4)
     )
     assert np.array_equal(own(evaluator, n, np.random.default_rng(4)), wanted)
-    assert choices_from_ranges(ranges[ranges["reading"] == "as_written"]) is PUBLISHED_CHOICES
+    assert choices_of(ranges[ranges["reading"] == "as_written"]) is OF_PAPER
 
 
 def test_best_in_hindsight_has_the_lowest_z_near_each_size(evaluator, study):
     grid, _ = study
     percents = grid["n_S_percent"].sort_values().iloc[[3, 12]].to_numpy()
-    lowest, rows = methods.best_in_hindsight(evaluator, grid, percents)
+    lowest, rows = contestants.best_in_hindsight(evaluator, grid, percents)
     assert (lowest < percents).all()
     for percent, row in zip(percents, rows, strict=True):
-        reach = published.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy())
-        near = (np.abs(np.log(grid["n_S_percent"] / percent)) <= np.log(methods.NEAR_FACTOR)) & (
+        reach = law.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy())
+        near = (np.abs(np.log(grid["n_S_percent"] / percent)) <= np.log(contestants.NEAR)) & (
             reach >= 30 * percent
         )
         best = grid[near].sort_values("Z_tS_as_written").iloc[0]
         assert np.array_equal(row, best[PARAMETERS])
     # one that cannot keep so many dots takes no part, however low its Z
-    reach = published.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy()) / 30
+    reach = law.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy()) / 30
     short = int(np.argsort(reach)[len(reach) // 2])
     percent = 1.02 * reach[short]
     tempting = grid.assign(
         n_S_percent=percent, Z_tS_as_written=np.where(np.arange(len(grid)) == short, 0.0, 1.0)
     )
-    chosen = methods.best_in_hindsight(evaluator, tempting, [percent])[1][0]
+    chosen = contestants.best_in_hindsight(evaluator, tempting, [percent])[1][0]
     assert reach[(grid[PARAMETERS] == chosen).all(axis=1)] >= percent
     # of those within a factor of 1.1 the one of the lowest Z, however much lower that of another is
     three = grid.iloc[np.argsort(reach)[-3:]].assign(
         n_S_percent=[10, 10.9, 11.1], Z_tS_as_written=[3.0, 2.0, 1.0]
     )
-    chosen = methods.best_in_hindsight(evaluator, three, [10])[1][0]
+    chosen = contestants.best_in_hindsight(evaluator, three, [10])[1][0]
     assert np.array_equal(chosen, three[PARAMETERS].iloc[1])
-    assert methods.HINDSIGHT not in methods.select_methods(evaluator, ["uniform"], None, grid)
+    assert contestants.HINDSIGHT not in contestants.contestants(evaluator, ["uniform"], None, grid)
     lacking = grid.drop(columns="Z_tS_as_written")
-    assert list(methods.select_methods(evaluator, ["paper"], None, lacking)) == ["paper"]
+    assert list(contestants.contestants(evaluator, ["paper"], None, lacking)) == ["paper"]
 
 
 def test_area_with_and_without_areas(a1):
@@ -248,16 +249,16 @@ def curves(measure="Z as_written", percents=(2.5, 10, 40), **factors):
 
 
 def times_fewer(table, of, than, percent):
-    rows = dots_needed(table)
-    return factor_with_bound(
-        rows[(rows["sampler"] == than) & (rows["percent"] == percent)].iloc[0], of, measured_ranges(table)
+    rows = needed(table)
+    return factor_of(
+        rows[(rows["sampler"] == than) & (rows["percent"] == percent)].iloc[0], of, ends_of(table)
     )
 
 
 def test_dots_needed_on_exact_curves():
     # Z = f / sqrt(n): the same Z at n (f' / f)^2, on a straight line in logarithms
     table = curves(uniform=4.0, farthest=3.0, paper=8.0)
-    rows = dots_needed(table)
+    rows = needed(table)
     at = rows[(rows["sampler"] == "uniform") & (rows["percent"] == 10)].iloc[0]
     assert (at["uniform"], at["farthest"]) == pytest.approx((10, 10 * 9 / 16)) and at[
         "paper"
@@ -269,13 +270,13 @@ def test_dots_needed_on_exact_curves():
     assert times_fewer(table, "farthest", "uniform", 10) == (pytest.approx(16 / 9), "")
     assert times_fewer(table, "farthest", "paper", 2.5) == (1.0, "more than ")
     assert times_fewer(table, "uniform", "farthest", 40) == (1.0, "less than ")
-    assert list(dots_needed_for_all_uses(table)["measure"].unique()) == ["Z as_written", "Z centres"]
+    assert list(all_needed(table)["measure"].unique()) == ["Z as_written", "Z centres"]
 
 
 def test_a_curve_that_rises_again_needs_the_first_crossing():
     table = curves(uniform=4.0, other=4.0, percents=(5, 10, 20, 40))
     table.loc[(table["sampler"] == "other") & (table["percent"] == 20), "value"] = 9.0
-    rows = dots_needed(table)
+    rows = needed(table)
     at = rows[(rows["sampler"] == "uniform") & (rows["percent"] == 10)].iloc[0]
     assert at["other"] == pytest.approx(10)
 
@@ -283,10 +284,10 @@ def test_a_curve_that_rises_again_needs_the_first_crossing():
 def test_summary_means_and_spread_between_proteins():
     one, two, three = (curves(uniform=4.0, farthest=f) for f in (2.0, 4.0, 1.0))
     tables_of = {("p", "c1"): one, ("p", "c2"): two, ("q", "c1"): three}
-    units = means_by_protein(tables_of)
+    units = by_protein(tables_of)
     assert list(units) == ["p", "q"]
     row = (
-        means_over_proteins(units)
+        over_proteins(units)
         .query("sampler == 'farthest' and percent == 10 and measure == 'Z as_written'")
         .iloc[0]
     )
@@ -294,20 +295,20 @@ def test_summary_means_and_spread_between_proteins():
     assert row["value"] == pytest.approx(z.mean()) and row["sd"] == pytest.approx(z.std(ddof=1))
     assert (row["lowest"], row["highest"]) == pytest.approx((z[1], z[0])) and row["n"] == 2
     assert (row["ratio_lowest"], row["ratio_highest"]) == pytest.approx((0.25, 0.75))
-    fewer = factors_over_proteins(units).query(
+    fewer = needed_over_proteins(units).query(
         "than == 'uniform' and sampler == 'farthest' and measure == 'Z as_written'"
     )
     fewer = fewer.set_index("percent").loc[40]
     assert (fewer["lowest"], fewer["highest"]) == pytest.approx((16 / 9, 16))
     assert fewer["factor"] == pytest.approx(16 / 3)
-    assert list(means_by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
+    assert list(by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
 
 
 def test_a_factor_beyond_what_was_measured_is_a_bound():
     # at 40 % uniform has 4 / sqrt(40); another sampler comes down to that at (f / 4)^2 40 %: 640 %, 2.5 % and 0.6 %
     units = {name: curves(uniform=4.0, farthest=f) for name, f in (("worse", 16.0), ("better", 0.5))}
     fewer = {
-        names: factors_over_proteins({name: units[name] for name in names})
+        names: needed_over_proteins({name: units[name] for name in names})
         .query("than == 'uniform' and sampler == 'farthest' and measure == 'Z as_written' and percent == 40")
         .iloc[0]
         for names in (("worse",), ("better",), ("worse", "better"))
@@ -321,7 +322,7 @@ def test_a_bound_counts_the_dots_that_were_kept_not_those_wished():
     table.loc[table["sampler"] == "paper", "n_S_percent"] *= 2
     assert times_fewer(table, "paper", "uniform", 40) == (pytest.approx(40 / 5), "more than ")
     assert times_fewer(table, "uniform", "paper", 2.5) == (pytest.approx(5 / 40), "less than ")
-    row = factors_over_proteins({"p": table}).query("sampler == 'paper' and percent == 40").iloc[0]
+    row = needed_over_proteins({"p": table}).query("sampler == 'paper' and percent == 40").iloc[0]
     assert (row["factor"], row["bound"]) == (pytest.approx(8), "more than ")
 
 
@@ -344,15 +345,14 @@ def test_page_says_what_the_numbers_say(table):
         ["uniform draw", "10", "2.00 (0.50 to 2.50)"],
     ]
     assert page["centres"] == [["1.3", "0.90 (0.80 to 1.00)", "0.70 (0.11 to 0.19)"]]
-    z, back = (measure_matrix(table, measure) for measure in ("Z as_written", "Z recovered"))
+    z, back = (values_of(table, measure) for measure in ("Z as_written", "Z recovered"))
     at = float(page["at"])
     assert at == z.columns[np.abs(z.columns - 10).argmin()]
     assert page["best_Z"] == f"{z[at].min():.2f}" and page["recovered"]["Z"] == f"{back[at].min():.2f}"
     for measure, rows in page["tables"].items():
-        value = measure_matrix(table, measure)
+        value = values_of(table, measure)
         assert sorted(rows) == sorted(
-            [samplers.lookup_sampler(name).words, *(f"{x:.2f}" for x in row)]
-            for name, row in value.iterrows()
+            [samplers.called(name).words, *(f"{x:.2f}" for x in row)] for name, row in value.iterrows()
         )
 
 
@@ -378,29 +378,29 @@ def test_ranking_on_analytic_surfaces(path, request):
     folder = ROOT if path.startswith("data") else request.getfixturevalue("shared") / "data"
     molecule = read_molecule(folder / path)
     surface = molecular_surface(molecule.xyz[0], radii(molecule))
-    evaluator = PreparedSurface(surface, seed=1, name=path)
-    drawers = methods.select_methods(evaluator, ["paper", "uniform", "farthest"])
-    table = measuring.compare_samplers(evaluator, drawers, (5, 10, 20, 40), 300, 2)
-    z = measure_matrix(table, "Z as_written")
+    evaluator = Evaluator(surface, seed=1, name=path)
+    drawers = contestants.contestants(evaluator, ["paper", "uniform", "farthest"])
+    table = measuring.compare(evaluator, drawers, (5, 10, 20, 40), 300, 2)
+    z = values_of(table, "Z as_written")
     assert (z.loc["farthest"] < z.loc["uniform"]).all() and (z.loc["uniform"] < z.loc["paper"]).all()
     assert (z.diff(axis=1).iloc[:, 1:] < 0).all(axis=None)
 
 
 def test_minimal_has_the_wished_size_in_order_of_choice(evaluator):
     for name in samplers.SAMPLERS:
-        dots, weight = find_subset(evaluator, name, 300)
+        dots, weight = minimal_subset(evaluator, name, 300)
         assert weight.sum() == 3000 and (weight > 0).all() and len(dots) == len(weight)
         assert name.startswith("paper") or len(dots) == 300
-    short, long = (find_subset(evaluator, "farthest", n)[0] for n in (100, 300))
+    short, long = (minimal_subset(evaluator, "farthest", n)[0] for n in (100, 300))
     assert np.array_equal(short, long[:100])
     published, corrected = (
         evaluator.changed(cover=each) for each in (evaluator.cover, evaluator.corrected_cover)
     )
     for name, own in (("farthest", published), ("paper", published), ("paper_corrected", corrected)):
-        dots, weight = find_subset(evaluator, name, combination=(1.0, 0.0, 6.0, 0.0))
+        dots, weight = minimal_subset(evaluator, name, combination=(1.0, 0.0, 6.0, 0.0))
         assert dots.tolist() == own.pair((1.0, 0.0, 6.0, 0.0), 0)[0].tolist() and weight.sum() == 3000
     assert len(dots) != len(published.pair((1.0, 0.0, 6.0, 0.0), 0)[0])
-    dots, weight = find_subset(evaluator, combination=(1.0, 0.0, 6.0, 0.0))
+    dots, weight = minimal_subset(evaluator, combination=(1.0, 0.0, 6.0, 0.0))
     assert np.array_equal(dots, evaluator.pair((1.0, 0.0, 6.0, 0.0), 0)[0]) and weight.sum() == 3000
 
 
@@ -412,7 +412,7 @@ def test_minimal_for_a_wished_z(evaluator, name):
     def z_of(subset):
         return evaluator.distances([subset], tests, z_tot, "as_written")[0].mean()
 
-    dots, _ = find_subset(evaluator, name, z=1.0, n_tests=100)
+    dots, _ = minimal_subset(evaluator, name, z=1.0, n_tests=100)
     assert z_of(dots) <= 1.0
     if samplers.SAMPLERS[name].nested:
         assert z_of(dots[:-1]) > 1.0  # one dot fewer does not do
@@ -422,7 +422,7 @@ def test_minimal_for_a_wished_z(evaluator, name):
 
 def test_minimal_without_any_error(evaluator):
     # dots that lie in no patch of a test dot are not needed
-    dots, _ = find_subset(evaluator, "farthest", z=0.0, n_tests=100)
+    dots, _ = minimal_subset(evaluator, "farthest", z=0.0, n_tests=100)
     tests = evaluator.draw_tests(100)
     held = np.unique(np.concatenate([patch(evaluator.index, i, 6.0) for i in tests]))
     assert np.isin(held, dots).all() and dots[-1] in held
@@ -436,12 +436,12 @@ def test_minimal_without_any_error(evaluator):
         ({"z": -0.1}, "minimal.Z is -0.1, but a distance cannot be negative"),
         ({"z": float("nan")}, "minimal.Z is nan"),
         ({"sampler": "best", "n_s": 3}, "minimal.sampler: there is no sampler 'best'"),
-        ({"sampler": "paper_corrected", "z": 1e-4}, "minimal.Z is 0.0001, but paper_corrected reaches only"),
+        ({"sampler": "paper_corrected", "z": 1e-4}, "minimal.Z is 0.0001, but paper_corrected comes down to"),
     ],
 )
 def test_minimal_refuses_in_one_sentence(evaluator, asked, sentence):
     with pytest.raises(InputError, match=sentence.replace(".", r"\.")):
-        find_subset(evaluator, **asked)
+        minimal_subset(evaluator, **asked)
 
 
 def test_negative_z_is_refused_before_any_work():
@@ -449,7 +449,7 @@ def test_negative_z_is_refused_before_any_work():
         points = np.zeros((5, 3))
 
     with pytest.raises(InputError, match="negative"):
-        find_subset(Idle(), "farthest", z=-1.0)
+        minimal_subset(Idle(), "farthest", z=-1.0)
 
 
 def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path, monkeypatch):
@@ -463,23 +463,24 @@ def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path
     monkeypatch.setattr(summarise_comparison.layout, "save", lambda *_: None)
     monkeypatch.setattr(summarise_comparison, "write", lambda *_, **__: None)
     outputs = {key: str(tmp_path / key) for key in ("table", "needed", "page", "png")}
-    summarise_comparison.main({"tables": [str(path) for path in paths]}, outputs)
+    summarise_comparison.main(tables=[str(path) for path in paths], run="run", **outputs)
     told, words = said
     assert told == ("proteins", 2)
     assert words == ("mean of 2 proteins", "lowest to highest of 2 proteins")
 
 
 def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch, caplog):
-    settings = {
-        "surface": {"radii": "bondi", "probe_radius": 1.2, "reentrant": "dms"},
-        "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK},
-        "sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True},
+    names = {"descriptor": "published", "roughness": "published"}
+    sampling = {"distance_from_moved_centre": True, "chance_in_every_patch": True}
+    settings = {"patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK} | names, "seed": 1} | sampling
+    asked_for = settings | {
+        "surface_settings": {"radii": "bondi", "probe_radius": 1.2, "reentrant": "dms"},
         "evaluation": {"test_dots": 30, "draws": 2},
-        "compare": {"percents": [10, 40], "samplers": ["paper", "uniform", "farthest"]},
-        "minimal": {"sampler": "paper", "n_S_percent": 10, "settle": False},
-        "seed": 1,
+        "percents": [10, 40],
+        "samplers": ["paper", "uniform", "farthest"],
     }
     folders, asked = [tmp_path / "blob" / c for c in ("c1", "c2")], []
+    compared_tables = [str(folder / "compare.csv") for folder in folders]
 
     def alone_without_atoms(evaluator, own, lay, *rest):
         asked.append((lay, *rest))
@@ -496,15 +497,15 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
             own.to_csv(folder / f"{name}.csv", index=False)
         inputs = {"surface": folder / "surface.npz"}
         inputs |= {key: folder / f"{key}.csv" for key in ("roughness", "grid", "ranges", "floors")}
-        floors.noise_floors(evaluator, 30).to_csv(inputs["floors"], index=False)
+        floors.floors(evaluator, 30).to_csv(inputs["floors"], index=False)
         outputs = {"table": folder / "compare.csv", "needed": folder / "needed.csv"}
         outputs |= {"page": folder / "compare.html", "png": str(folder / "compare.png")}
         outputs |= {key: folder / f"compare_{key}.csv" for key in ("pairs", "fewer", "alone")}
         outputs["centres"] = folder / "centres.csv"
-        inputs |= {"structure": structure} if folder.name == "c1" else {}
+        inputs["structure"] = structure if folder.name == "c1" else None
         if folder.name == "c2":
-            monkeypatch.setattr(equal_error, "BASELINES", ("paper",))
-        compare_samplers.main(inputs, outputs, settings, f"blob/{folder.name}", 1)
+            monkeypatch.setattr(fewer, "AGAINST", ("paper",))
+        compare_samplers.main(**inputs, **outputs, **asked_for, name=f"blob/{folder.name}")
     page = (folders[0] / "compare.html").read_text(encoding="utf-8")
     assert "estimated from their spacing" in page  # this surface has no areas
     assert "own best combinations" in page and " 30 test dots, 2 draws of each subset" in page
@@ -528,7 +529,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
             (z.drop("farthest") - z["farthest"]).to_dict()
         )
     compared = pd.read_csv(folders[0] / "compare.csv")
-    assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest", methods.HINDSIGHT]
+    assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest", contestants.HINDSIGHT]
     known = pd.read_csv(inputs["floors"]).set_index("floor")["Z"]
     of_z = compared[compared["measure"].str.startswith("Z ")]
     for column, floor in (("fresh_dots", "fresh dots"), ("turned", "turned")):
@@ -541,7 +542,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     )
     of_run = {"table": tmp_path / "compare.csv", "needed": tmp_path / "compare_needed.csv"}
     of_run |= {"page": tmp_path / "compare.html", "png": str(tmp_path / "compare.png")}
-    summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
+    summarise_comparison.main(tables=compared_tables, run="run", **of_run)
     assert "means over 2 conformations" in of_run["page"].read_text(encoding="utf-8")
     means = pd.read_csv(of_run["table"])
     for drawn_as, name in (("low", "lowest"), ("high", "highest")):
@@ -557,8 +558,14 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         "enough": enough,
         "curves": curves_path,
         "recovered": tmp_path / "recovered.csv",
+        "fields": tmp_path / "fields.npz",
+        "fields_recovered": tmp_path / "fields.csv",
     }
-    take_minimal.main(inputs, results, settings, "blob/c1")
+    files = {key: inputs[key] for key in ("surface", "roughness", "floors", "ranges")} | results
+    files |= {"structure": None, "field_table": None, "field_names": []}
+    rest = files | settings | {"test_dots": 30, "name": "blob/c1"}
+    minimal_settings = {"sampler": "paper", "n_S_percent": 10, "relax": False}
+    select_minimal_subset.main(**rest, minimal=minimal_settings)
     assert set(pd.read_csv(enough)["reading"]) == {"as_written", "recovered"}
     drawn_curves = pd.read_csv(curves_path).groupby(["sampler", "reading"])["Z"]
     assert [*drawn_curves.groups] == [
@@ -572,27 +579,25 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     assert np.allclose(minimal[["x", "y", "z"]], surface.points[minimal["dot"]], atol=1e-4)
     ranges = pd.read_csv(inputs["ranges"])
     ranges[ranges["reading"] == "as_written"].to_csv(inputs["ranges"], index=False)
-    asked = settings | {"minimal": {"sampler": "farthest", "floor": "fresh dots", "settle": True}}
-    take_minimal.main(inputs, results, asked, "blob/c1")
+    minimal_settings = {"sampler": "farthest", "floor": "fresh dots", "relax": True}
+    select_minimal_subset.main(**rest, minimal=minimal_settings)
     told = [each for each in caplog.messages if "takes the paper's parameters" in each]
     assert [each.split(":")[0] for each in told] == ["blob/c1"]
     dots = (minimal := pd.read_csv(table))["dot"].to_numpy()
-    better = relax(surface.points[dots], surface.normals[dots], surface.points, surface.normals)
+    better = settle(surface.points[dots], surface.normals[dots], surface.points, surface.normals)
     assert np.allclose(minimal[["x", "y", "z", "nx", "ny", "nz"]], np.hstack(better), atol=1e-4)
     needed = pd.read_csv(enough).query("floor == 'turned'").set_index(["floor", "reading"])["n_S"]
-    own, one = (
-        pd.read_csv(inputs["floors"]),
-        PreparedSurface.from_settings(surface, asked, evaluator.roughness, "blob/c1", 1),
-    )
-    alone = required_dots(Trials(one, "farthest", 30, relaxed=True), own, ("recovered",))
+    own = pd.read_csv(inputs["floors"])
+    one = prepare_surface(surface, settings["patches"], evaluator.roughness, 1, "blob/c1")
+    alone = enough_dots(Trials(one, "farthest", 30, settled=True), own, ("recovered",))
     assert (
         needed.xs("recovered", level="reading").to_dict()
         == alone.set_index("floor")["n_S"].loc[["turned"]].to_dict()
     )
     for folder in folders:
         pd.read_csv(folder / "compare.csv").query("sampler != 'farthest'").to_csv(folder / "compare.csv")
-    summarise_comparison.main({"tables": [str(folder / "compare.csv") for folder in folders]}, of_run)
+    summarise_comparison.main(tables=compared_tables, run="run", **of_run)
     table = pd.read_csv(folders[0] / "compare.csv").query("sampler == 'paper'")
     table.to_csv(folders[0] / "compare.csv")
-    summarise_comparison.main({"tables": [str(folders[0] / "compare.csv")]}, of_run)
+    summarise_comparison.main(tables=compared_tables[:1], run="run", **of_run)
     assert "nan" not in of_run["page"].read_text(encoding="utf-8")

@@ -74,7 +74,8 @@ def test_the_table_leaves_nothing_of_other_parts(molecule, table, tmp_path):
         (folder / name).write_text("")
     molecule.write_pdb(tmp_path / "own.pdb")
     outputs = {name: tmp_path / f"{name}.csv" for name in ("table", "over_time", "residues")}
-    follow_ensemble.main({"structure": tmp_path / "own.pdb", "rows": [*map(str, rows)]}, outputs, {})
+    structure = tmp_path / "own.pdb"
+    follow_ensemble.main(structure=structure, trajectory=None, rows=rows, molecule_options={}, **outputs)
     assert sorted(folder.iterdir()) == rows
     assert len(pd.read_csv(outputs["table"])) == len(table)
 

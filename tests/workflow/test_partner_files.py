@@ -1,65 +1,9 @@
-"""Partners from the files of a run, their centres by the config, and pairs found in a folder."""
+"""Pairs that are found in a folder or listed in a table."""
 
-from types import SimpleNamespace
-
-import numpy as np
 import pytest
 
-from conftest import make_blob
-from peptides import peptide, write
 from sparsurf import InputError
-from sparsurf.patches.index import build_index
-from sparsurf.patches.roughness import roughness
-from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.surface import Surface
-from sparsurf.workflow import listing, partner_files
-
-PATCHES = {
-    "R_patch": 3.0,
-    "D_link": 1.6,
-    "R_zernike": 7.0,
-    "roughness": "published",
-    "descriptor": "published",
-}
-
-
-def test_both_partners_come_from_their_own_files(tmp_path):
-    inputs = {}
-    for side, n in (("1", 700), ("2", 600)):
-        points, normals = make_blob(n, int(side))
-        surface = Surface(points, normals, atom=np.zeros(n, int))
-        inputs[f"surface_{side}"] = tmp_path / f"{side}.npz"
-        write_npz(inputs[f"surface_{side}"], surface)
-    inputs["structure_2"] = write(tmp_path / "2.pdb", peptide(("GLY", "ALA"), "C") + "END\n")
-    first, second = partner_files.partners(inputs, {"patches": PATCHES}, "pair")
-    assert (first.name, second.name) == ("pair 1", "pair 2")
-    assert (len(first.surface), len(second.surface)) == (700, 600)
-    assert first.residues is None and second.residues["residue_name"].tolist() == ["GLY", "ALA"]
-    index = build_index(first.surface.points, first.surface.normals, 1.6)
-    assert np.array_equal(first.roughness, roughness(index, 3.0, 1, "published"))
-    sparse = {"patches": PATCHES | {"D_link": 0.3}}
-    with pytest.raises(InputError, match=r"pair, partner 1: D_link = 0.3 Å"):
-        partner_files.partners(inputs, sparse, "pair")
-    assert partner_files.recipe_of({"patches": PATCHES}) == ("published", 7.0)
-
-
-def test_centres_are_as_many_as_wished(monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        partner_files, "centres_of", lambda *args: asked.append(args[1:]) or np.arange(args[1])
-    )
-    partner = SimpleNamespace(surface=np.zeros(900))
-
-    def requested(asked):
-        return len(
-            partner_files.requested_centres(partner, {"complementarity": {"centres": asked}, "seed": 5})
-        )
-
-    assert requested("all") == 900 and asked == []
-    assert requested({"n_S_percent": 20, "sampler": "voxel"}) == 180 and asked == [(180, "voxel", 5)]
-    assert requested({"n_S": 50, "sampler": "farthest"}) == 50
-    assert requested({"n_S": 5000, "sampler": "farthest"}) == 900
-    assert requested({"n_S_percent": 0.01, "sampler": "farthest"}) == 1
+from sparsurf.workflow import listing
 
 
 def test_pairs_in_a_folder_are_named_by_what_they_share(tmp_path):

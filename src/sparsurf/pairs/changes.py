@@ -37,13 +37,13 @@ class Form(NamedTuple):
     name : str
     surface : Surface, its `atom` refers to the atoms of the molecule
     molecule : Molecule of one frame
-    lay : function of the coordinates (A, 3) in Å of its atoms that returns their Surface
+    generate_surface : function of the coordinates (A, 3) in Å of its atoms that returns their Surface
     """
 
     name: str
     surface: Surface
     molecule: Molecule
-    lay: Callable[[np.ndarray], Surface]
+    generate_surface: Callable[[np.ndarray], Surface]
 
 
 class Residues(NamedTuple):
@@ -147,7 +147,7 @@ def noise(
         turn, atoms = random_rotation(rng), form.molecule.xyz[0]
         if moved:
             atoms = atoms + moved / np.sqrt(3) * rng.normal(size=atoms.shape)
-        rotated = form.lay((atoms - centre) @ turn.T)
+        rotated = form.generate_surface((atoms - centre) @ turn.T)
         dots = replace(rotated, points=rotated.points @ turn + centre, normals=rotated.normals @ turn)
         other = residues_of(dots, replace(form.molecule, xyz=atoms[None]), form.name, threads)
         drawn.append(distances(residues.numbers, other.numbers))

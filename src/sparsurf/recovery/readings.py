@@ -59,7 +59,9 @@ def comparable_density(density: float, d_link: float = D_LINK) -> float:
 
 READINGS = readings.READINGS | {
     RECOVERED: readings.Reading(
-        "recovered", alone=recovered_index, of_many=partial(recovered_index, close=CLOSE_SPACINGS)
+        "recovered",
+        build_index=recovered_index,
+        build_index_fast=partial(recovered_index, close=CLOSE_SPACINGS),
     )
 }
 

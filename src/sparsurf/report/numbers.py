@@ -40,7 +40,7 @@ def interval(value: float, low: float, high: float, digits: int = 2) -> str:
 
 def combination(row: Row) -> str:
     """Format α, β, γ, δ of a row; empty if it has none."""
-    return "" if math.isnan(row["alpha"]) else str(Combination.of(row))
+    return "" if math.isnan(row["alpha"]) else str(Combination.from_row(row))
 
 
 def against_zero(low: float, high: float) -> str:

@@ -186,7 +186,7 @@ def choice(
         "d": number(pooled["d"]) + (f" ± {number(pooled['d_sd'])}" if np.isfinite(pooled["d_sd"]) else ""),
     }
     if known["against"] and known["d"]:  # else none lies in the range on average: that of the nearest surface
-        text = str(Combination.of(pooled))
+        text = str(Combination.from_row(pooled))
     return known | {
         "text": text,
         "held": sum(text in split_combinations(field) for field in rows["best_set"]),
@@ -199,7 +199,7 @@ def evidence(rows: pd.DataFrame) -> list[tuple[str, str, str, str]]:
         (
             f"{row['protein']}/{row['conformation']}",
             number(row["mean_roughness"], 3),
-            str(Combination.of(row)),
+            str(Combination.from_row(row)),
             interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"]),
         )
         for _, row in rows.head(SHOWN).iterrows()

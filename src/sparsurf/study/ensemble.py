@@ -14,7 +14,7 @@ from sparsurf import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study import grid
-from sparsurf.study.prepared_surface import PreparedSurface, number_of_tests
+from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.residues import mean_roughness_by_residue
 from sparsurf.study.tables import grid_table
 from sparsurf.surfaces.molecular_surface import density_for_d_link, surface_of_frame
@@ -137,7 +137,9 @@ def frame_row(
         surface = surface_of_frame(molecule, position, atom_radii, settings["surface"])
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    prepared = PreparedSurface.from_settings(surface, settings, None, f"{name}/f{number}", 1)
+    prepared = prepare_surface(
+        surface, settings["patches"], None, settings["seed"], f"{name}/f{number}", **settings["sampling"]
+    )
     if position == 0:  # the spacing of the dots follows from the settings and is the same in every frame
         refuse_sparse(prepared.points, prepared.d_link, where)
     result = grid.evaluate_grid(

@@ -33,7 +33,7 @@ TURNED = "turned"
 def noise_floors(
     prepared: PreparedSurface,
     n_tests: int,
-    lay: Callable[[np.ndarray], Surface] | None = None,
+    generate_surface: Callable[[np.ndarray], Surface] | None = None,
     atoms: np.ndarray | None = None,
     frames: Mapping[float, Sequence[np.ndarray]] | None = None,
     moved: Sequence[float] = ATOM_DISPLACEMENTS,
@@ -45,7 +45,7 @@ def noise_floors(
     ----------
     prepared : PreparedSurface
     n_tests : int
-    lay : callable, optional
+    generate_surface : callable, optional
         Positions of the atoms (A, 3), Å -> their Surface. Without it, fresh dots are placed on the surface recovered from
         all dots, and atoms cannot be moved.
     atoms : (A, 3) float64, Å
@@ -77,21 +77,21 @@ def noise_floors(
     z_of_floor: dict[str, list[np.ndarray]] = {FRESH: [], TURNED: []}
     for _ in progress.progress_bar(range(draws), "noise floors"):
         rotation = random_rotation(rng)
-        points, normals = _fresh_dots(prepared, lay, atoms, centre, rotation)
+        points, normals = _fresh_dots(prepared, generate_surface, atoms, centre, rotation)
         z_of_floor[FRESH].append(distances((points @ rotation) + centre, normals @ rotation, test_points))
         z_of_floor[TURNED].append(distances(points, normals, (test_points - centre) @ rotation.T))
-    if lay is not None and atoms is not None:
+    if generate_surface is not None and atoms is not None:
         for rms in moved:
             displaced = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(FEW_DRAWS)]
             z_of_floor[f"atoms moved {rms:g} Å"] = z = []
             for xyz in displaced:
-                surface = lay(xyz)
+                surface = generate_surface(xyz)
                 z.append(distances(surface.points, surface.normals, test_points))
         test_atoms = prepared.surface.atom[tests]
         for gap, positions in (frames or {}).items():
             z_of_floor[f"frames {gap:g} ps apart"] = z = []
             for xyz in positions:
-                surface = lay(xyz)
+                surface = generate_surface(xyz)
                 z.append(distances(surface.points, surface.normals, test_points + (xyz - atoms)[test_atoms]))
     return pd.DataFrame([_row(name, np.array(z)) for name, z in z_of_floor.items()])
 
@@ -105,14 +105,14 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
 
 def _fresh_dots(
     prepared: PreparedSurface,
-    lay: Callable[[np.ndarray], Surface] | None,
+    generate_surface: Callable[[np.ndarray], Surface] | None,
     atoms: np.ndarray | None,
     centre: np.ndarray,
     rotation: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points and normals of other dots of the same surface, in a rotated frame around the mean dot."""
-    if lay is not None and atoms is not None:
-        surface = lay((atoms - centre) @ rotation.T)
+    if generate_surface is not None and atoms is not None:
+        surface = generate_surface((atoms - centre) @ rotation.T)
         return surface.points, surface.normals
     points, normals = (prepared.points - centre) @ rotation.T, prepared.normals @ rotation.T
     return recover(points, normals, prepared.density, threads=prepared.threads, keep=False)

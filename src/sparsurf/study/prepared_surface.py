@@ -4,7 +4,7 @@ Source: paper, 'Optimization of the sampling parameters'.
 """
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any, Self
 
@@ -75,32 +75,6 @@ class PreparedSurface:
             self.index, self.roughness, r_patch, distance_from_moved_centre, chance_in_every_patch
         )
 
-    @classmethod
-    def from_settings(
-        cls,
-        surface: Any,
-        settings: Mapping[str, Any],
-        roughness_values: np.ndarray | None,
-        name: str,
-        threads: int,
-    ) -> Self:
-        """Prepare a surface with the config's `patches`, `sampling` and `seed`."""
-        patches, sampling = settings["patches"], settings["sampling"]
-        return cls(
-            surface,
-            r_patch=patches["R_patch"],
-            r_zernike=patches["R_zernike"],
-            d_link=patches["D_link"],
-            roughness_values=roughness_values,
-            seed=settings["seed"],
-            name=name,
-            threads=threads,
-            distance_from_moved_centre=sampling["distance_from_moved_centre"],
-            chance_in_every_patch=sampling["chance_in_every_patch"],
-            descriptor=patches.get("descriptor", descriptors.PUBLISHED),
-            kind=patches.get("roughness", PUBLISHED),
-        )
-
     @cached_property
     def corrected_cover(self) -> published.Cover:
         """The cover without the two defects of the published sampling."""
@@ -163,13 +137,13 @@ class PreparedSurface:
         weights : (B, N) float64, optional
             Weight of each kept dot, by position; only for readings of the full surface.
         many : bool
-            Use the faster variant of a reading, see `of_many` of `readings.Reading`.
+            Use the faster variant of a reading, see `build_index_fast` of `readings.Reading`.
 
         Returns
         -------
         (B, T) float64 distances and (B, T) patch sizes
         """
-        alone = (many and READINGS[reading].of_many) or READINGS[reading].alone
+        alone = (many and READINGS[reading].build_index_fast) or READINGS[reading].build_index
         if alone:
             single = self.changed(threads=1)
             results = parallel_map(
@@ -279,3 +253,42 @@ def number_of_tests(requested: int | str, n_dots: int) -> int:
     """Return the number of test dots: as requested, or N / 200 for 'published'; at most N, at least 2."""
     n_tests = n_dots // DOTS_PER_PUBLISHED_TEST if isinstance(requested, str) else requested
     return max(2, min(n_tests, n_dots))
+
+
+def prepare_surface(
+    surface: Any,
+    patches: dict,
+    roughness_values: np.ndarray | None,
+    seed: int,
+    name: str,
+    threads: int = 1,
+    distance_from_moved_centre: bool = True,
+    chance_in_every_patch: bool = True,
+) -> PreparedSurface:
+    """Index a surface and lay the patches of the published sampling over it.
+
+    Parameters
+    ----------
+    surface : Surface
+    patches : dict, the section `patches` of the config
+    roughness_values : (N,) float64, R_i of every dot; None: computed
+    seed : int
+    name : str, of the conformation; names the random streams
+    threads : int
+    distance_from_moved_centre, chance_in_every_patch : bool
+        Two rules of the published sampling, see `build_cover`.
+    """
+    return PreparedSurface(
+        surface,
+        r_patch=patches["R_patch"],
+        r_zernike=patches["R_zernike"],
+        d_link=patches["D_link"],
+        roughness_values=roughness_values,
+        seed=seed,
+        name=name,
+        threads=threads,
+        distance_from_moved_centre=distance_from_moved_centre,
+        chance_in_every_patch=chance_in_every_patch,
+        descriptor=patches.get("descriptor", descriptors.PUBLISHED),
+        kind=patches.get("roughness", PUBLISHED),
+    )

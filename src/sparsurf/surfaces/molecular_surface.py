@@ -114,8 +114,8 @@ def surface_generator(
     settings: dict[str, Any],
     d_link: float,
     name: str,
-) -> dict[str, Callable[[np.ndarray], Surface] | np.ndarray]:
-    """Return what `study.floors` needs of the atoms of one frame.
+) -> tuple[Callable[[np.ndarray], Surface], np.ndarray]:
+    """Return how dots are placed on moved atoms of one frame, for noise floors.
 
     Parameters
     ----------
@@ -123,9 +123,8 @@ def surface_generator(
 
     Returns
     -------
-    dict
-        lay: function from positions of the atoms (A, 3), Å, to their Surface at the density of this frame;
-        atoms: the positions in this frame, (A, 3), Å.
+    function from positions of the atoms (A, 3), Å, to their Surface at the density of this frame
+    (A, 3) float64, the positions in this frame, Å
     """
     density = density_for_d_link(molecule, position, atom_radii, settings, d_link, name, tell=False)
     fixed_density = settings | {"density": density}
@@ -133,7 +132,7 @@ def surface_generator(
     def generate(xyz: np.ndarray) -> Surface:
         return surface_of_frame(replace(molecule, xyz=xyz[None]), 0, atom_radii, fixed_density)
 
-    return {"lay": generate, "atoms": _rounded_positions(molecule, position)}
+    return generate, _rounded_positions(molecule, position)
 
 
 def surface_of_frame(

@@ -5,7 +5,8 @@ import json
 import urllib.error
 import urllib.request
 from http.client import HTTPException
-from urllib.parse import urlparse
+from typing import Any
+from urllib.parse import ParseResult, urlparse
 
 from sparsurf import InputError
 from sparsurf.files import shorten
@@ -13,18 +14,18 @@ from sparsurf.files import shorten
 PDB_URL = "https://files.rcsb.org/download/{}.cif.gz"
 MOST = 200 * 2**20  # bytes; the largest entries of the PDB have 100 MB
 TIMEOUT = 30  # s
-LONGEST_NAME = 120  # characters of a file's name; file systems take 255 bytes, and jobs add to it
+MAX_NAME_LENGTH = 120  # characters of a file's name; file systems take 255 bytes, and jobs add to it
 ONLY = "only complete https:// URLs are fetched, or http:// if a sha256 is given"
 
 
-def allowed(url, sha256):
-    """Whether a URL may be fetched: what travels unprotected only if its checksum is known."""
+def allowed(url: str, sha256: str | None) -> bool:
+    """Return whether a URL may be fetched: over http only if the checksum is known."""
     parts = _parsed(url)
     return bool(parts.hostname) and (parts.scheme == "https" or (parts.scheme == "http" and bool(sha256)))
 
 
-def _parsed(url):
-    """The parts of a URL; of what is none, or has no such port, those of an empty one."""
+def _parsed(url: str) -> ParseResult:
+    """Return the parts of a URL; those of an empty one if it is invalid."""
     try:
         parts = urlparse(url)
         return parts if parts.port != 0 else urlparse("")
@@ -33,25 +34,27 @@ def _parsed(url):
 
 
 class _Redirects(urllib.request.HTTPRedirectHandler):
-    """Follows a redirect only to where one may fetch."""
+    """Follow a redirect only to a URL that may be fetched."""
 
-    def __init__(self, sha256):
+    def __init__(self, sha256: str | None) -> None:
         self.sha256 = sha256
 
-    def redirect_request(self, request, stream, code, message, headers, url):
+    def redirect_request(
+        self, request: Any, stream: Any, code: int, message: str, headers: Any, url: str
+    ) -> Any:
         if not allowed(url, self.sha256):
             raise InputError(f"it leads to {shorten(url)}, but {ONLY}")
         return super().redirect_request(request, stream, code, message, headers, url)
 
 
-def file_name(url):
-    """Last part of the path of a URL, at most LONGEST_NAME characters, other than letters and digits as underscores."""
+def file_name(url: str) -> str:
+    """Return the last part of the path of a URL, at most MAX_NAME_LENGTH characters, with underscores for special ones."""
     name = _parsed(url).path.rsplit("/", 1)[-1]
     name = "".join(c if (c.isascii() and c.isalnum()) or c in "._-" else "_" for c in name).lstrip(".")
-    return name[-LONGEST_NAME:].lstrip(".") or "structure.pdb"  # the end says what it is
+    return name[-MAX_NAME_LENGTH:].lstrip(".") or "structure.pdb"  # the end says what it is
 
 
-def fetch(url, sha256, path, path_to_record, name):
+def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: str) -> None:
     """Fetch `url` to `path`; record where it came from, its size and its checksum.
 
     Parameters
@@ -92,6 +95,6 @@ def fetch(url, sha256, path, path_to_record, name):
         stream.write("\n")
 
 
-def variable(name):
-    """Environment variable that gives a local file instead: SPARSURF_<NAME>."""
+def variable(name: str) -> str:
+    """Return the environment variable that may name a local file instead: SPARSURF_<NAME>."""
     return "SPARSURF_" + "".join(c if c.isalnum() else "_" for c in name).upper()

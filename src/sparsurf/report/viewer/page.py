@@ -15,7 +15,7 @@ from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import farthest, lookup_sampler
-from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.prepared_surface import prepare_surface
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import spacing
 
@@ -124,7 +124,8 @@ def coloured_page(
     title: str,
     name: str,
     surface: Surface,
-    settings: dict[str, Any],
+    patches: dict[str, Any],
+    seed: int,
     values: Sequence[Values],
     residues: Sequence[str] = (),
 ) -> str:
@@ -135,12 +136,13 @@ def coloured_page(
     title : str
     name : str, of the surface, from which the order of its dots is drawn
     surface, values, residues : as for `page`
-    settings : dict, see `Evaluator.from_settings`
+    patches : dict, the section `patches` of the config
+    seed : int
     """
-    evaluator = PreparedSurface.from_settings(surface, settings, None, name, 1)
-    order = farthest(evaluator, min(len(surface), MAX_DOTS), evaluator.stream("view"))
+    prepared = prepare_surface(surface, patches, None, seed, name)
+    order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     return page(
-        title, surface, evaluator.roughness, evaluator.cover, evaluator.r_patch, {"farthest": order},
+        title, surface, prepared.roughness, prepared.cover, prepared.r_patch, {"farthest": order},
         residues=residues, values=values, opens=("all", 1),
     )  # fmt: skip
 
@@ -197,7 +199,7 @@ def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
         for key, name in names.items():
             if "d" in best[reading][key]:
                 presets.append(
-                    (f"{name}, {READINGS[reading].words}", list(Combination.of(best[reading][key])))
+                    (f"{name}, {READINGS[reading].words}", list(Combination.from_row(best[reading][key])))
                 )
     return presets
 
