@@ -9,7 +9,7 @@ from sparsurf.pairs.changes import changes as changes_between
 from sparsurf.pairs.matching import on_atoms
 from sparsurf.report.page import write
 from sparsurf.report.site_page import OF_FORMS, changes_page
-from sparsurf.sites.conformations import refuse_absent
+from sparsurf.sites.conformations import require_conformation
 from sparsurf.streams import stream
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_generator
@@ -45,13 +45,14 @@ def main(
     d_link : float, Å
     name : of the comparison
     """
-    refuse_absent(structure_1, name)
-    if structure_1 == structure_2:
+    paths = [require_conformation(structure, name) for structure in (structure_1, structure_2)]
+    surfaces = [require_conformation(surface, name) for surface in (surface_1, surface_2)]
+    if paths[0] == paths[1]:
         raise InputError(f"sites.{name}: both names mean one conformation; name another.")
-    reference = read_study_structure(structure_1)
-    molecules = reference, numbered_alike(read_study_structure(structure_2), reference)
+    reference = read_study_structure(paths[0])
+    molecules = reference, numbered_alike(read_study_structure(paths[1]), reference)
     compared = []
-    for form, surface, molecule in zip(forms, (surface_1, surface_2), molecules, strict=True):
+    for form, surface, molecule in zip(forms, surfaces, molecules, strict=True):
         atom_radii = radii(molecule, settings["radii"])
         generate, _ = surface_generator(molecule, 0, atom_radii, settings, d_link, form)
         compared.append(Form(form, read_npz(surface), molecule, generate))

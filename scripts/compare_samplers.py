@@ -81,7 +81,8 @@ def main(
     )
     drawers_alone = {key: drawers[key] for key in SAMPLERS_ALONE if key in drawers}
     place_dots = _place_dots(structure, surface_settings) if structure else None
-    references = dict.fromkeys([*fewer_dots.BASELINES, comparison_page.best_of(comparison)[-1]])
+    best_sampler = comparison_page.best_of(comparison)[-1]
+    references = list(dict.fromkeys(filter(None, [*fewer_dots.BASELINES, best_sampler])))
     pair_table = fewer_dots.paired_differences(distances, percents, against=references)
     fewer_table = fewer_dots.factor_intervals(distances, comparison, prepared.stream("times fewer"))
     alone_table = stand_alone(prepared, drawers_alone, place_dots, percents, n_tests, draws)

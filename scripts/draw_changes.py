@@ -24,10 +24,8 @@ def main(
     view_2: str,
     forms: list[str],
     patches: dict,
+    seed: int,
     name: str,
-    distance_from_moved_centre: bool = True,
-    chance_in_every_patch: bool = True,
-    seed: int = 20261120,
 ) -> None:
     """Write the picture (PNG and SVG) and a page of each form.
 
@@ -66,5 +64,6 @@ if __name__ == "__main__":
             view_2=snakemake.output.view_2,
             forms=snakemake.params.forms,
             patches=snakemake.params.patches,
+            seed=snakemake.params.seed,
             name=snakemake.wildcards.site,
         )

@@ -22,10 +22,8 @@ def main(
     view_1: str,
     view_2: str,
     patches: dict,
+    seed: int,
     name: str,
-    distance_from_moved_centre: bool = True,
-    chance_in_every_patch: bool = True,
-    seed: int = 20261120,
 ) -> None:
     """Write the picture (PNG and SVG) and the pages view_1.html and view_2.html.
 
@@ -65,5 +63,6 @@ if __name__ == "__main__":
             view_1=snakemake.output.view_1,
             view_2=snakemake.output.view_2,
             patches=snakemake.params.patches,
+            seed=snakemake.params.seed,
             name=snakemake.wildcards.pair,
         )

@@ -29,10 +29,8 @@ def main(
     view_2: str,
     site: dict,
     patches: dict,
+    seed: int,
     name: str,
-    distance_from_moved_centre: bool = True,
-    chance_in_every_patch: bool = True,
-    seed: int = 20261120,
 ) -> None:
     """Write the picture (PNG and SVG), and a page each of the site and of its clearest hit.
 
@@ -57,10 +55,10 @@ def main(
     on_site = residue_of_dot >= 0
     site_dots = query_dots.points[on_site], residue_of_dot[on_site]
     panels = [(f"the site on {places.name}", query_dots.points, query_dots.normals, residue_of_dot)]
-    for row, numbers in zip(best_hits.itertuples(), best_poses, strict=True):
+    for row, numbers in zip(best_hits.to_dict("records"), best_poses, strict=True):
         pose = numbers[:9].reshape(3, 3), numbers[9:]
-        title = f"hit {row.rank}: {row.target}, p {p_value(float(row.p))}"
-        panels.append((title, *carried(dots[row.target], site_dots, pose)))
+        title = f"hit {row['rank']}: {row['target']}, p {p_value(float(row['p']))}"
+        panels.append((title, *carried(dots[row["target"]], site_dots, pose)))
     turn = facing(query_dots.points, query_dots.normals, on_site).T
     shown = (places.name, view_1), (best_hits["target"].iloc[0], view_2)
     for side, ((conformation, view), panel) in enumerate(zip(shown, panels, strict=False), 1):
@@ -96,5 +94,6 @@ if __name__ == "__main__":
             view_2=snakemake.output.view_2,
             site=snakemake.params.site,
             patches=snakemake.params.patches,
+            seed=snakemake.params.seed,
             name=snakemake.wildcards.site,
         )

@@ -9,7 +9,7 @@ from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.report.page import write
 from sparsurf.report.site_page import TEMPLATE, site_page, superposed_file
-from sparsurf.sites.conformations import refuse_absent
+from sparsurf.sites.conformations import require_conformation
 from sparsurf.sites.describing import load_sites, places_of_residues
 from sparsurf.sites.finding import find_site, matched
 from sparsurf.workflow.jobs import job
@@ -40,8 +40,7 @@ def main(
     site : dict, the entry of `sites` in the config
     name : of the site
     """
-    refuse_absent(query, name)
-    query_places = load_sites(query)
+    query_places = load_sites(require_conformation(query, name))
     target_places = [load_sites(path) for path in targets]
     if not target_places or query_places.name in {places.name for places in target_places}:
         raise InputError(
@@ -56,12 +55,12 @@ def main(
     pose_table = pd.concat([found.table[["rank", "target"]], numbers], axis=1)
     pose_table.to_csv(poses, index=False, float_format="%.6f")
     Path(superposed).mkdir()
-    molecule = read_study_structure(structure)
-    for row, pose in zip(found.table.head(MAX_SUPERPOSED).itertuples(), found.poses, strict=False):
-        if not row.places:  # nothing agrees, so there is no pose
-            continue
-        moved = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
-        moved.write_pdb(Path(superposed, superposed_file(row.rank, row.target)))
+    molecule = read_study_structure(require_conformation(structure, name))
+    best = found.table.head(MAX_SUPERPOSED)[["rank", "target", "places"]].to_numpy()
+    for (rank, target, n_places), pose in zip(best, found.poses, strict=False):
+        if n_places:  # else nothing agrees and there is no pose
+            moved = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
+            moved.write_pdb(Path(superposed, superposed_file(rank, target)))
     facts = site_page(name, site, query_places.name, found.table, match_table, len(found.places))
     write(page, TEMPLATE, **facts)
 

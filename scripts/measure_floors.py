@@ -58,7 +58,7 @@ def main(
         generate_surface, atoms = surface_generator(
             molecule, 0, atom_radii, surface_settings, patches["D_link"], name
         )
-    if structure and trajectory and frames:
+    if atoms is not None and structure and trajectory and frames:
         table = read_table(frames).set_index("conformation")
         time = float(table["time_ps"].loc[name.split("/")[-1]])
         if np.isfinite(time):

@@ -72,7 +72,8 @@ def main(
     )
     if molecule is not None:
         computed = [field for field in field_names if field_table or field in FIELDS]
-        dot_fields |= compute_fields(computed, molecule, dots.points, table=field_table)
+        table_of_fields = compute_fields(computed, molecule, dots.points, table=field_table)
+        dot_fields |= {str(field): table_of_fields[field].to_numpy() for field in table_of_fields}
     dots = replace(dots, fields=dot_fields)
     rough = read_roughness(roughness, dots)
     prepared = prepare_surface(
@@ -104,7 +105,7 @@ def main(
     write_ply(ply, subset.surface, subset.weight.astype(float), "weight", columns)
     write_ply(whole, dots, rough, "roughness", components | dot_fields)
     with open(fields, "wb") as stream:
-        np.savez(stream, **(dot_fields if field_names else {}))
+        np.savez(stream, allow_pickle=False, **(dot_fields if field_names else {}))
     order = farthest(prepared, len(dots) // 5, prepared.stream("minimal", "farthest"))
     errors = recovery_table(
         dots if field_names else replace(dots, fields={}), order, subset.dots, subset.surface.points

@@ -19,7 +19,7 @@ def main(tables: list[str], table: str, needed: str, page: str, png: str, run: s
     ----------
     tables : paths that end in <protein>/<conformation>/compare.csv
     """
-    comparisons = {Path(path).parts[-3:-1]: pd.read_csv(path) for path in tables}
+    comparisons = {(Path(path).parts[-3], Path(path).parts[-2]): pd.read_csv(path) for path in tables}
     units = means_by_protein(comparisons)
     several = "proteins" if len({protein for protein, _ in comparisons}) > 1 else "conformations"
     kind = several if len(units) > 1 else "conformation"

@@ -29,6 +29,8 @@ def main(
     tables = []
     for side, structure, pdb in ((1, structure_1, pdb_1), (2, structure_2, pdb_2)):
         table = by_residue(dot_table[dot_table["partner"] == side].fillna({"chain": ""}))
+        if table is None:
+            continue
         table.insert(0, "partner", side)
         tables.append(table)
         molecule = read_study_structure(structure)

@@ -17,7 +17,9 @@ def main(results: list[str], crate: str) -> None:
     """Write the crate of the files and folders of a run."""
     folder = Path(crate).parent
     paths = [path for result in map(Path, results) for path in sorted(result.rglob("*")) or [result]]
-    files = [path for path in paths if path.is_file() and not path.name.startswith(".")]  # none of Snakemake's
+    files = [
+        path for path in paths if path.is_file() and not path.name.startswith(".")
+    ]  # none of Snakemake's
     text = json.dumps(describe_files(folder, files), indent=1)
     Path(crate).write_text(text + "\n", encoding="utf-8")
 

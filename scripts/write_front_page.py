@@ -22,7 +22,7 @@ def main(
     """
     folder = Path(page).parent
     files = [Path(path).relative_to(folder).as_posix() for path in results]
-    write(page, TEMPLATE, **first_page(folder, files, [], list(exclude.items()), floor))
+    write(page, TEMPLATE, **first_page(folder, files, list(exclude.items()), floor))
     pd.DataFrame(exclude.items(), columns=["place", "reason"]).to_csv(failures, index=False)
 
 

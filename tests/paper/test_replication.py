@@ -13,12 +13,12 @@ import reproduce_paper
 from sparsurf.paper import published_runs, replication
 from sparsurf.report.page import render
 from sparsurf.report.paper_page import TEMPLATE, outside_of, paper_page, surface_of
-from sparsurf.sampling import law
+from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.study import grid, rough_and_flat, tables
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate
-from sparsurf.study.tables import range_of
+from sparsurf.study.tables import range_index
 
 ENOUGH = pd.DataFrame(
     [
@@ -49,14 +49,14 @@ def runs(shift=0.0, sd=0.1, n=40):
 
 
 def test_runs_of_the_same_kind_agree_and_shifted_ones_do_not():
-    places = published_runs.place_of_published(runs())
+    places = published_runs.place_published_values(runs())
     own = places[places["binning"] == "closed"]
     assert (own["n_won"] == 40).all() and own["d_n_below"].between(5, 35).all()
-    assert published_runs.all_rows_at_once(own, "d")["p"] > 0.3
-    far = published_runs.place_of_published(runs(shift=-0.3))
+    assert published_runs.joint_test(own, "d")["p"] > 0.3
+    far = published_runs.place_published_values(runs(shift=-0.3))
     assert (far["d_n_below"] >= 38).all() and (far["d_p"] < 0.1).all()
-    assert published_runs.all_rows_at_once(far[far["binning"] == "closed"], "d")["p"] < 1e-3
-    assert published_runs.all_rows_at_once(far[far["binning"] == "closed"], "Z_tS")["p"] > 0.3
+    assert published_runs.joint_test(far[far["binning"] == "closed"], "d")["p"] < 1e-3
+    assert published_runs.joint_test(far[far["binning"] == "closed"], "Z_tS")["p"] > 0.3
 
 
 def test_one_test_of_all_rows_keeps_its_level(monkeypatch):
@@ -67,7 +67,7 @@ def test_one_test_of_all_rows_keeps_its_level(monkeypatch):
         x = rng.normal(size=(11, 6))
         places = pd.DataFrame({"range": range(1, 7), "n_runs": 10, "d_published": x[10]})
         places["d_mean"], places["d_sd"] = x[:10].mean(axis=0), x[:10].std(axis=0, ddof=1)
-        p.append(published_runs.all_rows_at_once(places, "d")["p"])
+        p.append(published_runs.joint_test(places, "d")["p"])
     assert np.mean(np.array(p) < 0.05) == pytest.approx(0.05, abs=0.04)
 
 
@@ -81,7 +81,7 @@ def test_places_among_three_runs_by_hand():
     published = TABLE_1[0]
     own["d"] = published["d"] + np.array([0.0, -0.1, 0.1])
     own["Z_tS"] = published["Z_tS"] + np.array([0.1, 0.2, 0.3])
-    place = published_runs.place_of_published(own).iloc[0]
+    place = published_runs.place_published_values(own).iloc[0]
     assert (place["n_runs"], place["n_won"]) == (3, 2)
     assert (place["d_n_below"], place["Z_tS_n_below"]) == (1, 0)
     assert place["d_p"] == 1.0  # 2 (1 + 1) / (3 + 1)
@@ -95,7 +95,7 @@ def test_one_row_alone_is_tested_by_students_t():
     places = pd.DataFrame(
         {"range": [1, 2], "n_runs": [4, 4], "d_published": [2.0, 9.0], "d_mean": 0.0, "d_sd": 0.5}
     )
-    found = published_runs.all_rows_at_once(places, "d", leave_out=[2])
+    found = published_runs.joint_test(places, "d", leave_out=[2])
     assert found["n_rows"] == 1
     assert found["statistic"] == pytest.approx(12.8)
     assert found["p"] == pytest.approx(0.0373, abs=0.002)
@@ -103,7 +103,7 @@ def test_one_row_alone_is_tested_by_students_t():
 
 def test_the_number_of_centres_is_a_test_of_its_own():
     """Of 178, 180, 182 the mean is 180 and the standard deviation 2: 190 lies 10 / (2 sqrt(4 / 3)) = 4.33 away."""
-    places, centres = published_runs.place_of_published(runs()), np.array([178, 180, 182])
+    places, centres = published_runs.place_published_values(runs()), np.array([178, 180, 182])
     found = published_runs.tests_of_table_1(places, centres, 190).set_index(["binning", "measure"])
     assert found.loc["closed", "centres"]["p"] == pytest.approx(0.04943, abs=1e-4)  # t of two degrees
     assert found.loc["closed", "centres"][["n_rows", "statistic"]].tolist() == pytest.approx([1, 18.75])
@@ -125,29 +125,33 @@ def test_power_is_the_share_of_other_runs_that_are_told_apart():
 
 def test_centres_depend_on_the_order_of_the_dots_and_on_the_patches(blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    evaluator = Evaluator(surface, d_link=0.8, seed=1, name="blob")
-    found = published_runs.centres_in_any_order(evaluator, 5)
+    evaluator = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
+    found = published_runs.centres_in_random_orders(evaluator, 5)
     assert len(set(found)) > 1 and abs(found.mean() - len(evaluator.cover.centre)) < 0.15 * found.mean()
-    smaller = Evaluator(surface, r_patch=3.0, d_link=0.8, seed=1, name="blob")
-    assert published_runs.centres_in_any_order(smaller, 2).min() > found.max()
+    smaller = PreparedSurface(surface, r_patch=3.0, d_link=0.8, seed=1, name="blob")
+    assert published_runs.centres_in_random_orders(smaller, 2).min() > found.max()
 
 
 def test_a_factor_of_alpha_changes_what_is_drawn_not_what_it_is_called(blob):
-    evaluator = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob")
+    evaluator = PreparedSurface(
+        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
+    )
     row = [(0.5, 0.0, 0.0, 0.0)]
-    plain, less = (published_runs.as_published(evaluator, row, 1, alpha=a).dropna() for a in (1.0, 0.5))
+    plain, less = (published_runs.runs_as_published(evaluator, row, 1, alpha=a).dropna() for a in (1.0, 0.5))
     assert plain["alpha"].tolist() == less["alpha"].tolist() == [0.5]
     assert less["n_S_percent"].iloc[0] < 0.8 * plain["n_S_percent"].iloc[0]
 
 
 def test_runs_as_published_have_one_draw_and_test_dots_of_their_own(blob, monkeypatch):
-    asked, told, run = [], [], grid.run
+    asked, told, run = [], [], grid.evaluate_grid
     monkeypatch.setattr(
         grid, "run", lambda *args, **keys: asked.append((args, keys, run(*args, **keys))) or asked[-1][2]
     )
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    evaluator = Evaluator(surface, d_link=0.8, seed=1, name="blob")
-    found = published_runs.as_published(evaluator, PUBLISHED_ROWS[:1], 2, lambda *done: told.append(done))
+    evaluator = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
+    found = published_runs.runs_as_published(
+        evaluator, PUBLISHED_ROWS[:1], 2, lambda *done: told.append(done)
+    )
     for args, keys, _ in asked:
         assert (args[2:], keys) == ((15, 1, ("as_coded",)), {"shared": False})  # 3000 dots / 200
     assert found["run"].unique().tolist() == [1, 2] and told == [(1, 2), (2, 2)]
@@ -162,7 +166,7 @@ def test_one_row_off_is_named_and_left_out():
     last = (far["range"] == 10) & (far["binning"] == "closed")
     far.loc[last, "d"] += 1.0
     far.loc[last, ["alpha", "beta"]] = 1.0, 0.0
-    places = published_runs.place_of_published(far)
+    places = published_runs.place_published_values(far)
     odd = {binning: outside_of(places, binning, "d") for binning in published_runs.BINNINGS}
     assert odd == {"closed": "10", "half-open": "none"}
     won = places[places["range"] == 10].set_index("binning")["n_won"]
@@ -172,8 +176,8 @@ def test_one_row_off_is_named_and_left_out():
 def test_the_largest_number_of_dots_belongs_to_the_last_range_or_to_none():
     percent = np.array([0.0, 5.0, 9.9, 10.0, 95.0, 100.0])
     limits = np.linspace(0, 100, 11)
-    assert range_of(percent, limits).tolist() == [0, 0, 0, 1, 9, 9]
-    assert range_of(percent, limits, closed=False).tolist() == [0, 0, 0, 1, 9, 10]
+    assert range_index(percent, limits).tolist() == [0, 0, 0, 1, 9, 9]
+    assert range_index(percent, limits, closed=False).tolist() == [0, 0, 0, 1, 9, 10]
     d = np.array([1.0, 3, 2, 0, 4, 9])
     found = pd.DataFrame(published_runs.winners(np.arange(24.0).reshape(6, 4), percent, d, -d))
     last = found[found["range"] == 10].set_index("binning")
@@ -249,7 +253,9 @@ def test_d_of_a_bin_is_what_its_means_differ_by(kept):
 
 
 def test_patches_lie_around_kept_dots_or_any(blob):
-    evaluator = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob")
+    evaluator = PreparedSurface(
+        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
+    )
     combination = Combination(0.8, 0.0, 4.0, 0.0)
     kept = rough_and_flat.by_roughness(evaluator, combination, ["as_coded"], 100, 2, True)
     for draw in range(2):
@@ -263,12 +269,14 @@ def test_patches_lie_around_kept_dots_or_any(blob):
 
 
 def test_the_family_is_tuned_to_the_wished_number(blob):
-    evaluator = Evaluator(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob")
+    evaluator = PreparedSurface(
+        SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
+    )
     exponents = [(0, 0, 0), (0, 6, 0), (1, 0, 10), (1, 0, 10)]
     table = replication.tuned_family(evaluator, exponents, (20.0, 90.0), 30, 2)
     assert np.allclose(table["n_S_percent"], table["percent"], rtol=0.1)
     # beta 1 with delta 10 keeps too few at any alpha; named twice, it would be measured once
-    reach = law.expected_n_s(evaluator.cover, [(1.0, *row) for row in exponents[:3]]) / 30
+    reach = published.expected_n_s(evaluator.cover, [(1.0, *row) for row in exponents[:3]]) / 30
     assert len(table) == (reach >= 20).sum() + (reach >= 90).sum() < 6
     assert (table["alpha"] <= 1).all()
     assert np.allclose(table["d"], table["Z_tR"] - table["Z_tS"], atol=1e-6)
@@ -295,7 +303,7 @@ def test_the_best_of_a_family_by_hand():
 
 def test_correlation_of_the_readings_by_hand():
     x = np.arange(40.0)
-    assert replication.correlation(
+    assert replication.correlation_of_readings(
         pd.DataFrame({"d_as_coded": x % 4, "d_as_written": -(x % 4)})
     ) == pytest.approx(-1)
 
@@ -309,8 +317,8 @@ def test_shattered_patches_by_hand():
             "fragment_uniform_as_coded": np.array([3.0, 29.0, 30.0, 90.0]) / np.exp([1.0, 2.0, 3.0, 4.0]),
         }
     )
-    assert replication.shattered(table) == 0.5  # 3 and 29 of 100 are below 30 %, 30 is not
-    assert replication.follows_fragments(table) == pytest.approx(1)
+    assert replication.fragmented_share(table) == 0.5  # 3 and 29 of 100 are below 30 %, 30 is not
+    assert replication.correlation_with_fragments(table) == pytest.approx(1)
 
 
 @pytest.fixture(scope="module")
@@ -318,11 +326,11 @@ def page(blob):
     """Data of a verdict on a small surface, everything but the published values computed."""
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
     own = {"d_link": 0.8, "seed": 1, "name": "blob"}
-    evaluator = Evaluator(surface, **own)
-    result = grid.run(evaluator, PUBLISHED_ROWS, 40, 2)
+    evaluator = PreparedSurface(surface, **own)
+    result = grid.evaluate_grid(evaluator, PUBLISHED_ROWS, 40, 2)
     table = tables.grid_table(result)
-    runs = published_runs.as_published(evaluator, PUBLISHED_ROWS, 3)
-    best = tables.best(table, result, 20)
+    runs = published_runs.runs_as_published(evaluator, PUBLISHED_ROWS, 3)
+    best = tables.best_combinations(table, result, 20)
     links = replication.sweep_links(evaluator, (0.8, 1.2), 20, 2)
     combination, bins = Combination.of(best["as_coded"]["unrestricted"]), []
     for around, kept in rough_and_flat.AROUND.items():
@@ -333,9 +341,9 @@ def page(blob):
         "ranges": tables.ranges_table(table, result),
         "best": best,
         "rows": replication.published_rows(evaluator, 20, 2),
-        "places": published_runs.place_of_published(runs),
+        "places": published_runs.place_published_values(runs),
         "tests": published_runs.tests_of_table_1(
-            published_runs.place_of_published(runs), np.array([30, 31, 33])
+            published_runs.place_published_values(runs), np.array([30, 31, 33])
         ),
         "bias": published_runs.selection_bias(runs, table),
         "links": links,
@@ -435,17 +443,17 @@ def test_one_draw_per_dot_keeps_fewer(page):
 
 def test_each_defect_has_its_own_cover(page, blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    view = Evaluator(surface, d_link=0.8, seed=1, name="blob")
+    view = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
     percent = page["defects"].pivot(index="row", columns="sampling", values="n_S_percent")
     for name, moved, every in (
         ("distances from the dot itself", False, True),
         ("one draw per dot", True, False),
         ("both corrected", False, False),
     ):
-        cover = law.build_cover(
+        cover = published.build_cover(
             view.index, view.roughness, view.r_patch, moved_centre=moved, every_patch=every
         )
-        assert np.allclose(percent[name], 100 * law.expected_n_s(cover, PUBLISHED_ROWS) / 3000)
+        assert np.allclose(percent[name], 100 * published.expected_n_s(cover, PUBLISHED_ROWS) / 3000)
 
 
 def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_path, monkeypatch):
@@ -527,7 +535,7 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
         "places": "places of runs 0.5 0.2 2.0 5.0",
         "tests": "tests places of runs 0.5 0.2 2.0 5.0 181",
         "rows": "rows 40 3",
-        "links": f"links {len(replication.LINKS)} 40 3",
+        "links": f"links {len(replication.LINK_DISTANCES)} 40 3",
         "defects": "defects 40 3",
         "family": "family 0.2 2.0 5.0 40 3",
     }

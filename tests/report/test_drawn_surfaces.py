@@ -31,7 +31,7 @@ from sparsurf.report.figures import (
     subsets,
 )
 from sparsurf.sampling.combination import Combination
-from sparsurf.study.evaluator import Evaluator
+from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.rough_and_flat import by_roughness
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
@@ -301,7 +301,7 @@ def test_the_surface_has_the_colours_of_the_histogram():
     np.testing.assert_allclose([p.get_x() for p in histogram.patches], edges[:-1])
     assert histogram.lines[0].get_xdata()[0] == pytest.approx(rough.mean())
     assert histogram.texts[0].get_text() == f"mean {rough.mean():.2f}"
-    low, high = render.ROUGH
+    low, high = render.ROUGHNESS_LIMITS
     assert bar.get_ylim() == pytest.approx((low, high))  # whatever the surface
     middles = (edges[[0, 25, 49]] + edges[[1, 26, 50]]) / 2
     wanted = colormaps["viridis"](np.clip((middles - low) / (high - low), 0, 1))
@@ -339,8 +339,8 @@ def test_every_subset_stands_in_its_cell_with_its_number_and_colour():
     assert share_of(back, "#440154") > 0.02 and share_of(back, "#FDE725") > 0.02
     *_, histogram = figure.axes
     counts = [bar.get_height() for bar in histogram.patches]
-    assert sum(counts) == 900 and counts[-1] == (distance >= subsets.FARTHEST * 39.5 / 40).sum()
-    assert histogram.lines[0].get_xdata()[0] == pytest.approx(distance.clip(max=subsets.FARTHEST).mean())
+    assert sum(counts) == 900 and counts[-1] == (distance >= subsets.MAX_DISTANCE * 39.5 / 40).sum()
+    assert histogram.lines[0].get_xdata()[0] == pytest.approx(distance.clip(max=subsets.MAX_DISTANCE).mean())
     assert [w for w in words_of(figure) if len(w) == 1] == list("ABCDEF") and words_of(figure)[0] == "p/c1"
 
 
@@ -430,8 +430,8 @@ def test_discs_are_as_large_as_the_gaps_between_most_dots():
     eighth = np.sqrt(8 / (np.pi * 20))  # Å, at 20 dots per Å^2, on average
     assert 1.15 * eighth < radius < 2 * eighth
     assert (
-        render.closing_radius(100 * dense) == render.LARGEST
-        and render.closing_radius(dense / 1e3) == render.DOT
+        render.closing_radius(100 * dense) == render.MAX_DISC_RADIUS
+        and render.closing_radius(dense / 1e3) == render.DOT_RADIUS
     )
 
 
@@ -500,7 +500,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     surface = Surface(*make_blob(1500))
     settings = {"patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.1}, "evaluation": {"test_dots": 2}}
     settings |= {"sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True}, "seed": 1}
-    evaluator = Evaluator.from_settings(surface, settings, None, "p/c1", 1)
+    evaluator = PreparedSurface.from_settings(surface, settings, None, "p/c1", 1)
     unrestricted = {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0}
     other = unrestricted | {"gamma": 0}  # of another reading: not what is drawn
     best = {

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from sparsurf.study.prepare import prepare_surface
 
 import compare_samplers
 import naive
@@ -17,29 +18,28 @@ from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.islands import patch
-from sparsurf.patches.readings import SCALE
-from sparsurf.recovery.settling import settle
+from sparsurf.patches.readings import SCALED_LINK
+from sparsurf.recovery.relaxation import relax
 from sparsurf.report.comparison_page import comparison_page
 from sparsurf.report.figures.comparison_figure import comparison_figure
-from sparsurf.sampling import law, samplers
-from sparsurf.sampling.combination import OF_PAPER, PARAMETERS, choices_of
+from sparsurf.sampling import published, samplers
+from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.study import floors, grid, tables
-from sparsurf.study.comparison import contestants, fewer, measuring
-from sparsurf.study.comparison.fewer import (
-    all_needed,
-    by_protein,
-    ends_of,
-    factor_of,
-    needed,
-    needed_over_proteins,
-    over_proteins,
-    values_of,
+from sparsurf.study.comparison import equal_error, measuring, methods
+from sparsurf.study.comparison.equal_error import (
+    dots_needed,
+    dots_needed_for_all_uses,
+    factor_with_bound,
+    factors_over_proteins,
+    means_by_protein,
+    means_over_proteins,
+    measure_matrix,
+    measured_ranges,
 )
 from sparsurf.study.comparison.measuring import stand_alone
-from sparsurf.study.enough import Trials, enough_dots
-from sparsurf.study.evaluator import Evaluator
-from sparsurf.study.minimal import minimal_subset
-from sparsurf.study.prepare import prepare_surface
+from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.required_dots import Trials, required_dots
+from sparsurf.study.subset_search import find_subset
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -47,7 +47,7 @@ from sparsurf.surfaces.spacing import area_of
 from sparsurf.surfaces.surface import Surface
 
 D_LINK = 0.8
-GRID = law.grid([0.3, 0.6, 1.0], [0, 1], [0, 6], [0, 4])
+GRID = published.parameter_grid([0.3, 0.6, 1.0], [0, 1], [0, 6], [0, 4])
 
 
 @pytest.fixture(scope="module")
@@ -57,25 +57,25 @@ def surface(blob):
 
 @pytest.fixture(scope="module")
 def evaluator(surface):
-    return Evaluator(surface, d_link=D_LINK, seed=3, name="blob/c1")
+    return PreparedSurface(surface, d_link=D_LINK, seed=3, name="blob/c1")
 
 
 @pytest.fixture(scope="module")
 def study(evaluator):
     """grid.csv and ranges.csv of the blob."""
-    result = grid.run(evaluator, GRID, 40, 2)
+    result = grid.evaluate_grid(evaluator, GRID, 40, 2)
     table = tables.grid_table(result)
     return table, tables.ranges_table(table, result, 5)
 
 
 @pytest.fixture(scope="module")
 def table(evaluator, study):
-    drawers = contestants.contestants(evaluator, None, study[1], study[0], (5, 20, 60))
-    return measuring.compare(evaluator, drawers, (5, 20, 60), n_tests=60, draws=2)
+    drawers = methods.select_methods(evaluator, None, study[1], study[0], (5, 20, 60))
+    return measuring.compare_samplers(evaluator, drawers, (5, 20, 60), n_tests=60, draws=2)
 
 
 def test_a_row_for_every_sampler_size_and_measure(table):
-    names = [*samplers.SAMPLERS, contestants.HINDSIGHT]
+    names = [*samplers.SAMPLERS, methods.HINDSIGHT]
     assert list(table["sampler"].unique()) == names
     assert len(table) == len(names) * 3 * len(measuring.USE)
     exact = table[~table["sampler"].str.startswith("paper")]
@@ -94,7 +94,7 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
     points, normals = surface.points, surface.normals
     gaps = np.linalg.norm(points[:, None] - points[kept][None], axis=2)
     weight = np.bincount(gaps.argmin(axis=1), minlength=len(kept))
-    link = SCALE * np.sqrt(evaluator.area / len(kept))
+    link = SCALED_LINK * np.sqrt(evaluator.area / len(kept))
     assert link > D_LINK
     sizes = {}
     for t, i in enumerate(tests):
@@ -125,8 +125,8 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
 
 
 def test_all_dots_have_no_error(evaluator):
-    whole = measuring.compare(
-        evaluator, contestants.contestants(evaluator, ["uniform"]), (100,), n_tests=20, draws=1
+    whole = measuring.compare_samplers(
+        evaluator, methods.select_methods(evaluator, ["uniform"]), (100,), n_tests=20, draws=1
     ).set_index("measure")["value"]
     # 'as_coded' and 'scaled' link the same dots, within D_link and within at least D_link
     assert whole[["Z as_written", "Z as_coded", "Z centres", "position"]].abs().max() < 1e-9
@@ -136,8 +136,8 @@ def test_all_dots_have_no_error(evaluator):
 def test_the_time_of_a_sampler_is_the_median_of_its_draws(evaluator, monkeypatch):
     ends = iter([0, 1, 0, 9, 0, 2])  # one, nine and two seconds
     monkeypatch.setattr(measuring, "time", SimpleNamespace(perf_counter=ends.__next__))
-    drawers = contestants.contestants(evaluator, ["uniform"])
-    table = measuring.compare(evaluator, drawers, (10,), n_tests=5, draws=3).set_index("measure")
+    drawers = methods.select_methods(evaluator, ["uniform"])
+    table = measuring.compare_samplers(evaluator, drawers, (10,), n_tests=5, draws=3).set_index("measure")
     assert table.loc["seconds", "value"] == 2
     of_z = table.loc["Z as_written", ["low", "value", "high"]].tolist()
     assert of_z == sorted(of_z) and len(set(of_z)) == 3
@@ -145,19 +145,19 @@ def test_the_time_of_a_sampler_is_the_median_of_its_draws(evaluator, monkeypatch
 
 def test_cores_change_nothing_but_the_time(evaluator, surface):
     drawers = [
-        contestants.contestants(e, ["paper", "farthest"]) for e in (evaluator, evaluator.changed(threads=2))
+        methods.select_methods(e, ["paper", "farthest"]) for e in (evaluator, evaluator.changed(threads=2))
     ]
-    one, two = (measuring.compare(evaluator, d, (10,), n_tests=30, draws=2) for d in drawers)
+    one, two = (measuring.compare_samplers(evaluator, d, (10,), n_tests=30, draws=2) for d in drawers)
     same = one["measure"] != "seconds"
     pd.testing.assert_frame_equal(one[same], two[same])
 
 
 def test_one_warning_per_surface(evaluator, caplog):
-    drawers = contestants.contestants(evaluator, ["uniform", "voxel", "farthest"])
+    drawers = methods.select_methods(evaluator, ["uniform", "voxel", "farthest"])
     with caplog.at_level(logging.WARNING, "sparsurf"):
-        table = measuring.compare(evaluator, drawers, (10, 90), n_tests=30, draws=1)
+        table = measuring.compare_samplers(evaluator, drawers, (10, 90), n_tests=30, draws=1)
     (record,) = [r.getMessage() for r in caplog.records]
-    left = values_of(table, "fragment as_coded")
+    left = measure_matrix(table, "fragment as_coded")
     assert (left[10.0 if 10.0 in left else 10] < 30).all() and (left[90] > 30).all()
     assert record.startswith("blob/c1: some subsets break up, and their Z measures that: as_coded at ")
     assert record.endswith(": as_coded at 10 % (uniform, voxel, farthest)")
@@ -179,49 +179,49 @@ def test_a_warning_tells_where_patches_break_up(caplog):
 
 def test_the_papers_sampler_takes_the_winners_of_this_run(evaluator, study):
     ranges = study[1]
-    lowest, rows = choices_of(ranges)
+    lowest, rows = choices_from_ranges(ranges)
     kept = ranges[(ranges["reading"] == "as_coded") & ranges["alpha"].notna()]
     assert np.array_equal(rows, kept[PARAMETERS]) and np.isfinite(rows).all()
     assert np.array_equal(lowest, kept["n_S_low_percent"])
-    own = samplers.named(["paper"], "compare.samplers", choices_of(ranges))["paper"]
+    own = samplers.get_samplers(["paper"], "compare.samplers", choices_from_ranges(ranges))["paper"]
     n = round(0.01 * (lowest[1] + 1) * 3000)
-    wanted = law.sample(
+    wanted = published.sample(
         evaluator.cover, samplers.tune_alpha(evaluator.cover, rows[1], n), np.random.default_rng(4)
     )
     assert np.array_equal(own(evaluator, n, np.random.default_rng(4)), wanted)
-    assert choices_of(ranges[ranges["reading"] == "as_written"]) is OF_PAPER
+    assert choices_from_ranges(ranges[ranges["reading"] == "as_written"]) is PUBLISHED_CHOICES
 
 
 def test_best_in_hindsight_has_the_lowest_z_near_each_size(evaluator, study):
     grid, _ = study
     percents = grid["n_S_percent"].sort_values().iloc[[3, 12]].to_numpy()
-    lowest, rows = contestants.best_in_hindsight(evaluator, grid, percents)
+    lowest, rows = methods.best_in_hindsight(evaluator, grid, percents)
     assert (lowest < percents).all()
     for percent, row in zip(percents, rows, strict=True):
-        reach = law.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy())
-        near = (np.abs(np.log(grid["n_S_percent"] / percent)) <= np.log(contestants.NEAR)) & (
+        reach = published.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy())
+        near = (np.abs(np.log(grid["n_S_percent"] / percent)) <= np.log(methods.NEAR_FACTOR)) & (
             reach >= 30 * percent
         )
         best = grid[near].sort_values("Z_tS_as_written").iloc[0]
         assert np.array_equal(row, best[PARAMETERS])
     # one that cannot keep so many dots takes no part, however low its Z
-    reach = law.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy()) / 30
+    reach = published.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy()) / 30
     short = int(np.argsort(reach)[len(reach) // 2])
     percent = 1.02 * reach[short]
     tempting = grid.assign(
         n_S_percent=percent, Z_tS_as_written=np.where(np.arange(len(grid)) == short, 0.0, 1.0)
     )
-    chosen = contestants.best_in_hindsight(evaluator, tempting, [percent])[1][0]
+    chosen = methods.best_in_hindsight(evaluator, tempting, [percent])[1][0]
     assert reach[(grid[PARAMETERS] == chosen).all(axis=1)] >= percent
     # of those within a factor of 1.1 the one of the lowest Z, however much lower that of another is
     three = grid.iloc[np.argsort(reach)[-3:]].assign(
         n_S_percent=[10, 10.9, 11.1], Z_tS_as_written=[3.0, 2.0, 1.0]
     )
-    chosen = contestants.best_in_hindsight(evaluator, three, [10])[1][0]
+    chosen = methods.best_in_hindsight(evaluator, three, [10])[1][0]
     assert np.array_equal(chosen, three[PARAMETERS].iloc[1])
-    assert contestants.HINDSIGHT not in contestants.contestants(evaluator, ["uniform"], None, grid)
+    assert methods.HINDSIGHT not in methods.select_methods(evaluator, ["uniform"], None, grid)
     lacking = grid.drop(columns="Z_tS_as_written")
-    assert list(contestants.contestants(evaluator, ["paper"], None, lacking)) == ["paper"]
+    assert list(methods.select_methods(evaluator, ["paper"], None, lacking)) == ["paper"]
 
 
 def test_area_with_and_without_areas(a1):
@@ -249,16 +249,16 @@ def curves(measure="Z as_written", percents=(2.5, 10, 40), **factors):
 
 
 def times_fewer(table, of, than, percent):
-    rows = needed(table)
-    return factor_of(
-        rows[(rows["sampler"] == than) & (rows["percent"] == percent)].iloc[0], of, ends_of(table)
+    rows = dots_needed(table)
+    return factor_with_bound(
+        rows[(rows["sampler"] == than) & (rows["percent"] == percent)].iloc[0], of, measured_ranges(table)
     )
 
 
 def test_dots_needed_on_exact_curves():
     # Z = f / sqrt(n): the same Z at n (f' / f)^2, on a straight line in logarithms
     table = curves(uniform=4.0, farthest=3.0, paper=8.0)
-    rows = needed(table)
+    rows = dots_needed(table)
     at = rows[(rows["sampler"] == "uniform") & (rows["percent"] == 10)].iloc[0]
     assert (at["uniform"], at["farthest"]) == pytest.approx((10, 10 * 9 / 16)) and at[
         "paper"
@@ -270,13 +270,13 @@ def test_dots_needed_on_exact_curves():
     assert times_fewer(table, "farthest", "uniform", 10) == (pytest.approx(16 / 9), "")
     assert times_fewer(table, "farthest", "paper", 2.5) == (1.0, "more than ")
     assert times_fewer(table, "uniform", "farthest", 40) == (1.0, "less than ")
-    assert list(all_needed(table)["measure"].unique()) == ["Z as_written", "Z centres"]
+    assert list(dots_needed_for_all_uses(table)["measure"].unique()) == ["Z as_written", "Z centres"]
 
 
 def test_a_curve_that_rises_again_needs_the_first_crossing():
     table = curves(uniform=4.0, other=4.0, percents=(5, 10, 20, 40))
     table.loc[(table["sampler"] == "other") & (table["percent"] == 20), "value"] = 9.0
-    rows = needed(table)
+    rows = dots_needed(table)
     at = rows[(rows["sampler"] == "uniform") & (rows["percent"] == 10)].iloc[0]
     assert at["other"] == pytest.approx(10)
 
@@ -284,10 +284,10 @@ def test_a_curve_that_rises_again_needs_the_first_crossing():
 def test_summary_means_and_spread_between_proteins():
     one, two, three = (curves(uniform=4.0, farthest=f) for f in (2.0, 4.0, 1.0))
     tables_of = {("p", "c1"): one, ("p", "c2"): two, ("q", "c1"): three}
-    units = by_protein(tables_of)
+    units = means_by_protein(tables_of)
     assert list(units) == ["p", "q"]
     row = (
-        over_proteins(units)
+        means_over_proteins(units)
         .query("sampler == 'farthest' and percent == 10 and measure == 'Z as_written'")
         .iloc[0]
     )
@@ -295,26 +295,26 @@ def test_summary_means_and_spread_between_proteins():
     assert row["value"] == pytest.approx(z.mean()) and row["sd"] == pytest.approx(z.std(ddof=1))
     assert (row["lowest"], row["highest"]) == pytest.approx((z[1], z[0])) and row["n"] == 2
     assert (row["ratio_lowest"], row["ratio_highest"]) == pytest.approx((0.25, 0.75))
-    fewer = needed_over_proteins(units).query(
+    equal_error = factors_over_proteins(units).query(
         "than == 'uniform' and sampler == 'farthest' and measure == 'Z as_written'"
     )
-    fewer = fewer.set_index("percent").loc[40]
-    assert (fewer["lowest"], fewer["highest"]) == pytest.approx((16 / 9, 16))
-    assert fewer["factor"] == pytest.approx(16 / 3)
-    assert list(by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
+    equal_error = equal_error.set_index("percent").loc[40]
+    assert (equal_error["lowest"], equal_error["highest"]) == pytest.approx((16 / 9, 16))
+    assert equal_error["factor"] == pytest.approx(16 / 3)
+    assert list(means_by_protein({("p", "c1"): one, ("p", "c2"): two})) == ["p/c1", "p/c2"]
 
 
 def test_a_factor_beyond_what_was_measured_is_a_bound():
     # at 40 % uniform has 4 / sqrt(40); another sampler comes down to that at (f / 4)^2 40 %: 640 %, 2.5 % and 0.6 %
     units = {name: curves(uniform=4.0, farthest=f) for name, f in (("worse", 16.0), ("better", 0.5))}
-    fewer = {
-        names: needed_over_proteins({name: units[name] for name in names})
+    equal_error = {
+        names: factors_over_proteins({name: units[name] for name in names})
         .query("than == 'uniform' and sampler == 'farthest' and measure == 'Z as_written' and percent == 40")
         .iloc[0]
         for names in (("worse",), ("better",), ("worse", "better"))
     }
-    assert [row["bound"] for row in fewer.values()] == ["less than ", "more than ", "about "]
-    assert [row["factor"] for row in fewer.values()] == pytest.approx([1.0, 16.0, 4.0])
+    assert [row["bound"] for row in equal_error.values()] == ["less than ", "more than ", "about "]
+    assert [row["factor"] for row in equal_error.values()] == pytest.approx([1.0, 16.0, 4.0])
 
 
 def test_a_bound_counts_the_dots_that_were_kept_not_those_wished():
@@ -322,12 +322,12 @@ def test_a_bound_counts_the_dots_that_were_kept_not_those_wished():
     table.loc[table["sampler"] == "paper", "n_S_percent"] *= 2
     assert times_fewer(table, "paper", "uniform", 40) == (pytest.approx(40 / 5), "more than ")
     assert times_fewer(table, "uniform", "paper", 2.5) == (pytest.approx(5 / 40), "less than ")
-    row = needed_over_proteins({"p": table}).query("sampler == 'paper' and percent == 40").iloc[0]
+    row = factors_over_proteins({"p": table}).query("sampler == 'paper' and percent == 40").iloc[0]
     assert (row["factor"], row["bound"]) == (pytest.approx(8), "more than ")
 
 
 def test_page_says_what_the_numbers_say(table):
-    fewer = pd.DataFrame(
+    equal_error = pd.DataFrame(
         columns=["use", "measure", "sampler", "than", "percent", "factor", "low", "high", "bound"]
     )
     centres = pd.DataFrame(
@@ -335,24 +335,25 @@ def test_page_says_what_the_numbers_say(table):
         | {"d": [0.9, 0.12, np.nan], "d_low": [0.8, 0.1, np.nan], "d_high": [1.0, 0.14, np.nan]}
         | {"d_centres": [0.7, 0.15, 0.2], "d_centres_low": 0.11, "d_centres_high": 0.19}
     )
-    page = comparison_page("blob/c1", table, fewer, centres=centres)
+    page = comparison_page("blob/c1", table, equal_error, centres=centres)
     assert page["centres"] == [["1.4", "0.12 (0.10 to 0.14)", "0.15 (0.11 to 0.19)"]]
     alone = {"sampler": ["uniform", "dotted"] * 3, "percent": 5, "n_S_percent": 10.2, "Z": [2, 1] * 3}
     alone = pd.DataFrame(alone | {"scale": [1, 1, 2, 2, 3, 3], "low": 0.5, "high": 2.5})
-    page = comparison_page("blob/c1", table, fewer, centres=centres[:1], alone=alone)
+    page = comparison_page("blob/c1", table, equal_error, centres=centres[:1], alone=alone)
     assert page["alone"] == [
         ["sparsely laid dots", "10", "1.00 (0.50 to 2.50)"],
         ["uniform draw", "10", "2.00 (0.50 to 2.50)"],
     ]
     assert page["centres"] == [["1.3", "0.90 (0.80 to 1.00)", "0.70 (0.11 to 0.19)"]]
-    z, back = (values_of(table, measure) for measure in ("Z as_written", "Z recovered"))
+    z, back = (measure_matrix(table, measure) for measure in ("Z as_written", "Z recovered"))
     at = float(page["at"])
     assert at == z.columns[np.abs(z.columns - 10).argmin()]
     assert page["best_Z"] == f"{z[at].min():.2f}" and page["recovered"]["Z"] == f"{back[at].min():.2f}"
     for measure, rows in page["tables"].items():
-        value = values_of(table, measure)
+        value = measure_matrix(table, measure)
         assert sorted(rows) == sorted(
-            [samplers.called(name).words, *(f"{x:.2f}" for x in row)] for name, row in value.iterrows()
+            [samplers.lookup_sampler(name).words, *(f"{x:.2f}" for x in row)]
+            for name, row in value.iterrows()
         )
 
 
@@ -378,29 +379,29 @@ def test_ranking_on_analytic_surfaces(path, request):
     folder = ROOT if path.startswith("data") else request.getfixturevalue("shared") / "data"
     molecule = read_molecule(folder / path)
     surface = molecular_surface(molecule.xyz[0], radii(molecule))
-    evaluator = Evaluator(surface, seed=1, name=path)
-    drawers = contestants.contestants(evaluator, ["paper", "uniform", "farthest"])
-    table = measuring.compare(evaluator, drawers, (5, 10, 20, 40), 300, 2)
-    z = values_of(table, "Z as_written")
+    evaluator = PreparedSurface(surface, seed=1, name=path)
+    drawers = methods.select_methods(evaluator, ["paper", "uniform", "farthest"])
+    table = measuring.compare_samplers(evaluator, drawers, (5, 10, 20, 40), 300, 2)
+    z = measure_matrix(table, "Z as_written")
     assert (z.loc["farthest"] < z.loc["uniform"]).all() and (z.loc["uniform"] < z.loc["paper"]).all()
     assert (z.diff(axis=1).iloc[:, 1:] < 0).all(axis=None)
 
 
 def test_minimal_has_the_wished_size_in_order_of_choice(evaluator):
     for name in samplers.SAMPLERS:
-        dots, weight = minimal_subset(evaluator, name, 300)
+        dots, weight = find_subset(evaluator, name, 300)
         assert weight.sum() == 3000 and (weight > 0).all() and len(dots) == len(weight)
         assert name.startswith("paper") or len(dots) == 300
-    short, long = (minimal_subset(evaluator, "farthest", n)[0] for n in (100, 300))
+    short, long = (find_subset(evaluator, "farthest", n)[0] for n in (100, 300))
     assert np.array_equal(short, long[:100])
     published, corrected = (
         evaluator.changed(cover=each) for each in (evaluator.cover, evaluator.corrected_cover)
     )
     for name, own in (("farthest", published), ("paper", published), ("paper_corrected", corrected)):
-        dots, weight = minimal_subset(evaluator, name, combination=(1.0, 0.0, 6.0, 0.0))
+        dots, weight = find_subset(evaluator, name, combination=(1.0, 0.0, 6.0, 0.0))
         assert dots.tolist() == own.pair((1.0, 0.0, 6.0, 0.0), 0)[0].tolist() and weight.sum() == 3000
     assert len(dots) != len(published.pair((1.0, 0.0, 6.0, 0.0), 0)[0])
-    dots, weight = minimal_subset(evaluator, combination=(1.0, 0.0, 6.0, 0.0))
+    dots, weight = find_subset(evaluator, combination=(1.0, 0.0, 6.0, 0.0))
     assert np.array_equal(dots, evaluator.pair((1.0, 0.0, 6.0, 0.0), 0)[0]) and weight.sum() == 3000
 
 
@@ -412,7 +413,7 @@ def test_minimal_for_a_wished_z(evaluator, name):
     def z_of(subset):
         return evaluator.distances([subset], tests, z_tot, "as_written")[0].mean()
 
-    dots, _ = minimal_subset(evaluator, name, z=1.0, n_tests=100)
+    dots, _ = find_subset(evaluator, name, z=1.0, n_tests=100)
     assert z_of(dots) <= 1.0
     if samplers.SAMPLERS[name].nested:
         assert z_of(dots[:-1]) > 1.0  # one dot fewer does not do
@@ -422,7 +423,7 @@ def test_minimal_for_a_wished_z(evaluator, name):
 
 def test_minimal_without_any_error(evaluator):
     # dots that lie in no patch of a test dot are not needed
-    dots, _ = minimal_subset(evaluator, "farthest", z=0.0, n_tests=100)
+    dots, _ = find_subset(evaluator, "farthest", z=0.0, n_tests=100)
     tests = evaluator.draw_tests(100)
     held = np.unique(np.concatenate([patch(evaluator.index, i, 6.0) for i in tests]))
     assert np.isin(held, dots).all() and dots[-1] in held
@@ -441,7 +442,7 @@ def test_minimal_without_any_error(evaluator):
 )
 def test_minimal_refuses_in_one_sentence(evaluator, asked, sentence):
     with pytest.raises(InputError, match=sentence.replace(".", r"\.")):
-        minimal_subset(evaluator, **asked)
+        find_subset(evaluator, **asked)
 
 
 def test_negative_z_is_refused_before_any_work():
@@ -449,7 +450,7 @@ def test_negative_z_is_refused_before_any_work():
         points = np.zeros((5, 3))
 
     with pytest.raises(InputError, match="negative"):
-        minimal_subset(Idle(), "farthest", z=-1.0)
+        find_subset(Idle(), "farthest", z=-1.0)
 
 
 def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path, monkeypatch):
@@ -497,14 +498,14 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
             own.to_csv(folder / f"{name}.csv", index=False)
         inputs = {"surface": folder / "surface.npz"}
         inputs |= {key: folder / f"{key}.csv" for key in ("roughness", "grid", "ranges", "floors")}
-        floors.floors(evaluator, 30).to_csv(inputs["floors"], index=False)
+        floors.noise_floors(evaluator, 30).to_csv(inputs["floors"], index=False)
         outputs = {"table": folder / "compare.csv", "needed": folder / "needed.csv"}
         outputs |= {"page": folder / "compare.html", "png": str(folder / "compare.png")}
         outputs |= {key: folder / f"compare_{key}.csv" for key in ("pairs", "fewer", "alone")}
         outputs["centres"] = folder / "centres.csv"
         inputs["structure"] = structure if folder.name == "c1" else None
         if folder.name == "c2":
-            monkeypatch.setattr(fewer, "AGAINST", ("paper",))
+            monkeypatch.setattr(equal_error, "AGAINST", ("paper",))
         compare_samplers.main(**inputs, **outputs, **asked_for, name=f"blob/{folder.name}")
     page = (folders[0] / "compare.html").read_text(encoding="utf-8")
     assert "estimated from their spacing" in page  # this surface has no areas
@@ -529,7 +530,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
             (z.drop("farthest") - z["farthest"]).to_dict()
         )
     compared = pd.read_csv(folders[0] / "compare.csv")
-    assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest", contestants.HINDSIGHT]
+    assert compared["sampler"].unique().tolist() == ["paper", "uniform", "farthest", methods.HINDSIGHT]
     known = pd.read_csv(inputs["floors"]).set_index("floor")["Z"]
     of_z = compared[compared["measure"].str.startswith("Z ")]
     for column, floor in (("fresh_dots", "fresh dots"), ("turned", "turned")):
@@ -584,14 +585,14 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     told = [each for each in caplog.messages if "takes the paper's parameters" in each]
     assert [each.split(":")[0] for each in told] == ["blob/c1"]
     dots = (minimal := pd.read_csv(table))["dot"].to_numpy()
-    better = settle(surface.points[dots], surface.normals[dots], surface.points, surface.normals)
+    better = relax(surface.points[dots], surface.normals[dots], surface.points, surface.normals)
     assert np.allclose(minimal[["x", "y", "z", "nx", "ny", "nz"]], np.hstack(better), atol=1e-4)
-    needed = pd.read_csv(enough).query("floor == 'turned'").set_index(["floor", "reading"])["n_S"]
+    dots_needed = pd.read_csv(enough).query("floor == 'turned'").set_index(["floor", "reading"])["n_S"]
     own = pd.read_csv(inputs["floors"])
     one = prepare_surface(surface, settings["patches"], evaluator.roughness, 1, "blob/c1")
-    alone = enough_dots(Trials(one, "farthest", 30, settled=True), own, ("recovered",))
+    alone = required_dots(Trials(one, "farthest", 30, settled=True), own, ("recovered",))
     assert (
-        needed.xs("recovered", level="reading").to_dict()
+        dots_needed.xs("recovered", level="reading").to_dict()
         == alone.set_index("floor")["n_S"].loc[["turned"]].to_dict()
     )
     for folder in folders:

@@ -144,7 +144,9 @@ def test_a_pair_has_maps_of_both_partners(run, pair):
     folder, surfaces = run / "pairs" / pair, surfaces_of_pair(run, pair)
     dots = pd.read_csv(folder / "propensity.csv")
     assert dots.groupby("partner").size().tolist() == [len(surface) for surface in surfaces]
-    assert np.allclose(dots[["x", "y", "z"]], np.concatenate([surface.points for surface in surfaces]), atol=1e-3)
+    assert np.allclose(
+        dots[["x", "y", "z"]], np.concatenate([surface.points for surface in surfaces]), atol=1e-3
+    )
     assert np.array_equal(dots["interface"] == 1, dots["gap"] < 3.0)
     assert dots["propensity_smoothed"].notna().all()
     thinned = pd.read_csv(folder / "thinning.csv")
@@ -207,7 +209,9 @@ def test_sites_are_searched_for_on_their_targets(run):
         atoms = read_study_structure(run / query / "structure.pdb").xyz[0]
         (path,) = (folder / "superposed").glob("*.pdb")
         assert path.name == f"01_{target.replace('/', '_')}.pdb"
-        assert np.allclose(read_study_structure(path).xyz[0], atoms @ numbers[:9].reshape(3, 3) + numbers[9:], atol=0.01)
+        assert np.allclose(
+            read_study_structure(path).xyz[0], atoms @ numbers[:9].reshape(3, 3) + numbers[9:], atol=0.01
+        )
 
 
 def test_two_forms_are_compared_residue_by_residue(run):
@@ -262,7 +266,9 @@ def test_the_crate_describes_every_file(run):
     written = {str(path.relative_to(run)) for path in run.rglob("[!.]*") if path.is_file()}
     # not listed: what only other rules read
     unlisted = ("logs/", "loaded/download/", "ro-crate-")
-    unlisted += tuple(f"pairs/{pair}/{kind}_" for pair in ("files", "chains") for kind in ("structure", "surface"))
+    unlisted += tuple(
+        f"pairs/{pair}/{kind}_" for pair in ("files", "chains") for kind in ("structure", "surface")
+    )
     assert files == {path for path in written if not path.startswith(unlisted)}
 
 

@@ -107,7 +107,9 @@ def compute_partners(folder, files, chains=None, settings=SURFACE):
     """Run the script; return the paths of both surfaces and of both structures."""
     surfaces = [str(folder / f"surface_{side}.npz") for side in (1, 2)]
     structures = [str(folder / f"structure_{side}.pdb") for side in (1, 2)]
-    compute_partner_surfaces.main([str(file) for file in files], *surfaces, *structures, chains, settings, 0.5, "x")
+    compute_partner_surfaces.main(
+        [str(file) for file in files], *surfaces, *structures, chains, settings, 0.5, "x"
+    )
     return surfaces, structures
 
 
@@ -142,12 +144,16 @@ def tabulated(folder):
         residue = molecule.residue_index[dots.atom]
         table = pd.DataFrame(dots.points, columns=["x", "y", "z"]).assign(partner=side, chain="AB"[side - 1])
         table = table.assign(residue=residue + 1, residue_name=np.array(SEQUENCE)[residue], interface=0)
-        table["propensity_smoothed"] = table["propensity_k_smoothed"] = table["similarity_smoothed"] = residue + 0.5
+        table["propensity_smoothed"] = table["propensity_k_smoothed"] = table["similarity_smoothed"] = (
+            residue + 0.5
+        )
         table["propensity"], table["gap"] = table["propensity_smoothed"], 5.0
         table["interface"] = (table["y"] > 4).astype(int) if side == 1 else 0
         tables.append(table)
     dots = pd.concat(tables)
-    dots = dots[(dots["partner"] == 1) | (dots["residue"] != 3)].replace({"residue_name": {"GLY": "NA"}})  # sodium
+    dots = dots[(dots["partner"] == 1) | (dots["residue"] != 3)].replace(
+        {"residue_name": {"GLY": "NA"}}
+    )  # sodium
     dots.to_csv(folder / "dots.csv", index=False)
     return surfaces, structures, str(folder / "dots.csv")
 

@@ -41,7 +41,9 @@ def run(tmp_path_factory):
     (run / "p/f0").mkdir(parents=True)
     (run / "p/structures").mkdir()
     write(run / "p/structures/f0.pdb", peptide(SEQUENCE) + "END\n")
-    files = [str(run / "p/f0" / name) for name in ("surface.npz", "structure.pdb", "surface.dms", "components.csv")]
+    files = [
+        str(run / "p/f0" / name) for name in ("surface.npz", "structure.pdb", "surface.dms", "components.csv")
+    ]
     compute_surface.main(str(run / "p/structures"), *files, CONFIG["surface"], 0.5, "p/f0")
     describe_places.main(files[0], files[1], str(run / "p/f0/places.sites"), "p/f0")
     surface, query = read_npz(files[0]), load_sites(run / "p/f0/places.sites")
@@ -76,7 +78,9 @@ def test_places_have_residues_where_there_is_a_structure(run, tmp_path):
 
 def test_a_site_is_found_on_every_copy_and_superposed_onto_ten(run):
     folder = run / "sites/s"
-    hits, matches, poses = (pd.read_csv(folder / f"{name}.csv", dtype=str) for name in ("hits", "matches", "poses"))
+    hits, matches, poses = (
+        pd.read_csv(folder / f"{name}.csv", dtype=str) for name in ("hits", "matches", "poses")
+    )
     assert hits.columns.to_list() == [*COLUMNS, "p", "places"]
     assert matches.columns[0] == "rank" and (matches["residue"] == matches["residue_there"]).all()
     assert hits["rank"].to_list() == [str(k + 1) for k in range(N_COPIES)]

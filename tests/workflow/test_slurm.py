@@ -16,7 +16,9 @@ from conftest import ROOT
 from small_study import EMBEDDED, SETTINGS
 
 ONE = SETTINGS | {"frames": {"selection": [0]}}
-ONE["proteins"] = {"moving": {name: str(ROOT / path) for name, path in EMBEDDED.items()} | {"residues": "209-216"}}
+ONE["proteins"] = {
+    "moving": {name: str(ROOT / path) for name, path in EMBEDDED.items()} | {"residues": "209-216"}
+}
 SOON = ["--slurm-init-seconds-before-status-checks", "10"]  # one conformation is done before the profile asks
 TABLES = [
     f"results/small/moving/f0000/{name}.csv" for name in ("ranges", "enough", "residues")

@@ -51,7 +51,7 @@ def recovered_mesh(
         log.warning("the normals point inward: turn them around, or the mesh is that of the space outside")
     low, shape = grid_around(dense, BANDS[-1] * step, step)
     tree = cKDTree(dense)
-    distance = _steps_to_dots(dense, low, shape, step)
+    distance = _steps_to_dots(dense, low, tuple(shape), step)
     for band in BANDS:
         near = distance <= band + 0.5
         values = np.zeros(shape)

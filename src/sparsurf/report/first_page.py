@@ -45,9 +45,8 @@ DOWNLOADS = {  # files of a surface and what they contain
 
 def first_page(
     folder: Path,
-    held: Iterable[str],
-    beside: Iterable[str],
-    without: Sequence[tuple[str, str, str]] = (),
+    paths: Iterable[str],
+    exclude: Sequence[tuple[str, str]] = (),
     floor: str | None = FRESH,
 ) -> dict[str, Any]:
     """Collect the values of the page.
@@ -55,14 +54,14 @@ def first_page(
     Parameters
     ----------
     folder : Path, results/<run>
-    held, beside : sequence of str
-        Files that the page may read and link, paths from `folder`: those inside the report, and others.
-    without : sequence of (protein, pairs/<name> or sites/<name>, reason)
+    paths : sequence of str
+        Files that the page may read and link, from `folder`.
+    exclude : sequence of (protein, pairs/<name> or sites/<name>, reason)
         What was not finished.
     floor : str or None
         The noise floor that sets the size of the minimal subset; None if the config sets it otherwise.
     """
-    folder, files = Path(folder), dict.fromkeys([*held, *beside])
+    folder, files = Path(folder), dict.fromkeys(paths)
     places = [
         tuple(path.split("/")[:2]) for path in files if path.count("/") == 2 and path.endswith("/enough.csv")
     ]
@@ -71,7 +70,7 @@ def first_page(
     other = [path for path in files if not path.endswith("/view.html")]
     return {
         "run": folder.name,
-        "without": list(without),
+        "without": list(exclude),
         "warnings": warned(folder / "warnings.csv"),
         "surfaces": of_surfaces(folder, files, places, floor) if places else None,
         "fields": of_fields([read(folder, path) for path in files if path.endswith("/fields.csv")]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +35,7 @@ N_BLOCKS = 10  # for the error of a mean; values within a block are correlated
 MIN_VALUES = 50  # to judge a mean
 
 
-def energies(folders: dict[str, str | os.PathLike[str]]) -> pd.DataFrame:
+def energies(folders: Mapping[str, str | os.PathLike[str]]) -> pd.DataFrame:
     """Read the energies over time of all stages.
 
     Parameters

@@ -169,8 +169,10 @@ def describe_surface(
     """
     kept = farthest_subset(dots, percent)
     if molecule is not None:
-        table = compute_fields(fields, molecule, kept.points) if fields else {}
-        kept = replace(kept, fields={key: np.asarray(table[key]) for key in table})
+        kept = replace(kept, fields={})
+        if fields:
+            table = compute_fields(fields, molecule, kept.points)
+            kept = replace(kept, fields={str(key): table[key].to_numpy() for key in table})
     lacking = [key for key in fields if key not in kept.fields]
     if lacking:
         raise InputError(

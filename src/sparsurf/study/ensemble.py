@@ -73,14 +73,11 @@ def evaluate_frames(
     first, last = (molecule.n_frames * k // part[1] for k in (part[0] - 1, part[0]))
     Path(path_to_part).write_text("".join([mark, header, *rows]), encoding="utf-8")
     for a in range(first + len(rows), last, FRAMES_PER_WRITE):
-        chunk = pd.DataFrame(
-            parallel_map(
-                lambda i, _, a=a: frame_row(molecule, a + i, atom_radii, settings, name),
-                min(FRAMES_PER_WRITE, last - a),
-                threads,
-                1,
-            )
-        )
+
+        def row_of(i: int, _: int, begin: int = a) -> dict[str, Any]:
+            return frame_row(molecule, begin + i, atom_radii, settings, name)
+
+        chunk = pd.DataFrame(parallel_map(row_of, min(FRAMES_PER_WRITE, last - a), threads, 1))
         with open(path_to_part, "a", encoding="utf-8") as stream:
             stream.write(chunk.to_csv(index=False, header=a == first, lineterminator="\n"))
         progress(a + len(chunk) - first, last - first)
