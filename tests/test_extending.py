@@ -1,6 +1,7 @@
 """Every recipe of docs/extending.md, carried out on a small surface."""
 
 import re
+import shutil
 import types
 
 import numpy as np
@@ -81,7 +82,6 @@ def test_a_figure(surface):
     grid = pd.DataFrame({"n_S_percent": np.linspace(1, 100, 50)})
     figure = draw(Results("p/c1", surface, grid=grid))
     assert sum(bar.get_height() for bar in figure.axes[0].patches) == 50
-    assert re.search(r"^FIGURES = \{", (ROOT / "rules" / "sampling.smk").read_text(), re.M)
 
 
 def test_a_surface_format(surface, tmp_path, monkeypatch):
@@ -108,26 +108,30 @@ def test_a_descriptor(surface, monkeypatch):
 
 
 def test_an_output(surface, tmp_path):
-    """The rule asks for it and the script writes it; the run has it, without another line."""
-    rule, lines = re.findall(r"```python\n(.*?)```", RECIPES["An output"], re.S)
+    """The rule writes it, the script gets its path, and every run asks for it."""
+    line, lines = re.findall(r"```(?:text|python)\n(.*?)```", RECIPES["An output"], re.S)
     checkout = tmp_path / "checkout"
-    for name in ("src", "rules", "profiles", "envs", "scripts"):
-        (checkout / name).parent.mkdir(exist_ok=True)
+    shutil.copytree(ROOT / "rules", checkout / "rules")
+    for name in ("src", "profiles", "envs", "scripts", "config.yaml"):
         (checkout / name).symlink_to(ROOT / name)
-    text = (ROOT / "Snakefile").read_text(encoding="utf-8")
-    place = '        **inside(CONFORMATION, roughness="roughness.csv"),\n'
-    assert text.count(place) == 1
-    (checkout / "Snakefile").write_text(text.replace(place, f"{place}        {rule}"), encoding="utf-8")
-    (checkout / "config.yaml").symlink_to(ROOT / "config.yaml")
+    edits = {
+        "Snakefile": (
+            '        roughness="results/{run}/{protein}/{conformation}/roughness.csv",\n    log:',
+            line,
+        ),
+        "rules/common.smk": ('    files = ["surface.npz", "surface.ply",', '"histogram.csv", '),
+    }
+    for file, (place, added) in edits.items():
+        text = (ROOT / file).read_text(encoding="utf-8")
+        assert text.count(place) == 1
+        old = place.partition("\n")[0]
+        new = f"{old}\n        {added}" if file == "Snakefile" else place.replace('["', f'[{added}"')
+        text = text.replace(place, place.replace(old, new.rstrip("\n")) if file == "Snakefile" else new)
+        (checkout / file).write_text(text, encoding="utf-8")
     write_npz(tmp_path / "dots.npz", surface)
     config = {"run": "r", "proteins": {"ready": {"surface": str(tmp_path / "dots.npz")}}}
     planned = snakemake(tmp_path / "w", config, "--dry-run", "--summary", root=checkout)
     assert "results/r/ready/c1/histogram.csv" in planned.stdout, output(planned)
-    found = {
-        "np": np,
-        "pd": pd,
-        "values": np.array([0.05, 0.15, 0.15]),
-        "outputs": {"histogram": tmp_path / "h.csv"},
-    }
+    found = {"np": np, "pd": pd, "values": np.array([0.05, 0.15, 0.15]), "histogram": tmp_path / "h.csv"}
     exec(lines, found)
     assert pd.read_csv(tmp_path / "h.csv")["dots"].to_list() == [1, 2, *[0] * 8]

@@ -1,6 +1,5 @@
 """A study on a real Slurm of one node: the tables of a local run, a killed job tried again, a cancelled run continued."""
 
-import os
 import shutil
 import subprocess
 import sys
