@@ -37,7 +37,7 @@ SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
 
 def package(path):
     """Package of a module, by its path inside the library."""
-    if path.name in ("__main__.py", "compile_kernels.py"):  # which a person calls
+    if path.name in ("__main__.py", "compile_kernels.py"):  # programs that call everything
         return "cli"
     return path.parts[0] if len(path.parts) > 1 else "top"
 
@@ -63,7 +63,7 @@ def test_imports_point_one_way(module):
     assert {package(other) for other in imported(LIBRARY / module)} <= set(above)
 
 
-SIZES = {"library, modules": 175, "lines of Snakemake": 1750, "files of a package": 25}  # at most
+SIZES = {"library, modules": 175, "files of a package": 25}  # at most
 
 
 def outer_imports(path):
@@ -112,8 +112,6 @@ def test_the_house_has_the_size_that_one_can_see_through():
         files.setdefault(module.parent, []).append(module)
     assert len([module for module in MODULES if module.name != "__init__.py"]) <= SIZES["library, modules"]
     assert max(map(len, files.values())) <= SIZES["files of a package"]
-    rules = [ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk")]
-    assert sum(len(path.read_text("utf-8").splitlines()) for path in rules) <= SIZES["lines of Snakemake"]
 
 
 def test_each_package_has_the_tests_in_the_folder_of_its_name():
@@ -215,8 +213,8 @@ def test_every_section_of_the_config_is_in_the_default_config():
 
 def test_reading_a_config_imports_nothing_heavy():
     """Every start of snakemake pays for what these import; numpy and pandas take longer than all the rest."""
-    names = ("code_version", "config", "conformations", "download", "jobs", "memory")
-    code = f"import sys, {', '.join(f'sparsurf.workflow.{name}' for name in names)}; "
+    modules = [path.stem for path in (LIBRARY / "workflow").glob("*.py") if path.stem != "__init__"]
+    code = f"import sys, {', '.join(f'sparsurf.workflow.{name}' for name in sorted(modules))}; "
     code += "print(*{'numpy', 'pandas', 'scipy', 'matplotlib', 'numba'} & set(sys.modules))"
     run = subprocess.run(
         [sys.executable, "-c", code], cwd=LIBRARY.parent, capture_output=True, text=True, check=True

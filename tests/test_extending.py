@@ -108,30 +108,25 @@ def test_a_descriptor(surface, monkeypatch):
 
 
 def test_an_output(surface, tmp_path):
-    """The rule writes it, the script gets its path, and every run asks for it."""
-    line, lines = re.findall(r"```(?:text|python)\n(.*?)```", RECIPES["An output"], re.S)
+    """The rule names it, the script writes it, and `conformation_files` has it: then every run has it."""
+    rule, lines = re.findall(r"```(?:text|python)\n(.*?)```", RECIPES["An output"], re.S)
     checkout = tmp_path / "checkout"
-    shutil.copytree(ROOT / "rules", checkout / "rules")
+    checkout.mkdir()
     for name in ("src", "profiles", "envs", "scripts", "config.yaml"):
         (checkout / name).symlink_to(ROOT / name)
-    edits = {
-        "Snakefile": (
-            '        roughness="results/{run}/{protein}/{conformation}/roughness.csv",\n    log:',
-            line,
-        ),
-        "rules/common.smk": ('    files = ["surface.npz", "surface.ply",', '"histogram.csv", '),
-    }
-    for file, (place, added) in edits.items():
-        text = (ROOT / file).read_text(encoding="utf-8")
-        assert text.count(place) == 1
-        old = place.partition("\n")[0]
-        new = f"{old}\n        {added}" if file == "Snakefile" else place.replace('["', f'[{added}"')
-        text = text.replace(place, place.replace(old, new.rstrip("\n")) if file == "Snakefile" else new)
-        (checkout / file).write_text(text, encoding="utf-8")
+    shutil.copytree(ROOT / "rules", checkout / "rules")
+    text = (ROOT / "Snakefile").read_text(encoding="utf-8")
+    place = """    output:
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
+"""
+    assert text.count(place) == 1
+    (checkout / "Snakefile").write_text(text.replace(place, f"{place}        {rule}"), encoding="utf-8")
+    common = checkout / "rules" / "common.smk"
+    common.write_text(common.read_text().replace('"roughness.csv",', '"roughness.csv", "histogram.csv",', 1))
     write_npz(tmp_path / "dots.npz", surface)
     config = {"run": "r", "proteins": {"ready": {"surface": str(tmp_path / "dots.npz")}}}
-    planned = snakemake(tmp_path / "w", config, "--dry-run", "--summary", root=checkout)
+    planned = snakemake(tmp_path / "w", config, "--dry-run", root=checkout)
     assert "results/r/ready/c1/histogram.csv" in planned.stdout, output(planned)
-    found = {"np": np, "pd": pd, "values": np.array([0.05, 0.15, 0.15]), "histogram": tmp_path / "h.csv"}
-    exec(lines, found)
+    names = {"np": np, "pd": pd, "values": np.array([0.05, 0.15, 0.15]), "histogram": tmp_path / "h.csv"}
+    exec(lines, names)
     assert pd.read_csv(tmp_path / "h.csv")["dots"].to_list() == [1, 2, *[0] * 8]
