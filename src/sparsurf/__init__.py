@@ -72,7 +72,6 @@ CALLS = {
     "recover": "cli.recover.recover",
     "fields": "cli.field_calls.fields",
     "residues": "cli.field_calls.residues",
-    "recommend": "cli.recommend.recommend",
     "write": "cli.outputs.write_result",
     "describe_sites": "cli.find.describe_sites",
     "find": "cli.find.find",

@@ -15,13 +15,12 @@ from scipy.spatial.distance import pdist
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.cli import command, descriptors, inputs, options, outputs, recommend
+from sparsurf.cli import command, descriptors, inputs, options, outputs
 from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.streams import stream
 from sparsurf.study.subset_search import warn_if_number_differs
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
@@ -557,14 +556,6 @@ def test_rules_of_placing_dots_are_refused_for_dots(blob, wish):
             call(blob if call is not sparsurf.mesh else Surface(*blob), **wish)
 
 
-def test_a_recommendation_for_denser_dots_says_that_it_does_not_hold():
-    molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-216")
-    said = [
-        str(sparsurf.recommend(sparsurf.surface(molecule, density=density), 20)) for density in (10.0, "auto")
-    ]
-    assert ["the numbers below do not hold for it" in each for each in said] == [True, False]
-
-
 def test_components_go_by_the_rules_that_placed_the_dots():
     molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
     dots = sparsurf.surface(molecule, probe=0.8)
@@ -613,14 +604,6 @@ def test_a_part_of_the_dots_is_no_whole_surface():
     assert np.array_equal(sparsurf.minimal(part).dots, sparsurf.minimal(alone).dots)
 
 
-def test_a_recommendation_for_a_part_is_not_that_for_the_whole():
-    dots = sparsurf.surface(PEPTIDE)
-    half = dots.take(dots.points[:, 0] > np.median(dots.points[:, 0]))
-    assert (
-        sparsurf.recommend(half) == sparsurf.recommend(replace(half, origin=None)) != sparsurf.recommend(dots)
-    )
-
-
 def test_what_minimal_gave_is_taken_for_its_dots(blob):
     few = sparsurf.minimal(blob, percent=20, d_link=D_LINK)
     dense = sparsurf.recover(few)
@@ -635,15 +618,6 @@ def test_dots_of_a_file_know_no_molecule(blob):
     for name in ("fields", "residues", "components"):
         with pytest.raises(InputError, match=f"^{name}: these dots know no molecule; give it, too"):
             getattr(sparsurf, name)(Surface(*blob))
-
-
-def test_a_recommendation_of_a_structure_is_that_of_its_bare_atoms(tmp_path, capsys):
-    path = tmp_path / "peptide.pdb"
-    sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214").write_pdb(path)
-    own = sparsurf.recommend(path)
-    assert own == sparsurf.recommend(sparsurf.surface(path)) and repr(own) == own
-    assert command.main(["recommend", str(path)]) == 0
-    assert capsys.readouterr().out.endswith(f"\n\n{own}\n")
 
 
 def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
@@ -884,44 +858,6 @@ def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_pa
     ran("roughness", dots, "--r-patch", 3, "-o", tmp_path / "r.csv")
     rough = pd.read_csv(tmp_path / "r.csv")["roughness"]
     assert np.allclose(rough, sparsurf.roughness(blob, radius=3, d_link=D_LINK), atol=6e-5)
-
-
-def test_a_recommendation_says_whose_evidence_it_is():
-    seen = pd.DataFrame({"protein": ["a", "a", "b"], "mean_roughness": [0.6, 0.65, 0.55]})
-    assert recommend.header("x", seen) == "x: 3 surfaces of 2 proteins, mean roughness 0.550 to 0.650."
-    one = recommend.header("x", seen.head(1))
-    assert one == "x: 1 surface of 1 protein, mean roughness 0.600 to 0.600."
-    gaps = pd.Series([0.40, 0.42])
-    for own, warned in ((0.40, 0), (0.43, 0), (0.39, 0), (0.38, 1), (0.44, 1)):
-        note = recommend.spacing_note(own, gaps)
-        assert bool(note) == warned
-    assert "Its dots lie 0.440 Å apart, those of the run 0.400 to 0.420 Å" in note
-
-
-def test_a_recommendation_for_a_roughness_alone(capsys):
-    assert command.main(["recommend", "--roughness", "0.6", "--n-s", "20"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("docs/proteins.md: ")
-    assert lines[1].startswith("Asked: mean roughness 0.600, n_S 20 % of the dots.")
-    evidence = recommend.read_run(recommend.EVIDENCE)
-    told = recommend.answer(evidence, 0.6, 20, stream(0, "recommend"))
-    assert lines[2:] == told.splitlines()
-
-
-def test_a_recommendation_for_dots(dots, blob, capsys):
-    """R_patch and D_link are those of the evidence, whose dots are spaced otherwise."""
-    evidence = recommend.read_run(recommend.EVIDENCE)["surfaces"].iloc[0]
-    points = 0.55 * blob[0]
-    path = dots.with_name("small.csv")
-    pd.DataFrame(np.hstack([points, blob[1]]), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(
-        path, index=False
-    )
-    assert command.main(["recommend", str(path), "--n-s", "5"]) == 0
-    asked = capsys.readouterr().out.splitlines()[1]
-    rough = sparsurf.roughness(
-        (points, blob[1]), radius=evidence["R_patch"], d_link=evidence["D_link"]
-    ).mean()
-    assert f"mean roughness {rough:.3f}, n_S 5 % of the dots (150 of the 3000 dots of {path})" in asked
 
 
 def test_a_closed_mesh_of_a_structure_is_as_fine_as_wished(tmp_path):

@@ -45,7 +45,7 @@ EXAMPLES = sorted(
         line.strip()
         for name in command.COMMANDS
         for line in [*command.EPILOG.splitlines(), *command.build_parser(name)[1][name].EXAMPLES.splitlines()]
-        if line.startswith("  sparsurf ") and " recommend " not in line  # tests/study has a run to ask
+        if line.startswith("  sparsurf ")
     }
 )
 
@@ -602,17 +602,6 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             " Å), so every patch would fall apart; give a larger --density.",
         ),
         (
-            ["recommend", "minimal.csv"],
-            1,
-            "minimal.csv: D_link = 0.5 Å is below 1.3 times the median distance",
-        ),
-        (
-            ["recommend", "minimal.csv"],
-            1,
-            "fall apart; use a denser surface (of a structure, leave out its density; of a subset, "
-            "`sparsurf recover` makes one).",
-        ),
-        (
             ["recover", "minimal.csv", "--around", "minimal.csv", "--mesh", "-o", "x.ply"],
             1,
             "recover: --around: descriptors are no mesh; leave out --mesh or --around.",
@@ -663,22 +652,6 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
                 ("roughness", "--residues 1-9"),
                 ("roughness", "--selection all"),
             )
-        ),
-        (
-            ["recommend", "--roughness", "0.6", "--chains", "A"],
-            1,
-            "recommend: --chains has no meaning for a mean roughness; leave it out.",
-        ),
-        (
-            ["recommend", "one.csv"],
-            1,
-            "recommend: one.csv has a single dot, which has no roughness: give a surface.",
-        ),
-        (["recommend", "dots.csv", "--d-link", "0.7"], 2, "unrecognized arguments: --d-link 0.7"),
-        (
-            ["recommend", "protein.pdb", "--hydrogens", "keep"],
-            1,
-            "--hydrogens keep: the evidence is of structures without",
         ),
         (["roughness", "dots.csv", "more.csv", "-o", "-"], 2, "unrecognized arguments: more.csv (one file"),
         (["roughness", ".", "-o", "-"], 1, ". is a folder: give one file"),

@@ -20,7 +20,6 @@ COMMANDS = {
     "recover": "the dense surface of a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
     "find": "the same site on other surfaces",
-    "recommend": "which combination of the paper's sampling suits a surface, from the evidence of many proteins",
 }
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 EPILOG = """\
