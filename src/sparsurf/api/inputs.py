@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeGuard, cast
 
 import numpy as np
 
@@ -14,8 +14,6 @@ from sparsurf import InputError
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, suffix
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import from_biotite, from_mdanalysis, from_mdtraj, read_molecule
-from sparsurf.study.minimal_subset import Subset
-from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Origin, Surface
@@ -25,6 +23,8 @@ if TYPE_CHECKING:
     from MDAnalysis import AtomGroup, Universe
     from mdtraj import Trajectory
     from numpy.typing import ArrayLike
+
+    from sparsurf.study.minimal_subset import Subset
 
 # What the functions take as a molecule, and as dots; a molecule is also taken for the dots on it.
 MoleculeLike: TypeAlias = (
@@ -147,7 +147,7 @@ def as_dots(source: DotsLike) -> Surface:
     """
     if isinstance(source, Surface):
         return source
-    if isinstance(source, Subset):
+    if is_subset(source):
         return source.surface
     if is_file_of_dots(source):
         return read_surface(cast(str | Path, source))
@@ -157,7 +157,7 @@ def as_dots(source: DotsLike) -> Surface:
     if isinstance(source, tuple) and len(source) == 2:
         points, normals = number_arrays(source, "surface")
         return Surface(points, normals)
-    if isinstance(source, PreparedSurface):
+    if isinstance(getattr(source, "surface", None), Surface):
         raise InputError(
             "what prepare() gave serves sample and compare only: give the dots that it was made of."
         )
@@ -285,7 +285,7 @@ def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:
 
 def subset_indices(name: str, subset: Any, n_dots: int) -> np.ndarray:
     """Return the dots of a subset, (n,) int64; raise InputError unless they are dots of the surface, each once."""
-    subset = index_array(subset.dots if isinstance(subset, Subset) else subset, n_dots, name)
+    subset = index_array(subset.dots if is_subset(subset) else subset, n_dots, name)
     valid = subset.ndim == 1 and subset.dtype.kind in "iu" and len(subset) > 0
     if not (valid and subset.min() >= 0 and subset.max() < n_dots and len(np.unique(subset)) == len(subset)):
         raise InputError(f"{name}: a subset is numbers from 0 to {n_dots - 1}, each once, at least one.")
@@ -319,6 +319,11 @@ def check_frame(molecule: Molecule, frame: Any, name: str) -> None:
     if not isinstance(frame, Integral) or frame not in range(molecule.n_frames):
         frames = f"the frames 0 to {molecule.n_frames - 1}" if molecule.n_frames > 1 else "one frame, 0"
         raise InputError(f"{name} has {frames}: there is no frame {frame}.")
+
+
+def is_subset(source: Any) -> TypeGuard[Subset]:
+    """Return whether the user gave a Subset; known by its attributes, so that its module need not be loaded."""
+    return hasattr(source, "weight") and isinstance(getattr(source, "surface", None), Surface)
 
 
 def is_structure(path: str | Path) -> bool:

@@ -45,7 +45,7 @@ def recover(
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
     >>> dense = sparsurf.recover(dots[sparsurf.sample(dots, percent=10)])
     >>> len(dense)
-    28470
+    28436
 
     Their distance in Å from the nearest dot of the molecule, whose dots lie about 0.4 Å apart:
 

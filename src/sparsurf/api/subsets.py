@@ -121,7 +121,7 @@ def sample(
     >>> len(kept), dots.points[kept].shape
     (2460, (2460, 3))
     >>> len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
-    11311
+    11378
     """
     prepared = prepare(surface)
     if seed is not None:
@@ -189,7 +189,7 @@ def compare(
     >>> print(table[["n_S", "Z", "Z_uniform", "d"]].round(2))
                n_S     Z  Z_uniform     d
     subset
-    farthest  2460  1.01       1.28  0.28
+    farthest  2460  1.04       1.36  0.32
     """
     prepared = prepare(surface)
     by_name: Mapping[str, Any] = subsets if isinstance(subsets, Mapping) else {"subset": subsets}

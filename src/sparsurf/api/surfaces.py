@@ -23,6 +23,7 @@ from sparsurf.api.inputs import (
     check_frame,
     has_atoms,
     is_file_of_dots,
+    is_subset,
     known_origin,
     number_arrays,
     refuse_other_atoms,
@@ -31,7 +32,6 @@ from sparsurf.api.inputs import (
 )
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
-from sparsurf.study.minimal_subset import Subset
 from sparsurf.surfaces.components import table_of_components
 from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
 from sparsurf.surfaces.radii import radii as atomic_radii
@@ -241,7 +241,7 @@ def mesh(
         )
         source, frame, rules = origin.molecule, origin.frame, origin.rules
         probe_radius, radii, cavities = rules["probe_radius"], rules["radii"], rules["cavities"]
-    if isinstance(source, Surface | Subset) or is_file_of_dots(source):
+    if isinstance(source, Surface) or is_subset(source) or is_file_of_dots(source):
         from sparsurf.recovery.mesh import recovered_mesh
 
         refuse_placement("mesh", frame=frame, probe_radius=probe_radius, radii=radii)

@@ -18,10 +18,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.api.inputs import MoleculeLike, as_molecule, refuse_other_atoms
+from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset, refuse_other_atoms
 from sparsurf.dot_fields.columns import RESERVED_NAMES
 from sparsurf.files import shorten
-from sparsurf.study.minimal_subset import Subset
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
@@ -31,6 +30,7 @@ from sparsurf.surfaces.surface import ARRAY_NAMES, Surface, is_field_name
 from sparsurf.surfaces.triangulation import MAX_DOTS_TO_TRIANGULATE, triangulate
 
 if TYPE_CHECKING:
+    from sparsurf.study.minimal_subset import Subset
     from sparsurf.surfaces.mesh import Mesh
 
 log = logging.getLogger("sparsurf")
@@ -296,12 +296,13 @@ def write(
         if atoms is None:
             atoms, frame = result.origin.molecule, result.origin.frame
         refuse_other_atoms(result, atoms, frame, "write")
-    if isinstance(result, Subset):
-        dots = Dots(result.surface, result.table, "weight")
-    elif isinstance(result, Surface):
-        dots = Dots(result, result.to_frame(atoms), molecule=atoms, frame=frame)
-    elif hasattr(result, "triangles"):
-        dots = mesh_dots(result)
+    source: Any = result
+    if is_subset(source):
+        dots = Dots(source.surface, source.table, "weight")
+    elif isinstance(source, Surface):
+        dots = Dots(source, source.to_frame(atoms), molecule=atoms, frame=frame)
+    elif hasattr(source, "triangles"):
+        dots = mesh_dots(source)
     else:
         raise InputError(f"write: give dots, a mesh or a table, not the type {type(result).__name__}.")
     write_dots(path, None, dots)
