@@ -119,7 +119,7 @@ def test_what_functions_give_is_shown_in_a_line_and_behaves_like_an_array(dots):
     assert np.array(dots, dtype=np.float32).dtype == np.float32 and np.asarray(few).shape == (1230, 3)
     assert np.array_equal(dots[few.dots].points, few.points) and len(few) == 1230
     assert np.array_equal(dots[few.dots].normals, few.normals)
-    assert len(dots[5]) == 1 and len(dots[:10]) == 10 and len(dots[dots.points[:, 0] > 0]) < len(dots)
+    assert len(dots[5]) == 1 and len(dots[:10]) == 10 and len(dots[dots.points[:, 0] > 50]) < len(dots)
     with pytest.raises(IndexError):
         dots[24_600]
 
