@@ -59,9 +59,8 @@ from sparsurf import progress
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.fields import fields, residues
-    from sparsurf.api.minimal import floors, minimal, relax
+    from sparsurf.api.minimal import floors, minimal, recover, relax
     from sparsurf.api.patches import descriptors, roughness
-    from sparsurf.api.recovery import recover
     from sparsurf.api.sites import describe_sites, find
     from sparsurf.api.subsets import compare, prepare, sample
     from sparsurf.api.surfaces import components, mesh, surface
@@ -91,7 +90,7 @@ FUNCTIONS = {
     "minimal": "api.minimal",
     "floors": "api.minimal",
     "relax": "api.minimal",
-    "recover": "api.recovery",
+    "recover": "api.minimal",
     "fields": "api.fields",
     "residues": "api.fields",
     "write": "api.writing",

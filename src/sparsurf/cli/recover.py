@@ -9,8 +9,8 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.api import writing
 from sparsurf.api.inputs import DENSITY as DENSITIES
+from sparsurf.api.minimal import REACHES, STEPS, recover
 from sparsurf.api.patches import describe_points
-from sparsurf.api.recovery import REACHES, STEPS, recover
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
