@@ -453,7 +453,11 @@ def test_each_defect_has_its_own_cover(page, blob):
         ("both corrected", False, False),
     ):
         cover = published.build_cover(
-            view.index, view.roughness, view.r_patch, distance_from_moved_centre=moved, chance_in_every_patch=every
+            view.index,
+            view.roughness,
+            view.r_patch,
+            distance_from_moved_centre=moved,
+            chance_in_every_patch=every,
         )
         assert np.allclose(percent[name], 100 * published.expected_n_s(cover, PUBLISHED_ROWS) / 3000)
 
