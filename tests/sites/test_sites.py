@@ -360,7 +360,7 @@ def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_pat
 def test_places_that_are_none_are_refused(small, at, said):
     with pytest.raises(InputError, match=said):
         sparsurf.find(small / "a.sites", small / "a.sites", at=at)
-    with pytest.raises(InputError, match=r"hardly a dot|no patch has|not |place 1"):
+    with pytest.raises(InputError, match=r"hardly a dot|no patch has|not |point 1"):
         sparsurf.find(small / "a.pdb", small / "a.sites", at=at)
 
 
