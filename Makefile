@@ -82,7 +82,7 @@ bench: $(READY)
 # make passes -n on to Snakemake: the plus runs these lines then, too
 evidence: $(READY) $(EXTRA)
 	+@test -d results/evidence || { mkdir -p results/evidence && touch -r results/evidence evidence/tables/*.csv docs/*.png \
-	  src/sparsurf/report/evidence/*.csv.gz src/sparsurf/sites/weights.npz src/sparsurf/sites/null.csv; }
+	  evidence/tables/*.csv.gz src/sparsurf/sites/weights.npz src/sparsurf/sites/null.csv; }
 	+@$(BIN)/snakemake --snakefile evidence/Snakefile --rerun-triggers mtime $(if $(QUICK),--configfile evidence/quick.yaml) \
 	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) $(RULES) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))

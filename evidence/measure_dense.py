@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from sparsurf.cli.making import rules_of
+from sparsurf.api.surfaces import surface_settings
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.study.floors import FRESH, noise_floors
@@ -29,7 +29,7 @@ def main(
     surfaces = [("keep", "auto"), ("remove", "auto"), *(("keep", density) for density in densities)]
     for hydrogens, requested in surfaces:
         molecule = read_molecule(structure, hydrogens=hydrogens)
-        atoms, rules = radii(molecule, "dms"), rules_of(1.4, requested, "keep")
+        atoms, rules = radii(molecule, "dms"), surface_settings(1.4, requested, "keep")
         dots, density = surface_for_d_link(molecule, 0, atoms, rules, D_LINK, protein)
         row = {"protein": protein, "hydrogens": hydrogens, "asked": requested}
         row |= {"density": density, "N": len(dots)}

@@ -1,4 +1,4 @@
-"""Tables of the study of many proteins, and those that `sparsurf recommend` uses."""
+"""Tables of the study of many proteins."""
 
 import pandas as pd
 
@@ -45,7 +45,8 @@ def main(
     tables["cpu"] = cpu_table(f"{run}/logs", f"{run_recovered}/logs", f"{run_whole}/logs")
     write_tables({outputs[name]: table for name, table in tables.items()})
     for name, table in (("summary", summary), ("relation", relation), ("surfaces", surfaces)):
-        table.to_csv(outputs[name], index=False, float_format="%.5g", compression=GZIP)
+        compression = GZIP if outputs[name].endswith(".gz") else None
+        table.to_csv(outputs[name], index=False, float_format="%.5g", compression=compression)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import pytest
 import sparsurf
 from conftest import ROOT
 
-MODULES = sorted({f"sparsurf.{name.rpartition('.')[0]}" for name in sparsurf.CALLS.values()})
+MODULES = sorted({f"sparsurf.{module}" for module in sparsurf.FUNCTIONS.values()})
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -18,7 +18,7 @@ def test_examples_give_what_they_say(module, monkeypatch):
     assert result.failed == 0
 
 
-@pytest.mark.parametrize("name", sparsurf.CALLS)
+@pytest.mark.parametrize("name", sparsurf.FUNCTIONS)
 def test_every_function_for_users_has_an_example(name):
     assert f"sparsurf.{name}(" in getattr(sparsurf, name).__doc__
 
@@ -26,4 +26,4 @@ def test_every_function_for_users_has_an_example(name):
 def test_what_is_not_there_is_told():
     with pytest.raises(AttributeError, match="no attribute 'surfce'"):
         sparsurf.surfce  # noqa: B018
-    assert set(sparsurf.CALLS) <= set(dir(sparsurf))
+    assert set(sparsurf.FUNCTIONS) <= set(dir(sparsurf))

@@ -67,8 +67,8 @@ def installed(wheel, tmp_path_factory):
 
 
 def test_what_users_call_is_listed():
-    assert {"InputError", "__version__", *sparsurf.CALLS} <= set(dir(sparsurf))
-    assert all(callable(getattr(sparsurf, name)) for name in sparsurf.CALLS)
+    assert {"InputError", "__version__", *sparsurf.FUNCTIONS} <= set(dir(sparsurf))
+    assert all(callable(getattr(sparsurf, name)) for name in sparsurf.FUNCTIONS)
 
 
 def test_the_wheel_holds_the_library_and_its_data(wheel):

@@ -34,9 +34,9 @@ rule tabulate_proteins:
         recovered=f"{TABLES}/proteins_recovered.csv",
         recovered_whole=f"{TABLES}/proteins_recovered_whole.csv",
         cpu=f"{TABLES}/proteins_cpu.csv",
-        summary=f"{LIBRARY}/report/evidence/summary.csv.gz",
-        relation=f"{LIBRARY}/report/evidence/relation.csv.gz",
-        surfaces=f"{LIBRARY}/report/evidence/surfaces.csv.gz",
+        summary=f"{TABLES}/proteins_summary.csv.gz",
+        relation=f"{TABLES}/proteins_relation.csv",
+        surfaces=f"{TABLES}/proteins_surfaces.csv.gz",
     log:
         f"{RESULTS}/logs/tabulate_proteins.log",
     params:
@@ -82,9 +82,9 @@ rule draw_proteins:
         by_n_s=f"{TABLES}/proteins_by_n_s.csv",
         power=f"{TABLES}/proteins_power.csv",
         recovered=f"{TABLES}/proteins_recovered.csv",
-        summary=f"{LIBRARY}/report/evidence/summary.csv.gz",
-        relation=f"{LIBRARY}/report/evidence/relation.csv.gz",
-        surfaces=f"{LIBRARY}/report/evidence/surfaces.csv.gz",
+        summary=f"{TABLES}/proteins_summary.csv.gz",
+        relation=f"{TABLES}/proteins_relation.csv",
+        surfaces=f"{TABLES}/proteins_surfaces.csv.gz",
     output:
         d=f"{FIGURES}/proteins_d.png",
         roughness=f"{FIGURES}/proteins_roughness.png",

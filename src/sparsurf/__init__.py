@@ -13,7 +13,8 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
 `read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one
-surface is sampled and compared many times. What a user gave wrong raises `InputError` with one sentence.
+surface is sampled and compared many times. A molecule is a path, a `Molecule`, an mdtraj.Trajectory, a biotite AtomArray or
+an MDAnalysis AtomGroup. A wrong input raises `InputError` with one sentence.
 
 Glossary (the paper's symbols and the field's words; lengths in Å everywhere)
 
@@ -49,49 +50,105 @@ noise floor    Z of other dots of the same surface, of the turned molecule or of
 conformation   one frame, structure or surface that enters the study
 """
 
+from __future__ import annotations
+
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from sparsurf import progress
 
+if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
+    from sparsurf.api.fields import fields, residues
+    from sparsurf.api.minimal import floors, minimal, recover, relax
+    from sparsurf.api.patches import descriptors, roughness
+    from sparsurf.api.sites import describe_sites, find
+    from sparsurf.api.subsets import compare, prepare, sample
+    from sparsurf.api.surfaces import components, mesh, surface
+    from sparsurf.api.writing import write
+    from sparsurf.molecules.molecule import Molecule
+    from sparsurf.molecules.read_molecule import read_molecule
+    from sparsurf.sites.describing import Sites
+    from sparsurf.study.minimal_subset import Subset
+    from sparsurf.study.prepared_surface import PreparedSurface
+    from sparsurf.surfaces.mesh import Mesh
+    from sparsurf.surfaces.read_surface import read_surface
+    from sparsurf.surfaces.surface import Surface
+
 __version__ = "1.0.0"
-# Functions for users, by the module that holds them; loaded when first used, so that the import costs nothing.
-CALLS = {
-    "read_molecule": "molecules.read_molecule.read_molecule",
-    "read_surface": "surfaces.read_surface.read_surface",
-    "surface": "cli.making.surface",
-    "mesh": "cli.making.mesh",
-    "components": "cli.making.components",
-    "roughness": "cli.roughness.roughness",
-    "descriptors": "cli.descriptors.descriptors",
-    "prepare": "cli.subsets.prepare",
-    "sample": "cli.subsets.sample",
-    "compare": "cli.subsets.compare",
-    "minimal": "cli.minimal.minimal",
-    "floors": "cli.minimal.floors",
-    "settle": "cli.minimal.settle",
-    "recover": "cli.recover.recover",
-    "fields": "cli.field_calls.fields",
-    "residues": "cli.field_calls.residues",
-    "recommend": "cli.recommend.recommend",
-    "write": "cli.outputs.write_result",
-    "describe_sites": "cli.find.describe_sites",
-    "find": "cli.find.find",
+# Module of each function and class for users; loaded when first used, so that the import costs nothing.
+FUNCTIONS = {
+    "read_molecule": "molecules.read_molecule",
+    "read_surface": "surfaces.read_surface",
+    "surface": "api.surfaces",
+    "mesh": "api.surfaces",
+    "components": "api.surfaces",
+    "roughness": "api.patches",
+    "descriptors": "api.patches",
+    "prepare": "api.subsets",
+    "sample": "api.subsets",
+    "compare": "api.subsets",
+    "minimal": "api.minimal",
+    "floors": "api.minimal",
+    "relax": "api.minimal",
+    "recover": "api.minimal",
+    "fields": "api.fields",
+    "residues": "api.fields",
+    "write": "api.writing",
+    "describe_sites": "api.sites",
+    "find": "api.sites",
 }
-__all__ = ["InputError", "__version__", *CALLS]
+CLASSES = {
+    "Molecule": "molecules.molecule",
+    "Surface": "surfaces.surface",
+    "Mesh": "surfaces.mesh",
+    "Subset": "study.minimal_subset",
+    "PreparedSurface": "study.prepared_surface",
+    "Sites": "sites.describing",
+}
+__all__ = [
+    "InputError",
+    "Mesh",
+    "Molecule",
+    "PreparedSurface",
+    "Sites",
+    "Subset",
+    "Surface",
+    "__version__",
+    "compare",
+    "components",
+    "describe_sites",
+    "descriptors",
+    "fields",
+    "find",
+    "floors",
+    "mesh",
+    "minimal",
+    "prepare",
+    "read_molecule",
+    "read_surface",
+    "recover",
+    "relax",
+    "residues",
+    "roughness",
+    "sample",
+    "surface",
+    "write",
+]
 
 
 class InputError(ValueError):
     """Something the user gave is wrong; the message is one sentence for them."""
 
 
-def __getattr__(name):
-    """The function of that name, from the module that holds it."""
-    if name not in CALLS:
+def __getattr__(name: str) -> Any:
+    """Load a function or class for users from its module."""
+    module = FUNCTIONS.get(name) or CLASSES.get(name)
+    if module is None:
         raise AttributeError(f"module 'sparsurf' has no attribute {name!r}")
-    module, _, function = CALLS[name].rpartition(".")
     progress.enabled = True
-    return getattr(import_module(f"sparsurf.{module}"), function)
+    return getattr(import_module(f"sparsurf.{module}"), name)
 
 
-def __dir__():
-    return sorted({*globals(), *CALLS})
+def __dir__() -> list[str]:
+    """List the names of the package, those that are not loaded yet included."""
+    return sorted({*globals(), *__all__})

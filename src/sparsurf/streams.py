@@ -6,6 +6,8 @@ import zlib
 
 import numpy as np
 
+DEFAULT_SEED = 20261120  # of studies, functions and commands alike
+
 
 def stream(seed: int, *keys: int | str) -> np.random.Generator:
     """Return the independent random stream of one purpose.

@@ -17,10 +17,11 @@ import select_minimal_subset
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.cli import command, minimal, surface
-from sparsurf.cli.making import rules_of
-from sparsurf.cli.minimal import DEFAULT_SEED as SEED
+from sparsurf.api import minimal as api_minimal
+from sparsurf.api.surfaces import surface_settings
+from sparsurf.cli import command, surface
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.streams import DEFAULT_SEED
 from sparsurf.study.floors import noise_floors
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import surface_for_d_link
@@ -38,14 +39,14 @@ FILES = (
     "ply",
     "whole",
     "fields",
-    "given_back",
+    "fields_recovered",
 )
 EXAMPLES = sorted(
     {
         line.strip()
         for name in command.COMMANDS
         for line in [*command.EPILOG.splitlines(), *command.build_parser(name)[1][name].EXAMPLES.splitlines()]
-        if line.startswith("  sparsurf ") and " recommend " not in line  # tests/study has a run to ask
+        if line.startswith("  sparsurf ")
     }
 )
 
@@ -216,10 +217,10 @@ def test_options_of_dots_are_refused_for_a_mesh(folder, tmp_path, capsys):
         ["--table", "x.csv"],
         ["--charges", "pdb2pqr"],
         ["--d-link", 0.6],
-        ["--plain"],
+        ["--no-faces"],
     ):
         assert ended(*call, *option) == 1
-        assert f"{option[0]}: it is of dots, and --mesh writes triangles" in capsys.readouterr().err
+        assert f"{option[0]}: it is about dots, and --mesh writes triangles" in capsys.readouterr().err
     assert ended(*call) == 0
 
 
@@ -295,37 +296,28 @@ def test_the_kept_dots_stand_for_all(folder, tmp_path):
 def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wishes, fields):
     """Whatever the study calls the protein; the seed is the same by default."""
     molecule, place = read_molecule(folder / "protein.pdb"), {key: str(tmp_path / key) for key in FILES}
-    rules = rules_of(1.4, "auto", "keep")
+    rules = surface_settings(1.4, "auto", "keep")
     surface = surface_for_d_link(molecule, 0, radii(molecule, "dms"), rules, 0.5, "x", False)[0]
     write_npz(place["surface"], surface)
     pd.DataFrame({"roughness": sparsurf.roughness(surface)}).to_csv(place["roughness"])
     own = str(folder / "protein.pdb")
     settings = {
-        "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.5},
-        "distance_from_moved_centre": True,
-        "chance_in_every_patch": True,
-        "test_dots": 200,
-        "seed": SEED,
-        "name": "a/f3",
-    }
-    surface_files = {key: place[key] for key in ("surface", "roughness", "floors")}
+        "surface": place["surface"], "roughness": place["roughness"], "floors": place["floors"],
+        "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.5}, "distance_from_moved_centre": True,
+        "chance_in_every_patch": True, "test_dots": 200, "seed": DEFAULT_SEED, "name": "a/f3",
+    }  # fmt: skip
     measure_floors.main(
-        **surface_files,
-        conformation=own,
-        surface_settings=rules | {"radii": "dms"},
-        molecule_options={},
-        **settings,
+        **settings, conformation=own, surface_settings=rules | {"radii": "dms"}, molecule_options={}
     )
-    outputs = ("table", "ply", "whole", "recovered", "enough", "curves", "fields", "fields_recovered")
+    names = ("table", "ply", "whole", "recovered", "enough", "curves", "fields", "fields_recovered")
     select_minimal_subset.main(
-        **surface_files,
+        **settings,
+        **{name: place[name] for name in names},
         ranges=None,
         structure=own,
         field_table=None,
-        **{key: str(tmp_path / key) for key in outputs},
         minimal={"sampler": "farthest", "relax": False} | wishes,
         field_names=fields,
-        **settings,
     )
     options = {"n_S_percent": "--percent", "sampler": "--sampler"}
     words = [each for key, value in wishes.items() if key in options for each in (options[key], value)]
@@ -365,7 +357,7 @@ def test_the_floor_is_that_of_dots_as_dense_on_as_many_tests_as_in_a_study(folde
         seen.append((n_tests, len(lay(atoms)), len(ready.points)))
         raise InputError("enough")
 
-    monkeypatch.setattr(minimal, "measured_floors", floors)
+    monkeypatch.setattr(api_minimal, "noise_floors", floors)
     assert (
         ended("minimal", folder / "protein.pdb", "--density", 2, "--d-link", 1, "-o", tmp_path / "x.csv") == 1
     )
@@ -374,7 +366,7 @@ def test_the_floor_is_that_of_dots_as_dense_on_as_many_tests_as_in_a_study(folde
 
 def test_fewer_dots_suffice_at_better_places(folder, tmp_path):
     found = []
-    for name, more in (("as", []), ("better", ["--settle"])):
+    for name, more in (("as", []), ("better", ["--relax"])):
         assert ended("minimal", folder / "protein.pdb", *more, "-o", tmp_path / f"{name}.csv") == 0
         found.append(pd.read_csv(tmp_path / f"{name}.csv"))
     places = sparsurf.surface(folder / "protein.pdb").points[found[1]["dot"]]
@@ -447,11 +439,10 @@ def test_places_off_the_surface_are_told(folder, tmp_path, capfd):
     table[["x", "y", "z"]] /= 10  # nm
     table.to_csv(tmp_path / "nm.csv", index=False)
     assert (
-        ended("recover", folder / "minimal.csv", "--around", tmp_path / "nm.csv", "-o", tmp_path / "z.csv")
-        == 0
+        ended("recover", folder / "minimal.csv", "--at", tmp_path / "nm.csv", "-o", tmp_path / "z.csv") == 0
     )
     assert capfd.readouterr().err.startswith(
-        "sparsurf: warning: --around: 3 of 3 places have no patch, as no dot lies within 6 Å; their descriptors are zeros\n"
+        "sparsurf: warning: --at: 3 of 3 points have no patch, as no dot lies within 6 Å; their descriptors are zeros\n"
     )
     assert not pd.read_csv(tmp_path / "z.csv").filter(like="z_").to_numpy().any()
 
@@ -517,7 +508,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             1,
             "--fields names none; give names such as",
         ),
-        (["recover", "minimal.csv", "--around", "", "-o", "x.csv"], 1, "a path is empty: name the file"),
+        (["recover", "minimal.csv", "--at", "", "-o", "x.csv"], 1, "a path is empty: name the file"),
         (
             ["descriptors", "protein.pdb", "--model", "all", "-o", "x.csv"],
             2,
@@ -558,14 +549,14 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             ".minimal has no room for them",
         ),
         (
-            ["recover", "minimal.csv", "--mesh", "--plain", "-o", "x.ply"],
+            ["recover", "minimal.csv", "--mesh", "--no-faces", "-o", "x.ply"],
             1,
-            "--plain is about dots, which --mesh",
+            "--no-faces is about dots, which --mesh",
         ),
         (
-            ["recover", "minimal.csv", "--around", "minimal.csv", "--plain", "-o", "x.csv"],
+            ["recover", "minimal.csv", "--at", "minimal.csv", "--no-faces", "-o", "x.csv"],
             1,
-            "--plain is about dots, which --around",
+            "--no-faces is about dots, which --at",
         ),
         (
             [
@@ -593,9 +584,13 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             1,
             "D_link = 0.5 Å is below 1.3 times",
         ),
-        (["minimal", "protein.pdb", "--dots", "1000000", "-o", "x.csv"], 1, "1000000 are more than the"),
+        (
+            ["minimal", "protein.pdb", "--dots", "1000000", "-o", "x.csv"],
+            1,
+            "n_dots is 1000000, more than the",
+        ),
         (["minimal", "protein.pdb", "--dots", "2.5", "-o", "x.csv"], 2, "must be a whole number"),
-        (["minimal", "protein.pdb", "--dots", "5", "--z", "1", "-o", "x.csv"], 2, "not allowed with"),
+        (["minimal", "protein.pdb", "--dots", "5", "--max-error", "1", "-o", "x.csv"], 2, "not allowed with"),
         (["descriptors", "protein.pdb", "--at", "9999999", "-o", "x.csv"], 1, "there is no dot 9999999"),
         (["descriptors", "protein.pdb", "--at", "1,-2", "-o", "x.csv"], 2, "must be whole numbers"),
         (
@@ -612,33 +607,22 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (["recover", "minimal.csv", "--reach", "10.1", "-o", "x.csv"], 2, "more than 0 and at most 10"),
         (["recover", "minimal.csv", "--steps", "1001", "-o", "x.csv"], 2, "more than 0 and at most 1000"),
         (
-            ["recover", "minimal.csv", "--around", "minimal.csv", "--density", "2", "-o", "x.csv"],
+            ["recover", "minimal.csv", "--at", "minimal.csv", "--density", "2", "-o", "x.csv"],
             1,
             "recover: --density 2: D_link = 0.5 Å is below 1.3 times the median distance",
         ),
         (
-            ["recover", "minimal.csv", "--around", "minimal.csv", "--density", "2", "-o", "x.csv"],
+            ["recover", "minimal.csv", "--at", "minimal.csv", "--density", "2", "-o", "x.csv"],
             1,
             " Å), so every patch would fall apart; give a larger --density.",
         ),
         (
-            ["recommend", "minimal.csv"],
+            ["recover", "minimal.csv", "--at", "minimal.csv", "--mesh", "-o", "x.ply"],
             1,
-            "minimal.csv: D_link = 0.5 Å is below 1.3 times the median distance",
+            "recover: --at: descriptors are no mesh; leave out --mesh or --at.",
         ),
         (
-            ["recommend", "minimal.csv"],
-            1,
-            "fall apart; use a denser surface (of a structure, leave out its density; of a subset, "
-            "`sparsurf recover` makes one).",
-        ),
-        (
-            ["recover", "minimal.csv", "--around", "minimal.csv", "--mesh", "-o", "x.ply"],
-            1,
-            "recover: --around: descriptors are no mesh; leave out --mesh or --around.",
-        ),
-        (
-            ["recover", "minimal.csv", "--around", "protein.pdb", "-o", "x.csv"],
+            ["recover", "minimal.csv", "--at", "protein.pdb", "-o", "x.csv"],
             1,
             "protein.pdb holds no dots",
         ),
@@ -647,7 +631,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             1,
             "recover: the mesh is too coarse to hold the surface; ask for a higher density.",
         ),
-        (["recover", "no.csv", "--around", "minimal.csv", "-o", "x.ply"], 1, "cannot be written as '.ply'"),
+        (["recover", "no.csv", "--at", "minimal.csv", "-o", "x.ply"], 1, "cannot be written as '.ply'"),
         (
             ["surface", "protein.pdb", "--mesh", "-o", "x.csv"],
             1,
@@ -684,22 +668,6 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
                 ("roughness", "--selection all"),
             )
         ),
-        (
-            ["recommend", "--roughness", "0.6", "--chains", "A"],
-            1,
-            "recommend: --chains has no meaning for a mean roughness; leave it out.",
-        ),
-        (
-            ["recommend", "one.csv"],
-            1,
-            "recommend: one.csv has a single dot, which has no roughness: give a surface.",
-        ),
-        (["recommend", "dots.csv", "--d-link", "0.7"], 2, "unrecognized arguments: --d-link 0.7"),
-        (
-            ["recommend", "protein.pdb", "--hydrogens", "keep"],
-            1,
-            "--hydrogens keep: the evidence is of structures without",
-        ),
         (["roughness", "dots.csv", "more.csv", "-o", "-"], 2, "unrecognized arguments: more.csv (one file"),
         (["roughness", ".", "-o", "-"], 1, ". is a folder: give one file"),
     ],
@@ -713,7 +681,7 @@ def test_a_mistake_is_one_sentence(folder, monkeypatch, capsys, arguments, code,
 
 
 @pytest.mark.parametrize("words", ["surface", "surface --mesh", "roughness", "descriptors", "minimal", "recover",
-                                   "recover --mesh", "recover --around few.csv"])  # fmt: skip
+                                   "recover --mesh", "recover --at few.csv"])  # fmt: skip
 @pytest.mark.parametrize(
     ("out", "told"),
     [
@@ -729,7 +697,7 @@ def test_where_nothing_can_be_written_is_told_before_anything_is_read(
     """The file that is read is not there, which would be told otherwise."""
     monkeypatch.chdir(tmp_path)
     name, *options = words.split()
-    table = name == "descriptors" or "--around" in options
+    table = name == "descriptors" or "--at" in options
     out, told = (each.replace(".ply", ".csv") if table else each for each in (out, told))
     (tmp_path / "own.ply").mkdir()
     (tmp_path / "own.csv").mkdir()
@@ -744,7 +712,7 @@ def test_where_nothing_can_be_written_is_told_before_anything_is_read(
         "roughness over.csv -o link.csv",
         "surface a.pdb -o ./a.pdb --format csv",
         "surface a.pdb --trajectory over.csv -o over.csv",
-        "recover dots.csv --around over.csv -o over.csv",
+        "recover dots.csv --at over.csv -o over.csv",
         "surface a.pdb --fields v --table over.csv -o over.csv",
     ],
 )

@@ -107,7 +107,7 @@ def test_no_text_lies_on_another_where_the_arrow_is_as_high_as_the_reference(mon
 
 @pytest.fixture(scope="module")
 def stored():
-    paths = [*TABLES.glob("proteins_*.csv"), *(ROOT / "src/sparsurf/report/evidence").glob("*.csv.gz")]
+    paths = [*TABLES.glob("proteins_*.csv"), *TABLES.glob("proteins_*.csv.gz")]
     return {path.name.split(".")[0].removeprefix("proteins_"): pd.read_csv(path) for path in paths}
 
 

@@ -348,7 +348,7 @@ def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_pat
 @pytest.mark.parametrize(
     ("at", "said"),
     [
-        ([[0, 0, 0], [np.nan, 0, 0]], "place 1 is no place: it has NaN"),
+        ([[0, 0, 0], [np.nan, 0, 0]], "point 1 is no point: it has NaN"),
         ([[1.0, 2]], r"not shape \(1, 2\)"),
         (np.zeros((0, 3)), r"not shape \(0, 3\)"),
         (["x"], "not something else"),
@@ -360,7 +360,7 @@ def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_pat
 def test_places_that_are_none_are_refused(small, at, said):
     with pytest.raises(InputError, match=said):
         sparsurf.find(small / "a.sites", small / "a.sites", at=at)
-    with pytest.raises(InputError, match=r"hardly a dot|no patch has|not |place 1"):
+    with pytest.raises(InputError, match=r"hardly a dot|no patch has|not |point 1"):
         sparsurf.find(small / "a.pdb", small / "a.sites", at=at)
 
 
@@ -383,7 +383,7 @@ def test_places_with_hardly_a_dot_around_are_left_out_and_told(small, caplog):
     at = np.array([dots.points[7], dots.points[7] + 1000, dots.points[90]])
     sites = sparsurf.describe_sites(dots, percent=100, fields=(), at=at, name="mine")
     np.testing.assert_allclose(sites.points, at[[0, 2]], rtol=0, atol=1e-5)
-    assert "mine: 1 of 3 places are left out: they have hardly a dot around them" in caplog.text
+    assert "mine: 1 of 3 points are left out: they have hardly a dot around them" in caplog.text
     caplog.clear()
     sparsurf.describe_sites(dots, percent=100, fields=(), at=at[::2])
     assert "left out" not in caplog.text

@@ -194,7 +194,7 @@ def test_the_handed_out_dots_need_nothing_else(evaluator, tmp_path, monkeypatch)
     monkeypatch.chdir(new)
     for name in ("dense.npz", "dense.dms", "dense.ply", "dense.csv"):
         assert command.main(["recover", "minimal.csv", "-o", name]) == 0
-    assert command.main(["recover", "minimal.csv", "--around", "minimal.csv", "-o", "z.csv"]) == 0
+    assert command.main(["recover", "minimal.csv", "--at", "minimal.csv", "-o", "z.csv"]) == 0
     points, _ = recover(*kept)
     for name in ("dense.npz", "dense.dms", "dense.csv"):
         assert read_surface(new / name).points == pytest.approx(points, abs=1e-3), name

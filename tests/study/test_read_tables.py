@@ -8,7 +8,6 @@ import pytest
 import yaml
 
 from sparsurf import InputError
-from sparsurf.report.recommendation import EVIDENCE, read_run
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.study.tables import number_of_combinations, read_minimal, read_roughness, read_table
 
@@ -82,16 +81,3 @@ def test_half_of_a_real_grid_is_refused(shared, tmp_path):
     (tmp_path / "grid.csv").write_text("".join(lines[:3]))
     with pytest.raises(InputError, match=r"grid\.csv has 2 rows for 4 combinations"):
         read_table(tmp_path / "grid.csv", n, "combinations")
-
-
-def test_a_run_that_lacks_ranges_recommends_nothing(tmp_path):
-    for name in ("summary", "relation", "surfaces"):
-        pd.read_csv(EVIDENCE / f"{name}.csv.gz").to_csv(tmp_path / f"{name}.csv", index=False)
-    assert len(read_run(tmp_path)["surfaces"]) == 65
-    summary = pd.read_csv(tmp_path / "summary.csv")
-    for rows in (slice(-1), summary["protein"] != summary["protein"].iloc[0]):
-        summary[rows].to_csv(tmp_path / "summary.csv", index=False)
-        with pytest.raises(
-            InputError, match=r"summary\.csv has \d+ ranges of 6[45] surfaces, not all of the 65"
-        ):
-            read_run(tmp_path)

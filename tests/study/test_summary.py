@@ -1,4 +1,4 @@
-"""The summary of a run and the recommendation, from made-up surfaces whose best parameters are known."""
+"""The summary of a run, from made-up surfaces whose best parameters are known."""
 
 import json
 from dataclasses import replace
@@ -11,16 +11,9 @@ from scipy.stats import spearmanr
 
 import summarise_best
 import summarise_surfaces
-from conftest import ROOT, make_blob
 from drawn import drawn_texts
 from sparsurf import InputError
-from sparsurf.cli import command
-from sparsurf.cli.making import surface as surface_of_molecule
-from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.patches.index import build_index
-from sparsurf.patches.roughness import roughness
 from sparsurf.recovery.readings import READINGS
-from sparsurf.report import recommendation
 from sparsurf.report.figures import layout, summary_figures
 from sparsurf.report.summary_page import by_chance, summary_page
 from sparsurf.sampling import published
@@ -75,7 +68,7 @@ def study(gamma, roughs, names=None):
 
 
 def run_of(results):
-    """The tables that a recommendation is made from."""
+    """The tables of a run."""
     table = summary.summary_table(results)
     return {
         "summary": table,
@@ -97,12 +90,6 @@ def related():
 def unrelated():
     """The best gamma is the same on all surfaces."""
     return run_of(study(lambda r, s: 2, ROUGHS))
-
-
-def said(run, roughness=0.55, percent=18):
-    """The answers for the two readings."""
-    text = recommendation.recommend(run, roughness, percent, np.random.default_rng(0))
-    return text.split("islands removed on the full surface")
 
 
 def test_tables_have_a_row_per_surface_and_per_range(related):
@@ -255,48 +242,6 @@ def test_changes_between_equally_rough_surfaces_are_counted():
     assert (found["n_pairs"], found["n_changes"], found["n_told_apart"]) == (3, 2, 2)
 
 
-def reasons_of(run, roughness=0.55):
-    rows = recommendation.rows_for(run["summary"], "as_coded", 18)
-    return list(recommendation.reasons(rows, relate_to_roughness(rows, np.random.default_rng(0)), roughness))
-
-
-def test_a_relation_is_found_and_used(related):
-    kept, surface = said(related, 0.561)
-    assert "Take (1, 0, 2, 0)" in kept and reasons_of(related) == []
-    assert "sampler: farthest, n_S_percent: 18" in surface and "Take (" not in surface
-    # the best of the three surfaces at either end: gamma 0, 0.5, 0.9 and 5, 4.5, 4.1
-    assert "Take (1, 0, 0, 0)" in said(related, 0.50)[0] and "Take (1, 0, 5, 0)" in said(related, 0.64)[0]
-
-
-def test_without_a_relation_no_choice_is_supported(unrelated):
-    kept, _ = said(unrelated)
-    assert reasons_of(unrelated) == ["shared", "unrelated", "far", "all"]
-    assert (
-        "(1, 0, 2, 0) is best on average" in kept and "on 12 of 12 surfaces" in kept and "Take (" not in kept
-    )
-
-
-def test_scattered_winners_support_no_choice():
-    run = run_of(study(lambda r, s: [4, 0, 5, 1, 3, 0, 4, 2, 5, 0, 3, 1][s], ROUGHS))
-    assert "unrelated" in reasons_of(run) and "p = 0." in said(run)[0]
-
-
-@pytest.mark.parametrize(
-    ("roughs", "asked", "reason"),
-    [([0.6], 0.6, "few"), ([0.6, 0.62], 0.61, "few"), (ROUGHS, 0.7, "outside")],
-)
-def test_reasons_are_given(roughs, asked, reason):
-    run = run_of(study(lambda r, s: (r - 0.5) / 0.1496 * 5, roughs))
-    assert reasons_of(run, asked) == [reason]
-    assert ("0.700" in said(run, asked)[0]) == (reason == "outside")
-
-
-@pytest.mark.parametrize("percent", [1, 12, 99])
-def test_an_n_s_that_nothing_keeps_has_no_answer(related, percent):
-    for answer in said(related, 0.55, percent):
-        assert f"about {percent} %" in answer and "(1, 0," not in answer
-
-
 def write_run(folder, results):
     """Files of conformations as the chain leaves them."""
     rng = np.random.default_rng(0)
@@ -342,11 +287,10 @@ def test_a_run_is_summed_up_and_repeats(folder, related):
     assert (surfaces["R_patch"] == 5.5).all() and (surfaces["D_link"] == 0.9).all()
     sum_up(folder)
     assert [(folder / name).read_bytes() for name in names] == before
-    back = recommendation.read_run(folder)
-    assert back["surfaces"]["spacing"].between(0.2, 0.6).all()
-    pd.testing.assert_frame_equal(back["summary"], related["summary"], check_dtype=False)
+    assert pd.read_csv(folder / "surfaces.csv")["spacing"].between(0.2, 0.6).all()
+    summary_back = pd.read_csv(folder / "summary.csv", keep_default_na=False, na_values=[""])
+    pd.testing.assert_frame_equal(summary_back, related["summary"], check_dtype=False)
     assert "<td>p12/c1</td><td>1,000</td><td>0.650</td><td>(1, 0, 5, 0)</td>" in before[3].decode()
-    assert said(back) == said(related)
 
 
 def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monkeypatch):
@@ -365,98 +309,6 @@ def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monke
     drawn = [limit for limit in drawn if limit is not None]
     assert drawn[0] == 100 and drawn[1] < 1
     assert curves == [(["p01", "p02"], "turned"), (["p01", "p02", "p03"], "turned")]
-
-
-def test_recommendation_on_the_command_line(folder, monkeypatch, capsys, tmp_path):
-    monkeypatch.chdir(folder.parents[1])
-    command.main(["recommend", "--roughness", "0.561", "--n-s", "18", "--results", "results/mine"])
-    out = capsys.readouterr().out
-    assert "12 surfaces of 12 proteins, mean roughness 0.500 to 0.650" in out and "Take (1, 0, 2, 0)" in out
-    points, normals = make_blob(6000)
-    dots = pd.DataFrame(np.hstack([points * 0.6, normals]), columns=["x", "y", "z", "nx", "ny", "nz"])
-    dots.to_csv(tmp_path / "mine.csv", index=False)
-    command.main(["recommend", str(tmp_path / "mine.csv"), "--n-s", "18", "--results", str(folder)])
-    out = capsys.readouterr().out
-    own = roughness(build_index(points * 0.6, normals, 0.5)).mean()
-    assert "do not hold for it" in out
-    assert f"Asked: mean roughness {own:.3f}, n_S 18 % of the dots (1080 of the 6000 dots" in out
-
-
-def ended(arguments):
-    """Exit code of a command."""
-    try:
-        return command.main(arguments)
-    except SystemExit as end:
-        return end.code
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ([], "one of the arguments FILE --roughness is required"),
-        (["--n-s", "20"], "one of the arguments FILE --roughness is required"),
-        (["--roughness", "1.2", "--n-s", "20"], "'1.2' must be a number, 0 to 1"),
-        (["--roughness", "rough", "--n-s", "20"], "'rough' must be a number, 0 to 1"),
-        (["--roughness", "nan", "--n-s", "20"], "'nan' must be a number"),
-        (["--roughness", "0.6", "--n-s", "0"], "'0' must be a number, more than 0 and at most 100"),
-        (["--roughness", "0.6", "--n-s", "101"], "more than 0 and at most 100"),
-        (["x", "--roughness", "0.6", "--n-s", "20"], "not allowed with"),
-        (["--roughness", "0.6", "--n-s", "20", "--results", "no/such"], "no/such/summary.csv cannot be read"),
-        (["no.dms", "--n-s", "20"], "no.dms"),
-        ([".", "--n-s", "20"], "."),
-    ],
-)
-def test_bad_arguments_end_with_a_sentence(folder, monkeypatch, capsys, arguments, words):
-    monkeypatch.chdir(folder.parents[1])
-    # the command line is told apart from the files that it names
-    assert ended(["recommend", *arguments]) == (1 if {"no/such", "no.dms", "."} & set(arguments) else 2)
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert words in shown.err.splitlines()[-1] and "Traceback" not in shown.err
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [("", "cannot be read"), ("protein,conformation\n", "lacks the column"), ("\x00\xff", "summary.csv")],
-)
-def test_a_broken_summary_is_refused(tmp_path, capsys, content, words):
-    run = tmp_path / "results" / "broken"
-    run.mkdir(parents=True)
-    (run / "summary.csv").write_text(content, encoding="latin-1")
-    assert ended(["recommend", "--roughness", "0.6", "--results", str(run)]) == 1
-    assert words in capsys.readouterr().err.splitlines()[-1]
-
-
-def test_many_proteins_answer_at_once_wherever_one_is(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert not ended(["recommend", "--roughness", "0.6"])
-    out = capsys.readouterr().out
-    n = recommendation.read_run(recommendation.EVIDENCE)["surfaces"]["protein"].nunique()
-    assert n >= recommendation.FEWEST and f"docs/proteins.md: {n} surfaces of {n} proteins" in out
-    assert "n_S 10 % of the dots" in out and "is best on average" in out
-    assert "a relation needs" not in out
-
-
-def test_a_structure_is_asked_about_without_its_hydrogens(tmp_path, capsys):
-    whole = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-216")
-    whole.write_pdb(tmp_path / "my.pdb")
-    bare = surface_of_molecule(read_molecule(tmp_path / "my.pdb", hydrogens="remove"))
-    assert not ended(["recommend", str(tmp_path / "my.pdb")])
-    out = capsys.readouterr().out
-    rough = roughness(build_index(bare.points, bare.normals, 0.5)).mean()
-    assert (
-        f"Asked: mean roughness {rough:.3f}, n_S 10 % of the dots ({round(len(bare) / 10)} of the {len(bare)}"
-        in out
-    )
-    assert "without its hydrogens" in out and "do not hold for it" not in out
-
-
-def test_few_proteins_say_how_many_are_needed(folder, capsys):
-    few = folder.parent / "few"
-    write_run(few, study(lambda r, s: 2, ROUGHS[:4]))
-    sum_up(few)
-    assert not ended(["recommend", "--roughness", "0.51", "--n-s", "18", "--results", str(few)])
-    assert "4 proteins have an answer here" in capsys.readouterr().out
 
 
 def test_how_many_dots_are_enough_for_each_floor(tmp_path):

@@ -1,1 +1,1 @@
-"""What a person calls: Python functions on arrays, and the command line."""
+"""The command line: each command parses, calls a function of `sparsurf.api`, and writes."""

@@ -1,15 +1,20 @@
 """The command line: `sparsurf COMMAND FILE ...`, also `python -m sparsurf`.
 
-Each command is a module of its own, loaded only when it is asked for, so that a small one starts fast.
+Each command is a module of its own, loaded only when it is called, so that a small one starts fast.
 """
+
+from __future__ import annotations
 
 import argparse
 import logging
 import os
 import re
 import sys
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
+from types import ModuleType
+from typing import Any, NoReturn
 
 from sparsurf import InputError, __version__, progress
 
@@ -20,7 +25,6 @@ COMMANDS = {
     "recover": "the dense surface of a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
     "find": "the same site on other surfaces",
-    "recommend": "which combination of the paper's sampling suits a surface, from the evidence of many proteins",
 }
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 EPILOG = """\
@@ -40,57 +44,57 @@ examples:
 
 
 class Parser(argparse.ArgumentParser):
-    """One that answers a mistake with a sentence, and not with all its options."""
+    """A parser that answers a mistake with one sentence, not with all its options."""
 
-    def error(self, message):
-        """End with the sentence and where to read more."""
+    def error(self, message: str) -> NoReturn:
+        """Exit with the sentence and where to read more."""
         self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}. See {self.prog} --help.\n")
 
 
-def main(arguments=None):
-    """Run one command; returns its exit code.
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code.
 
     Parameters
     ----------
-    arguments : list of str
-        Of the command line; those of the process without.
+    arguments : list of str, optional
+        By default those of the process.
     """
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # not so where a test catches it
+        if hasattr(stream, "reconfigure"):  # a test may have replaced it
             stream.reconfigure(errors="replace")  # of a locale without Å
     for k in reversed(range(len(arguments) - 1)):  # -3-2 is a range of residues, no option
         if arguments[k] == "--residues" and re.match(r"-\d", arguments[k + 1]):
             arguments[k : k + 2] = [f"--residues={arguments[k + 1]}"]
-    parser, modules = build_parser(next((each for each in arguments if not each.startswith("-")), None))
-    asked, others = parser.parse_known_args(arguments)
-    if others and not (hasattr(asked, "targets") and all(each[:1] != "-" for each in others)):
-        several = not any(each.startswith("-") for each in others)
+    parser, modules = build_parser(next((word for word in arguments if not word.startswith("-")), None))
+    args, others = parser.parse_known_args(arguments)
+    if others and not (hasattr(args, "targets") and all(word[:1] != "-" for word in others)):
+        several = not any(word.startswith("-") for word in others)
         hint = " (one file at a time; a study takes a folder of them)" if several else ""
         parser.error(f"unrecognized arguments: {' '.join(others)}{hint}")
     if others:  # files after an option, which argparse has given to no list that may be empty
-        asked.targets += others
-    progress.enabled = not asked.quiet
+        args.targets += others
+    progress.enabled = not args.quiet
     try:
-        with _warnings_to_stderr(), _compiling(asked.quiet):
-            modules[asked.command].run(asked)
+        with _warnings_to_stderr(), _compiling(args.quiet):
+            modules[args.command].run(args)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader, `head` say, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (InputError, OSError) as error:
-        print(f"sparsurf {asked.command}: {_sentence(error)}", file=sys.stderr)
+        print(f"sparsurf {args.command}: {_sentence(error, args.command)}", file=sys.stderr)
         return FAILED
     except MemoryError:
-        print(f"sparsurf {asked.command}: there is not enough memory; ask for fewer dots.", file=sys.stderr)
+        print(f"sparsurf {args.command}: there is not enough memory; ask for fewer dots.", file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
-        print(f"sparsurf {asked.command}: interrupted", file=sys.stderr)
+        print(f"sparsurf {args.command}: interrupted", file=sys.stderr)
         return INTERRUPTED
     return 0
 
 
-def build_parser(asked=None):
-    """The parser, with all options of the command `asked` and one line for each of the others; and its module."""
+def build_parser(command: str | None = None) -> tuple[Parser, dict[str, ModuleType]]:
+    """Return the parser, with all options of one command and a line for each of the others, and the command's module."""
     parser = Parser(
         prog="sparsurf",
         description="Minimal representations of molecular surfaces.",
@@ -102,11 +106,11 @@ def build_parser(asked=None):
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, title="commands")
     modules = {}
     for name, line in COMMANDS.items():
-        if name != asked:
+        if name != command:
             commands.add_parser(name, help=line)
             continue
         modules[name] = import_module(f"sparsurf.cli.{name}")
-        own = commands.add_parser(
+        options = commands.add_parser(
             name,
             help=line,
             description=f"{line[0].upper()}{line[1:]}.",
@@ -114,22 +118,22 @@ def build_parser(asked=None):
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        modules[name].arguments(own)
-        own.add_argument("-q", "--quiet", action="store_true", help="say only what went wrong")
+        modules[name].arguments(options)
+        options.add_argument("-q", "--quiet", action="store_true", help="say only what went wrong")
     return parser, modules
 
 
 @contextmanager
-def _compiling(quiet):
-    """Say when kernels are compiled, before the first of them; those that were compiled before are only loaded."""
+def _compiling(quiet: bool) -> Iterator[None]:
+    """Print a message before the first kernel is compiled; kernels that were compiled before are only loaded."""
     from numba.core import event  # here: a command's module needs it anyway, --help does not
 
     class Listener(event.Listener):
-        def on_start(self, _):
+        def on_start(self, _: Any) -> None:
             event.unregister("numba:compile", self)
             print("Compiling kernels, once: up to half a minute ...", file=sys.stderr, flush=True)
 
-        def on_end(self, _):
+        def on_end(self, _: Any) -> None:
             pass
 
     listener = Listener()
@@ -143,8 +147,8 @@ def _compiling(quiet):
 
 
 @contextmanager
-def _warnings_to_stderr():
-    """What the library warns of, one line each; its notes are for the logs of a study."""
+def _warnings_to_stderr() -> Iterator[None]:
+    """Print warnings of the library, one line each; its notes are for the logs of a study."""
     handler = logging.StreamHandler()  # the standard error of now: tests exchange it
     handler.setFormatter(logging.Formatter("sparsurf: warning: %(message)s"))
     log = logging.getLogger("sparsurf")
@@ -158,7 +162,8 @@ def _warnings_to_stderr():
         log.setLevel(level)
 
 
-def _sentence(error):
+def _sentence(error: InputError | OSError, command: str) -> str:
+    """Return the message of an error, without the name of the command that the line begins with."""
     if isinstance(error, OSError):
         return f"{error.filename or 'the output'}: {error.strerror}."
-    return str(error)
+    return str(error).removeprefix(f"{command}: ")

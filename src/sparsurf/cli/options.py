@@ -1,42 +1,55 @@
-"""Options that several commands share, and the surfaces that they speak of."""
+"""Options that several commands share, and the surfaces that they request."""
 
 import argparse
+import math
 import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from sparsurf import InputError, progress
-from sparsurf.cli.inputs import DENSITY, LENGTH, PROBE, Limits, check_frame, is_structure
-from sparsurf.cli.making import CAVITIES
-from sparsurf.cli.making import surface as surface_of
+from sparsurf.api.inputs import DENSITY, LENGTH, PROBE, Limits, check_frame, is_structure
+from sparsurf.api.surfaces import CAVITIES
+from sparsurf.api.surfaces import surface as surface_of
 from sparsurf.cli.outputs import FRAME
 from sparsurf.dot_fields.columns import RESERVED_NAMES
 from sparsurf.molecules.formats import STRUCTURES, suffix
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.surfaces.surface import Surface
 
 ALL = "all"
-OF_MOLECULE = ("chains", "residues", "selection", "model", "altloc", "hydrogens", "ligands")
-OF_STRUCTURE = {  # options without a meaning for a file of dots, and their defaults
-    **dict.fromkeys(["trajectory", *OF_MOLECULE, "density", "frame", "frames"]),
+ATOM_OPTIONS = ("chains", "residues", "selection", "model", "altloc", "hydrogens", "ligands")
+STRUCTURE_OPTIONS = {  # without a meaning for a file of dots, and their defaults
+    **dict.fromkeys(["trajectory", *ATOM_OPTIONS, "density", "frame", "frames"]),
     **{"altloc": "first", "hydrogens": "keep", "probe": 1.4, "radii": "dms", "cavities": "keep"},
 }
 
 
-def add_molecule(parser, d_link=True, several=True):
-    """Which atoms of a structure, and how its dots are made.
+def number(limits: Limits) -> Callable[[str], float]:
+    """Return the parser of an option that takes a number within limits, for argparse."""
 
-    Parameters
-    ----------
-    d_link : whether D_link can be requested
-    several : whether several frames can be
-    """
+    def parse(text: str) -> float:
+        try:
+            value = int(text) if limits.whole else float(text)
+        except ValueError:
+            value = math.nan
+        if not limits.allow(value):
+            raise argparse.ArgumentTypeError(f"{text!r} must be {limits.words}")
+        return value
+
+    return parse
+
+
+def add_molecule(parser: argparse.ArgumentParser, several: bool = True) -> None:
+    """Add the options that choose atoms of a structure and place its dots; `several`: of more than one frame."""
     atoms = parser.add_argument_group("atoms of a structure")
     atoms.add_argument("--trajectory", help="file of frames that belongs to the structure")
     frame = atoms.add_mutually_exclusive_group()
     frame.add_argument(
         "--frame",
-        type=Limits(0, whole=True, open_low=False).parse,
+        type=number(Limits(0, whole=True, open_low=False)),
         help="frame to take, from 0 (default 0)",
     )
     if several:
@@ -54,25 +67,24 @@ def add_molecule(parser, d_link=True, several=True):
     atoms.add_argument("--hydrogens", choices=["keep", "remove"], help="hydrogens of the file (default keep)")
     atoms.add_argument("--ligands", help="residue names to take with the protein, such as HEM,ZN")
     dots = parser.add_argument_group("surface of a structure")
-    dots.add_argument("--probe", type=PROBE.parse, help="radius of the probe in Å (default 1.4)")
+    dots.add_argument("--probe", type=number(PROBE), help="radius of the probe in Å (default 1.4)")
     dots.add_argument(
-        "--density", type=DENSITY.parse, help="dots per Å^2 (default: 5.35, or more where patches need it)"
+        "--density", type=number(DENSITY), help="dots per Å^2 (default: 5.35, or more where patches need it)"
     )
     dots.add_argument("--radii", choices=["dms", "bondi"], help="table of radii (default dms)")
     words = "dots of closed cavities inside the molecule (default keep)"
     dots.add_argument("--cavities", choices=CAVITIES, help=words)
-    if d_link:
-        dots.add_argument(
-            "--d-link",
-            type=LENGTH.parse,
-            default=D_LINK,
-            help=f"Å, dots of a patch closer than this are linked ({D_LINK})",
-        )
-    parser.set_defaults(**OF_STRUCTURE)
+    dots.add_argument(
+        "--d-link",
+        type=number(LENGTH),
+        default=D_LINK,
+        help=f"Å, dots of a patch closer than this are linked ({D_LINK})",
+    )
+    parser.set_defaults(**STRUCTURE_OPTIONS)
 
 
-def add_fields(parser):
-    """Which fields come with the dots."""
+def add_fields(parser: argparse.ArgumentParser) -> None:
+    """Add the options that choose the fields of the dots."""
     fields = parser.add_argument_group("fields of a structure's dots")
     fields.add_argument(
         "--fields",
@@ -87,38 +99,40 @@ def add_fields(parser):
     )
 
 
-def with_fields(asked, surface, molecule, frame=0):
-    """The surface with the fields that a command is asked for."""
-    if asked.fields is asked.table is None and asked.charges == "table":
+def with_fields(
+    args: argparse.Namespace, surface: Surface, molecule: Molecule | None, frame: int = 0
+) -> Surface:
+    """Return the surface with the requested fields."""
+    if args.fields is args.table is None and args.charges == "table":
         return surface
     from sparsurf.dot_fields.registry import FIELDS, compute_fields  # here: few ask for fields
 
-    names = [name.strip() for name in (asked.fields or "").split(",") if name.strip()]
-    if asked.fields is not None and not names:
+    names = [name.strip() for name in (args.fields or "").split(",") if name.strip()]
+    if args.fields is not None and not names:
         raise InputError("--fields names none; give names such as hydropathy, or leave it out.")
-    if asked.table is not None and not set(names) - FIELDS.keys():
+    if args.table is not None and not set(names) - FIELDS.keys():
         raise InputError(
-            f"--table: --fields names no column of {asked.table}; name one, or leave out --table."
+            f"--table: --fields names no column of {args.table}; name one, or leave out --table."
         )
-    if asked.charges != "table" and "potential" not in names:
+    if args.charges != "table" and "potential" not in names:
         raise InputError(
             "--charges: they are of the potential; add --fields potential, or leave out --charges."
         )
     if molecule is None:
-        raise InputError(
-            f"--fields: {asked.file} holds dots, and fields follow from atoms; give a structure."
-        )
-    several = asked.frames is not None or (asked.model == ALL and asked.frame is None)
-    if several and asked.charges not in ("table", "pdb2pqr"):
+        raise InputError(f"--fields: {args.file} holds dots, and fields follow from atoms; give a structure.")
+    several = args.frames is not None or (args.model == ALL and args.frame is None)
+    if several and args.charges not in ("table", "pdb2pqr"):
         raise InputError("--charges: a PQR file is of one frame; give --frame, or other charges.")
     if never := sorted({*names} & (RESERVED_NAMES | {"self"})):
         raise InputError(f"--fields: a field cannot be called {never[0]}; rename the column.")
-    table = compute_fields(names, molecule.frame(frame), surface.points, asked.charges, asked.table)
-    return replace(surface, fields=surface.fields | dict(table))
+    table = compute_fields(names, molecule.frame(frame), surface.points, args.charges, args.table)
+    return replace(
+        surface, fields=surface.fields | {str(name): column.to_numpy() for name, column in table.items()}
+    )
 
 
-def add_output(parser, formats):
-    """Where the result goes."""
+def add_output(parser: argparse.ArgumentParser, formats: Sequence[str]) -> None:
+    """Add the options of the output file."""
     parser.add_argument(
         "-o",
         "--output",
@@ -128,118 +142,125 @@ def add_output(parser, formats):
     )
     parser.add_argument(
         "--format",
-        choices=[each.lstrip(".") for each in formats],
+        choices=[suffix.lstrip(".") for suffix in formats],
         help="instead of the suffix of OUT (default csv)",
     )
 
 
-def add_mesh(parser, mesh=False):
-    """What a PLY holds; `mesh` is whether closed triangles can come instead of dots."""
+def add_mesh(parser: argparse.ArgumentParser, mesh: bool = False) -> None:
+    """Add the options on the content of a PLY; `mesh`: closed triangles can be written instead of dots."""
     if mesh:
         parser.add_argument("--mesh", action="store_true", help="write closed triangles instead of dots")
     parser.add_argument(
         "--binary", action="store_true", help="write a PLY as bytes, half as long; PyMOL reads text only"
     )
     parser.add_argument(
-        "--plain", action="store_true", help="write dots without triangles between them (faster)"
+        "--no-faces", action="store_true", help="write dots without triangles between them (faster)"
     )
 
 
-def surfaces(asked):
-    """The frames of a command's FILE, one by one: (number of the frame, Surface, Molecule); None for a file of dots."""
-    if not is_structure(asked.file):
-        refuse_of_structure(asked, f"{asked.file}, which holds dots")
-        yield 0, read_surface(asked.file), None
+def surfaces(args: argparse.Namespace) -> Iterator[tuple[int, Surface, Molecule | None]]:
+    """Yield number, Surface and Molecule of each frame of FILE; the molecule of a file of dots is None."""
+    if not is_structure(args.file):
+        refuse_structure_options(args, f"{args.file}, which holds dots")
+        yield 0, read_surface(args.file), None
         return
-    molecule = read_atoms(asked)
-    numbers = frames_of(asked, molecule)
+    molecule = read_atoms(args)
+    numbers = frames_of(args, molecule)
     say(f"surface of {molecule.n_atoms:,} atoms")
     for frame in progress.progress_bar(numbers, "frames"):
-        yield frame, surface_of(molecule, frame=frame, **how(asked)), molecule
+        yield frame, place_dots(args, molecule, frame), molecule
 
 
-def read_dots(asked):
-    """The first of `surfaces`, and its Molecule."""
-    _, dots, molecule = next(surfaces(asked))
+def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
+    """Return the first of `surfaces`, and its molecule."""
+    _, dots, molecule = next(surfaces(args))
     return dots, molecule
 
 
-def how(asked):
-    """How `surface` is asked to make the dots of a structure."""
-    rules = {key: getattr(asked, key) for key in ("probe", "radii", "d_link", "cavities")}
-    return rules | {"density": asked.density or "auto"}
+def place_dots(args: argparse.Namespace, molecule: Molecule, frame: int) -> Surface:
+    """Return the surface of a frame of FILE, placed by the rules of the options."""
+    return surface_of(
+        molecule,
+        frame=frame,
+        probe_radius=args.probe,
+        density=args.density or "auto",
+        radii=args.radii,
+        d_link=args.d_link,
+        cavities=args.cavities,
+    )
 
 
-def frames_of(asked, molecule):
-    """Numbers of the frames that are asked for, counted from 0."""
-    if asked.frames is None:
-        return [asked.frame or 0]
+def frames_of(args: argparse.Namespace, molecule: Molecule) -> list[int]:
+    """Return the numbers of the requested frames, counted from 0."""
+    if args.frames is None:
+        return [args.frame or 0]
     every = range(molecule.n_frames)
-    numbers = list(every) if asked.frames == ALL else asked.frames
-    numbers = every[numbers] if isinstance(numbers, slice) else numbers
-    for number in numbers:
-        check_frame(molecule, number, asked.trajectory or asked.file)
+    frames = slice(None) if args.frames == ALL else args.frames
+    numbers = list(every[frames] if isinstance(frames, slice) else frames)
+    for frame in numbers:
+        check_frame(molecule, frame, args.trajectory or args.file)
     if not numbers:
         raise InputError(
-            f"--frames: none of the {molecule.n_frames} frames of {asked.trajectory or asked.file} is among them."
+            f"--frames: none of the {molecule.n_frames} frames of {args.trajectory or args.file} is among them."
         )
     return numbers
 
 
-def read_atoms(asked):
-    """The Molecule of a command's FILE, with all its frames."""
-    keys = {key: getattr(asked, key) for key in OF_MOLECULE}
+def read_atoms(args: argparse.Namespace) -> Molecule:
+    """Return the molecule of FILE, with all its frames."""
+    keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
     keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
-    if asked.model == ALL:
-        keys["model"], asked.frames = None, asked.frames or (ALL if asked.frame is None else None)
-    molecule = read_molecule(asked.file, asked.trajectory, **keys)
-    check_frame(molecule, asked.frame or 0, asked.trajectory or asked.file)
-    if molecule.n_frames > 1 and asked.frame is asked.frames is None and not asked.quiet:
-        several = "models" if suffix(asked.file) in STRUCTURES and not asked.trajectory else "frames"
+    if args.model == ALL:
+        keys["model"], args.frames = None, args.frames or (ALL if args.frame is None else None)
+    molecule = read_molecule(args.file, args.trajectory, **keys)
+    check_frame(molecule, args.frame or 0, args.trajectory or args.file)
+    if molecule.n_frames > 1 and args.frame is args.frames is None and not args.quiet:
+        several = "models" if suffix(args.file) in STRUCTURES and not args.trajectory else "frames"
         print(
-            f"{asked.trajectory or asked.file} has {molecule.n_frames} {several}: the first is taken. "
+            f"{args.trajectory or args.file} has {molecule.n_frames} {several}: the first is taken. "
             "--frame takes another.",
             file=sys.stderr,
         )
     return molecule
 
 
-def refuse_of_structure(asked, what):
-    """Raise InputError where an option is given that means nothing for `what`, which is no structure."""
-    for name, default in OF_STRUCTURE.items():
-        if getattr(asked, name) != default:
+def refuse_structure_options(args: argparse.Namespace, what: str) -> None:
+    """Raise InputError if an option is given that has no meaning for `what`, which is no structure."""
+    for name, default in STRUCTURE_OPTIONS.items():
+        if getattr(args, name) != default:
             raise InputError(f"--{name} has no meaning for {what}; leave it out.")
 
 
-def say(text):
-    """Tell a terminal what is being done; logs and pipes are spared it."""
+def say(text: str) -> None:
+    """Print on a terminal what is being done; not in logs and pipes."""
     if sys.stderr.isatty():
         print(f"{text} ...", file=sys.stderr, flush=True)
 
 
-def _model(text):
-    """Number of a model, or all."""
+def _model(text: str) -> int | str:
+    """Parse the number of a model, or all."""
     if text != ALL and not text.removeprefix("-").isdecimal():
         raise argparse.ArgumentTypeError(f"{text!r} must be the number of a model, or all")
     return text if text == ALL else int(text)
 
 
-def _one_model(text):
-    """Number of a model."""
+def _one_model(text: str) -> int:
+    """Parse the number of a model."""
     if not text.removeprefix("-").isdecimal():
         raise argparse.ArgumentTypeError(f"{text!r} must be the number of one model, such as 1")
     return int(text)
 
 
-def _frames(text):
-    """all, a list of numbers, or a slice such as 0:100:10."""
+def _frames(text: str) -> str | slice | list[int]:
+    """Parse all, a list of numbers, or a slice such as 0:100:10."""
     if text == ALL:
         return ALL
     try:
         if ":" in text:
-            found = slice(*(int(word) if word else None for word in text.split(":")))
-            found.indices(1)  # a step of 0 is a ValueError
-            return found
+            frames = slice(*(int(word) if word else None for word in text.split(":")))
+            frames.indices(1)  # a step of 0 is a ValueError
+            return frames
         numbers = [int(word) for word in text.split(",")]
     except (ValueError, TypeError):
         numbers = [-1]

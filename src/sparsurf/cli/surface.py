@@ -1,23 +1,28 @@
 """`sparsurf surface`: the dots of a molecule."""
 
+import argparse
+from collections.abc import Iterator
+
 import pandas as pd
 
 from sparsurf import InputError
+from sparsurf.api import writing
+from sparsurf.api.inputs import is_structure
+from sparsurf.api.surfaces import components, mesh
 from sparsurf.cli import options, outputs
-from sparsurf.cli.inputs import STRUCTURES, is_structure
-from sparsurf.cli.making import components, mesh
 from sparsurf.files import pluralise
+from sparsurf.molecules.formats import STRUCTURES
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
-from sparsurf.surfaces.spacing import DENSITY as PUBLISHED
+from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 
-OF_DOTS = {
+DOT_OPTIONS = {  # without a meaning for a mesh
     "fields": None,
     "table": None,
     "charges": "table",
     "d_link": D_LINK,
-    "plain": False,
-}  # options without a meaning for a mesh
+    "no_faces": False,
+}
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms taken, from 0). A PLY has triangles between the dots.
@@ -36,54 +41,63 @@ examples:
 """
 
 
-def arguments(parser):
-    """Options of the command."""
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure")
-    options.add_output(parser, outputs.DOTS)
+    options.add_output(parser, writing.DOTS)
     options.add_mesh(parser, mesh=True)
     options.add_fields(parser)
     options.add_molecule(parser)
 
 
-def run(asked):
+def run(args: argparse.Namespace) -> None:
     """Write the dots or triangles."""
-    if not is_structure(asked.file):
+    if not is_structure(args.file):
         raise InputError(
-            f"{asked.file} is no structure by its suffix: give one of {', '.join(STRUCTURES)}; frames come by --trajectory."
+            f"{args.file} is no structure by its suffix: give one of {', '.join(STRUCTURES)}; frames come by --trajectory."
         )
-    for name, default in OF_DOTS.items() if asked.mesh else ():
-        if getattr(asked, name) != default:
+    for name, default in DOT_OPTIONS.items() if args.mesh else ():
+        if getattr(args, name) != default:
             option = name.replace("_", "-")
             raise InputError(
-                f"--{option}: it is of dots, and --mesh writes triangles; leave out one of the two."
+                f"--{option}: it is about dots, and --mesh writes triangles; leave out one of the two."
             )
-    outputs.check(asked, outputs.MESHES if asked.mesh else outputs.DOTS)
-    outputs.write_each(asked, _meshes(asked) if asked.mesh else _dots(asked))
+    outputs.check(args, writing.MESHES if args.mesh else writing.DOTS)
+    outputs.write_frames(args, _meshes(args) if args.mesh else _dots(args))
 
 
-def _dots(asked):
-    for frame, dots, molecule in options.surfaces(asked):
-        dots = options.with_fields(asked, dots, molecule, frame)
-        component, parts = components(molecule, dots, frame=frame, probe=asked.probe, radii=asked.radii)
+def _dots(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
+    """Yield the dots of each frame."""
+    for frame, bare, molecule in options.surfaces(args):
+        assert molecule is not None  # FILE is a structure
+        dots = options.with_fields(args, bare, molecule, frame)
+        component, parts = components(molecule, dots, frame=frame, probe_radius=args.probe, radii=args.radii)
         table = pd.DataFrame({"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component})
         table = table.join(molecule.labels(dots.atom))
         words = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
-        yield frame, outputs.Dots(dots, table, None, molecule, frame, words=words)
+        yield frame, writing.Dots(dots, table, None, molecule, frame, words=words)
 
 
-def _words(parts):
-    """What the command tells of the components of a surface."""
-    found = summarize_components(parts)
-    words = f"{found['volume']:,.0f} Å^3, {pluralise(found['components'], 'component')}"
-    if not found["cavities"]:
+def _words(parts: pd.DataFrame) -> str:
+    """Return the message on the components of a surface."""
+    summary = summarize_components(parts)
+    words = f"{summary['volume']:,.0f} Å^3, {pluralise(int(summary['components']), 'component')}"
+    if not summary["cavities"]:
         return words
-    noun = "cavity" if found["cavities"] == 1 else "cavities"
-    return f"{words}, of which {found['cavities']} {noun} with {found['cavity_dots']:,} dots"
+    noun = "cavity" if summary["cavities"] == 1 else "cavities"
+    return f"{words}, of which {summary['cavities']} {noun} with {summary['cavity_dots']:,} dots"
 
 
-def _meshes(asked):
-    molecule = options.read_atoms(asked)
-    how = {key: getattr(asked, key) for key in ("probe", "radii", "cavities")}
-    how["density"] = asked.density or PUBLISHED
-    for frame in options.frames_of(asked, molecule):
-        yield frame, outputs.mesh_dots(mesh(molecule, frame=frame, **how))
+def _meshes(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
+    """Yield the triangles of each frame."""
+    molecule = options.read_atoms(args)
+    for frame in options.frames_of(args, molecule):
+        triangles = mesh(
+            molecule,
+            frame=frame,
+            probe_radius=args.probe,
+            density=args.density or PUBLISHED_DENSITY,
+            radii=args.radii,
+            cavities=args.cavities,
+        )
+        yield frame, writing.mesh_dots(triangles)

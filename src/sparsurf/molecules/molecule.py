@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from sparsurf.files import pluralise
 from sparsurf.molecules.pdb import write_pdb
 from sparsurf.molecules.selection import select_atoms
 
@@ -46,6 +47,11 @@ class Molecule:
     residue_index: np.ndarray
     kind: np.ndarray
     b_factor: np.ndarray
+
+    def __repr__(self) -> str:
+        numbers = [(self.n_atoms, "atom"), (self.n_residues, "residue"), (self.n_frames, "frame")]
+        atoms, residues, frames = (pluralise(number, noun) for number, noun in numbers)
+        return f"Molecule of {atoms} in {residues}, {frames}"
 
     @property
     def n_frames(self) -> int:

@@ -52,6 +52,8 @@ from sparsurf.molecules.unwrapping import make_whole
 if TYPE_CHECKING:
     import mdtraj
     import pandas as pd
+    from biotite.structure import AtomArray, AtomArrayStack
+    from MDAnalysis import AtomGroup, Universe
 
 log = logging.getLogger("sparsurf")
 
@@ -196,28 +198,136 @@ def from_mdtraj(
     InputError
         Nothing selected, or coordinates that are not numbers.
     """
-    path = "the trajectory"
     if trajectory.n_atoms == 0 or trajectory.n_frames == 0:
         raise InputError(
-            f"{path} has {trajectory.n_frames} frames of {trajectory.n_atoms} atoms: give one with both."
+            f"the trajectory has {trajectory.n_frames} frames of {trajectory.n_atoms} atoms: give one with both."
         )
     xyz = np.asarray(trajectory.xyz, dtype=float) * ANGSTROM_PER_NM
-    everything = _molecule(table_of_rows(atom_rows(trajectory.topology)), xyz[0])
-    selected = np.flatnonzero(
-        select_atoms(
-            everything,
-            path,
-            selection=selection,
-            chains=chains,
-            residues=residues,
-            hydrogens=hydrogens,
-            ligands=ligands,
-        )
+    keys = {
+        "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
+    }  # fmt: skip
+    atoms = table_of_rows(atom_rows(trajectory.topology))
+    return _from_table(
+        atoms, xyz, np.asarray(trajectory.time, float), "the trajectory", "nm, as in mdtraj", keys
     )
-    number, time_ps = np.arange(len(xyz)), np.asarray(trajectory.time, dtype=float)
+
+
+def from_biotite(
+    atoms: AtomArray | AtomArrayStack,
+    *,
+    selection: str | None = None,
+    chains: str | Sequence[str] | None = None,
+    residues: str | Sequence[str] | None = None,
+    hydrogens: str = "keep",
+    ligands: bool | str | Sequence[str] = False,
+) -> Molecule:
+    """Convert atoms of biotite; the models of a stack become frames.
+
+    Parameters
+    ----------
+    atoms : biotite.structure.AtomArray or AtomArrayStack, Å
+    selection, chains, residues, hydrogens, ligands : as in `from_mdtraj`
+
+    Returns
+    -------
+    Molecule
+
+    Raises
+    ------
+    InputError
+        Nothing selected, or coordinates that are not numbers.
+    """
+    xyz = np.asarray(atoms.coord, dtype=float)
+    xyz = xyz[None] if xyz.ndim == 2 else xyz
+    numbers = zip(atoms.res_id.tolist(), atoms.ins_code.tolist(), strict=True)
+    table = _table_of_atoms(
+        name=atoms.atom_name,
+        residue_name=atoms.res_name,
+        chain=atoms.chain_id,
+        element=np.char.upper(np.asarray(atoms.element, dtype=str)),
+        residue=[f"{number}{code.strip()}" for number, code in numbers],
+        hetero=np.asarray(atoms.hetero, dtype=bool),
+        b_factor=atoms.b_factor if "b_factor" in atoms.get_annotation_categories() else np.nan,
+    )
+    keys = {
+        "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
+    }  # fmt: skip
+    return _from_table(table, xyz, np.full(len(xyz), np.nan), "the AtomArray", "Å", keys)
+
+
+def from_mdanalysis(
+    atoms: AtomGroup | Universe,
+    *,
+    selection: str | None = None,
+    chains: str | Sequence[str] | None = None,
+    residues: str | Sequence[str] | None = None,
+    hydrogens: str = "keep",
+    ligands: bool | str | Sequence[str] = False,
+) -> Molecule:
+    """Convert atoms of MDAnalysis at the current frame of their trajectory.
+
+    Parameters
+    ----------
+    atoms : MDAnalysis.AtomGroup, or a Universe for all its atoms
+    selection, chains, residues, hydrogens, ligands : as in `from_mdtraj`
+
+    Returns
+    -------
+    Molecule
+        One frame.
+
+    Raises
+    ------
+    InputError
+        Nothing selected, or coordinates that are not numbers.
+    """
+    group = atoms.atoms
+
+    def attribute(name: str, missing: Any = "") -> Any:
+        """Return an attribute of all atoms, or a value for every atom if the topology lacks it."""
+        return getattr(group, name) if hasattr(group, name) else np.full(len(group), missing)
+
+    time = group.universe.trajectory.ts.data.get("time", np.nan)  # in ps; structures have none
+    numbers = zip(group.resids.tolist(), np.asarray(attribute("icodes"), dtype=str).tolist(), strict=True)
+    table = _table_of_atoms(
+        name=attribute("names"),
+        residue_name=attribute("resnames"),
+        chain=attribute("chainIDs") if hasattr(group, "chainIDs") else attribute("segids"),
+        element=np.char.upper(np.asarray(attribute("elements"), dtype=str)),
+        residue=[f"{number}{code.strip()}" for number, code in numbers],
+        hetero=np.asarray(attribute("record_types"), dtype=str) == "HETATM",
+        b_factor=attribute("tempfactors", np.nan),
+    )
+    keys = {
+        "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
+    }  # fmt: skip
+    xyz = np.asarray(group.positions, dtype=float)[None]
+    return _from_table(table, xyz, np.array([float(time)]), "the AtomGroup", "Å", keys)
+
+
+def _table_of_atoms(**columns: Any) -> pd.DataFrame:
+    """Return the table of `atom_table` from the atoms of another library; coordinates are nan."""
+    import pandas as pd
+
+    table = pd.DataFrame(columns | {"model": 1, "altloc": "", "terminated": False})
+    table[["x", "y", "z"]], table["occupancy"] = np.nan, 1.0
+    names = ["name", "residue_name", "chain", "element"]
+    table[names] = table[names].astype(str)
+    return table
+
+
+def _from_table(
+    atoms: pd.DataFrame, xyz: np.ndarray, time_ps: np.ndarray, name: str, unit: str, keys: dict[str, Any]
+) -> Molecule:
+    """Return the selected atoms of a table with frames (F, A, 3), Å; `name` and `unit` are those of the user's object."""
+    if not xyz.shape[0] or not xyz.shape[1]:
+        raise InputError(f"{name} has {xyz.shape[0]} frames of {xyz.shape[1]} atoms: give one with both.")
+    everything = _molecule(atoms.assign(chain=atoms["chain"].str.strip()), xyz[0])
+    selected = np.flatnonzero(select_atoms(everything, name, **keys))
+    number = np.arange(len(xyz))
     molecule = replace(everything.take(selected), xyz=xyz[:, selected], time_ps=time_ps, frame_number=number)
-    refuse_invalid_coordinates(molecule.xyz, path)
-    refuse_impossible(molecule, path, unit="nm, as in mdtraj")
+    refuse_invalid_coordinates(molecule.xyz, name)
+    refuse_impossible(molecule, name, unit=unit)
     return molecule
 
 

@@ -58,6 +58,9 @@ class Sites:
     numbers: np.ndarray
     settings: dict[str, Any]
 
+    def __repr__(self) -> str:
+        return f"Sites of {len(self):,} places on {self.name}, described by shape, {', '.join(self.fields)}"
+
     def __len__(self) -> int:
         return len(self.points)
 

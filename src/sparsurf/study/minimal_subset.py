@@ -1,11 +1,12 @@
 """The minimal subset, selected as a config, a command or a call requests; one function for all three."""
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import DTypeLike
 
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.recovery.recovering import REACH, dot_spacing
@@ -16,8 +17,9 @@ from sparsurf.study.subset_search import find_subset, smallest_recovered_subset
 from sparsurf.surfaces.surface import Surface
 
 
-class Subset(NamedTuple):
-    """Dots that represent a surface.
+@dataclass(frozen=True, eq=False)
+class Subset:
+    """Dots that represent a surface; its length is their number.
 
     Attributes
     ----------
@@ -33,7 +35,24 @@ class Subset(NamedTuple):
     table: pd.DataFrame
 
     def __repr__(self) -> str:
-        return f"Subset of {len(self.dots):,} dots of {self.weight.sum():,}"
+        return f"Subset of {len(self):,} dots of {self.weight.sum():,}"
+
+    def __len__(self) -> int:
+        return len(self.dots)
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> np.ndarray:
+        """Return the points, (n, 3), as `numpy.asarray` asks for them."""
+        return self.surface.__array__(dtype, copy)
+
+    @property
+    def points(self) -> np.ndarray:
+        """Positions of the kept dots, (n, 3) float64, Å; moved if relaxed."""
+        return self.surface.points
+
+    @property
+    def normals(self) -> np.ndarray:
+        """Outward normals of the kept dots, (n, 3) float64."""
+        return self.surface.normals
 
     def to_frame(self) -> pd.DataFrame:
         """Return `table`, like `to_frame` of a Surface."""

@@ -75,6 +75,12 @@ class PreparedSurface:
             self.index, self.roughness, r_patch, distance_from_moved_centre, chance_in_every_patch
         )
 
+    def __repr__(self) -> str:
+        return f"PreparedSurface of {len(self):,} dots"
+
+    def __len__(self) -> int:
+        return len(self.points)
+
     @cached_property
     def corrected_cover(self) -> published.Cover:
         """The cover without the two defects of the published sampling."""

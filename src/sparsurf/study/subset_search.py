@@ -56,7 +56,8 @@ def find_subset(
     InputError
         If the sampler is unknown, n_S exceeds N, or Z cannot be reached.
     """
-    function, n_dots = get_samplers([sampler], "minimal.sampler", choices)[sampler], len(prepared.points)
+    get_samplers([sampler], "minimal.sampler", choices)  # names an unknown one
+    n_dots = len(prepared.points)
     if combination is not None:
         if sampler == "paper_corrected":
             prepared = prepared.changed(cover=prepared.corrected_cover)
@@ -70,9 +71,18 @@ def find_subset(
             raise InputError(
                 f"minimal.n_S is {n_s}, but {prepared.name} has {n_dots} dots; give 1 to {n_dots}, or n_S_percent."
             )
-        subset = function(prepared, n_s, prepared.stream("minimal", sampler))
-        warn_if_number_differs(sampler, n_s, len(subset))
+        subset = draw_subset(prepared, sampler, n_s, choices)
     return subset, subset_weights(prepared.points, subset)
+
+
+def draw_subset(
+    prepared: PreparedSurface, sampler: str, n_s: int, choices: Choices = PUBLISHED_CHOICES
+) -> np.ndarray:
+    """Draw about `n_s` dots with a sampler, from the random stream of the minimal subset; warn if the number differs."""
+    function = get_samplers([sampler], "minimal.sampler", choices)[sampler]
+    subset = function(prepared, n_s, prepared.stream("minimal", sampler))
+    warn_if_number_differs(sampler, n_s, len(subset))
+    return subset
 
 
 def warn_if_number_differs(sampler: str, requested: int, n: int) -> None:

@@ -20,7 +20,7 @@ from sparsurf.molecules.geometry import MAX_GAP, widest_gap
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, DTypeLike
 
     from sparsurf.molecules.molecule import Molecule
 
@@ -148,7 +148,17 @@ class Surface:
     def __len__(self) -> int:
         return len(self.points)
 
-    def take(self, dots: np.ndarray) -> Surface:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> np.ndarray:
+        """Return the points, (N, 3), as `numpy.asarray` asks for them."""
+        if copy is False and dtype is not None and np.dtype(dtype) != self.points.dtype:
+            raise ValueError(f"the points cannot be {np.dtype(dtype)} without a copy")
+        return self.points.astype(self.points.dtype if dtype is None else dtype, copy=bool(copy))
+
+    def __getitem__(self, dots: ArrayLike | slice) -> Surface:
+        """Return the surface of some dots: a mask, indices, a slice, or the index of one dot."""
+        return self.take(dots if isinstance(dots, slice) else np.atleast_1d(np.asarray(dots)))
+
+    def take(self, dots: np.ndarray | slice) -> Surface:
         """Return the surface of only `dots`, a mask or indices, with all that is known of them."""
         fields = {name: value[dots] for name, value in self.fields.items()}
         points, normals, area, kind, atom = (getattr(self, name)[dots] for name in ARRAY_NAMES)

@@ -5,7 +5,16 @@ from pathlib import Path
 
 LIBRARY = Path(__file__).parents[1]
 DRAWING = ("report",)  # packages that draw figures and write pages
-NOT_COMPUTING = (*DRAWING, "cli", "workflow", "__init__", "__main__", "kernel_cache", "compile_kernels")
+NOT_COMPUTING = (
+    *DRAWING,
+    "api",
+    "cli",
+    "workflow",
+    "__init__",
+    "__main__",
+    "kernel_cache",
+    "compile_kernels",
+)
 
 
 def code_version(*parts: str) -> str:

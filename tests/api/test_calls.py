@@ -15,13 +15,14 @@ from scipy.spatial.distance import pdist
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
-from sparsurf.cli import command, descriptors, inputs, options, outputs, recommend
+from sparsurf.api import inputs, writing
+from sparsurf.cli import command, descriptors, options
 from sparsurf.patches import descriptors as engine
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.streams import stream
+from sparsurf.streams import DEFAULT_SEED
 from sparsurf.study.subset_search import warn_if_number_differs
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Surface
@@ -41,7 +42,7 @@ def test_what_is_prepared_is_what_was_wished(blob, ready):
     assert (ready.r_patch, ready.r_zernike, ready.d_link, ready.seed) == (4.0, 6.0, D_LINK, 4)
     assert sparsurf.prepare(ready) is ready
     other = sparsurf.prepare(blob, r_patch=3.0, r_zernike=5.0, d_link=0.9)
-    assert (other.r_patch, other.r_zernike, other.d_link, other.seed) == (3.0, 5.0, 0.9, 0)
+    assert (other.r_patch, other.r_zernike, other.d_link, other.seed) == (3.0, 5.0, 0.9, DEFAULT_SEED)
     with pytest.raises(InputError, match=r"surface: D_link = 0.1 Å is below"):
         sparsurf.prepare(blob, d_link=0.1)
 
@@ -84,7 +85,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         (lambda dots, ready: sparsurf.descriptors(dots, [0], radius=-1), f"radius is -1; {LENGTHS}"),
         (
             lambda dots, ready: sparsurf.descriptors(dots, [[0, 0, np.nan]], d_link=D_LINK),
-            "at: some of the places are no numbers; leave them out.",
+            "at: some of the points are no numbers; leave them out.",
         ),
         (lambda dots, ready: sparsurf.prepare(dots, r_patch=0), f"r_patch is 0; {LENGTHS}"),
         (lambda dots, ready: sparsurf.prepare(dots, r_zernike=0), f"r_zernike is 0; {LENGTHS}"),
@@ -94,7 +95,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
             "seed is -1; it must be a whole number, 0 to 18446744073709551615.",
         ),
         (
-            lambda dots, ready: sparsurf.sample(ready, n=9, seed=-1),
+            lambda dots, ready: sparsurf.sample(ready, n_dots=9, seed=-1),
             "seed is -1; it must be a whole number, 0 to 18446744073709551615.",
         ),
         *(
@@ -124,8 +125,8 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
             for n in (-1, 2.5, "many")
         ),
         (
-            lambda dots, ready: sparsurf.sample(ready, n=9, combination=(1, 0, 6, 0)),
-            "sample: a combination leaves n to chance; leave out n or the combination.",
+            lambda dots, ready: sparsurf.sample(ready, n_dots=9, combination=(1, 0, 6, 0)),
+            "sample: a combination leaves the number of dots to chance; leave out n_dots or the combination.",
         ),
         (
             lambda dots, ready: sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="uniform"),
@@ -173,7 +174,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
             "surface: normals are not of unit length; divide each by its length.",
         ),
         (
-            lambda dots, ready: sparsurf.sample(ready, n=9, sampler=["x"]),
+            lambda dots, ready: sparsurf.sample(ready, n_dots=9, sampler=["x"]),
             f"sampler: there is no sampler ['x']; the samplers are {', '.join(SAMPLERS)}.",
         ),
         (
@@ -219,8 +220,8 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         ),
         (lambda dots, ready: sparsurf.surface(BALL, d_link=0), f"d_link is 0; {LENGTHS}"),
         (
-            lambda dots, ready: sparsurf.surface(BALL, probe=11),
-            "probe is 11; it must be a number, more than 0 and at most 10.",
+            lambda dots, ready: sparsurf.surface(BALL, probe_radius=11),
+            "probe_radius is 11; it must be a number, more than 0 and at most 10.",
         ),
         (
             lambda dots, ready: radii(SimpleNamespace(element=["C"]), "x"),
@@ -249,37 +250,34 @@ def test_the_help_names_every_sampler():
 
 def test_a_sample_has_the_wished_number(ready):
     assert len(sparsurf.sample(ready, percent=10)) == 300
-    assert len(sparsurf.sample(ready, n=1)) == 1
-    assert sorted(sparsurf.sample(ready, n=3000, sampler="uniform")) == list(range(3000))
+    assert len(sparsurf.sample(ready, n_dots=1)) == 1
+    assert sorted(sparsurf.sample(ready, n_dots=3000, sampler="uniform")) == list(range(3000))
     for n in (0, -1, 2.5, 3001, np.nan, np.inf, "10", True):
-        with pytest.raises(InputError, match=r"n is .* it must be a whole number, 1 to 3000"):
-            sparsurf.sample(ready, n=n)
+        with pytest.raises(InputError, match=r"n_dots is .* it must be a whole number, 1 to 3000"):
+            sparsurf.sample(ready, n_dots=n)
     with pytest.raises(InputError, match="percent is 0; it must be a number, more than 0 and at most 100"):
         sparsurf.sample(ready, percent=0)
-    for given in ({}, {"n": 5, "percent": 5}):
-        with pytest.raises(InputError, match="either percent or n"):
+    for given in ({}, {"n_dots": 5, "percent": 5}):
+        with pytest.raises(InputError, match="either percent or n_dots"):
             sparsurf.sample(ready, **given)
-    with pytest.raises(InputError, match=r"percent= or n=.* not 1.0 alone"):
-        sparsurf.sample(ready, 1.0)
     first, again, other = (
-        sparsurf.sample(ready, n=50, sampler="uniform", seed=s).tolist() for s in (0, 0, 1)
+        sparsurf.sample(ready, n_dots=50, sampler="uniform", seed=s).tolist() for s in (0, 0, 1)
     )
     assert first == again and len(set(first) & set(other)) < 10
     kept = sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=7)
-    assert np.array_equal(
-        kept, published.sample(ready.cover, (1, 0, 6, 0), ready.stream("sample", "paper", 7))
-    )
+    reseeded = ready.changed(seed=7)
+    assert np.array_equal(kept, reseeded.pair((1, 0, 6, 0), 0)[0])
     assert np.array_equal(kept, sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper", seed=7))
     other = sparsurf.sample(ready, combination=(1, 0, 6, 0), sampler="paper_corrected", seed=7)
-    rng = ready.stream("sample", "paper_corrected", 7)
-    assert np.array_equal(other, published.sample(ready.corrected_cover, (1, 0, 6, 0), rng)) and len(
-        other
-    ) != len(kept)
-    assert np.array_equal(sparsurf.sample(ready, n=9), sparsurf.sample(ready, n=9, sampler="farthest"))
+    corrected = reseeded.changed(cover=ready.corrected_cover)
+    assert np.array_equal(other, corrected.pair((1, 0, 6, 0), 0)[0]) and len(other) != len(kept)
+    assert np.array_equal(
+        sparsurf.sample(ready, n_dots=9), sparsurf.sample(ready, n_dots=9, sampler="farthest")
+    )
 
 
 def test_a_number_of_dots_that_was_not_wished_is_told(ready, dots, tmp_path, caplog, capsys):
-    n = len(sparsurf.sample(ready, n=1, sampler="paper"))
+    n = len(sparsurf.sample(ready, n_dots=1, sampler="paper"))
     assert n > 1 and caplog.messages == [
         f"paper keeps {n} dots instead of 1: its combinations leave the number to chance, within what they can give"
     ]
@@ -299,7 +297,7 @@ def test_places_without_a_patch_are_told(blob, caplog):
     z = sparsurf.descriptors(blob, places, d_link=D_LINK)
     assert z[0].any() and not z[1:].any()
     assert caplog.messages == [
-        "at: 2 of 3 places have no patch, as no dot lies within 6 Å; their descriptors are zeros"
+        "at: 2 of 3 points have no patch, as no dot lies within 6 Å; their descriptors are zeros"
     ]
     assert sparsurf.descriptors(blob, [], d_link=D_LINK).shape == (0, 121)
     assert sparsurf.descriptors(blob, [5], d_link=D_LINK).any() and len(caplog.messages) == 1
@@ -350,7 +348,7 @@ def test_patches_are_cut_as_wished(blob):
     every = sparsurf.descriptors(few, radius=1, d_link=5.0)
     assert every.shape == (200, 121)
     assert np.array_equal(every[[7, 9]], sparsurf.descriptors(few, [7, 9], radius=1, d_link=5.0))
-    for at, words in (([3000], "dots 3000 to 3000 are asked for, the surface has 0 to 2999"), ([-1], "dots -1"),
+    for at, words in (([3000], "there is no dot 3000; the surface has 0 to 2999"), ([-1], "no dot -1"),
                       ([0.5], "give"), ([[1, 2]], "give")):  # fmt: skip
         with pytest.raises(InputError, match=words):
             sparsurf.descriptors(blob, at, d_link=D_LINK)
@@ -358,15 +356,15 @@ def test_patches_are_cut_as_wished(blob):
 
 def test_a_ball_has_the_dots_that_are_wished():
     for density, probe in ((5.0, 1.4), (20.0, 1.0)):
-        dots = sparsurf.surface(BALL, density=density, probe=probe, d_link=1.0)
+        dots = sparsurf.surface(BALL, density=density, probe_radius=probe, d_link=1.0)
         assert len(dots) == pytest.approx(16 * np.pi * density, rel=0.1)
         assert np.linalg.norm(dots.points - BALL[0], axis=1) == pytest.approx(2.0, abs=1e-6)
         assert dots.area.sum() == pytest.approx(16 * np.pi, rel=1e-6)
     auto, denser = (len(sparsurf.surface(BALL, d_link=link)) for link in (0.6, 0.25))
     assert auto == pytest.approx(16 * np.pi * 5.35, rel=0.1) and denser > 2 * auto
     pair = (np.array([[0, 0, 0], [4.4, 0, 0]]), np.array([1.0, 1.0]))  # 2.4 Å of room between them
-    assert (sparsurf.surface(pair, probe=1.3, d_link=2.0).kind > 0).any()
-    assert (sparsurf.surface(pair, probe=1.1, d_link=2.0).kind == 0).all()
+    assert (sparsurf.surface(pair, probe_radius=1.3, d_link=2.0).kind > 0).any()
+    assert (sparsurf.surface(pair, probe_radius=1.1, d_link=2.0).kind == 0).all()
 
 
 @pytest.mark.parametrize(("radii", "carbon"), [("dms", 1.9), ("bondi", 1.7)])
@@ -401,7 +399,7 @@ def test_dots_come_back_first_and_as_dense_as_wished(blob):
 def test_dots_know_their_molecule():
     """So that all that follows from the atoms needs only the dots, and is the same as from the file."""
     molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
-    how = {"probe": 1.5, "radii": "bondi"}
+    how = {"probe_radius": 1.5, "radii": "bondi"}
     dots = sparsurf.surface(molecule, **how)
     few, own = sparsurf.minimal(dots), sparsurf.minimal(molecule, **how)
     assert np.array_equal(few.dots, own.dots) and few.table.equals(own.table)
@@ -471,8 +469,8 @@ def test_areas_of_a_part_of_the_dots_are_refused(blob):
 
 def test_what_is_wrong_with_numbers_is_told_in_the_words_of_the_call(blob):
     dots = sparsurf.surface(sparsurf.read_molecule(PEPTIDE, residues="209-210"))
-    with pytest.raises(InputError, match=rf"^minimal: n is 100000, more than the {len(dots)} dots"):
-        sparsurf.minimal(dots, n=100_000)
+    with pytest.raises(InputError, match=rf"^minimal: n_dots is 100000, more than the {len(dots)} dots"):
+        sparsurf.minimal(dots, n_dots=100_000)
     with pytest.raises(InputError, match=r"^roughness_values: the arrays hold something else than numbers"):
         sparsurf.residues(dots, roughness_values=["a"] * len(dots))
 
@@ -487,17 +485,17 @@ def test_a_name_that_other_programs_do_not_read_is_refused(blob, tmp_path, name)
 
 
 def test_triangles_that_are_left_out_are_told(blob, tmp_path, monkeypatch, caplog):
-    monkeypatch.setattr(outputs, "MAX_DOTS_TO_TRIANGULATE", 100)
+    monkeypatch.setattr(writing, "MAX_DOTS_TO_TRIANGULATE", 100)
     sparsurf.write(Surface(*blob), tmp_path / "a.ply")
     assert caplog.messages == [
         f"{len(blob[0])} dots are too many for triangles between them: {tmp_path / 'a.ply'} has none"
     ]
     with pytest.raises(InputError, match=r"a\.stl would hold no triangles"):
-        outputs.write_dots(
+        writing.write_dots(
             tmp_path / "a.stl",
             None,
-            outputs.Dots(Surface(*blob), pd.DataFrame(index=range(len(blob[0])))),
-            True,
+            writing.Dots(Surface(*blob), pd.DataFrame(index=range(len(blob[0])))),
+            with_faces=False,
         )
 
 
@@ -550,28 +548,20 @@ def test_residues_of_what_is_no_subset_are_refused(wrong, said):
     assert sparsurf.residues(dots, kept=np.zeros(len(dots), bool))["kept"].sum() == 0
 
 
-@pytest.mark.parametrize("wish", [{"frame": 5}, {"probe": 3.0}, {"radii": "bondi"}])
+@pytest.mark.parametrize("wish", [{"frame": 5}, {"probe_radius": 3.0}, {"radii": "bondi"}])
 def test_rules_of_placing_dots_are_refused_for_dots(blob, wish):
     for call in (partial(sparsurf.minimal, percent=10), sparsurf.floors, sparsurf.mesh):
         with pytest.raises(InputError, match=f"{next(iter(wish))}=.* is about placing dots; leave it out"):
             call(blob if call is not sparsurf.mesh else Surface(*blob), **wish)
 
 
-def test_a_recommendation_for_denser_dots_says_that_it_does_not_hold():
-    molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-216")
-    said = [
-        str(sparsurf.recommend(sparsurf.surface(molecule, density=density), 20)) for density in (10.0, "auto")
-    ]
-    assert ["the numbers below do not hold for it" in each for each in said] == [True, False]
-
-
 def test_components_go_by_the_rules_that_placed_the_dots():
     molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
-    dots = sparsurf.surface(molecule, probe=0.8)
+    dots = sparsurf.surface(molecule, probe_radius=0.8)
     for found in (sparsurf.components(dots), sparsurf.components(molecule, dots)):
         assert found[1]["dots"].tolist() == [len(dots)]
-    with pytest.raises(InputError, match=r"components: the dots were placed with probe=0\.8"):
-        sparsurf.components(molecule, dots, probe=3.0)
+    with pytest.raises(InputError, match=r"components: the dots were placed with probe_radius=0\.8"):
+        sparsurf.components(molecule, dots, probe_radius=3.0)
 
 
 def test_a_named_index_is_written_and_dots_of_another_frame_are_not(ready, tmp_path):
@@ -613,14 +603,6 @@ def test_a_part_of_the_dots_is_no_whole_surface():
     assert np.array_equal(sparsurf.minimal(part).dots, sparsurf.minimal(alone).dots)
 
 
-def test_a_recommendation_for_a_part_is_not_that_for_the_whole():
-    dots = sparsurf.surface(PEPTIDE)
-    half = dots.take(dots.points[:, 0] > np.median(dots.points[:, 0]))
-    assert (
-        sparsurf.recommend(half) == sparsurf.recommend(replace(half, origin=None)) != sparsurf.recommend(dots)
-    )
-
-
 def test_what_minimal_gave_is_taken_for_its_dots(blob):
     few = sparsurf.minimal(blob, percent=20, d_link=D_LINK)
     dense = sparsurf.recover(few)
@@ -628,7 +610,7 @@ def test_what_minimal_gave_is_taken_for_its_dots(blob):
         few.dots
     )
     assert sparsurf.mesh(few).volume == pytest.approx(sparsurf.mesh(Surface(*blob)).volume, rel=0.01)
-    assert len(sparsurf.settle(few, blob)) == len(few.dots)
+    assert len(sparsurf.relax(few, blob)) == len(few.dots)
 
 
 def test_dots_of_a_file_know_no_molecule(blob):
@@ -637,37 +619,28 @@ def test_dots_of_a_file_know_no_molecule(blob):
             getattr(sparsurf, name)(Surface(*blob))
 
 
-def test_a_recommendation_of_a_structure_is_that_of_its_bare_atoms(tmp_path, capsys):
-    path = tmp_path / "peptide.pdb"
-    sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214").write_pdb(path)
-    own = sparsurf.recommend(path)
-    assert own == sparsurf.recommend(sparsurf.surface(path)) and repr(own) == own
-    assert command.main(["recommend", str(path)]) == 0
-    assert capsys.readouterr().out.endswith(f"\n\n{own}\n")
-
-
 def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
-    made = inputs.as_surface(tuple(map(np.ndarray.tolist, blob)))
-    assert np.array_equal(made.points, blob[0]) and inputs.as_surface(made) is made
+    made = inputs.as_dots(tuple(map(np.ndarray.tolist, blob)))
+    assert np.array_equal(made.points, blob[0]) and inputs.as_dots(made) is made
     for wrong in (list(blob), (blob[0],), 3):
         with pytest.raises(InputError, match="is no surface: give the path"):
-            inputs.as_surface(wrong)
+            inputs.as_dots(wrong)
     for atoms in ("a.pdb", tmp_path / "a.cif.gz"):
         with pytest.raises(
             InputError, match=r"a\.(pdb|cif\.gz) holds atoms: give the dots that surface\(\) places"
         ):
-            inputs.as_surface(atoms)
+            inputs.as_dots(atoms)
     with pytest.raises(InputError, match=r"^an int is no molecule"):
         inputs.as_molecule(3)
     with pytest.raises(InputError, match=r"^a list is no surface"):
-        inputs.as_surface([])
+        inputs.as_dots([])
     names = {"a.pdb": True, "a.PDB.gz": True, "a.cif": True, "a.gro": True, "a.prmtop": True, "a.csv": False}
     names |= {"a.dms.gz": False, "a.npz": False, "a.xtc": False}
     assert {name: inputs.is_structure(tmp_path / name) for name in names} == names
 
 
 def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
-    written = {end: lambda path, end=end: path.write_text(f"{end} in {path.name}") for end in outputs.DOTS}
+    written = {end: lambda path, end=end: path.write_text(f"{end} in {path.name}") for end in writing.DOTS}
     for name, given, words in (
         ("a.csv", None, ".csv in part.csv"),
         ("a.PLY", None, ".ply in part.ply"),
@@ -677,30 +650,30 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
         ("b.dms.gz", "npz", ".npz in part.npz"),
         ("b.gz", "csv", ".csv in part.csv"),
     ):
-        outputs.write(tmp_path / name, given, outputs.DOTS, written)
+        writing.write_file(tmp_path / name, given, writing.DOTS, written)
         packed = name.lower().endswith(".gz")
         content = gzip.compress(words.encode(), mtime=0) if packed else words.encode()  # the same at any time
         assert (tmp_path / name).read_bytes() == content
-    outputs.write("-", None, outputs.DOTS, written)
-    outputs.write("-", "ply", outputs.DOTS, written)
+    writing.write_file("-", None, writing.DOTS, written)
+    writing.write_file("-", "ply", writing.DOTS, written)
     assert capfdbinary.readouterr().out == b".csv in part.csv.ply in part.ply"
     with pytest.raises(InputError, match=r"cannot be written as '.ply'; name a file in .csv, .npz."):
-        outputs.write(tmp_path / "a.ply", None, outputs.TABLES, written)
+        writing.write_file(tmp_path / "a.ply", None, writing.TABLES, written)
     with pytest.raises(
         InputError, match=r"/a\.gz: the name has no suffix; name a file in \.dms, \.csv, \.npz, "
     ):
-        outputs.write(tmp_path / "a.gz", None, outputs.DOTS, written)
+        writing.write_file(tmp_path / "a.gz", None, writing.DOTS, written)
     with pytest.raises(
         InputError, match=r"/a\.npz: this cannot be written as '\.ply'; give --format csv, npz\.$"
     ):
-        outputs.write(tmp_path / "a.npz", "ply", outputs.TABLES, written)
+        writing.write_file(tmp_path / "a.npz", "ply", writing.TABLES, written)
 
     def broken(path):
         path.write_text("half")
         raise OSError("full")
 
     with pytest.raises(OSError):
-        outputs.write(tmp_path / "b.csv", None, outputs.DOTS, {".csv": broken})
+        writing.write_file(tmp_path / "b.csv", None, writing.DOTS, {".csv": broken})
     names = ["a.PLY", "a.csv", "a.csv.GZ", "a.dms.gz", "b.dms.gz", "b.gz"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
 
@@ -718,11 +691,15 @@ def test_links_and_pipes_stay_what_they_are(tmp_path):
     (tmp_path / "folder" / "old.csv").write_text("old")
     for name in ("old.csv", "new.csv"):  # there, and not there yet
         (tmp_path / name).symlink_to(tmp_path / "folder" / name)
-        outputs.write(tmp_path / name, None, outputs.TABLES, {".csv": lambda path: path.write_text("dots")})
+        writing.write_file(
+            tmp_path / name, None, writing.TABLES, {".csv": lambda path: path.write_text("dots")}
+        )
         assert (tmp_path / name).is_symlink() and (tmp_path / "folder" / name).read_text() == "dots"
     os.mkfifo(tmp_path / "pipe.csv")
     reader = os.open(tmp_path / "pipe.csv", os.O_RDONLY | os.O_NONBLOCK)
-    outputs.write(tmp_path / "pipe.csv", None, outputs.TABLES, {".csv": lambda path: path.write_text("dots")})
+    writing.write_file(
+        tmp_path / "pipe.csv", None, writing.TABLES, {".csv": lambda path: path.write_text("dots")}
+    )
     assert os.read(reader, 99) == b"dots" and (tmp_path / "pipe.csv").is_fifo()
     os.close(reader)
 
@@ -744,7 +721,7 @@ def test_links_and_pipes_stay_what_they_are(tmp_path):
     ],
 )
 def test_a_number_lies_within_its_limits(keys, text, value):
-    parse = inputs.Limits(**keys).parse
+    parse = options.number(inputs.Limits(**keys))
     if value is not None:
         assert parse(text) == value
         return
@@ -797,8 +774,22 @@ def test_options_reach_the_surface(monkeypatch):
     requested = "--frame 2 --probe 1.2 --density 7 --radii bondi --d-link 0.8 --cavities remove"
     for line in (requested, ""):
         assert options.read_dots(parser.parse_args(["a.pdb", *line.split()])) == ("dots", molecule)
-    given = {"frame": 2, "probe": 1.2, "density": 7, "radii": "bondi", "d_link": 0.8, "cavities": "remove"}
-    without = {"frame": 0, "probe": 1.4, "density": "auto", "radii": "dms", "d_link": 0.5, "cavities": "keep"}
+    given = {
+        "frame": 2,
+        "probe_radius": 1.2,
+        "density": 7,
+        "radii": "bondi",
+        "d_link": 0.8,
+        "cavities": "remove",
+    }
+    without = {
+        "frame": 0,
+        "probe_radius": 1.4,
+        "density": "auto",
+        "radii": "dms",
+        "d_link": 0.5,
+        "cavities": "keep",
+    }
     assert asked == [(molecule, given), (molecule, without)]
 
 
@@ -827,14 +818,14 @@ def test_minimal_keeps_the_share_that_is_wished(dots, ready, tmp_path):
     assert len(some) == len(others) == 40 and len(set(some) & set(others)) < 10
     near, spread = (pdist(ready.points[kept]).min() for kept in (some, table["dot"][:40]))
     assert near < 0.5 * spread  # by chance two uniform dots lie together, farthest ones never
-    ran("minimal", dots, "--percent", 5, "--settle", "-o", tmp_path / "s.csv")
+    ran("minimal", dots, "--percent", 5, "--relax", "-o", tmp_path / "s.csv")
     settled = pd.read_csv(tmp_path / "s.csv")
     assert settled["dot"].tolist() == table["dot"].tolist()
     moved = np.linalg.norm(settled[["x", "y", "z"]] - table[["x", "y", "z"]], axis=1)
     assert 0 < moved.mean() < 0.5
     assert np.linalg.norm(settled[["nx", "ny", "nz"]], axis=1) == pytest.approx(1, abs=2e-4)
     z = 0.9 * sparsurf.compare(ready, table["dot"], test_dots=400)["Z"].iloc[0]
-    ran("minimal", dots, "--z", z, "-o", tmp_path / "z.csv")
+    ran("minimal", dots, "--max-error", z, "-o", tmp_path / "z.csv")
     assert len(pd.read_csv(tmp_path / "z.csv")) > 150
 
 
@@ -849,7 +840,7 @@ def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
     assert 1.6 < (len(dense) - 500) / (len(sparse) - 500) < 3
     places = tmp_path / "places.csv"
     pd.DataFrame({"name": ["a"], "z": [8.0], "x": [0.0], "y": [0.5]}).to_csv(places, index=False)
-    assert command.main(["recover", str(few), "--around", str(places), "-o", str(tmp_path / "z.csv")]) == 0
+    assert command.main(["recover", str(few), "--at", str(places), "-o", str(tmp_path / "z.csv")]) == 0
     z = pd.read_csv(tmp_path / "z.csv")
     assert z[["x", "y", "z"]].to_numpy().tolist() == [[0.0, 0.5, 8.0]]
     whole = sparsurf.recover(few)
@@ -857,7 +848,7 @@ def test_recovered_dots_tell_which_were_kept(dots, tmp_path):
     assert z.filter(like="z_").to_numpy() == pytest.approx(expected, rel=1e-5)
     for name in ("m.csv", "m.npz", "m.ply"):  # places of every kind of file that dots come in
         ran("minimal", few, "--dots", 9, "-o", tmp_path / name, d_link=3)
-        words = [str(few), "--around", str(tmp_path / name), "-o", str(tmp_path / "z.csv")]
+        words = [str(few), "--at", str(tmp_path / name), "-o", str(tmp_path / "z.csv")]
         assert command.main(["recover", *words]) == 0
         z, places = pd.read_csv(tmp_path / "z.csv"), sparsurf.read_surface(tmp_path / name).points
         assert z[["x", "y", "z"]].to_numpy() == pytest.approx(places) and len(z) == 9
@@ -876,7 +867,7 @@ def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_pa
     assert table["dot"].tolist() == [2999, 0]
     assert np.allclose(table.filter(like="z_"), down, rtol=1e-6)
     assert command.main(["descriptors", str(dots), "--at", "3000", "--d-link", "0.8", "-o", "x.csv"]) == 1
-    assert "--at: there is no dot 3000; the surface has 0 to 2999." in capsys.readouterr().err
+    assert "at: there is no dot 3000; the surface has 0 to 2999." in capsys.readouterr().err
     assert descriptors._numbers(" 3, 0") == [3, 0]
     for text in ("1,-2", "1,,2", "1.5"):
         with pytest.raises(argparse.ArgumentTypeError):
@@ -884,44 +875,6 @@ def test_descriptors_and_roughness_at_the_dots_that_are_named(dots, blob, tmp_pa
     ran("roughness", dots, "--r-patch", 3, "-o", tmp_path / "r.csv")
     rough = pd.read_csv(tmp_path / "r.csv")["roughness"]
     assert np.allclose(rough, sparsurf.roughness(blob, radius=3, d_link=D_LINK), atol=6e-5)
-
-
-def test_a_recommendation_says_whose_evidence_it_is():
-    seen = pd.DataFrame({"protein": ["a", "a", "b"], "mean_roughness": [0.6, 0.65, 0.55]})
-    assert recommend.header("x", seen) == "x: 3 surfaces of 2 proteins, mean roughness 0.550 to 0.650."
-    one = recommend.header("x", seen.head(1))
-    assert one == "x: 1 surface of 1 protein, mean roughness 0.600 to 0.600."
-    gaps = pd.Series([0.40, 0.42])
-    for own, warned in ((0.40, 0), (0.43, 0), (0.39, 0), (0.38, 1), (0.44, 1)):
-        note = recommend.spacing_note(own, gaps)
-        assert bool(note) == warned
-    assert "Its dots lie 0.440 Å apart, those of the run 0.400 to 0.420 Å" in note
-
-
-def test_a_recommendation_for_a_roughness_alone(capsys):
-    assert command.main(["recommend", "--roughness", "0.6", "--n-s", "20"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("docs/proteins.md: ")
-    assert lines[1].startswith("Asked: mean roughness 0.600, n_S 20 % of the dots.")
-    evidence = recommend.read_run(recommend.EVIDENCE)
-    told = recommend.answer(evidence, 0.6, 20, stream(0, "recommend"))
-    assert lines[2:] == told.splitlines()
-
-
-def test_a_recommendation_for_dots(dots, blob, capsys):
-    """R_patch and D_link are those of the evidence, whose dots are spaced otherwise."""
-    evidence = recommend.read_run(recommend.EVIDENCE)["surfaces"].iloc[0]
-    points = 0.55 * blob[0]
-    path = dots.with_name("small.csv")
-    pd.DataFrame(np.hstack([points, blob[1]]), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(
-        path, index=False
-    )
-    assert command.main(["recommend", str(path), "--n-s", "5"]) == 0
-    asked = capsys.readouterr().out.splitlines()[1]
-    rough = sparsurf.roughness(
-        (points, blob[1]), radius=evidence["R_patch"], d_link=evidence["D_link"]
-    ).mean()
-    assert f"mean roughness {rough:.3f}, n_S 5 % of the dots (150 of the 3000 dots of {path})" in asked
 
 
 def test_a_closed_mesh_of_a_structure_is_as_fine_as_wished(tmp_path):
@@ -952,10 +905,10 @@ def test_the_columns_of_dots(tmp_path):
     surface = Surface(
         np.array([[1.0, 2, 3]]), np.array([[0.0, 0, 1]]), np.array([0.2]), np.array([1]), np.array([0])
     )
-    own = outputs.Dots(surface, pd.DataFrame({"own": [7], "word": ["GLY"], "dot": [4]}))
+    own = writing.Dots(surface, pd.DataFrame({"own": [7], "word": ["GLY"], "dot": [4]}))
     written = {end: tmp_path / f"a.{end}" for end in ("csv", "csv.gz", "npz", "ply", "dms")}
     for path in (written[end] for end in ("csv", "csv.gz", "npz", "ply")):
-        outputs.write_dots(path, None, own)
+        writing.write_dots(path, None, own)
     assert pd.read_csv(written["csv"]).to_dict("records") == [
         {"dot": 4, "x": 1, "y": 2, "z": 3, "nx": 0, "ny": 0, "nz": 1, "own": 7, "word": "GLY"}
     ]
@@ -967,24 +920,26 @@ def test_the_columns_of_dots(tmp_path):
     text = written["ply"].read_text()
     assert "property int dot\nproperty int own\n" in text and " 4 7\n" in text and "word" not in text
     with pytest.raises(InputError, match=r"cannot be written as '.dms'"):
-        outputs.write_dots(written["dms"], None, own)
+        writing.write_dots(written["dms"], None, own)
     molecule = SimpleNamespace(
         residue_name=["GLY"], residue=["1"], name=["CA"], xyz=np.array([[[9.0, 9, 9]], [[1.5, 2, 3]]])
     )
-    outputs.write_dots(written["dms"], None, outputs.Dots(surface, own.table, None, molecule, 1))
+    writing.write_dots(written["dms"], None, writing.Dots(surface, own.table, None, molecule, 1))
     assert "1.500" in written["dms"].read_text() and "9.000" not in written["dms"].read_text()
 
 
 def test_dots_that_know_their_molecule_refuse_rules_that_they_were_not_placed_by():
-    dots = sparsurf.surface(PEPTIDE, probe=1.5)
-    assert sparsurf.mesh(dots).volume == sparsurf.mesh(PEPTIDE, probe=1.5).volume
+    dots = sparsurf.surface(PEPTIDE, probe_radius=1.5)
+    assert sparsurf.mesh(dots).volume == sparsurf.mesh(PEPTIDE, probe_radius=1.5).volume
     asked = [
-        lambda: sparsurf.mesh(dots, probe=3.0),
+        lambda: sparsurf.mesh(dots, probe_radius=3.0),
         lambda: sparsurf.mesh(dots, cavities="remove"),
-        lambda: sparsurf.components(dots, probe=2.0),
+        lambda: sparsurf.components(dots, probe_radius=2.0),
         lambda: sparsurf.minimal(dots, radii="bondi", percent=10),
     ]
-    for ask, key in zip(asked, ("probe=1.5", "cavities='keep'", "probe=1.5", "radii='dms'"), strict=True):
+    for ask, key in zip(
+        asked, ("probe_radius=1.5", "cavities='keep'", "probe_radius=1.5", "radii='dms'"), strict=True
+    ):
         with pytest.raises(InputError, match=f"placed with {key}; give their molecule"):
             ask()
 

@@ -1,0 +1,164 @@
+"""Numbers at the dots of a surface that follow from the atoms, and numbers over its residues."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.api.inputs import (
+    MoleculeLike,
+    SurfaceLike,
+    as_dots,
+    as_molecule,
+    check_frame,
+    field_names,
+    has_atoms,
+    index_array,
+    known_origin,
+    number_arrays,
+    refuse_other_atoms,
+    refuse_other_frame,
+    refuse_other_molecule,
+    refuse_other_rules,
+    subset_indices,
+)
+from sparsurf.api.patches import roughness
+from sparsurf.api.surfaces import as_surface
+from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.study.minimal_subset import Subset
+from sparsurf.study.residues import residue_table
+from sparsurf.surfaces.surface import Surface
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import ArrayLike
+
+FIELDS = ("hydropathy", "potential")
+
+
+def fields(
+    molecule: MoleculeLike | Surface,
+    dots: Any = None,
+    names: str | Sequence[str] = FIELDS,
+    *,
+    frame: int = 0,
+    charges: str | Path = "table",
+    table: str | Path | None = None,
+) -> pd.DataFrame:
+    """Compute numbers at the dots of a surface that follow from the molecule around them.
+
+    Parameters
+    ----------
+    molecule : path of a structure, Molecule, mdtraj.Trajectory, biotite AtomArray or MDAnalysis AtomGroup
+    dots : what `surface` or `read_surface` gave, the path of a file of dots, or the pair (points, normals);
+        in place of the molecule, where they know theirs
+    names : str or sequence of str
+        hydropathy (Kyte-Doolittle, averaged over 2.5 Å), potential (screened Coulomb, kT/e), bfactor (Å^2, averaged
+        over 2.5 Å), or columns of `table`.
+    frame : int
+        Position of the frame, from 0.
+    charges : str
+        Of the potential: 'table' (PARSE; hydrogens that a structure lacks are built), 'pdb2pqr', which must be
+        installed, or the path of a PQR file.
+    table : path, optional
+        CSV with a value for each residue or atom in columns residue, chain, atom and those of `names`.
+
+    Returns
+    -------
+    DataFrame, (N, F)
+        One column per name.
+
+    Raises
+    ------
+    InputError
+        One sentence on what is wrong.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> fields = sparsurf.fields(dots)
+    >>> fields.shape, list(fields)
+    ((24600, 2), ['hydropathy', 'potential'])
+    """
+    if isinstance(molecule, Surface):
+        if has_atoms(dots):
+            raise InputError("fields: give the molecule first, then its dots.")
+        names = names if dots is None else dots
+        origin = known_origin(molecule, "fields")
+        refuse_other_rules(origin, "fields", frame=frame)
+        dots, atoms, frame = molecule, origin.molecule, origin.frame
+    else:
+        atoms = as_molecule(molecule)
+    surface = as_dots(dots)
+    check_frame(atoms, frame, "the molecule")
+    refuse_other_frame(dots, atoms, frame, "fields")
+    refuse_other_molecule(dots, atoms, frame, "fields")
+    names = field_names(names, "names")
+    if not names:
+        raise InputError("names: there are no fields; give one at least, such as 'potential'.")
+    return compute_fields(names, atoms.frame(frame), surface.points, charges, table)
+
+
+def residues(
+    dots: SurfaceLike,
+    molecule: MoleculeLike | None = None,
+    *,
+    roughness_values: ArrayLike | None = None,
+    kept: ArrayLike | Subset = (),
+    weight: ArrayLike | None = None,
+) -> pd.DataFrame:
+    """Tabulate how much of the surface each residue makes, how rough it is there, and how many of its dots are kept.
+
+    Parameters
+    ----------
+    dots : what `surface` gave for the molecule, or the molecule itself
+    molecule : as in `surface`, optional
+        By default the molecule that the dots know.
+    roughness_values : (N,) float, optional
+        R_i where they are known.
+    kept : (n,) int, or what `minimal` gave, optional
+        Dots of a subset.
+    weight : (n,) int, optional
+        Number of dots that each kept dot stands for; that of `minimal` is known.
+
+    Returns
+    -------
+    DataFrame, one row per residue
+        chain, residue, residue_name; area and area_contact, area_saddle, area_concave (Å^2); mean_roughness and
+        least_roughness (NaN where buried); the mean of each field; dots, kept, and the weight of the kept.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> table = sparsurf.residues(sparsurf.surface("data/tdp43/topology.pdb"))
+    >>> len(table), list(table)[:4]
+    (61, ['chain', 'residue', 'residue_name', 'area'])
+    """
+    surface = as_surface(dots)
+    atoms = known_origin(surface, "residues").molecule if molecule is None else as_molecule(molecule)
+    refuse_other_atoms(surface, atoms, None, "residues")
+    if not 0 <= surface.atom.min() <= surface.atom.max() < atoms.n_atoms:
+        raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
+    known = None if roughness_values is None else number_arrays([roughness_values], "roughness_values")[0]
+    values = roughness(surface) if known is None else known
+    if values.shape != (len(surface),):
+        raise InputError(
+            f"residues: roughness_values has the shape {values.shape}; the dots are {len(surface)}."
+        )
+    if isinstance(kept, Subset):
+        weight = kept.weight if weight is None else weight
+        kept = kept.dots
+    dots_kept = index_array(kept, len(surface), "kept")
+    if len(dots_kept):
+        dots_kept = subset_indices("kept", dots_kept, len(surface))
+    weights = np.ones(len(dots_kept), int) if weight is None else np.asarray(weight)
+    if weights.shape != dots_kept.shape:
+        raise InputError(
+            f"residues: weight has the shape {weights.shape}; the kept dots are {len(dots_kept)}."
+        )
+    return residue_table(surface, values, atoms, dots_kept, weights)

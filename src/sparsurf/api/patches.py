@@ -1,0 +1,140 @@
+"""Numbers of patches: the roughness of every dot, and 2D Zernike descriptors."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.api.inputs import LENGTH, SurfaceLike, check_choice, index_array
+from sparsurf.api.surfaces import as_index
+from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED, describe
+from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
+from sparsurf.patches.roughness import roughness as roughness_of_dots
+from sparsurf.threads import available_cores
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+log = logging.getLogger("sparsurf")
+
+
+def roughness(surface: SurfaceLike, *, radius: float = R_PATCH, d_link: float = D_LINK) -> np.ndarray:
+    """Compute the local roughness R_i of every dot: the mean cosine between the normals of its patch and their mean.
+
+    Parameters
+    ----------
+    surface : what `surface` or `read_surface` gave, the path of a file of dots, the pair (points, normals),
+        or a molecule as in `surface`, whose dots are placed
+        Normals of a file are brought to unit length, those of the pair must have it.
+    radius : float
+        R_patch in Å.
+    d_link : float
+        Å; dots closer than this are linked, and a patch is the largest linked island.
+
+    Returns
+    -------
+    (N,) float64
+        1 is flat and 0 is rough.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> R = sparsurf.roughness(dots)
+    >>> R.shape, round(float(R.mean()), 3)
+    ((24600,), 0.594)
+
+    From arrays, or from the file at once:
+
+    >>> R = sparsurf.roughness((dots.points, dots.normals))
+    >>> bool((R == sparsurf.roughness("data/tdp43/topology.pdb")).all())
+    True
+    """
+    radius = LENGTH.check(radius, "radius")
+    return roughness_of_dots(as_index(surface, d_link), radius, available_cores())
+
+
+def descriptors(
+    surface: SurfaceLike,
+    at: ArrayLike | None = None,
+    *,
+    radius: float = R_ZERNIKE,
+    up: bool = True,
+    d_link: float = D_LINK,
+    descriptor: str = PUBLISHED,
+) -> np.ndarray:
+    """Compute 2D Zernike descriptors of patches.
+
+    Parameters
+    ----------
+    surface : as in `roughness`
+    at : (T,) int dots, (N,) bool, or (T, 3) float points in Å, optional
+        Where the patches are cut; by default around every dot.
+    radius : float
+        R_zernike in Å.
+    up : bool
+        Whether the mean normal of a patch is turned to +z, or to -z as for the partner of a complex.
+    d_link : float
+        Å; dots closer than this are linked, and a patch is the largest linked island.
+    descriptor : {'published', 'steady'}
+        'steady' hardly changes when the molecule is turned; it does best with a `d_link` of 0.6.
+
+    Returns
+    -------
+    (T, 121) float64
+        ``|c_nm|`` by n, then m; zeros where there is no patch, with a warning.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> z = sparsurf.descriptors(dots, [0, 100, 200])
+    >>> z.shape
+    (3, 121)
+
+    Two patches are as different as their descriptors are far apart:
+
+    >>> import numpy as np
+    >>> round(float(np.linalg.norm(z[0] - z[1])), 2)
+    1.74
+    """
+    radius = LENGTH.check(radius, "radius")
+    if not isinstance(up, bool | np.bool_):
+        raise InputError(f"up is {up!r}; it must be True or False.")
+    check_choice(descriptor, list(DESCRIPTORS), "descriptor")
+    index = as_index(surface, d_link)
+    return describe_points(index, _points_at(index, at), radius, bool(up), "at", descriptor)
+
+
+def describe_points(
+    index: PatchIndex, points: np.ndarray, radius: float, up: bool, name: str, descriptor: str = PUBLISHED
+) -> np.ndarray:
+    """Return descriptors (T, 121) of the patches around points (T, 3), called `name`; warn of points without a patch."""
+    z, sizes = describe(index, points, radius, up, available_cores(), descriptor)
+    if n_empty := np.count_nonzero(sizes == 0):
+        message = "%s: %d of %d points have no patch, as no dot lies within %g Å; their descriptors are zeros"
+        log.warning(message, name, n_empty, len(points), radius)
+    return z
+
+
+def _points_at(index: PatchIndex, at: Any) -> np.ndarray:
+    """Return the points (T, 3), Å, of what `descriptors` takes as `at`."""
+    points, n = index.xyz[index.position], len(index.dot)
+    if at is None:
+        return points
+    at = index_array(at, n, "at")
+    if at.ndim == 2 and at.shape[1] == 3:
+        if at.dtype.kind not in "iuf" or not np.isfinite(at).all():
+            raise InputError("at: some of the points are no numbers; leave them out.")
+        return np.ascontiguousarray(at, dtype=float)
+    if at.ndim != 1 or at.dtype.kind not in "iu":
+        raise InputError(
+            f"at: give (T,) numbers of dots or (T, 3) points, not {at.dtype} of shape {at.shape}."
+        )
+    if len(at) and not (at.min() >= 0 and at.max() < n):
+        wrong = at.min() if at.min() < 0 else at.max()
+        raise InputError(f"at: there is no dot {wrong}; the surface has 0 to {n - 1}.")
+    return points[at]

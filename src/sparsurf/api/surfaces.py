@@ -1,0 +1,291 @@
+"""From a molecule to its surface: dots, triangles and connected components."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.api.inputs import (
+    DENSITY,
+    LENGTH,
+    PROBE,
+    DotsLike,
+    MoleculeLike,
+    SurfaceLike,
+    as_dots,
+    as_molecule,
+    check_choice,
+    check_frame,
+    has_atoms,
+    is_file_of_dots,
+    is_subset,
+    known_origin,
+    number_arrays,
+    refuse_other_atoms,
+    refuse_other_rules,
+    refuse_placement,
+)
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.patches.index import D_LINK, PatchIndex, build_index
+from sparsurf.surfaces.components import table_of_components
+from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
+from sparsurf.surfaces.radii import radii as atomic_radii
+from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
+from sparsurf.surfaces.spacing import refuse_sparse
+from sparsurf.surfaces.surface import Origin, Surface
+from sparsurf.threads import available_cores
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import ArrayLike
+
+    from sparsurf.surfaces.mesh import Mesh
+
+CAVITIES = ("keep", "remove")
+
+
+def surface(
+    molecule: MoleculeLike | tuple[ArrayLike, ArrayLike],
+    *,
+    frame: int = 0,
+    probe_radius: float = 1.4,
+    density: float | str = "auto",
+    radii: str = "dms",
+    d_link: float = D_LINK,
+    cavities: str = "keep",
+) -> Surface:
+    """Place dots with normals on the solvent-excluded surface of a molecule.
+
+    Parameters
+    ----------
+    molecule : path of a structure, Molecule, mdtraj.Trajectory, biotite AtomArray or MDAnalysis AtomGroup;
+        or the pair (xyz, radii) of (A, 3) centres and (A,) radii in Å
+    frame : int
+        Position of the frame, from 0. An AtomGroup has one: the current frame of its trajectory.
+    probe_radius : float
+        Å.
+    density : float or 'auto'
+        Dots per Å^2; 'auto' is 5.35, or as many more as `d_link` needs.
+    radii : {'dms', 'bondi'}
+        Table of atomic radii.
+    d_link : float
+        Å, distance below which two dots of a patch will count as linked.
+    cavities : {'keep', 'remove'}
+        Whether the dots of closed cavities inside the molecule count.
+
+    Returns
+    -------
+    Surface
+        With `points` and `normals` (N, 3), `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and
+        `atom` (N,), the index of the atom that each dot belongs to; the dots know their molecule.
+
+    Raises
+    ------
+    InputError
+        One sentence on what is wrong.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> len(dots), dots.points.shape, round(dots.area.sum())
+    (24600, (24600, 3), 4560)
+
+    A trajectory of mdtraj; nanometres become Å:
+
+    >>> import mdtraj
+    >>> trajectory = mdtraj.load("data/tdp43/trajectory.xtc", top="data/tdp43/topology.pdb", stride=500)
+    >>> [len(sparsurf.surface(trajectory, frame=f)) for f in range(2)]
+    [24600, 23274]
+
+    Two spheres:
+
+    >>> len(sparsurf.surface(([[0, 0, 0], [3, 0, 0]], [1.5, 1.5])))
+    364
+    """
+    probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
+    density = DENSITY.check(density, "density", "auto")
+    atoms, frame, atom_radii = _spheres(molecule, frame, radii)
+    settings = surface_settings(probe_radius, density, cavities)
+    dots = surface_for_d_link(atoms, frame, atom_radii, settings, d_link, "surface")[0]
+    if not isinstance(atoms, Molecule):
+        return dots
+    rules = {
+        "probe_radius": probe_radius, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities,
+    }  # fmt: skip
+    search = partial(
+        components_of_frame, molecule=atoms, position=frame, atom_radii=atom_radii, probe=probe_radius
+    )
+    return replace(dots, origin=Origin(atoms, frame, rules, search, dots.points))
+
+
+def components(
+    molecule: MoleculeLike | Surface | tuple[ArrayLike, ArrayLike],
+    dots: DotsLike | None = None,
+    *,
+    frame: int = 0,
+    probe_radius: float = 1.4,
+    radii: str = "dms",
+) -> tuple[np.ndarray, pd.DataFrame]:
+    """Find the connected components of a surface: the outside of each molecule, and the closed cavities inside.
+
+    Parameters
+    ----------
+    molecule, frame, probe_radius, radii : as for `surface`
+    dots : what `surface` gave for the same molecule, optional
+        Dots that know their molecule can take its place.
+
+    Returns
+    -------
+    component : (N,) int
+        Component of each dot; 0 has most dots.
+    table : DataFrame
+        component, dots, area (Å^2), volume (Å^3) and cavity (bool).
+
+    Raises
+    ------
+    InputError
+        One sentence on what is wrong.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
+    >>> component, table = sparsurf.components(dots)
+    >>> table["dots"].tolist(), table["cavity"].tolist()
+    ([24376, 224], [False, True])
+    """
+    given: Any = dots
+    if isinstance(molecule, Surface) and dots is None:
+        given, origin = molecule, known_origin(molecule, "components")
+        refuse_other_rules(origin, "components", frame=frame, probe_radius=probe_radius, radii=radii)
+        molecule, frame = origin.molecule, origin.frame
+    elif isinstance(molecule, Surface):
+        raise InputError("components: give the molecule first, then its dots.")
+    elif dots is None:
+        given = surface(molecule, frame=frame, probe_radius=probe_radius, radii=radii)
+    if getattr(given, "origin", None) is not None:
+        refuse_other_rules(given.origin, "components", probe_radius=probe_radius, radii=radii)
+        probe_radius, radii = given.origin.rules["probe_radius"], given.origin.rules["radii"]
+    probe_radius, own = PROBE.check(probe_radius, "probe_radius"), as_dots(given)
+    atoms, frame, atom_radii = _spheres(molecule, frame, radii)
+    if isinstance(atoms, Molecule):
+        refuse_other_atoms(own, atoms, frame, "components")
+    if own.origin and not own.placed:
+        raise InputError("components: these are not all dots of their surface; give all that surface() gave.")
+    if not 0 <= own.atom.min() <= own.atom.max() < len(atom_radii):
+        raise InputError(
+            "components: the dots are not those of the molecule; give what surface() gave for it."
+        )
+    component = components_of_frame(own, atoms, frame, atom_radii, probe_radius)
+    return component, table_of_components(own, component)
+
+
+def mesh(
+    molecule: SurfaceLike | tuple[ArrayLike, ArrayLike],
+    *,
+    frame: int = 0,
+    probe_radius: float = 1.4,
+    density: float = PUBLISHED_DENSITY,
+    radii: str = "dms",
+    cavities: str = "keep",
+) -> Mesh:
+    """Make closed triangles of the solvent-excluded surface of a molecule, or of the surface that a few dots give back.
+
+    Parameters
+    ----------
+    molecule, frame, probe_radius, radii, cavities : as for `surface`
+        Instead of a molecule: its dots, or what `minimal` gave, or the path of a file of dots, from which the surface
+        is recovered.
+    density : float
+        Dots per Å^2 that are as fine as the triangles.
+
+    Returns
+    -------
+    Mesh
+        `vertices` (a Surface), `triangles` (F, 3), counterclockwise from outside, and `volume` in Å^3.
+
+    Raises
+    ------
+    InputError
+        One sentence on what is wrong.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> triangles = sparsurf.mesh("data/tdp43/topology.pdb")
+    >>> round(triangles.volume, -2)
+    7900.0
+    >>> few = sparsurf.minimal("data/tdp43/topology.pdb", percent=10)
+    >>> round(sparsurf.mesh(few).volume, -2)
+    7900.0
+    """
+    from sparsurf.surfaces.mesh import (  # here: dots need none of its kernels
+        grid_step_for_density,
+        molecular_mesh,
+        outer_mesh,
+    )
+
+    density, probe_radius = DENSITY.check(density, "density"), PROBE.check(probe_radius, "probe_radius")
+    check_choice(cavities, CAVITIES, "cavities")
+    source: Any = molecule
+    if isinstance(source, Surface) and source.placed:
+        origin = source.placed
+        refuse_other_rules(
+            origin, "mesh", frame=frame, probe_radius=probe_radius, radii=radii, cavities=cavities
+        )
+        source, frame, rules = origin.molecule, origin.frame, origin.rules
+        probe_radius, radii, cavities = rules["probe_radius"], rules["radii"], rules["cavities"]
+    if isinstance(source, Surface) or is_subset(source) or is_file_of_dots(source):
+        from sparsurf.recovery.mesh import recovered_mesh
+
+        refuse_placement("mesh", frame=frame, probe_radius=probe_radius, radii=radii)
+        few, step = as_dots(source), grid_step_for_density(density)
+        triangles = recovered_mesh(few.points, few.normals, step, density=density, threads=available_cores())
+    else:
+        atoms, frame, atom_radii = _spheres(source, frame, radii)
+        positions, step = atoms.xyz[frame].round(3), grid_step_for_density(density)
+        triangles = molecular_mesh(positions, atom_radii, probe_radius, step, available_cores())
+    return outer_mesh(triangles) if cavities == "remove" else triangles
+
+
+def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
+    """Return dots from all that `as_dots` takes, and those of a molecule with default settings for `d_link`.
+
+    Raises
+    ------
+    InputError
+        None of these.
+    """
+    source_: Any = source
+    return surface(source_, d_link=d_link) if has_atoms(source_) else as_dots(source_)
+
+
+def as_index(source: SurfaceLike, d_link: float) -> PatchIndex:
+    """Return the index of all that `as_surface` takes; its dots must lie close enough for `d_link`."""
+    d_link = LENGTH.check(d_link, "d_link")
+    dots = as_surface(source, d_link)
+    refuse_sparse(dots.points, d_link, "surface")
+    return build_index(dots.points, dots.normals, d_link)
+
+
+def surface_settings(probe_radius: float, density: float | str, cavities: str) -> dict[str, Any]:
+    """Return the section `surface` of a config for what the functions and commands place; a density or 'auto'."""
+    check_choice(cavities, CAVITIES, "cavities")
+    settings: dict[str, Any] = {"method": "analytic", "probe_radius": probe_radius, "density": density}
+    return settings | {"reentrant": "exact", "cavities": cavities}
+
+
+def _spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarray]:
+    """Return a molecule, a frame of it, and the radii of its atoms, from all that `surface` takes."""
+    if isinstance(source, tuple) and len(source) == 2:
+        xyz, values = number_arrays(source, "molecule")
+        return SimpleNamespace(xyz=xyz[None]), 0, values
+    molecule = as_molecule(source)
+    check_frame(molecule, frame, "the molecule")
+    return molecule, frame, atomic_radii(molecule, table)

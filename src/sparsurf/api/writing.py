@@ -1,0 +1,333 @@
+"""Dots, triangles and tables written in the format of a file's suffix, or to standard output."""
+
+from __future__ import annotations
+
+import gzip
+import importlib
+import logging
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from sparsurf import InputError
+from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset, refuse_other_atoms
+from sparsurf.dot_fields.columns import RESERVED_NAMES
+from sparsurf.files import shorten
+from sparsurf.surfaces.formats.compact import write_compact
+from sparsurf.surfaces.formats.csv import write_csv
+from sparsurf.surfaces.formats.dms import write_dms
+from sparsurf.surfaces.formats.ply import write_ply
+from sparsurf.surfaces.formats.vtp import write_vtp
+from sparsurf.surfaces.surface import ARRAY_NAMES, Surface, is_field_name
+from sparsurf.surfaces.triangulation import MAX_DOTS_TO_TRIANGULATE, triangulate
+
+if TYPE_CHECKING:
+    from sparsurf.study.minimal_subset import Subset
+    from sparsurf.surfaces.mesh import Mesh
+
+log = logging.getLogger("sparsurf")
+
+BY_TRIMESH = (".obj", ".glb", ".stl", ".off")  # where trimesh is installed
+MESHES = (".ply", ".vtp", *BY_TRIMESH)
+NUMBERS = (".csv", ".npz", ".ply", ".vtp")  # which have room for numbers at the dots
+DOTS_ALONE = (".csv", ".npz", ".minimal", *MESHES)
+DOTS = (".dms", *DOTS_ALONE)  # DMS names the atom of every dot
+TABLES = (".csv", ".npz")
+POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
+MAX_NAME_LENGTH = 255  # bytes
+
+
+@dataclass(frozen=True)
+class Dots:
+    """Dots to write.
+
+    Attributes
+    ----------
+    surface : Surface
+    table : DataFrame of N rows, the columns besides positions and normals; a column `dot` comes first
+    shown : the column that gives colours; by default the kind of the dots
+    molecule : Molecule of the dots, and its frame; they cannot be written as DMS without it
+    faces : (F, 3) triangles between them if they are known
+    words : message when they are written
+    """
+
+    surface: Surface
+    table: pd.DataFrame
+    shown: str | None = None
+    molecule: Any = None
+    frame: int = 0
+    faces: np.ndarray | None = None
+    words: str = ""
+
+    @property
+    def numbers(self) -> dict[str, np.ndarray]:
+        """The columns that hold numbers, by name; `dot` first."""
+        columns = {
+            name: self._all[name].to_numpy() for name in map(str, self._all) if name not in POSITION_COLUMNS
+        }
+        columns = {name: columns[name] for name in sorted(columns, key=lambda name: name != "dot")}
+        return {name: column for name, column in columns.items() if column.dtype.kind in "iuf"}
+
+    @property
+    def _all(self) -> pd.DataFrame:
+        """The table, before the fields of the surface."""
+        fields = {name: values for name, values in self.surface.fields.items() if name not in self.table}
+        return self.table.join(pd.DataFrame(fields, index=self.table.index)) if fields else self.table
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return all columns, in the order of a CSV."""
+        positions = self.surface.to_frame()[list(POSITION_COLUMNS)]
+        rest = self._all[[name for name in self._all if name not in POSITION_COLUMNS]]
+        dot = [name for name in ("dot",) if name in rest]
+        return pd.concat([rest[dot], positions, rest.drop(columns=dot)], axis=1)
+
+
+def parse_output(
+    output: str | Path, format_given: str | None, formats: Sequence[str]
+) -> tuple[str, bool, Path | None]:
+    """Return the suffix that decides, whether the file is packed (named .gz), and its folder, None for a stream.
+
+    Parameters and errors are those of `write_file`.
+    """
+    name = str(output)
+    if "\0" in name or len(os.path.basename(name).encode(errors="surrogateescape")) > MAX_NAME_LENGTH:
+        raise InputError(
+            f"{shorten(repr(name))} cannot name a file; take a shorter name, of letters and digits."
+        )
+    if name != "-" and os.path.isdir(name):
+        raise InputError(f"{name} is a folder; name a file.")
+    bare = name[:-3] if name.lower().endswith(".gz") else name
+    suffix = f".{format_given}" if format_given else ".csv" if name == "-" else Path(bare).suffix.lower()
+    if suffix not in formats:
+        why = f"this cannot be written as {suffix!r}" if suffix else "the name has no suffix"
+        if format_given or name == "-":
+            raise InputError(f"{name}: {why}; give --format {', '.join(form[1:] for form in formats)}.")
+        raise InputError(f"{name}: {why}; name a file in {', '.join(formats)}.")
+    stream = name == "-" or (os.path.exists(name) and not os.path.isfile(name))  # a pipe or a device
+    folder = None if stream else Path(os.path.realpath(name)).parent
+    if folder is not None and not folder.is_dir():
+        raise InputError(f"{name}: there is no folder {folder}; make it first.")
+    if folder is not None and not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{name}: nothing may be written into {folder}; name another folder.")
+    return suffix, bare != name, folder
+
+
+def write_file(
+    output: str | Path,
+    format_given: str | None,
+    formats: Sequence[str],
+    writers: Mapping[str, Callable[[Path], Any]],
+) -> None:
+    """Write a result under its final name once it is whole; what is a link, a pipe or a device stays one.
+
+    Parameters
+    ----------
+    output : path, packed if its name ends in .gz, or '-'
+    format_given : str or None, without the dot; else the suffix of `output` decides, csv for '-'
+    formats : tuple of suffixes
+    writers : dict, suffix -> function of a path
+
+    Raises
+    ------
+    InputError : a suffix that is none of the formats, no folder to write the file into, or a folder instead of it
+    """
+    suffix, packed, folder = parse_output(output, format_given, formats)
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".sparsurf-") as temporary:
+        path = Path(temporary, f"part{suffix}")
+        writers[suffix](path)
+        if packed:
+            path.write_bytes(gzip.compress(path.read_bytes(), mtime=0))
+        if folder is not None:
+            os.replace(path, os.path.realpath(output))
+        elif str(output) != "-":
+            Path(output).write_bytes(path.read_bytes())
+        else:
+            with open(path, "rb") as content:
+                shutil.copyfileobj(content, sys.stdout.buffer)
+            sys.stdout.buffer.flush()
+
+
+def write_dots(
+    output: str | Path,
+    format_given: str | None,
+    dots: Dots,
+    with_faces: bool = True,
+    binary: bool = False,
+) -> None:
+    """Write Dots.
+
+    Parameters
+    ----------
+    output, format_given : see `write_file`
+    dots : Dots
+    with_faces : bool
+        Whether triangles between the dots are written.
+    binary : bool
+        Whether a PLY is binary.
+    """
+    surface = dots.surface
+
+    def faces() -> np.ndarray:
+        if dots.faces is None and with_faces and len(surface) > MAX_DOTS_TO_TRIANGULATE:
+            log.warning("%d dots are too many for triangles between them: %s has none", len(surface), output)
+        if dots.faces is None and (not with_faces or len(surface) > MAX_DOTS_TO_TRIANGULATE):
+            return np.empty((0, 3), int)
+        return triangulate(surface) if dots.faces is None else dots.faces
+
+    def solid(path: Path) -> None:
+        triangles = faces()
+        if not len(triangles):
+            raise InputError(f"{output} would hold no triangles, and holds nothing else; write a PLY.")
+        mesh = import_trimesh(path).Trimesh(
+            surface.points, triangles, vertex_normals=surface.normals, process=False
+        )
+        mesh.export(path)
+
+    def refuse_names() -> None:
+        odd = [name for name in surface.fields if not is_field_name(name)]
+        if odd:
+            raise InputError(
+                f"{output} has no room for a field called {odd[0]!r}; rename it, to letters, digits and _."
+            )
+
+    def vtp(path: Path) -> None:
+        refuse_names()
+        write_vtp(path, surface, dots.numbers, faces())
+
+    def ply(path: Path) -> None:
+        refuse_names()
+        values = dots.numbers
+        colours = values.pop(dots.shown).astype(float) if dots.shown else None
+        write_ply(path, surface, colours, dots.shown or "", values, faces=faces(), binary=binary)
+
+    def dms(path: Path) -> None:
+        molecule = dots.molecule
+        write_dms(
+            path, surface, molecule.residue_name, molecule.residue, molecule.name, molecule.xyz[dots.frame]
+        )
+
+    def npz(path: Path) -> None:
+        if taken := sorted(RESERVED_NAMES & surface.fields.keys()):
+            raise InputError(
+                f"{output}: npz has no room for a field called {taken[0]}; rename it, or write CSV."
+            )
+        arrays = {name: getattr(surface, name) for name in ARRAY_NAMES}
+        arrays |= {name: values for name, values in surface.fields.items() if name not in dots.table}
+        columns = {str(name): column for name, column in dots.table.items()}
+        _npz(path, arrays | {name: column for name, column in columns.items() if name not in arrays})
+
+    writers: dict[str, Callable[[Path], Any]] = {
+        ".csv": lambda path: write_csv(path, dots.to_frame(), sorted(surface.fields.keys() - {*dots.table})),
+        ".npz": npz,
+        ".ply": ply,
+        ".dms": dms,
+        ".minimal": lambda path: write_compact(path, surface),
+        ".vtp": vtp,
+    }
+    writers |= dict.fromkeys(BY_TRIMESH, solid)
+    write_file(output, format_given, DOTS if dots.molecule is not None else DOTS_ALONE, writers)
+
+
+def mesh_dots(mesh: Mesh) -> Dots:
+    """Return a Mesh as Dots: its vertices with the area around each."""
+    words = f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3"
+    return Dots(mesh.vertices, pd.DataFrame({"area": mesh.vertices.area}), faces=mesh.triangles, words=words)
+
+
+def write_table(
+    output: str | Path,
+    format_given: str | None,
+    table: pd.DataFrame,
+    arrays: Mapping[str, Any] | None = None,
+) -> None:
+    """Write a DataFrame as CSV, or arrays by name (by default its columns) as npz; a named index is a column.
+
+    Output and format are those of `write_file`.
+    """
+    table = table.reset_index() if table.index.name else table
+    columns = {str(name): column for name, column in table.items()} if arrays is None else arrays
+    writers = {
+        ".csv": lambda path: table.to_csv(path, index=False, float_format="%.10g"),
+        ".npz": lambda path: _npz(path, columns),
+    }
+    write_file(output, format_given, TABLES, writers)
+
+
+def write(
+    result: Surface | Subset | Mesh | pd.DataFrame,
+    path: str | Path,
+    molecule: MoleculeLike | None = None,
+    frame: int = 0,
+) -> None:
+    """Write what a function gave, in the format of the suffix of a path (.csv, .npz, .ply, .vtp, .minimal, ...; also .gz).
+
+    Parameters
+    ----------
+    result : Surface, Subset, Mesh, or DataFrame
+    path : str or Path
+    molecule : as in `surface`, optional
+        A DMS file needs it, and a table names its atoms; by default that of the dots.
+    frame : int
+        Frame of the molecule.
+
+    Raises
+    ------
+    InputError
+        A suffix that does not fit, or no such folder.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> sparsurf.write(sparsurf.surface("data/tdp43/topology.pdb"), "/tmp/dots.ply")
+    """
+    if isinstance(result, pd.DataFrame):
+        write_table(path, None, result)
+        return
+    atoms = None if molecule is None else as_molecule(molecule)
+    if isinstance(result, Surface) and result.origin:
+        if atoms is None:
+            atoms, frame = result.origin.molecule, result.origin.frame
+        refuse_other_atoms(result, atoms, frame, "write")
+    source: Any = result
+    if is_subset(source):
+        dots = Dots(source.surface, source.table, "weight")
+    elif isinstance(source, Surface):
+        dots = Dots(source, source.to_frame(atoms), molecule=atoms, frame=frame)
+    elif hasattr(source, "triangles"):
+        dots = mesh_dots(source)
+    else:
+        raise InputError(f"write: give dots, a mesh or a table, not the type {type(result).__name__}.")
+    write_dots(path, None, dots)
+
+
+def import_trimesh(output: str | Path) -> Any:
+    """Return the module trimesh, which some formats need.
+
+    Raises
+    ------
+    InputError
+        It is not installed.
+    """
+    try:
+        return importlib.import_module("trimesh")
+    except ImportError:
+        raise InputError(
+            f"{output} needs trimesh: run pip install trimesh, or name a file in .ply."
+        ) from None
+
+
+def _npz(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write numpy arrays; strings are kept as such, so that nothing must be unpickled."""
+    values = {name: np.asarray(array) for name, array in arrays.items()}
+    texts = {name: array.astype(str) for name, array in values.items() if array.dtype == object}
+    columns: dict[str, Any] = values | texts
+    with open(path, "wb") as stream:
+        np.savez(stream, **columns)

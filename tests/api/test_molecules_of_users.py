@@ -1,0 +1,159 @@
+"""Atoms that users hold in other libraries give the same surface as the file, wherever a molecule is taken."""
+
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import sparsurf
+from conftest import ROOT
+from sparsurf import InputError
+
+PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
+TRAJECTORY = ROOT / "data" / "tdp43" / "trajectory.xtc"
+
+
+def of_mdtraj():
+    return pytest.importorskip("mdtraj").load(str(PEPTIDE))
+
+
+def of_biotite():
+    pytest.importorskip("biotite", reason="biotite is installed by the extra `interop`")
+    from biotite.structure.io.pdb import PDBFile
+
+    return PDBFile.read(str(PEPTIDE)).get_structure(model=1, extra_fields=["b_factor"])
+
+
+def of_mdanalysis():
+    universe = pytest.importorskip(
+        "MDAnalysis", reason="MDAnalysis is installed by the extra `interop`"
+    ).Universe
+    return universe(str(PEPTIDE)).select_atoms("protein")
+
+
+@pytest.fixture(scope="module", params=[of_mdtraj, of_biotite, of_mdanalysis], ids=lambda make: make.__name__)
+def atoms(request):
+    return request.param()
+
+
+@pytest.fixture(scope="module")
+def dots():
+    return sparsurf.surface(PEPTIDE)
+
+
+def test_atoms_of_another_library_have_the_surface_of_the_file(atoms, dots):
+    surface = sparsurf.surface(atoms)
+    assert np.array_equal(surface.points, dots.points) and np.array_equal(surface.atom, dots.atom)
+    columns = ["chain", "residue", "residue_name", "atom_name"]
+    own, expected = (one.origin.molecule.labels(one.atom)[columns] for one in (surface, dots))
+    assert own["residue"].equals(expected["residue"]) and own["chain"].equals(expected["chain"])
+    assert surface.origin.molecule.kind.tolist() == dots.origin.molecule.kind.tolist()
+
+
+def test_every_function_takes_them(atoms, dots, tmp_path):
+    assert np.array_equal(sparsurf.roughness(atoms), sparsurf.roughness(dots))
+    assert np.array_equal(sparsurf.descriptors(atoms, [0, 9]), sparsurf.descriptors(dots, [0, 9]))
+    kept = sparsurf.sample(atoms, percent=5)
+    assert np.array_equal(kept, sparsurf.sample(dots, percent=5))
+    assert np.array_equal(sparsurf.minimal(atoms, percent=5).dots, kept)
+    assert sparsurf.components(atoms)[1].equals(sparsurf.components(dots)[1])
+    table = sparsurf.fields(atoms, dots, ["hydropathy"])
+    assert np.allclose(table, sparsurf.fields(dots, ["hydropathy"]), atol=1e-4)
+    assert len(sparsurf.residues(atoms)) == 61
+    sparsurf.write(sparsurf.surface((dots.points[:1], [1.9])), tmp_path / "one.csv")
+    assert sparsurf.prepare(atoms).d_link == 0.5
+
+
+def test_models_and_frames_of_another_library(dots, tmp_path):
+    mdanalysis = pytest.importorskip("MDAnalysis", reason="MDAnalysis is installed by the extra `interop`")
+    copy = shutil.copy(TRAJECTORY, tmp_path)  # MDAnalysis writes a file of offsets next to it
+    universe = mdanalysis.Universe(str(PEPTIDE), str(copy))
+    universe.trajectory[500]
+    molecule = sparsurf.read_molecule(PEPTIDE, TRAJECTORY, stride=500)
+    surface = sparsurf.surface(universe)  # the current frame
+    assert np.array_equal(surface.points, sparsurf.surface(molecule, frame=1).points)
+    assert surface.origin.molecule.time_ps == molecule.time_ps[1]
+    biotite = pytest.importorskip("biotite.structure", reason="biotite is installed by the extra `interop`")
+    stack = biotite.stack([of_biotite(), of_biotite()])
+    assert np.array_equal(sparsurf.surface(stack, frame=1).points, dots.points)
+    with pytest.raises(InputError, match="the molecule has the frames 0 to 1: there is no frame 2"):
+        sparsurf.surface(stack, frame=2)
+
+
+def test_parts_and_broken_atoms_of_another_library():
+    array = of_biotite()
+    part = sparsurf.surface(array[array.res_id < 215])
+    assert len(part) == len(sparsurf.surface(sparsurf.read_molecule(PEPTIDE, residues="209-214")))
+    with pytest.raises(InputError, match="the AtomArray has 1 frames of 0 atoms"):
+        sparsurf.surface(array[:0])
+    array.coord[3] = np.nan
+    with pytest.raises(InputError, match="the AtomArray has coordinates that are not numbers"):
+        sparsurf.surface(array)
+
+
+def test_a_molecule_is_taken_by_its_path_wherever_dots_are(dots):
+    assert np.array_equal(sparsurf.roughness(str(PEPTIDE)), sparsurf.roughness(dots))
+    assert sparsurf.residues(PEPTIDE).equals(sparsurf.residues(dots))
+    kept = sparsurf.sample(PEPTIDE, percent=5)
+    assert np.array_equal(kept, sparsurf.minimal(PEPTIDE, percent=5).dots)
+    with pytest.raises(InputError, match="holds atoms: give the dots that surface"):
+        sparsurf.recover(PEPTIDE)  # the whole surface cannot be meant by a few dots
+
+
+def test_what_functions_give_is_shown_in_a_line_and_behaves_like_an_array(dots):
+    few = sparsurf.minimal(dots, percent=5)
+    ready = sparsurf.prepare(dots)
+    peptide = sparsurf.read_molecule(PEPTIDE, residues="209-214")
+    sites = sparsurf.describe_sites(peptide, name="peptide", fields=["hydropathy"])
+    for value, words in (
+        (dots, "Surface of 24,600 dots"),
+        (dots.origin.molecule, "Molecule of 953 atoms in 61 residues, 1 frame"),
+        (few, "Subset of 1,230 dots of 24,600"),
+        (ready, "PreparedSurface of 24,600 dots"),
+        (sites, f"Sites of {len(sites):,} places on peptide, described by shape, hydropathy"),
+    ):
+        assert repr(value) == words
+    assert np.array_equal(np.asarray(dots), dots.points)
+    assert np.array(dots, dtype=np.float32).dtype == np.float32 and np.asarray(few).shape == (1230, 3)
+    assert np.array_equal(dots[few.dots].points, few.points) and len(few) == 1230
+    assert np.array_equal(dots[few.dots].normals, few.normals)
+    assert len(dots[5]) == 1 and len(dots[:10]) == 10 and len(dots[dots.points[:, 0] > 50]) < len(dots)
+    with pytest.raises(IndexError):
+        dots[24_600]
+
+
+def test_a_subset_is_taken_where_dots_are(dots, tmp_path):
+    few = sparsurf.minimal(dots, percent=5)
+    table = sparsurf.compare(dots, {"subset": few, "dots": few.dots}, test_dots=20)
+    assert table.loc["subset"].equals(table.loc["dots"])
+    relaxed = sparsurf.minimal(dots, percent=5, relax=True)
+    with pytest.raises(InputError, match="subset: this subset was relaxed"):
+        sparsurf.compare(dots, relaxed)
+    by_dots = sparsurf.residues(dots, kept=few.dots, weight=few.weight)
+    assert sparsurf.residues(dots, kept=few).equals(by_dots)
+    sparsurf.write(few, tmp_path / "few.csv")
+    assert np.allclose(sparsurf.read_surface(tmp_path / "few.csv").points, few.points, atol=1e-4)
+    assert len(sparsurf.recover(few)) > len(few)
+
+
+CHECK = """
+import logging, os, sys, warnings
+before = dict(os.environ), list(warnings.filters), list(logging.getLogger().handlers), set(sys.modules)
+import sparsurf
+assert (dict(os.environ), list(warnings.filters), list(logging.getLogger().handlers)) == before[:3]
+print(*sorted(name for name in set(sys.modules) - before[3] if "." not in name and not name.startswith("_")))
+import inspect, pydoc
+assert all(callable(getattr(sparsurf, name)) for name in sparsurf.__all__ if name != "__version__")
+text = pydoc.plain(pydoc.render_doc(sparsurf))
+assert "sample(surface" in text and "Choose dots that stand for a surface" in text
+"""
+
+
+def test_the_import_is_cheap_and_changes_nothing():
+    run = subprocess.run(
+        [sys.executable, "-c", CHECK], cwd=ROOT / "src", capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    assert not {"numpy", "pandas", "numba", "mdtraj", "scipy", "gemmi"} & set(run.stdout.split())
