@@ -11,7 +11,7 @@ import sys
 from contextlib import contextmanager, suppress
 from importlib import import_module
 
-from sparsurf import InputError, __version__, progress
+from sparsurf import InputError, __version__, printable, progress
 
 COMMANDS = {
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
@@ -160,5 +160,5 @@ def _warnings_to_stderr():
 
 def _sentence(error):
     if isinstance(error, OSError):
-        return f"{error.filename or 'the output'}: {error.strerror}."
+        return printable(f"{error.filename or 'the output'}: {error.strerror}.")
     return str(error)

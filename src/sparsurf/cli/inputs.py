@@ -16,7 +16,7 @@ from sparsurf.patches.index import build_index
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import Surface, check_plausibility, dot_label
 
 MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
 LABELS = ("chain", "residue", "residue_name", "name")  # of atoms, that the dots of a molecule go by
@@ -60,7 +60,9 @@ def as_surface(given):
         name = given if isinstance(given, str | Path) else _kind(given)
         raise InputError(f"{name} holds atoms: give the dots that surface() places on them.")
     if isinstance(given, tuple) and len(given) == 2:
-        return Surface(*arrays(given, "surface"))
+        dots = Surface(*arrays(given, "surface"))
+        check_plausibility(dots.points, dots.normals, "surface", dot_label)
+        return dots
     own = getattr(given, "surface", None)
     if isinstance(own, Surface) and hasattr(given, "weight"):
         return own  # of the kept dots that minimal() gave
