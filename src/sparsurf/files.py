@@ -163,7 +163,7 @@ def read_archive(content: bytes, path: str | os.PathLike[str], problem: str) -> 
     ----------
     content : bytes of the file
     path : named in messages
-    problem : end of the sentence '<path> ...' for an archive that is damaged or of something else
+    problem : end of the sentence '<path> ...' for an archive that is damaged or of something else, without its full stop
 
     Returns
     -------
@@ -182,22 +182,28 @@ def read_archive(content: bytes, path: str | os.PathLike[str], problem: str) -> 
             return {member.filename.removesuffix(ARRAY_SUFFIX): _array(archive, member) for member in members}
     except InputError:
         raise
+    except _WrongArray as error:
+        raise InputError(f"{path} {problem} ({error}).") from None
     except Exception:  # zipfile and numpy answer damaged bytes with nearly every exception
-        raise InputError(f"{path} {problem}") from None
+        raise InputError(f"{path} {problem}.") from None
+
+
+class _WrongArray(ValueError):
+    """A member of an archive is no array of numbers or strings; the message says why."""
 
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
     """Read one array, if its header announces as many bytes as the member holds."""
     if not member.filename.endswith(ARRAY_SUFFIX):
-        raise ValueError("the member is no array")
+        raise _WrongArray("a member is no array")
     content = archive.read(member)
     stream = io.BytesIO(content)
     shape, fortran, dtype = ARRAY_HEADERS[npy.read_magic(stream)](stream)
     n_bytes = len(content) - stream.tell()
     if dtype.kind not in "biufcUS" or any(n < 0 for n in shape):
-        raise ValueError("the array holds something else than numbers and strings")
+        raise _WrongArray("an array holds a pickle or something else than numbers and strings")
     if dtype.itemsize * np.prod([int(n) for n in shape], dtype=object) != n_bytes:
-        raise ValueError("the array has another size than its header announces")
+        raise _WrongArray("an array has another size than its header announces")
     array = np.frombuffer(content, dtype, offset=stream.tell()) if n_bytes else np.empty(shape, dtype).ravel()
     return array.reshape(shape, order="F" if fortran else "C")
 

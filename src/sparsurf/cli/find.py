@@ -77,6 +77,8 @@ def describe_sites(surface, *, percent=10, fields=FIELDS, at=None, name=None):
     """
     percent, fields = PERCENT.check(percent, "percent"), _in_order(fields)
     at = None if at is None else _places(at)
+    if name is not None and not (isinstance(name, str) and name.isprintable()):
+        raise InputError(f"name is {name!r}; it must be a string of printable characters.")
     dots, molecule = _dots_of(surface)
     name = name or (
         Path(Path(surface).name.removesuffix(".gz")).stem if isinstance(surface, str | Path) else "surface"

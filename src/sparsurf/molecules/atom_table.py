@@ -114,7 +114,7 @@ def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: str | os.PathLike[str
     InputError
         `altloc` is something else.
     """
-    if altloc not in ("first", "highest") and not (isinstance(altloc, str) and len(altloc.strip()) == 1):
+    if not isinstance(altloc, str) or (altloc not in ("first", "highest") and len(altloc.strip()) != 1):
         raise InputError(f"altloc: '{altloc}' is neither first, highest nor one letter: choose one of them.")
     letters = sorted(set(atoms.altloc) - {""})
     if not letters:

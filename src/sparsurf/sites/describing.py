@@ -99,7 +99,7 @@ def load_sites(path: Path | str) -> Sites:
     ------
     InputError : another file, or Sites of another version
     """
-    problem = "holds no Sites, or is damaged: write it with Sites.save."
+    problem = "holds no Sites, or is damaged: write it with Sites.save"
     arrays = read_archive(read_bytes(path), path, problem)
     version = arrays.get("version")
     if version is not None and version.shape == () and version.dtype.kind in "iu" and version != VERSION:
@@ -107,7 +107,7 @@ def load_sites(path: Path | str) -> Sites:
     try:
         _check_arrays(arrays)
     except (KeyError, ValueError):
-        raise InputError(f"{path} {problem}") from None
+        raise InputError(f"{path} {problem}.") from None
     labels = pd.DataFrame({key: arrays[f"label_{key}"] for key in LABELS})
     fields = [str(field) for field in arrays["fields"]]
     settings = _settings(fields, float(arrays["percent"]), float(arrays["radius"]))

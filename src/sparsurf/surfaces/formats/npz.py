@@ -39,7 +39,7 @@ def read_npz(path: Path | str) -> Surface:
 
 def _read(content: bytes, path: Path | str) -> Surface:
     """Read a surface from the bytes of a file."""
-    problem = "is not a surface written by this program, or damaged."
+    problem = "is not a surface written by this program, or damaged"
     arrays = read_archive(content, path, problem)
     if absent := [name for name in ARRAY_NAMES if name not in arrays]:
         raise InputError(f"{path} is not a surface written by this program: it has no {absent[0]}.")
