@@ -13,16 +13,16 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-
-import numpy as np
-from numpy.lib import format as npy
+from typing import TYPE_CHECKING
 
 from sparsurf import InputError, printable
+
+if TYPE_CHECKING:
+    import numpy as np
 
 MAX_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
 ARRAY_SUFFIX = ".npy"  # of the members of an archive
-ARRAY_HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 
 def _make_printable(record: logging.LogRecord) -> bool:
@@ -194,11 +194,15 @@ class _WrongArray(ValueError):
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
     """Read one array, if its header announces as many bytes as the member holds."""
+    import numpy as np  # here: a config is read without it
+    from numpy.lib import format as npy
+
     if not member.filename.endswith(ARRAY_SUFFIX):
         raise _WrongArray("a member is no array")
     content = archive.read(member)
     stream = io.BytesIO(content)
-    shape, fortran, dtype = ARRAY_HEADERS[npy.read_magic(stream)](stream)
+    headers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+    shape, fortran, dtype = headers[npy.read_magic(stream)](stream)
     n_bytes = len(content) - stream.tell()
     if dtype.kind not in "biufcUS" or any(n < 0 for n in shape):
         raise _WrongArray("an array holds a pickle or something else than numbers and strings")

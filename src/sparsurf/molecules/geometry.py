@@ -444,7 +444,8 @@ def _pairs_in_cubes(
             other = index[a] != index[b]
             frame, a, b = frame[other], a[other], b[other]
             found.append((frame, a, b, np.linalg.norm(xyz[frame, a] - xyz[frame, b], axis=1)))
-    return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
+    frame, a, b, distance = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return frame, a, b, distance
 
 
 def _atoms_by_name(molecule: Molecule) -> Callable[[str], np.ndarray]:

@@ -41,7 +41,7 @@ RESERVED_COLUMNS = frozenset(
      "chain", "residue", "residue_name", "atom_name", "atom", "red", "green", "blue", "alpha"]
 )  # fmt: skip
 MAX_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do not
-MAX_ATOM = np.iinfo(ARRAY_TYPES["atom"]).max
+MAX_ATOM = np.iinfo(np.int32).max
 MAX_AREA = 1.3e5  # Å^2 of one dot: the whole of the largest sphere (100 Å)
 MAX_AREA_PER_MEDIAN = 1000  # areas on one surface differ by a factor of 10
 SAMPLE_SIZE = 200  # dots that are compared with their nearest neighbours
@@ -156,9 +156,8 @@ class Surface:
             raise InputError("surface: coordinates or normals are NaN or infinite.")
         if np.abs(np.linalg.norm(self.normals, axis=1) - 1).max() > ROUNDING_OF_NORMALS:
             raise InputError("surface: normals are not of unit length; divide each by its length.")
-        check_values(
-            self.points, *(numbers.get(name) for name in ("area", "kind", "atom")), "surface", dot_label
-        )
+        known = {name: numbers.get(name) for name in ("area", "kind", "atom")}
+        check_values(self.points, known["area"], known["kind"], known["atom"], "surface", dot_label)
 
     def __repr__(self) -> str:
         return f"Surface of {len(self):,} dots"
@@ -404,7 +403,7 @@ def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np
     from scipy.spatial import cKDTree  # here: it takes long to load
 
     k = min(N_SURROUNDING, len(points) - 1)
-    distances, around = cKDTree(points).query(points[sample], k=k + 1)
+    distances, around = map(np.asarray, cKDTree(points).query(points[sample], k=k + 1))
     own = around == sample[:, None]
     own[~own.any(axis=1), -1] = True  # of dots in one place another may come in place of the dot itself
     shape = (len(sample), k)
