@@ -8,6 +8,7 @@ import os
 import signal
 import statistics
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -25,6 +26,7 @@ ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
 CONFIG_OPTIONS = {"--config", "-C", "--configfile", "--configfiles"}
 PLANNING_OPTIONS = {"-n", "-np", "--dry-run", "--dryrun", "-h", "--help"}
+SECONDS_OF_SILENCE = 2.0
 REPORTED_MEMORY = 2**30  # bytes that a grid needs before the terminal says so
 
 
@@ -100,7 +102,13 @@ def checked_config(paths: Sequence[Path], here: bool) -> dict:
     if len(paths) > 1:
         section = given.get("compare")
         given |= {"compare": (section if isinstance(section, dict) else {}) | {"run": True}}
-    config = check_config(given, home=ROOT, here=here)
+    patience = threading.Timer(SECONDS_OF_SILENCE, print, ["Checking the config ..."], {"flush": True})
+    patience.daemon = True
+    patience.start()  # a table of 100,000 proteins takes a minute
+    try:
+        config = check_config(given, home=ROOT, here=here)
+    finally:
+        patience.cancel()
     if (needed := memory_of_grid(config)) > REPORTED_MEMORY:
         print(f"The grid of one surface will need about {needed / 2**30:.1f} GB of memory.")
     return config

@@ -139,6 +139,16 @@ __all__ = [
 class InputError(ValueError):
     """Something the user gave is wrong; the message is one sentence for them."""
 
+    def __init__(self, message: object = "") -> None:
+        super().__init__(printable(message))
+
+
+def printable(message: object) -> str:
+    """Return a message in which escape codes stand for control characters, which a file may hold to change a terminal."""
+    return "".join(
+        letter if letter.isprintable() or letter == "\n" else repr(letter)[1:-1] for letter in str(message)
+    )
+
 
 def __getattr__(name: str) -> Any:
     """Load a function or class for users from its module."""

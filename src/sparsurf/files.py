@@ -4,18 +4,34 @@ from __future__ import annotations
 
 import codecs
 import gzip
+import io
 import logging
 import os
 import stat
+import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from sparsurf import InputError
+from sparsurf import InputError, printable
+
+if TYPE_CHECKING:
+    import numpy as np
 
 MAX_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
+ARRAY_SUFFIX = ".npy"  # of the members of an archive
+
+
+def _make_printable(record: logging.LogRecord) -> bool:
+    """Replace the control characters of a warning by escape codes; a filter of the log of the package."""
+    record.msg, record.args = printable(record.getMessage()), ()
+    return True
+
+
+logging.getLogger("sparsurf").addFilter(_make_printable)
 
 
 def shorten(text: object) -> str:
@@ -138,6 +154,62 @@ def decode_text(content: bytes, path: str | os.PathLike[str]) -> str:
 def read_text(path: str | os.PathLike[str]) -> str:
     """Return the text of a file, see `read_bytes` and `decode_text`."""
     return decode_text(read_bytes(path), path)
+
+
+def read_archive(content: bytes, path: str | os.PathLike[str], problem: str) -> dict[str, np.ndarray]:
+    """Read all arrays of an archive.
+
+    Parameters
+    ----------
+    content : bytes of the file
+    path : named in messages
+    problem : end of the sentence '<path> ...' for an archive that is damaged or of something else, without its full stop
+
+    Returns
+    -------
+    dict, name -> array of numbers or strings
+
+    Raises
+    ------
+    InputError
+        The archive unpacks to more than MAX_BYTES, is damaged, or holds something else than arrays.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            members = archive.infolist()
+            if sum(member.file_size for member in members) > MAX_BYTES:
+                raise InputError(f"{path} unpacks to more than {MAX_BYTES // 2**20} MB: give a smaller file.")
+            return {member.filename.removesuffix(ARRAY_SUFFIX): _array(archive, member) for member in members}
+    except InputError:
+        raise
+    except _WrongArray as error:
+        raise InputError(f"{path} {problem} ({error}).") from None
+    except Exception:  # zipfile and numpy answer damaged bytes with nearly every exception
+        raise InputError(f"{path} {problem}.") from None
+
+
+class _WrongArray(ValueError):
+    """A member of an archive is no array of numbers or strings; the message says why."""
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
+    """Read one array, if its header announces as many bytes as the member holds."""
+    import numpy as np  # here: a config is read without it
+    from numpy.lib import format as npy
+
+    if not member.filename.endswith(ARRAY_SUFFIX):
+        raise _WrongArray("a member is no array")
+    content = archive.read(member)
+    stream = io.BytesIO(content)
+    headers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+    shape, fortran, dtype = headers[npy.read_magic(stream)](stream)
+    n_bytes = len(content) - stream.tell()
+    if dtype.kind not in "biufcUS" or any(n < 0 for n in shape):
+        raise _WrongArray("an array holds a pickle or something else than numbers and strings")
+    if dtype.itemsize * np.prod([int(n) for n in shape], dtype=object) != n_bytes:
+        raise _WrongArray("an array has another size than its header announces")
+    array = np.frombuffer(content, dtype, offset=stream.tell()) if n_bytes else np.empty(shape, dtype).ravel()
+    return array.reshape(shape, order="F" if fortran else "C")
 
 
 @contextmanager

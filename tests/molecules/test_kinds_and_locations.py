@@ -116,7 +116,7 @@ def test_element_by_column_or_name(given, name, residue, polymer, alone, expecte
 def located(*rows):
     """Table of one residue's atoms from (name, altloc, occupancy)."""
     table = pd.DataFrame(rows, columns=["name", "altloc", "occupancy"])
-    return table.assign(model=1, chain="A", residue="1", residue_name="SER")
+    return table.assign(model=1, chain="A", residue="1", residue_name="SER", terminated=False)
 
 
 ROWS = (

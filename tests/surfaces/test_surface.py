@@ -687,7 +687,6 @@ def test_a_file_that_unpacks_beyond_the_limit_is_refused(tmp_path, monkeypatch, 
     else:
         written(tmp_path, gzip.compress(bytes(10**6)) if name.endswith("gz") else bytes(10**6), name)
     monkeypatch.setattr("sparsurf.files.MAX_BYTES", 2**17)
-    monkeypatch.setattr("sparsurf.surfaces.formats.npz.MAX_BYTES", 2**17)
     with pytest.raises(InputError, match="more than 0 MB"):
         read_surface(path)
 
@@ -767,7 +766,12 @@ def test_a_table_of_dots_tells_of_their_atoms_and_of_their_components_where_all_
     dots = Surface(
         np.eye(3) * 4, np.eye(3), [1.0, 2, 3], [0, 1, 2], [5, 6, 7], {"b": [7, 8, 9], "more": [0, 0, 0]}
     )
-    molecule = SimpleNamespace(labels=lambda atom: pd.DataFrame({"number": atom}))
+    molecule = SimpleNamespace(
+        labels=lambda atom: pd.DataFrame({"number": atom}),
+        n_atoms=8,
+        xyz=np.zeros((1, 8, 3)),
+        residue_name=np.full(8, "A"),
+    )
     plain = ["x", "y", "z", "nx", "ny", "nz", "area", "kind"]
     table = dots.to_frame(molecule, more=[4, 5, 6])
     assert list(table) == [*plain, "more", "number", "b"]

@@ -16,7 +16,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import from_biotite, from_mdanalysis, from_mdtraj, read_molecule
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
 from sparsurf.surfaces.read_surface import read_surface
-from sparsurf.surfaces.surface import Origin, Surface
+from sparsurf.surfaces.surface import Origin, Surface, check_plausibility, dot_label
 
 if TYPE_CHECKING:
     from biotite.structure import AtomArray, AtomArrayStack
@@ -156,7 +156,9 @@ def as_dots(source: DotsLike) -> Surface:
         raise InputError(f"{name} holds atoms: give the dots that surface() places on them.")
     if isinstance(source, tuple) and len(source) == 2:
         points, normals = number_arrays(source, "surface")
-        return Surface(points, normals)
+        dots = Surface(points, normals)
+        check_plausibility(dots.points, dots.normals, "surface", dot_label)
+        return dots
     if isinstance(getattr(source, "surface", None), Surface):
         raise InputError(
             "what prepare() gave serves sample and compare only: give the dots that it was made of."

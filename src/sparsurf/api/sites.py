@@ -91,6 +91,8 @@ def describe_sites(
     percent, names = PERCENT.check(percent, "percent"), ordered_fields(fields)
     points = None if at is None else _points(at)
     dots, molecule = _dots_and_molecule(surface)
+    if name is not None and not (isinstance(name, str) and name.isprintable()):
+        raise InputError(f"name is {name!r}; it must be a string of printable characters.")
     if not name:
         name = _stem(surface) if isinstance(surface, str | Path) else "surface"
     if empty := [key for key in names if not np.isfinite(dots.fields.get(key, 0)).any()]:

@@ -16,7 +16,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any, NoReturn
 
-from sparsurf import InputError, __version__, progress
+from sparsurf import InputError, __version__, printable, progress
 
 COMMANDS = {
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
@@ -165,5 +165,5 @@ def _warnings_to_stderr() -> Iterator[None]:
 def _sentence(error: InputError | OSError, command: str) -> str:
     """Return the message of an error, without the name of the command that the line begins with."""
     if isinstance(error, OSError):
-        return f"{error.filename or 'the output'}: {error.strerror}."
+        return printable(f"{error.filename or 'the output'}: {error.strerror}.")
     return str(error).removeprefix(f"{command}: ")

@@ -151,6 +151,10 @@ def compute_fields(
     InputError
         A name that neither `FIELDS` nor the table has, or both; a field without a value at any dot.
     """
+    if not isinstance(charges, str | os.PathLike):
+        raise InputError(
+            f"charges is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."
+        )
     out, columns = {}, columns_of(table) if table is not None else []
     for name in names:
         if name in FIELDS and name in columns:

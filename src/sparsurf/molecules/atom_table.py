@@ -114,7 +114,7 @@ def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: str | os.PathLike[str
     InputError
         `altloc` is something else.
     """
-    if altloc not in ("first", "highest") and not (isinstance(altloc, str) and len(altloc.strip()) == 1):
+    if not isinstance(altloc, str) or (altloc not in ("first", "highest") and len(altloc.strip()) != 1):
         raise InputError(f"altloc: '{altloc}' is neither first, highest nor one letter: choose one of them.")
     letters = sorted(set(atoms.altloc) - {""})
     if not letters:
@@ -125,10 +125,23 @@ def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: str | os.PathLike[str
         message = "%s has no alternate location %s (it has %s): the first is used"
         log.warning(message, path, altloc, ", ".join(letters))
     keep = pd.Series(True, index=atoms.index)
-    located = atoms.groupby(["model", "chain", "residue"]).altloc.transform("max") != ""
-    for _, residue in atoms[located].groupby(["model", "chain", "residue"], sort=False):
+    keys = [atoms.model, atoms.chain, atoms.residue, atoms.terminated.cumsum()]  # TER ends a molecule
+    located = atoms.groupby(keys).altloc.transform("max") != ""
+    for _, residue in atoms[located].groupby([key[located] for key in keys], sort=False):
         keep[residue.index] = _choose_location(residue, altloc)
     return atoms[keep].reset_index(drop=True)
+
+
+def refuse_control_characters(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None:
+    """Raise InputError if a name has characters that cannot be printed, such as escape codes for a terminal."""
+    for column in ("name", "residue_name", "chain", "element", "residue"):
+        damaged = next(
+            (text for text in atoms[column].unique().tolist() if not str(text).isprintable()), None
+        )
+        if damaged is not None:
+            raise InputError(
+                f"{path} has an atom whose {column.replace('_', ' ')} is {damaged!r}: repair the file."
+            )
 
 
 def report_duplicates(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from sparsurf import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import IN_NM, suffix
-from sparsurf.molecules.residues import AMINO_ACIDS, HEAVY_ATOMS, PEPTIDE, standard_name
+from sparsurf.molecules.residues import AMINO_ACIDS, HEAVY_ATOMS, PEPTIDE, count_heavy_atoms, standard_name
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -41,6 +41,16 @@ USUAL_LENGTHS = {
 # have it.
 DEVIATION_TO_REFUSE, DEVIATION_TO_WARN = 0.15, 0.08
 CLASH = 1.2  # Å; atoms of two residues are never that close, bonded or not
+# Deviation of a chain's bonds from their usual length along any direction that causes a warning. It is at most .03 in 700
+# structures and trajectories; fewer bonds than MIN_BONDS_OF_LONG_CHAIN vary more.
+STRETCH_TO_WARN, STRETCH_OF_SHORT_CHAIN, MIN_BONDS_OF_LONG_CHAIN = 0.05, 0.09, 40
+CERTAINTY = 0.02  # weight, per bond, of the usual lengths in directions that no bond has
+MAX_RATIO = 1.6  # of a bond's length to its usual one, or the reverse; other bonds do not enter a stretch
+MIN_RESIDUES_OF_MIRROR = 3  # of a chain whose handedness is compared with that of the first frame
+SAME_PLACE = 0.5  # Å; two atoms are never that close
+SAME_RESIDUE = 1.0  # Å; C-alpha atoms of neighbours are 2.8 Å apart at least
+LOST_ATOM = 3.0  # Å, from the nearest atom of its residue
+CUBE = 1.6  # Å, of a grid in which overlapping atoms are found
 SHARE_TO_REPORT = 0.1  # of atoms; below it, an irregularity is an odd detail of the structure
 ELEMENT_OF_LETTER = {
     "H": "H",
@@ -84,6 +94,10 @@ def refuse_impossible(
         _refuse_odd_lengths(molecule, path, remedy)
         _refuse_broken(molecule, bonds, path)
         _warn_of_doubts(molecule, links, distance, path)
+        _warn_of_stretched_chains(molecule, path)
+        _warn_of_mirror_images(molecule, path)
+        _warn_of_shared_places(molecule, path)
+        _warn_of_overlaps(molecule, path)
 
 
 def refuse_invalid_coordinates(xyz: np.ndarray, path: str | os.PathLike[str]) -> None:
@@ -221,12 +235,9 @@ def _refuse_broken(molecule: Molecule, bonds: np.ndarray, path: str | os.PathLik
 
 def _refuse_odd_lengths(molecule: Molecule, path: str | os.PathLike[str], remedy: str) -> None:
     """Raise InputError if half of the backbone's bonds deviate by more than DEVIATION_TO_REFUSE from their usual length."""
-    atom_of, pairs, usual = _atoms_by_name(molecule), [np.empty((0, 2), int)], []
-    for (first, second), length in USUAL_LENGTHS.items():
-        both = np.column_stack([atom_of(first), atom_of(second)])
-        pairs.append(both[(both >= 0).all(axis=1)])
-        usual += [length] * len(pairs[-1])
-    a, b = np.concatenate(pairs).T
+    pairs, usual = _backbone_bonds(molecule)
+    a, b = pairs.T
+    chains = _chains_to_judge(molecule, a)
     for begin in range(0, molecule.n_frames if len(a) >= MIN_ATOMS_TO_JUDGE else 0, FRAMES_AT_ONCE):
         xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE]
         flat = (np.ptp(xyz, axis=1) == 0).any(axis=1)
@@ -234,6 +245,15 @@ def _refuse_odd_lengths(molecule: Molecule, path: str | os.PathLike[str], remedy
             raise InputError(f"{path} has all atoms in one plane in frame {begin + flat.argmax()}; {remedy}.")
         ratio = np.linalg.norm(xyz[:, a] - xyz[:, b], axis=2) / usual
         deviation = np.median(np.abs(ratio - 1), axis=1)
+        for chain in chains[1:] and chains:  # of several, one may be odd
+            of_chain = np.median(np.abs(ratio[:, chain] - 1), axis=1)
+            ratio_of_chain = np.median(ratio[:, chain], axis=1)
+            frame = int(of_chain.argmax())
+            if of_chain[frame] > DEVIATION_TO_REFUSE >= deviation[frame]:
+                raise InputError(
+                    f"{path}: bonds of the chain of {_residue(molecule, a[chain][0])} are {ratio_of_chain[frame]:.2f} times "
+                    f"as long as usual in frame {begin + frame}; {remedy}."
+                )
         if DEVIATION_TO_WARN < deviation.max() <= DEVIATION_TO_REFUSE:
             message = (
                 "%s: half of the bonds of the backbone differ by %.0f %% from their usual length in frame %d"
@@ -245,6 +265,187 @@ def _refuse_odd_lengths(molecule: Molecule, path: str | os.PathLike[str], remedy
                 f"{path}: bonds of the backbone are {np.median(ratio[frame]):.2f} times as long as usual in frame "
                 f"{begin + frame}, and half of them differ by {deviation[frame]:.0%} or more; {remedy}."
             )
+
+
+def _backbone_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
+    """Find the bonds (L, 2) of USUAL_LENGTHS, and their usual lengths (L,)."""
+    atom_of, pairs, usual = _atoms_by_name(molecule), [np.empty((0, 2), int)], []
+    for (first, second), length in USUAL_LENGTHS.items():
+        both = np.column_stack([atom_of(first), atom_of(second)])
+        pairs.append(both[(both >= 0).all(axis=1)])
+        usual += [length] * len(pairs[-1])
+    return np.concatenate(pairs), np.array(usual)
+
+
+def _chains_to_judge(molecule: Molecule, atoms: np.ndarray) -> list[np.ndarray]:
+    """Return the positions in a list of atoms of each chain that occurs often enough to be judged."""
+    _, chain, count = np.unique(molecule.chain[atoms], return_inverse=True, return_counts=True)
+    return [np.flatnonzero(chain == k) for k in np.flatnonzero(count >= MIN_ATOMS_TO_JUDGE)]
+
+
+def _warn_of_stretched_chains(molecule: Molecule, path: str | os.PathLike[str]) -> None:
+    """Warn if the bonds of a chain are longer or shorter along a direction than usual, in any frame."""
+    pairs, usual = _backbone_bonds(molecule)
+    for chain in _chains_to_judge(molecule, pairs[:, 0]):
+        (a, b), long = pairs[chain].T, len(chain) >= MIN_BONDS_OF_LONG_CHAIN
+        limit = STRETCH_TO_WARN if long else STRETCH_OF_SHORT_CHAIN
+        for begin in range(0, molecule.n_frames, FRAMES_AT_ONCE):
+            xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE]
+            stretch = _stretch((xyz[:, a] - xyz[:, b]) / usual[chain][:, None])
+            frame, axis = np.unravel_index(np.abs(stretch - 1).argmax(), stretch.shape)
+            if abs(stretch[frame, axis] - 1) > limit:
+                message = (
+                    "%s: bonds of the chain of %s are %.2f times as long as usual along one direction in frame %d; "
+                    "are all lengths in one unit?"
+                )
+                where = _residue(molecule, a[0])
+                log.warning(message, path, where, stretch[frame, axis], begin + frame)
+                return
+
+
+def _stretch(bonds: np.ndarray) -> np.ndarray:
+    """Find how many times too long bonds are along three directions (F, 3).
+
+    The symmetric matrix G with u G u = 1 for all bonds u is found by least squares; where no bond determines it, it is 1.
+
+    Parameters
+    ----------
+    bonds : (F, n, 3) float, each divided by its usual length
+    """
+    ratio = np.linalg.norm(bonds, axis=2)
+    x, y, z = np.moveaxis(
+        np.where((ratio > 1 / MAX_RATIO) & (ratio < MAX_RATIO), 1.0, 0.0)[:, :, None] * bonds, 2, 0
+    )
+    terms = np.stack([x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z], axis=2)
+    rest = np.where(x * x + y * y + z * z > 0, 1 - terms[:, :, :3].sum(axis=2), 0.0)
+    square = terms.swapaxes(1, 2) @ terms + CERTAINTY * bonds.shape[1] * np.eye(6)
+    solved = np.linalg.solve(square, terms.swapaxes(1, 2) @ rest[:, :, None])[:, :, 0]
+    matrix = np.eye(3) + solved[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+    return 1 / np.sqrt(np.maximum(np.linalg.eigvalsh(matrix), 0.01))
+
+
+def _warn_of_mirror_images(molecule: Molecule, path: str | os.PathLike[str]) -> None:
+    """Warn if a chain is the mirror image of an L-peptide in any frame."""
+    atom_of = _atoms_by_name(molecule)
+    atoms = np.stack([atom_of(name) for name in ("N", "CA", "C", "CB")])
+    atoms = atoms[:, (atoms >= 0).all(axis=0)]
+    everything = np.arange(atoms.shape[1])
+    chain_of = molecule.chain[atoms[1]]
+    for residues in (everything, *(everything[chain_of == chain] for chain in np.unique(chain_of))):
+        handed = np.empty((0, len(residues)), bool)  # of the first frame
+        n, ca, c, cb = atoms[:, residues]
+        for begin in range(0, molecule.n_frames if len(ca) >= MIN_RESIDUES_OF_MIRROR else 0, FRAMES_AT_ONCE):
+            xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE]
+            to_n, to_c, to_cb = (xyz[:, atom] - xyz[:, ca] for atom in (n, c, cb))
+            left = (np.cross(to_n, to_c) * to_cb).sum(axis=2) >= 0
+            handed = left[0] if begin == 0 else handed
+            mirrored = (left != handed).mean(axis=1) > 0.5
+            if len(ca) >= MIN_ATOMS_TO_JUDGE:
+                mirrored |= left.mean(axis=1) < 0.5
+            if mirrored.any():
+                message = (
+                    "%s: the chain of %s is a mirror image, of D-amino acids, in frame %d; "
+                    "does an axis have the wrong sign?"
+                )
+                log.warning(message, path, _residue(molecule, ca[0]), begin + int(mirrored.argmax()))
+                return
+
+
+def _warn_of_shared_places(molecule: Molecule, path: str | os.PathLike[str]) -> None:
+    """Warn of residues and atoms of the first frame that lie in the place of another, and of atoms far from their residue."""
+    xyz, index = molecule.xyz[0], molecule.residue_index
+    ca = np.flatnonzero((molecule.name == "CA") & (molecule.kind == "protein"))
+    twin = np.flatnonzero(np.linalg.norm(np.diff(xyz[ca], axis=0), axis=1) < SAME_RESIDUE)
+    twin = twin[np.diff(index[ca])[twin] > 0]
+    if len(twin):
+        first, second = (_residue(molecule, ca[k]) for k in (twin[0], twin[0] + 1))
+        log.warning("%s: %s and %s lie in one place; keep one of them", path, first, second)
+    heavy = np.flatnonzero(~np.isin(molecule.element, ["H", "D"]))
+    nearest = np.full(len(heavy), np.inf)
+    same = np.empty((0, 2), int)
+    for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(heavy))):
+        a, b = heavy[:-step], heavy[step:]
+        pair = np.flatnonzero(index[a] == index[b])
+        if not len(pair):
+            break
+        length = np.linalg.norm(xyz[a[pair]] - xyz[b[pair]], axis=1)
+        np.minimum.at(nearest, pair, length)
+        np.minimum.at(nearest, pair + step, length)
+        close = pair[(length < SAME_PLACE) & (molecule.name[a[pair]] != molecule.name[b[pair]])]
+        same = np.concatenate([same, np.column_stack([heavy[close], heavy[close + step]])])
+    if len(same):
+        a, b = same[0]
+        message = "%s: %s and %s of %s lie in one place (%s); repair its coordinates"
+        count = pluralise(len(same), "such pair")
+        log.warning(message, path, molecule.name[a], molecule.name[b], _residue(molecule, a), count)
+    present, expected = count_heavy_atoms(molecule.residue_name, index, molecule.element)
+    complete = ((expected > 0) & (present == expected))[index[heavy]]
+    lost = np.flatnonzero(complete & np.isfinite(nearest) & (nearest > LOST_ATOM))
+    if len(lost):
+        message = "%s: %s of %s lies %.1f Å from the nearest atom of its residue; repair its coordinates"
+        atom = heavy[lost[0]]
+        log.warning(message, path, molecule.name[atom], _residue(molecule, atom), nearest[lost[0]])
+
+
+def _warn_of_overlaps(molecule: Molecule, path: str | os.PathLike[str]) -> None:
+    """Warn if heavy atoms of two residues lie in one place, in any frame: a wrong box, or chains laid on each other."""
+    heavy = np.flatnonzero(~np.isin(molecule.element, ["H", "D"]))
+    if len(heavy) < MIN_ATOMS_TO_JUDGE:
+        return
+    index, names = molecule.residue_index[heavy], molecule.name[heavy]
+    ca = names == "CA"
+    twins = set(
+        index[ca][1:][
+            np.linalg.norm(np.diff(molecule.xyz[0][heavy][ca], axis=0), axis=1) < SAME_RESIDUE
+        ].tolist()
+    )
+    for begin in range(0, molecule.n_frames, FRAMES_AT_ONCE):
+        xyz = molecule.xyz[begin : begin + FRAMES_AT_ONCE, heavy]
+        frame, a, b, distance = _pairs_in_cubes(xyz, index)
+        keep = (distance < SAME_PLACE) & ~np.isin(index[a], [*twins]) & ~np.isin(index[b], [*twins])
+        if keep.any():
+            k = np.flatnonzero(keep)[0]
+            message = "%s: %s of %s and %s of %s lie %.1f Å apart in frame %d; is the box right, or is a molecule there twice?"
+            ends = (
+                names[a[k]],
+                _residue(molecule, heavy[a[k]]),
+                names[b[k]],
+                _residue(molecule, heavy[b[k]]),
+            )
+            log.warning(message, path, *ends, distance[k], begin + frame[k])
+            return
+
+
+def _pairs_in_cubes(
+    xyz: np.ndarray, index: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Find most of the pairs of atoms of two residues that share a cube of CUBE, in one of two shifted grids.
+
+    Parameters
+    ----------
+    xyz : (F, A, 3) float, Å
+    index : (A,) int, residue of each atom
+
+    Returns
+    -------
+    frame, a, b : (P,) int
+    distance : (P,) float, Å
+    """
+    found = []
+    for shift in (0.0, CUBE / 2):
+        cube = np.floor((xyz + shift) / CUBE).astype(np.int64)
+        cube -= cube.min(axis=1, keepdims=True)
+        key = (cube[:, :, 0] << 42) | (cube[:, :, 1] << 21) | cube[:, :, 2]
+        order = np.argsort(key, axis=1)
+        key = np.take_along_axis(key, order, axis=1)
+        for step in (1, 2, 3):
+            frame, k = np.nonzero(key[:, step:] == key[:, :-step])
+            a, b = order[frame, k], order[frame, k + step]
+            other = index[a] != index[b]
+            frame, a, b = frame[other], a[other], b[other]
+            found.append((frame, a, b, np.linalg.norm(xyz[frame, a] - xyz[frame, b], axis=1)))
+    frame, a, b, distance = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return frame, a, b, distance
 
 
 def _atoms_by_name(molecule: Molecule) -> Callable[[str], np.ndarray]:
@@ -267,8 +468,16 @@ def _refuse_other_elements(molecule: Molecule, path: str | os.PathLike[str]) -> 
     of_name = np.array([ELEMENT_OF_LETTER.get(letter, "") for letter in letters])
     element = np.where(molecule.element == "D", "H", molecule.element)
     wrong = known & (of_name != "") & (of_name != element) & (element != "SE")
-    if known.sum() >= MIN_ATOMS_TO_JUDGE and wrong.sum() > SHARE_TO_REPORT * known.sum():
-        atom = int(np.argmax(wrong))
+    atom = int(np.argmax(wrong)) if wrong.any() else 0
+    if known.sum() < MIN_ATOMS_TO_JUDGE or not wrong.any():
+        return
+    if wrong.sum() <= SHARE_TO_REPORT * known.sum():
+        message = "%s: %s of %s has the element %s; %s an element that contradicts the name"
+        count = pluralise(int(wrong.sum()), "atom") + (" has" if wrong.sum() == 1 else " have")
+        log.warning(
+            message, path, molecule.name[atom], _residue(molecule, atom), molecule.element[atom], count
+        )
+    else:
         raise InputError(
             f"{path}: {molecule.name[atom]} of {_residue(molecule, atom)} has the element {molecule.element[atom]}; "
             f"{wrong.sum()} atoms have an element that contradicts their name. Repair the elements or leave them blank."
@@ -278,17 +487,10 @@ def _refuse_other_elements(molecule: Molecule, path: str | os.PathLike[str]) -> 
 def _warn_of_doubts(
     molecule: Molecule, links: np.ndarray, distance: np.ndarray, path: str | os.PathLike[str]
 ) -> None:
-    """Warn of what is possible but unlikely: one atom, a mirror image, overlapping copies, a broken chain."""
+    """Warn of what is possible but unlikely: one atom, overlapping copies, a broken chain."""
     xyz, index = molecule.xyz[0], molecule.residue_index
     if molecule.n_atoms == 1:
         log.warning("%s: a single atom is used; its surface is a sphere", path)
-    atom_of = _atoms_by_name(molecule)
-    n, ca, c, cb = (atom_of(name) for name in ("N", "CA", "C", "CB"))
-    whole = np.flatnonzero((np.stack([n, ca, c, cb]) >= 0).all(axis=0))
-    to_n, to_c, to_cb = (xyz[atom[whole]] - xyz[ca[whole]] for atom in (n, c, cb))
-    mirrored = (np.cross(to_n, to_c) * to_cb).sum(axis=1) < 0
-    if len(whole) >= MIN_ATOMS_TO_JUDGE and mirrored.mean() > 0.5:
-        log.warning("%s: this is a mirror image, of D-amino acids; does an axis have the wrong sign?", path)
     sample = range(0, len(xyz), -(-len(xyz) // SAMPLED_ATOMS))
     close = [
         ((np.abs(xyz - xyz[k]).sum(axis=1) < 2 * CLASH) & (index != index[k])).nonzero()[0] for k in sample

@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     import mdtraj
 
 OWN_TOPOLOGY = (".h5", ".hdf5")
+NETCDF = (".nc", ".ncdf", ".netcdf")
+PS_PER_UNIT = {  # names of units of time in NetCDF files, as regular expressions
+    "ps|picosec(ond)?s?|": 1.0, "fs|femtosec(ond)?s?": 1e-3, "ns|nanosec(ond)?s?": 1e3, "(us|microsec(ond)?s?)": 1e6,
+}  # fmt: skip
 WRONG_N_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\)")
 DIFFERENT_ATOMS = "might not contain the same atoms"  # mdtraj's error for files of one frame
 
@@ -182,7 +186,8 @@ def _frames(
     """Load frames, in the other process."""
     try:
         loaded = _load(path, n_atoms, atoms, stride, first, only)
-        arrays = loaded.xyz, np.asarray(loaded.time, float), loaded.unitcell_vectors
+        time_ps = np.asarray(loaded.time, float) * _ps_per_unit(path)
+        arrays = loaded.xyz, time_ps, loaded.unitcell_vectors
     except ValueError as error:
         mismatch = WRONG_N_ATOMS.search(str(error))
         if not (mismatch and first):
@@ -192,6 +197,20 @@ def _frames(
     for array in (*arrays[:2], np.empty((0, 3, 3)) if arrays[2] is None else arrays[2]):
         np.save(answer, array, allow_pickle=False)
     return answer.getbuffer()
+
+
+def _ps_per_unit(path: str) -> float:
+    """Return the unit of the times of a NetCDF file in ps, which mdtraj does not read."""
+    if Path(path).suffix.lower() not in NETCDF:
+        return 1.0
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, mmap=False) as file:
+        unit = getattr(file.variables.get("time"), "units", b"picosecond").decode("ascii", "replace").strip()
+    known = next((ps for name, ps in PS_PER_UNIT.items() if re.fullmatch(name, unit.lower())), None)
+    if known is None:
+        raise ValueError(f"its times are in {unit[:20]!r}")
+    return known
 
 
 def _load(

@@ -21,6 +21,7 @@ from sparsurf.molecules.atom_table import (
     choose_altlocs,
     missing_residues,
     number_residues,
+    refuse_control_characters,
     report_duplicates,
 )
 from sparsurf.molecules.formats import (
@@ -151,6 +152,7 @@ def _read_structure(
     extension = suffix(path)
     if extension in READERS:
         file = READERS[extension](read_text(path), path)
+        refuse_control_characters(file.atoms, path)
         atoms = choose_altlocs(file.atoms, altloc, path)
         report_duplicates(atoms, path)
         return file, _select_models(atoms, model, path)
@@ -158,6 +160,7 @@ def _read_structure(
         if model is not None:
             raise InputError(f"{path} has frames and no models: leave out the model, and name the frame.")
         file = AtomFile(read_topology(path))
+        refuse_control_characters(file.atoms, path)
         return file, {0: file.atoms}
     if extension in TRAJECTORIES:
         raise InputError(

@@ -80,9 +80,9 @@ def select_atoms(
         _refuse_ligands_outside(molecule, path, in_ligands, in_chains, in_residues)
     if report:
         _report_left_out(molecule, path, selected, within)
-    if hydrogens == "remove":
+    if isinstance(hydrogens, str) and hydrogens == "remove":
         selected &= ~np.isin(molecule.element, ["H", "D"])
-    elif hydrogens != "keep":
+    elif not (isinstance(hydrogens, str) and hydrogens == "keep"):
         raise InputError(f"hydrogens: '{hydrogens}' is neither keep nor remove: choose one of them.")
     if not selected.any():
         nucleic = np.flatnonzero(within & (molecule.kind == "nucleic") & (residues is not None))
@@ -187,6 +187,11 @@ def atoms_of_expression(molecule: Molecule, selection: str) -> np.ndarray:
     return selected
 
 
+def _asked_for(ligands: bool | str | Sequence[str]) -> bool:
+    """Tell whether ligands are named; an array has no truth value of its own."""
+    return len(ligands) > 0 if hasattr(ligands, "__len__") else bool(ligands)
+
+
 def _in_ligands(
     molecule: Molecule, path: str | os.PathLike[str], ligands: bool | str | Sequence[str]
 ) -> np.ndarray:
@@ -194,7 +199,7 @@ def _in_ligands(
     if ligands is True:
         atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
         return (molecule.kind == "other") & (atoms_of_residue > 1)
-    names = [name.strip() for name in _as_list(ligands, "ligands", "HEM,ZN")] if ligands else []
+    names = [name.strip() for name in _as_list(ligands, "ligands", "HEM,ZN")] if _asked_for(ligands) else []
     absent = [name for name in names if name not in molecule.residue_name]
     if absent:
         others = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())

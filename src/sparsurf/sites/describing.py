@@ -5,8 +5,6 @@ Patches are cut from the kept dots alone. A subset of a surface with its fields 
 
 from __future__ import annotations
 
-import io
-import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from sparsurf import InputError
 from sparsurf.dot_fields.registry import compute_fields
-from sparsurf.files import read_bytes
+from sparsurf.files import read_archive, read_bytes
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid
@@ -26,7 +24,7 @@ from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
 from sparsurf.recovery.recovering import dot_spacing
 from sparsurf.sampling.farthest_point import farthest_point_sampling
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import MAX_COORDINATE, ROUNDING_OF_NORMALS, Surface
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
 PERCENT = 10  # of the dots, which are kept and described
@@ -36,6 +34,8 @@ SHAPE = "shape"  # the channel next to the fields: r of the steady descriptor
 MIN_DOTS_IN_PATCH = 12  # of a patch that is described
 VERSION = 2  # of saved Sites
 LABELS = ("chain", "residue", "residue_name")
+# Values of a file that are no arrays, and their kinds in numpy
+SCALARS = {"sparsurf_sites": "U", "version": "iu", "order": "iu", "percent": "iuf", "radius": "iuf"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,16 +102,15 @@ def load_sites(path: Path | str) -> Sites:
     ------
     InputError : another file, or Sites of another version
     """
-    content = read_bytes(path)
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            arrays = {key: file[key] for key in file.files}
-        version = int(arrays["version"])
-        _check_arrays(arrays)
-    except (KeyError, ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile):
-        raise InputError(f"{path} holds no Sites, or is damaged: write it with Sites.save.") from None
-    if version != VERSION:
+    problem = "holds no Sites, or is damaged: write it with Sites.save"
+    arrays = read_archive(read_bytes(path), path, problem)
+    version = arrays.get("version")
+    if version is not None and version.shape == () and version.dtype.kind in "iu" and version != VERSION:
         raise InputError(f"{path} holds Sites of version {version}, not {VERSION}: describe them again.")
+    try:
+        _check_arrays(arrays)
+    except (KeyError, ValueError):
+        raise InputError(f"{path} {problem}.") from None
     labels = pd.DataFrame({key: arrays[f"label_{key}"] for key in LABELS})
     fields = [str(field) for field in arrays["fields"]]
     settings = _settings(fields, float(arrays["percent"]), float(arrays["radius"]))
@@ -121,20 +120,29 @@ def load_sites(path: Path | str) -> Sites:
 
 
 def _check_arrays(arrays: dict[str, np.ndarray]) -> None:
-    """Raise ValueError if the arrays of a file do not have the shapes and types of Sites."""
-    n, n_channels = len(arrays["points"]), 1 + len(arrays["fields"])
-    shapes = {
-        "points": (n, 3),
-        "normals": (n, 3),
-        "numbers": (n, n_channels, *arrays["numbers"].shape[2:]),
-    } | {f"label_{key}": (n,) for key in LABELS}
-    if any(arrays[key].shape != shape for key, shape in shapes.items()):
-        raise ValueError
-    if arrays["numbers"].ndim != 3 or not n:
-        raise ValueError
+    """Raise ValueError or KeyError if the arrays of a file are not those of Sites."""
+    for key, kinds in SCALARS.items():
+        if arrays[key].shape != () or arrays[key].dtype.kind not in kinds:
+            raise ValueError(f"{key} is not one value")
+    if not str(arrays["sparsurf_sites"]).isprintable():
+        raise ValueError("the name has characters that cannot be printed")
+    if not (0 < arrays["percent"] <= 100 and 0 < arrays["radius"] < np.inf):
+        raise ValueError("a setting is impossible")
+    if arrays["fields"].ndim != 1 or (len(arrays["fields"]) and arrays["fields"].dtype.kind != "U"):
+        raise ValueError("the fields are not names")
+    n, n_moments = len(arrays["points"]), sum(order <= arrays["order"] for order, _ in indices())
+    shapes = {"points": (n, 3), "normals": (n, 3), "numbers": (n, 1 + len(arrays["fields"]), n_moments)}
+    shapes |= {f"label_{key}": (n,) for key in LABELS}
+    if n == 0 or n_moments == 0 or any(arrays[key].shape != shape for key, shape in shapes.items()):
+        raise ValueError("the arrays do not fit together")
     floats = [arrays[key] for key in ("points", "normals", "numbers")]
     if not all(array.dtype.kind == "f" and np.isfinite(array).all() for array in floats):
-        raise ValueError
+        raise ValueError("an array holds something else than finite numbers")
+    if not all(arrays[f"label_{key}"].dtype.kind == "U" for key in LABELS):
+        raise ValueError("labels are not strings")
+    length = np.linalg.norm(arrays["normals"].astype(float), axis=1)
+    if np.abs(arrays["points"]).max() >= MAX_COORDINATE or np.abs(length - 1).max() > ROUNDING_OF_NORMALS:
+        raise ValueError("places or normals are impossible")
 
 
 def _settings(fields: Iterable[str], percent: float, radius: float) -> dict[str, Any]:

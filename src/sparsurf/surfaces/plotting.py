@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface
 
 DOT_RADIUS = 0.25  # Å, in py3Dmol
+# Å, median distance from dots to the centres of their atoms: at most the largest radius and that of a large probe
+MAX_DISTANCE_OF_ATOM = 6.0
 
 
 def to_frame(surface: Surface, molecule: Molecule | None = None, **columns: np.ndarray) -> pd.DataFrame:
@@ -38,8 +40,16 @@ def to_frame(surface: Surface, molecule: Molecule | None = None, **columns: np.n
     Returns
     -------
     DataFrame, a row per dot
+
+    Raises
+    ------
+    InputError
+        The dots lie on other atoms than those of the molecule, or their atoms are unknown.
     """
     import pandas as pd
+
+    if molecule is not None:
+        _refuse_other_molecule(surface, molecule)
 
     axes = dict(zip(("x", "y", "z", "nx", "ny", "nz"), [*surface.points.T, *surface.normals.T], strict=True))
     table = pd.DataFrame(axes | {"area": surface.area, "kind": surface.kind})
@@ -49,6 +59,23 @@ def to_frame(surface: Surface, molecule: Molecule | None = None, **columns: np.n
     molecule = surface.origin.molecule if molecule is None and surface.origin else molecule
     table = table if molecule is None else table.join(molecule.labels(surface.atom))
     return table.assign(**{name: values for name, values in surface.fields.items() if name not in table})
+
+
+def _refuse_other_molecule(surface: Surface, molecule: Molecule) -> None:
+    """Raise InputError if the atoms of the dots are not those of a molecule."""
+    atom = surface.atom
+    if not (hasattr(molecule, "labels") and hasattr(molecule, "n_atoms")):
+        raise InputError("to_frame: the molecule is none that read_molecule gave; give one, or leave it out.")
+    if atom.min() < 0:
+        raise InputError("to_frame: the atoms of the dots are unknown; leave out the molecule.")
+    far = atom.max() >= molecule.n_atoms or not any(
+        np.median(np.linalg.norm(surface.points - xyz[atom], axis=1)) < MAX_DISTANCE_OF_ATOM
+        for xyz in molecule.xyz
+    )
+    own = surface.origin.molecule if surface.origin else molecule
+    alike = own.n_atoms == molecule.n_atoms and np.array_equal(own.residue_name, molecule.residue_name)
+    if far or not alike:
+        raise InputError("to_frame: the dots were placed on other atoms; give their molecule, or none.")
 
 
 def plot(surface: Surface, values: ArrayLike | None = None, ax: Any = None) -> Axes:

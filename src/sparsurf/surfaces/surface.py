@@ -41,6 +41,7 @@ RESERVED_COLUMNS = frozenset(
      "chain", "residue", "residue_name", "atom_name", "atom", "red", "green", "blue", "alpha"]
 )  # fmt: skip
 MAX_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do not
+MAX_ATOM = np.iinfo(np.int32).max
 MAX_AREA = 1.3e5  # Å^2 of one dot: the whole of the largest sphere (100 Å)
 MAX_AREA_PER_MEDIAN = 1000  # areas on one surface differ by a factor of 10
 SAMPLE_SIZE = 200  # dots that are compared with their nearest neighbours
@@ -54,6 +55,25 @@ MIN_SHARE_OF_ALIKE_NORMALS = (
 # Å, radius of curvature: distance of neighbours over the angle between their normals.
 # It is 1.5 to 2.3 on molecular surfaces of all densities.
 MIN_CURVATURE_RADIUS, MAX_CURVATURE_RADIUS = 0.4, 10.0
+# The same of surfaces with convex and concave parts: at most 2.7 Å with probes up to 3 Å and densities from 0.5 per Å^2 on
+MOLECULAR_RADII = (1.2, 3.0)
+SHARE_OF_CONVEX = (0.3, 0.8)  # of neighbours on such surfaces; .43 to .68 on molecules
+N_SURROUNDING, N_BESIDE = 40, 6  # nearest dots by which the inside of a surface, and its tangents, are found
+N_FAR = 1000  # dots that stand for all others
+# Angles between normals of neighbouring dots, radians, below which directions are judged
+DENSE_ANGLE, MEDIUM_ANGLE = 0.34, 0.5
+# Mean |cosine| between a normal and the directions to the dots beside it: .13 on dense surfaces, .33 on a subset of
+# 5 %; .42 and more where columns are exchanged, axes mirrored, or positions inexact.
+MAX_COSINE_OF_TANGENTS = 0.38
+MIN_ALIKE_OF_DENSE, MIN_ALIKE_TO_REPORT = (
+    0.85,
+    0.95,
+)  # share of normals beside that do not oppose; .98 on dense surfaces
+MAX_DOTS_IN_ONE_PLACE = 9
+N_PARTS, MIN_SPACING_OF_PART = 10, 0.45  # parts of a file; the spacing of each is .64 of that of all or more
+MAX_OUTSIDE_OF_PART = (
+    0.35  # share of dots of a part behind whose normals there is no inside; at most .1 on surfaces
+)
 # A surface of this many dots this close (Å) is checked for being closed: the normals of a whole surface sum to .01 of
 # their number, those of half a surface to .07 or more.
 MAX_SPACING_OF_CLOSED, MIN_DOTS_OF_CLOSED = 0.8, 1000
@@ -117,30 +137,27 @@ class Surface:
         fields: Mapping[str, ArrayLike] = MappingProxyType({}),
         origin: Origin | None = None,
     ) -> None:
-        n = np.size(points, 0)
-        values = {"points": points, "normals": normals, "area": area, "kind": kind, "atom": atom}
-        for name, value in values.items():
-            if value is None:
-                value = np.full(n, np.nan if name == "area" else -1)
-            with np.errstate(invalid="ignore"):  # check_values sees values that the conversion damages
-                array = np.array(value, ARRAY_TYPES[name], order="C")
+        given = {"points": points, "normals": normals, "area": area, "kind": kind, "atom": atom}
+        numbers = {name: _numbers(value, name) for name, value in given.items() if value is not None}
+        n = len(numbers.get("points", ()))
+        for name in ARRAY_NAMES:
+            value = numbers.get(name, np.full(n, np.nan if name == "area" else -1))
             expected = (n, 3) if name in ("points", "normals") else (n,)
-            if array.shape != expected:
+            if value.shape != expected:
                 requested = "(N, 3), a row for each dot" if name == "points" else expected
-                raise InputError(f"surface: {name} has the shape {array.shape}, not {requested}.")
-            object.__setattr__(self, name, array)
-        object.__setattr__(self, "fields", {name: np.array(value, float) for name, value in fields.items()})
+                raise InputError(f"surface: {name} has the shape {value.shape}, not {requested}.")
+            with np.errstate(invalid="ignore"):  # check_values sees values that the conversion damages
+                object.__setattr__(self, name, np.array(value, ARRAY_TYPES[name], order="C"))
+        object.__setattr__(self, "fields", _fields(fields, n))
         object.__setattr__(self, "origin", origin)
-        for name, field in self.fields.items():
-            if field.shape != (n,):
-                raise InputError(f"surface: the field {name} has the shape {field.shape}, not {(n,)}.")
         if n == 0:
             raise InputError("surface: there are no dots.")
         if not (np.isfinite(self.points).all() and np.isfinite(self.normals).all()):
             raise InputError("surface: coordinates or normals are NaN or infinite.")
         if np.abs(np.linalg.norm(self.normals, axis=1) - 1).max() > ROUNDING_OF_NORMALS:
             raise InputError("surface: normals are not of unit length; divide each by its length.")
-        check_values(self.points, area, kind, atom, "surface", dot_label)
+        known = {name: numbers.get(name) for name in ("area", "kind", "atom")}
+        check_values(self.points, known["area"], known["kind"], known["atom"], "surface", dot_label)
 
     def __repr__(self) -> str:
         return f"Surface of {len(self):,} dots"
@@ -183,6 +200,33 @@ class Surface:
     def show(self, values: ArrayLike | None = None) -> Any:
         """Open an interactive view with PyVista or py3Dmol, coloured as in `plot`."""
         return import_module("sparsurf.surfaces.plotting").show(self, values)
+
+
+def _numbers(value: ArrayLike, name: str) -> np.ndarray:
+    """Return an array of real numbers with at least one axis; raise InputError for anything else."""
+    try:
+        array = np.asarray(value)
+        array = array.astype(float) if array.dtype.kind == "O" else array
+    except (TypeError, ValueError, OverflowError):
+        array = np.array("")
+    if array.dtype.kind not in "biuf" or array.ndim == 0:
+        raise InputError(
+            f"surface: {name} holds something else than real numbers, or rows of unequal length."
+        )
+    if np.ma.is_masked(value):
+        raise InputError(f"surface: {name} has masked values; leave these dots out.")
+    return array
+
+
+def _fields(fields: Mapping[str, ArrayLike], n: int) -> dict[str, np.ndarray]:
+    """Return the fields of n dots as arrays; raise InputError for anything else."""
+    if not isinstance(fields, Mapping) or not all(isinstance(name, str) for name in fields):
+        raise InputError("surface: fields is no dictionary of names and arrays.")
+    arrays = {name: _numbers(value, f"the field {name}").astype(float) for name, value in fields.items()}
+    for name, array in arrays.items():
+        if array.shape != (n,):
+            raise InputError(f"surface: the field {name} has the shape {array.shape}, not {(n,)}.")
+    return arrays
 
 
 @dataclass(frozen=True)
@@ -246,14 +290,15 @@ def surface_of_columns(
     length = _checked_lengths(points, normals, path, where)
     to_scale = np.abs(length - 1) > ROUNDING_OF_NORMALS
     arrays["normals"] = np.where(to_scale[:, None], normals / length[:, None], normals)
-    check_plausibility(points, arrays["normals"], path, where)
     _, first = np.unique(np.hstack([points, normals]), axis=0, return_index=True)
     if len(first) < len(points):
         message = (
             "%s: dots that occur twice are removed (%d); numbers of dots count those that remain, from 0"
         )
         log.warning(message, path, len(points) - len(first))
-        arrays = {name: value[np.sort(first)] for name, value in arrays.items()}
+    first = np.sort(first)
+    arrays = {name: value[first] for name, value in arrays.items()}
+    check_plausibility(arrays["points"], arrays["normals"], path, lambda dot: where(int(first[dot])))
     fields = {name: arrays.pop(name) for name in list(arrays) if name not in ARRAY_NAMES}
     area, kind, atom = (arrays.get(name) for name in ("area", "kind", "atom"))
     return Surface(arrays["points"], arrays["normals"], area, kind, atom, fields)
@@ -299,39 +344,127 @@ def check_plausibility(
     InputError
         A dot is far from all others, neighbouring normals oppose each other, or lengths are in nm.
     """
+    if len(points) > 1 and not np.ptp(points, axis=0).any():
+        raise InputError(f"{path}: all its dots lie in one place; give the dots of a surface.")
     if len(points) < MIN_DOTS_TO_JUDGE:
         return
     gap, dot = widest_gap(points)
     if gap > MAX_GAP:
         raise InputError(f"{path}: {where(dot)} lies {gap:.0f} Å from all other dots: remove or repair it.")
     sample = np.linspace(0, len(points) - 1, SAMPLE_SIZE).astype(int)
-    distance, neighbour = nearest_neighbours(points, sample)
-    cosine = (normals[sample] * normals[neighbour]).sum(axis=1)
-    spacing, alike = float(np.median(distance)), float((cosine > 0).mean())
-    if spacing < NEIGHBOUR_DISTANCE and alike < MIN_SHARE_OF_ALIKE_NORMALS:
+    distances, around = _surrounding(points, sample)
+    crowded = (distances < 1e-6).sum(axis=1)
+    if crowded.max() > MAX_DOTS_IN_ONE_PLACE or np.median(distances[:, 0]) < 1e-6:
+        label = where(int(sample[crowded.argmax()]))
+        raise InputError(f"{path}: {label} and others lie in one place; give each dot once.")
+    beside = around[:, :N_BESIDE]
+    steps = points[beside] - points[sample][:, None]
+    cosine = (normals[beside] * normals[sample][:, None]).sum(axis=2)
+    spacing, alike = float(np.median(distances[:, 0])), float((cosine[:, 0] > 0).mean())
+    angle = math.acos(min(1.0, float(np.median(cosine[:, 0]))))
+    all_alike = float((cosine > 0).mean())
+    opposing = spacing < NEIGHBOUR_DISTANCE and alike < MIN_SHARE_OF_ALIKE_NORMALS
+    if opposing or (angle < DENSE_ANGLE and all_alike < MIN_ALIKE_OF_DENSE):
         raise InputError(
-            f"{path}: {1 - alike:.0%} of neighbouring dots have normals that oppose each other: give outward normals."
+            f"{path}: {1 - min(alike, all_alike):.0%} of neighbouring dots have normals that oppose each other: "
+            "give outward normals."
         )
-    angle = math.acos(min(1.0, float(np.median(cosine))))
     radius = spacing / angle if angle > 0 else math.inf
     if 0 < radius < MIN_CURVATURE_RADIUS:
         raise InputError(
             f"{path}: dots lie {spacing:.3f} Å apart on curves of {radius:.2f} Å: lengths seem to be nm, give Å."
         )
-    if MAX_CURVATURE_RADIUS < radius < 10 * MAX_CURVATURE_RADIUS:
-        log.warning("%s: dots lie on curves of %.0f Å; are lengths in Å?", path, radius)
-    if len(points) > MIN_DOTS_OF_CLOSED and spacing < MAX_SPACING_OF_CLOSED:
-        _warn_if_open(points, normals, path)
+    tangents = np.linalg.norm(steps, axis=2)
+    across = np.abs((steps * normals[sample][:, None]).sum(axis=2)) / np.maximum(tangents, 1e-9)
+    if angle < MEDIUM_ANGLE and across.mean() > MAX_COSINE_OF_TANGENTS:
+        raise InputError(
+            f"{path}: its normals do not stand upright on its dots (mean cosine to the dots beside {across.mean():.2f}): "
+            "compare the order, signs and units of the columns x,y,z and nx,ny,nz."
+        )
+    if angle < DENSE_ANGLE and all_alike < MIN_ALIKE_TO_REPORT:
+        message = (
+            "%s: %.0f %% of neighbouring dots have normals that oppose each other; are all of them outward?"
+        )
+        log.warning(message, path, 100 * (1 - all_alike))
+    convex = ((normals[beside] - normals[sample][:, None]) * steps).sum(axis=2) > 0
+    molecular = SHARE_OF_CONVEX[0] < convex.mean() < SHARE_OF_CONVEX[1] and angle < MEDIUM_ANGLE
+    odd = not MOLECULAR_RADII[0] < radius < MOLECULAR_RADII[1]
+    if MAX_CURVATURE_RADIUS < radius < 10 * MAX_CURVATURE_RADIUS or (molecular and odd):
+        log.warning("%s: dots lie on curves of %.2g Å; are lengths in Å?", path, radius)
+    parts = np.median(distances[:, 0].reshape(N_PARTS, -1), axis=1) / spacing
+    if parts.min() < MIN_SPACING_OF_PART:
+        message = "%s: dots around %s lie %.1f times as close as the others; are all lengths in Å?"
+        part = int(parts.argmin())
+        log.warning(message, path, where(int(sample.reshape(N_PARTS, -1)[part, 0])), 1 / parts[part])
+    behind, before = _windings(points, normals, sample, distances, around)
+    if np.median(behind + before) < -0.4:
+        log.warning("%s: normals point inwards; the method needs outward normals", path)
+        return
+    outside = (behind < 0.5).reshape(N_PARTS, -1).mean(axis=1)
+    if len(points) > MIN_DOTS_OF_CLOSED and spacing < MAX_SPACING_OF_CLOSED and _warn_if_open(normals, path):
+        return
+    if molecular and angle < DENSE_ANGLE and outside.max() > MAX_OUTSIDE_OF_PART:
+        message = "%s: the normals of some dots around %s point inwards; the method needs outward normals"
+        log.warning(message, path, where(int(sample.reshape(N_PARTS, -1)[outside.argmax(), 0])))
 
 
-def _warn_if_open(points: np.ndarray, normals: np.ndarray, path: Path | str) -> None:
-    """Warn if the dots do not close around a molecule, or if their normals point inwards."""
+def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find the nearest other dots of a few dots: distances (n, k), ascending, and indices (n, k)."""
+    from scipy.spatial import cKDTree  # here: it takes long to load
+
+    k = min(N_SURROUNDING, len(points) - 1)
+    distances, around = map(np.asarray, cKDTree(points).query(points[sample], k=k + 1))
+    own = around == sample[:, None]
+    own[~own.any(axis=1), -1] = True  # of dots in one place another may come in place of the dot itself
+    shape = (len(sample), k)
+    return distances[~own].reshape(shape), around[~own].reshape(shape)
+
+
+def _windings(
+    points: np.ndarray, normals: np.ndarray, sample: np.ndarray, distances: np.ndarray, around: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the winding number of the surface behind and before a few dots: about 1 inside and 0 outside.
+
+    The dots around each dot count one by one; of the others, N_FAR stand for all (Barill et al., ACM Trans. Graph.
+    37:43, 2018).
+
+    Parameters
+    ----------
+    points, normals : (N, 3) float
+    sample : (n,) int, the few dots
+    distances, around : (n, k), see `_surrounding`
+
+    Returns
+    -------
+    behind, before : (n,) float
+    """
+    reach = distances[:, min(N_BESIDE, distances.shape[1]) - 1]
+    area = float(np.median(np.pi * reach**2 / N_BESIDE))
+    step = -(-len(points) // N_FAR)
+    far = np.arange(0, len(points), step)
+    beyond = np.linalg.norm(points[far] - points[sample][:, None], axis=2) > distances[:, -1:]
+    near = np.column_stack([sample, around])
+
+    def solid_angles(place: np.ndarray, dots: np.ndarray) -> np.ndarray:
+        rays = points[dots] - place[:, None]
+        cubes = np.maximum(np.linalg.norm(rays, axis=2), 1e-9) ** 3
+        return (rays * normals[dots]).sum(axis=2) / cubes
+
+    def winding(place: np.ndarray) -> np.ndarray:
+        others = (solid_angles(place, far) * beyond).sum(axis=1) * step
+        return (solid_angles(place, near).sum(axis=1) + others) * area / (4 * np.pi)
+
+    offset = reach[:, None] * normals[sample]
+    return winding(points[sample] - offset), winding(points[sample] + offset)
+
+
+def _warn_if_open(normals: np.ndarray, path: Path | str) -> bool:
+    """Warn, and return True, if the dots do not close around a molecule."""
     rest = np.linalg.norm(normals.mean(axis=0))
     if rest > MAX_MEAN_NORMAL:
         message = "%s: the dots do not close around a molecule (%.0f %% of the normals do not cancel); is it cut short?"
         log.warning(message, path, 100 * rest)
-    elif ((points - points.mean(axis=0)) * normals).sum() < 0:
-        log.warning("%s: normals point inwards; the method needs outward normals", path)
+    return bool(rest > MAX_MEAN_NORMAL)
 
 
 def nearest_neighbours(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -396,7 +529,7 @@ def check_values(
         "a negative area": areas < 0,
         f"an area above {largest:.3g} Å^2": areas > largest,
         "a kind other than 0, 1 or 2 (-1: unknown)": ~np.isin(kinds, range(-1, 3)),
-        "an atom that is no index": ~((atoms >= -1) & (atoms % 1 == 0)),
+        "an atom that is no index": ~((atoms >= -1) & (atoms % 1 == 0) & (atoms <= MAX_ATOM)),
     }
     for problem, rows in wrong.items():
         if rows.any():

@@ -17,6 +17,7 @@ from typing import Any
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from sparsurf import printable
 from sparsurf.workflow.job_logs import failure, progress, warnings_in
 from sparsurf.workflow.partial_runs import FAILED_JOBS
 
@@ -120,7 +121,7 @@ class Terminal(LogHandlerBase):
 
     def _say(self, line: str) -> None:
         shown, self._bar = self._bar, ""
-        print("\r\033[K" * bool(shown) + line, flush=True)
+        print("\r\033[K" * bool(shown) + printable(line), flush=True)
 
     def _show(self, bar: str) -> None:
         if bar or self._bar:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.files import MAX_BYTES, no_warnings, read_bytes
+from sparsurf.files import no_warnings, read_archive, read_bytes
 from sparsurf.surfaces.surface import ARRAY_NAMES, Format, Surface, is_field_name, surface_of_columns
 
 
@@ -41,19 +39,13 @@ def read_npz(path: Path | str) -> Surface:
 
 def _read(content: bytes, path: Path | str) -> Surface:
     """Read a surface from the bytes of a file."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            unpacked = sum(member.file_size for member in archive.infolist())
-        if unpacked > MAX_BYTES:
-            raise InputError(f"{path} unpacks to more than {MAX_BYTES // 2**20} MB.")
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            fields = [name for name in file.files if name not in ARRAY_NAMES and is_field_name(name)]
-            columns = {name: file[name] for name in (*ARRAY_NAMES, *fields)}
-            columns = {k: v for k, v in columns.items() if k in ARRAY_NAMES or v.dtype.kind in "fiu"}
-    except InputError:
-        raise
-    except (KeyError, ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path} is not a surface written by this program, or damaged: {error}.") from None
+    problem = "is not a surface written by this program, or damaged"
+    arrays = read_archive(content, path, problem)
+    if absent := [name for name in ARRAY_NAMES if name not in arrays]:
+        raise InputError(f"{path} is not a surface written by this program: it has no {absent[0]}.")
+    columns = {
+        k: v for k, v in arrays.items() if k in ARRAY_NAMES or (is_field_name(k) and v.dtype.kind in "fiu")
+    }
     n = columns["points"].shape[:1]
     shapes = {"points": (*n, 3), "normals": (*n, 3)}
     if not all(v.dtype.kind in "fiu" and v.shape == shapes.get(k, n) for k, v in columns.items()):
