@@ -1,5 +1,6 @@
 """Where compiled kernels are stored: a folder named after their sources, the first that can be written."""
 
+import gc
 import hashlib
 import os
 import subprocess
@@ -140,3 +141,20 @@ def test_kernels_are_compiled_and_not_stored_if_no_folder_can_be_written(monkeyp
     assert kernel_cache.cache_folder() == ""
     double = kernel_cache.njit(cache=True)(lambda x: 2 * x)
     assert double(2) == 4 and double.stats.cache_path is None
+
+
+@pytest.mark.parametrize("collecting", [True, False])
+def test_garbage_is_collected_again_after_a_kernel_is_compiled(collecting):
+    def fail(signature):
+        assert not gc.isenabled()
+        raise ValueError(signature)
+
+    double = kernel_cache.njit()(lambda x: 2 * x)
+    (gc.enable if collecting else gc.disable)()
+    try:
+        assert double(2) == 4 and gc.isenabled() == collecting
+        with pytest.raises(ValueError, match="int64"):
+            kernel_cache.without_collecting(fail)("int64")
+        assert gc.isenabled() == collecting
+    finally:
+        gc.enable()
