@@ -150,7 +150,7 @@ def patch(index: PatchIndex, dot: int, radius: float) -> np.ndarray:
     ----------
     The paper, 'Zernike 2D procedure'.
     """
-    p = np.int64(index.position[dot])  # as elsewhere, so that `patch_of` is compiled once
+    p = index.position[dot]
     room = ball_bound(index, index.xyz[p : p + 1], radius) + 1
     queue = np.empty(room, np.int32)
     mark = np.zeros(len(index.dot) + 1, np.uint8)

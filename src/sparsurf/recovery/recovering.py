@@ -131,7 +131,7 @@ def _place_discs(
     turn, free = GOLDEN_ANGLE * np.arange(most), np.empty((most, 3))
     cosine, sine = np.cos(turn), np.sin(turn)
     nearby, rivals = np.empty(len(index.dot) + 1, np.int32), np.empty((3, FIRST_RIVALS))
-    m = np.int64(0)  # not the constant 0, for which `_project` would be compiled again
+    m = 0
     for i in range(begin, end):
         x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
         u, v = _tangents(index.normals[i])

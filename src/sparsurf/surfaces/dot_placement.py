@@ -331,7 +331,7 @@ def _contact_dots(
     for i in range(len(atoms.centre)):
         radius, centre = atoms.reach[i] - probe, point(atoms.centre, i)
         begin, end = first[which[i]], first[which[i] + 1]
-        guess = np.int64(-1)  # not the constant, for which `blocker` would be compiled again
+        guess = -1
         for n in range(begin, end):
             unit = point(units, n)
             guess = blocker(add_scaled(centre, atoms.reach[i], unit), i, atoms, guess)
@@ -501,10 +501,7 @@ def _inside_other(position: Vector, q: int, rolling: Rolling, probe_cells: Cells
                 if _arc_within(position, rolling.arcs[b], within):
                     return True
             # The patch of k is nearest straight outwards from its centre
-            if (
-                reach - within < d < reach
-                and blocker(add_scaled(centre, reach / d, w), k, atoms, np.int64(-1)) < 0
-            ):
+            if reach - within < d < reach and blocker(add_scaled(centre, reach / d, w), k, atoms, -1) < 0:
                 return True
     return False
 
