@@ -1,5 +1,6 @@
 """Where compiled kernels are stored: a folder named after their sources, the first that can be written."""
 
+import gc
 import hashlib
 import os
 import subprocess
@@ -106,6 +107,27 @@ print(cache_folder())
     return run.stdout.strip()
 
 
+def test_stored_kernels_load_without_what_compiles(tmp_path):
+    """numba loads its compiler for the first kernel of a process, stored or not; a stored one needs no compiler."""
+    code = """
+import sys
+import numpy as np
+from sparsurf.dot_fields.smoothing import gaussian_mean
+points = np.zeros((2, 3))
+assert gaussian_mean(np.ones(2), points, points).tolist() == [1, 1]
+print("numba.typed.typeddict" in sys.modules, "scipy.linalg" in sys.modules)
+import numba
+assert numba.njit(lambda x: sum([x, x]))(2) == 4  # the compiler is there for whom needs it
+"""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(ROOT / "src")}
+    call = [sys.executable, "-c", code]
+    told = [
+        subprocess.run(call, env=environment, capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    ]
+    assert told == ["True True\n", "False False\n"]
+
+
 def test_only_the_kernels_of_the_package_are_stored_in_the_folder_of_their_sources(tmp_path):
     base = tmp_path / "kernels"
     base.mkdir()
@@ -119,3 +141,20 @@ def test_kernels_are_compiled_and_not_stored_if_no_folder_can_be_written(monkeyp
     assert kernel_cache.cache_folder() == ""
     double = kernel_cache.njit(cache=True)(lambda x: 2 * x)
     assert double(2) == 4 and double.stats.cache_path is None
+
+
+@pytest.mark.parametrize("collecting", [True, False])
+def test_garbage_is_collected_again_after_a_kernel_is_compiled(collecting):
+    def fail(signature):
+        assert not gc.isenabled()
+        raise ValueError(signature)
+
+    double = kernel_cache.njit()(lambda x: 2 * x)
+    (gc.enable if collecting else gc.disable)()
+    try:
+        assert double(2) == 4 and gc.isenabled() == collecting
+        with pytest.raises(ValueError, match="int64"):
+            kernel_cache.without_collecting(fail)("int64")
+        assert gc.isenabled() == collecting
+    finally:
+        gc.enable()

@@ -3,7 +3,6 @@
 Each part calls every kernel on a tiny surface. The kernels of pairs and sites are compiled when they are first called.
 """
 
-import gc
 import sys
 
 import numpy as np
@@ -47,6 +46,5 @@ def ball() -> tuple[np.ndarray, np.ndarray]:
 PARTS = {"surfaces": compile_surfaces, "patches": compile_patches}
 
 if __name__ == "__main__":
-    gc.disable()  # a compiler leaves little garbage; looking for it takes a tenth of the time
     for part in sys.argv[1:] or PARTS:
         PARTS[part]()

@@ -13,7 +13,7 @@ import compute_surface
 from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.surfaces import molecular_surface
+from sparsurf.surfaces import dot_placement, molecular_surface
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import (
     density_for_d_link,
@@ -77,6 +77,18 @@ def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_pa
         surface_of_frame(molecule, 0, atom_radii, SETTINGS | {"density": 0.1})
     )
     assert not caplog.text
+
+
+def test_a_density_that_is_sought_rolls_the_probe_once(tmp_path, monkeypatch):
+    """Rolling is half of the work; the dots are those of a surface of that density."""
+    molecule, atom_radii = without_hydrogens(tmp_path, 15)
+    rolls, roll = [], dot_placement.roll
+    monkeypatch.setattr(dot_placement, "roll", lambda *args: rolls.append(1) or roll(*args))
+    sought, density = surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
+    assert density > DENSITY and len(rolls) == 1
+    given = surface_of_frame(molecule, 0, atom_radii, SETTINGS | {"density": density})
+    for name in ("points", "normals", "area", "kind", "atom"):
+        assert np.array_equal(getattr(sought, name), getattr(given, name))
 
 
 def test_a_linking_distance_that_no_density_suits_is_told(tmp_path):
@@ -160,7 +172,10 @@ def test_the_nearest_dot_is_that_of_a_tree(blob):
     far = [[1e4, 0, 0], [1e4, 3, 0], [-9e5, 0, 0]]
     sparse = np.concatenate([dots, 50 + 100 * rng.random((300, 3))])
     for points in (dots, rng.normal(size=(2, 3)), np.zeros((5, 3)), np.concatenate([dots, far]), sparse):
-        assert np.array_equal(nearest_distances(points), cKDTree(points).query(points, k=2)[0][:, 1])
+        for cube in (None, 0.4, 5.0):
+            assert np.array_equal(
+                nearest_distances(points, cube), cKDTree(points).query(points, k=2)[0][:, 1]
+            )
     assert np.isnan(spacing(dots[:1])) and spacing(np.array([[0, 0, 0], [0, 0, 2.5]])) == 2.5
 
 

@@ -76,19 +76,71 @@ class Dots(NamedTuple):
     atom: np.ndarray  # (N, 1) int64, owning atom
 
 
-def place_dots(
-    xyz: np.ndarray, radii: np.ndarray, probe: float, density: float, exact: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Place dots on the solvent-excluded surface.
+class RolledProbe(NamedTuple):
+    """Atoms with the probe rolled over them, on which dots of any density are placed."""
+
+    origin: np.ndarray  # (3,) float64, Å, that positions are relative to
+    by_position: np.ndarray  # (A,) int64, atoms by x, then y, then z; the following are in this order
+    radii: np.ndarray  # (A,) float64, Å
+    rolling: Rolling
+    blockers: Atoms
+    probe_cells: Cells  # of the fixed probes
+    probe: float  # Å, radius
+    exact: bool
+
+
+class Placed(NamedTuple):
+    """Dots by kind before their areas are exact and before they are in order."""
+
+    dots: dict[int, Dots]
+    share: np.ndarray  # (P,) float64, part of the dots of each concave triangle that is kept
+    spacing: float  # Å, of the lattice
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions (N, 3), Å, relative to the origin."""
+        return np.concatenate([part.rows[:, :3] for part in self.dots.values()])
+
+
+def roll_probe(xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool) -> RolledProbe:
+    """Roll the probe over atoms.
 
     Parameters
     ----------
     xyz : (A, 3) float64, distinct positions, Å
     radii : (A,) float64, Å
     probe : radius of the probe, Å
-    density : dots per Å^2 of the lattice
     exact : whether to drop the concave dots that lie inside another probe, and to represent the area of strips that are
         too narrow for a dot by dots of their own. DMS does neither.
+
+    Returns
+    -------
+    RolledProbe
+    """
+    relative, shift = relative_positions(xyz)
+    by_position = np.lexsort(relative.T[::-1])
+    radii = radii[by_position]
+    rolling = roll((relative + shift)[by_position], radii + probe)
+    blockers = rolling.atoms if exact else without_covered_circles(rolling.atoms)
+    probe_cells = sort_into_cells(at_least_one_probe(rolling.probes), probe)
+    return RolledProbe(xyz[0], by_position, radii, rolling, blockers, probe_cells, probe, exact)
+
+
+def place_dots(rolled: RolledProbe, density: float) -> Placed:
+    """Place dots on the solvent-excluded surface, `density` per Å^2 of the lattice."""
+    _, _, radii, rolling, blockers, probe_cells, probe, exact = rolled
+    spacing = math.sqrt(2 / math.sqrt(3) / density)
+    templates, first, template = _templates(radii, spacing)
+    contact = _contact_dots(blockers, templates, first, template, probe)
+    saddle = _saddle_dots(rolling, probe, spacing, exact)
+    concave, share = _concave_dots(rolling, probe_cells, sphere_template(probe, spacing), probe, exact)
+    return Placed({CONCAVE: concave, SADDLE: saddle, CONTACT: contact}, share, spacing)
+
+
+def finish_dots(
+    rolled: RolledProbe, placed: Placed
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Give placed dots their areas, and sort them by atom.
 
     Returns
     -------
@@ -98,26 +150,23 @@ def place_dots(
     kind : (N,) int8
     atom : (N,) int32
     """
-    relative, shift = relative_positions(xyz)
-    by_position = np.lexsort(relative.T[::-1])
-    radii = radii[by_position]
-    spacing = math.sqrt(2 / math.sqrt(3) / density)
-    rolling = roll((relative + shift)[by_position], radii + probe)
-    blockers = rolling.atoms if exact else without_covered_circles(rolling.atoms)
-    templates, first, template = _templates(radii, spacing)
-    contact = _contact_dots(blockers, templates, first, template, probe)
-    saddle = _saddle_dots(rolling, probe, spacing, exact)
-    probe_cells = sort_into_cells(at_least_one_probe(rolling.probes), probe)
-    concave, share = _concave_dots(rolling, probe_cells, sphere_template(probe, spacing), probe, exact)
-    if exact:
-        _set_exact_areas(contact, concave, share, rolling, radii, probe)
-    dots = {CONCAVE: concave, SADDLE: saddle, CONTACT: contact}
+    dots, by_position = placed.dots, rolled.by_position
+    if rolled.exact:
+        _set_exact_areas(
+            dots[CONTACT], dots[CONCAVE], placed.share, rolled.rolling, rolled.radii, rolled.probe
+        )
     rows = np.concatenate([part.rows for part in dots.values()])
     atom = by_position[np.concatenate([part.atom[:, 0] for part in dots.values()])]
     kind = np.repeat(np.array(list(dots), np.int8), [len(part.atom) for part in dots.values()])
     by_atom = np.argsort(atom, kind="stable")
     rows = rows[by_atom]
-    return rows[:, :3] + xyz[0], rows[:, 3:6], rows[:, 6], kind[by_atom], atom[by_atom].astype(np.int32)
+    return (
+        rows[:, :3] + rolled.origin,
+        rows[:, 3:6],
+        rows[:, 6],
+        kind[by_atom],
+        atom[by_atom].astype(np.int32),
+    )
 
 
 def checked_spheres(

@@ -13,7 +13,15 @@ import numpy as np
 
 from sparsurf import InputError
 from sparsurf.surfaces.components import components_of, without_cavities
-from sparsurf.surfaces.dot_placement import LATTICE, checked_spheres, place_dots
+from sparsurf.surfaces.dot_placement import (
+    LATTICE,
+    Placed,
+    RolledProbe,
+    checked_spheres,
+    finish_dots,
+    place_dots,
+    roll_probe,
+)
 from sparsurf.surfaces.formats.dms import surface_by_dms_program
 from sparsurf.surfaces.spacing import DENSITY, MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.surfaces.surface import Surface
@@ -26,6 +34,9 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 DENSITY_RESERVE = 1.02  # an automatic density exceeds what D_link needs by this factor
+CUBE_PER_SPACING = (
+    1.5  # cubes in which the nearest dot is sought, per distance in the lattice; it is the fastest
+)
 MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
 # Names and D_link of the warnings about the density: each is given once for all calls
 _warned: set[tuple[str, float]] = set()
@@ -66,22 +77,20 @@ def surface_for_d_link(
     InputError
         D_link needs more than `MAX_DENSITY`.
     """
-
-    def of_density(density: float) -> Surface:
-        return surface_of_frame(molecule, position, atom_radii, settings | {"density": density})
-
     if settings["density"] != "auto":
-        return of_density(settings["density"]), settings["density"]
+        return surface_of_frame(molecule, position, atom_radii, settings), settings["density"]
+    place = _placer(molecule, position, atom_radii, settings)
     density = DENSITY
-    surface = of_density(density)
-    while d_link < (least := MIN_D_LINK_PER_SPACING * spacing(surface.points)):
+    gap, finish = place(density)
+    while d_link < (least := MIN_D_LINK_PER_SPACING * gap):
         density *= (DENSITY_RESERVE * least / d_link) ** 2
         if density > MAX_DENSITY:
             raise InputError(
                 f"{name}: D_link = {d_link:g} Å is so short that it needs more than {MAX_DENSITY:g} dots per Å^2; "
                 "give a larger patches.D_link."
             )
-        surface = of_density(density)
+        gap, finish = place(density)
+    surface = finish()
     if tell and density > DENSITY and (name, d_link) not in _warned:
         _warned.add((name, d_link))
         log.warning(
@@ -90,6 +99,35 @@ def surface_for_d_link(
             name, density, DENSITY, d_link,
         )  # fmt: skip
     return surface, density
+
+
+def _placer(
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: dict[str, Any]
+) -> Callable[[float], tuple[float, Callable[[], Surface]]]:
+    """Return how dots of any density are placed on one frame.
+
+    The probe is rolled once for all densities, and only the last placement becomes a Surface.
+
+    Returns
+    -------
+    function from a density to the median spacing of its dots, Å, and a function that makes their Surface
+    """
+    if settings["method"] == "dms" or settings.get("cavities") == "remove":
+
+        def place_all(density: float) -> tuple[float, Callable[[], Surface]]:
+            surface = surface_of_frame(molecule, position, atom_radii, settings | {"density": density})
+            return spacing(surface.points), lambda: surface
+
+        return place_all
+    xyz, probe = _rounded_positions(molecule, position), settings["probe_radius"]
+    rolled, kept = _rolled(xyz, atom_radii, probe, settings["reentrant"])
+
+    def place(density: float) -> tuple[float, Callable[[], Surface]]:
+        placed = place_dots(rolled, _lattice(density))
+        gap = spacing(placed.positions + rolled.origin, CUBE_PER_SPACING * placed.spacing)
+        return gap, lambda: _surface(rolled, placed, kept)
+
+    return place
 
 
 def density_for_d_link(
@@ -208,12 +246,27 @@ def molecular_surface(
     ----------
     .. [1] Connolly, J. Appl. Cryst. 16:548 (1983).
     """
+    lattice = _lattice(density)
+    rolled, kept = _rolled(xyz, radii, probe, reentrant)
+    return _surface(rolled, place_dots(rolled, lattice), kept)
+
+
+def _rolled(xyz: ArrayLike, radii: ArrayLike, probe: float, reentrant: str) -> tuple[RolledProbe, np.ndarray]:
+    """Roll the probe over the atoms at distinct positions; return it with their indices (K,)."""
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
-    if not 0 < density < np.inf:
-        raise InputError(f"surface.density is {density}; it must be a positive number.")
     if reentrant not in ("exact", "dms"):
         raise InputError(f"surface.reentrant is {reentrant!r}; it must be 'exact' or 'dms'.")
-    lattice = LATTICE * (density / DENSITY)
-    exact = reentrant == "exact"
-    points, normals, area, kind, atom = place_dots(xyz, radii, float(probe), lattice, exact)
+    return roll_probe(xyz, radii, float(probe), reentrant == "exact"), kept
+
+
+def _lattice(density: float) -> float:
+    """Return the dots per Å^2 of the lattice for a density of the surface."""
+    if not 0 < density < np.inf:
+        raise InputError(f"surface.density is {density}; it must be a positive number.")
+    return LATTICE * (density / DENSITY)
+
+
+def _surface(rolled: RolledProbe, placed: Placed, kept: np.ndarray) -> Surface:
+    """Make the Surface of placed dots; `kept` (K,) are the indices of the atoms among all."""
+    points, normals, area, kind, atom = finish_dots(rolled, placed)
     return Surface(points, normals, area, kind, kept[atom])
