@@ -11,6 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sparsurf import InputError
+from sparsurf.orientation import MIN_DISTANCE_FROM_LINE, best_turns
+
 N_CANDIDATES = 12  # likeliest matches of each place, from which poses are built
 MAX_PAIRS = 4000  # pairs of matches that are tried, the likeliest first
 PAIR_DISTANCE = (4.0, 25.0)  # Å, lowest and highest distance between the two places of a pair
@@ -151,7 +154,10 @@ def _refine(search: _Search, turn: np.ndarray, shift: np.ndarray, rounds: int = 
         if met.sum() < 3:
             break
         weight = np.maximum(search.likelihood[met, match[met]], MIN_LIKELIHOOD_WEIGHT)
-        fitted = rigid_fit(search.points[met], search.tree.data[match[met]], weight)
+        try:
+            fitted = rigid_fit(search.points[met], search.tree.data[match[met]], weight)
+        except InputError:  # the pair with its normals fixes the pose, matches on a line do not
+            break
         better, changed = _score(search, *fitted)
         if better <= score:
             break
@@ -171,12 +177,19 @@ def rigid_fit(a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> tuple[np.ndar
     -------
     turn, shift : (3, 3) and (3,) float64, so that a @ turn + shift is nearest to b
 
+    Raises
+    ------
+    InputError : several turns fit equally well, since the points lie on a line
+
     References
     ----------
     .. [1] Kabsch, Acta Cryst. A 32:922 (1976).
     """
     weight = weight / weight.sum()
     middle_a, middle_b = weight @ a, weight @ b
-    u, _, vt = np.linalg.svd(((a - middle_a) * weight[:, None]).T @ (b - middle_b))
-    turn = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
+    turn, distance = best_turns(((a - middle_a) * weight[:, None]).T @ (b - middle_b))
+    if distance < MIN_DISTANCE_FROM_LINE:
+        raise InputError(
+            "the points to fit lie on a line, or are a mirror image, so that several turns fit equally well: take more."
+        )
     return turn, middle_b - middle_a @ turn
