@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -119,3 +120,10 @@ def test_kernels_are_compiled_and_not_stored_if_no_folder_can_be_written(monkeyp
     assert kernel_cache.cache_folder() == ""
     double = kernel_cache.njit(cache=True)(lambda x: 2 * x)
     assert double(2) == 4 and double.stats.cache_path is None
+
+
+def test_no_kernel_lets_the_compiler_change_a_result():
+    """Reordered sums, fused products and products with an inverse differ from one compilation and processor to the next."""
+    for path in (ROOT / "src").rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"fastmath=True|\"(reassoc|contract|arcp|afn|fast)\"", text), path.name
