@@ -172,7 +172,8 @@ def measured():
         replace(query, name="copy", points=query.points @ turn, normals=query.normals @ turn),
         describe_surface(other_surface, replace(other_frame, xyz=other_frame.xyz @ turn), "other"),
     ]
-    note("descriptors of sites", query.numbers)
+    note("turned dots", other_surface.points)
+    note("descriptors of sites", *(target.numbers for target in targets))
     site = query.take(places_of_residues(query, "212-216"))
     for name, table in (("places", find_places(site, targets, 3)), ("site", find_site(site, targets).table)):
         floats = table.select_dtypes("float")

@@ -64,9 +64,9 @@ def principal_axes(points: np.ndarray, up: np.ndarray | None = None) -> np.ndarr
     """
     x = points - points.mean(axis=0)
     plane = np.eye(3) if up is None else _perpendicular(up)
+    if (x**2).sum() < len(x) * MIN_SPREAD**2:
+        x = np.zeros_like(x)
     values, vectors = np.linalg.eigh(plane @ (x.T @ x) @ plane.T)
-    if values[-1] < len(x) * MIN_SPREAD**2:
-        values = np.zeros_like(values)
     axes = settled_axes(values[::-1], plane.T @ vectors[:, ::-1]).T
     along = x @ axes.T
     tail, size = (along**3).sum(axis=0), (np.abs(along) ** 3).sum(axis=0)
