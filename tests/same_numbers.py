@@ -39,7 +39,9 @@ QUICK = {"two threads of an older processor": {"OPENBLAS_CORETYPE": "Prescott", 
 
 def main(arguments=None):
     """Compare the settings with the first one; return the number that differ."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--python", nargs="*", default=[])
     parser.add_argument("--measure", action="store_true", help="print the results in this process and end")
@@ -166,11 +168,15 @@ def measured():
     query = describe_surface(surface, molecule, "query", threads=2)
     turn = Rotation.from_rotvec([0.4, 1.0, -0.3]).as_matrix()
     other_frame = moving.frame(int(choice.index[-1]))
-    other_surface = molecular_surface(other_frame.xyz[0] @ turn, radii(molecule, "dms"), density=4.0)
+    # Rounded as in a file: farthest-point sampling chooses between equally far dots by the last bit of their coordinates.
+    other_frame = replace(other_frame, xyz=(other_frame.xyz @ turn).round(3))
+    other_surface = molecular_surface(other_frame.xyz[0], radii(molecule, "dms"), density=4.0)
     targets = [
         query,
-        replace(query, name="copy", points=query.points @ turn, normals=query.normals @ turn),
-        describe_surface(other_surface, replace(other_frame, xyz=other_frame.xyz @ turn), "other"),
+        replace(
+            query, name="copy", points=(query.points @ turn).round(3), normals=(query.normals @ turn).round(5)
+        ),
+        describe_surface(other_surface, other_frame, "other"),
     ]
     note("turned dots", other_surface.points)
     note("descriptors of sites", *(target.numbers for target in targets))
