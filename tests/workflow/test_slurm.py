@@ -1,24 +1,27 @@
 """A study on a real Slurm of one node: the tables of a local run, a killed job tried again, a cancelled run continued."""
 
-import os
 import shutil
 import subprocess
 import sys
 import time
 from contextlib import ExitStack
-from unittest import mock
 
 import pytest
 import yaml
 
 import slurm_node
+import study
 from conftest import ROOT
-from small_study import ONE
-from sparsurf.workflow import cluster
+from small_study import EMBEDDED, SETTINGS
+from sparsurf.workflow.slurm import impossible_jobs, stop_at_impossible_job
 
+ONE = SETTINGS | {"frames": {"selection": [0]}}
+ONE["proteins"] = {
+    "moving": {name: str(ROOT / path) for name, path in EMBEDDED.items()} | {"residues": "209-216"}
+}
 SOON = ["--slurm-init-seconds-before-status-checks", "10"]  # one conformation is done before the profile asks
 TABLES = [
-    f"results/small/tdp43/f0000/{name}.csv" for name in ("ranges", "enough", "residues")
+    f"results/small/moving/f0000/{name}.csv" for name in ("ranges", "enough", "residues")
 ]  # and all before
 MOST_SECONDS = 600  # of a run; a minute where nothing else runs
 
@@ -48,9 +51,10 @@ def command(folder, *options):
 
 
 def on_slurm(folder, slurm, *options):
-    with mock.patch.dict(os.environ, slurm):  # what this Slurm is found to be
-        profile = cluster.replaced(["--cluster", "slurm"], ROOT / "profiles")
-    return command(folder, *profile, *SOON, *options)
+    """The same on a cluster without accounting whose node has few cores."""
+    profile = study.cluster_options(["--cluster", "slurm"])
+    no_accounts = ["--slurm-status-command", "squeue", "--slurm-no-account"]
+    return command(folder, *profile, *no_accounts, "--max-threads", "2", *SOON, *options)
 
 
 def wait_for(condition, process):
@@ -93,7 +97,7 @@ def test_a_cancelled_study_continues_and_a_killed_job_is_tried_again(slurm, tmp_
     # again; now a job of a conformation is killed in the middle, and tried again with more memory
     with open(log, "w", encoding="utf-8") as out:
         second = subprocess.Popen(on_slurm(folder, slurm), env=slurm, stdout=out, stderr=out)
-        wait_for(lambda: list(folder.glob("results/small/tdp43/*/surface.npz")), second)
+        wait_for(lambda: list(folder.glob("results/small/moving/*/surface.npz")), second)
         killed = running_jobs(slurm)[0]
         subprocess.run(["scancel", killed], env=slurm, check=True)
         code = second.wait(MOST_SECONDS)
@@ -107,5 +111,24 @@ def test_a_cancelled_study_continues_and_a_killed_job_is_tried_again(slurm, tmp_
     memory, cores = asked[killed]
     doubled = str(2 * int(memory.rstrip("M"))) + "M"
     assert (doubled, cores) in asked.values()
-    assert cores == str(min(9, slurm_node.CPUS))  # 8, all that a grid can use, and the floors beside it
     shutil.rmtree(folder)
+
+
+def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(slurm, capsys, monkeypatch, tmp_path):
+    for name, value in slurm.items():
+        monkeypatch.setenv(name, value)
+    for name, minutes in (("mine-1_x", 60), ("other-1_x", 60)):
+        options = [f"--job-name={name}", "--partition=short", f"--time={minutes}", "--wrap=true"]
+        subprocess.run(["sbatch", *options], cwd=tmp_path, check=True, capture_output=True)
+    process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(100)"])
+    try:
+        wait_for(lambda: impossible_jobs("mine-1"), process)
+        stop_at_impossible_job(process, "mine-1")
+        assert process.wait(timeout=30) != 0
+    finally:
+        process.kill()
+    printed = capsys.readouterr().out
+    assert (
+        printed.count("Slurm will never start job") == 1
+        and "). Ask for less, or name another partition." in printed
+    )
