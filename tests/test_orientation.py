@@ -56,15 +56,15 @@ def test_points_near_a_line_are_refused(off_line, determined):
         assert np.allclose(turn, TURN) and np.allclose(shift, SHIFT)
         assert np.allclose(superpose(np.array([points, points @ TURN]), slice(None)), points)
     else:
-        with pytest.raises(InputError, match="^the points to fit lie on a line"):
+        with pytest.raises(InputError, match=r"^the points to fit lie on a line"):
             rigid_fit(points, points @ TURN + SHIFT, np.ones(4))
-        with pytest.raises(InputError, match="^the atoms to superpose lie on a line.* in frame 0"):
+        with pytest.raises(InputError, match=r"^the atoms to superpose lie on a line.* in frame 0"):
             superpose(np.array([points, points @ TURN]), slice(None))
 
 
 def test_a_plane_and_its_mirror_image_are_superposed():
     """A reflection of a planar set is a turn about an axis of its plane: by half a turn about x, y changes its sign."""
-    points = SQUARE + [[1, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]]
+    points = SQUARE + np.outer([1, 0, 0, 0], [1, 0, 0])
     turn, _ = rigid_fit(points, points * [1, -1, 1], np.ones(4))
     assert np.allclose(turn, np.diag([1.0, -1, -1]))
 
@@ -89,7 +89,7 @@ def test_forms_whose_alpha_carbons_lie_on_a_line_are_superposed_by_their_backbon
 
 def test_forms_on_a_line_are_refused(extended):
     form = with_frames(extended, np.outer(np.arange(extended.n_atoms), STEP))
-    with pytest.raises(InputError, match="^the atoms that the two forms share lie on a line"):
+    with pytest.raises(InputError, match=r"^the atoms that the two forms share lie on a line"):
         superpose_forms(form, form)
 
 

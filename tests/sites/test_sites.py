@@ -13,8 +13,8 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli.command import main
-from sparsurf.sites.describing import FIELDS, load_sites
 from sparsurf.sites import finding
+from sparsurf.sites.describing import FIELDS, load_sites
 from sparsurf.sites.finding import BLOCK, chance, nearest_places, null_terms
 from sparsurf.sites.metric import discriminant, learn_weights, to_metric_space
 from sparsurf.sites.pose_search import _likeliest, best_pose, rigid_fit
