@@ -218,7 +218,7 @@ def test_conformations_are_ranked_by_population(moving):
 
 
 def test_all_frames_may_be_one_cluster_told_apart_by_some_atoms(moving):
-    choice = choose_frames(moving, clusters=1, atoms="name CA", rng=np.random.default_rng(1))
+    choice = choose_frames(moving, clusters=1, atoms="name CA O", rng=np.random.default_rng(1))
     assert choice.table.population.tolist() == [12]
 
 
@@ -241,7 +241,7 @@ def test_up_to_eleven_clusters_are_tried_also_where_they_lie_near():
 
 def test_heavy_atoms_are_analysed_where_a_chain_has_two_c_alphas():
     words = {"name": "CA C D CA CA H", "kind": "protein " * 4 + "other protein", "element": "C C D C CA H"}
-    molecule = SimpleNamespace(**{key: np.array(text.split()) for key, text in words.items()})
+    molecule = SimpleNamespace(n_frames=1, **{key: np.array(text.split()) for key, text in words.items()})
     heavy = [True, True, False, True, True, False]  # and calcium is no C-alpha atom
     assert conformations._atoms_to_analyse(molecule, None).tolist() == heavy
 
@@ -375,7 +375,7 @@ def test_fewer_than_three_atoms_cannot_be_superposed(moving):
         with pytest.raises(InputError, match=f"^frames.pca_atoms: '{atoms}' selects {n} of the 3 atoms"):
             choose_frames(moving, atoms=atoms, rng=rng)
         assert len(choose_frames(moving.frame(0), atoms=atoms, rng=rng).table) == 1
-    assert choose_frames(moving, atoms="name CA and resid 0 to 2", rng=rng).projection.shape == (
+    assert choose_frames(moving, atoms="name CA O and resid 0 to 2", rng=rng).projection.shape == (
         moving.n_frames,
         2,
     )

@@ -13,10 +13,11 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli.command import main
+from sparsurf.sites import finding
 from sparsurf.sites.describing import FIELDS, load_sites
 from sparsurf.sites.finding import BLOCK, chance, nearest_places, null_terms
 from sparsurf.sites.metric import discriminant, learn_weights, to_metric_space
-from sparsurf.sites.pose_search import best_pose, rigid_fit
+from sparsurf.sites.pose_search import _likeliest, best_pose, rigid_fit
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 TURN = Rotation.from_euler("xyz", [40, 100, 250], degrees=True).as_matrix()
@@ -49,6 +50,45 @@ def test_the_search_in_blocks_is_the_whole_sort():
     whole = np.linalg.norm(query[:, None].astype(float) - targets, axis=2)
     np.testing.assert_array_equal(place, np.argsort(whole, axis=1)[:, :5])
     np.testing.assert_allclose(distance, np.sort(whole, axis=1)[:, :5], rtol=1e-4)
+
+
+def test_places_far_from_the_origin_are_told_apart_and_equal_ones_come_in_order():
+    """At 1,000 from the origin, squares in float32 have errors of 0.1; the distances here are 0, 0.001, 0.002, ..."""
+    targets = np.full((3 * BLOCK, 4), 1000.0)
+    targets[:, 0] += 1e-3 * np.arange(3 * BLOCK)[::-1]
+    targets[-3] = targets[-1]
+    distance, place = nearest_places(targets[-1:].copy(), targets, 4, threads=2)
+    np.testing.assert_allclose(distance, [[0, 0, 1e-3, 3e-3]], atol=1e-12)
+    last = len(targets) - 1
+    assert place.tolist() == [[last - 2, last, last - 1, last - 3]]
+
+
+def test_an_identical_place_leaves_the_spread_of_unrelated_ones_alone():
+    """Without its like among the targets or with it, p of another hit is the same, up to the median's rank."""
+    rng = np.random.default_rng(3)
+    pooled, q = rng.normal(size=(400, 64)), rng.normal(size=(1, 64))
+    middle, scale = finding._background(q, pooled)
+    with_like = np.concatenate([pooled, q, q + 1e-9, q + 0.02 * rng.normal(size=q.shape)])
+    middle_with, scale_with = finding._background(q, with_like)
+    np.testing.assert_allclose(middle, middle_with, atol=0.002)
+    np.testing.assert_allclose(scale, scale_with, rtol=0.005)
+    logs = np.log(np.linalg.norm(q[:, None] - pooled, axis=2))
+    np.testing.assert_allclose(middle, np.median(logs, axis=1))
+    np.testing.assert_allclose(scale, logs.std(axis=1))
+
+
+def test_distances_of_equal_places_are_the_least():
+    rng = np.random.default_rng(4)
+    places = 1e3 + rng.normal(size=(50, 64))
+    logs = finding._log_distances(places[:3], places)
+    whole = np.linalg.norm(places[:3, None] - places, axis=2)
+    np.testing.assert_allclose(logs, np.log(np.maximum(whole, finding.MIN_DISTANCE)), rtol=1e-9)
+    assert np.exp(logs.min(axis=1)) == pytest.approx([1e-3] * 3)
+
+
+def test_of_equally_likely_places_the_first_are_candidates():
+    likelihood = np.array([[0.0, 2, 0, 1, 0, 0], [3, 3, 3, 3, 3, 3]])
+    assert _likeliest(likelihood, 4).tolist() == [[0, 1, 2, 3], [0, 1, 2, 3]]
 
 
 def test_a_rigid_fit_and_the_best_pose_undo_a_turn():

@@ -16,6 +16,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.molecules.selection import atoms_of_expression
+from sparsurf.orientation import EQUAL, MIN_DISTANCE_FROM_LINE, best_turns, settled_axes
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -27,6 +28,7 @@ RESTARTS = 20  # of k-means; the best by inertia is kept
 # Å; projections closer than this are the same conformation (coordinates are stored to 0.001 to 0.01 Å)
 MIN_DISTANCE_OF_CONFORMATIONS = 1e-3
 MIN_ATOMS_TO_SUPERPOSE = 3
+BACKBONE = ("N", "CA", "C", "O")  # that superposes frames and forms whose C-alphas lie on a line
 ROWS_AT_ONCE = 1024  # of the distance matrix
 
 
@@ -54,7 +56,9 @@ class FrameChoice:
     explained: np.ndarray
 
 
-def superpose(xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None = None) -> np.ndarray:
+def superpose(
+    xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None = None, *, any_turn: bool = False
+) -> np.ndarray:
     """Rotate and translate frames onto a reference by least squares on `atoms` (Kabsch 1976).
 
     Parameters
@@ -62,17 +66,42 @@ def superpose(xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray 
     xyz : (F, A, 3) float, Å
     atoms : (n,) indices or mask of the atoms to fit, at least 3
     reference : (n, 3) float, Å, the positions to fit them to; default those of the first frame
+    any_turn : bool
+        Take any of several turns that fit equally well. The deviation of `atoms` is then right, but not the position of
+        other atoms.
 
     Returns
     -------
     (F, A, 3) float64, Å
+
+    Raises
+    ------
+    InputError : several turns fit equally well, since the atoms lie on a line
     """
+    moved, distance = _superpose(xyz, atoms, reference)
+    undetermined = distance < MIN_DISTANCE_FROM_LINE
+    if undetermined.any() and not any_turn:
+        raise InputError(
+            f"the atoms to superpose lie on a line, or are a mirror image, in frame {undetermined.argmax()}, so that "
+            "several turns fit equally well: take more atoms."
+        )
+    return moved
+
+
+def determines_turn(xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None = None) -> bool:
+    """Tell whether some atoms determine the superposition of all frames; parameters as for `superpose`."""
+    return bool((_superpose(xyz, atoms, reference)[1] >= MIN_DISTANCE_FROM_LINE).all())
+
+
+def _superpose(
+    xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return superposed frames, and how far each is from leaving its turn open, see `best_turns`."""
     mobile = xyz[:, atoms]
     fixed = mobile[0] if reference is None else reference
     centre, target = mobile.mean(axis=1, keepdims=True), fixed.mean(axis=0)
-    u, _, vt = np.linalg.svd((mobile - centre).swapaxes(1, 2) @ (fixed - target))
-    u[:, :, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(vt))[:, None]  # a rotation, not a reflection
-    return (xyz - centre) @ (u @ vt) + target
+    turns, distance = best_turns((mobile - centre).swapaxes(1, 2) @ (fixed - target), len(fixed))
+    return (xyz - centre) @ turns + target, distance
 
 
 def principal_components(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -85,15 +114,19 @@ def principal_components(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     projection : (F, k) float, Å, on unit vectors; k = min(F, 3n). The largest loading of each vector is
-        positive, so that signs are reproducible.
+        positive, so that signs are reproducible. Components of equal variance are chosen so that the first frames
+        lie on the first of them, see `settled_axes`.
     explained : (k,) float, share of the variance, descending; 0 where the frames do not differ
     """
     deviation = (xyz - xyz.mean(axis=0)).reshape(len(xyz), -1)
     u, s, vt = np.linalg.svd(deviation, full_matrices=False)
-    largest = np.abs(vt).argmax(axis=1)
-    sign = np.where(vt[np.arange(len(vt)), largest] < 0, -1.0, 1.0)
     variance = s**2
-    return u * s * sign, variance / max(variance.sum(), np.finfo(float).tiny)
+    settled = settled_axes(variance, u)
+    vt = np.where((settled == u).all(axis=0)[:, None], vt, settled.T @ deviation)
+    size = np.abs(vt)
+    largest = (size > (1 - EQUAL) * size.max(axis=1, keepdims=True)).argmax(axis=1)
+    sign = np.where(vt[np.arange(len(vt)), largest] < 0, -1.0, 1.0)
+    return settled * s * sign, variance / max(variance.sum(), np.finfo(float).tiny)
 
 
 def kmeans(
@@ -216,8 +249,8 @@ def choose_frames(
     clusters : 'auto', the K of the best mean silhouette among 2..11, or a K. The frames nearest to the
         centroids are chosen. Frames that do not differ are one conformation.
     frames : instead of clusters, 'all', a list of frame numbers, or {'stride': n}
-    atoms : str, mdtraj expression of the atoms to superpose and analyse; default C-alpha, or all heavy atoms
-        if there are fewer than 3
+    atoms : str, mdtraj expression of the atoms to superpose and analyse; default C-alpha, or the backbone, or all
+        heavy atoms, if there are fewer than 3 or they lie on a line
     rng : numpy.random.Generator
 
     Returns
@@ -267,16 +300,35 @@ def _atoms_to_analyse(molecule: Molecule, atoms: str | None) -> np.ndarray:
                 f"frames.pca_atoms: '{atoms}' selects {mask.sum()} of the {MIN_ATOMS_TO_SUPERPOSE} atoms "
                 "that a superposition needs: try name CA."
             )
+        if molecule.n_frames > 1 and not determines_turn(molecule.xyz, mask):
+            raise InputError(
+                f"frames.pca_atoms: the atoms of '{atoms}' lie on a line, so that several superpositions fit equally "
+                "well: try backbone."
+            )
         return mask
-    c_alpha = (molecule.name == "CA") & (molecule.kind == "protein")
-    return c_alpha if c_alpha.sum() >= MIN_ATOMS_TO_SUPERPOSE else ~np.isin(molecule.element, ["H", "D"])
+    protein, heavy = molecule.kind == "protein", ~np.isin(molecule.element, ["H", "D"])
+    c_alpha, backbone = protein & (molecule.name == "CA"), protein & np.isin(molecule.name, BACKBONE)
+    choices = [c_alpha, backbone, heavy] if c_alpha.sum() >= MIN_ATOMS_TO_SUPERPOSE else [heavy]
+    if molecule.n_frames == 1 or choices[0].sum() < MIN_ATOMS_TO_SUPERPOSE:
+        return choices[0]
+    for choice in choices:
+        if determines_turn(molecule.xyz, choice):
+            return choice
+    raise InputError(
+        "frames: the atoms of the molecule lie on a line, so that several superpositions of the frames fit equally "
+        "well: leave out `frames`, or give a molecule of more atoms."
+    )
 
 
 def _projection(molecule: Molecule, atoms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Project the frames on two components, (F, 2), Å; also return the shares of the variance. Missing components are 0."""
     if molecule.n_frames == 1:
         return np.zeros((1, 2)), np.zeros(1)
-    projection, explained = principal_components(superpose(molecule.xyz[:, atoms], slice(None)))
+    # One or two atoms leave their turn open, but it does not move them.
+    fitted = superpose(
+        molecule.xyz[:, atoms], slice(None), any_turn=int(atoms.sum()) < MIN_ATOMS_TO_SUPERPOSE
+    )
+    projection, explained = principal_components(fitted)
     plane = np.zeros((molecule.n_frames, 2))
     plane[:, : projection.shape[1]] = projection[:, :2]
     return np.round(plane, 6) + 0.0, explained  # removes rounding errors, which depend on the machine

@@ -11,7 +11,7 @@ import pandas as pd
 from scipy.stats import rankdata
 
 from sparsurf import InputError
-from sparsurf.molecules.conformations import superpose
+from sparsurf.molecules.conformations import BACKBONE, determines_turn, superpose
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.interface import gaps
 from sparsurf.pairs.nearest import Nearest, nearest
@@ -29,6 +29,8 @@ def superpose_onto(
 ) -> Molecule:
     """Superpose one form of a protein onto another by the C-alpha atoms of the residues that both have.
 
+    If these lie on a line, the atoms of the backbone take their place, and then all atoms of the same name.
+
     Parameters
     ----------
     molecule, reference : Molecule
@@ -40,21 +42,38 @@ def superpose_onto(
 
     Raises
     ------
-    InputError : the two share fewer residues than `min_common`
+    InputError : the two share fewer residues than `min_common`, or all their atoms lie on a line
     """
-    atoms = [
-        {(m.chain[i], m.residue[i]): i for i in np.flatnonzero(m.name == "CA")} for m in (molecule, reference)
-    ]
-    common = [key for key in atoms[0] if key in atoms[1]]
-    if len(common) < min_common:
+    choices = [_common_atoms(molecule, reference, names) for names in (("CA",), BACKBONE, None)]
+    if len(common := choices[0][0]) < min_common:
         raise InputError(
             f"the two forms share {len(common)} residues by chain and number, but need {min_common} to be "
             "superposed: number their residues alike."
         )
-    moving, fixed = ([atom_of[key] for key in common] for atom_of in atoms)
     first = molecule.frame(0)
-    moved = superpose(first.xyz, np.array(moving), reference.xyz[0][fixed])
-    return replace(first, xyz=moved)
+    for moving, fixed in choices:
+        if determines_turn(first.xyz, moving, reference.xyz[0][fixed]):
+            return replace(first, xyz=superpose(first.xyz, moving, reference.xyz[0][fixed]))
+    raise InputError(
+        "the atoms that the two forms share lie on a line, or one form is a mirror image, so that several "
+        "superpositions fit equally well: give forms with more atoms in common."
+    )
+
+
+def _common_atoms(
+    molecule: Molecule, reference: Molecule, names: Collection[str] | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return indices of the atoms that both molecules have, of some names or of all."""
+    atoms = [
+        {
+            (m.chain[i], m.residue[i], m.name[i]): i
+            for i in (range(m.n_atoms) if names is None else np.flatnonzero(np.isin(m.name, list(names))))
+        }
+        for m in (molecule, reference)
+    ]
+    common = [key for key in atoms[0] if key in atoms[1]]
+    moving, fixed = (np.array([atom_of[key] for key in common], int) for atom_of in atoms)
+    return moving, fixed
 
 
 def carried_labels(points: np.ndarray, bound_points: np.ndarray, bound_labels: np.ndarray) -> np.ndarray:

@@ -298,7 +298,7 @@ def _describe_slices(
     return sizes
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "arcp", "contract", "reassoc"})
+@njit(cache=True, nogil=True)
 def _distances(z: np.ndarray, n_skipped: int, target: np.ndarray, out: np.ndarray) -> None:
     """Compute the distances of each test's descriptors to its target, without the first `n_skipped` of each test."""
     for t in range(len(out)):

@@ -68,7 +68,7 @@ def _roughness(
         out[index.dot[p]] = mean_cosine(index.normals, queue, begin, end)
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
+@njit(cache=True, nogil=True)
 def mean_cosine(normals: np.ndarray, ids: np.ndarray, begin: int, end: int) -> float:
     """Return the mean over ids[begin:end] of cos(n_j, mean normal), at least 0; 1 for a single normal.
 

@@ -26,7 +26,6 @@ CLOSE_NEIGHBOURS = 8  # of dots that lie close, see `fit_interpolants`
 SUPPORT = 3.0  # of phi, in distances to the farthest neighbour; larger values do not change the error
 RIDGE = 1e-5  # relative to the diagonal; keeps coincident dots from making the system singular
 DOTS_PER_TASK = 512  # kept dots per task
-FAST_MATH = {"contract", "reassoc", "arcp", "nsz"}
 
 
 class Interpolants(NamedTuple):
@@ -97,7 +96,7 @@ def fit_interpolants(
     return Interpolants(index, spacing, count, curvature, centre, coefficient, support)
 
 
-@njit(cache=True, nogil=True, fastmath=FAST_MATH)
+@njit(cache=True, nogil=True)
 def _fit(
     index: PatchIndex,
     begin: int,
@@ -166,7 +165,7 @@ def _write_block(centre: np.ndarray, a: int, b: int, matrix: np.ndarray) -> None
     matrix[p + 2, q + 3] = matrix[p + 3, q + 2] = -h * y * z
 
 
-@njit(cache=True, nogil=True, fastmath=FAST_MATH)
+@njit(cache=True, nogil=True)
 def _solve(matrix: np.ndarray, right: np.ndarray, m: int) -> None:
     """Solve the system by Cholesky's method, in place on the lower triangle.
 
@@ -201,7 +200,7 @@ def _solve(matrix: np.ndarray, right: np.ndarray, m: int) -> None:
             right[c] -= matrix[i, c] * right[i]
 
 
-@njit(cache=True, nogil=True, fastmath=FAST_MATH)
+@njit(cache=True, nogil=True)
 def interpolant_value(
     functions: Interpolants, i: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float]:

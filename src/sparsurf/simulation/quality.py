@@ -92,7 +92,8 @@ def motion(molecule: Molecule) -> pd.DataFrame:
     """
     backbone = molecule.name == "CA"
     heavy = ~np.isin(molecule.element, ["H", "D"])
-    superposed = superpose(molecule.xyz, backbone)[:, backbone]
+    # On a line, several turns fit equally well; their deviations are the same.
+    superposed = superpose(molecule.xyz, backbone, any_turn=True)[:, backbone]
     rmsd = np.sqrt(((superposed - superposed[0]) ** 2).sum(axis=2).mean(axis=1))
     xyz = molecule.xyz[:, heavy]
     gyration = np.sqrt(((xyz - xyz.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1))

@@ -13,13 +13,19 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.sites.describing import FIELDS, LABELS, PERCENT, RADIUS, Sites
 from sparsurf.sites.metric import to_metric_space
-from sparsurf.sites.pose_search import Pose, best_pose
+from sparsurf.sites.pose_search import DECIMALS, Pose, best_pose
 from sparsurf.threads import parallel_map
 
 MIN_HIT_DISTANCE = 3.0  # Å; of hits that lie nearer to each other only the best counts
 N_BACKGROUND = 20_000  # places of the targets from which distances of unrelated places are estimated
 MAX_PLACES = 40  # places of a site that are superposed onto a target; more take longer and do not help
 MIN_SCORE = 1.0  # of a match that supports a pose
+# Of the metric space, in which unrelated places are about 10 apart; numbers are stored with a rounding error of this size
+MIN_DISTANCE = 1e-3
+NEAR = 5.0  # upper standard deviations below the median; log distances of unrelated places do not reach it
+CANCELLED = 1e-3  # share of the norms below which a square is computed again from differences
+ROUNDING = 1e-9  # of distances; a smaller difference is none
+PAIRS_AT_ONCE = 65536
 BLOCK = 16384  # places that are searched at once: with 50 queries 3 MB of distances
 CALIBRATED = {  # settings of Sites for which p is known
     "fields": list(FIELDS),
@@ -75,7 +81,8 @@ def find_places(
     while len(open_queries):
         k = min(k, len(pooled))
         distance, place = nearest_places(q[open_queries], pooled, k, threads)
-        score = (middle[open_queries, None] - np.log(np.maximum(distance, 1e-6))) / scale[open_queries, None]
+        nearness = -np.log(np.maximum(distance, MIN_DISTANCE))
+        score = (middle[open_queries, None] + nearness) / scale[open_queries, None]
         for i, near, scores in zip(open_queries.tolist(), place, score, strict=True):
             hits[i] = _separated_hits(i, n, targets, owner[near], near - begin[owner[near]], scores)
         if k == len(pooled):
@@ -108,41 +115,48 @@ def _separated_hits(
 def nearest_places(
     query: np.ndarray, targets: np.ndarray, k: int, threads: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Find the k places nearest to each query, exactly, in blocks of one matrix product each.
+    """Find the k places nearest to each query, exactly.
+
+    A matrix product in float32 for each block of places finds all that can be among them. Their distances are then computed
+    from the differences in float64.
 
     Parameters
     ----------
-    query : (Q, M) float32
-    targets : (P, M) float32, P >= k
+    query : (Q, M) float64
+    targets : (P, M) float64, P >= k
     k : int
     threads : int
 
     Returns
     -------
-    distance : (Q, k) float32, ascending
+    distance : (Q, k) float64, ascending but for differences below ROUNDING
     place : (Q, k) int64; of equal distances the lower place first
     """
-    norms = np.einsum("ij,ij->i", targets, targets)
-    double = -2 * query
+    double, lengths = (-2 * query).astype(np.float32), np.linalg.norm(query, axis=1)
+    rounding = (query.shape[1] + 8) * np.finfo(np.float32).eps
 
-    def best(a: int, b: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return squared distances (less that of the query) and places of the k nearest of one block."""
-        square = double @ targets[a:b].T
-        square += norms[a:b]
-        n = min(k, b - a)
-        place = (
-            np.argpartition(square, n - 1, axis=1)[:, :n]
-            if n < b - a
-            else np.tile(np.arange(b - a), (len(query), 1))
-        )
-        return np.take_along_axis(square, place, axis=1), place + a
+    def near(a: int, b: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return query, place and distance of all pairs of one block that can be among the k nearest."""
+        norms = np.einsum("ij,ij->i", targets[a:b], targets[a:b])
+        square = double @ targets[a:b].astype(np.float32).T
+        square += norms.astype(np.float32)
+        bound = np.full(len(query), np.inf)
+        if k < b - a:
+            error = rounding * (lengths + np.sqrt(norms.max())) ** 2
+            bound = np.partition(square, k - 1, axis=1)[:, k - 1] + 2 * error
+        row, place = np.nonzero(square <= bound[:, None])
+        distance = np.empty(len(row))
+        for begin in range(0, len(row), PAIRS_AT_ONCE):
+            part = slice(begin, begin + PAIRS_AT_ONCE)
+            distance[part] = np.linalg.norm(query[row[part]] - targets[a + place[part]], axis=1)
+        return row, place + a, distance
 
-    blocks = parallel_map(best, len(targets), threads, BLOCK)
-    square, place = (np.concatenate([block[c] for block in blocks], axis=1) for c in (0, 1))
-    order = np.lexsort((place, square), axis=1)[:, :k]
-    square, place = np.take_along_axis(square, order, axis=1), np.take_along_axis(place, order, axis=1)
-    query_norm = np.einsum("ij,ij->i", query, query)[:, None]
-    return np.sqrt(np.maximum(square + query_norm, 0)), place
+    blocks = parallel_map(near, len(targets), threads, BLOCK)
+    row, place, distance = (np.concatenate([block[c] for block in blocks]) for c in range(3))
+    order = np.lexsort((place, np.round(distance / ROUNDING), row))
+    first = np.searchsorted(row[order], np.arange(len(query)))
+    kept = order[first[:, None] + np.arange(k)]
+    return distance[kept], place[kept]
 
 
 def find_site(
@@ -175,7 +189,7 @@ def find_site(
     p = chance(scores, null_terms(site.points, [len(target) for target in targets]), null())
     if any(site.settings[key] != value for key, value in CALIBRATED.items()):
         p[:] = np.nan
-    order = sorted(range(len(targets)), key=lambda k: -hits[k].score)[:n]
+    order = sorted(range(len(targets)), key=lambda k: -round(hits[k].score, DECIMALS))[:n]
     rows = []
     for rank, k in enumerate(order, 1):
         pose, target = hits[k], targets[k]
@@ -194,10 +208,11 @@ def _best_poses(query: Sites, targets: Sequence[Sites], learned: dict[str, np.nd
     for target in targets:
         numbers = pooled[begin : begin + len(target)]
         begin += len(target)
-        score = (middle[:, None] - _log_distances(q, numbers, 1e-12)) / scale[:, None]
+        score = (middle[:, None] - _log_distances(q, numbers)) / scale[:, None]
         of_query = query.points.astype(float), query.normals.astype(float)
         of_target = target.points.astype(float), target.normals.astype(float)
-        poses.append(best_pose(*of_query, *of_target, np.maximum(score - MIN_SCORE, 0)))
+        likelihood = np.maximum(score - MIN_SCORE, 0).round(DECIMALS)
+        poses.append(best_pose(*of_query, *of_target, likelihood))
     return poses
 
 
@@ -300,16 +315,27 @@ def _in_metric_space(
 
 
 def _background(q: np.ndarray, pooled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return median and standard deviation (Q,) of the log distance from each query to unrelated places."""
+    """Return median and standard deviation (Q,) of the log distance from each query to unrelated places.
+
+    Places as near as those of the same site are left out of the standard deviation. It would otherwise depend on whether the
+    protein of the query is among the targets.
+    """
     sample = pooled[:: max(1, len(pooled) // N_BACKGROUND)]
-    log_distance = _log_distances(q, sample, 1e-6)
-    return np.median(log_distance, axis=1), np.maximum(log_distance.std(axis=1), 1e-6)
+    log_distance = _log_distances(q, sample)
+    middle = np.median(log_distance, axis=1)
+    deviation = log_distance - middle[:, None]
+    upper = np.sqrt(np.mean(deviation**2, axis=1, where=deviation >= 0))
+    unrelated = deviation >= -NEAR * upper[:, None]
+    return middle, np.maximum(log_distance.std(axis=1, where=unrelated), 1e-6)
 
 
-def _log_distances(q: np.ndarray, places: np.ndarray, min_square: float) -> np.ndarray:
-    """Return the logarithm of the distances (Q, P), with squares of at least `min_square`."""
-    square = (places**2).sum(axis=1) - 2 * q @ places.T + (q**2).sum(axis=1)[:, None]
-    return 0.5 * np.log(np.maximum(square, min_square))
+def _log_distances(q: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return the logarithm of the distances (Q, P), of at least MIN_DISTANCE; places that are near by differences."""
+    norms, of_q = (places**2).sum(axis=1), (q**2).sum(axis=1)[:, None]
+    square = norms - 2 * q @ places.T + of_q
+    row, place = np.nonzero(square < CANCELLED * (norms + of_q))
+    square[row, place] = ((q[row] - places[place]) ** 2).sum(axis=1)
+    return np.log(np.maximum(np.sqrt(square), MIN_DISTANCE))
 
 
 def _row(query: int, rank: int, target: Sites, place: int, score: float) -> tuple:

@@ -11,6 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sparsurf import InputError
+from sparsurf.orientation import MIN_DISTANCE_FROM_LINE, best_turns
+
 N_CANDIDATES = 12  # likeliest matches of each place, from which poses are built
 MAX_PAIRS = 4000  # pairs of matches that are tried, the likeliest first
 PAIR_DISTANCE = (4.0, 25.0)  # Å, lowest and highest distance between the two places of a pair
@@ -18,6 +21,7 @@ DISTANCE_TOLERANCE = 1.5  # Å, by which the distances of a pair may differ betw
 COSINE_TOLERANCE = 0.35  # by which the cosines between the normals of a pair may differ
 MATCH_DISTANCE = 2.5  # Å, within which a place of the site meets a place of the target
 MIN_NORMAL_COSINE = 0.3  # between the normals of two places that meet
+DECIMALS = 9  # of scores: rounding errors do not decide between equal ones
 N_REFINED = 20  # best poses that are refined
 MIN_LIKELIHOOD_WEIGHT = 0.05  # of a match in the fit of a refined pose
 
@@ -67,8 +71,7 @@ def best_pose(
     -------
     Pose; one of score 0 without matches if no two matches agree
     """
-    n = min(N_CANDIDATES, likelihood.shape[1])
-    candidates = np.argpartition(-likelihood, n - 1, axis=1)[:, :n]
+    candidates = _likeliest(likelihood, min(N_CANDIDATES, likelihood.shape[1]))
     search = _Search(points, normals, target_points, target_normals, cKDTree(target_points), likelihood)
     first, second = _matching_pairs(search, candidates)
     if len(first[0]) == 0:
@@ -77,6 +80,15 @@ def best_pose(
     scores = _scores(search, turns, shifts)[0]
     best = np.argsort(-scores, kind="stable")[:N_REFINED]
     return max((_refine(search, turns[k], shifts[k]) for k in best), key=lambda pose: pose.score)
+
+
+def _likeliest(likelihood: np.ndarray, n: int) -> np.ndarray:
+    """Return the n likeliest places of each row (Q, n); of equal ones the first, unlike a partition."""
+    last = -np.partition(-likelihood, n - 1, axis=1)[:, n - 1 : n]
+    better, equal = likelihood > last, likelihood == last
+    free = n - better.sum(axis=1, keepdims=True)
+    taken = better | (equal & (np.cumsum(equal, axis=1) <= free))
+    return np.nonzero(taken)[1].reshape(len(likelihood), n)
 
 
 def _matching_pairs(
@@ -99,7 +111,7 @@ def _matching_pairs(
     target_cosine = np.einsum("ij,ij->i", target_normals[a[p]], target_normals[a[q]])
     agree = np.abs(cosine - target_cosine) < COSINE_TOLERANCE
     p, q = p[agree], q[agree]
-    order = np.argsort(-(likely[p] + likely[q]), kind="stable")[:MAX_PAIRS]
+    order = np.argsort(-(likely[p] + likely[q]).round(DECIMALS), kind="stable")[:MAX_PAIRS]
     return (i[p[order]], a[p[order]]), (i[q[order]], a[q[order]])
 
 
@@ -134,7 +146,7 @@ def _scores(search: _Search, turns: np.ndarray, shifts: np.ndarray) -> tuple[np.
     cosine = np.einsum("hij,hij->hi", search.normals @ turns, search.target_normals[place])
     met = np.isfinite(distance) & (cosine > MIN_NORMAL_COSINE)
     likely = np.where(met, search.likelihood[np.arange(len(search.points)), place], 0)
-    return likely.sum(axis=1), np.where(met, place, -1)
+    return likely.sum(axis=1).round(DECIMALS), np.where(met, place, -1)
 
 
 def _score(search: _Search, turn: np.ndarray, shift: np.ndarray) -> tuple[float, np.ndarray]:
@@ -151,7 +163,10 @@ def _refine(search: _Search, turn: np.ndarray, shift: np.ndarray, rounds: int = 
         if met.sum() < 3:
             break
         weight = np.maximum(search.likelihood[met, match[met]], MIN_LIKELIHOOD_WEIGHT)
-        fitted = rigid_fit(search.points[met], search.tree.data[match[met]], weight)
+        try:
+            fitted = rigid_fit(search.points[met], search.tree.data[match[met]], weight)
+        except InputError:  # the pair with its normals fixes the pose, matches on a line do not
+            break
         better, changed = _score(search, *fitted)
         if better <= score:
             break
@@ -171,12 +186,19 @@ def rigid_fit(a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> tuple[np.ndar
     -------
     turn, shift : (3, 3) and (3,) float64, so that a @ turn + shift is nearest to b
 
+    Raises
+    ------
+    InputError : several turns fit equally well, since the points lie on a line
+
     References
     ----------
     .. [1] Kabsch, Acta Cryst. A 32:922 (1976).
     """
     weight = weight / weight.sum()
     middle_a, middle_b = weight @ a, weight @ b
-    u, _, vt = np.linalg.svd(((a - middle_a) * weight[:, None]).T @ (b - middle_b))
-    turn = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
+    turn, distance = best_turns(((a - middle_a) * weight[:, None]).T @ (b - middle_b))
+    if distance < MIN_DISTANCE_FROM_LINE:
+        raise InputError(
+            "the points to fit lie on a line, or are a mirror image, so that several turns fit equally well: take more."
+        )
     return turn, middle_b - middle_a @ turn

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import progress
-from sparsurf.molecules.conformations import superpose
+from sparsurf.molecules.conformations import determines_turn, superpose
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
@@ -144,7 +144,7 @@ def frames_at_gaps(molecule: Molecule, atoms: np.ndarray, time: float) -> dict[f
 
     Returns
     -------
-    dict: ps -> list of (A, 3); no entry if the trajectory has no such frame.
+    dict: ps -> list of (A, 3); no entry if the trajectory has no such frame, or if all atoms lie on a line.
     """
     by_gap = {}
     for gap in TIME_GAPS_PS:
@@ -153,6 +153,6 @@ def frames_at_gaps(molecule: Molecule, atoms: np.ndarray, time: float) -> dict[f
             for sign in (-1, 1)
             for frame in np.flatnonzero(np.abs(molecule.time_ps - time - sign * gap) < 1e-3)[:1]
         ]
-        if frames:
+        if frames and determines_turn(molecule.xyz[frames], slice(None), atoms):
             by_gap[gap] = list(superpose(molecule.xyz[frames], slice(None), atoms))
     return by_gap

@@ -75,14 +75,14 @@ def _eight(step: Callable[..., Any]) -> Any:
     return run
 
 
-def _fma(builder: Any, a: Any, b: Any, c: Any) -> Any:
-    """Return a b + c."""
-    return builder.fadd(builder.fmul(a, b, flags=("contract",)), c, flags=("contract",))
+def _multiply_add(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c, rounded twice as on processors that cannot fuse the two."""
+    return builder.fadd(builder.fmul(a, b), c)
 
 
 # to[at : at + 8] += factor * source[first : first + 8]
 _add_eight = _eight(
-    lambda builder, load, args, factor: _fma(builder, factor, load(2, args[3]), load(0, args[1]))
+    lambda builder, load, args, factor: _multiply_add(builder, factor, load(2, args[3]), load(0, args[1]))
 )
 
 
@@ -90,7 +90,7 @@ def _between(builder: Any, load: Callable[..., Any], args: Any, factor: Any) -> 
     """Interpolate between eight numbers and the eight after them."""
     low = load(2, args[3])
     high = load(2, builder.add(args[3], ir.Constant(args[3].type, BUMP_NODES)))
-    return _fma(builder, factor, builder.fsub(high, low), low)
+    return _multiply_add(builder, factor, builder.fsub(high, low), low)
 
 
 # to[at : at + 8] = source[first : first + 8] and the eight after them, interpolated by the share `factor`

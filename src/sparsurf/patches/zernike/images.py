@@ -25,7 +25,9 @@ ROW_STRIDE = 32  # elements stored per image row
 IMAGE_SIZE = PIXELS * ROW_STRIDE
 # Rows of the working array of `project`: position, normal, r (at first rho^2), element of the image, weight
 X, Y, Z, NX, NY, NZ, R, PIXEL, WEIGHT = range(9)
-FAST = {"nnan", "ninf", "nsz", "arcp", "contract", "reassoc"}
+# Lets the compiler assume finite numbers, and do nothing that changes a result: reordered sums and fused products differ with
+# the processor, and from one compilation to the next.
+FAST = {"nnan", "ninf", "nsz"}
 
 _DISC_PIXELS = polynomials.pixels_in_disc()
 N_EVEN, N_ODD = len(_DISC_PIXELS.first) + len(_DISC_PIXELS.diagonal), len(_DISC_PIXELS.first)

@@ -12,6 +12,7 @@ from matplotlib import colormaps, colors
 from matplotlib.cm import ScalarMappable
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from sparsurf.orientation import principal_axes
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import LINES, SPARE, styled
 from sparsurf.report.pair_page import called as called_score
@@ -127,11 +128,8 @@ def opened(surfaces: Sequence[Surface], touching: Sequence[np.ndarray] | None = 
         facing = first.normals[touching[0]].mean(axis=0) - second.normals[touching[1]].mean(axis=0)
         around = first.points[touching[0]]
     length = np.linalg.norm(facing)
-    facing = facing / length if length > 1e-9 else np.array([0.0, 0.0, 1.0])
-    x = around - around.mean(axis=0)
-    x = x - np.outer(x @ facing, facing)
-    up = np.linalg.eigh(x.T @ x - 1e6 * len(x) * np.outer(facing, facing))[1][:, -1]
-    up = up if up[np.argmax(np.abs(up))] > 0 else -up
+    facing = facing / length if length > render.MIN_MEAN_NORMAL else np.array([0.0, 0.0, 1.0])
+    up = principal_axes(around, facing)[0]
     return [np.array([np.cross(up, front), up, front]) for front in (facing, -facing)]
 
 

@@ -14,8 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernel_cache import njit
+from sparsurf.orientation import principal_axes
 
 SUPERSAMPLING = 2  # rendered pixels per pixel of the picture, along each side
+MIN_MEAN_NORMAL = 1e-6  # length of a mean normal that has a direction; shorter ones are rounding errors
 MIN_VIEW_COSINE = 0.05  # discs seen edge-on or from behind are not drawn
 LIGHT = np.array([-0.45, 0.55, 0.70])  # direction of the light: from above left, in front
 AMBIENT = 0.45  # brightness in the shade
@@ -69,11 +71,10 @@ class Scene(NamedTuple):
 def along_smallest_axis(points: np.ndarray) -> np.ndarray:
     """Return the rotation that looks along the smallest principal axis, with the largest one horizontal.
 
-    The longer tail of an axis points right or up, so the view does not depend on the orientation of the molecule.
+    The longer tail of an axis points right or up, so the view does not depend on the orientation of the molecule; see
+    `principal_axes` for molecules that spread equally.
     """
-    x = points - points.mean(axis=0)
-    axes = np.linalg.eigh(x.T @ x)[1].T[::-1]
-    axes = axes * np.where(((x @ axes.T) ** 3).sum(axis=0) < 0, -1.0, 1.0)[:, None]
+    axes = principal_axes(points)
     return np.array([axes[0], axes[1], np.cross(axes[0], axes[1])])
 
 
@@ -81,10 +82,8 @@ def oblique(points: np.ndarray, normals: np.ndarray, tilt: float = 40.0) -> np.n
     """Return the rotation that turns the mean normal up and then `tilt` degrees to the viewer, the widest side horizontal."""
     up = normals.mean(axis=0)
     length = np.linalg.norm(up)
-    up = up / length if length > 1e-9 else np.array([0.0, 0.0, 1.0])
-    x = points - points.mean(axis=0)
-    x = x - np.outer(x @ up, up)
-    across = np.linalg.eigh(x.T @ x - 1e6 * len(x) * np.outer(up, up))[1][:, -1]
+    up = up / length if length > MIN_MEAN_NORMAL else np.array([0.0, 0.0, 1.0])
+    across = principal_axes(points, up)[0]
     front = np.cross(across, up)
     c, s = math.cos(math.radians(tilt)), math.sin(math.radians(tilt))
     return np.array([across, c * up - s * front, s * up + c * front])

@@ -1,0 +1,122 @@
+"""Turns of least squares and principal axes, and whether points determine them.
+
+Points on a line leave the turn about this line free, and points that spread equally in two directions have no axes of their
+own. Rounding would then decide, differently on each machine.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Å, rms, from the line through them, of points that determine a turn. Files store coordinates to 0.001 to 0.01 Å: nearer to
+# the line, their rounding would decide by more than 0.1 rad.
+MIN_DISTANCE_FROM_LINE = 0.1
+EQUAL = 1e-8  # relative difference of two eigenvalues, or relative asymmetry, that counts as none
+MIN_SPREAD = 1e-6  # Å, rms; points that spread less are in one place
+NEGLIGIBLE = 1e-12  # of the largest eigenvalue; smaller ones are rounding errors
+SIGNIFICANT = 0.5  # share of the largest length in a subspace at which a coordinate sets its axis
+
+
+def best_turns(covariance: np.ndarray, weight: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the rotations that turn points onto others by least squares [1]_.
+
+    Parameters
+    ----------
+    covariance : (..., 3, 3) float64, Å^2
+        Sum over the points of x_i y_j, of the points x to turn and the fixed points y, both relative to their means.
+    weight : float, sum of the weights of the points
+
+    Returns
+    -------
+    turns : (..., 3, 3) float64, so that x @ turn is nearest to y
+    distance : (...,) float64, Å
+        If x is y, the rms distance of the points from the line through them. Below MIN_DISTANCE_FROM_LINE the turn is not
+        determined. It is 0 also for a mirror image that several turns fit equally well.
+
+    References
+    ----------
+    .. [1] Kabsch, Acta Cryst. A 32:922 (1976).
+    """
+    u, s, vt = np.linalg.svd(covariance)
+    sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    u[..., :, 2] *= sign[..., None]  # a rotation, not a reflection
+    # A turn by t about the first axis lowers the sum of x . y by (1 - cos t) times this.
+    loss = s[..., 1] + sign * s[..., 2]
+    return u @ vt, np.sqrt(np.maximum(loss, 0) / weight)
+
+
+def principal_axes(points: np.ndarray, up: np.ndarray | None = None) -> np.ndarray:
+    """Find the axes along which points spread, the widest first.
+
+    The longer tail of an axis, by its third moment, points along it. Where points determine no axis, the coordinate axes do:
+    equal spreads take the first of x, y and z that lies near their plane, and equal tails let the largest component of the
+    axis be positive.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    up : (3,) float64, unit vector, optional
+        Only axes perpendicular to it are sought.
+
+    Returns
+    -------
+    (3, 3) float64, unit vectors as rows; or (2, 3) with `up`
+    """
+    x = points - points.mean(axis=0)
+    plane = np.eye(3) if up is None else _perpendicular(up)
+    if (x**2).sum() < len(x) * MIN_SPREAD**2:
+        x = np.zeros_like(x)
+    values, vectors = np.linalg.eigh(plane @ (x.T @ x) @ plane.T)
+    axes = settled_axes(values[::-1], plane.T @ vectors[:, ::-1]).T
+    along = x @ axes.T
+    tail, size = (along**3).sum(axis=0), (np.abs(along) ** 3).sum(axis=0)
+    return axes * np.where(np.abs(tail) > EQUAL * size, np.sign(tail), _signs(axes))[:, None]
+
+
+def settled_axes(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Choose eigenvectors of equal eigenvalues by a rule instead of by rounding.
+
+    Any rotation of such eigenvectors is as good. The first is chosen nearest to the first row, or coordinate, that is long
+    enough in their subspace, with a positive sign; the next one the same among those perpendicular to it.
+
+    Parameters
+    ----------
+    values : (k,) float64, eigenvalues, descending
+    vectors : (d, k) float64, eigenvectors as columns
+
+    Returns
+    -------
+    (d, k) float64
+    """
+    out = vectors.copy()
+    size = np.maximum(np.abs(values), NEGLIGIBLE * abs(values[0]))
+    new_group = size[:-1] - size[1:] > EQUAL * size[:-1]
+    for group in np.split(np.arange(len(values)), np.flatnonzero(new_group) + 1):
+        if len(group) > 1:
+            out[:, group] = _settled_subspace(vectors[:, group])
+    return out
+
+
+def _settled_subspace(basis: np.ndarray) -> np.ndarray:
+    """Return the basis of the subspace of `basis` (d, k) that does not depend on which basis is given."""
+    left, out = (basis**2).sum(axis=1), np.zeros_like(basis)
+    for k in range(basis.shape[1]):
+        row = int(np.argmax(left > SIGNIFICANT * left.max()))
+        axis = basis @ basis[row] - out[:, :k] @ out[row, :k]
+        out[:, k] = axis / np.linalg.norm(axis)
+        left = left - out[:, k] ** 2
+    return out
+
+
+def _perpendicular(up: np.ndarray) -> np.ndarray:
+    """Return two unit vectors perpendicular to `up` and to each other, as rows."""
+    first = np.cross(up, np.eye(3)[np.argmin(np.abs(up).round(6))])
+    first = first / np.linalg.norm(first)
+    return np.array([first, np.cross(up, first)])
+
+
+def _signs(axes: np.ndarray) -> np.ndarray:
+    """Return the sign of the largest component of each axis; the first of equal ones."""
+    size = np.abs(axes)
+    largest = np.argmax(size > (1 - EQUAL) * size.max(axis=1, keepdims=True), axis=1)
+    return np.where(axes[np.arange(len(axes)), largest] < 0, -1.0, 1.0)

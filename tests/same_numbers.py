@@ -1,0 +1,192 @@
+"""The same numbers on every machine: the library's calls under other processors, threads, hash seeds and Pythons.
+
+    python tests/same_numbers.py            every setting below, each with kernels compiled afresh (about ten minutes)
+    python tests/same_numbers.py --quick    two settings with the kernels that are there (a minute), as tests/test_same_numbers.py
+    python tests/same_numbers.py --python PATH ...   also these interpreters, which have the packages of this one
+
+Choices (dots, combinations, subsets, hits) must be equal, and numbers agree to 1e-9. Exits with 1 if they do not.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+TOLERANCE = 1e-9  # relative to the larger number, or absolute below 1
+BASE = {"OPENBLAS_CORETYPE": "Haswell", "OPENBLAS_NUM_THREADS": "1", "PYTHONHASHSEED": "0"}
+OTHERS = {
+    "Zen": {"OPENBLAS_CORETYPE": "Zen"},
+    "Nehalem": {"OPENBLAS_CORETYPE": "Nehalem"},
+    "Prescott": {"OPENBLAS_CORETYPE": "Prescott"},
+    "two threads": {"OPENBLAS_NUM_THREADS": "2"},
+    "hash seed 12": {"PYTHONHASHSEED": "12"},
+    "generic processor": {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""},
+    "numpy without AVX": {"NPY_DISABLE_CPU_FEATURES": "AVX512F AVX512CD AVX512_SKX AVX2 FMA3"},
+    "all of these": {
+        "OPENBLAS_CORETYPE": "Prescott",
+        "OPENBLAS_NUM_THREADS": "2",
+        "PYTHONHASHSEED": "12",
+        "NUMBA_CPU_NAME": "generic",
+        "NUMBA_CPU_FEATURES": "",
+    },
+}
+QUICK = {"two threads of an older processor": {"OPENBLAS_CORETYPE": "Prescott", "OPENBLAS_NUM_THREADS": "2"}}
+
+
+def main(arguments=None):
+    """Compare the settings with the first one; return the number that differ."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--python", nargs="*", default=[])
+    parser.add_argument("--measure", action="store_true", help="print the results in this process and end")
+    given = parser.parse_args(arguments)
+    if given.measure:
+        print(json.dumps(measured()))
+        return 0
+    settings = [(name, sys.executable, each) for name, each in (QUICK if given.quick else OTHERS).items()]
+    settings += [(path, path, {}) for path in given.python]
+    with tempfile.TemporaryDirectory() as kernels:
+        base = results(sys.executable, {}, None if given.quick else Path(kernels, "base"))
+        differ = 0
+        for k, (name, python, environment) in enumerate(settings):
+            fresh = environment.keys() & {"PYTHONHASHSEED", "NUMBA_CPU_NAME"} or python != sys.executable
+            folder = None if given.quick else Path(kernels, str(k) if fresh else "base")
+            lines = differences(base, results(python, environment, folder))
+            differ += bool(lines)
+            print(name, "differs:" if lines else "agrees", *lines, sep="\n  " if lines else " ", flush=True)
+    return differ
+
+
+def results(python, environment, kernels):
+    """Run this file in a process of its own; return what it measured.
+
+    Parameters
+    ----------
+    python : path of the interpreter
+    environment : dict, variables besides those of BASE
+    kernels : folder of the compiled kernels, or None for the usual one
+    """
+    variables = os.environ | BASE | environment | {"PYTHONPATH": str(ROOT / "src")}
+    variables |= {} if kernels is None else {"NUMBA_CACHE_DIR": str(kernels)}
+    command = [python, __file__, "--measure"]
+    run = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)
+    if run.returncode:
+        raise SystemExit(f"{environment or 'base'}:\n{run.stderr[-3000:]}")
+    return json.loads(run.stdout.splitlines()[-1])
+
+
+def differences(first, second):
+    """Return a line for each result that is not the same; whole numbers and words are choices."""
+    lines = []
+    for name, value in first.items():
+        other = second[name]
+        if len(value) != len(other):
+            lines.append(f"{name}: {len(value)} and {len(other)} values")
+            continue
+        gaps = [_gap(a, b) for a, b in zip(value, other, strict=True)]
+        if gaps and max(gaps) > TOLERANCE:
+            worst = gaps.index(max(gaps))
+            lines.append(
+                f"{name}: {value[worst]} and {other[worst]} at {worst}, {sum(gap > TOLERANCE for gap in gaps)} in all"
+            )
+    return lines
+
+
+def _gap(a, b):
+    """Return the relative difference of two numbers; infinite if one is a choice and they are not equal."""
+    if isinstance(a, float) and isinstance(b, float) and a == a and b == b:
+        return abs(a - b) / max(1.0, abs(a), abs(b))
+    return 0.0 if a == b or (a != a and b != b) else float("inf")
+
+
+def measured():
+    """Compute the results: dict, name -> list of numbers and words."""
+    import logging
+
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    sys.path.insert(0, str(ROOT / "tests"))
+    from dataclasses import replace
+
+    from peptides import peptide, write
+    from sparsurf.molecules.conformations import choose_frames
+    from sparsurf.molecules.read_molecule import read_molecule
+    from sparsurf.orientation import principal_axes
+    from sparsurf.pairs.changes import superpose_forms
+    from sparsurf.patches import descriptors
+    from sparsurf.patches.index import build_index
+    from sparsurf.patches.roughness import published as roughness_of
+    from sparsurf.recovery.recovering import recover
+    from sparsurf.recovery.relaxation import relax
+    from sparsurf.sampling.farthest_point import farthest_point_sampling
+    from sparsurf.sites.describing import describe_surface, places_of_residues
+    from sparsurf.sites.finding import find_places, find_site
+    from sparsurf.surfaces.molecular_surface import molecular_surface
+    from sparsurf.surfaces.radii import radii
+
+    logging.disable()
+    out = {}
+
+    def note(name, *arrays):
+        out[name] = [each for array in arrays for each in np.asarray(array).ravel().tolist()]
+
+    with tempfile.TemporaryDirectory() as folder:
+        sequence = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
+        path = write(Path(folder, "one.pdb"), peptide(sequence) + "END\n")
+        one = read_molecule(path)
+        second = replace(one, xyz=one.xyz[:, :, [1, 2, 0]] + [3.0, -2.0, 7.0])
+        note("superposed forms", superpose_forms(second, one).xyz)
+    tdp43 = ROOT / "data" / "tdp43"
+    moving = read_molecule(tdp43 / "topology.pdb", tdp43 / "trajectory.xtc", residues="209-222")
+    choice = choose_frames(moving, rng=np.random.default_rng(0))
+    note("frames", choice.index, choice.label)
+    note("components", choice.projection, choice.explained[:5])
+
+    molecule = moving.frame(int(choice.index[0]))
+    surface = molecular_surface(molecule.xyz[0], radii(molecule, "dms"), density=4.0)
+    points, normals = np.ascontiguousarray(surface.points), np.ascontiguousarray(surface.normals)
+    note("dots", points, normals)
+    note("axes", principal_axes(points))
+    index = build_index(points, normals, 1.0)
+    dots = farthest_point_sampling(index, len(points) // 5, np.random.default_rng(1))
+    note("farthest dots", dots)
+    for kind in ("published", "steady"):
+        z, sizes = descriptors.describe(index, points[dots[:40]], 6.0, True, 2, kind)
+        note(f"{kind} descriptors", z)
+        note(f"{kind} sizes", sizes)
+    note("roughness", roughness_of(index, 6.0, 2))
+    note("recovered", *recover(points[dots], normals[dots], 4.0, threads=2, keep=False)[:2])
+    note("relaxed", *relax(points[dots], normals[dots], points, normals))
+
+    query = describe_surface(surface, molecule, "query", threads=2)
+    turn = Rotation.from_rotvec([0.4, 1.0, -0.3]).as_matrix()
+    other_frame = moving.frame(int(choice.index[-1]))
+    # Rounded as in a file: farthest-point sampling chooses between equally far dots by the last bit of their coordinates.
+    other_frame = replace(other_frame, xyz=(other_frame.xyz @ turn).round(3))
+    other_surface = molecular_surface(other_frame.xyz[0], radii(molecule, "dms"), density=4.0)
+    targets = [
+        query,
+        replace(
+            query, name="copy", points=(query.points @ turn).round(3), normals=(query.normals @ turn).round(5)
+        ),
+        describe_surface(other_surface, other_frame, "other"),
+    ]
+    note("turned dots", other_surface.points)
+    note("descriptors of sites", *(target.numbers for target in targets))
+    site = query.take(places_of_residues(query, "212-216"))
+    for name, table in (("places", find_places(site, targets, 3)), ("site", find_site(site, targets).table)):
+        floats = table.select_dtypes("float")
+        note(f"hits of {name}", table.drop(columns=floats.columns))
+        note(f"scores of {name}", floats)
+    return out
+
+
+if __name__ == "__main__":
+    sys.exit(main())
