@@ -1,4 +1,4 @@
-"""The paper's Figures 1 to 5 from A1, and the numbers behind their statements."""
+"""The paper's Figures 1 to 5 from A1, the numbers behind their statements, and the best combination of each range."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,13 @@ from PIL import Image
 
 from measures.tables import write_tables
 from sparsurf.patches.readings import GRID_READINGS
-from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.sampling.combination import (
+    PARAMETERS,
+    PUBLISHED_ROWS,
+    Combination,
+    combination_labels,
+    split_combinations,
+)
 from sparsurf.workflow.jobs import job
 
 HALVES = {"rougher half": "rough_half", "flatter half": "flat_half"}
@@ -36,6 +42,8 @@ def numbers(
     add(1, "share of dots with roughness above 0.5", (roughness > 0.5).mean())
     for quantity, value in (("lowest", grid["n_S_percent"].min()), ("highest", grid["n_S_percent"].max())):
         add(2, f"{quantity} n_S", value)
+    uniform = grid[(grid[["beta", "gamma", "delta"]] == 0).all(axis=1)].iloc[0]
+    add(2, f"n_S at alpha {uniform['alpha']:g}, the others 0", uniform["n_S_percent"])
     at_one = grid[np.isclose(grid["alpha"], FULL_ALPHA)]
     published = at_one[np.isclose(at_one[PARAMETERS], PUBLISHED_BEST).all(axis=1)].iloc[0]
     for reading in GRID_READINGS:
@@ -58,6 +66,26 @@ def numbers(
     return pd.DataFrame(rows)
 
 
+def ranges_of(ranges: pd.DataFrame) -> pd.DataFrame:
+    """Put the published combination of each range next to ours.
+
+    Returns
+    -------
+    DataFrame, one row per reading and range: reading, row, n_S_low_percent, n_S_high_percent, published, best, d_held_out with
+    its 95 % interval, n_best_set, published_may_be_best (yes or no: it is in the confidence set of the best)
+    """
+    row = ranges.groupby("reading").cumcount()
+    published = [str(Combination(*PUBLISHED_ROWS[k])) for k in row]
+    may_be = [
+        "yes" if name in split_combinations(candidates) else "no"
+        for name, candidates in zip(published, ranges["best_set"], strict=True)
+    ]
+    limits = ranges[["reading", "n_S_low_percent", "n_S_high_percent"]]
+    held_out = ranges[["d_held_out", "d_held_out_low", "d_held_out_high", "n_best_set"]]
+    table = limits.assign(row=row + 1, published=published, best=combination_labels(ranges))
+    return table.join(held_out).assign(published_may_be_best=may_be)
+
+
 def reduce_figure(path: str, copy: str) -> None:
     """Copy a PNG for the book, at most `WIDTH` pixels wide and in 256 colours."""
     image = Image.open(path).convert("RGB")
@@ -71,10 +99,12 @@ def main(
     best: str,
     roughness: str,
     bins: str,
+    ranges: str,
     gathering: str,
     figures: list[str],
     table: str,
     bins_table: str,
+    ranges_table: str,
     copies: list[str],
 ) -> None:
     """Write the numbers and copy the figures of the paper's study.
@@ -92,7 +122,7 @@ def main(
         by_roughness,
         pd.read_csv(gathering),
     )
-    write_tables({table: found, bins_table: by_roughness})
+    write_tables({table: found, bins_table: by_roughness, ranges_table: ranges_of(pd.read_csv(ranges))})
     for figure, copy in zip(figures, copies, strict=True):
         reduce_figure(figure, copy)
 
@@ -104,9 +134,11 @@ if __name__ == "__main__":
             best=snakemake.input.best,
             roughness=snakemake.input.roughness,
             bins=snakemake.input.bins,
+            ranges=snakemake.input.ranges,
             gathering=snakemake.input.gathering,
             figures=snakemake.input.figures,
             table=snakemake.output.table,
             bins_table=snakemake.output.bins,
+            ranges_table=snakemake.output.ranges,
             copies=snakemake.output.figures,
         )

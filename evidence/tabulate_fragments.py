@@ -5,10 +5,11 @@ import pandas as pd
 from measures.fragments import PUBLISHED_BEST
 from measures.tables import cpu_table, read_tables, write_tables
 from sparsurf.paper.published_runs import place_published_values, size_of_tests, tests_of_table_1
-from sparsurf.patches.readings import CODED_READING
+from sparsurf.patches.readings import CODED_READING, GRID_READINGS
 from sparsurf.workflow.jobs import job
 
 OF_SURFACE = ["dots", "centres", "mean_roughness", "lowest_roughness", "highest_roughness"]
+OF_STUDY = "A1_dms, other test dots"  # the surface of `make paper`
 ROW = ["row", "combination", "d_published", "Z_published"]
 
 
@@ -34,6 +35,19 @@ def inside_of(rows: pd.DataFrame) -> pd.DataFrame:
     )
     table = groups.agg(rows=("row", "size"), d_inside=("d_inside", "sum"), Z_inside=("Z_inside", "sum"))
     return table.assign(d_above_0=above, d_below_0=below).reset_index()
+
+
+def rows_of_study(paper_rows: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the paper's study, with test dots of its own, in the form of `fragments.rows_table`."""
+    tables = []
+    for reading in GRID_READINGS:
+        table = pd.DataFrame({"surface": OF_STUDY, "reading": reading, "row": range(1, len(paper_rows) + 1)})
+        for name, key in (("d", "d"), ("Z", "Z_tS")):
+            low, high = paper_rows[f"{key}_low_{reading}"], paper_rows[f"{key}_high_{reading}"]
+            table[f"{name}_low"], table[f"{name}_high"] = low, high
+            table[f"{name}_inside"] = paper_rows[f"{key}_published"].between(low, high).astype(int)
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
 
 
 def surfaces_of(rows: pd.DataFrame, choices: pd.DataFrame) -> pd.DataFrame:
@@ -69,6 +83,7 @@ def main(
     gathering: str,
     repeated: str,
     runs: str,
+    paper_rows: str,
     tables: dict[str, str],
     logs: str,
 ) -> None:
@@ -76,6 +91,7 @@ def main(
 
     Parameters
     ----------
+    paper_rows : the published combinations in the study of `make paper`
     repeated, runs : winners of runs as published on the dots of DMS and on our own
     tables : paths to be written, by the names rows, table1, inside, choices, surfaces, places, tests,
         gathering, size, cpu
@@ -90,7 +106,7 @@ def main(
     found = {
         "rows": all_rows,
         "table1": table1_of(all_rows),
-        "inside": inside_of(all_rows),
+        "inside": inside_of(pd.concat([all_rows, rows_of_study(pd.read_csv(paper_rows))], ignore_index=True)),
         "choices": all_choices,
         "surfaces": surfaces_of(all_rows, all_choices),
         "places": places,
@@ -110,6 +126,7 @@ if __name__ == "__main__":
             gathering=snakemake.input.gathering,
             repeated=snakemake.input.repeated,
             runs=snakemake.input.runs,
+            paper_rows=snakemake.input.paper_rows,
             tables=dict(snakemake.output.items()),
             logs=snakemake.params.logs,
         )

@@ -77,7 +77,10 @@ def choices_table(grid: Grid) -> pd.DataFrame:
         d = tables.d_values(grid, r)
         means = d.mean(axis=(1, 2))
         for k, combination in enumerate(PUBLISHED_ROWS):
-            (own,) = np.flatnonzero(np.isclose(grid.combinations, combination).all(axis=1))
+            found = np.flatnonzero(np.isclose(grid.combinations, combination).all(axis=1))
+            if not len(found):  # a grid of few combinations
+                continue
+            own = found[0]
             inside = np.flatnonzero(member == member[own])
             gain = cross_validated(d[inside] - d[own])
             rows.append(

@@ -1,7 +1,8 @@
 # docs/paper.md and README.md: the paper's tables and figures compared with ours, on all its surfaces; what few dots cost; which
 # wrong rules the test of Table I detects.
 
-FRAGMENTS = config["fragments"]["surfaces"]
+# quick.yaml switches surfaces off by null
+FRAGMENTS = {name: entry for name, entry in config["fragments"]["surfaces"].items() if entry}
 
 
 def fragment(wildcards):
@@ -14,14 +15,12 @@ rule store_paper:
         rows=f"{RESULTS}_paper/paper_rows.csv",
         places=f"{RESULTS}_paper/paper_places.csv",
         tests=f"{RESULTS}_paper/paper_tests.csv",
-        ranges=f"{RESULTS}_default/{config['example']}/ranges.csv",
         enough=f"{RESULTS}_default/{config['example']}/figures/enough.png",
         table1=f"{RESULTS}_paper/table1.png",
     output:
         rows=f"{TABLES}/paper_rows.csv",
         places=f"{TABLES}/paper_places.csv",
         tests=f"{TABLES}/paper_tests.csv",
-        ranges=f"{TABLES}/default_ranges.csv",
         enough=f"{FIGURES}/enough.png",
         table1=f"{FIGURES}/table1.png",
     log:
@@ -31,7 +30,7 @@ rule store_paper:
         "Tables and figures of the default study and of the paper's"
     shell:
         "cp {input.rows} {output.rows}; cp {input.places} {output.places}; cp {input.tests} {output.tests}; "
-        "cp {input.ranges} {output.ranges}; cp {input.enough} {output.enough}; cp {input.table1} {output.table1}"
+        "cp {input.enough} {output.enough}; cp {input.table1} {output.table1}"
 
 
 rule measure_power:
@@ -133,6 +132,7 @@ rule tabulate_fragments:
         gathering=f"{RESULTS}/fragments/{config['fragments']['repeated']}/gathering.csv",
         repeated=f"{RESULTS}/fragments/repeated.csv",
         runs=f"{RESULTS}_paper/paper_as_published.csv",
+        paper_rows=f"{RESULTS}_paper/paper_rows.csv",
     output:
         rows=f"{TABLES}/fragments_rows.csv",
         table1=f"{TABLES}/fragments_table1.csv",
@@ -161,6 +161,7 @@ rule tabulate_figures:
         best=f"{RESULTS}_paper/A1/c1/best.json",
         roughness=f"{RESULTS}_paper/A1/c1/roughness.csv",
         bins=f"{RESULTS}_paper/A1/c1/rough_and_flat.csv",
+        ranges=f"{RESULTS}_paper/A1/c1/ranges.csv",
         gathering=f"{TABLES}/paper_gathering.csv",
         figures=expand(
             f"{RESULTS}_paper/A1/c1/figures/{{figure}}.png",
@@ -169,6 +170,7 @@ rule tabulate_figures:
     output:
         table=f"{TABLES}/paper_figures.csv",
         bins=f"{TABLES}/paper_bins.csv",
+        ranges=f"{TABLES}/paper_ranges.csv",
         figures=expand(f"{FIGURES}/paper_figure_{{number}}.png", number=[1, 2, 3, 4, 5]),
     log:
         f"{RESULTS}/logs/tabulate_figures.log",

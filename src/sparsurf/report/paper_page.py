@@ -126,7 +126,7 @@ def table1(
         name: [rows[f"{name}{end}_{CODED_READING}"] for end in ("", "_low", "_high")] for name in MEASURES
     }
     inside_coded = {
-        name: int(rows[f"{name}_published"].between(*ends[1:]).sum()) for name, ends in coded.items()
+        name: int(rows[f"{name}_published"].between(ends[1], ends[2]).sum()) for name, ends in coded.items()
     }
     runs = places[places["binning"] == "half-open"]
     of_bias = bias[bias["binning"] == "closed"]["d_bias"]
