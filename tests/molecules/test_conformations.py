@@ -326,7 +326,7 @@ def chosen(folder, text, stride=1, reading=None, trajectory=None, **asked):
     outputs = {key: folder / f"{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
     outputs |= {"structures": folder / "structures"}
     shutil.rmtree(outputs["structures"], ignore_errors=True)
-    asked = {"use": "clusters", "clusters": "auto", "pca_atoms": "auto", "stride": stride} | asked
+    asked = {"selection": "clusters", "clusters": "auto", "pca_atoms": "auto", "stride": stride} | asked
     inputs = {"structure": write(folder / "p.pdb", text)} | (trajectory or {})
     script.main(inputs, outputs, reading or {}, {"frames": asked, "seed": 1}, "p")
     names = pd.read_csv(outputs["frames"])["conformation"].tolist()

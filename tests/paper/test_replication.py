@@ -448,6 +448,20 @@ def test_published_values_inside_of_our_intervals_are_counted(page):
     assert paper_page(page | {"rows": rows})["table1"]["inside"]["d"] == 8
 
 
+def test_the_published_best_must_be_among_ours_with_its_d(page):
+    def best(d, best_set):
+        grid, results = page["grid"].copy(), json.loads(json.dumps(page["best"]))
+        row = np.isclose(grid[PARAMETERS], (1, 0, 6, 0)).all(axis=1)
+        grid.loc[row, ["d_low_as_coded", "d_high_as_coded"]] = d - 0.1, d + 0.1
+        results["as_coded"]["unrestricted"]["best_set"] = best_set
+        found = page | {"grid": grid, "best": results}
+        return paper_page(found)["best"]["holds"]["as_coded"], "2.69 lies outside" in html_of(found)
+
+    assert best(2.69, "(1, 0, 6, 0); (1, 0, 2, 4)") == ("yes", False)
+    assert best(2.4, "(1, 0, 6, 0); (1, 0, 2, 4)") == ("in part", True)
+    assert best(2.69, "(1, 0, 2, 4)") == ("no", False)
+
+
 def test_kept_dots_are_counted_from_rough_to_flat(page):
     kept = pd.DataFrame({"combination": "(1, 0, 6, 0)", "tenth": range(1, 11), "uniform_percent": 45.0})
     found = paper_page(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})["gather"]
