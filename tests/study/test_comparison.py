@@ -436,7 +436,7 @@ def test_minimal_without_any_error(evaluator):
         ({"z": -0.1}, "minimal.Z is -0.1, but a distance cannot be negative"),
         ({"z": float("nan")}, "minimal.Z is nan"),
         ({"sampler": "best", "n_s": 3}, "minimal.sampler: there is no sampler 'best'"),
-        ({"sampler": "paper_corrected", "z": 1e-4}, "minimal.Z is 0.0001, but paper_corrected comes down to"),
+        ({"sampler": "paper_corrected", "z": 1e-4}, "minimal.Z is 0.0001, but paper_corrected reaches only"),
     ],
 )
 def test_minimal_refuses_in_one_sentence(evaluator, asked, sentence):
@@ -504,7 +504,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         outputs["centres"] = folder / "centres.csv"
         inputs["structure"] = structure if folder.name == "c1" else None
         if folder.name == "c2":
-            monkeypatch.setattr(equal_error, "AGAINST", ("paper",))
+            monkeypatch.setattr(equal_error, "BASELINES", ("paper",))
         compare_samplers.main(**inputs, **outputs, **asked_for, name=f"blob/{folder.name}")
     page = (folders[0] / "compare.html").read_text(encoding="utf-8")
     assert "estimated from their spacing" in page  # this surface has no areas
