@@ -92,6 +92,7 @@ def main(
             "bins": read_table(bins),
             "enough": read_table(enough),
             "family": replication.best_of_family(results["family"]),
+            "gathering": replication.gathering_by_roughness(prepared, draws),
             "uniform": {"median": float(np.median(np.bincount(prepared.cover.dot)))},
             "surface": surface_of(prepared, surface_settings, path_to_surface),
         }

@@ -123,6 +123,25 @@ def test_power_is_the_share_of_other_runs_that_are_told_apart():
         assert own["power"].between(low, high).all() and (own["n_runs"] == 20).all(), (shift, measure)
 
 
+def test_the_size_is_the_share_of_runs_that_the_others_reject():
+    """Runs of one kind are rejected in about one of twenty cases; a run with other d, or other centres, always."""
+    same = published_runs.size_of_tests(runs(n=20)).set_index(["binning", "measure"])
+    assert (same["n_runs"] == 20).all() and (same["share"] <= 0.2).all()
+    assert (same["low"] <= same["share"]).all() and (same["share"] < same["high"]).all()
+    odd = runs(n=4)
+    odd.loc[odd["run"] == 2, "d"] += 100
+    with_centres = odd.assign(centres=odd["run"].map({1: 180, 2: 181, 3: 182, 4: 400}))
+    found = published_runs.size_of_tests(with_centres).set_index(["binning", "measure"])
+    assert found.loc["closed", "d"]["share"] == found.loc["closed", "centres"]["share"] == 0.25
+    assert found.loc["closed", "together"]["share"] == 0.5
+
+
+def test_the_interval_of_a_share_by_hand():
+    """No case of 10: 0 to z^2 / (10 + z^2) = 0.2775."""
+    low, high = published_runs.wilson_interval(np.array([0.0, 0.5]), np.array([10, 10]))
+    assert low == pytest.approx([0, 0.2366], abs=1e-4) and high == pytest.approx([0.2775, 0.7634], abs=1e-4)
+
+
 def test_centres_depend_on_the_order_of_the_dots_and_on_the_patches(blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
     evaluator = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
@@ -356,6 +375,7 @@ def page(blob):
             replication.tuned_family(evaluator, PUBLISHED_ROWS[:, 1:], (10.0,), 20, 2)
         ),
         "enough": ENOUGH,
+        "gathering": replication.gathering_by_roughness(evaluator, 2),
         "uniform": {"median": 3.0},
         "surface": surface_of(evaluator, {"reentrant": "exact"}, "a/blob.dms"),
     }
@@ -369,8 +389,8 @@ def test_every_claim_has_a_chapter_and_a_table(page):
     text = html_of(page)
     claims = re.findall(r'href="#(\w+)">(yes|no|in part)<', text)
     assert (
-        len(claims) == 16 and text.count('<h2 id="') == len({name for name, _ in claims}) + 4
-    )  # and the words
+        len(claims) == 20 and text.count('<h2 id="') == len({name for name, _ in claims}) + 5
+    )  # and the figures and words
     for name, _ in claims:
         chapter = text.split(f'<h2 id="{name}">')[1].split("<h2")[0]
         assert ".csv" in chapter or ".json" in chapter, name
@@ -418,6 +438,43 @@ def test_claims_follow_from_the_numbers(page):
     assert holds(bins=one)["rough"] == ("yes", "yes")
     one.loc[flat, ["d_low_as_coded", "d_high_as_coded"]] = 0.1, 0.2
     assert holds(bins=one)["rough"] == ("in part", "yes")
+
+
+def test_published_values_inside_of_our_intervals_are_counted(page):
+    rows = page["rows"].assign(
+        d_low_as_coded=page["rows"]["d_published"] - 0.1, d_high_as_coded=page["rows"]["d_published"] + 0.1
+    )
+    rows.loc[[0, 3], "d_low_as_coded"] += 0.2
+    assert paper_page(page | {"rows": rows})["table1"]["inside"]["d"] == 8
+
+
+def test_the_published_best_must_be_among_ours_with_its_d(page):
+    def best(d, best_set):
+        grid, results = page["grid"].copy(), json.loads(json.dumps(page["best"]))
+        row = np.isclose(grid[PARAMETERS], (1, 0, 6, 0)).all(axis=1)
+        grid.loc[row, ["d_low_as_coded", "d_high_as_coded"]] = d - 0.1, d + 0.1
+        results["as_coded"]["unrestricted"]["best_set"] = best_set
+        found = page | {"grid": grid, "best": results}
+        return paper_page(found)["best"]["holds"]["as_coded"], "2.69 lies outside" in html_of(found)
+
+    assert best(2.69, "(1, 0, 6, 0); (1, 0, 2, 4)") == ("yes", False)
+    assert best(2.4, "(1, 0, 6, 0); (1, 0, 2, 4)") == ("in part", True)
+    assert best(2.69, "(1, 0, 2, 4)") == ("no", False)
+
+
+def test_kept_dots_are_counted_from_rough_to_flat(page):
+    kept = pd.DataFrame({"combination": "(1, 0, 6, 0)", "tenth": range(1, 11), "uniform_percent": 45.0})
+    found = paper_page(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})["gather"]
+    assert found["holds"]["as_coded"] == "yes" and found["table"] == [
+        ["(1, 0, 6, 0)", "60.0", "30.0", "45.0"]
+    ]
+    even = paper_page(page | {"gathering": kept.assign(kept_percent=45.0)})["gather"]
+    assert even["holds"]["as_written"] == "no"
+    # the blob: every tenth is a tenth of its dots, and together they are what is kept
+    own = page["gathering"]
+    means = own.groupby("combination")[["kept_percent", "uniform_percent"]].mean()
+    assert len(own) == 20 and np.allclose(means["kept_percent"], means["uniform_percent"])
+    assert own.groupby("combination")["roughness"].apply(lambda of: of.is_monotonic_increasing).all()
 
 
 def test_links_keep_the_samplings_and_change_the_islands(page):
@@ -492,6 +549,7 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
             "tuned_family",
             lambda _, some, n_tests, draws: table("family", *some[1], n_tests, draws),
         ),
+        (replication, "gathering_by_roughness", lambda _, draws: f"gathering {draws}"),
         (replication, "best_of_family", lambda family: family["what"][0]),
         (reproduce_paper, "surface_of", lambda _, rules, path: f"{rules} of {path}"),
         (reproduce_paper, "paper_page", lambda results: told.append(results) or {}),
@@ -551,6 +609,6 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
     (results,) = told
     assert results["bias"] == f"{requested['runs']}, grid" and results["signs"] == requested["links"]
     assert results["family"] == requested["family"] and results["surface"] == "rules of a.pdb"
-    assert results["uniform"] == {"median": 1.0}
+    assert results["uniform"] == {"median": 1.0} and results["gathering"] == "gathering 3"
     assert drawn[0] == ((requested["places"], requested["rows"]), str(tmp_path / "table1"))
     assert drawn[1] == (page, TEMPLATE, "p/c1")

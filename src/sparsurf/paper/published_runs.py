@@ -25,6 +25,7 @@ BINNINGS = {"closed": True, "half-open": False}  # whether the last range contai
 MEASURES = ("d", "Z_tS")
 CENTRES = 181  # of the patches that cover A1, as published
 SIMULATED = 100_000  # sums of squares from which the p of all rows is taken
+NORMAL_QUANTILE = 1.959964  # of a two-sided 95 % interval
 SIGNIFICANCE_LEVEL = 0.05  # p below which a run counts as different
 
 
@@ -238,6 +239,46 @@ def power(
             )
     groups = pd.concat(tables).groupby(["binning", "measure"], sort=False)["p"]
     return groups.agg(n_runs="size", power=lambda p: (p < SIGNIFICANCE_LEVEL).mean()).reset_index()
+
+
+def size_of_tests(runs: pd.DataFrame) -> pd.DataFrame:
+    """Compute how often the tests of Table I reject a run of the same kind: each run replaces Table I once, against the others.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        See `runs_as_published`; if it has a column `centres`, the number of centres of each run is tested, too.
+
+    Returns
+    -------
+    DataFrame: binning, measure, n_runs, share (with p below `SIGNIFICANCE_LEVEL`), low and high (its 95 % interval, somewhat too
+    narrow: any two runs are compared with nearly the same others).
+    """
+    centres, tables = runs.groupby("run")["centres"].first() if "centres" in runs else None, []
+    for run in sorted(runs["run"].unique().tolist()):
+        for _, of_binning in runs.groupby("binning", sort=False):
+            others, own = of_binning[of_binning["run"] != run], of_binning[of_binning["run"] == run]
+            comparison = place_published_values(others, own)
+            if centres is None:
+                binning = comparison["binning"].iloc[0]
+                tests = [
+                    {"binning": binning, "measure": name, **joint_test(comparison, name)} for name in MEASURES
+                ]
+                tables.append(pd.DataFrame(tests))
+            else:
+                tables.append(tests_of_table_1(comparison, centres.drop(run).to_numpy(), centres[run]))
+    groups = pd.concat(tables).groupby(["binning", "measure"], sort=False)["p"]
+    out = groups.agg(n_runs="size", share=lambda p: (p < SIGNIFICANCE_LEVEL).mean()).reset_index()
+    low, high = wilson_interval(out["share"].to_numpy(), out["n_runs"].to_numpy())
+    return out.assign(low=low, high=high)
+
+
+def wilson_interval(share: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ends of the 95 % interval of a share of n independent cases (Wilson, J. Am. Stat. Assoc. 22:209, 1927)."""
+    z2 = NORMAL_QUANTILE**2
+    middle = (share + z2 / (2 * n)) / (1 + z2 / n)
+    half = NORMAL_QUANTILE * np.sqrt(share * (1 - share) / n + z2 / (4 * n**2)) / (1 + z2 / n)
+    return middle - half, middle + half
 
 
 def selection_bias(runs: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:

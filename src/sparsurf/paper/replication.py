@@ -8,7 +8,7 @@ import pandas as pd
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
 from sparsurf.sampling import published
-from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1
+from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.sampling.samplers import tune_alpha
 from sparsurf.study import grid, tables
 from sparsurf.study.prepared_surface import PreparedSurface
@@ -17,6 +17,9 @@ from sparsurf.study.statistics import estimate
 PERCENTS = (5.0, 10.0, 20.0, 40.0)  # n_S to which alpha is tuned, % of the dots
 FRAGMENTED_BELOW = 0.3  # share of a patch's kept dots; below it, Z measures how the subset breaks up
 LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
+
+GATHERED = ((1, 0, 6, 0), (1, 1, 10, 0))  # combinations that the paper's Fig. 5 shows
+TENTHS = 10  # of all dots, by roughness
 
 
 def published_rows(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.DataFrame:
@@ -173,6 +176,32 @@ def tuned_family(
         z[0].mean(axis=(1, 2), dtype=np.float64) for z in (result.z_ts, result.z_tr)
     )
     return table.assign(d=d.mean, d_low=d.low, d_high=d.high)
+
+
+def gathering_by_roughness(prepared: PreparedSurface, draws: int) -> pd.DataFrame:
+    """Measure which share of the dots the sampling keeps in each tenth of all dots by roughness, the roughest first.
+
+    Returns
+    -------
+    DataFrame: combination, tenth (from 1), roughness (mean R of the tenth), kept_percent, uniform_percent
+    """
+    order = np.argsort(prepared.roughness, kind="stable")
+    rows = []
+    for combination in GATHERED:
+        kept = np.zeros(len(order))
+        for draw in range(draws):
+            kept[prepared.pair(combination, draw)[0]] += 1 / draws
+        for tenth, dots in enumerate(np.array_split(order, TENTHS), 1):
+            rows.append(
+                {
+                    "combination": str(Combination(*combination)),
+                    "tenth": tenth,
+                    "roughness": prepared.roughness[dots].mean(),
+                    "kept_percent": 100 * kept[dots].mean(),
+                    "uniform_percent": 100 * kept.mean(),
+                }
+            )
+    return pd.DataFrame(rows)
 
 
 def best_of_family(table: pd.DataFrame) -> pd.DataFrame:

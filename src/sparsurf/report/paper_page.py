@@ -31,8 +31,16 @@ YES, NO, PARTLY = "yes", "no", "in part"
 MIN_P = 0.05  # below which published values are not those of one more run
 NEGLIGIBLE_SHARE = 0.05  # of the combinations, which does not change a verdict
 PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
+PUBLISHED_D = 2.69  # of that combination
 MAX_LINK_COLUMNS = 6
 HALVES = ("rougher half", "flatter half")
+FIGURES = {  # the paper's figure: its file among those of the surface, and the chapter with its numbers
+    1: ("roughness", "range_of_roughness"),
+    2: ("number_of_dots_panels", "span"),
+    3: ("d_over_grid", "best"),
+    4: ("rough_and_flat", "rough"),
+    5: ("subsets", "gather"),
+}
 
 
 def paper_page(data: dict[str, Any]) -> dict[str, Any]:
@@ -44,8 +52,8 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         DataFrames: `grid` and `ranges` of the surface, `rows` (`replication.published_rows`), `places`, `tests` and
         `bias` (`published_runs`), `links` and `signs` (`replication.sweep_links`, `sign_changes`), `defects`, `bins`
         (`rough_and_flat.bins_table`, with a column `around`), `family` (`replication.best_of_family`), `enough`
-        (`enough.enough_dots`). `best` (dict), `uniform` (dict: median number of patches of a dot), `surface`
-        (dict, see `surface_of`).
+        (`enough.enough_dots`), `gathering` (`replication.gathering_by_roughness`). `best` (dict), `uniform` (dict: median number
+        of patches of a dot), `surface` (dict, see `surface_of`).
     """
     grid, null = data["grid"], data["best"]["references"]["null_model"]
     chapters = {
@@ -57,6 +65,8 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "describe": describe(grid, data["rows"], null),
         "rough": rough_and_flat(data["bins"]),
         "uniform": uniform(grid, data["uniform"]["median"]),
+        "gather": gather(data["gathering"]),
+        "range_of_roughness": range_of_roughness(data["surface"]),
     }
     return chapters | {
         "claims": [(name, chapter["holds"]) for name, chapter in chapters.items()],
@@ -65,6 +75,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "links": links(data["links"], data["signs"], grid),
         "defects": defects(data["defects"]),
         "outlook": outlook(data["enough"]),
+        "figures": [(n, file, chapter, chapters[chapter]["holds"]) for n, (file, chapter) in FIGURES.items()],
     }
 
 
@@ -78,7 +89,8 @@ def surface_of(
         ("centres of patches", f"{len(evaluator.cover.centre):,}", "181"),
         ("mean roughness", number(evaluator.roughness.mean(), 4), "0.6263"),
     ]
-    return {"source": source, "rows": rows}
+    ends = evaluator.roughness.min(), evaluator.roughness.max()
+    return {"source": source, "rows": rows, "roughness": tuple(map(float, ends))}
 
 
 def judged(agree: float, several: bool = False) -> str:
@@ -111,6 +123,12 @@ def table1(
     agree = tests.loc[tests["measure"] == "together", "p"] >= MIN_P
     d, low, high = (rows[f"{key}_{WRITTEN_READING}"] for key in ("d", "d_low", "d_high"))
     inside = (low <= rows["d_published"]) & (rows["d_published"] <= high)
+    coded = {
+        name: [rows[f"{name}{end}_{CODED_READING}"] for end in ("", "_low", "_high")] for name in MEASURES
+    }
+    inside_coded = {
+        name: int(rows[f"{name}_published"].between(ends[1], ends[2]).sum()) for name, ends in coded.items()
+    }
     runs = places[places["binning"] == "half-open"]
     of_bias = bias[bias["binning"] == "closed"]["d_bias"]
     return {
@@ -127,17 +145,31 @@ def table1(
         ],
         "as_written": [number(d.min()), number(d.max())],
         "bias": number(of_bias.mean()),
+        "inside": inside_coded,
+        "rows": len(rows),
         "table": [
             [
                 f"{row['range']}",
                 combination(row),
                 number(row["d_published"]),
+                interval(*of_combination),
                 interval(row["d_mean"], row["d_lowest"], row["d_highest"]),
-                number(row["Z_tS_published"]),
-                interval(row["Z_tS_mean"], row["Z_tS_lowest"], row["Z_tS_highest"]),
-                interval(*text),
+                interval(*written),
             ]
-            for (_, row), text in zip(runs.iterrows(), zip(d, low, high, strict=True), strict=True)
+            for (_, row), of_combination, written in zip(
+                runs.iterrows(), zip(*coded["d"], strict=True), zip(d, low, high, strict=True), strict=True
+            )
+        ],
+        "table_of_Z": [
+            [
+                f"{row['range']}",
+                number(row["Z_tS_published"]),
+                interval(*of_combination),
+                interval(row["Z_tS_mean"], row["Z_tS_lowest"], row["Z_tS_highest"]),
+            ]
+            for (_, row), of_combination in zip(
+                runs.iterrows(), zip(*coded["Z_tS"], strict=True), strict=True
+            )
         ],
     }
 
@@ -189,10 +221,10 @@ def best_at_one(best: dict[str, Any], grid: pd.DataFrame) -> dict[str, Any]:
     table = []
     for reading in GRID_READINGS:
         row = best[reading]["unrestricted"]
-        holds[reading] = (
-            YES if str(Combination(*PUBLISHED_BEST)) in split_combinations(row["best_set"]) else NO
-        )
         d = [f"{key}_{reading}" for key in ("d", "d_low", "d_high")]
+        among = str(Combination(*PUBLISHED_BEST)) in split_combinations(row["best_set"])
+        inside = published[d[1]].le(PUBLISHED_D).all() and published[d[2]].ge(PUBLISHED_D).all()
+        holds[reading] = NO if not among else YES if inside else PARTLY
         d_published = interval(*published[d].iloc[0]) if len(published) else interval(np.nan, np.nan, np.nan)
         d_ours = interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"])
         table.append((reading, [combination(row), d_ours, int(row["n_best_set"]), d_published]))
@@ -278,6 +310,23 @@ def uniform(grid: pd.DataFrame, patches: float) -> dict[str, Any]:
             for _, row in rows.iterrows()
         ],
     }
+
+
+def gather(gathering: pd.DataFrame) -> dict[str, Any]:
+    """Compare the shares of the dots that are kept where the surface is roughest and where it is flattest."""
+    rows, more = [], []
+    for name, tenths in gathering.groupby("combination", sort=False):
+        kept = tenths["kept_percent"]
+        more.append(bool(kept.iloc[0] > kept.iloc[-1]))
+        shares = (kept.iloc[0], kept.iloc[-1], tenths["uniform_percent"].iloc[0])
+        rows.append([str(name), *(number(value, 1) for value in shares)])
+    return {"holds": both(judged(float(np.mean(more)))), "table": rows}
+
+
+def range_of_roughness(surface: dict[str, Any]) -> dict[str, Any]:
+    """Check that every R lies between 0 and 1."""
+    low, high = surface["roughness"]
+    return {"holds": both(YES if low >= 0 and high <= 1 else NO), "found": [number(low), number(high)]}
 
 
 def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
