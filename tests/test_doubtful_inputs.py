@@ -8,12 +8,12 @@ import zipfile
 
 import numpy as np
 import pytest
-from sparsurf.cli.inputs import as_surface
 
 import sparsurf
 from conftest import ROOT
 from peptides import atom_line, peptide
 from sparsurf import InputError
+from sparsurf.api.inputs import as_dots
 from sparsurf.cli.command import main
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.sites.describing import load_sites
@@ -114,7 +114,7 @@ def test_dots_that_cannot_be_a_molecular_surface_are_told(dots, caplog, tmp_path
     if form == "file":
         said = answer(read_surface, caplog, written(tmp_path / "a.csv", points, normals))
     else:
-        said = answer(as_surface, caplog, (points, normals))
+        said = answer(as_dots, caplog, (points, normals))
     assert words in said if words else said == "", said
 
 

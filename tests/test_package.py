@@ -97,7 +97,9 @@ def test_installed_it_is_used_from_another_folder(installed, tmp_path):
     count, points, normals = second.split()
     assert int(count) == len(dots)
     assert np.allclose([float(points), float(normals)], [dots.points.sum(), dots.normals.sum()], atol=1e-8)
-    assert list((tmp_path / "cache" / "sparsurf" / "numba").iterdir())
+    folder = "from sparsurf.kernel_cache import cache_folder; print(cache_folder())"
+    stored = run([installed / "python", "-c", folder], cwd=tmp_path, env=environment)
+    assert stored.startswith(str(tmp_path / "cache" / "sparsurf" / "numba"))
     command = [installed / "sparsurf", "surface", "protein.pdb", "--density", "1", "-o", "-"]
     table = run(command, cwd=tmp_path, env=environment).splitlines()
     assert len(table) == len(dots) + 1

@@ -36,7 +36,7 @@ def test_the_pool_holds_the_contenders_of_every_range(monkeypatch):
     monkeypatch.setattr(coverage, "CONTENDERS", 2)
     monkeypatch.setattr(coverage, "N_RANGES", 2)
     monkeypatch.setattr(coverage.grid, "evaluate_grid", lambda evaluator, rows, tests, draws, readings: rows)
-    monkeypatch.setattr(coverage, "difference", lambda rows, r: rows[:, 2] + 10 * r)
+    monkeypatch.setattr(coverage, "d_values", lambda rows, r: rows[:, 2] + 10 * r)
     table = pd.DataFrame(
         {
             "n_S_percent": [0.0, 1, 2, 3, 60, 80, 100],

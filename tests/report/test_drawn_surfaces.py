@@ -549,7 +549,9 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     assert np.allclose(minimal.points, surface.points[::5] + 0.125)
     _, back, distance = shown[0].recovered  # of minimal.csv
     assert np.array_equal(back.points, minimal.points)
-    assert np.array_equal(distance, draw_figures.off(back.points, surface.points, surface.normals))
+    assert np.array_equal(
+        distance, draw_figures.distance_to_surface(back.points, surface.points, surface.normals)
+    )
     (rough, *_), (flat, *_) = shown[0].rough_and_flat["patches"]
     assert rough.startswith("rough patch, R = ") and flat.startswith("flat patch, R = ")
     assert float(rough.split(" = ")[1]) < float(flat.split(" = ")[1])

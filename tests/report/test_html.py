@@ -112,7 +112,7 @@ def write_run(folder, places=(("p", "c1"),)):
 
 
 def first(folder, files, **more):
-    return render(TEMPLATE, **first_page(folder, files, (), **more))
+    return render(TEMPLATE, **first_page(folder, files, **more))
 
 
 def test_texts_of_numbers():

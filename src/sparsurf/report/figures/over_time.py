@@ -87,6 +87,8 @@ def _over_time(ax: Axes, time: pd.Series, values: pd.Series, window: int) -> Non
         ax.axhline(0, color="black", linewidth=0.4, zorder=0)
     ax.margins(0.01, 0.1)
     ax.yaxis.set_major_locator(MaxNLocator(4))
+    if len(time) == 1:  # limits around one point would be too close for labels
+        ax.set(xlim=(time.iloc[0] - 1, time.iloc[0] + 1), ylim=(values.iloc[0] - 1, values.iloc[0] + 1))
 
 
 def _distribution(ax: Axes, values: pd.Series, limits: tuple[float, float], error: float) -> None:
