@@ -68,6 +68,8 @@ def njit(**options: Any) -> Callable[[Function], Function]:
 
     def decorate(function: Function) -> Function:
         kernel: Any = numba.njit(**options)(function)
+        if numba.config.DISABLE_JIT:
+            return kernel
         if stored and cache_folder():
             kernel._cache = KernelCache(function)
         kernel._compiler.compile = without_collecting(kernel._compiler.compile)
