@@ -276,7 +276,7 @@ def test_a_structure_alone_becomes_a_study(tmp_path):
     study = {
         "run": "simulated",
         "proteins": {"fragment": protein},
-        "frames": {"use": [10]},
+        "frames": {"selection": [10]},
         "sampling": {"alpha": [0.5, 1.0], "beta": [0.0], "gamma": [0, 6], "delta": [0, 6]},
         "evaluation": {"test_dots": 40, "draws": 2},
         "tables": {"ranges": 3},
