@@ -53,7 +53,8 @@ def test_on_one_core_and_imported_by_another_workflow_it_gives_the_same_bytes(st
     files = files_of(folder / place, ("csv", "npz", "json", "ply", "pdb", "dms", "png", "svg", "md"))
     assert len(files) > 30 and files == {path: (study / place / path).read_bytes() for path in files}
     warnings, of_study = (pd.read_csv(run / "results/small/warnings.csv") for run in (folder, study))
-    of_study = of_study.query("protein == 'still' and job != 'compare_samplers'")
+    of_study = of_study[of_study["protein"] == "still"]
+    of_study = of_study[~of_study["job"].str.contains("compare_samplers|follow_frames")]
     assert set(warnings["sentence"]) == set(of_study["sentence"]) != set()
     process = snakemake(folder, config, "--report", "report.html", root=folder)
     assert process.returncode == 0, output(process)
@@ -176,7 +177,7 @@ def test_warnings_are_on_the_terminal_in_a_table_and_on_the_first_page(checkout)
     page = html.unescape((root / "results/mine/index.html").read_text())
     for sentence in table["sentence"]:
         assert f"Warning: {sentence}" in process.stdout
-        assert re.sub(r"\S*/", "", sentence) in page  # files without their folders
+        assert sentence.partition(": ")[2] in page  # once for all files that have it
     assert f"Warnings  {len(table)} in results/mine/warnings.csv" in process.stdout
 
 
