@@ -14,10 +14,9 @@ from sphinx_gallery.sorting import ExplicitOrder
 
 import sparsurf
 
-sys.path.extend([str(Path(__file__).parent), str(Path(__file__).parents[1] / "scripts")])
-import compile_kernels
-
+sys.path.append(str(Path(__file__).parent))
 import reference
+from sparsurf import compile_kernels
 
 project, author, release = "sparsurf", "the sparsurf authors", sparsurf.__version__
 copyright = author
@@ -102,6 +101,6 @@ def setup(app):
     """Formulas as MathML, which browsers draw without a script; tables of the reference from what they describe."""
     app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
     app.connect("source-read", reference.fill)
-    for part in ("surfaces", "patches"):  # once, so that no script of the gallery pays for it
-        compile_kernels.main({"mark": os.devnull}, part, "published")
+    for compile_part in compile_kernels.PARTS.values():  # once, so that no script of the gallery pays for it
+        compile_part()
     _draw_tutorial()

@@ -82,10 +82,11 @@ def test_charges_of_a_whole_peptide_add_up_with_and_without_its_hydrogens(molecu
 
 
 def test_hydrogens_that_are_missing_are_built_where_a_force_field_puts_them(molecule):
-    points = sparsurf.surface(molecule).points[::20]
-    with_them = sparsurf.fields(molecule, (points, np.tile([0, 0, 1.0], (len(points), 1))))["potential"]
+    surface = sparsurf.surface(molecule)
+    dots = surface.points[::20], surface.normals[::20]
+    with_them = sparsurf.fields(molecule, dots)["potential"]
     bare = molecule.select(hydrogens="remove")
-    built = sparsurf.fields(bare, (points, np.tile([0, 0, 1.0], (len(points), 1))))["potential"]
+    built = sparsurf.fields(bare, dots)["potential"]
     assert np.corrcoef(with_them, built)[0, 1] > 0.9  # hydroxyls turn freely; all others are where they were
 
 
