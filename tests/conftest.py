@@ -51,7 +51,7 @@ def study(tmp_path_factory):
             process = run_study(base / "study")
             (base / "study.log").write_text(f"exit code {process.returncode}\n{output(process)}")
     log = (base / "study.log").read_text()
-    assert log.startswith("exit code 0\n"), log
+    assert log.startswith("exit code 0\n"), log[-3000:]
     return base / "study"
 
 
