@@ -68,7 +68,7 @@ def njit(**options: Any) -> Callable[[Function], Function]:
 
     def decorate(function: Function) -> Function:
         kernel: Any = numba.njit(**options)(function)
-        if numba.config.DISABLE_JIT:
+        if getattr(numba.config, "DISABLE_JIT", False):  # numba sets its attributes at run time
             return kernel
         if stored and cache_folder():
             kernel._cache = KernelCache(function)
