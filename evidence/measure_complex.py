@@ -38,7 +38,9 @@ def main(
         both = pair_of(partners, name)
     if control:
         others = _descriptors(pair_of(control, "other"), recipes[0], patches, threads)
-    table, touching, _, same = score_complex(both, others, labels, recipes, most=patches, threads=threads)
+    table, touching, _, same = score_complex(
+        both, others, labels, recipes, max_patches=patches, threads=threads
+    )
     keys = {"complex": name, "form": "unbound" if bound else "bound"}
     table.assign(**keys).to_csv(areas, index=False)
     touching = pd.DataFrame() if touching is None else touching

@@ -218,9 +218,9 @@ def _numbers(value: ArrayLike, name: str) -> np.ndarray:
     return array
 
 
-def _fields(fields: Mapping[str, ArrayLike], n: int) -> dict[str, np.ndarray]:
-    """Return the fields of n dots as arrays; raise InputError for anything else."""
-    if not isinstance(fields, Mapping) or not all(isinstance(name, str) for name in fields):
+def _fields(fields: Any, n: int) -> dict[str, np.ndarray]:
+    """Return the fields of n dots, a mapping or a DataFrame, as arrays; raise InputError for anything else."""
+    if not hasattr(fields, "items") or not all(isinstance(name, str) for name in fields):
         raise InputError("surface: fields is no dictionary of names and arrays.")
     arrays = {name: _numbers(value, f"the field {name}").astype(float) for name, value in fields.items()}
     for name, array in arrays.items():
