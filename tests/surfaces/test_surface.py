@@ -781,3 +781,11 @@ def test_a_table_of_dots_tells_of_their_atoms_and_of_their_components_where_all_
     assert list(dots.to_frame()) == [*plain, "b", "more"]
     assert placed.placed is placed.origin and dots.placed is None
     assert list(placed.take([2, 0]).to_frame()) == [*plain, "number", "b", "more"]
+
+
+def test_fields_may_be_a_table(blob):
+    table = pd.DataFrame({"height": blob[0][:, 2]})
+    dots = replace(Surface(*blob), fields=table)
+    assert np.array_equal(dots.fields["height"], blob[0][:, 2])
+    with pytest.raises(InputError, match="fields is no dictionary"):
+        replace(Surface(*blob), fields=3)
