@@ -30,7 +30,9 @@ def job(snakemake: Any) -> Iterator[None]:
     except OSError as error:
         sys.exit(f"\n  {_sentence(error, snakemake)}\n")
     with redirect_stdout(log), redirect_stderr(log):
-        logging.basicConfig(stream=log, level=logging.INFO, format="%(levelname)s %(message)s", force=True)
+        handler = logging.StreamHandler(log)
+        form = "%(levelname)s %(message)s"
+        logging.basicConfig(handlers=[handler], level=logging.INFO, format=form, force=True)
         logging.captureWarnings(True)
         try:
             yield
@@ -42,6 +44,7 @@ def job(snakemake: Any) -> Iterator[None]:
             print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
             sys.exit(1)
         finally:
+            logging.getLogger().removeHandler(handler)
             with suppress(OSError):
                 log.close()
 
