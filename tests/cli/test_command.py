@@ -31,7 +31,7 @@ FILES = (
     "surface",
     "roughness",
     "floors",
-    "enough",
+    "required_dots",
     "curves",
     "recovered",
     "table",

@@ -91,9 +91,7 @@ def test_a_range_holds_its_limits():
 
 
 def of_uniform(d, half):
-    table = pd.DataFrame(
-        {"d_held_out": d, "d_held_out_low": np.subtract(d, half), "d_held_out_high": np.add(d, half)}
-    )
+    table = pd.DataFrame({"d_cv": d, "d_cv_low": np.subtract(d, half), "d_cv_high": np.add(d, half)})
     columns = ["mean_roughness", *PARAMETERS, "d", "d_from_near", "d_from_far", "d_from_all"]
     return table.assign(protein=[f"p{k}" for k in range(len(d))], **dict.fromkeys(columns, 1.0))
 

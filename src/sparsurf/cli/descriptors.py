@@ -39,8 +39,8 @@ def descriptors(surface, at=None, *, radius=R_ZERNIKE, up=True, d_link=D_LINK, d
         Whether the mean normal of a patch is turned to +z, or to -z as for the partner of a complex.
     d_link : float
         Å; dots closer than this are linked, and a patch is the largest linked island.
-    descriptor : {'published', 'steady'}
-        'steady' hardly changes when the molecule is turned; it does best with a `d_link` of 0.6.
+    descriptor : {'published', 'rotation_robust'}
+        'rotation_robust' hardly changes when the molecule is turned; it does best with a `d_link` of 0.6.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def arguments(parser):
         "--descriptor",
         choices=DESCRIPTORS,
         default=PUBLISHED,
-        help="steady: hardly changes when the molecule is turned (default published)",
+        help="rotation_robust: hardly changes when the molecule is turned (default published)",
     )
     options.add_molecule(parser, several=False)
 

@@ -143,7 +143,7 @@ def compare(surface, subsets, *, reading="as_written", test_dots=400):
     DataFrame, one row per subset
         n_S, n_S_percent, Z (mean distance of the descriptors, 0 is the surface itself), Z_se, Z_uniform, d (Z_uniform
         - Z: positive where the subset is better than chance), d_se, and the references Z_empty (an empty patch)
-        and Z_null (every patch given the mean descriptor)
+        and Z_mean_descriptor (every patch given the mean descriptor)
 
     Examples
     --------
@@ -180,7 +180,7 @@ def compare(surface, subsets, *, reading="as_written", test_dots=400):
         rows.append(
             size
             | {"Z": z, "Z_se": z_se, "Z_uniform": other.mean(), "d": d, "d_se": d_se}
-            | {"Z_empty": sticks["empty_patch"], "Z_null": sticks["null_model"]}
+            | {"Z_empty": sticks["Z_empty"], "Z_mean_descriptor": sticks["Z_mean_descriptor"]}
         )
     return pd.DataFrame(rows, index=pd.Index(list(subsets), name="subset"))
 

@@ -33,7 +33,7 @@ NAMES = ("protein", "conformation")
 NEEDED = {
     "summary": [
         "protein", "conformation", "mean_roughness", "reading", "range", "n_S_low_percent", "n_S_high_percent",
-        "n_combinations", *PARAMETERS, "n_S_percent", "d", "d_held_out", "d_held_out_low", "d_held_out_high", "d_from_near",
+        "n_combinations", *PARAMETERS, "n_S_percent", "d", "d_cv", "d_cv_low", "d_cv_high", "d_from_near",
         "d_from_far", "d_from_all", "local", "Z_tS", "n_best_set", "best_set",
     ],
     "relation": ["reading", "range", *PARAMETERS, "n_S_percent", "d", "d_sd", "n_surfaces"],
@@ -142,9 +142,9 @@ def beaten(rows: pd.DataFrame) -> dict[str, str] | None:
 def against_uniform(rows: pd.DataFrame) -> tuple[float, float, float]:
     """Compute the mean cross-validated d of each surface's winner and its 95 % interval over proteins, at least 3."""
     counted = protein_means(rows)
-    d, low, high = mean_interval(counted["d_held_out"].to_numpy())
+    d, low, high = mean_interval(counted["d_cv"].to_numpy())
     if np.isnan(low):  # too few proteins: the scatter over test dots and draws of these surfaces
-        half = np.sqrt((((rows["d_held_out_high"] - rows["d_held_out_low"]) / 2) ** 2).sum()) / len(rows)
+        half = np.sqrt((((rows["d_cv_high"] - rows["d_cv_low"]) / 2) ** 2).sum()) / len(rows)
         low, high = d - half, d + half
     return d, low, high
 
@@ -200,7 +200,7 @@ def evidence(rows: pd.DataFrame) -> list[tuple[str, str, str, str]]:
             f"{row['protein']}/{row['conformation']}",
             number(row["mean_roughness"], 3),
             str(Combination.from_row(row)),
-            interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"]),
+            interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"]),
         )
         for _, row in rows.head(SHOWN).iterrows()
     ]
