@@ -49,7 +49,7 @@ from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
-from sparsurf.workflow.config import checked
+from sparsurf.workflow.config import check_config
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared"))
@@ -233,7 +233,7 @@ def measure_surface(table: Table, copies: Sequence[int], repeats: int, residues:
 
 def measure_frames(table: Table, quick: bool) -> None:
     """Measure one combination on frames of the embedded trajectory, as an ensemble evaluates each."""
-    settings = checked(yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8")), [], ROOT)
+    settings = check_config(yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8")), home=ROOT)
     residues = QUICK_RESIDUES if quick else None
     molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
     atom_radii = radii(molecule)
@@ -241,6 +241,9 @@ def measure_frames(table: Table, quick: bool) -> None:
         molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], "bench"
     )
     settings["surface"] = settings["surface"] | {"density": density}
+    settings["sampling"] = {
+        key: settings["sampling"][key] for key in ("distance_from_moved_centre", "chance_in_every_patch")
+    }
 
     def frames() -> None:
         for k in range(molecule.n_frames):

@@ -87,9 +87,9 @@ def main(
     sampled, uniform = (
         Surface(dots.points[kept], dots.normals[kept]) for kept in prepared.pair(combination, 0)
     )
-    n_tests = (
-        MAX_TEST_DOTS if test_dots == "published" else min(MAX_TEST_DOTS, TEST_DOTS_PER_TEST_DOT * test_dots)
-    )
+    n_tests = MAX_TEST_DOTS
+    if isinstance(test_dots, int):
+        n_tests = min(MAX_TEST_DOTS, TEST_DOTS_PER_TEST_DOT * test_dots)
     sampler = lookup_sampler(_sampler(minimal_settings)).words
     results = Results(
         name=name,

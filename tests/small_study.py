@@ -47,6 +47,8 @@ def write_study(folder, address="http://127.0.0.1:1"):
         shutil.copy(TDP43 / name, folder)
     for name, chain, y in (("still", "A", 0.0), ("loaded", "A", 0.0), ("one", "A", 0.0), ("two", "B", 9.0)):
         write(folder / f"{name}.pdb", peptide(SEQUENCE, chain, origin=(0, y, 0)) + "END\n")
+    both = peptide(SEQUENCE, "A") + "TER\n" + peptide(SEQUENCE, "B", origin=(0, 9.0, 0))
+    write(folder / "complex.pdb", both + "END\n")
     write(folder / "scores.csv", "residue,score\n2,1\n5,0\n210,1\n213,0\n")
     molecule = read_molecule(folder / "one.pdb")
     write_npz(folder / "ready.npz", molecular_surface(molecule.xyz[0], radii(molecule, "dms"), density=9.0))
@@ -58,7 +60,12 @@ def write_study(folder, address="http://127.0.0.1:1"):
         "loaded": {"url": f"{address}/loaded.pdb", "sha256": digest},
         "ready": {"surface": "ready.npz"},
     }
-    pairs = {"both": {"proteins": ["moving", "still"]}, "files": {"files": ["one.pdb", "two.pdb"]}}
+    pairs = {
+        "both": {"proteins": ["moving", "still"]},
+        "half": {"proteins": ["still", "ready"]},
+        "files": {"files": ["one.pdb", "two.pdb"]},
+        "chains": {"complex": "complex.pdb", "chains": [["A"], ["B"]]},
+    }
     sites = {
         "turn": {"query": "still", "residues": "2-4", "targets": ["moving/f700"]},
         "back": {"query": "moving/f0", "residues": "210-212", "targets": ["still"]},

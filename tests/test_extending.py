@@ -1,6 +1,7 @@
 """Every recipe of docs/extending.md, carried out on a small surface."""
 
 import re
+import shutil
 import types
 
 import numpy as np
@@ -81,7 +82,6 @@ def test_a_figure(surface):
     grid = pd.DataFrame({"n_S_percent": np.linspace(1, 100, 50)})
     figure = draw(Results("p/c1", surface, grid=grid))
     assert sum(bar.get_height() for bar in figure.axes[0].patches) == 50
-    assert re.search(r"^FIGURES = \{", (ROOT / "rules" / "sampling.smk").read_text(), re.M)
 
 
 def test_a_surface_format(surface, tmp_path, monkeypatch):
@@ -108,26 +108,25 @@ def test_a_descriptor(surface, monkeypatch):
 
 
 def test_an_output(surface, tmp_path):
-    """The rule asks for it and the script writes it; the run has it, without another line."""
+    """The rule names it, the script writes it, and `conformation_files` has it: then every run has it."""
     rule, lines = re.findall(r"```python\n(.*?)```", RECIPES["An output"], re.S)
     checkout = tmp_path / "checkout"
-    for name in ("src", "rules", "profiles", "envs", "scripts"):
-        (checkout / name).parent.mkdir(exist_ok=True)
+    checkout.mkdir()
+    for name in ("src", "profiles", "envs", "scripts", "config.yaml"):
         (checkout / name).symlink_to(ROOT / name)
+    shutil.copytree(ROOT / "rules", checkout / "rules")
     text = (ROOT / "Snakefile").read_text(encoding="utf-8")
-    place = '        **inside(CONFORMATION, roughness="roughness.csv"),\n'
+    place = """    output:
+        roughness="results/{run}/{protein}/{conformation}/roughness.csv",
+"""
     assert text.count(place) == 1
     (checkout / "Snakefile").write_text(text.replace(place, f"{place}        {rule}"), encoding="utf-8")
-    (checkout / "config.yaml").symlink_to(ROOT / "config.yaml")
+    common = checkout / "rules" / "common.smk"
+    common.write_text(common.read_text().replace('"roughness.csv",', '"roughness.csv", "histogram.csv",', 1))
     write_npz(tmp_path / "dots.npz", surface)
     config = {"run": "r", "proteins": {"ready": {"surface": str(tmp_path / "dots.npz")}}}
-    planned = snakemake(tmp_path / "w", config, "--dry-run", "--summary", root=checkout)
+    planned = snakemake(tmp_path / "w", config, "--dry-run", root=checkout)
     assert "results/r/ready/c1/histogram.csv" in planned.stdout, output(planned)
-    found = {
-        "np": np,
-        "pd": pd,
-        "values": np.array([0.05, 0.15, 0.15]),
-        "outputs": {"histogram": tmp_path / "h.csv"},
-    }
-    exec(lines, found)
+    names = {"np": np, "pd": pd, "values": np.array([0.05, 0.15, 0.15]), "histogram": tmp_path / "h.csv"}
+    exec(lines, names)
     assert pd.read_csv(tmp_path / "h.csv")["dots"].to_list() == [1, 2, *[0] * 8]

@@ -10,10 +10,10 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
-import take_minimal
 from scipy.spatial import cKDTree
 
 import measure_floors
+import select_minimal_subset
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
@@ -299,14 +299,34 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
     surface = surface_for_d_link(molecule, 0, radii(molecule, "dms"), rules, 0.5, "x", False)[0]
     write_npz(place["surface"], surface)
     pd.DataFrame({"roughness": sparsurf.roughness(surface)}).to_csv(place["roughness"])
-    settings = {"surface": rules | {"radii": "dms"}, "seed": SEED, "evaluation": {"test_dots": 200}}
-    settings["patches"] = {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.5}
-    settings["sampling"] = {"distance_from_moved_centre": True, "chance_in_every_patch": True}
-    settings["minimal"], settings["fields"] = {"sampler": "farthest", "settle": False} | wishes, fields
-    inputs = {key: place[key] for key in ("surface", "roughness", "floors")}
     own = str(folder / "protein.pdb")
-    measure_floors.main(inputs | {"own": own}, {"floors": place["floors"]}, settings, {}, "a/f3", 1)
-    take_minimal.main(inputs | {"structure": own}, place, settings, "a/f3")
+    settings = {
+        "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.5},
+        "distance_from_moved_centre": True,
+        "chance_in_every_patch": True,
+        "test_dots": 200,
+        "seed": SEED,
+        "name": "a/f3",
+    }
+    surface_files = {key: place[key] for key in ("surface", "roughness", "floors")}
+    measure_floors.main(
+        **surface_files,
+        conformation=own,
+        surface_settings=rules | {"radii": "dms"},
+        molecule_options={},
+        **settings,
+    )
+    outputs = ("table", "ply", "whole", "recovered", "required_dots", "curves", "fields", "fields_recovered")
+    select_minimal_subset.main(
+        **surface_files,
+        ranges=None,
+        structure=own,
+        field_table=None,
+        **{key: str(tmp_path / key) for key in outputs},
+        minimal={"sampler": "farthest", "relax": False} | wishes,
+        field_names=fields,
+        **settings,
+    )
     options = {"n_S_percent": "--percent", "sampler": "--sampler"}
     words = [each for key, value in wishes.items() if key in options for each in (options[key], value)]
     words += [each for name in fields for each in ("--fields", name)]

@@ -263,7 +263,10 @@ def test_frames_by_name(moving):
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"frames": [5]}, r"frames.use: \[5\] are not among the frames read, 0 to 110 in steps of 10 \("),
+        (
+            {"frames": [5]},
+            r"frames.selection: \[5\] are not among the frames read, 0 to 110 in steps of 10 \(",
+        ),
         ({"frames": []}, "not among"),
         ({"frames": {"every": 2}}, "not of the form"),
         ({"frames": {"stride": 0}}, "not of the form"),

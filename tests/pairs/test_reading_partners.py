@@ -11,7 +11,7 @@ from sparsurf import InputError
 from sparsurf.pairs import partner_files
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
-from sparsurf.sites.conformations import refuse_absent
+from sparsurf.sites.conformations import require_conformation
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 
@@ -66,5 +66,5 @@ def test_partners_are_called_what_they_are(pair, labels):
 @pytest.mark.parametrize("path", [None, ""])
 def test_a_site_of_an_absent_conformation_is_refused_by_its_name(path):
     with pytest.raises(InputError, match=r"^sites\.open names a conformation .* frames\.csv of its protein"):
-        refuse_absent(path, "open")
-    refuse_absent("places.sites", "open")
+        require_conformation(path, "open")
+    assert require_conformation("places.sites", "open") == "places.sites"

@@ -145,7 +145,9 @@ def test_a_factor_of_alpha_changes_what_is_drawn_not_what_it_is_called(blob):
 def test_runs_as_published_have_one_draw_and_test_dots_of_their_own(blob, monkeypatch):
     asked, told, run = [], [], grid.evaluate_grid
     monkeypatch.setattr(
-        grid, "run", lambda *args, **keys: asked.append((args, keys, run(*args, **keys))) or asked[-1][2]
+        grid,
+        "evaluate_grid",
+        lambda *args, **keys: asked.append((args, keys, run(*args, **keys))) or asked[-1][2],
     )
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
     evaluator = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")

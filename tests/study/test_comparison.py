@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from sparsurf.study.prepare import prepare_surface
 
 import compare_samplers
 import naive
@@ -37,7 +36,7 @@ from sparsurf.study.comparison.equal_error import (
     measured_ranges,
 )
 from sparsurf.study.comparison.measuring import stand_alone
-from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.prepared_surface import PreparedSurface, prepare_surface
 from sparsurf.study.required_dots import Trials, required_dots_table
 from sparsurf.study.subset_search import find_subset
 from sparsurf.surfaces.formats.npz import write_npz

@@ -7,9 +7,10 @@ from itertools import permutations
 import numpy as np
 import pandas as pd
 import pytest
-import summarise_run
 from scipy.stats import spearmanr
 
+import summarise_best
+import summarise_surfaces
 from conftest import ROOT, make_blob
 from drawn import drawn_texts
 from sparsurf import InputError
@@ -314,15 +315,16 @@ def write_run(folder, results):
 
 def sum_up(folder, **patches):
     """surfaces.csv and the rest of a run of these finished conformations."""
-    results = sorted(folder.glob("*/*/best.json"))
-    outputs = {key: folder / f"{key}.csv" for key in ("surfaces", "summary", "relation")}
-    outputs |= {"page": folder / "summary.html", "png": str(folder / "summary.png")}
-    outputs |= {"required_dots": str(folder / "required_dots.png")}
+    surfaces = sorted(map(str, folder.glob("*/*/surface.npz")))
+    table = str(folder / "surfaces.csv")
     with pytest.MonkeyPatch.context() as patch:  # these runs have no curves
-        patch.setattr(summarise_run.required_dots, "read", lambda own, sampled: own.parent.name)
-        patch.setattr(summarise_run.required_dots, "figure", lambda *_: layout.sheet(20, 20))
-        settings = {"patches": PATCHES | patches, "minimal": {}, "seed": 0}
-        summarise_run.main({"results": results}, outputs, settings)
+        patch.setattr(summarise_surfaces.required_dots, "read", lambda own, sampled: own.parent.name)
+        patch.setattr(summarise_surfaces.required_dots, "figure", lambda *_: layout.sheet(20, 20))
+        summarise_surfaces.main(
+            surfaces, table, str(folder / "required_dots.png"), PATCHES | patches, {}, True
+        )
+    names = ("summary.csv", "relation.csv", "summary.html", "summary.png")
+    summarise_best.main(surfaces, table, *(str(folder / name) for name in names), 0, folder.name)
 
 
 @pytest.fixture(scope="module")
@@ -350,19 +352,20 @@ def test_a_run_is_summed_up_and_repeats(folder, related):
 
 
 def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monkeypatch):
-    drawn, files = [], ("surfaces", "summary", "relation", "page", "png", "required_dots")
-    curves = []
-    monkeypatch.setattr(summarise_run.required_dots, "read", lambda own, sampled: own.parent.name)
-    monkeypatch.setattr(summarise_run.required_dots, "figure", lambda *given: curves.append(given))
-    monkeypatch.setattr(
-        summarise_run.layout, "save", lambda figure, _: drawn.append(figure and figure.axes[0].get_xlim()[1])
-    )
+    drawn, curves = [], []
+    monkeypatch.setattr(summarise_surfaces.required_dots, "read", lambda own, sampled: own.parent.name)
+    monkeypatch.setattr(summarise_surfaces.required_dots, "figure", lambda *given: curves.append(given))
+    for script in (summarise_surfaces, summarise_best):
+        save = lambda figure, _: drawn.append(figure and figure.axes[0].get_xlim()[1])  # noqa: E731
+        monkeypatch.setattr(script.layout, "save", save)
     for n in (2, 3):
-        inputs = {"results": [folder / f"p{k + 1:02d}" / "c1" / "best.json" for k in range(n)]}
-        outputs = {key: str(tmp_path / key) for key in files}
-        settings = {"patches": PATCHES, "minimal": {"floor": "turned"}, "seed": 0}
-        summarise_run.main(inputs, outputs, settings)
-    assert drawn[0] == 100 and drawn[2] < 1
+        surfaces = [str(folder / f"p{k + 1:02d}" / "c1" / "surface.npz") for k in range(n)]
+        table = str(tmp_path / "surfaces.csv")
+        summarise_surfaces.main(surfaces, table, "required_dots.png", PATCHES, {"floor": "turned"}, True)
+        names = ("summary.csv", "relation.csv", "summary.html", "summary.png")
+        summarise_best.main(surfaces, table, *(str(tmp_path / name) for name in names), 0, "mine")
+    drawn = [limit for limit in drawn if limit is not None]
+    assert drawn[0] == 100 and drawn[1] < 1
     assert curves == [(["p01", "p02"], "turned"), (["p01", "p02", "p03"], "turned")]
 
 

@@ -4,12 +4,12 @@ import logging
 from dataclasses import replace
 from types import SimpleNamespace
 
-import make_surface
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
+import compute_surface
 from peptides import atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
@@ -106,8 +106,7 @@ def test_the_script_lays_dots_on_every_atom_by_the_rules_of_the_config(tmp_path)
     path = write(tmp_path / "structures" / "c2.pdb", peptide() + zinc + "END\n")
     rules = SETTINGS | {"radii": "bondi", "probe_radius": 1.2}
     outputs = {name: tmp_path / f"surface.{name}" for name in ("surface", "dms", "structure", "components")}
-    settings = {"surface": rules, "patches": {"D_link": 1.0}}
-    make_surface.main({"structures": tmp_path / "structures"}, outputs, settings, "p/c2")
+    compute_surface.main(str(tmp_path / "structures"), **outputs, settings=rules, d_link=1.0, name="p/c2")
     molecule = read_molecule(path, selection="all")
     wanted = surface_of_frame(molecule, 0, radii(molecule, "bondi"), rules | {"density": DENSITY})
     assert np.array_equal(read_npz(outputs["surface"]).points, wanted.points)

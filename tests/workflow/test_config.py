@@ -11,7 +11,7 @@ import sys
 import pytest
 import yaml
 
-from conftest import ROOT, WORKFLOW
+from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.patches.descriptors import DESCRIPTORS
@@ -477,11 +477,6 @@ def test_more_memory_than_the_machine_has_is_told_before_anything_runs(monkeypat
 )
 def test_a_protein_is_not_called_like_a_file_of_the_run(name):
     refuse({"proteins": {name: DEFAULT["proteins"]["tdp43"]}}, "is a file or folder of the study itself")
-
-
-def test_no_file_or_folder_of_a_run_can_be_the_name_of_a_protein():
-    for name in {*re.findall(r'"results/\{run\}/([\w.-]*\w)[/"]', WORKFLOW)}:
-        refuse({"proteins": {name: DEFAULT["proteins"]["tdp43"]}}, "is a file or folder of the study itself")
 
 
 def test_a_run_is_not_called_like_a_file_in_results():

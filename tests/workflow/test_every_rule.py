@@ -7,6 +7,7 @@ from urllib.parse import unquote
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.image import imread
 
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
 from sparsurf.surfaces.formats.npz import read_npz
@@ -131,36 +132,69 @@ def test_samplers_are_compared_on_every_surface_and_over_all(run):
     assert row["n"] == len(own) == 4 and row["value"] == pytest.approx(own.mean())
 
 
-def test_both_kinds_of_pairs_have_maps_residues_and_thinned_maps(study, run):
-    for pair, places in (("both", ("moving/f0000", "still/f0")), ("files", None)):
-        folder = run / "pairs" / pair
-        surfaces = [
-            read_npz(run / places[k] / "surface.npz" if places else folder / f"surface_{k + 1}.npz")
-            for k in range(2)
-        ]
-        dots = pd.read_csv(folder / "propensity.csv")
-        assert dots.groupby("partner").size().tolist() == [len(surface) for surface in surfaces]
-        points = np.concatenate([surface.points for surface in surfaces])
-        assert np.allclose(dots[["x", "y", "z"]], points, atol=1e-3)
-        assert np.array_equal(dots["interface"] == 1, dots["gap"] < 3.0)
-        residues = pd.read_csv(folder / "residues.csv")
-        mean = dots.groupby(["partner", "residue"])["propensity_smoothed"].mean()
-        assert np.allclose(residues["propensity_smoothed"], mean, rtol=1e-4)
-        for side in (1, 2):
-            written = read_study_structure(folder / f"partner_{side}.pdb")
-            own = residues[residues["partner"] == side]["propensity_smoothed"].to_numpy()
-            assert np.allclose(written.b_factor, own[written.residue_index], atol=6e-3)
-        thinned = pd.read_csv(folder / "thinning.csv")
-        assert thinned["sampler"].tolist() == ["all", "all", "uniform", "uniform"]
-    table = pd.read_csv(run / "pairs/pairs.csv")
-    assert {*table["complex"]} == {"files"}  # the other partners do not touch
-    means = pd.read_csv(run / "pairs/means.csv").set_index("score")["mean"]
-    assert means["propensity_smoothed"] == pytest.approx(
-        table.query("score == 'propensity_smoothed'")["auc"].mean()
-    )
+def surfaces_of_pair(run, pair):
+    """Surfaces of both partners."""
+    places = {"both": ("moving/f0000", "still/f0"), "half": ("still/f0", "ready/c1")}.get(pair)
+    files = [f"{place}/surface.npz" for place in places or ()]
+    return [read_npz(run / file) for file in files or [f"pairs/{pair}/surface_{side}.npz" for side in (1, 2)]]
+
+
+@pytest.mark.parametrize("pair", ["both", "half", "files"])
+def test_a_pair_has_maps_of_both_partners(run, pair):
+    folder, surfaces = run / "pairs" / pair, surfaces_of_pair(run, pair)
+    dots = pd.read_csv(folder / "propensity.csv")
+    assert dots.groupby("partner").size().tolist() == [len(surface) for surface in surfaces]
     assert np.allclose(
-        read_study_structure(run / "pairs/files/structure_2.pdb").xyz, read_molecule(study / "two.pdb").xyz
+        dots[["x", "y", "z"]], np.concatenate([surface.points for surface in surfaces]), atol=1e-3
     )
+    assert np.array_equal(dots["interface"] == 1, dots["gap"] < 3.0)
+    assert dots["propensity_smoothed"].notna().all()
+    thinned = pd.read_csv(folder / "thinning.csv")
+    assert thinned["sampler"].tolist() == ["all", "all", "uniform", "uniform"]
+    page = (folder / "pair.html").read_text(encoding="utf-8")
+    assert ('href="residues.csv"' in page) == (folder / "residues.csv").exists() == (pair != "half")
+    assert ("Partner 2 is a ready surface without atoms" in page) == (pair == "half")
+
+
+@pytest.mark.parametrize("pair", ["both", "files"])
+def test_residues_of_partners_have_the_mean_of_their_dots(run, pair):
+    folder = run / "pairs" / pair
+    dots, residues = pd.read_csv(folder / "propensity.csv"), pd.read_csv(folder / "residues.csv")
+    mean = dots.groupby(["partner", "residue"])["propensity_smoothed"].mean()
+    assert np.allclose(residues["propensity_smoothed"], mean, rtol=1e-4)
+    for side in (1, 2):
+        written = read_study_structure(folder / f"partner_{side}.pdb")
+        of_side = residues[residues["partner"] == side]["propensity_smoothed"].to_numpy()
+        assert np.allclose(written.b_factor, of_side[written.residue_index], atol=6e-3)
+
+
+def test_chains_of_a_complex_give_what_two_files_give(study, run):
+    for name in ("propensity.csv", "agreement.csv", "contacts.csv", "residues.csv"):
+        chains, files = (run / "pairs" / pair / name for pair in ("chains", "files"))
+        assert chains.read_bytes() == files.read_bytes(), name
+    atoms = [read_study_structure(run / f"pairs/files/structure_{side}.pdb").xyz for side in (1, 2)]
+    assert np.allclose(atoms[0], read_molecule(study / "one.pdb").xyz)
+    assert np.allclose(atoms[1], read_molecule(study / "two.pdb").xyz)
+
+
+def test_the_table_of_pairs_is_of_those_that_touch(run):
+    table = pd.read_csv(run / "pairs/pairs.csv")
+    assert table["complex"].unique().tolist() == ["half", "files", "chains"]
+    means = pd.read_csv(run / "pairs/means.csv").set_index("score")["mean"]
+    smoothed = table.query("score == 'propensity_smoothed'").groupby("complex")["auc"].mean()
+    assert means["propensity_smoothed"] == pytest.approx(smoothed.mean())
+    assert "3 of 4 pairs" in (run / "pairs/pairs.html").read_text(encoding="utf-8")
+    assert f"AUC {means['propensity_smoothed']:.2f}<" in (run / "index.html").read_text(encoding="utf-8")
+
+
+def test_the_interface_is_drawn_in_vermillion(run):
+    """Where there is one: the partners of `both` do not touch."""
+
+    def share(pair):
+        picture = imread(run / "pairs" / pair / "book.png")[..., :3]
+        return ((picture[..., 0] > 0.55) & (picture[..., 2] < 0.15)).mean()
+
+    assert share("files") > 0.003 > share("both")
 
 
 def test_sites_are_searched_for_on_their_targets(run):
@@ -231,7 +265,10 @@ def test_the_crate_describes_every_file(run):
     files = {unquote(part["@id"]) for part in graph if part["@type"] == "File"}
     written = {str(path.relative_to(run)) for path in run.rglob("[!.]*") if path.is_file()}
     # not listed: what only other rules read
-    unlisted = ("logs/", "loaded/download/", "pairs/files/structure_", "pairs/files/surface_", "ro-crate-")
+    unlisted = ("logs/", "loaded/download/", "ro-crate-")
+    unlisted += tuple(
+        f"pairs/{pair}/{kind}_" for pair in ("files", "chains") for kind in ("structure", "surface")
+    )
     assert files == {path for path in written if not path.startswith(unlisted)}
 
 

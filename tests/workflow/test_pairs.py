@@ -1,40 +1,26 @@
-"""Pairs: what the config may say of them, tables and folders of them, and every script of a pair on two small peptides."""
-
-import re
-import sys
-from pathlib import Path
+"""Pairs: what the config may say, and scripts of pairs in cases that the small study does not have."""
 
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
-from matplotlib.image import imread
-from noted import noted
-from sparsurf.workflow.partner_files import partners, requested_centres
 
+import compute_partner_surfaces
+import summarise_pairs
+import tabulate_pair_residues
 from conftest import ROOT
 from peptides import peptide, write
-from small_study import SMALL, output, snakemake
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.pairs import matching
-from sparsurf.pairs.thinning import thinning
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow import listing
 from sparsurf.workflow.config import check_config
 
-sys.path.append(str(ROOT / "scripts"))
-import make_partners
-
-import draw_pair
-import match_partners
-import summarise_pairs
-import tabulate_pair_residues
-import thin_pair
-
 SEQUENCE = ("ALA", "LEU", "LYS", "GLY")
+SMALL_FILES = [str(ROOT / "tests" / name) for name in ("peptides.py", "conftest.py")]  # any files
+PAIRS = {"run": "x", "pairs": {"p": {"files": SMALL_FILES}}}
+SURFACE = check_config(PAIRS)["surface"]
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +31,6 @@ def folder(tmp_path_factory):
     write(folder / "both.pdb", first + "TER\n" + second + "END\n")
     write(folder / "both_r.pdb", first + "END\n")
     write(folder / "both_l.pdb", second + "END\n")
-    write(folder / "far.pdb", peptide(SEQUENCE, "B", origin=(0, 90.0, 0)) + "END\n")
     return folder
 
 
@@ -55,11 +40,10 @@ def config(**pairs):
 
 def test_a_config_of_pairs_needs_no_proteins(folder):
     pair = {"complex": str(folder / "both.pdb"), "chains": [["A"], ["B"]]}
-    found = config(mine=pair)
-    assert found["proteins"] == {}
-    assert found["pairs"] == {"mine": pair}
-    assert found["complementarity"]["centres"] == "all"
-    assert found["complementarity"]["nearest"] == 10
+    checked = config(mine=pair)
+    assert checked["proteins"] == {} and checked["pairs"] == {"mine": pair}
+    assert checked["complementarity"]["centres"] == "all"
+    assert checked["complementarity"]["nearest"] == 10
 
 
 @pytest.mark.parametrize(
@@ -119,271 +103,85 @@ def test_a_wrong_table_of_pairs_is_refused(tmp_path, text, words):
         listing.pairs_from_folder(str(tmp_path))
 
 
-@pytest.fixture(scope="module")
-def settings(folder):
-    checked = config(p={"files": [str(folder / "both_r.pdb"), str(folder / "both_l.pdb")]})
-    rules = checked["complementarity"] | {"centres": {"sampler": "farthest", "n_S_percent": 20}, "nearest": 3}
-    rules |= {"smoothing": 5.0, "interface": 3.5}
-    rules["thinning"] = {
-        "run": True,
-        "percents": [10],
-        "samplers": ["farthest"],
-        "recovered": False,
-        "draws": 1,
-    }
-    keys = ("surface", "patches", "sampling", "seed")
-    return {key: checked[key] for key in keys} | {"complementarity": rules}
+def compute_partners(folder, files, chains=None, settings=SURFACE):
+    """Run the script; return the paths of both surfaces and of both structures."""
+    surfaces = [str(folder / f"surface_{side}.npz") for side in (1, 2)]
+    structures = [str(folder / f"structure_{side}.pdb") for side in (1, 2)]
+    compute_partner_surfaces.main(
+        [str(file) for file in files], *surfaces, *structures, chains, settings, 0.5, "x"
+    )
+    return surfaces, structures
 
 
-def made(folder, settings, pair, name, **inputs):
-    """Every output of a pair, in a folder of its name."""
-    out = folder / name
-    out.mkdir()
-    sides = {f"{what}_{side}": str(out / f"{what}_{side}.{end}")
-             for what, end in (("surface", "npz"), ("structure", "pdb")) for side in (1, 2)}  # fmt: skip
-    make_partners.main(inputs, sides, pair, settings, name)
-    names = {"dots": "propensity.csv", "best": "best_pairs.csv", "agreement": "agreement.csv"}
-    names |= {"contacts": "contacts.csv", "page": "pair.html", "ply_1": "1.ply", "ply_2": "2.ply"}
-    files = {key: str(out / file) for key, file in names.items()}
-    match_partners.main(sides, files, settings, pair, name, 1)
-    return out, sides, files
-
-
-def test_partners_are_made_by_the_rules_of_the_config(folder, settings, tmp_path):
-    rules = settings["surface"] | {"radii": "bondi", "probe_radius": 1.2}
-    sides = {
-        f"{what}_{side}": tmp_path / f"{what}_{side}" for what in ("surface", "structure") for side in (1, 2)
-    }
-    pair = {"complex": "", "chains": [["B"], ["A"]]}
-    both = {"complex": str(folder / "both.pdb")}
-    make_partners.main(both, sides, pair, settings | {"surface": rules}, "x")
-    for side, chain in ((1, "B"), (2, "A")):
+def test_partners_are_computed_by_the_rules_of_the_config(folder, tmp_path):
+    settings = SURFACE | {"radii": "bondi", "probe_radius": 1.2}
+    surfaces, _ = compute_partners(tmp_path, [folder / "both.pdb"], [["B"], ["A"]], settings)
+    for path, chain in zip(surfaces, "BA", strict=True):
         molecule = read_molecule(folder / "both.pdb", chains=[chain])
-        wanted, _ = surface_for_d_link(molecule, 0, radii(molecule, "bondi"), rules, 0.5, "x")
-        assert np.array_equal(read_npz(sides[f"surface_{side}"]).points, wanted.points)
+        expected, _ = surface_for_d_link(molecule, 0, radii(molecule, "bondi"), settings, 0.5, "x")
+        assert np.array_equal(read_npz(path).points, expected.points)
 
 
-@pytest.fixture(scope="module")
-def touching(folder, settings):
-    pair = {"complex": "", "chains": [["A"], ["B"]]}
-    return made(folder, settings, pair, "touching", complex=str(folder / "both.pdb"))
-
-
-def told(page):
-    """The values of AUC in the sentences of a page, without those of its tables."""
-    words = re.sub("<[^>]+>", "", Path(page).read_text(encoding="utf-8"))
-    return re.findall(r"AUC (?:of )?(\d\.\d+)", words)
-
-
-def test_a_pair_of_one_complex_gets_all_its_outputs(touching, settings):
-    out, sides, files = touching
-    dots = pd.read_csv(files["dots"])
-    centres = dots["propensity"].notna().groupby(dots["partner"]).mean()
-    assert np.allclose(centres, 0.2, atol=0.01)
-    assert set(dots["chain"]) == {"A", "B"}
-    agreement = pd.read_csv(files["agreement"])
-    own = agreement[agreement["score"] == "propensity_smoothed"]
-    assert own["partner"].tolist() == [1, 2]
-    assert told(files["page"]) == [f"{auc:.2f}" for auc in own["auc"]]
-    assert 'href="residues.csv"' in Path(files["page"]).read_text(encoding="utf-8")
-
-    both = partners(sides, settings, "touching")
-    found = matching.match(*both, [requested_centres(each, settings) for each in both], 3)
-    for side in (0, 1):
-        own = dots[dots["partner"] == side + 1].reset_index(drop=True)
-        maps = matching.maps(found, side, 5.0)
-        for column in ("propensity_smoothed", "propensity_k_smoothed"):
-            assert np.allclose(own[column], maps[column], rtol=1e-5)
-        assert np.array_equal(own["interface"] == 1, own["gap"] < 3.5)
-    contacts = matching.contacts(*both, 3.5, seed=settings["seed"])
-    assert np.allclose(pd.read_csv(files["contacts"])[["auc", "pairs"]], contacts[["auc", "pairs"]])
-
-    outputs = {
-        "residues": str(out / "residues.csv"),
-        "pdb_1": str(out / "1.pdb"),
-        "pdb_2": str(out / "2.pdb"),
-        "pml": str(out / "open.pml"),
-        "cxc": str(out / "open.cxc"),
-    }
-    tabulate_pair_residues.main(sides | {"dots": files["dots"]}, outputs)
-    residues = pd.read_csv(outputs["residues"])
-    assert residues["residue_name"].tolist() == 2 * list(SEQUENCE)
-    written = [line for line in Path(outputs["pdb_2"]).read_text().split("\n") if line.startswith("ATOM")]
-    shown = {line[22:26].strip(): float(line[60:66]) for line in written}
-    expected = residues[residues["partner"] == 2].set_index("residue")["propensity_smoothed"]
-    assert {int(key): value for key, value in shown.items()} == pytest.approx(expected.to_dict(), abs=0.005)
-    low, high = (f"{residues['propensity_smoothed'].quantile(share):.3f}" for share in (0.05, 0.95))
-    commands = [line.split() for line in Path(outputs["cxc"]).read_text().splitlines() if line[0] != "#"]
-    # https://www.rbvi.ucsf.edu/chimerax/docs/user/commands/color.html: color byattribute [level:]name spec options
-    coloured = [
-        "byattribute",
-        "a:bfactor",
-        "#1,2",
-        "target",
-        "s",
-        "palette",
-        "viridis",
-        "range",
-        f"{low},{high}",
-    ]
-    assert coloured in [words[1:] for words in commands if words[0] == "color"]
-    assert [words[1] for words in commands if words[0] == "open"] == ["partner_1.pdb", "partner_2.pdb"]
-    assert {words[0] for words in commands} == {"open", "cartoon", "surface", "color", "set", "view"}
-    assert f"partner_1 or partner_2, {low}, {high}" in Path(outputs["pml"]).read_text()
-    buried = dots[(dots["partner"] == 1) | (dots["residue"] != 3)]  # as if the lysine had no dots
-    buried.replace({"residue_name": {"GLY": "NA"}}).to_csv(out / "buried.csv", index=False)  # as of sodium
-    tabulate_pair_residues.main(sides | {"dots": str(out / "buried.csv")}, outputs)
-    written = [line for line in Path(outputs["pdb_2"]).read_text().split("\n") if line[17:20] == "LYS"]
-    assert len(written) > 0 and {line[60:66] for line in written} == {" -1.00"}
-    names = pd.read_csv(outputs["residues"], keep_default_na=False)["residue_name"]
-    assert names.tolist() == ["ALA", "LEU", "LYS", "NA", "ALA", "LEU", "NA"]
-
-    drawn = {"png": str(out / "book.png")} | {f"view_{k}": str(out / f"view_{k}.html") for k in (1, 2)}
-    draw_pair.main(sides | {"dots": files["dots"]}, drawn, settings, "touching")
-    picture = imread(out / "book.png")[..., :3]
-    assert ((picture[..., 0] > 0.55) & (picture[..., 2] < 0.15)).mean() > 0.003  # the interface in vermillion
-
-    thin = {"table": str(out / "thinning.csv"), "png": str(out / "thinning.png")}
-    thin_pair.main(sides, thin, settings, "touching")
-    table = pd.read_csv(thin["table"])
-    assert table["sampler"].tolist() == ["all", "all", "farthest", "farthest"]
-    wanted = thinning(*both, (10,), ("farthest",), smoothing=5.0, within=3.5, seed=settings["seed"])
-    assert np.allclose(table[["correlation", "auc"]], wanted[["correlation", "auc"]], rtol=1e-5)
-    assert (out / "thinning.svg").is_file()
-
-
-def test_partners_that_do_not_touch_get_maps_and_a_sentence(folder, settings, touching, monkeypatch):
-    pair = {"files": ["both_r.pdb", "far.pdb"]}
-    first, second = str(folder / "both_r.pdb"), str(folder / "far.pdb")
-    judged = noted(monkeypatch, matching, "agreement")
-    out, sides, files = made(folder, settings, pair, "apart", first=first, second=second)
-    assert [call[3:] for call in judged] == [(3.5, settings["seed"], 1)] * 2
-    assert told(files["page"]) == []
-    assert 'href="residues.csv"' in Path(files["page"]).read_text(encoding="utf-8")
-    assert len(pd.read_csv(files["agreement"])) == len(pd.read_csv(files["contacts"])) == 0
-    assert pd.read_csv(files["dots"])["propensity_smoothed"].notna().all()
-    drawn = {"png": str(out / "book.png")} | {f"view_{k}": str(out / f"view_{k}.html") for k in (1, 2)}
-    draw_pair.main(sides | {"dots": files["dots"]}, drawn, settings, "apart")
-
-    # a ready surface: the same without atoms
-    bare = {key: path for key, path in sides.items() if key.startswith("surface")}
-    match_partners.main(bare, files, settings, pair, "apart", 1)
-    assert "residue" not in pd.read_csv(files["dots"]).columns
-    assert 'href="residues.csv"' not in Path(files["page"]).read_text(encoding="utf-8")
-
-    summary = {key: str(out / f"{key}.csv") for key in ("table", "means", "page")} | {
-        "png": str(out / "pairs.png")
-    }
-    drawn = noted(monkeypatch, summarise_pairs, "over_pairs")
-    summarise_pairs.main({"tables": [touching[2]["agreement"], files["agreement"]]}, summary)
-    run = folder.parent.name  # as if it were results/<run>/pairs/<pair>
-    assert drawn[0][0] == run and f"All pairs: {run}<" in Path(summary["page"]).read_text(encoding="utf-8")
-    means = pd.read_csv(summary["means"]).set_index("score")["mean"]
-    assert means["propensity_smoothed"] > 0 and len(told(summary["page"])) == 1
-    assert "1 of 2 pairs" in Path(summary["page"]).read_text(encoding="utf-8")
-    summarise_pairs.main({"tables": [files["agreement"]]}, summary)
-    assert told(summary["page"]) == [] and len(pd.read_csv(summary["means"])) == 0
-
-
-def test_a_partner_of_several_models_is_refused(folder, settings, tmp_path):
+def test_a_partner_of_several_models_is_refused(folder, tmp_path):
     model = f"MODEL 1\n{peptide(SEQUENCE)}ENDMDL\n"
     two = write(tmp_path / "models.pdb", model + model.replace("MODEL 1", "MODEL 2") + "END\n")
     with pytest.raises(InputError, match=r"^x: partner 1 has 2 models"):
-        make_partners.main(
-            {"first": two, "second": str(folder / "far.pdb")}, {}, {"files": []}, settings, "x"
-        )
+        compute_partners(tmp_path, [two, folder / "both_l.pdb"])
 
 
-def test_chains_that_are_not_there_are_named(folder, settings):
+def test_chains_that_are_not_there_are_named(folder, tmp_path):
     with pytest.raises(InputError, match="no chain X: its chains are A, B"):
-        make_partners.main(
-            {"complex": str(folder / "both.pdb")},
-            {},
-            {"complex": "", "chains": [["A"], ["X"]]},
-            settings,
-            "x",
+        compute_partners(tmp_path, [folder / "both.pdb"], [["A"], ["X"]])
+
+
+@pytest.fixture(scope="module")
+def tabulated(folder):
+    """Surfaces and structures of both partners, and a table of dots in which no dot is of the second lysine."""
+    surfaces, structures = compute_partners(folder, [folder / "both_r.pdb", folder / "both_l.pdb"])
+    tables = []
+    for side, surface in enumerate(surfaces, 1):
+        molecule, dots = read_molecule(structures[side - 1]), read_npz(surface)
+        residue = molecule.residue_index[dots.atom]
+        table = pd.DataFrame(dots.points, columns=["x", "y", "z"]).assign(partner=side, chain="AB"[side - 1])
+        table = table.assign(residue=residue + 1, residue_name=np.array(SEQUENCE)[residue], interface=0)
+        table["propensity_smoothed"] = table["propensity_k_smoothed"] = table["similarity_smoothed"] = (
+            residue + 0.5
         )
+        table["propensity"], table["gap"] = table["propensity_smoothed"], 5.0
+        table["interface"] = (table["y"] > 4).astype(int) if side == 1 else 0
+        tables.append(table)
+    dots = pd.concat(tables)
+    dots = dots[(dots["partner"] == 1) | (dots["residue"] != 3)].replace(
+        {"residue_name": {"GLY": "NA"}}
+    )  # sodium
+    dots.to_csv(folder / "dots.csv", index=False)
+    return surfaces, structures, str(folder / "dots.csv")
 
 
-OF_PAIR = [
-    "pair.html",
-    "book.png",
-    "book.svg",
-    "view_1.html",
-    "view_2.html",
-    "residues.csv",
-    "open.pml",
-    "open.cxc",
-    "partner_1.pdb",
-    "partner_2.pdb",
-    "partner_1.ply",
-]
-OF_PAIR += [
-    "propensity.csv",
-    "best_pairs.csv",
-    "agreement.csv",
-    "contacts.csv",
-    "thinning.csv",
-    "thinning.png",
-    ".complete",
-]
-FEW = {"sampler": "farthest", "n_S": 60}
+def test_residues_without_dots_are_marked_and_scripts_open_both_partners(tabulated, tmp_path):
+    _, structures, dots = tabulated
+    outputs = [str(tmp_path / name) for name in ("1.pdb", "2.pdb", "residues.csv", "open.pml", "open.cxc")]
+    tabulate_pair_residues.main(*structures, dots, *outputs)
+    residues = pd.read_csv(outputs[2], keep_default_na=False)
+    assert residues["residue_name"].tolist() == ["ALA", "LEU", "LYS", "NA", "ALA", "LEU", "NA"]
+    assert residues["propensity_smoothed"].astype(float).tolist() == [0.5, 1.5, 2.5, 3.5, 0.5, 1.5, 3.5]
+    lysine = [line for line in (tmp_path / "2.pdb").read_text().splitlines() if line[17:20] == "LYS"]
+    assert len(lysine) > 0 and {line[60:66] for line in lysine} == {" -1.00"}
+    low, high = (f"{residues['propensity_smoothed'].astype(float).quantile(q):.3f}" for q in (0.05, 0.95))
+    assert f"partner_1 or partner_2, {low}, {high}" in (tmp_path / "open.pml").read_text()
+    # https://www.rbvi.ucsf.edu/chimerax/docs/user/commands/color.html: color byattribute [level:]name spec options
+    commands = [line.split() for line in (tmp_path / "open.cxc").read_text().splitlines() if line[0] != "#"]
+    colours = ["color", "byattribute", "a:bfactor", "#1,2", "target", "s", "palette", "viridis"]
+    assert [*colours, "range", f"{low},{high}"] in commands
+    assert [words[1] for words in commands if words[0] == "open"] == ["partner_1.pdb", "partner_2.pdb"]
+    assert {words[0] for words in commands} == {"open", "cartoon", "surface", "color", "set", "view"}
 
 
-def test_the_study_of_complexes_on_a_folder_of_ones_own(folder, tmp_path):
-    """From beginning to end; the run's first page tells of the pairs."""
-    study = yaml.safe_load((ROOT / "studies" / "complexes.yaml").read_text(encoding="utf-8"))
-    thinning = {"run": True, "percents": [10], "samplers": ["farthest"], "recovered": False, "draws": 1}
-    process = snakemake(
-        tmp_path / "x",
-        study | {"pairs": {"folder": str(folder)}, "complementarity": {"centres": FEW, "thinning": thinning}},
-    )
-    assert process.returncode == 0, output(process)
-    run = tmp_path / "x" / "results" / "complexes"
-    assert {path.name for path in (run / "pairs" / "both").iterdir()} >= set(OF_PAIR)
-    first = (run / "index.html").read_text(encoding="utf-8")
-    means = pd.read_csv(run / "pairs" / "means.csv").set_index("score")["mean"]
-    assert f"AUC {means['propensity_smoothed']:.2f}<" in first
-    part = (run / ".front_page.html").read_text(encoding="utf-8")
-    assert 'src="pairs/both/book.png"' in first
-    for page in ("book.png", "view_1.html", "view_2.html", "thinning.png"):
-        assert f'href="pairs/both/{page}"' in first
-        assert f"showResultInfo('results/complexes/pairs/both/{page}')" in part
-    assert 'href="pairs/both/pair.html"' in first and 'href="pairs/both/pair.html"' in part
-
-
-def test_pairs_of_proteins_and_of_a_ready_surface(folder, touching, tmp_path):
-    """Two structures of the config give the surfaces that a complex does; a ready surface has no residues."""
-    dots = pd.read_csv(touching[2]["dots"])
-    places = ["x", "y", "z"]
-    ready = pd.DataFrame(
-        np.hstack([read_npz(touching[1]["surface_2"]).points, read_npz(touching[1]["surface_2"]).normals])
-    )
-    ready.columns = [*places, "Nx", "Ny", "Nz"]
-    ready.insert(0, "Res", "X")
-    ready.to_csv(tmp_path / "ready.csv", index=False)
-    proteins = {
-        "one": {"structure": str(folder / "both_r.pdb")},
-        "two": {"structure": str(folder / "both_l.pdb")},
-    }
-    proteins["ready"] = {"surface": str(tmp_path / "ready.csv")}
-    pairs = {"both": {"proteins": ["one", "two"]}, "half": {"proteins": ["one", "ready"]}}
-    rules = {"centres": FEW, "interface": 3.5}  # Å, as of `touching`
-    requests = {"proteins": proteins, "pairs": pairs, "frames": {}, "complementarity": rules}
-    targets = ["both/pair.html", "both/residues.csv", "half/.complete", "pairs.html"]
-    targets = [f"results/small/pairs/{target}" for target in targets]
-    process = snakemake(tmp_path / "x", SMALL | requests, *targets)
-    assert process.returncode == 0, output(process)
-    run = tmp_path / "x" / "results" / "small" / "pairs"
-    for pair in pairs:
-        found = pd.read_csv(run / pair / "propensity.csv")
-        assert np.allclose(found[places], dots[places], atol=0.002)
-        assert found.groupby("partner")["propensity"].count().tolist() == [60, 60]
-        assert np.array_equal(found["interface"], dots["interface"])
-    residues = pd.read_csv(run / "both" / "residues.csv")
-    assert residues["residue_name"].tolist() == 2 * list(SEQUENCE)
-    assert "Partner 1 is one, partner 2 is two." in (run / "both" / "pair.html").read_text(encoding="utf-8")
-    page = (run / "half" / "pair.html").read_text(encoding="utf-8")
-    assert "Partner 2 is a ready surface without atoms" in page
-    assert not (run / "half" / "residues.csv").exists()
-    assert "over 2 of 2 pairs" in (run / "pairs.html").read_text(encoding="utf-8")
+def test_pairs_that_do_not_touch_have_no_means(tmp_path):
+    (tmp_path / "far").mkdir()
+    columns = "partner,score,auc,low,high,dots,interface,blocks\n"
+    (tmp_path / "far" / "agreement.csv").write_text(columns)
+    files = [str(tmp_path / name) for name in ("pairs.csv", "means.csv", "pairs.html", "pairs.png")]
+    summarise_pairs.main([str(tmp_path / "far" / "agreement.csv")], *files, run="x")
+    assert len(pd.read_csv(files[1])) == 0
+    assert "All pairs: x<" in (tmp_path / "pairs.html").read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from sparsurf.workflow import ending, terminal
+from sparsurf.workflow import job_logs, partial_runs, terminal
 from sparsurf.workflow.terminal import Terminal
 
 
@@ -43,7 +43,7 @@ def test_a_job_is_a_line_with_its_warnings(said, tmp_path):
 
 
 def test_a_job_that_failed_is_told_with_its_sentence_and_noted(said, tmp_path, monkeypatch):
-    monkeypatch.setenv(ending.FAILED, str(tmp_path / "failed"))
+    monkeypatch.setenv(partial_runs.FAILED_JOBS, str(tmp_path / "failed"))
     (tmp_path / "a.log").write_text("ERROR x.pdb holds no atoms.\n")
     (tmp_path / "b.log").write_text("USED 1 MB\n")
     (tmp_path / "c.log").write_text("INFO begins\n")
@@ -54,7 +54,7 @@ def test_a_job_that_failed_is_told_with_its_sentence_and_noted(said, tmp_path, m
     assert "Failed  Frames of p: x.pdb holds no atoms.\n" in said(begins(1, "Frames of p", "a.log"), lost)
     group = [{"rule_name": name, "log": [f"{name}.log"]} for name in "bc"]
     text = said((LogEvent.GROUP_ERROR, {"job_error_info": group, "level": logging.ERROR}))
-    assert "Failed  c: it ended without a word" in text and " b: " not in text
+    assert f"Failed  c: {job_logs.NO_REASON}" in text and " b: " not in text
     assert (tmp_path / "failed").read_text().split() == ["a.log", "c.log"]
 
 
@@ -88,4 +88,4 @@ def test_a_line_takes_the_place_of_the_bar(said, capsys):
     said.terminal._say("done")
     said.terminal._show("")
     assert capsys.readouterr().out == "\r\033[Khalf\r\033[Kdone\n"
-    assert terminal.LONG == 10
+    assert terminal.SECONDS_BEFORE_BAR == 10

@@ -140,7 +140,7 @@ def floors(
     how = {"probe": probe, "density": density, "radii": radii, "d_link": d_link, "cavities": cavities}
     dots, own, _ = _dots_of(given, frame, how)
     ready = prepare(dots, d_link=d_link, seed=seed)
-    return measured_floors(ready, number_of_tests(TESTS, len(dots)), **own)
+    return measured_floors(ready, number_of_tests(TESTS, len(dots)), *own)
 
 
 def settle(few, surface):
@@ -172,7 +172,7 @@ def chosen(dots, own, molecule, wishes, sampler, settled, seed, d_link):
     """The Subset of dots; `own` is of `layer`, `wishes` as in the config's `minimal`."""
     ready = prepare(dots, d_link=d_link, seed=seed)
     trials = Trials(ready, sampler, number_of_tests(TESTS, len(dots)), relaxed=settled)
-    found = None if wishes else measured_floors(ready, len(trials.tests), **own, moved=())
+    found = None if wishes else measured_floors(ready, len(trials.tests), *own, moved=())
     return select_minimal_subset(trials, wishes or {"floor": FRESH}, found, molecule)
 
 
@@ -184,7 +184,7 @@ def _dots_of(given, frame, how):
         return given, _laid_on(molecule, frame, **rules), molecule
     if not has_atoms(given):
         placed_already("minimal", frame=frame, **wishes)
-        return as_surface(given), {}, None
+        return as_surface(given), (None, None), None
     molecule = as_molecule(given)
     return surface(molecule, frame=frame, **how), _laid_on(molecule, frame, **how), molecule
 
@@ -249,4 +249,4 @@ def _each(asked):
 
 def _own(asked, molecule, frame):
     """Of a structure, what places other dots on its atoms."""
-    return {} if molecule is None else _laid_on(molecule, frame, **options.how(asked))
+    return (None, None) if molecule is None else _laid_on(molecule, frame, **options.how(asked))

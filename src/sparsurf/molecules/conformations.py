@@ -290,7 +290,7 @@ def _selected_frames(molecule: Molecule, frames: str | Sequence[int] | dict[str,
         stride = frames.get("stride")
         if set(frames) != {"stride"} or not isinstance(stride, int) or stride < 1:
             raise InputError(
-                f"frames.use: {frames} is not of the form {{stride: n}} with n above 0: repair it."
+                f"frames.selection: {frames} is not of the form {{stride: n}} with n above 0: repair it."
             )
         return np.arange(0, molecule.n_frames, stride)
     position = {number: index for index, number in enumerate(molecule.frame_number.tolist())}
@@ -301,7 +301,7 @@ def _selected_frames(molecule: Molecule, frames: str | Sequence[int] | dict[str,
         step = numbers[1] - numbers[0] if len(numbers) > 1 else 1
         steps = f" in steps of {step} (frames.stride)" if step > 1 else ""
         raise InputError(
-            f"frames.use: {absent} are not among the frames read, {numbers[0]} to {numbers[-1]}{steps}."
+            f"frames.selection: {absent} are not among the frames read, {numbers[0]} to {numbers[-1]}{steps}."
         )
     return np.array([position[number] for number in dict.fromkeys(selected)])
 

@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
-from sparsurf.old_names import refuse_old_names
 from sparsurf.report.numbers import interval, number, span
 from sparsurf.report.page import render
 from sparsurf.sampling.combination import PARAMETERS, Combination, split_combinations
@@ -56,7 +55,6 @@ def read_run(folder: Path) -> dict[str, pd.DataFrame]:
         if not path.is_file():
             raise InputError(f"{path} cannot be read: run the study first, or give --results.")
         out[name] = read_table(path)
-        refuse_old_names(out[name], path)
         names = pd.read_csv(path, dtype=str, keep_default_na=False, usecols=lambda each: each in NAMES)
         out[name][names.columns] = names  # 1E96 and NA are proteins
         missing = [column for column in columns if column not in out[name]]
