@@ -144,7 +144,7 @@ def coverage(
 ) -> pd.DataFrame:
     """How often intervals over that many proteins contain the truth, with the measured proteins as the population."""
     rng = stream(SEED, "coverage over proteins")
-    means = {words: values for words, values in quantities.items() if words.startswith("d ")}
+    means = {words: values for words, values in quantities.items() if words.startswith("cross-validated d, ")}
     means |= {f"ln of {words}": np.log(x) for words, x in quantities.items() if words.startswith("times")}
     for percent in (2.5, 10.0):
         relative = over_proteins.over_floor(curves, floors)
