@@ -86,7 +86,7 @@ evidence: $(READY) $(EXTRA)
 	+@$(BIN)/snakemake --snakefile evidence/Snakefile --rerun-triggers mtime $(if $(QUICK),--configfile evidence/quick.yaml) \
 	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) $(RULES) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))
-	$(if $(QUICK),,@$(BIN)/python evidence/pages.py README.md docs/*.md)
+	$(if $(QUICK),,@$(BIN)/python evidence/pages.py)
 
 $(KERNELS): $(READY) $(shell find src/sparsurf -name '*.py')
 	@echo "Compiling kernels (once, about half a minute)"
