@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sparsurf import InputError
+from sparsurf.columns import missing_columns
 from sparsurf.files import read_bytes
 from sparsurf.sampling.combination import PARAMETERS, combination_labels, join_combinations
 from sparsurf.study.best_set import best_set
@@ -36,7 +37,7 @@ def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> p
     Raises
     ------
     InputError
-        If it is not a table, is cut short, or has another number of rows.
+        If it is not a table, is cut short, lacks a column that columns.yaml lists, or has another number of rows.
     """
     try:
         text = read_bytes(path).decode("utf-8")
@@ -48,6 +49,8 @@ def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> p
         raise InputError(f"{path} cannot be read ({reason}): delete it and run the study again.") from None
     if not text.endswith("\n"):
         raise InputError(f"{path} is cut short: delete it and run the study again.")
+    if missing := missing_columns(Path(path).name, table.columns):
+        raise InputError(f"{path} has no column {missing[0]}: delete it and run the study again.")
     if rows is not None and len(table) != rows:
         raise InputError(f"{path} has {len(table)} rows for {rows} {of}: delete it and run the study again.")
     return table
