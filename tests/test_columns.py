@@ -97,7 +97,7 @@ def test_an_unlisted_file_has_no_table():
 def test_a_table_that_lacks_a_column_is_refused_by_name(tmp_path):
     path = tmp_path / "floors.csv"
     path.write_text("floor,Z,se,low,high,draws\nturned,1,0.1,0.8,1.2,10\n")
-    with pytest.raises(InputError, match=r"floors\.csv has no column test_dots: delete it"):
+    with pytest.raises(InputError, match=r"floors\.csv lacks the column test_dots: delete it"):
         read_table(path)
     assert columns.missing_columns("own_table.csv", ["a"]) == []
     assert columns.missing_columns("residues.csv", ["chain", "residue", "residue_name", "area"]) != []

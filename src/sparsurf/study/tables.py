@@ -50,7 +50,7 @@ def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> p
     if not text.endswith("\n"):
         raise InputError(f"{path} is cut short: delete it and run the study again.")
     if missing := missing_columns(Path(path).name, table.columns):
-        raise InputError(f"{path} has no column {missing[0]}: delete it and run the study again.")
+        raise InputError(f"{path} lacks the column {missing[0]}: delete it and run the study again.")
     if rows is not None and len(table) != rows:
         raise InputError(f"{path} has {len(table)} rows for {rows} {of}: delete it and run the study again.")
     return table
