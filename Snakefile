@@ -27,7 +27,7 @@ rule all:
     default_target: True
     input:
         expand("results/{run}/{protein}/.complete", run=config["run"], protein=PROTEINS),
-        [frame_files(protein) for protein in PROTEINS],  # by themselves: without them the frames are not known
+        [early_outputs(protein) for protein in PROTEINS],
         final_outputs,
 
 

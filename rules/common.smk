@@ -208,20 +208,22 @@ def compared_forms(wildcards):
 # What a run has in the end
 
 
-def frame_files(protein):
-    """Files about the frames of a molecule."""
-    files = ("frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures")
-    return [f"results/{config['run']}/{protein}/{file}" for file in files if protein in MOLECULES]
-
-
-def protein_outputs(protein):
-    """Files of one protein and of its conformations."""
+def early_outputs(protein):
+    """Files of one protein that are known before its frames are chosen."""
     files = []
+    if protein in MOLECULES:
+        files += ["frames.csv", "silhouette.csv", "projection.csv", "explained.csv", "structures"]
     if protein in SIMULATED:
         files += ["simulation/energies.csv", "simulation/motion.csv", "simulation/quality.csv"]
         files += ["figures/simulation.png", "figures/simulation.svg"]
     if config["ensemble"]["run"] and protein in MOLECULES and not is_excluded(protein, "*"):
         files += ["ensemble.csv", "residues_over_time.csv", "residues.csv"]
+    return [f"results/{config['run']}/{protein}/{file}" for file in files]
+
+
+def protein_outputs(protein):
+    """Files of one protein and of its conformations."""
+    files = []
     if has_several_frames(protein):
         files += ["figures/frames.png", "figures/frames.svg"]
         if config["ensemble"]["run"]:
@@ -229,7 +231,7 @@ def protein_outputs(protein):
             files += ["figures/residues.png", "figures/residues.svg"]
     for conformation in conformations(protein):
         files += [f"{conformation}/{file}" for file in conformation_files(protein)]
-    return frame_files(protein) + [f"results/{config['run']}/{protein}/{file}" for file in files]
+    return early_outputs(protein) + [f"results/{config['run']}/{protein}/{file}" for file in files]
 
 
 def conformation_files(protein):

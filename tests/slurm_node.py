@@ -47,6 +47,7 @@ SlurmctldPort={ports[0]}
 SlurmdPort={ports[1]}
 NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory={memory} State=UNKNOWN
 PartitionName=main Nodes={host} Default=YES MaxTime=INFINITE State=UP
+PartitionName=short Nodes={host} MaxTime=1 State=UP
 """
 
 

@@ -50,7 +50,7 @@ def write_study(folder, address="http://127.0.0.1:1"):
     both = peptide(SEQUENCE, "A") + "TER\n" + peptide(SEQUENCE, "B", origin=(0, 9.0, 0))
     write(folder / "complex.pdb", both + "END\n")
     write(folder / "scores.csv", "residue,score\n2,1\n5,0\n210,1\n213,0\n")
-    molecule = read_molecule(folder / "one.pdb")
+    molecule = read_molecule(folder / "two.pdb")
     write_npz(folder / "ready.npz", molecular_surface(molecule.xyz[0], radii(molecule, "dms"), density=9.0))
     digest = hashlib.sha256((folder / "loaded.pdb").read_bytes()).hexdigest()
     proteins = {

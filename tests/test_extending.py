@@ -109,7 +109,7 @@ def test_a_descriptor(surface, monkeypatch):
 
 def test_an_output(surface, tmp_path):
     """The rule names it, the script writes it, and `conformation_files` has it: then every run has it."""
-    rule, lines = re.findall(r"```python\n(.*?)```", RECIPES["An output"], re.S)
+    rule, lines = re.findall(r"```(?:text|python)\n(.*?)```", RECIPES["An output"], re.S)
     checkout = tmp_path / "checkout"
     checkout.mkdir()
     for name in ("src", "profiles", "envs", "scripts", "config.yaml"):

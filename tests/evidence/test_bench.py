@@ -99,7 +99,7 @@ def test_memory_of_a_ribosome_is_that_of_its_dots(monkeypatch):
 def test_memory_is_counted_from_the_imports_on(monkeypatch, capsys):
     monkeypatch.setattr(bench, "warm_up", lambda: None)
     monkeypatch.setattr(bench, "peak_memory", iter([1000, 5000]).__next__)
-    monkeypatch.setattr(bench.grid, "run", lambda *_: None)
+    monkeypatch.setattr(bench.grid, "evaluate_grid", lambda *_: None)
     bench.print_memory(2, True)
     assert json.loads(capsys.readouterr().out) == {"dots": 2 * len(bench.a1(True)), "bytes": 4000}
 
@@ -122,13 +122,13 @@ def test_jobs_side_by_side_fill_their_time_once(tmp_path):
 def test_every_job_of_a_script_loads_its_libraries(tmp_path, monkeypatch):
     monkeypatch.setattr(bench, "timed", lambda run, repeats: (None, 3.0))
     for k in (1, 2):
-        record = {"rule": "make_surface", "log": [f"{k}.log"], "starttime": k, "endtime": k + 5}
+        record = {"rule": "compute_surface", "log": [f"{k}.log"], "starttime": k, "endtime": k + 5}
         (tmp_path / str(k)).write_text(json.dumps(record))
     table = bench.Table()
     bench.measure_rules(table, tmp_path, 10.0)
     assert [(row["what"], row["wall"]) for row in table.rows] == [
-        ("rule make_surface, 2 jobs", 10),
-        ("rule make_surface, its libraries", 6),
+        ("rule compute_surface, 2 jobs", 10),
+        ("rule compute_surface, its libraries", 6),
         ("share of the study in which jobs run", 60),
     ]
 
@@ -154,7 +154,7 @@ def test_blocks_of_random_numbers_change_no_draw(blob, monkeypatch):
     combination = (0.7, 0.2, 2.0, 2.0)
     whole = published.sample(surface.cover, combination, np.random.default_rng(5))
     for block in (1, 100, 3333):
-        monkeypatch.setattr(published, "BLOCK", block)
+        monkeypatch.setattr(published, "PAIRS_PER_BLOCK", block)
         assert np.array_equal(published.sample(surface.cover, combination, np.random.default_rng(5)), whole)
 
 

@@ -31,12 +31,12 @@ def floors_at(fresh):
     return floor(**{"fresh dots": fresh, "turned": 1.0, "atoms moved 0.1 Å": 2.0, "atoms moved 0.3 Å": 0.9})
 
 
-def test_required_dots_are_where_the_curve_comes_near_a_reference():
+def test_enough_is_where_the_curve_comes_near_a_reference():
     found = over_proteins.required(curve(), floors_at(0.1)).set_index("reference")["n_S_percent"]
     # Z = sqrt(10 / n) within a tenth of 1: n = 10 / 1.1^2
-    assert found["turned"] == pytest.approx(10 / over_proteins.CLOSE**2)
+    assert found["turned"] == pytest.approx(10 / over_proteins.FLOOR_FACTOR**2)
     assert found["fresh dots"] == np.inf
-    assert found["atoms moved 0.1 Å"] == pytest.approx(10 / (2 * over_proteins.CLOSE) ** 2)
+    assert found["atoms moved 0.1 Å"] == pytest.approx(10 / (2 * over_proteins.FLOOR_FACTOR) ** 2)
     assert (over_proteins.required(curve(), floors_at(9.0))["n_S_percent"] == 0).sum() == 1
 
 

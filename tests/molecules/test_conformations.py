@@ -326,9 +326,9 @@ def chosen(folder, text, stride=1, reading=None, trajectory=None, **asked):
     outputs = {key: folder / f"{key}.csv" for key in ("frames", "silhouette", "projection", "explained")}
     outputs |= {"structures": folder / "structures"}
     shutil.rmtree(outputs["structures"], ignore_errors=True)
-    asked = {"use": "clusters", "clusters": "auto", "pca_atoms": "auto", "stride": stride} | asked
-    inputs = {"structure": write(folder / "p.pdb", text)} | (trajectory or {})
-    script.main(inputs, outputs, reading or {}, {"frames": asked, "seed": 1}, "p")
+    asked = {"selection": "clusters", "clusters": "auto", "pca_atoms": "auto", "stride": stride} | asked
+    inputs = {"structure": write(folder / "p.pdb", text), "trajectory": None} | (trajectory or {})
+    script.main(**inputs, **outputs, settings=asked, molecule_options=reading or {}, seed=1, name="p")
     names = pd.read_csv(outputs["frames"])["conformation"].tolist()
     assert sorted(path.stem for path in outputs["structures"].iterdir()) == names
     return names
@@ -339,18 +339,18 @@ def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
     one, models = peptide() + "END\n", "".join(f"MODEL {k}\n{peptide()}ENDMDL\n" for k in (1, 2, 3))
     assert chosen(tmp_path, one, clusters=3) == chosen(tmp_path, one, stride=5) == ["c1"]
     for use in ([0, 2], [7], [0], {"stride": 3}, "all"):
-        assert chosen(tmp_path, one, use=use) == ["f0"]
+        assert chosen(tmp_path, one, selection=use) == ["f0"]
     assert chosen(tmp_path, one, pca_atoms="resid 900") == ["c1"]
     with pytest.raises(InputError, match=r"frames\.pca_atoms: .resid 900. selects nothing"):
         chosen(tmp_path, models, pca_atoms="resid 900")
-    assert chosen(tmp_path, models, use=[0, 2]) == ["f0", "f2"]
-    assert chosen(tmp_path, models, use=[0, 2], reading={"model": 2}) == ["f1"]
+    assert chosen(tmp_path, models, selection=[0, 2]) == ["f0", "f2"]
+    assert chosen(tmp_path, models, selection=[0, 2], reading={"model": 2}) == ["f1"]
     for stride, last in ((1, 2), (5, 0)):
         with pytest.raises(InputError, match=rf"\[7\] are not among the frames read, 0 to {last}"):
-            chosen(tmp_path, models, use=[7], stride=stride)
+            chosen(tmp_path, models, selection=[7], stride=stride)
     mdtraj.load(tmp_path / "p.pdb")[:1].save_xtc(str(tmp_path / "p.xtc"))
     with pytest.raises(InputError, match=r"\[2\] are not among the frames read, 0 to 0"):
-        chosen(tmp_path, one, use=[0, 2], trajectory={"trajectory": tmp_path / "p.xtc"})
+        chosen(tmp_path, one, selection=[0, 2], trajectory={"trajectory": tmp_path / "p.xtc"})
 
 
 def test_molecules_without_enough_c_alphas(shared):

@@ -335,7 +335,7 @@ def page(blob):
     runs = published_runs.runs_as_published(evaluator, PUBLISHED_ROWS, 3)
     best = tables.best_combinations(table, result, 20)
     links = replication.sweep_links(evaluator, (0.8, 1.2), 20, 2)
-    combination, bins = Combination.of(best["as_coded"]["unrestricted"]), []
+    combination, bins = Combination.from_row(best["as_coded"]["unrestricted"]), []
     for around, kept in rough_and_flat.AROUND.items():
         found = rough_and_flat.by_roughness(evaluator, combination, ["as_coded", "as_written"], 600, 2, kept)
         bins.append(rough_and_flat.bins_table(found, kept).assign(around=around))
@@ -454,7 +454,11 @@ def test_each_defect_has_its_own_cover(page, blob):
         ("both corrected", False, False),
     ):
         cover = published.build_cover(
-            view.index, view.roughness, view.r_patch, moved_centre=moved, every_patch=every
+            view.index,
+            view.roughness,
+            view.r_patch,
+            distance_from_moved_centre=moved,
+            chance_in_every_patch=every,
         )
         assert np.allclose(percent[name], 100 * published.expected_n_s(cover, PUBLISHED_ROWS) / 3000)
 
@@ -475,10 +479,10 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
             "prepare_surface",
             lambda *given: prepared.append(given) or SimpleNamespace(cover=cover),
         ),
-        (published_runs, "as_published", lambda _, grid, progress: table("runs", *grid[1])),
-        (published_runs, "place_of_published", lambda runs: table("places of", runs["what"][0])),
+        (published_runs, "runs_as_published", lambda _, grid, progress: table("runs", *grid[1])),
+        (published_runs, "place_published_values", lambda runs: table("places of", runs["what"][0])),
         (published_runs, "selection_bias", lambda runs, grid: f"{runs['what'][0]}, {grid['what'][0]}"),
-        (published_runs, "centres_in_any_order", lambda _: 181),
+        (published_runs, "centres_in_random_orders", lambda _: 181),
         (published_runs, "tests_of_table_1", lambda places, n: table("tests", places["what"][0], n)),
         (replication, "published_rows", lambda _, *given: table("rows", *given)),
         (replication, "sweep_links", lambda _, links, *given: table("links", len(links), *given)),

@@ -132,7 +132,7 @@ def test_whole_numbers_compile_no_kernels_of_their_own(blob):
         found = build_index(*blob, d_link)
         published.build_cover(found, roughness.roughness(found, radius), radius)
         descriptors.describe(found, blob[0][:2], radius)
-        kernels = (index._link, roughness._roughness, published._cover, subset_patches.patches_of)
+        kernels = (index._link, roughness._roughness, published._sweep, subset_patches.patches_of)
         return [kernel.signatures for kernel in kernels]
 
     as_floats = [list(each) for each in compiled(1.0, 3.0)]

@@ -31,7 +31,7 @@ from sparsurf.report.figures import (
     subsets,
 )
 from sparsurf.sampling.combination import Combination
-from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.study.prepared_surface import prepare_surface
 from sparsurf.study.rough_and_flat import by_roughness
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
@@ -86,10 +86,10 @@ def test_frames_are_coloured_by_cluster_and_the_chosen_ones_ringed():
 
 def test_many_conformations_are_not_named():
     plane = np.random.default_rng(0).normal(size=(60, 2))
-    for n in (frames.NAMED, frames.NAMED + 1):
+    for n in (frames.MAX_NAMED, frames.MAX_NAMED + 1):
         names = [f"c{k}" for k in range(n)]
         ax = frames.frames_projection(plane, np.zeros(60, int), range(n), names, [], {}).axes[0]
-        assert (len(ax.texts) > 0) == (n == frames.NAMED)
+        assert (len(ax.texts) > 0) == (n == frames.MAX_NAMED)
 
 
 def test_chosen_frames_are_found_by_their_numbers(tmp_path, monkeypatch):
@@ -109,8 +109,8 @@ def test_chosen_frames_are_found_by_their_numbers(tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(draw_frames, "frames_projection", lambda *given: seen.extend(given))
     monkeypatch.setattr(draw_frames.layout, "save", lambda *_: None)
-    draw_frames.main({name: tmp_path / f"{name}.csv" for name in tables}, {"png": "frames.png"}, "p")
-    assert [each.tolist() for each in seen[:5]] == [
+    draw_frames.main(**{name: tmp_path / f"{name}.csv" for name in tables}, png="frames.png", name="p")
+    assert [np.asarray(each).tolist() for each in seen[:5]] == [
         [[1, 4], [2, 5], [3, 6]], [0, 0, 1], [1, 2], ["c1", "c2"], [0.7, 0.3]
     ]  # fmt: skip
     assert seen[5:] == [{2: 0.5}, "p"]
@@ -498,9 +498,8 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     tmp_path, monkeypatch
 ):
     surface = Surface(*make_blob(1500))
-    settings = {"patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.1}, "evaluation": {"test_dots": 2}}
-    settings |= {"sampling": {"distance_from_moved_centre": True, "chance_in_every_patch": True}, "seed": 1}
-    evaluator = PreparedSurface.from_settings(surface, settings, None, "p/c1", 1)
+    patches = {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.1}
+    evaluator = prepare_surface(surface, patches, None, 1, "p/c1")
     unrestricted = {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0}
     other = unrestricted | {"gamma": 0}  # of another reading: not what is drawn
     best = {
@@ -522,14 +521,24 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     shown = []
     monkeypatch.setattr(draw_figures, "DRAWS", 2)
     monkeypatch.setattr(draw_figures, "recover", lambda points, normals, density, threads: (points, normals))
-    monkeypatch.setattr(draw_figures, "import_module", lambda _: SimpleNamespace(draw=shown.append))
+    monkeypatch.setattr(draw_figures, "FIGURES", {"subsets": SimpleNamespace(draw=shown.append)})
     monkeypatch.setattr(draw_figures.layout, "save", lambda *_: None)
     for own, words in (
         ({"floor": "turned"}, "farthest point"),
         ({"combination": [1, 0, 6, 0]}, "paper's sampling"),
     ):
-        settings["minimal"] = {"sampler": "farthest", "settle": False} | own
-        draw_figures.main(inputs, {"bins": tmp_path / "bins.csv", "subsets": "x.png"}, settings, "p/c1", 1)
+        draw_figures.main(
+            **inputs,
+            figures={"subsets": "x.png"},
+            bins=str(tmp_path / "bins.csv"),
+            patches=patches,
+            distance_from_moved_centre=True,
+            chance_in_every_patch=True,
+            test_dots=2,
+            minimal_settings={"sampler": "farthest", "relax": False} | own,
+            seed=1,
+            name="p/c1",
+        )
         assert shown[-1].subsets[-1][0] == f"minimal.csv, {words}"
     for k, name in enumerate(tables):
         assert getattr(shown[0], name)[name].tolist() == [k]

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 import sparsurf
+import write_crate
 import write_front_page
 from sparsurf.report import ensemble_page, pair_page, summary_page
 from sparsurf.report.first_page import TEMPLATE, first_page, main_figure
@@ -218,7 +219,7 @@ def test_a_run_begins_with_what_failed_and_its_warnings(tmp_path):
         columns=["protein", "conformation", "job", "sentence"],
     )
     table.to_csv(folder / "warnings.csv", index=False)
-    text = first(folder, files, without=[("<b>bad</b>", "no atoms & no hope.")])
+    text = first(folder, files, exclude=[("<b>bad</b>", "no atoms & no hope.")])
     note = Page(text).text["note"]
     assert "<b>bad</b>" in note and "no atoms & no hope." in note and "<b>bad" not in text
     assert "2 warnings" in note and "p/c1: Left out: HEM <x>." in note and "q: Cut short." in note
@@ -367,20 +368,18 @@ def test_names_are_escaped_everywhere(tmp_path):
         assert not [path for path in Page(page).links if "<" in path]
 
 
-def test_the_opening_of_the_report_leads_into_it_and_holds_its_figure(tmp_path, monkeypatch):
+def test_the_script_writes_the_first_page_and_what_failed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     folder = Path("results", "run")
-    files = write_run(folder)
-    outputs = {key: tmp_path / key for key in ("html", "part", "failures")}
-    held = [str(folder / path) for path in files if path.endswith((".png", "view.html"))]
-    beside = [str(folder / path) for path in files if str(folder / path) not in held]
-    write_front_page.main({"pages": held, "beside": beside}, outputs, folder, {"q": "too few dots."})
-    part, alone = outputs["part"].read_text(), outputs["html"].read_text()
-    assert "javascript:app.showResultInfo('results/run/p/c1/view.html')" in part and "javascript" not in alone
-    assert "data:image/png;base64,eA==" in part and "<html" not in part and "prefers-color-scheme" not in part
-    assert "q: too few dots." in Page(part).text["note"] == Page(alone).text["note"]
-    assert outputs["failures"].read_text() == "place,reason\nq,too few dots.\n"
-    assert 'src="p/c1/figures/required_dots.png"' in alone and "prefers-color-scheme" in alone
+    results = [str(folder / path) for path in write_run(folder)]
+    page, failures = folder / "index.html", folder / "failures.csv"
+    write_front_page.main(results, str(page), str(failures), {"q": "too few dots."})
+    assert "q: too few dots." in Page(page.read_text()).text["note"]
+    assert failures.read_text() == "place,reason\nq,too few dots.\n"
+    assert (
+        'src="p/c1/figures/required_dots.png"' in page.read_text()
+        and "prefers-color-scheme" in page.read_text()
+    )
 
 
 def test_the_crate_lists_every_file_of_the_run_with_its_size(tmp_path):
@@ -389,15 +388,11 @@ def test_the_crate_lists_every_file_of_the_run_with_its_size(tmp_path):
     (folder / "p/laid").mkdir()
     (folder / "p/laid/1.pdb").write_text("END\n")
     (folder / "p/a b.csv").write_text("x\n1\n")
-    outputs = {"html": folder / "index.html", "failures": folder / "failures.csv", "crate": folder / "c.json"}
-    inputs = {
-        "pages": str(folder / files[0]),
-        "beside": [str(folder / path) for path in [*files[1:], "p/laid"]],
-    }
-    write_front_page.main(inputs, outputs, folder, {})
+    outputs = {"crate": folder / "c.json"}
+    write_crate.main([str(folder / path) for path in [*files, "p/laid"]], str(outputs["crate"]))
     by = {each["@id"]: each for each in json.loads(outputs["crate"].read_text())["@graph"]}
     listed = [unquote(each["@id"]) for each in by["./"]["hasPart"]]
-    assert listed == ["index.html", "failures.csv", *files, "p/laid/1.pdb"] and "p/a%20b.csv" in by
+    assert listed == [*files, "p/laid/1.pdb"] and "p/a%20b.csv" in by
     for path in listed:
         assert by[quote(path)]["contentSize"] == str((folder / path).stat().st_size)
     assert by["p/a%20b.csv"]["encodingFormat"] == "text/csv"

@@ -634,16 +634,18 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
         np.savez(stream, charge=charge)
     Path(inputs["best"]).write_text('{"combinations": 3}')
     shown = []
-    monkeypatch.setattr(draw_view, "residue_names", lambda _: RESIDUES)
+    monkeypatch.setattr(draw_view, "residue_labels", lambda _: RESIDUES)
     monkeypatch.setattr(draw_view, "distance_to_recovered", lambda dots, kept, *_: len(dots) / len(kept))
-    monkeypatch.setattr(draw_view, "page", lambda *given: shown.append(given) or "the page")
+    monkeypatch.setattr(draw_view, "viewer_page", lambda *given: shown.append(given) or "the page")
     draw, drawn = draw_view.render.draw_surface, []
     monkeypatch.setattr(
         draw_view.render, "draw_surface", lambda *given: drawn.append(given[2]) or draw(*given)
     )
-    inputs["structure"] = ""
     outputs = {"page": tmp_path / "view.html", "picture": tmp_path / "view.png"}
-    draw_view.main(inputs, outputs, SETTINGS, "p/c1", 1)
+    rules = {"distance_from_moved_centre": True, "chance_in_every_patch": True, "seed": SETTINGS["seed"]}
+    draw_view.main(
+        **inputs, structure=None, **outputs, patches=SETTINGS["patches"], **rules, name="p/c1", threads=1
+    )
     assert (tmp_path / "view.html").read_text() == "the page"
     (values, field), dots = shown[0][-2:]
     assert (field.name, field.symbol, field.unit) == ("charge of side chains", "charge", " e")
@@ -664,11 +666,11 @@ def test_partners_are_coloured_by_propensity_and_gap(evaluator, tmp_path, monkey
     dots.assign(propensity_smoothed=0.5 * dots["partner"], gap=10 * dots["partner"]).to_csv(inputs["dots"])
     shown = []
     monkeypatch.setattr(
-        draw_pair, "coloured_page", lambda title, *given: shown.append((title, given[3])) or title
+        draw_pair, "coloured_page", lambda title, *given: shown.append((title, given[4])) or title
     )
     monkeypatch.setattr(draw_pair, "book_figure", lambda *_: layout.sheet(9, 9))  # seen in test_pairs.py
     no_atoms = {"structure_1": None, "structure_2": None}
-    rest = {"png": str(tmp_path / "book.png"), "patches": SETTINGS["patches"], "name": "pair"}
+    rest = {"png": str(tmp_path / "book.png"), "patches": SETTINGS["patches"], "seed": 1, "name": "pair"}
     draw_pair.main(**inputs, **no_atoms, **outputs, **rest)
     for side, (title, values) in enumerate(shown, 1):
         assert title == outputs[f"view_{side}"].read_text() == f"pair, partner {side}"

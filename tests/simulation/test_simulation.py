@@ -275,8 +275,8 @@ def test_a_structure_alone_becomes_a_study(tmp_path):
     }
     study = {
         "run": "simulated",
-        "proteins": {"median_patch_size": protein},
-        "frames": {"use": [10]},
+        "proteins": {"fragment": protein},
+        "frames": {"selection": [10]},
         "sampling": {"alpha": [0.5, 1.0], "beta": [0.0], "gamma": [0, 6], "delta": [0, 6]},
         "evaluation": {"test_dots": 40, "draws": 2},
         "tables": {"ranges": 3},
@@ -289,7 +289,7 @@ def test_a_structure_alone_becomes_a_study(tmp_path):
     command = [sys.executable, "-m", "snakemake", *requested, *map(str, where)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    folder = tmp_path / "results" / "simulated" / "median_patch_size"
+    folder = tmp_path / "results" / "simulated" / "fragment"
     built = json.loads((folder / "simulation" / "system.json").read_text())
     assert built["waters"] > 500
     assert built["atoms"] == built["protein_atoms"] + built["ions"] + 3 * built["waters"]

@@ -93,14 +93,16 @@ def test_the_config_says_whether_combinations_share_their_test_dots(blob, tmp_pa
     outputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
     write_npz(inputs["surface"], Surface(*blob))
     pd.DataFrame({"roughness": np.full(3000, 0.5)}).to_csv(inputs["roughness"], index=False)
-    settings = {
-        "patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.8},
-        "sampling": {"alpha": [0.5, 1.0], "beta": [0], "gamma": [2], "delta": [4]},
-        "evaluation": {"test_dots": 5, "draws": 1, "readings": ["as_coded"], "shared_test_dots": shared},
-        "seed": 1,
-    }
-    settings["sampling"] |= {"distance_from_moved_centre": True, "chance_in_every_patch": True}
-    evaluate_grid.main(inputs, outputs, settings, "p/c1", 1)
+    sampling = {"alpha": [0.5, 1.0], "beta": [0], "gamma": [2], "delta": [4]}
+    evaluate_grid.main(
+        **inputs,
+        **outputs,
+        patches={"R_patch": 4.0, "R_zernike": 6.0, "D_link": 0.8},
+        sampling=sampling | {"distance_from_moved_centre": True, "chance_in_every_patch": True},
+        evaluation={"test_dots": 5, "draws": 1, "readings": ["as_coded"], "shared_test_dots": shared},
+        seed=1,
+        name="p/c1",
+    )
     assert grids.read_grid(outputs["distances"]).tests.shape == shape
     assert pd.read_csv(outputs["grid"])[["alpha", "beta", "gamma", "delta"]].to_numpy().tolist() == [
         [0.5, 0, 2, 4],

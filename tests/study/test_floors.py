@@ -92,13 +92,40 @@ def test_frames_so_far_apart_are_found_and_superposed():
     assert turned[1.0][0] == pytest.approx(ATOMS, abs=1e-9)  # superposed
 
 
+def floors_of_frame(folder, monkeypatch, trajectory):
+    """Run the script on a frame of a trajectory; return the frames that it measures, by gap, and its atoms."""
+    given = []
+    table = pd.DataFrame({"floor": [], "Z": []})
+    monkeypatch.setattr(measure_floors, "read_npz", lambda _: range(100))
+    monkeypatch.setattr(measure_floors, "read_roughness", lambda *_: None)
+    monkeypatch.setattr(measure_floors, "prepare_surface", lambda *_: SimpleNamespace(nameless=None))
+    monkeypatch.setattr(measure_floors, "noise_floors", lambda *values: given.extend(values) or table)
+    measure_floors.main(
+        surface="",
+        roughness="",
+        conformation=str(folder / "own.pdb"),
+        floors=str(folder / "floors.csv"),
+        surface_settings={"radii": "dms"},
+        patches={"D_link": 0.5},
+        distance_from_moved_centre=True,
+        chance_in_every_patch=True,
+        test_dots=20,
+        seed=1,
+        molecule_options={"residues": "209-212"},
+        name="tdp43/c1",
+        structure=str(ROOT / "data" / "tdp43" / "topology.pdb"),
+        trajectory=str(trajectory),
+        frames=str(folder / "frames.csv"),
+    )
+    _, _, _, atoms, frames = given
+    return frames, atoms
+
+
 def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch):
     path, part, seen, told = ROOT / "data" / "tdp43", {"residues": "209-212"}, [], []
     whole = read_molecule(path / "topology.pdb", path / "trajectory.xtc", **part)
     whole.write_pdb(tmp_path / "own.pdb", 50)
     (tmp_path / "frames.csv").write_text("conformation,frame,time_ps\nc1,50,50.0\n")
-    inputs = {"structure": path / "topology.pdb", "trajectory": path / "trajectory.xtc"}
-    inputs |= {name: tmp_path / f"{name}.{ending}" for name, ending in (("own", "pdb"), ("frames", "csv"))}
 
     def noted(*arguments, **keys):
         seen.append(read_molecule(*arguments, **keys))
@@ -108,13 +135,13 @@ def test_of_a_trajectory_only_frames_so_far_apart_are_read(tmp_path, monkeypatch
     monkeypatch.setattr(
         "sparsurf.surfaces.molecular_surface.density_for_d_link", lambda *_, tell: told.append(tell) or 1.0
     )
-    found = measure_floors._with_atoms(inputs, {"radii": "dms"}, 0.5, part, "tdp43/c1")
-    assert told == [False]  # where the surface was made, it was
+    frames, atoms = floors_of_frame(tmp_path, monkeypatch, path / "trajectory.xtc")
+    assert told == [False]  # the surface's own job reports the density
     assert seen[0].frame_number.tolist() == [0, 30, 49, 50, 51, 70, 150]
-    apart = frames_at_gaps(whole, found["atoms"], 50.0)
-    assert list(found["frames"]) == [1.0, 20.0, 100.0] and [*map(len, apart.values())] == [2, 2, 1]
+    apart = frames_at_gaps(whole, atoms, 50.0)
+    assert list(frames) == [1.0, 20.0, 100.0] and [*map(len, apart.values())] == [2, 2, 1]
     for gap, places in apart.items():
-        assert np.array_equal(places, found["frames"][gap])
+        assert np.array_equal(places, frames[gap])
 
 
 def test_neighbours_that_a_trajectory_has_not_are_no_warning(tmp_path, monkeypatch, caplog):
@@ -122,13 +149,10 @@ def test_neighbours_that_a_trajectory_has_not_are_no_warning(tmp_path, monkeypat
     frames = mdtraj.load(str(path / "trajectory.xtc"), top=str(path / "topology.pdb"))[[3, 500]]
     monkeypatch.setattr("sparsurf.surfaces.molecular_surface.density_for_d_link", lambda *_, tell: 1.0)
     read_molecule(path / "topology.pdb", **part).write_pdb(tmp_path / "own.pdb", 0)
-    inputs = {"structure": path / "topology.pdb", "own": tmp_path / "own.pdb"}
-    for ending, time, known in (("xtc", "500.0", {}), ("dcd", "", None)):  # a DCD tells no times
+    for ending, time, known in (("xtc", "500.0", {}), ("dcd", "", None)):  # a DCD has no times
         frames.save(str(tmp_path / f"two.{ending}"))
         (tmp_path / "frames.csv").write_text(f"conformation,frame,time_ps\nc1,1,{time}\n")
-        inputs |= {"trajectory": tmp_path / f"two.{ending}", "frames": tmp_path / "frames.csv"}
-        found = measure_floors._with_atoms(inputs, {"radii": "dms"}, 0.5, part, "tdp43/c1")
-        assert found["frames"] == known
+        assert floors_of_frame(tmp_path, monkeypatch, tmp_path / f"two.{ending}")[0] == known
     assert not [message for message in caplog.messages if "at any of the times" in message]
 
 

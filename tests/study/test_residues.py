@@ -90,7 +90,7 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
     kept.to_csv(inputs["minimal"], index=False)
     kinds = ("csv", "pdb", "cif", "pml", "cxc", "bild")
     outputs = {"table" if kind == "csv" else kind: tmp_path / f"x.{kind}" for kind in kinds}
-    tabulate_residues.main(inputs, outputs, "two/c1")
+    tabulate_residues.main(**inputs, fields="", **outputs, name="two/c1")
     spheres = [line.split()[1:] for line in outputs["bild"].read_text().splitlines() if ".sphere" in line]
     assert np.array(spheres, float).tolist() == [[1.5, 0.25, 7, 0.3], [-2, 3, 8, 0.3]]
     named = re.findall(r"[\w]+\.(?:pdb|csv|bild)", outputs["pml"].read_text() + outputs["cxc"].read_text())
@@ -119,7 +119,7 @@ def test_pymol_gets_a_coloured_copy_for_each_field(tmp_path, monkeypatch):
     told = []
     known = ("load_cgo", "create", "alter", "spectrum", "disable")
     cmd = SimpleNamespace(**{each: lambda *a, each=each, **k: told.append((each, *a, k)) for each in known})
-    text = tabulate_residues.OPENERS["pml"].read_text()
+    text = (tabulate_residues.VIEWER / "open.pml").read_text()
     exec(re.search(r"^python\n(.*)^python end", text, re.M | re.S)[1], {"cmd": cmd})
     assert [each[0] for each in told] == [*known]
     assert told[0][1] == [0, 0.84, 0.37, 0.0, 1, 1, 2, 3, 0.3]

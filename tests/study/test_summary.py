@@ -467,6 +467,7 @@ def test_how_many_dots_are_enough_for_each_floor(tmp_path):
     for one, percent in zip(found[:2], (4.0, 10.0), strict=True):
         rows = [("turned", "as_written", 0.998), ("turned", "recovered", percent)]
         table = pd.DataFrame(rows, columns=["floor", "reading", "n_S_percent"])
+        table = table.assign(sampler="farthest", Z_floor=0.5, n_S=9, Z=0.5, bound="")
         table.to_csv(tmp_path / one.protein / one.conformation / "required_dots.csv", index=False)
     back = [summary.read_result(tmp_path / one.protein / one.conformation) for one in found]
     surfaces = summary.surfaces_table(back, PATCHES)

@@ -479,6 +479,14 @@ def test_a_protein_is_not_called_like_a_file_of_the_run(name):
     refuse({"proteins": {name: DEFAULT["proteins"]["tdp43"]}}, "is a file or folder of the study itself")
 
 
+def test_no_file_or_folder_of_a_run_can_be_the_name_of_a_protein(study):
+    own = yaml.safe_load((study / "config.yaml").read_text())["proteins"]
+    names = {path.name for path in (study / "results" / "small").iterdir()} - own.keys()
+    assert len(names) > 20
+    for name in names:
+        refuse({"proteins": {name: DEFAULT["proteins"]["tdp43"]}}, "is a file or folder of the study itself")
+
+
 def test_a_run_is_not_called_like_a_file_in_results():
     refuse(changed("run", "README.md"), r"results/README\.md is a file; choose another name")
 

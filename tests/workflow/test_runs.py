@@ -71,7 +71,7 @@ def test_a_study_with_simulations_is_planned_by_another_workflow(tmp_path):
     (tmp_path / "Snakefile").write_text(IMPORTING.format(snakefile=str(ROOT / "Snakefile")))
     process = snakemake(tmp_path, config, "--dry-run", root=tmp_path)
     assert process.returncode == 0, output(process)
-    for rule in ("simulate_stage", "follow_frames", "summarise_comparison", "match_partners"):
+    for rule in ("prepare_system", "simulate_stage", "choose_frames", "follow_frames", "judge_simulation"):
         assert f"study_{rule} " in output(process)
     assert not (tmp_path / "results").exists()
 

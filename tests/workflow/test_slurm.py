@@ -13,6 +13,7 @@ import slurm_node
 import study
 from conftest import ROOT
 from small_study import EMBEDDED, SETTINGS
+from sparsurf.workflow.slurm import impossible_jobs, stop_at_impossible_job
 
 ONE = SETTINGS | {"frames": {"selection": [0]}}
 ONE["proteins"] = {
@@ -111,3 +112,23 @@ def test_a_cancelled_study_continues_and_a_killed_job_is_tried_again(slurm, tmp_
     doubled = str(2 * int(memory.rstrip("M"))) + "M"
     assert (doubled, cores) in asked.values()
     shutil.rmtree(folder)
+
+
+def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(slurm, capsys, monkeypatch, tmp_path):
+    for name, value in slurm.items():
+        monkeypatch.setenv(name, value)
+    for name, minutes in (("mine-1_x", 60), ("other-1_x", 60)):
+        options = [f"--job-name={name}", "--partition=short", f"--time={minutes}", "--wrap=true"]
+        subprocess.run(["sbatch", *options], cwd=tmp_path, check=True, capture_output=True)
+    process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(100)"])
+    try:
+        wait_for(lambda: impossible_jobs("mine-1"), process)
+        stop_at_impossible_job(process, "mine-1")
+        assert process.wait(timeout=30) != 0
+    finally:
+        process.kill()
+    printed = capsys.readouterr().out
+    assert (
+        printed.count("Slurm will never start job") == 1
+        and "). Ask for less, or name another partition." in printed
+    )

@@ -288,7 +288,9 @@ class Thinning(Section):
 class Complementarity(Section):
     """How the partners of a pair are compared."""
 
-    centres: Literal["all"] | Centres = key("all", "Dots whose patches are compared.")
+    centres: Literal["all"] | Centres = key(
+        "all", "Dots whose patches are compared: all, or as {sampler: farthest, n_S_percent: 5}."
+    )
     nearest: Integer = key(10, "Nearest patches whose mean distance is the second map.", ge=1, le=1000)
     smoothing: Number = key(6.0, "Radius over which the maps are averaged, Å; 0 for none.", ge=0, le=100)
     interface: Length = key(3.0, "Dots nearer than this to the partner are interface, Å.")

@@ -157,6 +157,7 @@ def test_the_three_clearest_hits_are_drawn_from_the_side_of_the_site(run, tmp_pa
         view_2=str(tmp_path / "view_2.html"),
         site=SITE,
         patches=CONFIG["patches"],
+        seed=CONFIG["seed"],
         name="s",
     )
     ((name, panels, residues),) = figures
