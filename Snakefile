@@ -240,7 +240,7 @@ rule select_minimal_subset:
         ply="results/{run}/{protein}/{conformation}/minimal.ply",
         whole="results/{run}/{protein}/{conformation}/surface.ply",
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
-        enough="results/{run}/{protein}/{conformation}/enough.csv",
+        required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
         curves="results/{run}/{protein}/{conformation}/curves.csv",
         fields="results/{run}/{protein}/{conformation}/fields.npz",
         fields_recovered="results/{run}/{protein}/{conformation}/fields.csv",
@@ -357,7 +357,7 @@ rule summarise_surfaces:
         surfaces=every_conformation("surface.npz"),
         roughness=every_conformation("roughness.csv"),
         minimal=every_conformation("minimal.csv"),
-        enough=every_conformation("enough.csv"),
+        required_dots=every_conformation("required_dots.csv"),
         curves=every_conformation("curves.csv"),
         floors=every_conformation("floors.csv"),
         ranges=every_conformation("ranges.csv") if config["sampling"]["run"] else [],
@@ -365,12 +365,12 @@ rule summarise_surfaces:
     output:
         table="results/{run}/surfaces.csv",
         png=report(
-            "results/{run}/enough.png",
-            caption="src/sparsurf/report/captions/enough.rst",
+            "results/{run}/required_dots.png",
+            caption="src/sparsurf/report/captions/required_dots.rst",
             category="All surfaces",
             labels={"result": "How many dots are enough"},
         ),
-        svg="results/{run}/enough.svg",
+        svg="results/{run}/required_dots.svg",
     log:
         "results/{run}/logs/summarise_surfaces.log",
     localrule: True

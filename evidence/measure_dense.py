@@ -31,7 +31,7 @@ def main(
         molecule = read_molecule(structure, hydrogens=hydrogens)
         atoms, rules = radii(molecule, "dms"), surface_settings(1.4, requested, "keep")
         dots, density = surface_for_d_link(molecule, 0, atoms, rules, D_LINK, protein)
-        row = {"protein": protein, "hydrogens": hydrogens, "asked": requested}
+        row = {"protein": protein, "hydrogens": hydrogens, "requested_density": requested}
         row |= {"density": density, "N": len(dots)}
         evaluator = PreparedSurface(dots, seed=seed, threads=threads)
         generate_surface, xyz = surface_generator(molecule, 0, atoms, rules, D_LINK, protein)

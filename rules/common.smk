@@ -34,7 +34,7 @@ DOWNLOADS = {name: protein.download for name, protein in PROTEINS.items() if pro
 SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
 SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
 FIGURES = (
-    "enough",
+    "required_dots",
     "roughness",
     "number_of_dots",
     "number_of_dots_panels",
@@ -236,7 +236,7 @@ def protein_outputs(protein):
 
 def conformation_files(protein):
     """Files of each conformation of a protein."""
-    files = ["surface.npz", "surface.ply", "roughness.csv", "floors.csv", "enough.csv", "curves.csv"]
+    files = ["surface.npz", "surface.ply", "roughness.csv", "floors.csv", "required_dots.csv", "curves.csv"]
     files += ["minimal.csv", "minimal.ply", "recovered.csv", "fields.csv", "fields.npz"]
     files += ["view.html", "view.png"]
     if protein in MOLECULES:
@@ -260,7 +260,7 @@ def results_before_pages(wildcards):
     run = f"results/{config['run']}"
     files = []
     if PROTEINS:
-        files += ["surfaces.csv", "enough.png", "enough.svg"]
+        files += ["surfaces.csv", "required_dots.png", "required_dots.svg"]
     if PROTEINS and config["sampling"]["run"]:
         files += ["summary.csv", "relation.csv", "summary.html", "summary.png", "summary.svg"]
     if config["compare"]["run"]:

@@ -27,7 +27,7 @@ rule analyse_conformation:
         ply="results/{run}/{protein}/{conformation}/minimal.ply",
         whole="results/{run}/{protein}/{conformation}/surface.ply",
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
-        enough="results/{run}/{protein}/{conformation}/enough.csv",
+        required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
         curves="results/{run}/{protein}/{conformation}/curves.csv",
         fields="results/{run}/{protein}/{conformation}/fields.npz",
         fields_recovered="results/{run}/{protein}/{conformation}/fields.csv",

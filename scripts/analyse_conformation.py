@@ -73,7 +73,7 @@ def main(
         ply=outputs["ply"],
         whole=outputs["whole"],
         recovered=outputs["recovered"],
-        enough=outputs["enough"],
+        required_dots=outputs["required_dots"],
         curves=outputs["curves"],
         fields=outputs["fields"],
         fields_recovered=outputs["fields_recovered"],

@@ -12,10 +12,10 @@ from sparsurf.recovery.readings import READINGS, comparable_density, readings_of
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import (
     d_over_grid,
-    enough,
     layout,
     number_of_dots,
     number_of_dots_panels,
+    required_dots,
     rough_and_flat,
     roughness,
     subsets,
@@ -32,7 +32,7 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import job
 
 FIGURES = {
-    "enough": enough,
+    "required_dots": required_dots,
     "roughness": roughness,
     "number_of_dots": number_of_dots,
     "number_of_dots_panels": number_of_dots_panels,
@@ -51,7 +51,7 @@ def main(
     grid: str,
     best: str,
     floors: str,
-    enough: str,
+    required_dots: str,
     curves: str,
     minimal: str,
     figures: dict[str, str],
@@ -108,7 +108,7 @@ def main(
         ),
         grid=read_table(grid, results_of_grid["combinations"], "combinations"),
         floors=read_table(floors),
-        enough=read_table(enough),
+        required_dots=read_table(required_dots),
         curves=read_table(curves),
     )
     for figure, module in FIGURES.items():
@@ -171,7 +171,7 @@ if __name__ == "__main__":
             grid=snakemake.input.grid,
             best=snakemake.input.best,
             floors=snakemake.input.floors,
-            enough=snakemake.input.enough,
+            required_dots=snakemake.input.required_dots,
             curves=snakemake.input.curves,
             minimal=snakemake.input.minimal,
             figures={figure: snakemake.output[figure] for figure in FIGURES},

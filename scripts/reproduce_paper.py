@@ -23,7 +23,7 @@ def main(
     grid: str,
     ranges: str,
     best: str,
-    enough: str,
+    required_dots: str,
     bins: str,
     page: str,
     tables: dict[str, str],
@@ -41,7 +41,7 @@ def main(
 
     Parameters
     ----------
-    grid, ranges, best, enough, bins : results of the conformation that is the paper's A1
+    grid, ranges, best, required_dots, bins : results of the conformation that is the paper's A1
     tables : paths to be written, by the names runs, places, tests, rows, links, defects and family
     surface_settings, patches, sampling, evaluation : dict, sections of the config
     a1 : protein/conformation
@@ -90,7 +90,7 @@ def main(
             "bias": published_runs.selection_bias(runs, grid_table),
             "signs": replication.sign_changes(results["links"]),
             "bins": read_table(bins),
-            "enough": read_table(enough),
+            "required_dots": read_table(required_dots),
             "family": replication.best_of_family(results["family"]),
             "gathering": replication.gathering_by_roughness(prepared, draws),
             "uniform": {"median": float(np.median(np.bincount(prepared.cover.dot)))},
@@ -109,7 +109,7 @@ if __name__ == "__main__":
             grid=snakemake.input.grid,
             ranges=snakemake.input.ranges,
             best=snakemake.input.best,
-            enough=snakemake.input.enough,
+            required_dots=snakemake.input.required_dots,
             bins=snakemake.input.bins,
             page=snakemake.output.page,
             tables={

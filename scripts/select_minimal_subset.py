@@ -15,7 +15,7 @@ from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.sampling.samplers import farthest
 from sparsurf.study.minimal_subset import select_minimal_subset
 from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
-from sparsurf.study.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots
+from sparsurf.study.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots_table
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.csv import write_csv
@@ -37,7 +37,7 @@ def main(
     ply: str,
     whole: str,
     recovered: str,
-    enough: str,
+    required_dots: str,
     curves: str,
     fields: str,
     fields_recovered: str,
@@ -90,7 +90,7 @@ def main(
     subset = select_minimal_subset(trials, minimal, noise_floors, molecule)
     trials.down_to = -1 if whole_curve else FLOOR_FACTOR * noise_floors["Z"].min()
     requested = (minimal["floor"], len(subset.dots)) if "floor" in minimal else None
-    required_dots(trials, noise_floors, minimal=requested).to_csv(enough, index=False)
+    required_dots_table(trials, noise_floors, minimal=requested).to_csv(required_dots, index=False)
     all_curves = [curves_table(trials)]
     if minimal["sampler"] != UNIFORM:
         all_curves.append(curves_table(Trials(prepared, UNIFORM, n_tests), (WRITTEN_READING,)))
@@ -126,7 +126,7 @@ if __name__ == "__main__":
             ply=snakemake.output.ply,
             whole=snakemake.output.whole,
             recovered=snakemake.output.recovered,
-            enough=snakemake.output.enough,
+            required_dots=snakemake.output.required_dots,
             curves=snakemake.output.curves,
             fields=snakemake.output.fields,
             fields_recovered=snakemake.output.fields_recovered,

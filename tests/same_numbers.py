@@ -157,7 +157,7 @@ def measured():
     index = build_index(points, normals, 1.0)
     dots = farthest_point_sampling(index, len(points) // 5, np.random.default_rng(1))
     note("farthest dots", dots)
-    for kind in ("published", "steady"):
+    for kind in ("published", "rotation_robust"):
         z, sizes = descriptors.describe(index, points[dots[:40]], 6.0, True, 2, kind)
         note(f"{kind} descriptors", z)
         note(f"{kind} sizes", sizes)

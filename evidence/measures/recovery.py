@@ -154,13 +154,13 @@ def dense_means(table: pd.DataFrame) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame: hydrogens, asked (requested density), n (proteins), means of density, N, n_S and n_S_percent; how many times as
+    DataFrame: hydrogens, requested_density, n (proteins), means of density, N, n_S and n_S_percent; how many times as
     many dots are needed if the surface is recovered at 5.35 dots per Å^2: geometric mean `times`, `fewest`, `most`
     """
     rows = []
-    for (hydrogens, requested), part in table.groupby(["hydrogens", "asked"], sort=False):
+    for (hydrogens, requested), part in table.groupby(["hydrogens", "requested_density"], sort=False):
         times = part["n_S_at_5.35"] / part["n_S"]
-        row = {"hydrogens": hydrogens, "asked": requested, "n": len(part)}
+        row = {"hydrogens": hydrogens, "requested_density": requested, "n": len(part)}
         row |= {"density": part["density"].mean(), "N": part["N"].mean(), "n_S": part["n_S"].mean()}
         row |= {"n_S_percent": (100 * part["n_S"] / part["N"]).mean(), "times": np.exp(np.log(times).mean())}
         rows.append(row | {"fewest": times.min(), "most": times.max()})

@@ -61,7 +61,7 @@ rule tabulate_coverage:
 rule tabulate_intervals:
     input:
         recover=f"{TABLES}/recover.csv",
-        enough=f"{TABLES}/proteins_enough.csv",
+        required=f"{TABLES}/proteins_required_dots.csv",
     output:
         coverage_means=f"{TABLES}/coverage_means.csv",
     log:

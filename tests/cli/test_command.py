@@ -32,7 +32,7 @@ FILES = (
     "surface",
     "roughness",
     "floors",
-    "enough",
+    "required_dots",
     "curves",
     "recovered",
     "table",
@@ -309,7 +309,7 @@ def test_a_study_and_the_command_hand_out_the_same_subset(folder, tmp_path, wish
     measure_floors.main(
         **settings, conformation=own, surface_settings=rules | {"radii": "dms"}, molecule_options={}
     )
-    names = ("table", "ply", "whole", "recovered", "enough", "curves", "fields", "fields_recovered")
+    names = ("table", "ply", "whole", "recovered", "required_dots", "curves", "fields", "fields_recovered")
     select_minimal_subset.main(
         **settings,
         **{name: place[name] for name in names},

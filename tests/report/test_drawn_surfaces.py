@@ -231,7 +231,7 @@ def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
 
 def test_boxes_show_the_bins_of_roughness():
     r, z = distances(500)
-    references = {"empty_patch": 80.6, "null_model": 6.5, "floors": {"fresh dots": 0.5}}
+    references = {"Z_empty": 80.6, "Z_mean_descriptor": 6.5, "floors": {"fresh dots": 0.5}}
     figure = rough_and_flat.figure([("any dots", r, z[0], z[1])], [patch()], references, bins=5)
     ax = figure.axes[-1]
     edges = np.linspace(r.min(), r.max(), 6)
@@ -508,7 +508,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
         "references": {},
         "combinations": 1,
     }
-    tables = ("grid", "curves", "floors", "enough")
+    tables = ("grid", "curves", "floors", "required_dots")
     inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "best", "minimal", *tables)}
     write_npz(inputs["surface"], surface)
     pd.DataFrame({"roughness": evaluator.roughness}).to_csv(inputs["roughness"], index=False)

@@ -60,7 +60,7 @@ def summary_rows(protein, conformation):
                 {"protein": protein, "conformation": conformation, "mean_roughness": 0.6, "reading": reading}
                 | {"range": k, "n_S_low_percent": 30.0 * k - 30, "n_S_high_percent": 30.0 * k, "n_S_percent": 30.0 * k - 5}
                 | {"alpha": 1.0, "beta": 0.0, "gamma": 2.0 * k, "delta": 0.0}
-                | {"d_held_out": d, "d_held_out_low": d - 0.1, "d_held_out_high": d + 0.1}
+                | {"d_cv": d, "d_cv_low": d - 0.1, "d_cv_high": d + 0.1}
             )  # fmt: skip
     return rows
 
@@ -85,10 +85,10 @@ def write_run(folder, places=(("p", "c1"),)):
     for k, (p, c) in enumerate(places):
         own = folder / p / c
         (own / "figures").mkdir(parents=True)
-        enough = [("farthest", "fresh dots", 0.5, reading, 100, percent + k, 0.55)
+        required_dots = [("farthest", "fresh dots", 0.5, reading, 100, percent + k, 0.55)
                   for reading, percent in (("as_written", 60.0), ("recovered", 6.4))]  # fmt: skip
         columns = ["sampler", "floor", "Z_floor", "reading", "n_S", "n_S_percent", "Z"]
-        pd.DataFrame(enough, columns=columns).to_csv(own / "enough.csv", index=False)
+        pd.DataFrame(required_dots, columns=columns).to_csv(own / "required_dots.csv", index=False)
         for name in (
             "best.json",
             "minimal.csv",
@@ -96,16 +96,16 @@ def write_run(folder, places=(("p", "c1"),)):
             "view.html",
             "ranges.html",
             "figures/roughness.png",
-            "figures/enough.png",
+            "figures/required_dots.png",
         ):
             (own / name).write_text("x")
         made = (
-            "enough.csv",
+            "required_dots.csv",
             "view.html",
             "ranges.html",
             "minimal.csv",
             "figures/roughness.png",
-            "figures/enough.png",
+            "figures/required_dots.png",
         )
         files += [f"{p}/{c}/{name}" for name in made]
     return files
@@ -153,7 +153,7 @@ def test_d_as_written_is_that_of_the_range_where_d_as_coded_is_largest(tmp_path)
     folder = tmp_path / "run"
     files = write_run(folder)
     summary = pd.read_csv(folder / "summary.csv")
-    summary.loc[(summary["reading"] == "as_written") & (summary["range"] == 3), "d_held_out"] = 9.0
+    summary.loc[(summary["reading"] == "as_written") & (summary["range"] == 3), "d_cv"] = 9.0
     summary.to_csv(folder / "summary.csv", index=False)
     assert [card["d"] for card in first_page(folder, files, ())["surfaces"]["d"]] == ["2.5", "−0.3"]
 
@@ -171,7 +171,13 @@ def test_names_that_look_like_numbers_or_gaps_stay_names(tmp_path):
 def test_without_a_grid_each_surface_has_a_row_and_a_picture(tmp_path):
     folder = tmp_path / "run"
     files = [*write_run(folder, [("p", "c1"), ("q", "c1")]), "p/c1/view.png"]
-    of_grid = ("summary.csv", "relation.csv", "ranges.html", "figures/roughness.png", "figures/enough.png")
+    of_grid = (
+        "summary.csv",
+        "relation.csv",
+        "ranges.html",
+        "figures/roughness.png",
+        "figures/required_dots.png",
+    )
     files = [path for path in files if not path.endswith(of_grid)]
     surfaces = pd.read_csv(folder / "surfaces.csv")
     surfaces = surfaces.assign(area=[380.4, 420.0], minimal_n_S=[1234, 90], minimal_n_S_percent=[4.51, 12.2])
@@ -196,8 +202,8 @@ def test_several_surfaces_are_counted_and_spread(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder, [("p", f"c{k}") for k in range(1, 6)])
     known = first_page(folder, files, ())
-    assert known["surfaces"]["enough"]["percent"] == "8.4"  # 6.4 to 10.4
-    assert known["surfaces"]["enough"]["span"] == "6.4 to 10"
+    assert known["surfaces"]["required_dots"]["percent"] == "8.4"  # 6.4 to 10.4
+    assert known["surfaces"]["required_dots"]["span"] == "6.4 to 10"
     assert known["surfaces"]["d"][0]["places"]["above"] == 5
     text = render(TEMPLATE, **known)
     assert "on all surfaces" in text and text.count("<details") == 1  # the galleries beyond three
@@ -370,7 +376,10 @@ def test_the_script_writes_the_first_page_and_what_failed(tmp_path, monkeypatch)
     write_front_page.main(results, str(page), str(failures), {"q": "too few dots."})
     assert "q: too few dots." in Page(page.read_text()).text["note"]
     assert failures.read_text() == "place,reason\nq,too few dots.\n"
-    assert 'src="p/c1/figures/enough.png"' in page.read_text() and "prefers-color-scheme" in page.read_text()
+    assert (
+        'src="p/c1/figures/required_dots.png"' in page.read_text()
+        and "prefers-color-scheme" in page.read_text()
+    )
 
 
 def test_the_crate_lists_every_file_of_the_run_with_its_size(tmp_path):

@@ -21,7 +21,7 @@ from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.floors import frames_at_gaps, noise_floors, random_rotation
 from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.required_dots import MIN_DOTS, Trials, required_dots
+from sparsurf.study.required_dots import MIN_DOTS, Trials, required_dots_table
 from sparsurf.study.subset_search import smallest_recovered_subset
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
@@ -162,11 +162,11 @@ def test_turnings_are_rotations():
     assert np.abs(np.mean(turns, axis=0)).max() < 0.12  # no direction is favoured
 
 
-def test_enough_is_where_the_curve_meets_the_floor(evaluator, table):
+def test_required_dots_are_where_the_curve_meets_the_floor(evaluator, table):
     wanted = table.reset_index()
     trials = Trials(evaluator, "farthest", 60)
-    enough = required_dots(trials, wanted)
-    by = enough.set_index(["floor", "reading"])
+    required_dots = required_dots_table(trials, wanted)
+    by = required_dots.set_index(["floor", "reading"])
     assert by.loc[("fresh dots", "recovered"), "n_S"] < by.loc[("fresh dots", "as_written"), "n_S"]
     one = by.loc[("turned", "recovered")]
     dots = smallest_recovered_subset(trials, wanted, "turned")

@@ -13,7 +13,7 @@ from sparsurf.study.required_dots import (
     Trials,
     curves_table,
     percent_columns,
-    required_dots,
+    required_dots_table,
     required_on_grid,
     smallest_n_s,
 )
@@ -42,11 +42,11 @@ def test_the_null_model_is_undercut_by_the_interval():
         (0.55, np.nan, np.nan),
         (9.0, 5, 5),
     )
-    for null_model, uniform, paper in cases:
-        found = required_on_grid(GRID, null_model, {}).set_index("sampler")
+    for z_mean_descriptor, uniform, paper in cases:
+        found = required_on_grid(GRID, z_mean_descriptor, {}).set_index("sampler")
         assert found["n_S_percent"].tolist() == pytest.approx([uniform, paper], nan_ok=True)
         assert found["smallest"].tolist() == [uniform == 5.0, paper == 5.0]
-        assert (found["reading"] == "as_written").all() and found["Z"].tolist() == [null_model] * 2
+        assert (found["reading"] == "as_written").all() and found["Z"].tolist() == [z_mean_descriptor] * 2
 
 
 def test_a_floor_is_reached_within_a_tenth_of_it_whatever_the_interval():
@@ -58,7 +58,7 @@ def test_a_floor_is_reached_within_a_tenth_of_it_whatever_the_interval():
         ("turned", "uniform"): between(1.65, (10, 20), (2, 1)), ("turned", "paper"): between(1.65, (5, 10), (2, 1)),
         ("fresh dots", "uniform"): np.nan, ("fresh dots", "paper"): np.nan, ("far", "uniform"): 5, ("far", "paper"): 5,
     }  # fmt: skip
-    assert found[found.index.get_level_values(0) != "null_model"].to_dict() == pytest.approx(
+    assert found[found.index.get_level_values(0) != "Z_mean_descriptor"].to_dict() == pytest.approx(
         wanted, nan_ok=True
     )
 
@@ -90,7 +90,10 @@ def test_percents_are_columns_by_floor_and_reading():
             "n_S_percent": [80.0, 2.5],
         }
     )
-    assert percent_columns(table) == {"enough_fresh_dots_as_written": 80.0, "enough_turned_recovered": 2.5}
+    assert percent_columns(table) == {
+        "required_percent_fresh_dots_as_written": 80.0,
+        "required_percent_turned_recovered": 2.5,
+    }
 
 
 class MadeUp(Trials):
@@ -117,7 +120,7 @@ def one_floor(value):
 
 def test_a_floor_is_reached_within_a_tenth_however_well_it_is_known():
     # ln Z is a straight line over ln n_S here, so that between two steps the answer is exact: 100 / n = 1.98 at 50.5
-    found = required_dots(MadeUp(), one_floor(1.8)).set_index("reading")
+    found = required_dots_table(MadeUp(), one_floor(1.8)).set_index("reading")
     assert found["n_S"].to_dict() == {"as_written": 102, "recovered": 51}
     assert found["n_S_percent"].to_dict() == {"as_written": 10.2, "recovered": 5.1}
     assert found["Z"].tolist() == pytest.approx([1.98, 1.98]) and found["bound"].tolist() == ["", ""]
@@ -127,7 +130,7 @@ def test_a_floor_is_reached_within_a_tenth_however_well_it_is_known():
     ("value", "n", "z", "bound"), [(99, 12, 100 / 12, "at most"), (0.1, 1000, 0, "more")]
 )
 def test_beyond_what_was_measured_there_is_a_bound(value, n, z, bound):
-    found = required_dots(MadeUp(), one_floor(value), ("recovered",)).iloc[0]
+    found = required_dots_table(MadeUp(), one_floor(value), ("recovered",)).iloc[0]
     assert (found["n_S"], found["bound"]) == (n, bound) and found["Z"] == pytest.approx(z)
 
 
@@ -150,22 +153,22 @@ def test_what_the_search_measured_joins_the_curve():
         [[2.0 if len(dots) < 55 else 1.0] for dots in subsets]
     )
     # Z drops at 55: between the steps of 50 and 60 a straight line alone would say 50 (1.98 / 2)^(ln 1.2 / ln .5)
-    assert required_dots(trials, floors, ("recovered",))["n_S"].tolist() == [51]
+    assert required_dots_table(trials, floors, ("recovered",))["n_S"].tolist() == [51]
     assert len(smallest_recovered_subset(trials, floors, "turned")) == 55
-    assert required_dots(trials, floors, ("recovered",))["n_S"].tolist() == [54]
+    assert required_dots_table(trials, floors, ("recovered",))["n_S"].tolist() == [54]
     steps = [12, *(10 * p for p in CURVE_PERCENTS if p >= 1.5)]
     assert curves_table(trials, ("recovered",))["n_S"].tolist() == steps
-    handed_out = required_dots(trials, floors, ("recovered",), ("turned", 55))
+    handed_out = required_dots_table(trials, floors, ("recovered",), ("turned", 55))
     assert handed_out[["n_S", "n_S_percent", "Z"]].iloc[0].tolist() == [55, 5.5, 1.0]
 
 
 def test_a_curve_ends_where_the_lowest_floor_is_reached():
     trials, floors = MadeUp(), one_floor(1.8)
-    whole = required_dots(MadeUp(), floors)
+    whole = required_dots_table(MadeUp(), floors)
     trials.down_to = 1.98
     assert curves_table(trials, ("recovered",))["n_S"].tolist() == [12, 15, 20, 25, 30, 40, 50, 60]
     assert len(curves_table(trials, ("as_written",))) == len(trials.sizes)
-    pd.testing.assert_frame_equal(required_dots(trials, floors), whole)
+    pd.testing.assert_frame_equal(required_dots_table(trials, floors), whole)
 
 
 @given(

@@ -63,8 +63,8 @@ def test_tables_of_a_conformation_agree(run, place):
     assert len(roughness) == row["N"] == n and roughness["roughness"].between(0, 1).all()
     assert row["mean_roughness"] == pytest.approx(roughness["roughness"].mean())
     assert len(minimal) == row["minimal_n_S"] and minimal["weight"].sum() == n
-    enough = pd.read_csv(folder / "enough.csv").set_index(["floor", "reading"])
-    assert enough.loc[("fresh dots", "recovered"), "n_S"] == len(minimal)
+    required_dots = pd.read_csv(folder / "required_dots.csv").set_index(["floor", "reading"])
+    assert required_dots.loc[("fresh dots", "recovered"), "n_S"] == len(minimal)
     grid, best = pd.read_csv(folder / "grid.csv"), json.loads((folder / "best.json").read_text())
     assert len(grid) == best["combinations"] == 8 and best["N"] == n
     chosen = best["as_coded"]["unrestricted"]

@@ -130,7 +130,7 @@ def residues(
     -------
     DataFrame, one row per residue
         chain, residue, residue_name; area and area_contact, area_saddle, area_concave (Å^2); mean_roughness and
-        least_roughness (NaN where buried); the mean of each field; dots, kept, and the weight of the kept.
+        most_rough (NaN where buried); the mean of each field; dots, kept, and the weight of the kept.
 
     Examples
     --------

@@ -38,7 +38,7 @@ DOWNLOADS = {  # files of a surface and what they contain
     "ranges.csv": "the best combination per range of n_S",
     "grid.csv": "Z and d of every combination",
     "floors.csv": "the noise floors",
-    "enough.csv": "how many dots reach each floor",
+    "required_dots.csv": "how many dots reach each floor",
     "fields.csv": "what few dots give back of each field",
 }
 
@@ -63,7 +63,9 @@ def first_page(
     """
     folder, files = Path(folder), dict.fromkeys(paths)
     places = [
-        tuple(path.split("/")[:2]) for path in files if path.count("/") == 2 and path.endswith("/enough.csv")
+        tuple(path.split("/")[:2])
+        for path in files
+        if path.count("/") == 2 and path.endswith("/required_dots.csv")
     ]
     first = "/".join(places[0]) if places else ""
     sampled = "summary.csv" in files  # otherwise the views are linked from the rows
@@ -120,13 +122,13 @@ def of_surfaces(
     for name in {"surfaces", "summary"} & tables.keys():
         tables[name] = tables[name].set_index(NAMES).loc[places].reset_index()
     surfaces = tables.pop("surfaces")
-    enough = pd.concat([read(folder, f"{'/'.join(place)}/enough.csv") for place in places])
+    required_dots = pd.concat([read(folder, f"{'/'.join(place)}/required_dots.csv") for place in places])
     known = {
         "proteins": surfaces["protein"].drop_duplicates().tolist(),
         "dots": span(surfaces["N"], "{:,.0f}".format),
         "roughness": span(surfaces["mean_roughness"]),
         "n_surfaces": len(surfaces),
-        "enough": enough_card(surfaces, enough, floor),
+        "required_dots": required_dots_card(surfaces, required_dots, floor),
         "d": [],
         "rows": [] if tables else rows_of(surfaces, files),
     }
@@ -149,8 +151,8 @@ def rows_of(surfaces: pd.DataFrame, files: Iterable[str]) -> list[tuple[str, str
 def main_figure(folder: Path, files: Iterable[str], first: str) -> dict[str, str] | None:
     """Choose the main figure: that over all surfaces, else that of the first, else what exists."""
     for path in (
-        "enough.png",
-        f"{first}/figures/enough.png",
+        "required_dots.png",
+        f"{first}/figures/required_dots.png",
         f"{first}/figures/d_over_grid.png",
         "pairs/pairs.png",
     ):
@@ -187,13 +189,17 @@ def numbers(surfaces: pd.DataFrame, summary: pd.DataFrame, relation: pd.DataFram
     }
 
 
-def enough_card(surfaces: pd.DataFrame, enough: pd.DataFrame, floor: str | None) -> dict[str, Any] | None:
+def required_dots_card(
+    surfaces: pd.DataFrame, required_dots: pd.DataFrame, floor: str | None
+) -> dict[str, Any] | None:
     """Collect the share of the dots from which the surface is recovered within a floor; None if that was not measured.
 
     If no floor sets the minimal subsets, `handed_out` is their share, and the card reports how many dots reach the floor of
     fresh dots.
     """
-    rows = enough[(enough["floor"] == (floor or FRESH)) & (enough["reading"] == RECOVERED)]
+    rows = required_dots[
+        (required_dots["floor"] == (floor or FRESH)) & (required_dots["reading"] == RECOVERED)
+    ]
     if rows.empty:
         return None
     minimal = surfaces.get("minimal_n_S_percent")
@@ -211,16 +217,16 @@ def enough_card(surfaces: pd.DataFrame, enough: pd.DataFrame, floor: str | None)
 
 def d_card(summary: pd.DataFrame, reading: str, first: str) -> dict[str, Any]:
     """Collect d of the best combination, in the range of n_S in which d under the reading `first` is largest."""
-    best = summary[(summary["reading"] == first) & summary["d_held_out"].notna()]
-    best = best.loc[best.groupby(NAMES)["d_held_out"].idxmax().to_list(), [*NAMES, "range"]]
+    best = summary[(summary["reading"] == first) & summary["d_cv"].notna()]
+    best = best.loc[best.groupby(NAMES)["d_cv"].idxmax().to_list(), [*NAMES, "range"]]
     rows = summary[summary["reading"] == reading].merge(best, on=[*NAMES, "range"])
-    rows = rows.dropna(subset=["d_held_out"])
+    rows = rows.dropna(subset=["d_cv"])
     if rows.empty:
         return {"reading": reading, "d": None}
-    places = [against_zero(*ends) for ends in rows[["d_held_out_low", "d_held_out_high"]].to_numpy()]
+    places = [against_zero(*ends) for ends in rows[["d_cv_low", "d_cv_high"]].to_numpy()]
     return {
         "reading": reading,
-        "d": number(rows["d_held_out"].median(), 1),
+        "d": number(rows["d_cv"].median(), 1),
         "n_S": share(rows["n_S_percent"].median()),
         "n": len(rows),
         "places": {name: places.count(name) for name in ("above", "below", "around", "unknown")},
@@ -235,7 +241,7 @@ def ranges_rows(summary: pd.DataFrame, readings: list[str]) -> list[list[str]]:
         row = [f"{number(by['n_S_low_percent'].iloc[0], 0)} – {number(by['n_S_high_percent'].iloc[0], 0)}"]
         for reading in readings:
             best: Any = by.loc[reading]
-            row += [combination(best), interval(*best[["d_held_out", "d_held_out_low", "d_held_out_high"]])]
+            row += [combination(best), interval(*best[["d_cv", "d_cv_low", "d_cv_high"]])]
         rows.append(row)
     return rows
 
@@ -247,7 +253,7 @@ def over_all(summary: pd.DataFrame, relation: pd.DataFrame, readings: list[str])
         by = of_range.set_index("reading")
         row = [f"{number(by['n_S_low_percent'].iloc[0], 0)} – {number(by['n_S_high_percent'].iloc[0], 0)}"]
         for reading in readings:
-            d = summary[(summary["reading"] == reading) & (summary["range"] == k)]["d_held_out"].dropna()
+            d = summary[(summary["reading"] == reading) & (summary["range"] == k)]["d_cv"].dropna()
             d_text = interval(d.median(), d.min(), d.max()) if len(d) else ""
             best: Any = by.loc[reading]
             row += [combination(best), d_text]

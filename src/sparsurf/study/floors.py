@@ -30,6 +30,11 @@ FRESH = "fresh dots"
 TURNED = "turned"
 
 
+def floor_column(floor: str) -> str:
+    """Return the name of the column that holds Z of a noise floor, where floors stand side by side."""
+    return "Z_resampled" if floor == FRESH else f"Z_{floor.replace(' ', '_')}"
+
+
 def noise_floors(
     prepared: PreparedSurface,
     n_tests: int,

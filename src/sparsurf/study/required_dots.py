@@ -20,8 +20,8 @@ MEDIAN_WINDOWS = 50  # a running median covers one of so many parts of the rows
 FLOOR_FACTOR = (
     1.1  # a Z within a tenth of a floor counts as the floor: Z of recovered surfaces levels off there
 )
-NULL_MODEL = "null_model"
-COLUMN_PREFIX = "enough_"  # of the columns of surfaces.csv
+MEAN_DESCRIPTOR = "Z_mean_descriptor"
+COLUMN_PREFIX = "required_percent_"  # of the columns of surfaces.csv
 # n_S of the measured curves, % of the dots
 CURVE_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
 MIN_DOTS = 12  # no surface can be recovered from fewer
@@ -55,7 +55,7 @@ def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
 
 
 def required_on_grid(
-    grid: pd.DataFrame, null_model: float, floors: Mapping[str, float], reading: str = WRITTEN_READING
+    grid: pd.DataFrame, z_mean_descriptor: float, floors: Mapping[str, float], reading: str = WRITTEN_READING
 ) -> pd.DataFrame:
     """Find the smallest n_S of the grid that beats the null model or comes within a tenth of each noise floor.
 
@@ -66,7 +66,7 @@ def required_on_grid(
     ----------
     grid : DataFrame
         See `tables.grid_table`.
-    null_model : float, Z
+    z_mean_descriptor : float, Z
     floors : dict of name to Z
     reading : str
 
@@ -82,8 +82,8 @@ def required_on_grid(
         mean = grid[f"{column}_{reading}"].to_numpy()
         if sampler == UNIFORM:  # rows that differ only in n_S and chance must not be ranked
             mean = _running_median(mean)
-        for name, value in {NULL_MODEL: null_model, **floors}.items():
-            limit, curve = (value, highest) if name == NULL_MODEL else (FLOOR_FACTOR * value, mean)
+        for name, value in {MEAN_DESCRIPTOR: z_mean_descriptor, **floors}.items():
+            limit, curve = (value, highest) if name == MEAN_DESCRIPTOR else (FLOOR_FACTOR * value, mean)
             required = smallest_n_s(limit, percent, curve)
             smallest = required <= percent[0]
             if smallest:
@@ -212,7 +212,7 @@ def curves_table(trials: Trials, readings: Sequence[str] = (WRITTEN_READING, REC
     return pd.concat(tables, ignore_index=True)
 
 
-def required_dots(
+def required_dots_table(
     trials: Trials,
     floors: pd.DataFrame,
     readings: Sequence[str] = (WRITTEN_READING, RECOVERED),
@@ -258,6 +258,6 @@ def required_dots(
 
 
 def percent_columns(required: pd.DataFrame) -> dict[str, float]:
-    """Return the n_S_percent of `required_dots` as columns of one surface, by floor and reading."""
+    """Return the n_S_percent of `required_dots_table` as columns of one surface, by floor and reading."""
     columns = required["floor"].str.replace(" ", "_") + "_" + required["reading"]
     return dict(zip(COLUMN_PREFIX + columns, required["n_S_percent"], strict=True))

@@ -187,13 +187,13 @@ def reference_values(z_tot: np.ndarray) -> dict[str, float]:
 
     Returns
     -------
-    dict: `empty_patch`, mean |z_tot|, the Z of patches of one dot; `null_model`, Z if every patch has the mean descriptor;
-    `two_patches`, mean distance of two different patches.
+    dict: `Z_empty`, mean |z_tot|, the Z of patches of one dot; `Z_mean_descriptor`, Z if every patch has the mean descriptor;
+    `Z_two_patches`, mean distance of two different patches.
     """
     rows = len(z_tot) - 1
     total = sum(np.linalg.norm(z_tot[i + 1 :] - z_tot[i], axis=1).sum() for i in range(rows))
     return {
-        "empty_patch": float(np.linalg.norm(z_tot, axis=1).mean()),
-        "null_model": float(np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean()),
-        "two_patches": float(total / (rows * (rows + 1) / 2)) if rows else float("nan"),
+        "Z_empty": float(np.linalg.norm(z_tot, axis=1).mean()),
+        "Z_mean_descriptor": float(np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean()),
+        "Z_two_patches": float(total / (rows * (rows + 1) / 2)) if rows else float("nan"),
     }

@@ -15,7 +15,7 @@ Sampler = Literal[
     "adaptive",
 ]
 Roughness = Literal["published"]
-Descriptor = Literal["published", "steady"]
+Descriptor = Literal["published", "rotation_robust"]
 Field = Literal["hydropathy", "volume", "aromaticity", "charge", "potential", "bfactor"]
 Reading = Literal["as_coded", "as_written", "recovered"]
 Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from sparsurf.report.figures.results import Results
 
 REFERENCES = {
-    "empty_patch": ("empty patch", "--"),
-    "null_model": ("null model", ":"),
+    "Z_empty": ("empty patch", "--"),
+    "Z_mean_descriptor": ("null model", ":"),
     "fresh dots": ("fresh dots", "-."),
 }
 MIN_VALUES = 5  # of a box plot
@@ -55,7 +55,7 @@ def figure(
         Per patch: title, points (n, 3), normals (n, 3), and which of its dots the sampling and
         the uniform subset keep (int, counted within the patch).
     references : dict, optional
-        `empty_patch`, `null_model` and among its `floors` `fresh dots`; a line is drawn if the value lies in the range.
+        `Z_empty`, `Z_mean_descriptor` and among its `floors` `fresh dots`; a line is drawn if the value lies in the range.
     bins : int
         Equal-width intervals of roughness.
     name : str

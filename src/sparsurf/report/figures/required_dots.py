@@ -41,12 +41,12 @@ DASHES = ((4, 3), (1, 2), (6, 2, 1, 2), (3, 1), (6, 2, 1, 2, 1, 2))  # of the no
 
 
 class Tables(NamedTuple):
-    """Tables of one surface: its name, curves.csv, floors.csv, enough.csv, and grid.csv if it exists."""
+    """Tables of one surface: its name, curves.csv, floors.csv, required_dots.csv, and grid.csv if it exists."""
 
     name: str
     curves: pd.DataFrame
     floors: pd.DataFrame
-    enough: pd.DataFrame
+    required_dots: pd.DataFrame
     grid: pd.DataFrame | None = None
 
 
@@ -75,7 +75,7 @@ def read(folder: Path, sampled: bool = True) -> Tables:
 
 def draw(results: Results) -> Figure:
     """Draw the figure of one surface."""
-    tables = Tables(results.name, results.curves, results.floors, results.enough, results.grid)
+    tables = Tables(results.name, results.curves, results.floors, results.required_dots, results.grid)
     return figure([tables], results.floor)
 
 
@@ -122,12 +122,14 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
 
 def panel_of(tables: Tables, floor: str = FRESH, reading: str = WRITTEN_READING) -> Panel:
     """Collect the panel of one surface."""
-    grid, curves, enough = tables.grid, tables.curves, tables.enough
+    grid, curves, required_dots = tables.grid, tables.curves, tables.required_dots
     lines: dict[Any, tuple[np.ndarray, ...]] = {
         key: (rows["n_S_percent"].to_numpy(), rows["Z"].to_numpy())
         for key, rows in curves.groupby(["sampler", "reading"], sort=False)
     }
-    answer = enough[(enough["floor"] == floor) & (enough["reading"] == RECOVERED)].iloc[0]
+    answer = required_dots[(required_dots["floor"] == floor) & (required_dots["reading"] == RECOVERED)].iloc[
+        0
+    ]
     floors: dict[Any, float] = tables.floors.set_index("floor")["Z"].to_dict()
     cloud = (np.empty(0), np.empty(0))
     if grid is not None and f"Z_tS_{reading}" in grid:
