@@ -65,7 +65,7 @@ def test_imports_point_one_way(module):
     assert {package(other) for other in imported(LIBRARY / module, hints)} <= set(above)
 
 
-SIZES = {"library, modules": 175, "files of a package": 25}  # at most
+SIZES = {"library, modules": 180, "files of a package": 25}  # at most
 
 
 def outer_imports(path):

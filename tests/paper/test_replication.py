@@ -531,6 +531,7 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
     for module, name, made in (
         (reproduce_paper, "read_npz", lambda _: range(8000)),
         (reproduce_paper, "read_roughness", lambda *_: None),
+        (reproduce_paper, "read_table", lambda path, *_: pd.read_csv(path)),
         (
             reproduce_paper,
             "prepare_surface",
