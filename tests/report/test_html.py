@@ -16,7 +16,7 @@ import write_front_page
 from sparsurf.report import ensemble_page, pair_page, summary_page
 from sparsurf.report.first_page import TEMPLATE, first_page, main_figure
 from sparsurf.report.numbers import against_zero, interval, number, share, span
-from sparsurf.report.page import TEMPLATES, code, embedded, linked_in_report, render
+from sparsurf.report.page import TEMPLATES, code, embedded, render
 
 READINGS = ("as_coded", "as_written")
 D = {"as_coded": 2.51, "as_written": -0.28}  # of the best range
@@ -390,12 +390,6 @@ def test_the_crate_lists_every_file_of_the_run_with_its_size(tmp_path):
     assert by["p/c1/minimal.csv"]["description"].startswith("the minimal subset")
     assert by["ro-crate-metadata.json"]["about"] == {"@id": "./"} and by["./"]["@type"] == "Dataset"
     assert by["#sparsurf"]["version"] == sparsurf.__version__
-
-
-def test_links_that_the_report_does_not_hold_stay():
-    page = '<a href="a b.csv">x</a><a href="c.png">y</a><a href="#words">z</a>'
-    led = linked_in_report(page, "results/r", ["c.png"])
-    assert led == page.replace('"c.png"', "\"javascript:app.showResultInfo('results/r/c.png')\"")
 
 
 def test_figures_that_are_missing_or_too_large_stay_outside(tmp_path, monkeypatch):

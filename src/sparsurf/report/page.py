@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 import jinja2
 from markupsafe import Markup, escape
@@ -61,17 +59,3 @@ def render(template: str, **known: Any) -> str:
 def write(path: Path | str, template: str, **known: Any) -> None:
     """Render a page into the file `path`."""
     Path(path).write_text(render(template, **known), encoding="utf-8")
-
-
-def linked_in_report(page: str, folder: str, held: Iterable[str]) -> str:
-    """Make the links of a page open the files that Snakemake's report holds, paths below `folder`."""
-    in_report = {quote(path, safe="/") for path in held}
-
-    def relink(link: re.Match[str]) -> str:
-        """Return the link as the report needs it."""
-        if link.group(1) not in in_report:
-            return link.group()
-        path = quote(f"{folder}/", safe="/") + link.group(1)
-        return f"href=\"javascript:app.showResultInfo('{path}')\""
-
-    return re.sub(r'href="([^"]+)"', relink, page)
