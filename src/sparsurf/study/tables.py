@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sparsurf import InputError
+from sparsurf.columns import missing_columns
 from sparsurf.files import read_bytes
 from sparsurf.sampling.combination import PARAMETERS, combination_labels, join_combinations
 from sparsurf.study.best_set import best_set
@@ -36,7 +37,7 @@ def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> p
     Raises
     ------
     InputError
-        If it is not a table, is cut short, or has another number of rows.
+        If it is not a table, is cut short, lacks a column that columns.yaml lists, or has another number of rows.
     """
     try:
         text = read_bytes(path).decode("utf-8")
@@ -48,6 +49,8 @@ def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> p
         raise InputError(f"{path} cannot be read ({reason}): delete it and run the study again.") from None
     if not text.endswith("\n"):
         raise InputError(f"{path} is cut short: delete it and run the study again.")
+    if missing := missing_columns(Path(path).name, table.columns):
+        raise InputError(f"{path} lacks the column {missing[0]}: delete it and run the study again.")
     if rows is not None and len(table) != rows:
         raise InputError(f"{path} has {len(table)} rows for {rows} {of}: delete it and run the study again.")
     return table
@@ -112,7 +115,9 @@ def grid_table(grid: Grid) -> pd.DataFrame:
             mean = estimate(x)
             table[f"{name}_{reading}"], table[f"{name}_se_{reading}"] = mean.mean, mean.error
             table[f"{name}_low_{reading}"], table[f"{name}_high_{reading}"] = mean.low, mean.high
-        table[f"fragment_{reading}"], table[f"fragment_uniform_{reading}"] = grid.fragment[r]
+        table[f"median_patch_size_{reading}"], table[f"median_patch_size_uniform_{reading}"] = (
+            grid.median_patch_size[r]
+        )
     return table
 
 
@@ -138,9 +143,9 @@ def ranges_table(
 
     Returns
     -------
-    DataFrame, one row per reading and range: limits, number of combinations, the winner with its n_S, `d_held_out` with
+    DataFrame, one row per reading and range: limits, number of combinations, the winner with its n_S, `d_cv` with
     its 95 % interval (`statistics.cross_validated`: d of the selection on test dots and draws that were not used for
-    it), d and its interval (too high, as it is the criterion of the choice), Z_tS, Z_tR, fragment, and `best_set`, the
+    it), d and its interval (too high, as it is the criterion of the choice), Z_tS, Z_tR, median_patch_size, and `best_set`, the
     combinations that contain the truly best one with 95 % confidence. The rows share their test dots. A range without
     combinations has NaN. Every row ends with the reference values.
     """
@@ -163,14 +168,14 @@ def all_reference_values(grid: Grid, floors: Mapping[str, float] | None = None) 
 
 
 def floors_by_name(floors: pd.DataFrame) -> dict[str, float]:
-    """Return floor -> Z of a table of `floors.noise_floors`."""
+    """Return floor -> Z of a table of `floors.floors_table`."""
     return dict(zip(floors["floor"], floors["Z"].astype(float), strict=True))
 
 
 def add_reference_columns(table: pd.DataFrame, references: Mapping[str, Any]) -> pd.DataFrame:
-    """Add the reference values to every row of a table of Z: empty_patch, null_model, and fresh_dots if measured."""
-    table = table.assign(empty_patch=references["empty_patch"], null_model=references["null_model"])
-    return table.assign(fresh_dots=references["floors"]["fresh dots"]) if "floors" in references else table
+    """Add the reference values to every row of a table of Z: Z_empty, Z_mean_descriptor, and Z_resampled if measured."""
+    table = table.assign(Z_empty=references["Z_empty"], Z_mean_descriptor=references["Z_mean_descriptor"])
+    return table.assign(Z_resampled=references["floors"]["fresh dots"]) if "floors" in references else table
 
 
 def _winner(table: pd.DataFrame, d: np.ndarray, reading: str, inside: np.ndarray) -> dict[str, Any]:
@@ -183,13 +188,13 @@ def _winner(table: pd.DataFrame, d: np.ndarray, reading: str, inside: np.ndarray
         **{p: sub.iloc[best][p] for p in PARAMETERS},
         "n_S": sub.iloc[best]["n_S"],
         "n_S_percent": sub.iloc[best]["n_S_percent"],
-        "d_held_out": float(validated.mean),
-        "d_held_out_low": float(validated.low),
-        "d_held_out_high": float(validated.high),
+        "d_cv": float(validated.mean),
+        "d_cv_low": float(validated.low),
+        "d_cv_high": float(validated.high),
     }
     row |= {
         key: sub.iloc[best][f"{key}_{reading}"]
-        for key in ("d", "d_low", "d_high", "Z_tS", "Z_tR", "fragment")
+        for key in ("d", "d_low", "d_high", "Z_tS", "Z_tR", "median_patch_size")
     }
     candidates = sub[best_set(d[inside])]
     row["n_best_set"] = len(candidates)

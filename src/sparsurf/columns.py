@@ -1,0 +1,200 @@
+"""Columns of every CSV of a run and of the command line: type, unit and meaning, from columns.yaml.
+
+`python -m sparsurf.columns` renews docs/columns.md.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import yaml
+
+PAGE = "docs/columns.md"
+INTRODUCTION = """# Columns of every table
+
+Every CSV and Parquet table of a run and of the command line, with type, unit and meaning of each column. `make schema` writes
+this page from `src/sparsurf/columns.yaml`, which also checks the tables when they are read. A path lies below
+`results/<run>/`. A blank cell is a value that is not known or does not apply. Columns with * are absent where they do not
+apply. `<reading>` stands for `as_coded`, `as_written` and `recovered`; `<field>`, `<floor>` and `<sampler>` stand for names in
+the config.
+"""
+PLACEHOLDERS = {
+    "<reading>": "(?:as_coded|as_written|recovered)",
+    "<residue>": r"[^:]*:\w+",
+    "<n>": r"\d+",
+    "<m>": r"\d+",
+    "<row>": "[123]",
+    "<axis>": "[xyz]",
+}
+ANY_NAME = r"\S+"  # of a field, floor or sampler
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table.
+
+    Attributes
+    ----------
+    name : str; a part such as <reading> stands for several names
+    type : 'text', 'int', 'float' or 'bool'
+    unit : str, empty without one
+    meaning : str
+    optional : bool, whether some tables lack it
+    """
+
+    name: str
+    type: str
+    unit: str
+    meaning: str
+    optional: bool = False
+
+    def matches(self, name: str) -> bool:
+        """Whether a column of that name is described here."""
+        return bool(_pattern(self.name).fullmatch(name))
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: what each of its rows is, and its columns in order."""
+
+    row: str
+    columns: tuple[Column, ...]
+
+    def column(self, name: str) -> Column | None:
+        """Return the description of a column; the most specific one."""
+        matching = [column for column in self.columns if column.matches(name)]
+        return min(matching, key=lambda column: (column.name.count("<"), -len(column.name)), default=None)
+
+
+@cache
+def tables() -> dict[str, Table]:
+    """Return all tables by their path below results/<run>/, or by their command."""
+    text = Path(__file__).with_name("columns.yaml").read_text(encoding="utf-8")
+    content = yaml.safe_load(text)
+    shared = {name: Column(name, *words) for name, words in content["columns"].items()}
+    return {
+        name: Table(table["row"], tuple(_columns_of(table, shared, content["suffixes"])))
+        for name, table in content["tables"].items()
+    }
+
+
+def table_of(path: str | PurePosixPath) -> Table:
+    """Return the table of a file of a run.
+
+    Parameters
+    ----------
+    path : path below results/<run>/
+
+    Raises
+    ------
+    KeyError : the file is not listed
+    """
+    parts = PurePosixPath(path).parts
+    fits = [key for key in tables() if _same_place(key.split("/"), parts)]
+    if not fits:
+        raise KeyError(f"{path} is not in columns.yaml")
+    return tables()[min(fits, key=lambda key: key.count("<"))]
+
+
+def missing_columns(name: str, columns: Iterable[str]) -> list[str]:
+    """Return the columns that a table lacks, in the one of the tables with that file name that it is most like.
+
+    Parameters
+    ----------
+    name : file name, as ranges.csv; a file that is not listed lacks nothing
+    columns : names of the columns that it has
+    """
+    present = list(columns)
+    lacking = [
+        [
+            column.name
+            for column in table.columns
+            if "<" not in column.name and not column.optional and column.name not in present
+        ]
+        for key, table in tables().items()
+        if key.rpartition("/")[2] == name
+    ]
+    return min(lacking, key=len, default=[])
+
+
+def page() -> str:
+    """Return docs/columns.md."""
+    sections = [INTRODUCTION]
+    for key, table in tables().items():
+        lines = [
+            f"## `{key}`\n",
+            f"A row is {table.row}.\n",
+            "| column | type | unit | meaning |",
+            "| --- | --- | --- | --- |",
+        ]
+        lines += [
+            f"| `{column.name}`{'*' * column.optional} | {column.type} | {column.unit} | {_escaped(column.meaning)} |"
+            for column in table.columns
+        ]
+        sections.append("\n".join(lines) + "\n")
+    return "\n".join(sections)
+
+
+def _columns_of(
+    table: Mapping[str, Any], shared: Mapping[str, Column], suffixes: Mapping[str, str]
+) -> Iterator[Column]:
+    """Resolve the columns of one table, in order."""
+    entries = [entry for part in table["columns"] for entry in (part if isinstance(part, list) else [part])]
+    of_table = {name: Column(name, *words) for name, words in table.get("own", {}).items()}
+    for entry in entries:
+        if isinstance(entry, Mapping):
+            ((label, words),) = entry.items()
+            name = label.removesuffix("?")
+            of_table[name] = Column(name, *words)
+        else:
+            label, name = entry, entry.removesuffix("?")
+        column = _known(name, {**shared, **of_table}, suffixes)
+        yield replace(column, name=name, optional=label.endswith("?"))
+
+
+def _known(name: str, known: Mapping[str, Column], suffixes: Mapping[str, str]) -> Column:
+    """Return a described column, or derive an interval end, error or spread from the column that it belongs to."""
+    if name in known:
+        return known[name]
+    for suffix, words in suffixes.items():
+        base, reading = name.removesuffix("_<reading>"), "_<reading>" * name.endswith("_<reading>")
+        if base.endswith(f"_{suffix}"):
+            base = base.removesuffix(f"_{suffix}")
+            column = known[f"{base}{reading}"]
+            return replace(column, type="float", meaning=words.format(f"`{base}{reading}`"))
+    raise KeyError(f"columns.yaml does not explain the column {name}")
+
+
+@cache
+def _pattern(name: str) -> re.Pattern[str]:
+    """Return the regular expression of the names that a column stands for."""
+    parts = re.split("(<[a-z]+>)", name)
+    return re.compile(
+        "".join(PLACEHOLDERS.get(part, ANY_NAME) if part[:1] == "<" else re.escape(part) for part in parts)
+    )
+
+
+def _same_place(key: list[str], parts: tuple[str, ...]) -> bool:
+    """Whether a path has the parts of a key, any name in place of <...>."""
+    return len(key) == len(parts) and all(
+        a == b or a.startswith("<") for a, b in zip(key, parts, strict=True)
+    )
+
+
+def _escaped(text: str) -> str:
+    """Return a text as a cell of a Markdown table."""
+    return text.replace("|", "\\|").replace("<", "&lt;")
+
+
+def main() -> None:
+    """Write docs/columns.md into the working directory."""
+    Path(PAGE).write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
