@@ -3,8 +3,8 @@
 import numpy as np
 
 from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.study import floors as noise_floors
 from sparsurf.study.floors import TIME_GAPS_PS, frames_at_gaps
-from sparsurf.study.floors import noise_floors as noise_floors
 from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.formats.npz import read_npz
@@ -18,6 +18,7 @@ def main(
     roughness: str,
     conformation: str | None,
     floors: str,
+    distances: str,
     surface_settings: dict,
     patches: dict,
     distance_from_moved_centre: bool,
@@ -31,7 +32,7 @@ def main(
     frames: str | None = None,
     threads: int = 1,
 ) -> None:
-    """Write floors.csv; for a ready surface with those floors that need no atoms.
+    """Write floors.csv and the distances at the test dots; for a ready surface with those floors that need no atoms.
 
     Parameters
     ----------
@@ -66,7 +67,9 @@ def main(
             near = read_molecule(structure, trajectory, times=times, **molecule_options)
             other_frames = frames_at_gaps(near, atoms, time)
     n_tests = number_of_tests(test_dots, len(dots))
-    noise_floors(prepared, n_tests, generate_surface, atoms, other_frames).to_csv(floors, index=False)
+    measured = noise_floors.measure_floors(prepared, n_tests, generate_surface, atoms, other_frames)
+    noise_floors.floors_table(measured).to_csv(floors, index=False)
+    noise_floors.write_distances(distances, measured)
 
 
 if __name__ == "__main__":
@@ -79,6 +82,7 @@ if __name__ == "__main__":
             trajectory=snakemake.input.get("trajectory"),
             frames=snakemake.input.get("frames"),
             floors=snakemake.output.floors,
+            distances=snakemake.output.distances,
             surface_settings=snakemake.params.surface,
             patches=snakemake.params.patches,
             distance_from_moved_centre=snakemake.params.distance_from_moved_centre,

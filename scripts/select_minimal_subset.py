@@ -11,11 +11,13 @@ from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_recovered, error_table
 from sparsurf.recovery.fields import recovery_table
+from sparsurf.rounding import write_table
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.sampling.samplers import farthest
+from sparsurf.study.floors import read_distances
 from sparsurf.study.minimal_subset import select_minimal_subset
 from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
-from sparsurf.study.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots
+from sparsurf.study.required_dots import FLOOR_FACTOR, UNIFORM, Trials, curves_table, required_dots_table
 from sparsurf.study.tables import read_roughness, read_table
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.csv import write_csv
@@ -37,7 +39,7 @@ def main(
     ply: str,
     whole: str,
     recovered: str,
-    enough: str,
+    required_dots: str,
     curves: str,
     fields: str,
     fields_recovered: str,
@@ -85,20 +87,20 @@ def main(
             "%s: nothing was evaluated as coded, so the paper's sampling takes the paper's parameters", name
         )
     n_tests = number_of_tests(test_dots, len(dots))
-    noise_floors = read_table(floors)
+    noise_floors = read_distances(floors)
     trials = Trials(prepared, minimal["sampler"], n_tests, choices, minimal["relax"])
     subset = select_minimal_subset(trials, minimal, noise_floors, molecule)
-    trials.down_to = -1 if whole_curve else FLOOR_FACTOR * noise_floors["Z"].min()
-    requested = (minimal["floor"], len(subset.dots)) if "floor" in minimal else None
-    required_dots(trials, noise_floors, minimal=requested).to_csv(enough, index=False)
+    lowest = min(distances.mean() for distances in noise_floors.values())
+    trials.down_to = -1 if whole_curve else FLOOR_FACTOR * lowest
+    write_table(required_dots, required_dots_table(trials, noise_floors))
     all_curves = [curves_table(trials)]
     if minimal["sampler"] != UNIFORM:
         all_curves.append(curves_table(Trials(prepared, UNIFORM, n_tests), (WRITTEN_READING,)))
-    pd.concat(all_curves).to_csv(curves, index=False)
+    write_table(curves, pd.concat(all_curves))
     distances = distance_to_recovered(
         dots.points, subset.surface.points, subset.surface.normals, threads, DENSITY_FOR_ERRORS
     )
-    error_table(distances, curvature(prepared.index, threads=threads)).to_csv(recovered, index=False)
+    write_table(recovered, error_table(distances, curvature(prepared.index, threads=threads)))
     rows = subset.table.assign(**subset.surface.fields)
     write_csv(table, rows, list(subset.surface.fields))
     columns = {key: rows[key].to_numpy(float) for key in ("spacing", "reach")} | subset.surface.fields
@@ -126,7 +128,7 @@ if __name__ == "__main__":
             ply=snakemake.output.ply,
             whole=snakemake.output.whole,
             recovered=snakemake.output.recovered,
-            enough=snakemake.output.enough,
+            required_dots=snakemake.output.required_dots,
             curves=snakemake.output.curves,
             fields=snakemake.output.fields,
             fields_recovered=snakemake.output.fields_recovered,

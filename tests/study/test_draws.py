@@ -124,7 +124,7 @@ def test_fragments_are_medians_over_draws_and_test_dots(evaluator):
     for half in (0, 1):
         subsets = [evaluator.pair(COMBINATION, draw)[half] for draw in range(3)]
         _, sizes = evaluator.distances(subsets, found.tests, z_tot, "as_coded")
-        assert found.fragment[0, half, 0] == np.median(sizes) != np.mean(sizes)
+        assert found.median_patch_size[0, half, 0] == np.median(sizes) != np.mean(sizes)
 
 
 @pytest.mark.parametrize(("shared", "told"), [(True, [30, 36]), (False, range(3, 37, 3))])

@@ -125,7 +125,7 @@ def test_grid_survives_the_disk(grid, tmp_path):
 def test_references_of_two_opposite_vectors():
     z = np.zeros((2, 121))
     z[:, 0] = [1.0, 3.0]
-    assert reference_values(z) == {"empty_patch": 2.0, "null_model": 1.0, "two_patches": 2.0}
+    assert reference_values(z) == {"Z_empty": 2.0, "Z_mean_descriptor": 1.0, "Z_two_patches": 2.0}
 
 
 def test_references_of_a1(a1):
@@ -133,9 +133,9 @@ def test_references_of_a1(a1):
     surface = PreparedSurface(a1, seed=5, name="a1", threads=2)
     z_tot, _ = surface.describe(surface.draw_tests(2000))
     sticks = reference_values(z_tot)
-    assert sticks["empty_patch"] == pytest.approx(9.61, abs=0.15)
-    assert sticks["null_model"] == pytest.approx(1.54, abs=0.1)
-    assert sticks["two_patches"] == pytest.approx(2.17, abs=0.15)
+    assert sticks["Z_empty"] == pytest.approx(9.61, abs=0.15)
+    assert sticks["Z_mean_descriptor"] == pytest.approx(1.54, abs=0.1)
+    assert sticks["Z_two_patches"] == pytest.approx(2.17, abs=0.15)
 
 
 def test_published_rows_of_a1(a1, shared):

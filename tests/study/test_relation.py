@@ -36,7 +36,7 @@ def rows(winners, plateaus):
         join_combinations(Combination(1, 0, gamma, 0) for gamma in each) for each in plateaus
     ]
     table["protein"], table["mean_roughness"] = "p", 0.5 + 0.02 * np.arange(len(winners))
-    return table.assign(d=1.0, d_held_out=1.0, d_from_near=1.0, d_from_far=0.5, d_from_all=1.0)
+    return table.assign(d=1.0, d_cv=1.0, d_from_near=1.0, d_from_far=0.5, d_from_all=1.0)
 
 
 def test_shared_is_what_lies_in_most_plateaus_and_of_those_what_wins_most_often():

@@ -13,7 +13,7 @@ from sparsurf.study.required_dots import (
     Trials,
     curves_table,
     percent_columns,
-    required_dots,
+    required_dots_table,
     required_on_grid,
     smallest_n_s,
 )
@@ -42,15 +42,15 @@ def test_the_null_model_is_undercut_by_the_interval():
         (0.55, np.nan, np.nan),
         (9.0, 5, 5),
     )
-    for null_model, uniform, paper in cases:
-        found = required_on_grid(GRID, null_model, {}).set_index("sampler")
+    for z_mean_descriptor, uniform, paper in cases:
+        found = required_on_grid(GRID, z_mean_descriptor, {}).set_index("sampler")
         assert found["n_S_percent"].tolist() == pytest.approx([uniform, paper], nan_ok=True)
         assert found["smallest"].tolist() == [uniform == 5.0, paper == 5.0]
-        assert (found["reading"] == "as_written").all() and found["Z"].tolist() == [null_model] * 2
+        assert (found["reading"] == "as_written").all() and found["Z"].tolist() == [z_mean_descriptor] * 2
 
 
-def test_a_floor_is_reached_within_a_tenth_of_it_whatever_the_interval():
-    floors = {"turned": 1.5, "fresh dots": 0.4, "far": 9.0}  # times 1.1: 1.65, .44, 9.9
+def test_a_floor_is_reached_within_a_fifth_of_it_whatever_the_interval():
+    floors = {"turned": 1.375, "fresh dots": 0.4, "far": 9.0}  # times 1.2: 1.65, .48, 10.8
     found = required_on_grid(GRID.iloc[[2, 0, 1]], 9.0, floors).set_index(["reference", "sampler"])[
         "n_S_percent"
     ]
@@ -58,7 +58,7 @@ def test_a_floor_is_reached_within_a_tenth_of_it_whatever_the_interval():
         ("turned", "uniform"): between(1.65, (10, 20), (2, 1)), ("turned", "paper"): between(1.65, (5, 10), (2, 1)),
         ("fresh dots", "uniform"): np.nan, ("fresh dots", "paper"): np.nan, ("far", "uniform"): 5, ("far", "paper"): 5,
     }  # fmt: skip
-    assert found[found.index.get_level_values(0) != "null_model"].to_dict() == pytest.approx(
+    assert found[found.index.get_level_values(0) != "Z_mean_descriptor"].to_dict() == pytest.approx(
         wanted, nan_ok=True
     )
 
@@ -73,7 +73,7 @@ def test_no_row_of_uniform_dots_wins_by_luck():
     grid = grid.assign(
         Z_tR_high_as_written=grid["Z_tR_as_written"], Z_tS_high_as_written=grid["Z_tS_as_written"]
     )
-    found = required_on_grid(grid, 1.0, {"turned": 2.0 / 1.1}).set_index(["reference", "sampler"])[
+    found = required_on_grid(grid, 1.0, {"turned": 2.0 / 1.2}).set_index(["reference", "sampler"])[
         "n_S_percent"
     ]
     assert found["turned", "uniform"] == pytest.approx(50, abs=0.5)
@@ -82,90 +82,91 @@ def test_no_row_of_uniform_dots_wins_by_luck():
     )  # of whichever combination does it
 
 
-def test_percents_are_columns_by_floor_and_reading():
+def test_percents_are_columns_by_floor_and_reading_with_the_interval_of_the_recovered():
     table = pd.DataFrame(
         {
             "floor": ["fresh dots", "turned"],
             "reading": ["as_written", "recovered"],
             "n_S_percent": [80.0, 2.5],
+            "n_S_percent_low": [np.nan, 2.0],
+            "n_S_percent_high": [np.nan, 3.5],
         }
     )
-    assert percent_columns(table) == {"enough_fresh_dots_as_written": 80.0, "enough_turned_recovered": 2.5}
+    assert percent_columns(table) == {
+        "required_percent_fresh_dots_as_written": 80.0,
+        "required_percent_turned_recovered": 2.5,
+        "required_percent_turned_recovered_low": 2.0,
+        "required_percent_turned_recovered_high": 3.5,
+    }
 
 
 class MadeUp(Trials):
-    """A surface of 1000 dots whose Z is 100 / n_S, twice that unless recovered."""
+    """A surface of 1000 dots whose Z is 100 / n_S, twice that unless recovered, at every test dot and in every draw."""
 
     def __init__(self):
-        self.prepared, self.sampler, self.n_dots = (
-            SimpleNamespace(name="made up", threads=1),
-            "farthest",
-            1000,
-        )
-        self._measured, self.down_to = {}, -1
+        self.prepared = SimpleNamespace(name="made up", threads=1, stream=lambda *_: np.random.default_rng(0))
+        self.sampler, self.n_dots, self._measured, self.down_to = "farthest", 1000, {}, -1
 
     def draw(self, n):
         return np.arange(n)
 
+    def draws(self, n, reading):
+        return [np.arange(n)] * (3 if reading == "recovered" else 1)
+
     def distances(self, subsets, reading):
-        return np.array([[100 / len(dots) * (1 if reading == "recovered" else 2)] for dots in subsets])
+        z = np.array([100 / len(dots) * (1 if reading == "recovered" else 2) for dots in subsets])
+        return np.tile(z[:, None], 4)
 
 
 def one_floor(value):
-    return pd.DataFrame({"floor": ["turned"], "Z": [value], "se": [0.4]})
+    return {"turned": np.full((10, 4), value)}
 
 
-def test_a_floor_is_reached_within_a_tenth_however_well_it_is_known():
-    # ln Z is a straight line over ln n_S here, so that between two steps the answer is exact: 100 / n = 1.98 at 50.5
-    found = required_dots(MadeUp(), one_floor(1.8)).set_index("reading")
+def test_a_floor_is_reached_within_a_fifth():
+    # Z is exactly what is fitted, and ln Z is a straight line over ln n_S: 100 / n = 1.98 at 50.5
+    found = required_dots_table(MadeUp(), one_floor(1.65)).set_index("reading")
     assert found["n_S"].to_dict() == {"as_written": 102, "recovered": 51}
     assert found["n_S_percent"].to_dict() == {"as_written": 10.2, "recovered": 5.1}
     assert found["Z"].tolist() == pytest.approx([1.98, 1.98]) and found["bound"].tolist() == ["", ""]
+    ends = found.loc["recovered", ["n_S_percent_low", "n_S_percent_high"]].astype(float)
+    assert ends.tolist() == pytest.approx(
+        [5.05, 5.05], abs=0.005
+    )  # nothing varies; steps of the fitted curve
+    assert found.loc["as_written", ["n_S_percent_low", "n_S_percent_high"]].isna().all()
+    subset, interval = smallest_recovered_subset(MadeUp(), one_floor(1.65), "turned")
+    assert len(subset) == 51 and interval == pytest.approx((50.5, 50.5), abs=0.05)
 
 
 @pytest.mark.parametrize(
-    ("value", "n", "z", "bound"), [(99, 12, 100 / 12, "at most"), (0.1, 1000, 0, "more")]
+    ("value", "n", "z", "bound"), [(99, 12, 100 / 12, "at most"), (0.05, 1000, 0, "more")]
 )
 def test_beyond_what_was_measured_there_is_a_bound(value, n, z, bound):
-    found = required_dots(MadeUp(), one_floor(value), ("recovered",)).iloc[0]
+    found = required_dots_table(MadeUp(), one_floor(value), ("recovered",)).iloc[0]
     assert (found["n_S"], found["bound"]) == (n, bound) and found["Z"] == pytest.approx(z)
+    assert np.isnan(found["n_S_percent_low"])
+    subset, interval = smallest_recovered_subset(MadeUp(), one_floor(value), "turned")
+    assert len(subset) == n and interval is None
 
 
-@pytest.mark.parametrize(
-    ("value", "n"),
-    [
-        (1.8, 51),  # up to 1.98, between 50 and 60: 55, 52 (1.92) and 51 (1.96) do, which are three halvings
-        (1.66, 55),  # up to 1.83: 55 (1.82) does, 52 (1.92) and 53 (1.89) do not
-        (99, 12),  # fewer hold no surface
-        (0.1, 912),  # up to .11, no step does: of those between 900 and 1000, 950, 925 and 912 (.1096)
-    ],
-)
-def test_the_step_before_is_halved_three_times(value, n):
-    assert len(smallest_recovered_subset(MadeUp(), one_floor(value), "turned")) == n
-
-
-def test_what_the_search_measured_joins_the_curve():
-    trials, floors = MadeUp(), one_floor(1.8)
-    trials.distances = lambda subsets, reading: np.array(
-        [[2.0 if len(dots) < 55 else 1.0] for dots in subsets]
-    )
-    # Z drops at 55: between the steps of 50 and 60 a straight line alone would say 50 (1.98 / 2)^(ln 1.2 / ln .5)
-    assert required_dots(trials, floors, ("recovered",))["n_S"].tolist() == [51]
-    assert len(smallest_recovered_subset(trials, floors, "turned")) == 55
-    assert required_dots(trials, floors, ("recovered",))["n_S"].tolist() == [54]
-    steps = [12, *(10 * p for p in CURVE_PERCENTS if p >= 1.5)]
-    assert curves_table(trials, ("recovered",))["n_S"].tolist() == steps
-    handed_out = required_dots(trials, floors, ("recovered",), ("turned", 55))
-    assert handed_out[["n_S", "n_S_percent", "Z"]].iloc[0].tolist() == [55, 5.5, 1.0]
+def test_only_sizes_around_the_crossing_are_measured():
+    """Z is 1.98 at 50.5: up to 60, the first that is enough, and then to 5 x 60 and a margin of a fifth."""
+    trials = MadeUp()
+    smallest_recovered_subset(trials, one_floor(1.65), "turned")
+    sizes = [12, *(10 * p for p in CURVE_PERCENTS if p >= 1.5 and 10 * p <= 60 * 5 * 1.2)]
+    assert sorted(trials._measured["recovered"]) == sizes
+    assert curves_table(trials, ("recovered",))["n_S"].tolist() == [
+        12,
+        *(10 * p for p in CURVE_PERCENTS if p >= 1.5),
+    ]
 
 
 def test_a_curve_ends_where_the_lowest_floor_is_reached():
-    trials, floors = MadeUp(), one_floor(1.8)
-    whole = required_dots(MadeUp(), floors)
+    trials, floors = MadeUp(), one_floor(1.65)
+    whole = required_dots_table(MadeUp(), floors)
     trials.down_to = 1.98
     assert curves_table(trials, ("recovered",))["n_S"].tolist() == [12, 15, 20, 25, 30, 40, 50, 60]
     assert len(curves_table(trials, ("as_written",))) == len(trials.sizes)
-    pd.testing.assert_frame_equal(required_dots(trials, floors), whole)
+    pd.testing.assert_frame_equal(required_dots_table(trials, floors), whole)
 
 
 @given(

@@ -61,7 +61,7 @@ def test_table_says_what_a_loop_finds(molecule, surface):
                 sum(surface.area[k] for k in mine if surface.kind[k] == kind)
             )
         assert row["mean_roughness"] == pytest.approx(sum(rough[mine]) / len(mine))
-        assert row["least_roughness"] == min(rough[mine])
+        assert row["most_rough"] == min(rough[mine])
         chosen = [i for i, k in enumerate(kept) if k in mine]
         assert row["kept"] == len(chosen)
         assert row["weight"] == sum(weight[chosen])
@@ -74,7 +74,7 @@ def test_a_residue_without_dots_is_buried(molecule, surface):
     table = residue_table(only, np.full(far.sum(), 0.5), molecule)
     assert table["area"][:3].tolist() == [0, 0, 0]
     assert table["mean_roughness"].isna().tolist() == [True, True, True, False, False]
-    assert table["least_roughness"].isna().tolist() == [True, True, True, False, False]
+    assert table["most_rough"].isna().tolist() == [True, True, True, False, False]
 
 
 def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_path):
@@ -152,7 +152,7 @@ def test_spread_over_frames():
     table = roughness_over_frames(residues, values)
     assert table["mean_roughness"][:2].tolist() == pytest.approx([0.5, 0.6])
     assert table["sd_roughness"][0] == pytest.approx(np.sqrt((0.09 + 0.01 + 0.16) / 2))
-    assert table["least_roughness"][:2].tolist() == [0.2, 0.5]
+    assert table["most_rough"][:2].tolist() == [0.2, 0.5]
     assert table["largest_roughness"][:2].tolist() == [0.9, 0.7]
     assert table["frames"].tolist() == [3, 2, 0]
     assert table["mean_roughness"].isna().tolist() == [False, False, True]

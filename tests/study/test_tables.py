@@ -41,8 +41,8 @@ def made_up(d, n_s_percent, draws=2, tests=40, noise=0.0, combinations=None):
 
 
 def test_grid_table_has_the_contract_columns():
-    fragment = np.array([[[7.0, 8], [9, 10]]])
-    table = tables.grid_table(replace(made_up([0.5, 1.5], [10, 20]), fragment=fragment))
+    median_patch_size = np.array([[[7.0, 8], [9, 10]]])
+    table = tables.grid_table(replace(made_up([0.5, 1.5], [10, 20]), median_patch_size=median_patch_size))
     assert list(table.columns[:7]) == [
         "alpha",
         "beta",
@@ -55,8 +55,8 @@ def test_grid_table_has_the_contract_columns():
     assert table["n_S_percent"].tolist() == [10, 20]
     assert np.allclose(table["d_as_coded"], [0.5, 1.5])
     assert np.allclose(table["d_se_as_coded"], 0)
-    assert table["fragment_as_coded"].tolist() == [7, 8]
-    assert table["fragment_uniform_as_coded"].tolist() == [9, 10]
+    assert table["median_patch_size_as_coded"].tolist() == [7, 8]
+    assert table["median_patch_size_uniform_as_coded"].tolist() == [9, 10]
 
 
 def test_ranges_are_equal_and_hold_every_combination():
@@ -85,7 +85,7 @@ def test_held_out_value_is_free_of_selection_bias():
     grid = made_up(np.zeros(200), np.full(200, 10.0), tests=100, noise=1.0, combinations=rng.random((200, 4)))
     row = tables.ranges_table(tables.grid_table(grid), grid, 1).iloc[0]
     assert row["d"] > 0.15
-    assert abs(row["d_held_out"]) < 3 / np.sqrt(100)
+    assert abs(row["d_cv"]) < 3 / np.sqrt(100)
 
 
 def test_best_is_sought_at_alpha_one_and_under_the_maximum():
@@ -121,11 +121,12 @@ def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
     table = tables.grid_table(grid)
     best = tables.best_combinations(table, grid, 20)
     ranges = tables.ranges_table(table, grid, 3).assign(Z_tS=[3.0, 2.0, 1.0])
-    page = ranges_page("p/c1", ranges, best, best["references"] | {"null_model": 2.0})
+    page = ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 2.0})
     assert page["counts"]["as_coded"] == {"n": 3, "above": 1, "below": 1, "above_null": 1}
     text = render("ranges.html.j2", **page)
     assert "In 1 its Z exceeds" in text and "exceeds" not in render(
-        "ranges.html.j2", **ranges_page("p/c1", ranges, best, best["references"] | {"null_model": 99.0})
+        "ranges.html.j2",
+        **ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 99.0}),
     )
     assert page["best"]["as_coded"]["place"] == "above"
 
@@ -135,13 +136,14 @@ def test_the_script_judges_the_best_by_the_floors_and_the_limits_of_the_config(t
     write_grid(tmp_path / "distances.npz", own)
     tables.grid_table(own).to_csv(tmp_path / "grid.csv", index=False)
     floors = pd.DataFrame({"floor": ["turned", "fresh dots"], "Z": [0.75, 0.5]})
+    floors[["se", "low", "high", "draws", "test_dots"]] = [0.1, 0.4, 0.9, 1, 20]
     floors.to_csv(tmp_path / "floors.csv", index=False)
     inputs = {"grid": tmp_path / "grid.csv", "distances": tmp_path / "distances.npz"}
     outputs = {name: tmp_path / name for name in ("ranges", "best", "markdown", "page")}
     inputs["floors"] = tmp_path / "floors.csv"
     tabulate_best.main(**inputs, **outputs, n_ranges=4, max_n_s_percent=20, name="p/c1")
     ranges, best = pd.read_csv(outputs["ranges"]), json.loads(outputs["best"].read_text())
-    assert len(ranges) == 4 and (ranges["fresh_dots"] == 0.5).all()
+    assert len(ranges) == 4 and (ranges["Z_resampled"] == 0.5).all()
     assert best["references"]["floors"] == {"turned": 0.75, "fresh dots": 0.5}
     assert best["as_coded"]["under_max_n_S"]["n_S_percent"] == 5
     assert best["as_coded"]["unrestricted"]["n_S_percent"] == 30

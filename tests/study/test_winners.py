@@ -89,7 +89,7 @@ def test_of_equal_combinations_the_first_of_the_grid_wins_and_all_may_be_the_bes
 
 def test_a_range_is_judged_by_its_own_combinations():
     table, grid = grid_of([1.0, 5.0], [10, 90], [1, 1])
-    assert tables.ranges_table(table, grid, 2)["d_held_out"].tolist() == [1, 5]
+    assert tables.ranges_table(table, grid, 2)["d_cv"].tolist() == [1, 5]
 
 
 def test_the_variance_of_a_mean_is_at_least_that_of_the_rest():

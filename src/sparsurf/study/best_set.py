@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sparsurf.orientation import NEGLIGIBLE
 from sparsurf.streams import stream
 from sparsurf.study.statistics import CONFIDENCE_LEVEL
 
@@ -97,6 +98,8 @@ def _critical_values(
     """Return the 95 % quantile of the largest lead over each combination if all were equally good, (n,)."""
     n, rng = len(candidates.mean), stream(0, "confidence set of the best")
     values, vectors = np.linalg.eigh(covariance)
+    # more combinations than test dots leave values that are 0 but for rounding, each with a direction that rounding chose
+    values[values < NEGLIGIBLE * values[-1]] = 0
     root, df = vectors * np.sqrt(np.maximum(values, 0)), max(n * (draws - 1), 1)
     leads = []
     for _ in range(0, SIMULATED, SIMULATED_AT_ONCE):

@@ -107,7 +107,7 @@ def _compare_winner(
 ) -> dict[str, Any]:
     """Return the columns that compare the winner of a range with the control at its n_S."""
     control = estimate(_interpolate(curve, n_s, np.array([winner["n_S_percent"] * n_dots / 100])))
-    d, low, high = (winner[f"d_held_out{end}"] for end in ("", "_low", "_high"))
+    d, low, high = (winner[f"d_cv{end}"] for end in ("", "_low", "_high"))
     return {
         "combination": str(Combination.from_row(winner)),
         "n_S_percent": winner["n_S_percent"],

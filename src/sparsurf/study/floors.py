@@ -5,12 +5,13 @@ better. All dots are used on both sides.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from sparsurf import progress
+from sparsurf.files import read_archive, read_bytes
 from sparsurf.molecules.conformations import determines_turn, superpose
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches import descriptors
@@ -26,11 +27,17 @@ FEW_DRAWS = (
 )
 ATOM_DISPLACEMENTS = (0.1, 0.3)  # Å, rms: a good and a fair crystal structure
 TIME_GAPS_PS = (1.0, 20.0, 100.0)  # between two frames
+DECIMALS = 12  # of rotations
 FRESH = "fresh dots"
 TURNED = "turned"
 
 
-def noise_floors(
+def floor_column(floor: str) -> str:
+    """Return the name of the column that holds Z of a noise floor, where floors stand side by side."""
+    return "Z_resampled" if floor == FRESH else f"Z_{floor.replace(' ', '_')}"
+
+
+def measure_floors(
     prepared: PreparedSurface,
     n_tests: int,
     generate_surface: Callable[[np.ndarray], Surface] | None = None,
@@ -38,7 +45,7 @@ def noise_floors(
     frames: Mapping[float, Sequence[np.ndarray]] | None = None,
     moved: Sequence[float] = ATOM_DISPLACEMENTS,
     draws: int = DRAWS,
-) -> pd.DataFrame:
+) -> dict[str, np.ndarray]:
     """Measure the noise floors of one surface.
 
     Parameters
@@ -59,18 +66,19 @@ def noise_floors(
 
     Returns
     -------
-    DataFrame: floor, Z, se, low, high (95 %), draws, test_dots; a row for each floor that can be measured. `turned`: fresh
-    dots of the rotated molecule, described in that orientation; `fresh dots`: the same dots rotated back.
+    dict: name of each floor that can be measured -> (D, T) distances between descriptors, of D draws at the T test dots of
+    the study. `turned`: fresh dots of the rotated molecule, described in that orientation; `fresh dots`: the same dots
+    rotated back.
     """
     tests = prepared.draw_tests(n_tests)
     test_points, centre = prepared.points[tests], prepared.points.mean(axis=0)
     rng = prepared.stream("floors")
     z_tot, _ = prepared.describe(tests)
 
-    def distances(points: np.ndarray, normals: np.ndarray, places: np.ndarray) -> np.ndarray:
+    def distances(points: np.ndarray, normals: np.ndarray, centres: np.ndarray) -> np.ndarray:
         index = build_index(points, normals, prepared.d_link)
         z, _ = descriptors.describe(
-            index, places, prepared.r_zernike, True, prepared.threads, prepared.descriptor
+            index, centres, prepared.r_zernike, True, prepared.threads, prepared.descriptor
         )
         return np.linalg.norm(z - z_tot, axis=1)
 
@@ -78,8 +86,10 @@ def noise_floors(
     for _ in progress.progress_bar(range(draws), "noise floors"):
         rotation = random_rotation(rng)
         points, normals = _fresh_dots(prepared, generate_surface, atoms, centre, rotation)
-        z_of_floor[FRESH].append(distances((points @ rotation) + centre, normals @ rotation, test_points))
-        z_of_floor[TURNED].append(distances(points, normals, (test_points - centre) @ rotation.T))
+        z_of_floor[FRESH].append(
+            distances(rotate(points, rotation) + centre, rotate(normals, rotation), test_points)
+        )
+        z_of_floor[TURNED].append(distances(points, normals, rotate(test_points - centre, rotation.T)))
     if generate_surface is not None and atoms is not None:
         for rms in moved:
             displaced = [atoms + rms / np.sqrt(3) * rng.normal(size=atoms.shape) for _ in range(FEW_DRAWS)]
@@ -93,14 +103,43 @@ def noise_floors(
             for xyz in positions:
                 surface = generate_surface(xyz)
                 z.append(distances(surface.points, surface.normals, test_points + (xyz - atoms)[test_atoms]))
-    return pd.DataFrame([_row(name, np.array(z)) for name, z in z_of_floor.items()])
+    return {name: np.array(z) for name, z in z_of_floor.items()}
+
+
+def floors_table(distances: Mapping[str, np.ndarray]) -> pd.DataFrame:
+    """Tabulate what `measure_floors` measured: floor, Z, se, low, high (95 %), draws, test_dots."""
+    rows = []
+    for name, z in distances.items():
+        mean = estimate(z)
+        ends = {"Z": mean.mean, "se": mean.error, "low": mean.low, "high": mean.high}
+        rows.append({"floor": name, **ends, "draws": len(z), "test_dots": z.shape[1]})
+    return pd.DataFrame(rows)
+
+
+def write_distances(path: str | Path, distances: Mapping[str, np.ndarray]) -> None:
+    """Write what `measure_floors` measured as npz."""
+    with open(path, "wb") as stream:
+        np.savez(stream, allow_pickle=False, **distances)
+
+
+def read_distances(path: str | Path) -> dict[str, np.ndarray]:
+    """Read what `write_distances` wrote; raise InputError if the file is damaged."""
+    return read_archive(read_bytes(path), path, "is damaged: delete it, it will be computed again")
 
 
 def random_rotation(rng: np.random.Generator) -> np.ndarray:
-    """Draw a rotation matrix, (3, 3), uniformly."""
+    """Draw a rotation matrix, (3, 3), uniformly; it is rounded, since LAPACK's last bits depend on the processor."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
-    return q * np.sign(np.linalg.det(q))
+    return (q * np.sign(np.linalg.det(q))).round(DECIMALS)
+
+
+def rotate(points: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """Compute ``points @ rotation``, (n, 3), the same to the last bit on every processor, unlike BLAS.
+
+    Dots of one element lie in the same pattern around each atom. Where two of them are equally far, the last bit decides.
+    """
+    return sum((points[:, k : k + 1] * rotation[k] for k in (1, 2)), points[:, :1] * rotation[0])
 
 
 def _fresh_dots(
@@ -112,24 +151,10 @@ def _fresh_dots(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points and normals of other dots of the same surface, in a rotated frame around the mean dot."""
     if generate_surface is not None and atoms is not None:
-        surface = generate_surface((atoms - centre) @ rotation.T)
+        surface = generate_surface(rotate(atoms - centre, rotation.T))
         return surface.points, surface.normals
-    points, normals = (prepared.points - centre) @ rotation.T, prepared.normals @ rotation.T
+    points, normals = rotate(prepared.points - centre, rotation.T), rotate(prepared.normals, rotation.T)
     return recover(points, normals, prepared.density, threads=prepared.threads, keep=False)
-
-
-def _row(name: str, z: np.ndarray) -> dict[str, Any]:
-    """Return the row of one floor from its distances (D, T)."""
-    mean = estimate(z)
-    return {
-        "floor": name,
-        "Z": mean.mean,
-        "se": mean.error,
-        "low": mean.low,
-        "high": mean.high,
-        "draws": len(z),
-        "test_dots": z.shape[1],
-    }
 
 
 def frames_at_gaps(molecule: Molecule, atoms: np.ndarray, time: float) -> dict[float, list[np.ndarray]]:

@@ -39,7 +39,7 @@ class Grid:
     tests : (T,) int64 dots, or (K, T) if every combination has its own
     z_tot : (T, 121) float64, descriptors of the full surface at the (shared) test dots
     z_ts, z_tr : (readings, K, D, T) float32, |z_tot - z_S| and |z_tot - z_R|
-    fragment : (readings, 2, K) float64
+    median_patch_size : (readings, 2, K) float64
         Median number of dots in the evaluated patches of sampled and of uniform subsets.
     readings : tuple of str
     """
@@ -52,7 +52,7 @@ class Grid:
     z_tot: np.ndarray
     z_ts: np.ndarray
     z_tr: np.ndarray
-    fragment: np.ndarray
+    median_patch_size: np.ndarray
     readings: tuple[str, ...]
 
 
@@ -119,7 +119,7 @@ def _empty_grid(
         z_tot=np.empty((n_tests, descriptors.DESCRIPTORS[prepared.descriptor].width)),
         z_ts=np.empty(shape, np.float32),
         z_tr=np.empty(shape, np.float32),
-        fragment=np.empty((len(readings), 2, k)),
+        median_patch_size=np.empty((len(readings), 2, k)),
         readings=tuple(readings),
     )
 
@@ -193,7 +193,7 @@ def _fill(
                 size[reading] = counts.reshape(-1, *shape[1:])
             for half, values in enumerate((out.z_ts, out.z_tr)[: len(z[reading])]):
                 values[r, k, draw], sizes[r, half, part] = z[reading][half], size[reading][half]
-    out.fragment[:, :, which] = np.median(sizes.reshape(*sizes.shape[:2], len(which), -1), axis=3)
+    out.median_patch_size[:, :, which] = np.median(sizes.reshape(*sizes.shape[:2], len(which), -1), axis=3)
     assert z_tot is not None  # there is a combination at least
     return z_tot
 
@@ -219,7 +219,7 @@ def _fill_along_curves(prepared: PreparedSurface, out: Grid, tests: np.ndarray) 
             for values, curve in zip((out.z_tr[r], dots), curves, strict=True):
                 low, high = curve[below[:, draw]], curve[above[:, draw]]
                 values[:, draw] = low + share[:, draw] * (high - low)
-        out.fragment[r, 1] = np.median(dots.reshape(len(dots), -1), axis=1)
+        out.median_patch_size[r, 1] = np.median(dots.reshape(len(dots), -1), axis=1)
 
 
 def _draw_subsets(

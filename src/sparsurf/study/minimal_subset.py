@@ -27,12 +27,14 @@ class Subset:
     weight : (n,) int64, number of dots of the surface that each represents
     surface : Surface of the kept dots alone, at their new positions if relaxed
     table : DataFrame, the rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å), reach; with atoms their labels
+    interval : 95 % interval of the number of dots, if they are as few as give the surface back
     """
 
     dots: np.ndarray
     weight: np.ndarray
     surface: Surface
     table: pd.DataFrame
+    interval: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
         return f"Subset of {len(self):,} dots of {self.weight.sum():,}"
@@ -62,7 +64,7 @@ class Subset:
 def select_minimal_subset(
     trials: Trials,
     request: Mapping[str, Any],
-    floors: pd.DataFrame | None = None,
+    floors: Mapping[str, np.ndarray] | None = None,
     molecule: Molecule | None = None,
 ) -> Subset:
     """Select the requested subset.
@@ -74,8 +76,8 @@ def select_minimal_subset(
     request : dict
         The config's `minimal`: one of floor, n_S, n_S_percent, Z and combination. `trials` decides on the sampler and on
         `relax`.
-    floors : DataFrame
-        Of `floors.noise_floors`, if a floor is requested.
+    floors : dict
+        Of `floors.measure_floors`, if a floor is requested.
     molecule : Molecule, optional
         Molecule to whose atoms the dots belong.
 
@@ -88,11 +90,11 @@ def select_minimal_subset(
     InputError
         As `find_subset` and `smallest_recovered_subset`.
     """
-    prepared = trials.prepared
+    prepared, interval = trials.prepared, None
     if "floor" in request:
         if floors is None:
-            raise ValueError("a floor is requested: give the table of floors")
-        dots = smallest_recovered_subset(trials, floors, request["floor"])
+            raise ValueError("a floor is requested: give its distances")
+        dots, interval = smallest_recovered_subset(trials, floors, request["floor"])
         weight = subset_weights(prepared.points, dots)
     else:
         dots, weight = find_subset(
@@ -111,7 +113,7 @@ def select_minimal_subset(
             kept.points, kept.normals, full.points, full.normals, threads=prepared.threads
         )
         kept = replace(kept, points=points, normals=normals)
-    return Subset(dots, weight, kept, subset_table(dots, weight, kept, molecule))
+    return Subset(dots, weight, kept, subset_table(dots, weight, kept, molecule), interval)
 
 
 def _n_s(request: Mapping[str, Any], n_dots: int) -> int | None:

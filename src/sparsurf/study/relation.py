@@ -60,7 +60,7 @@ def relate_to_roughness(rows: pd.DataFrame, rng: np.random.Generator) -> dict[st
 
 def protein_means(rows: pd.DataFrame) -> pd.DataFrame:
     """Average over the conformations of each protein; a row per protein."""
-    columns = ["mean_roughness", *PARAMETERS, "d", "d_held_out", "d_from_near", "d_from_far", "d_from_all"]
+    columns = ["mean_roughness", *PARAMETERS, "d", "d_cv", "d_from_near", "d_from_far", "d_from_all"]
     return rows.groupby("protein", sort=False)[columns].mean()
 
 

@@ -2,29 +2,30 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from sparsurf import progress
 from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED, recovered_index
 from sparsurf.recovery.relaxation import relax
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers
+from sparsurf.study.crossing import fitted_crossing, near
 from sparsurf.study.prepared_surface import PreparedSurface
 
 UNIFORM = "uniform"
 COLUMNS = {UNIFORM: "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
 MEDIAN_WINDOWS = 50  # a running median covers one of so many parts of the rows
-FLOOR_FACTOR = (
-    1.1  # a Z within a tenth of a floor counts as the floor: Z of recovered surfaces levels off there
-)
-NULL_MODEL = "null_model"
-COLUMN_PREFIX = "enough_"  # of the columns of surfaces.csv
+FLOOR_FACTOR = 1.2  # a Z within a fifth of a floor counts as the floor; nearer to it the curve is flat, and n_S is chance
+MEAN_DESCRIPTOR = "Z_mean_descriptor"
+COLUMN_PREFIX = "required_percent_"  # of the columns of surfaces.csv
 # n_S of the measured curves, % of the dots
 CURVE_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
 MIN_DOTS = 12  # no surface can be recovered from fewer
+DRAWS = 3  # of each n_S of recovered surfaces, with random streams of their own
 AT_MOST, MORE = "at most", "more"  # the smallest measured n_S is enough already, or the largest is not
 
 
@@ -55,9 +56,9 @@ def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
 
 
 def required_on_grid(
-    grid: pd.DataFrame, null_model: float, floors: Mapping[str, float], reading: str = WRITTEN_READING
+    grid: pd.DataFrame, z_mean_descriptor: float, floors: Mapping[str, float], reading: str = WRITTEN_READING
 ) -> pd.DataFrame:
-    """Find the smallest n_S of the grid that beats the null model or comes within a tenth of each noise floor.
+    """Find the smallest n_S of the grid that beats the null model or comes within a fifth of each noise floor.
 
     The 95 % interval of Z must lie below the null model. Floors are measured at the same test dots and share their error;
     the null model does not.
@@ -66,7 +67,7 @@ def required_on_grid(
     ----------
     grid : DataFrame
         See `tables.grid_table`.
-    null_model : float, Z
+    z_mean_descriptor : float, Z
     floors : dict of name to Z
     reading : str
 
@@ -82,8 +83,8 @@ def required_on_grid(
         mean = grid[f"{column}_{reading}"].to_numpy()
         if sampler == UNIFORM:  # rows that differ only in n_S and chance must not be ranked
             mean = _running_median(mean)
-        for name, value in {NULL_MODEL: null_model, **floors}.items():
-            limit, curve = (value, highest) if name == NULL_MODEL else (FLOOR_FACTOR * value, mean)
+        for name, value in {MEAN_DESCRIPTOR: z_mean_descriptor, **floors}.items():
+            limit, curve = (value, highest) if name == MEAN_DESCRIPTOR else (FLOOR_FACTOR * value, mean)
             required = smallest_n_s(limit, percent, curve)
             smallest = required <= percent[0]
             if smallest:
@@ -135,7 +136,9 @@ class Trials:
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
         self._sampler = get_samplers([sampler], "minimal.sampler", choices)[sampler]
         self.down_to = -np.inf
-        self._measured: dict[str, dict[int, tuple[int, float]]] = {}  # reading -> requested n_S -> n_S, Z
+        self._measured: dict[
+            str, dict[int, tuple[float, np.ndarray]]
+        ] = {}  # reading -> requested n_S -> n_S, (K, T)
 
     @cached_property
     def _z_tot(self) -> np.ndarray:
@@ -176,16 +179,41 @@ class Trials:
         sizes = np.round(np.array(CURVE_PERCENTS) / 100 * self.n_dots).astype(int)
         return np.unique(np.clip(sizes, MIN_DOTS, None).clip(max=self.n_dots))
 
-    def measured(self, sizes: Sequence[int] | np.ndarray, reading: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the n_S that were kept for requested `sizes`, (P,) int, and the Z there, (P,) float64."""
+    def draws(self, n: int, reading: str) -> list[np.ndarray]:
+        """Return the subsets whose mean Z is that of `n` dots: several draws where the surface is recovered, else one."""
+        if reading != RECOVERED:
+            return [self.draw(n)]
+        streams = (self.prepared.stream("required dots", self.sampler, n, k) for k in range(DRAWS))
+        return [self._sampler(self.prepared, n, rng) for rng in streams]
+
+    def distances_of(self, sizes: Sequence[int] | np.ndarray, reading: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return the n_S that were kept for requested `sizes`, (P,) float64, and the distances there, (P, K, T)."""
         known = self._measured.setdefault(reading, {})
         new = [n for n in map(int, sizes) if n not in known]
+        subsets = [self.draws(n, reading) for n in new]
         if new:
-            subsets = [self.draw(n) for n in new]
-            z = self.distances(subsets, reading).mean(axis=1)
-            known |= {n: (len(dots), value) for n, dots, value in zip(new, subsets, z, strict=True)}
-        n_s, values = zip(*(known[int(n)] for n in sizes), strict=True)
-        return np.array(n_s), np.array(values)
+            distances = self.distances([dots for draws in subsets for dots in draws], reading)
+            for n, draws, z in zip(new, subsets, np.split(distances, len(new)), strict=True):
+                known[n] = float(np.mean([len(dots) for dots in draws])), z
+        n_s, z_of_n = zip(*(known[int(n)] for n in sizes), strict=True)
+        return np.array(n_s), np.array(z_of_n)
+
+    def measured(self, sizes: Sequence[int] | np.ndarray, reading: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return the n_S that were kept for requested `sizes`, (P,) float64, and the mean Z there, (P,) float64."""
+        n_s, distances = self.distances_of(sizes, reading)
+        return n_s, distances.mean(axis=(1, 2))
+
+    def first_size(self, reading: str, limit: float) -> int:
+        """Return the index in `sizes` of the first whose Z is at most `limit`, or their number if there is none.
+
+        Sizes are measured in blocks of as many as there are threads, and only until one is enough.
+        """
+        threads = self.prepared.threads
+        for a in progress.progress_bar(range(0, len(self.sizes), threads), "trying numbers of dots"):
+            reached = self.measured(self.sizes[a : a + threads], reading)[1] <= limit
+            if reached.any():
+                return a + int(np.argmax(reached))
+        return len(self.sizes)
 
     def tried(self, reading: str) -> np.ndarray:
         """Return the n_S of `sizes` at which a curve is measured, see `down_to`."""
@@ -202,62 +230,114 @@ class Trials:
         return n[order], z[order]
 
 
+class Required(NamedTuple):
+    """The smallest n_S that is enough, the ends of its 95 % interval (NaN where there is none), and a bound."""
+
+    n_s: int
+    low: float
+    high: float
+    bound: str = ""
+
+
+def required_to_recover(trials: Trials, floor: np.ndarray) -> Required:
+    """Find the smallest n_S from which the surface is recovered with a Z of at most `FLOOR_FACTOR` times a noise floor.
+
+    The first of `Trials.sizes` whose Z is at most the limit tells where the curve comes down; `crossing.fitted_crossing`
+    through the sizes around gives the answer and its interval.
+
+    Parameters
+    ----------
+    trials : Trials
+    floor : (D, T) float64, distances of the floor's draws at the same test dots
+
+    Returns
+    -------
+    Required
+        Rounded up. `bound`: 'at most' if the smallest n_S that is measured is enough, 'more' if the largest is not and n_S
+        is therefore N.
+    """
+    sizes, limit, n_dots = trials.sizes, FLOOR_FACTOR * floor.mean(), trials.n_dots
+    first = trials.first_size(RECOVERED, limit)
+    around = near(sizes, sizes[min(first, len(sizes) - 1)], 1.2)  # wider, as the fit may move the crossing
+    around[: first + 1] = True  # measured already
+    n, distances = trials.distances_of(sizes[around], RECOVERED)
+    order = np.argsort(n, kind="stable")
+    rng = trials.prepared.stream("interval of required dots", trials.sampler)
+    found = fitted_crossing(n[order], distances[order], floor, FLOOR_FACTOR, n_dots, rng)
+    if found.n == np.inf:
+        return Required(n_dots, np.nan, np.nan, MORE)
+    if found.n == 0:
+        return Required(int(np.ceil(n.min())), np.nan, np.nan, AT_MOST)
+    low, high = np.clip([found.low, found.high], MIN_DOTS, n_dots)
+    return Required(min(int(np.ceil(found.n - 1e-6)), n_dots), float(low), float(high))
+
+
 def curves_table(trials: Trials, readings: Sequence[str] = (WRITTEN_READING, RECOVERED)) -> pd.DataFrame:
-    """Measure Z over the n_S of `CURVE_PERCENTS` of one sampler: sampler, reading, n_S, n_S_percent and Z."""
+    """Tabulate Z over all n_S of one sampler that are measured: sampler, reading, n_S, n_S_percent and Z."""
     tables = []
     for reading in readings:
-        n, z = trials.measured(trials.tried(reading), reading)
-        columns = {"sampler": trials.sampler, "reading": reading, "n_S": n}
+        n, z = trials.curve(reading)
+        columns = {"sampler": trials.sampler, "reading": reading, "n_S": np.round(n).astype(int)}
         tables.append(pd.DataFrame(columns | {"n_S_percent": 100 * n / trials.n_dots, "Z": z}))
     return pd.concat(tables, ignore_index=True)
 
 
-def required_dots(
+def required_dots_table(
     trials: Trials,
-    floors: pd.DataFrame,
+    floors: Mapping[str, np.ndarray],
     readings: Sequence[str] = (WRITTEN_READING, RECOVERED),
-    minimal: tuple[str, int] | None = None,
 ) -> pd.DataFrame:
     """Find the smallest n_S of a sampler whose Z is at most `FLOOR_FACTOR` times each floor.
 
     Parameters
     ----------
     trials : Trials
-    floors : DataFrame
-        See `floors.noise_floors`.
+    floors : dict
+        Of `floors.measure_floors`.
     readings : sequence of str
         `as_written`, `recovered` or both.
-    minimal : (floor, n_S), optional
-        A minimal subset that was searched for a floor: its n_S is what the recovered surface needs.
 
     Returns
     -------
-    DataFrame: sampler, floor, Z_floor, reading (`as_written`: the kept dots as they are, patches cut on the full surface;
-    `recovered`), n_S, n_S_percent and Z there, by `smallest_n_s`, rounded up; `bound`: 'at most' if the smallest measured
-    n_S is enough, 'more' if the largest is not and n_S is therefore N.
+    DataFrame: sampler, floor, Z_floor, reading (`as_written`: the kept dots as they are, patches cut on the full surface,
+    by `smallest_n_s`; `recovered`, by `required_to_recover`), n_S, n_S_percent with its 95 % interval, and Z there; `bound`:
+    'at most' if the smallest measured n_S is enough, 'more' if the largest is not and n_S is therefore N.
     """
     rows = []
     for reading in readings:
-        n, z = trials.curve(reading)
-        for floor, z_floor in zip(floors["floor"], floors["Z"].astype(float), strict=True):
-            required = smallest_n_s(FLOOR_FACTOR * z_floor, n, z)
-            row: dict[str, Any] = {"sampler": trials.sampler, "floor": floor}
-            row |= {"Z_floor": z_floor, "reading": reading}
-            if required == 0:
-                row |= {"n_S": int(n[0]), "Z": z[0], "bound": AT_MOST}
-            elif required == np.inf:
-                row |= {"n_S": trials.n_dots, "Z": 0.0, "bound": MORE}
-            else:
-                row |= {"n_S": int(np.ceil(required - 1e-6)), "Z": FLOOR_FACTOR * z_floor, "bound": ""}
-            if reading == RECOVERED and minimal and minimal[0] == floor and minimal[1] in n:
-                row |= {"n_S": minimal[1], "Z": z[list(n).index(minimal[1])], "bound": ""}
-            rows.append(row)
-    table = pd.DataFrame(rows)
-    table.insert(5, "n_S_percent", 100 * table["n_S"] / trials.n_dots)
-    return table
+        for floor, distances in floors.items():
+            limit = FLOOR_FACTOR * distances.mean()
+            recovered = reading == RECOVERED
+            required = (
+                required_to_recover(trials, distances) if recovered else _required_as_written(trials, limit)
+            )
+            z = {"": limit, AT_MOST: trials.measured(trials.sizes[:1], reading)[1][0], MORE: 0.0}
+            row = {"sampler": trials.sampler, "floor": floor, "Z_floor": distances.mean(), "reading": reading}
+            percents = 100 * np.array(required[:3]) / trials.n_dots
+            row |= {"n_S": required.n_s, "n_S_percent": percents[0], "n_S_percent_low": percents[1]}
+            rows.append(
+                row | {"n_S_percent_high": percents[2], "Z": z[required.bound], "bound": required.bound}
+            )
+    return pd.DataFrame(rows)
+
+
+def _required_as_written(trials: Trials, limit: float) -> Required:
+    """Find the smallest n_S whose kept dots, as they are, have at most a Z; by straight lines between the measured n_S."""
+    n, z = trials.curve(WRITTEN_READING)
+    required = smallest_n_s(limit, n, z)
+    if required == 0:
+        return Required(int(n[0]), np.nan, np.nan, AT_MOST)
+    if required == np.inf:
+        return Required(trials.n_dots, np.nan, np.nan, MORE)
+    return Required(int(np.ceil(required - 1e-6)), np.nan, np.nan)
 
 
 def percent_columns(required: pd.DataFrame) -> dict[str, float]:
-    """Return the n_S_percent of `required_dots` as columns of one surface, by floor and reading."""
-    columns = required["floor"].str.replace(" ", "_") + "_" + required["reading"]
-    return dict(zip(COLUMN_PREFIX + columns, required["n_S_percent"], strict=True))
+    """Return the n_S_percent of `required_dots_table` as columns of one surface, by floor and reading, and intervals."""
+    columns = {}
+    for row in required.to_dict("records"):
+        name = f"{COLUMN_PREFIX}{row['floor'].replace(' ', '_')}_{row['reading']}"
+        columns[name] = row["n_S_percent"]
+        if row["reading"] == RECOVERED:
+            columns |= {f"{name}_{end}": row.get(f"n_S_percent_{end}", np.nan) for end in ("low", "high")}
+    return columns

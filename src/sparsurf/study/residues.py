@@ -35,7 +35,7 @@ def residue_table(
     Returns
     -------
     DataFrame: chain, residue, residue_name; area and area_contact, area_saddle, area_concave in Å^2; mean_roughness and
-    least_roughness, mean and lowest R_i of its dots; mean_<field>; dots, kept, and weight, the dots that its kept ones
+    most_rough, mean and lowest R_i of its dots; mean_<field>; dots, kept, and weight, the dots that its kept ones
     represent. A residue without dots is buried: its area is 0 and its R_i NaN.
     """
     table = molecule.residues
@@ -44,7 +44,7 @@ def residue_table(
     for name, kind in KINDS.items():
         table[f"area_{name}"] = np.bincount(residue, surface.area * (surface.kind == kind), n)
     table["mean_roughness"] = mean_roughness_by_residue(roughness, residue, n)
-    table["least_roughness"] = pd.Series(roughness).groupby(residue).min().reindex(range(n)).to_numpy()
+    table["most_rough"] = pd.Series(roughness).groupby(residue).min().reindex(range(n)).to_numpy()
     for name, values in fields_without_component(surface).items():
         table[f"mean_{name}"] = pd.Series(values).groupby(residue).mean().reindex(range(n)).to_numpy()
     table["dots"] = np.bincount(residue, minlength=n)
@@ -77,7 +77,7 @@ def roughness_over_frames(residues: pd.DataFrame, roughness: np.ndarray | pd.Dat
     return residues.assign(
         mean_roughness=values.mean().to_numpy(),
         sd_roughness=values.std().to_numpy(),
-        least_roughness=values.min().to_numpy(),
+        most_rough=values.min().to_numpy(),
         largest_roughness=values.max().to_numpy(),
         frames=values.notna().sum().to_numpy(),
     )

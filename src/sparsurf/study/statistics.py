@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import stdtrit  # Student's t; scipy.stats takes a quarter of a second to import
 
 CONFIDENCE_LEVEL = 0.95  # of every interval
 FOLDS = (3, 5)  # of the draws and of the test dots: a winner is chosen on all but one and measured on that
@@ -21,7 +20,7 @@ class Estimate(NamedTuple):
     @property
     def half(self) -> np.ndarray:
         """Half the width of the 95 % interval, by Student's t."""
-        return stdtrit(self.df, (1 + CONFIDENCE_LEVEL) / 2) * self.error
+        return _t_quantile(self.df) * self.error
 
     @property
     def low(self) -> np.ndarray:
@@ -32,6 +31,13 @@ class Estimate(NamedTuple):
     def high(self) -> np.ndarray:
         """Upper end of the 95 % interval."""
         return self.mean + self.half
+
+
+def _t_quantile(df: np.ndarray | int) -> np.ndarray:
+    """Return the quantile of Student's t with `df` degrees of freedom that a confidence interval ends at."""
+    from scipy.special import stdtrit  # here: it takes long to load, and scipy.stats much longer
+
+    return np.asarray(stdtrit(df, (1 + CONFIDENCE_LEVEL) / 2))
 
 
 def mean_interval(values: ArrayLike, fewest: int = 2) -> tuple[float, float, float]:
@@ -45,7 +51,7 @@ def mean_interval(values: ArrayLike, fewest: int = 2) -> tuple[float, float, flo
     n, mean = len(values), float(values.mean()) if len(values) else np.nan
     if n < fewest:
         return mean, np.nan, np.nan
-    sd, quantile = values.std(ddof=1), float(stdtrit(n - 1, (1 + CONFIDENCE_LEVEL) / 2))
+    sd, quantile = values.std(ddof=1), float(_t_quantile(n - 1))
     below, above = (_unskewed(t, values, sd) for t in (quantile, -quantile))
     return mean, float(mean - sd * below), float(mean - sd * above)
 
@@ -187,13 +193,13 @@ def reference_values(z_tot: np.ndarray) -> dict[str, float]:
 
     Returns
     -------
-    dict: `empty_patch`, mean |z_tot|, the Z of patches of one dot; `null_model`, Z if every patch has the mean descriptor;
-    `two_patches`, mean distance of two different patches.
+    dict: `Z_empty`, mean |z_tot|, the Z of patches of one dot; `Z_mean_descriptor`, Z if every patch has the mean descriptor;
+    `Z_two_patches`, mean distance of two different patches.
     """
     rows = len(z_tot) - 1
     total = sum(np.linalg.norm(z_tot[i + 1 :] - z_tot[i], axis=1).sum() for i in range(rows))
     return {
-        "empty_patch": float(np.linalg.norm(z_tot, axis=1).mean()),
-        "null_model": float(np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean()),
-        "two_patches": float(total / (rows * (rows + 1) / 2)) if rows else float("nan"),
+        "Z_empty": float(np.linalg.norm(z_tot, axis=1).mean()),
+        "Z_mean_descriptor": float(np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean()),
+        "Z_two_patches": float(total / (rows * (rows + 1) / 2)) if rows else float("nan"),
     }

@@ -1,24 +1,21 @@
 """Search for the smallest subset of a surface with a requested n_S, a requested Z, or the Z of a noise floor."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-import pandas as pd
 
-from sparsurf import InputError, progress
+from sparsurf import InputError
 from sparsurf.patches.readings import WRITTEN_READING
-from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import get_samplers, subset_weights
 from sparsurf.study.prepared_surface import PreparedSurface
-from sparsurf.study.required_dots import FLOOR_FACTOR, MIN_DOTS, Trials
+from sparsurf.study.required_dots import Trials, required_to_recover
 from sparsurf.study.statistics import estimate
 
 log = logging.getLogger("sparsurf")
 
 MAX_DIFFERENCE = 0.1  # warn if the number of dots differs from the request by more than this share
-HALVINGS = 3  # of the step between two n_S of the curve; each recovers a surface
 
 
 def find_subset(
@@ -103,7 +100,7 @@ def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
             f"minimal.Z is {z:g}, but {trials.sampler} reaches only {least:.3g}, with all the "
             f"{len(all_dots)} dots that it can keep; request a larger Z, or choose a sampler that can keep every dot."
         )
-    subset = search_smallest_subset(trials, WRITTEN_READING, z, 0, trials.n_dots)
+    subset = _search(trials, z)
     reached = estimate(trials.distances([subset], WRITTEN_READING))
     log.info(
         "%s: %s reaches Z = %.3f (95 %%: %.3f to %.3f) with %d of %d dots",
@@ -112,18 +109,20 @@ def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
     return subset
 
 
-def smallest_recovered_subset(trials: Trials, floors: pd.DataFrame, floor: str) -> np.ndarray:
-    """Find the smallest subset whose recovered Z comes within a tenth of a noise floor.
+def smallest_recovered_subset(
+    trials: Trials, floors: Mapping[str, np.ndarray], floor: str
+) -> tuple[np.ndarray, tuple[float, float] | None]:
+    """Find the smallest subset whose recovered Z comes within a fifth of a noise floor.
 
     Parameters
     ----------
     trials : Trials
-    floors : DataFrame, of `floors.noise_floors`
-    floor : str, a row of `floors`
+    floors : dict, of `floors.measure_floors`
+    floor : str, a key of `floors`
 
     Returns
     -------
-    (n,) int64 dots, in the order of choice.
+    (n,) int64 dots, in the order of choice, and the ends of the 95 % interval of their number; None where it has none.
 
     Raises
     ------
@@ -131,61 +130,27 @@ def smallest_recovered_subset(trials: Trials, floors: pd.DataFrame, floor: str) 
         If this surface lacks the floor.
     """
     name = trials.prepared.name
-    if floor not in set(floors["floor"]):
+    if floor not in floors:
         raise InputError(
-            f"minimal.floor is {floor!r}, but {name} has {', '.join(floors['floor'])} only; name one of them."
+            f"minimal.floor is {floor!r}, but {name} has {', '.join(floors)} only; name one of them."
         )
-    limit = float(floors.loc[floors["floor"] == floor, "Z"].iloc[0])
-    subset = search_smallest_subset(trials, RECOVERED, FLOOR_FACTOR * limit, MIN_DOTS, HALVINGS)
+    required = required_to_recover(trials, floors[floor])
+    interval = (required.low, required.high) if np.isfinite(required.low) else None
+    subset = trials.draw(required.n_s)
     log.info(
-        "%s: recovered from %d of %d dots of %s, Z is that of %s, %.3f, within a tenth",
-        name, len(subset), trials.n_dots, trials.sampler, floor, limit,
+        "%s: recovered from %d of %d dots of %s%s, Z is that of %s, %.3f, within a fifth",
+        name, len(subset), trials.n_dots, trials.sampler,
+        f" (95 %: {interval[0]:.0f} to {interval[1]:.0f})" if interval else "", floor, floors[floor].mean(),
     )  # fmt: skip
-    return subset
+    return subset, interval
 
 
-def search_smallest_subset(
-    trials: Trials, reading: str, limit: float, too_few: int, halvings: int
-) -> np.ndarray:
-    """Find the smallest subset whose Z is at most `limit`.
-
-    The search takes the first n_S of the curve that reaches it, then halves the step before it. If no n_S of the curve is
-    enough, the step is that from the largest to all dots.
-
-    Parameters
-    ----------
-    trials : Trials
-    reading : str
-    limit : float, Z
-    too_few : int
-        A number of dots that is not tried.
-    halvings : int
-        Maximum number of halvings.
-
-    Returns
-    -------
-    (n,) int64 dots
-    """
-    sizes = [too_few, *map(int, trials.sizes), trials.n_dots]
-    first = _first_size(trials, reading, limit)
-    low, high = sizes[first], sizes[first + 1]
-    for _ in range(halvings):
-        middle = (low + high) // 2
-        if not low < middle < high:
-            break
-        reached = trials.measured([middle], reading)[1][0] <= limit
-        low, high = (low, middle) if reached else (middle, high)
-    return trials.draw(high)
-
-
-def _first_size(trials: Trials, reading: str, limit: float) -> int:
-    """Return the index in `trials.sizes` of the first whose Z is at most `limit`, or their number if there is none.
-
-    Sizes are measured in blocks of as many as there are threads, and only until one is enough.
-    """
-    sizes, threads = trials.sizes, trials.prepared.threads
-    for a in progress.progress_bar(range(0, len(sizes), threads), "trying numbers of dots"):
-        reached = trials.measured(sizes[a : a + threads], reading)[1] <= limit
-        if reached.any():
-            return a + int(np.argmax(reached))
-    return len(sizes)
+def _search(trials: Trials, limit: float) -> np.ndarray:
+    """Find the smallest subset whose Z as written is at most `limit`: halve the step before the first n_S that is enough."""
+    first = trials.first_size(WRITTEN_READING, limit)
+    too_few, enough = [0, *map(int, trials.sizes), trials.n_dots][first : first + 2]
+    while enough - too_few > 1:
+        middle = (too_few + enough) // 2
+        reached = trials.measured([middle], WRITTEN_READING)[1][0] <= limit
+        too_few, enough = (too_few, middle) if reached else (middle, enough)
+    return trials.draw(enough)

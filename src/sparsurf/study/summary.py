@@ -16,6 +16,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.sampling.combination import PARAMETERS, Combination
+from sparsurf.study.floors import floor_column
 from sparsurf.study.relation import relate_to_roughness
 from sparsurf.study.required_dots import percent_columns
 from sparsurf.study.tables import (
@@ -29,7 +30,7 @@ from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components, 
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 
-BEST_COLUMNS = ("n_S_percent", "d_held_out", "d_held_out_low", "d_held_out_high", "d", "Z_tS", "n_best_set")
+BEST_COLUMNS = ("n_S_percent", "d_cv", "d_cv_low", "d_cv_high", "d", "Z_tS", "n_best_set")
 N_NEAREST = 3  # surfaces that count as 'near', and as 'far'
 GUESSES = ["d_from_near", "d_from_far", "d_from_all"]
 
@@ -47,7 +48,7 @@ class Result:
     grid: pd.DataFrame | None = None
     ranges: pd.DataFrame | None = None
     best: dict | None = None
-    enough: pd.DataFrame | None = None
+    required_dots: pd.DataFrame | None = None
     minimal: pd.DataFrame | None = None
     components: pd.DataFrame | None = None
 
@@ -81,7 +82,7 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
             float(surface.area.sum()),
             spacing(surface.points),
             float(read_roughness(folder / "roughness.csv", surface).mean()),
-            enough=optional_table("enough"),
+            required_dots=optional_table("required_dots"),
             minimal=optional_table("minimal"),
             components=table_of_components(surface, surface.fields[COMPONENT_FIELD].astype(int))
             if COMPONENT_FIELD in surface.fields
@@ -114,8 +115,8 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
     -------
     DataFrame; area in Å^2, NaN for a ready surface without areas; the numbers of `components.numbers_of`, not for ready
     surfaces; spacing, the median distance between neighbouring dots, in Å. minimal_n_S: dots of the minimal subset. Best:
-    highest d at the largest alpha. enough_<floor>_<reading>: the n_S in % that reaches a noise floor. What was not measured has
-    no column.
+    highest d at the largest alpha. required_percent_<floor>_<reading>: the n_S in % that reaches a noise
+    floor. What was not measured has no column.
     """
     rows = []
     for result in results:
@@ -127,7 +128,7 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
             n = len(result.minimal)
             row |= {"minimal_n_S": n, "minimal_n_S_percent": 100 * n / result.n_dots}
         row |= {} if result.grid is None else _grid_columns(result)
-        row |= {} if result.enough is None else percent_columns(result.enough)
+        row |= {} if result.required_dots is None else percent_columns(result.required_dots)
         rows.append(row | {"R_patch": patches["R_patch"], "D_link": patches["D_link"]})
     return pd.DataFrame(rows)
 
@@ -141,8 +142,8 @@ def _grid_columns(result: Result) -> dict[str, Any]:
         winner = best[reading]["unrestricted"]
         row[f"best_{reading}"] = str(Combination.from_row(winner))
         row |= {f"{key}_{reading}": winner[key] for key in BEST_COLUMNS}
-    row |= {"empty_patch": references["empty_patch"], "null_model": references["null_model"]}
-    return row | {floor.replace(" ", "_"): z for floor, z in references.get("floors", {}).items()}
+    row |= {"Z_empty": references["Z_empty"], "Z_mean_descriptor": references["Z_mean_descriptor"]}
+    return row | {floor_column(floor): z for floor, z in references.get("floors", {}).items()}
 
 
 def _grid(result: Result) -> pd.DataFrame:

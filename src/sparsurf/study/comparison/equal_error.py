@@ -239,7 +239,8 @@ def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     -------
     DataFrame, one row per sampler, requested n_S and measure: n_S_percent, value, sd, lowest, highest over the
     proteins; the same for the ratio to the uniform subset of the same protein (NaN if that did not take part); n (number of
-    proteins, or of conformations of the only one); means of null_model, empty_patch and, if measured, fresh_dots and turned.
+    proteins, or of conformations of the only one); means of Z_mean_descriptor, Z_empty and, if measured, Z_resampled and
+    Z_turned.
     """
     rows = pd.concat([table.assign(unit=name) for name, table in units.items()])
     reference = rows[rows["sampler"] == REFERENCE].set_index(["unit", "percent", "measure"])["value"]
@@ -253,7 +254,7 @@ def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
         prefix = "" if name == "value" else "ratio_"
         out[[name, f"{prefix}sd", f"{prefix}lowest", f"{prefix}highest"]] = spread
     out["n"] = groups["value"].size()
-    references = [key for key in ("null_model", "empty_patch", "fresh_dots", "turned") if key in rows]
+    references = [key for key in ("Z_mean_descriptor", "Z_empty", "Z_resampled", "Z_turned") if key in rows]
     out[references] = groups[references].mean()
     return out.reset_index()
 

@@ -35,8 +35,8 @@ USE = {  # of each measure: the subset as the surface, as patch centres, or only
     "Z centres": "centres",  # patch of the nearest kept dot, cut from the full surface
     "position": "dots",  # Å to the nearest kept dot
     "normal": "dots",  # degrees between the normals of a dot and of the nearest kept one
-    "fragment scaled": "surface",  # median evaluated patch, % of the kept dots under `as_written`
-    "fragment as_coded": "surface",
+    "median patch size scaled": "surface",  # median evaluated patch, % of the kept dots under `as_written`
+    "median patch size as_coded": "surface",
     "seconds": "dots",  # of one draw, without those for index and cover
 }
 
@@ -72,8 +72,8 @@ def compare_samplers(
     -------
     DataFrame, one row per sampler, requested n_S (`percent`) and measure (see `USE`): n_S and n_S_percent (means of
     the draws), use, measure, value, se, low and high (95 % over draws and test dots; NaN if the measure is not a
-    mean over test dots), and, for each Z, the reference values null_model and empty_patch, and the floors fresh_dots and
-    turned if given.
+    mean over test dots), and, for each Z, the reference values Z_mean_descriptor and Z_empty, and the floors Z_resampled and
+    Z_turned if given.
     """
     tests = prepared.draw_tests(n_tests)
     parts = []
@@ -91,8 +91,8 @@ def compare_samplers(
     table = pd.concat(parts, ignore_index=True)
     table.insert(3, "n_S_percent", 100 * table["n_S"] / len(prepared.points))
     is_z = table["measure"].str.startswith("Z ")
-    columns = {key: references[key] for key in ("null_model", "empty_patch")}
-    columns |= {"fresh_dots": floors["fresh dots"], "turned": floors["turned"]} if floors else {}
+    columns = {key: references[key] for key in ("Z_mean_descriptor", "Z_empty")}
+    columns |= {"Z_resampled": floors["fresh dots"], "Z_turned": floors["turned"]} if floors else {}
     for key, z in columns.items():
         table[key] = np.where(is_z, z, np.nan)
     _warn_of_fragments(table, prepared.name)
@@ -147,7 +147,7 @@ def _measure(
         "position": distance,
         "normal": _angle(prepared.normals[tests], prepared.normals[nearest]),
     }
-    fragments = {"fragment scaled": fragment(linked), "fragment as_coded": fragment(left)}
+    fragments = {"median patch size scaled": fragment(linked), "median patch size as_coded": fragment(left)}
     return {measure: values.reshape(shape) for measure, values in out.items()} | fragments
 
 
@@ -191,7 +191,7 @@ def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
     """Warn once of all cases in which the evaluated patches are only fragments of what was kept."""
     cases = []
     for rule in ("as_coded", "scaled"):
-        part = table[table["measure"] == f"fragment {rule}"]
+        part = table[table["measure"] == f"median patch size {rule}"]
         for sampler, rows in part.groupby("sampler", sort=False):
             low = rows.loc[rows["value"] < MIN_FRAGMENT, "percent"]
             if len(low):

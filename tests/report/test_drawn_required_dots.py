@@ -6,7 +6,8 @@ import pytest
 from test_figures import surface_tables
 
 from drawn import colour_of, legend_of, words_of
-from sparsurf.report.figures import enough
+from sparsurf.columns import missing_columns
+from sparsurf.report.figures import required_dots
 
 COLOURS = {
     ("farthest", "as_written"): "#56B4E9",
@@ -31,7 +32,7 @@ def names_in(figure):
 
 def test_one_surface_shows_its_cloud_curves_and_floors():
     tables = surface_tables()
-    figure = enough.figure([tables])
+    figure = required_dots.figure([tables])
     (ax,) = figure.axes
     np.testing.assert_array_equal(
         ax.collections[0].get_offsets(), tables.grid[["n_S_percent", "Z_tS_as_written"]]
@@ -58,37 +59,54 @@ def test_one_surface_shows_its_cloud_curves_and_floors():
     assert [colour_of(line) for line in drawn] == ["#777777", "#777777", "#000000"]
 
 
+def test_the_combinations_as_coded_have_their_own_panel():
+    tables = surface_tables()
+    tables = tables._replace(grid=tables.grid.assign(Z_tS_as_coded=tables.grid["Z_tS_as_written"] + 7.0))
+    written, coded = required_dots.figure([tables]).axes
+    for ax, reading in ((written, "as written"), (coded, "as coded")):
+        column = f"Z_tS_{reading.replace(' ', '_')}"
+        np.testing.assert_array_equal(ax.collections[0].get_offsets(), tables.grid[["n_S_percent", column]])
+        assert ax.get_ylabel().endswith(reading)
+    assert coded.get_xlim() == written.get_xlim()
+    assert curves_in(coded) == {} and coded.get_ylim()[1] > 7
+    floors = [line.get_ydata()[0] for line in coded.lines if line.is_dashed()]
+    assert sorted(floors) == sorted(tables.floors["Z"])
+
+
 def test_a_grid_of_another_reading_has_no_cloud():
     tables = surface_tables()
     tables = tables._replace(grid=tables.grid.drop(columns="Z_tS_as_written"))
-    figure = enough.figure([tables])
+    figure = required_dots.figure([tables])
     assert len(figure.axes[0].collections[0].get_offsets()) == 0
     assert not any("combinations" in words for words in names_in(figure))
 
 
 def test_the_answer_is_that_of_the_floor_that_is_asked_for():
     tables = surface_tables()
-    other = tables.enough.assign(n_S_percent=[8.0, 3.0, 1.4], Z=[0.5, 0.7, 0.9])
+    other = tables.required_dots.assign(n_S_percent=[8.0, 3.0, 1.4], Z=[0.5, 0.7, 0.9])
     wrong = other.assign(reading="as_written", n_S_percent=60.0)
-    tables = tables._replace(enough=pd.concat([wrong, other]))
+    tables = tables._replace(required_dots=pd.concat([wrong, other]))
     for floor, words in (("turned", "3 %"), ("atoms moved 0.1 Å", "1.4 %")):
-        ax = enough.figure([tables], floor).axes[0]
+        ax = required_dots.figure([tables], floor).axes[0]
         assert f"{words} of the dots are enough" == ax.get_title()
     shown = tables.grid.assign(Z_tS_as_coded=7.0)
-    ax = enough.figure([tables._replace(grid=shown)], reading="as_coded").axes[0]
+    ax = required_dots.figure([tables._replace(grid=shown)], reading="as_coded").axes[0]
     assert (ax.collections[0].get_offsets()[:, 1] == 7).all()
 
 
 def test_a_few_surfaces_have_a_panel_each_on_one_scale():
     few = [surface_tables(f"p/c{k}", 1 + k / 10) for k in range(5)]
-    axes = enough.figure(few).axes
+    axes = required_dots.figure(few).axes
     assert len(axes) == 5 and len({ax.get_ylim() for ax in axes}) == 1
     for ax, tables in zip(axes, few, strict=True):
         assert ax.get_title() == f"{tables.name}: 8 % are enough"
         own = tables.curves[(tables.curves["sampler"] == "uniform")]
         np.testing.assert_array_equal(curves_in(ax)["#000000"], own[["n_S_percent", "Z"]])
         ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)
-        assert ring.get_xydata().tolist() == tables.enough[["n_S_percent", "Z"]].iloc[:1].to_numpy().tolist()
+        assert (
+            ring.get_xydata().tolist()
+            == tables.required_dots[["n_S_percent", "Z"]].iloc[:1].to_numpy().tolist()
+        )
 
 
 def test_many_surfaces_share_a_panel_of_medians_with_a_band():
@@ -96,7 +114,7 @@ def test_many_surfaces_share_a_panel_of_medians_with_a_band():
     many = [surface_tables(f"p/c{k}", factor) for k, factor in enumerate(factors)]
     only = pd.DataFrame({"floor": ["fresh dots", "alone"], "Z": [0.5 * factors[-1], 3.0]})
     many[-1] = many[-1]._replace(floors=only)
-    figure = enough.figure(many)
+    figure = required_dots.figure(many)
     (ax,) = figure.axes
     one = surface_tables()
     for key, rows in one.curves.groupby(["sampler", "reading"]):
@@ -105,9 +123,9 @@ def test_many_surfaces_share_a_panel_of_medians_with_a_band():
         np.testing.assert_allclose(z, 1.1 * wanted)  # the median factor
         assert (x >= 1).all() and (x <= 90).all()
     band = ax.collections[1].get_paths()[0].vertices
-    at = band[np.isclose(band[:, 0], enough.ALONG[0]), 1]
+    at = band[np.isclose(band[:, 0], required_dots.ALONG[0]), 1]
     middle = ax.lines[0].get_ydata()[0] / 1.1  # the median, of the factor 1.1
-    assert (at.min(), at.max()) == pytest.approx(np.quantile(factors, enough.BAND) * middle)
+    assert (at.min(), at.max()) == pytest.approx(np.quantile(factors, required_dots.BAND) * middle)
     floors = [line.get_ydata()[0] for line in ax.lines if line.is_dashed()]
     assert max(floors) < 1.5 and np.isclose(floors, 0.55).any()  # `alone` is known of one surface only
     assert len(ax.collections[0].get_offsets()) == 7 * 200
@@ -117,20 +135,31 @@ def test_many_surfaces_share_a_panel_of_medians_with_a_band():
 def test_the_tables_of_a_surface_are_read_from_its_folder(tmp_path):
     folder = tmp_path / "p" / "c1"
     folder.mkdir(parents=True)
-    for name, table in zip(enough.Tables._fields[1:], surface_tables()[1:], strict=True):
-        table.to_csv(folder / f"{name}.csv", index=False)
-    found = enough.read(folder)
+    written = []
+    for name, table in zip(required_dots.Tables._fields[1:], surface_tables()[1:], strict=True):
+        written.append(table.assign(**dict.fromkeys(missing_columns(f"{name}.csv", table), 0)))
+        written[-1].to_csv(folder / f"{name}.csv", index=False)
+    found = required_dots.read(folder)
     assert found.name == "p/c1"
-    for table, wanted in zip(found[1:], surface_tables()[1:], strict=True):
+    for table, wanted in zip(found[1:], written, strict=True):
         pd.testing.assert_frame_equal(table, wanted.reset_index(drop=True))
-    assert enough.read(folder, sampled=False).grid is None  # that of an earlier study
+    assert required_dots.read(folder, sampled=False).grid is None  # that of an earlier study
+
+
+def test_the_answer_shows_its_interval():
+    tables = surface_tables(rows=0)
+    ends = {"n_S_percent_low": 6.04, "n_S_percent_high": 11.6}
+    figure = required_dots.figure([tables._replace(required_dots=tables.required_dots.assign(**ends))])
+    (ax,) = figure.axes
+    assert ax.get_title() == "8 % of the dots are enough (6 to 12 %)"
+    assert ax.collections[-1].get_segments()[0].tolist() == [[6.04, 0.5], [11.6, 0.5]]
 
 
 def test_without_a_grid_there_is_no_cloud():
-    figure = enough.figure([surface_tables(rows=0)])
+    figure = required_dots.figure([surface_tables(rows=0)])
     ax = figure.axes[0]
     assert not any(len(each.get_offsets()) for each in ax.collections) and len(curves_in(ax)) == 3
     assert not [words for words in names_in(figure) if "sampling" in words]
     assert ax.get_xlim()[0] == 0.9 and ax.get_title() == "8 % of the dots are enough"
-    both = enough.figure([surface_tables("p/c1", rows=0), surface_tables("p/c2", rows=0)])
+    both = required_dots.figure([surface_tables("p/c1", rows=0), surface_tables("p/c2", rows=0)])
     assert not [words for words in names_in(both) if "sampling" in words]

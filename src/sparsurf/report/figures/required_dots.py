@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
@@ -41,12 +41,12 @@ DASHES = ((4, 3), (1, 2), (6, 2, 1, 2), (3, 1), (6, 2, 1, 2, 1, 2))  # of the no
 
 
 class Tables(NamedTuple):
-    """Tables of one surface: its name, curves.csv, floors.csv, enough.csv, and grid.csv if it exists."""
+    """Tables of one surface: its name, curves.csv, floors.csv, required_dots.csv, and grid.csv if it exists."""
 
     name: str
     curves: pd.DataFrame
     floors: pd.DataFrame
-    enough: pd.DataFrame
+    required_dots: pd.DataFrame
     grid: pd.DataFrame | None = None
 
 
@@ -58,6 +58,7 @@ class Panel(NamedTuple):
     floors : dict of name to Z
     answer : (n, Z), the fewest dots that are enough
     bound : "at most" if the fewest that were measured are enough, "more" if only all dots are
+    interval : ends of the 95 % interval of the answer's n; NaN where it has none
     """
 
     cloud: tuple[np.ndarray, np.ndarray]
@@ -65,6 +66,7 @@ class Panel(NamedTuple):
     floors: dict[str, float]
     answer: tuple[float, float]
     bound: str = ""
+    interval: tuple[float, float] = (np.nan, np.nan)
 
 
 def read(folder: Path, sampled: bool = True) -> Tables:
@@ -75,7 +77,7 @@ def read(folder: Path, sampled: bool = True) -> Tables:
 
 def draw(results: Results) -> Figure:
     """Draw the figure of one surface."""
-    tables = Tables(results.name, results.curves, results.floors, results.enough, results.grid)
+    tables = Tables(results.name, results.curves, results.floors, results.required_dots, results.grid)
     return figure([tables], results.floor)
 
 
@@ -97,8 +99,9 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
     if len(panels) > MULTIPLES:
         panels = {f"{len(panels)} surfaces: median, and a band around 80 % of them": median_panel(panels)}
     single = len(panels) == 1
-    columns, rows = min(3, len(panels)), -(-len(panels) // 3)
-    width, height = (134, 84) if single else (layout.PAGE, 24 + 56 * rows)
+    coded = _coded_cloud(surfaces) if single and reading == WRITTEN_READING else None
+    columns, rows = 1 + (coded is not None) if single else min(3, len(panels)), -(-len(panels) // 3)
+    width, height = (134 if coded is None else layout.PAGE, 84) if single else (layout.PAGE, 24 + 56 * rows)
     drawing = layout.constrained(width, height, next(iter(panels)) if single else "")
     for k, (name, panel) in enumerate(panels.items()):
         ax = drawing.add_subplot(rows, columns, k + 1)
@@ -112,6 +115,13 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
     top = max(ax.get_ylim()[1] for ax in drawing.axes)
     for ax in drawing.axes:
         ax.set_ylim(0, top)
+    if coded is not None:
+        drawing.axes[0].set_ylabel("error Z of the descriptors, as written")
+        ax = drawing.add_subplot(rows, columns, 2)
+        _draw_coded(ax, coded, next(iter(panels.values())), floor)
+        ticks = drawing.axes[0].get_xticks()
+        ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        ax.set_xlim(drawing.axes[0].get_xlim())
     handles = _legend_handles(panels, floor)
     if single:
         drawing.legend(handles=handles, loc="outside right upper", labelspacing=0.9, handlelength=2.2)
@@ -122,17 +132,35 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
 
 def panel_of(tables: Tables, floor: str = FRESH, reading: str = WRITTEN_READING) -> Panel:
     """Collect the panel of one surface."""
-    grid, curves, enough = tables.grid, tables.curves, tables.enough
+    grid, curves, required_dots = tables.grid, tables.curves, tables.required_dots
     lines: dict[Any, tuple[np.ndarray, ...]] = {
         key: (rows["n_S_percent"].to_numpy(), rows["Z"].to_numpy())
         for key, rows in curves.groupby(["sampler", "reading"], sort=False)
     }
-    answer = enough[(enough["floor"] == floor) & (enough["reading"] == RECOVERED)].iloc[0]
+    answer = required_dots[(required_dots["floor"] == floor) & (required_dots["reading"] == RECOVERED)].iloc[
+        0
+    ]
     floors: dict[Any, float] = tables.floors.set_index("floor")["Z"].to_dict()
     cloud = (np.empty(0), np.empty(0))
     if grid is not None and f"Z_tS_{reading}" in grid:
         cloud = grid["n_S_percent"].to_numpy(), grid[f"Z_tS_{reading}"].to_numpy()
-    return Panel(cloud, lines, floors, (answer["n_S_percent"], answer["Z"]), answer["bound"])
+    ends = (answer.get("n_S_percent_low", np.nan), answer.get("n_S_percent_high", np.nan))
+    return Panel(cloud, lines, floors, (answer["n_S_percent"], answer["Z"]), answer["bound"], ends)
+
+
+def _coded_cloud(surfaces: Sequence[Tables]) -> tuple[np.ndarray, np.ndarray] | None:
+    """Collect (n, Z) of all combinations as coded; None unless one surface has them under both readings."""
+    grid = surfaces[0].grid
+    columns = {f"Z_tS_{reading}" for reading in (CODED_READING, WRITTEN_READING)}
+    if len(surfaces) > 1 or grid is None or not columns <= set(grid):
+        return None
+    return grid["n_S_percent"].to_numpy(), grid[f"Z_tS_{CODED_READING}"].to_numpy()
+
+
+def _draw_coded(ax: Axes, cloud: tuple[np.ndarray, np.ndarray], panel: Panel, floor: str) -> None:
+    """Draw all combinations as coded above the noise floors, on their own scale: there a Z is several times larger."""
+    _draw(ax, Panel(cloud, {}, panel.floors, (np.nan, np.nan)), floor, _floors_of({"": panel}))
+    ax.set(title="the paper's sampling as coded", ylabel="error Z of the descriptors, as coded")
 
 
 def median_panel(by_name: dict[str, Panel]) -> Panel:
@@ -158,7 +186,11 @@ def _answer_text(panel: Panel) -> str:
     """Say how many dots are enough."""
     if panel.bound == MORE:
         return "all dots are needed"
-    return f"{'≤ ' if panel.bound == AT_MOST else ''}{share(panel.answer[0])} % of the dots are enough"
+    low, high = panel.interval
+    limits = f" ({share(low)} to {share(high)} %)" if np.isfinite(low) else ""
+    return (
+        f"{'≤ ' if panel.bound == AT_MOST else ''}{share(panel.answer[0])} % of the dots are enough{limits}"
+    )
 
 
 def _look(sampler: str, reading: str) -> tuple[str, str]:
@@ -184,7 +216,10 @@ def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:
     for k, name in enumerate(floors):
         if name in panel.floors:
             ax.axhline(panel.floors[name], zorder=0, **_floor_style(name, k, floor))
-    ax.plot(*panel.answer, "o", color="white", markeredgecolor=BACK, markeredgewidth=1, markersize=5)
+    n_answer, z_answer = panel.answer
+    if np.isfinite(panel.interval[0]):
+        ax.hlines(z_answer, *panel.interval, color=BACK, linewidth=3, alpha=0.4)
+    ax.plot(n_answer, z_answer, "o", color="white", markeredgecolor=BACK, markeredgewidth=1, markersize=5)
     ax.set(xscale="log", xlim=(0.9 * lowest, 103), ylim=(0, 1.08 * highest))
     ax.xaxis.set_minor_locator(NullLocator())
     shown = [tick for tick in TICKS if tick >= 0.9 * lowest]
