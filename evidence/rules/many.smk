@@ -1,0 +1,19 @@
+# docs/many.md: what each of many structures costs when they are analysed in batches.
+
+MANY = [name for name in names_in_set(STRUCTURES, "proteins") if name not in MISSING]
+
+
+rule measure_batch:
+    input:
+        structures=ancient([structure_file(name) for name in MANY]),
+        study=ancient(HOME / "studies" / "many.yaml"),
+    output:
+        table=f"{TABLES}/many.csv",
+    log:
+        f"{RESULTS}/logs/measure_batch.log",
+    params:
+        structures={name: structure_file(name) for name in MANY},
+    message:
+        "Costs of structures in a batch"
+    script:
+        "../measure_batch.py"

@@ -1,0 +1,62 @@
+# Thousands of structures, where the config has `batch`: a job for each batch of them, tables and one page for the run.
+
+
+ruleorder: summarise_batches > collect_warnings
+ruleorder: summarise_batches > write_front_page
+
+
+rule analyse_batch:
+    input:
+        files_of_batch,
+    output:
+        surfaces="results/{run}/surfaces/{batch}.parquet",
+        residues="results/{run}/residues/{batch}.parquet",
+        dots="results/{run}/dots/{batch}.parquet",
+        failures="results/{run}/failures/{batch}.parquet",
+        warnings="results/{run}/warnings/{batch}.parquet",
+    log:
+        "results/{run}/logs/analyse_batch_{batch}.log",
+    conda:
+        "../envs/study.yaml"
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt * 1000,
+        runtime=lambda wildcards, input, attempt: attempt * (20 + len(input)),
+    params:
+        structures=structures_of_batch,
+        surface=config["surface"],
+        patches=config["patches"],
+        sampling={
+            key: config["sampling"][key] for key in ("distance_from_moved_centre", "chance_in_every_patch")
+        },
+        evaluation={"test_dots": config["evaluation"]["test_dots"]},
+        minimal=config["minimal"],
+        fields=config["fields"],
+        seed=config["seed"],
+        code=METHOD,
+    message:
+        "Batch {wildcards.batch} of structures"
+    script:
+        "../scripts/analyse_batch.py"
+
+
+rule summarise_batches:
+    input:
+        tables=batch_tables,
+    output:
+        page="results/{run}/index.html",
+        failures="results/{run}/failures.csv",
+        warnings="results/{run}/warnings.csv",
+        png="results/{run}/distributions.png",
+        svg="results/{run}/distributions.svg",
+    log:
+        "results/{run}/logs/summarise_batches.log",
+    localrule: True
+    conda:
+        "../envs/study.yaml"
+    params:
+        exclude=config["exclude"],
+        code=[METHOD, REPORT],
+    message:
+        "First page of the run"
+    script:
+        "../scripts/summarise_batches.py"

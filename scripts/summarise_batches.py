@@ -1,0 +1,69 @@
+"""Summarise a run in batches: its first page, the figure of its distributions, failures and warnings as CSV."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from sparsurf.batches.assignment import TABLES
+from sparsurf.batches.summary import grouped_reasons, measures, most_unusual
+from sparsurf.batches.tables import read_parquet
+from sparsurf.report.batches_page import MAX_ROWS, TEMPLATE, batches_page
+from sparsurf.report.figures import distributions, layout
+from sparsurf.report.first_page import warned
+from sparsurf.report.page import write
+from sparsurf.rounding import write_table
+from sparsurf.workflow.jobs import job
+
+JOB = "analyse_batch"
+
+
+def main(
+    tables: list[str], page: str, failures: str, warnings: str, png: str, exclude: dict[str, str]
+) -> None:
+    """Write index.html, distributions.png and .svg, failures.csv and warnings.csv.
+
+    Parameters
+    ----------
+    tables : Parquet files of all batches; others in their folders are left from an earlier study and are removed
+    exclude : reasons by place, of what the config leaves out
+    """
+    run = Path(page).parent
+    remove_others(run, tables)
+    surfaces = read_parquet(run, "surfaces").sort_values("protein", ignore_index=True)
+    failed = read_parquet(run, "failures").sort_values("protein", ignore_index=True)
+    excluded = pd.DataFrame(exclude.items(), columns=["protein", "reason"])
+    write_table(failures, pd.concat([excluded, failed]).set_axis(["place", "reason"], axis=1))
+    told = read_parquet(run, "warnings").sort_values("protein", kind="stable")
+    told = told.assign(conformation="", job=JOB)[["protein", "conformation", "job", "sentence"]]
+    write_table(warnings, told)
+    layout.save(distributions.figure(measures(surfaces)), Path(png).with_suffix(""))
+    values = batches_page(
+        run=run.name,
+        surfaces=surfaces,
+        unusual=most_unusual(surfaces, MAX_ROWS),
+        failures=grouped_reasons(failed),
+        warnings=warned(Path(warnings)),
+        n_batches=len({Path(path).name for path in tables}),
+    )
+    write(page, TEMPLATE, **values)
+
+
+def remove_others(run: Path, tables: list[str]) -> None:
+    """Remove tables of batches that the study no longer has, so that a folder holds one run."""
+    paths = set(map(Path, tables))
+    for table in TABLES:
+        for path in (run / table).glob("*.parquet"):
+            if path not in paths:
+                path.unlink()
+
+
+if __name__ == "__main__":
+    with job(snakemake):
+        main(
+            tables=snakemake.input.tables,
+            page=snakemake.output.page,
+            failures=snakemake.output.failures,
+            warnings=snakemake.output.warnings,
+            png=snakemake.output.png,
+            exclude=snakemake.params.exclude,
+        )

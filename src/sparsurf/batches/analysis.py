@@ -1,0 +1,179 @@
+"""Analyse the structures of a batch: surface, roughness, minimal subset and residues of each."""
+
+from __future__ import annotations
+
+import json
+import logging
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import pandas as pd
+
+from sparsurf import InputError
+from sparsurf.batches.assignment import TABLES
+from sparsurf.dot_fields.registry import FIELDS, compute_fields
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.study.minimal_subset import select_minimal_subset
+from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
+from sparsurf.study.required_dots import Trials
+from sparsurf.study.residues import residue_table
+from sparsurf.surfaces.components import summarize_components, table_of_components
+from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
+from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.spacing import refuse_sparse, spacing
+
+log = logging.getLogger("sparsurf")
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A structure of a batch.
+
+    Attributes
+    ----------
+    name : str, protein as the config names it
+    path : file
+    table : file with fields of its own, or None
+    options : keyword arguments of `read_molecule`
+    """
+
+    name: str
+    path: str
+    table: str | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[str, pd.DataFrame]:
+    """Place dots on a structure, select its minimal subset and tabulate its residues.
+
+    Parameters
+    ----------
+    structure : Structure
+    config : dict, the sections surface, patches, sampling, evaluation, minimal, fields and seed of the config
+
+    Returns
+    -------
+    dict of DataFrame: 'surfaces', a row; 'residues', a row for each; 'dots', those of the minimal subset, ascending
+
+    Raises
+    ------
+    InputError
+        One sentence on what is wrong with the structure.
+    """
+    name, patches, d_link = structure.name, config["patches"], config["patches"]["D_link"]
+    molecule = read_molecule(structure.path, **structure.options)
+    if molecule.n_frames > 1:
+        log.warning("%s: %d models; the first is taken", name, molecule.n_frames)
+        molecule = molecule.frame(0)
+    settings = config["surface"]
+    atom_radii = radii(molecule, settings["radii"])
+    dots, _ = surface_for_d_link(molecule, 0, atom_radii, settings, d_link, name)
+    if settings["density"] != "auto":
+        refuse_sparse(dots.points, d_link, name)
+    component = components_of_frame(dots, molecule, 0, atom_radii, settings["probe_radius"])
+    names = [field for field in config["fields"] if structure.table or field in FIELDS]
+    values = compute_fields(names, molecule, dots.points, table=structure.table)
+    dots = replace(dots, fields={str(key): values[key].to_numpy() for key in values})
+    prepared = prepare_surface(
+        dots,
+        patches,
+        None,
+        config["seed"],
+        name,
+        1,
+        config["sampling"]["distance_from_moved_centre"],
+        config["sampling"]["chance_in_every_patch"],
+    ).nameless
+    n_tests = number_of_tests(config["evaluation"]["test_dots"], len(dots))
+    trials = Trials(prepared, config["minimal"]["sampler"], n_tests, relaxed=config["minimal"]["relax"])
+    subset = select_minimal_subset(trials, config["minimal"])
+    residues = residue_table(dots, prepared.roughness, molecule, subset.dots, subset.weight)
+    row = {
+        "structure": structure.path,
+        "options": json.dumps(dict(structure.options), sort_keys=True),
+        "atoms": molecule.n_atoms,
+        "residues": molecule.n_residues,
+        "masked_residues": molecule.masked_residues,
+        "N": len(dots),
+        "area": float(dots.area.sum()),
+        **summarize_components(table_of_components(dots, component)),
+        "spacing": spacing(dots.points),
+        "mean_roughness": float(prepared.roughness.mean()),
+        "minimal_n_S": len(subset),
+        "minimal_n_S_percent": 100 * len(subset) / len(dots),
+    }
+    kept = subset.table[["dot", "x", "y", "z", "nx", "ny", "nz", "weight"]].assign(
+        atom=subset.surface.atom, rank=range(1, len(subset) + 1), **subset.surface.fields
+    )
+    kept = kept.sort_values("dot", ignore_index=True)  # neighbours in space follow one another: smaller files
+    tables = {"surfaces": pd.DataFrame([row]), "residues": residues, "dots": kept}
+    return {key: table.assign(protein=name) for key, table in tables.items()}
+
+
+def analyse_batch(
+    structures: list[Structure],
+    config: Mapping[str, Any],
+    report: Callable[[int, int], None] = lambda done, total: None,
+) -> dict[str, pd.DataFrame]:
+    """Analyse the structures of a batch; one that fails becomes a row of 'failures' and stops no other.
+
+    Parameters
+    ----------
+    structures : list of Structure
+    config : as for `analyse_structure`
+    report : callback with the numbers of finished and of all structures
+
+    Returns
+    -------
+    dict of DataFrame, by the names in `assignment.TABLES`
+    """
+    tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
+    for done, structure in enumerate(structures, 1):
+        with _collected_warnings() as sentences:
+            try:
+                for name, table in analyse_structure(structure, config).items():
+                    tables[name].append(table)
+            except Exception as error:
+                row = {"protein": structure.name, "reason": _reason(error, structure)}
+                tables["failures"].append(pd.DataFrame([row]))
+        rows = [{"protein": structure.name, "sentence": sentence} for sentence in dict.fromkeys(sentences)]
+        tables["warnings"].append(pd.DataFrame(rows, columns=["protein", "sentence"]))
+        report(done, len(structures))
+    return {
+        name: pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+        for name, parts in tables.items()
+    }
+
+
+def _reason(error: Exception, structure: Structure) -> str:
+    """Return why a structure failed, in one sentence; the log has the traceback of a defect."""
+    if isinstance(error, InputError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return f"{structure.path} needs more memory than there is: run it alone, on a larger machine."
+    traceback.print_exc()
+    return (
+        f"A defect of this program ({type(error).__name__}: {error}). Please report it with {structure.path}."
+    )
+
+
+@contextmanager
+def _collected_warnings() -> Iterator[list[str]]:
+    """Collect the warnings of the library, which then appear nowhere else."""
+    sentences: list[str] = []
+
+    class Collector(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            sentences.append(record.getMessage())
+
+    handler, propagate = Collector(logging.WARNING), log.propagate
+    log.addHandler(handler)
+    log.propagate = False
+    try:
+        yield sentences
+    finally:
+        log.removeHandler(handler)
+        log.propagate = propagate

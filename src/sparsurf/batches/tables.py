@@ -1,0 +1,166 @@
+"""Tables of a run in batches: Parquet files in one folder for each kind of table, one file for each batch."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from sparsurf import InputError
+
+INT, FLOAT, TEXT, DOUBLE = "int32", "float32", "string", "float64"
+# Numbers are rounded to fractions that a float32 holds exactly, whose last bytes are zeros and take no space
+DOT_STEP = 1 / 64  # Å of positions, 1 of normals
+RESIDUE_STEP = 1 / 1024  # Å^2 of areas, 1 of roughness
+STEPS = {
+    "dots": dict.fromkeys(("x", "y", "z", "nx", "ny", "nz"), DOT_STEP),
+    "residues": dict.fromkeys(
+        ("area", "area_contact", "area_saddle", "area_concave", "mean_roughness", "most_rough"), RESIDUE_STEP
+    ),
+}
+# The encoding of Parquet that makes each column smallest; the others repeat values and have a dictionary
+ENCODINGS = {
+    "dots": dict.fromkeys(("dot", "atom"), "DELTA_BINARY_PACKED")
+    | dict.fromkeys(("x", "y", "z"), "BYTE_STREAM_SPLIT")
+    | {"rank": "BYTE_STREAM_SPLIT"},
+    "residues": dict.fromkeys(("dots", "kept", "weight"), "DELTA_BINARY_PACKED")
+    | dict.fromkeys(STEPS["residues"], "BYTE_STREAM_SPLIT")
+    | {"residue": "PLAIN"},
+}
+ZSTD_LEVEL = 19
+# Columns of the tables with their types; the fields of the config follow
+COLUMNS = {
+    "surfaces": {
+        "protein": TEXT,
+        "structure": TEXT,
+        "options": TEXT,
+        "atoms": INT,
+        "residues": INT,
+        "masked_residues": INT,
+        "N": INT,
+        "area": DOUBLE,
+        "volume": DOUBLE,
+        "components": INT,
+        "cavities": INT,
+        "cavity_dots": INT,
+        "spacing": DOUBLE,
+        "mean_roughness": DOUBLE,
+        "minimal_n_S": INT,
+        "minimal_n_S_percent": DOUBLE,
+    },
+    "residues": {
+        "protein": TEXT,
+        "chain": TEXT,
+        "residue": TEXT,
+        "residue_name": TEXT,
+        "area": FLOAT,
+        "area_contact": FLOAT,
+        "area_saddle": FLOAT,
+        "area_concave": FLOAT,
+        "mean_roughness": FLOAT,
+        "most_rough": FLOAT,
+        "dots": INT,
+        "kept": INT,
+        "weight": INT,
+    },
+    "dots": {
+        "protein": TEXT,
+        "dot": INT,
+        "x": FLOAT,
+        "y": FLOAT,
+        "z": FLOAT,
+        "nx": FLOAT,
+        "ny": FLOAT,
+        "nz": FLOAT,
+        "weight": INT,
+        "atom": INT,
+        "rank": INT,
+    },
+    "failures": {"protein": TEXT, "reason": TEXT},
+    "warnings": {"protein": TEXT, "sentence": TEXT},
+}
+
+
+def columns_of(table: str, fields: Sequence[str] = ()) -> dict[str, str]:
+    """Return the columns of a table with their types; `fields` are those of the config."""
+    of_fields = {"residues": [f"mean_{name}" for name in fields], "dots": fields}.get(table, ())
+    return COLUMNS[table] | dict.fromkeys(of_fields, FLOAT)
+
+
+def import_pyarrow() -> Any:
+    """Return pyarrow with its module `parquet`.
+
+    Raises
+    ------
+    InputError
+        It is not installed.
+    """
+    try:
+        importlib.import_module("pyarrow.parquet")
+        return importlib.import_module("pyarrow")
+    except ImportError:
+        raise InputError(
+            "Tables of batches are Parquet files, which need pyarrow: run pip install pyarrow."
+        ) from None
+
+
+def write_parquet(path: str | Path, table: str, rows: pd.DataFrame, fields: Sequence[str] = ()) -> None:
+    """Write the rows of one batch, rounded to `STEPS`; a table without rows has all columns, too.
+
+    Parameters
+    ----------
+    path : file to write
+    table : one of `assignment.TABLES`
+    rows : DataFrame with the columns of `columns_of`
+    fields : list of str, the fields of the config
+    """
+    pyarrow = import_pyarrow()
+    columns = columns_of(table, fields)
+    schema = pyarrow.schema([(name, pyarrow.type_for_alias(kind)) for name, kind in columns.items()])
+    encodings = ENCODINGS.get(table, {})
+    steps = STEPS.get(table, {}) if len(rows) else {}
+    rows = rows.assign(**{name: (rows[name] / step).round() * step for name, step in steps.items()})
+    content = pyarrow.Table.from_pandas(
+        rows.reindex(columns=list(columns)), schema, preserve_index=False
+    ).replace_schema_metadata(None)
+    pyarrow.parquet.write_table(
+        content,
+        path,
+        compression="zstd",
+        compression_level=ZSTD_LEVEL,
+        use_dictionary=[name for name in columns if name not in encodings],
+        column_encoding=encodings or None,
+    )
+
+
+def read_parquet(run: str | Path, table: str, protein: str | None = None) -> pd.DataFrame:
+    """Read a table of a run, of all batches or of one protein.
+
+    Parameters
+    ----------
+    run : folder of the results, results/<run>
+    table : one of `assignment.TABLES`
+    protein : name, optional
+
+    Raises
+    ------
+    InputError
+        pyarrow is not installed, or the folder holds no such table.
+    """
+    import_pyarrow()
+    folder = Path(run, table)
+    if not any(folder.glob("*.parquet")):
+        raise InputError(f"{run} holds no {table}/*.parquet: name the results of a study with `batch`.")
+    filters = None if protein is None else [("protein", "==", protein)]
+    try:
+        return pd.read_parquet(folder, filters=filters)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder} is damaged ({_first_line(error)}): run the study again.") from None
+
+
+def _first_line(error: Exception) -> str:
+    """Return the first line of an error."""
+    return str(error).partition("\n")[0][:200]

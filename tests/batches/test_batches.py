@@ -1,0 +1,379 @@
+"""A study of many structures in batches: values as the functions give them, one row for each failure."""
+
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import small_study
+import sparsurf
+from peptides import peptide, write
+from sparsurf import InputError, columns
+from sparsurf.batches import assignment, summary, tables
+from sparsurf.batches.analysis import Structure, analyse_batch
+from sparsurf.cli import command
+from sparsurf.report import batches_page
+from sparsurf.workflow.config import check_config
+
+pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
+RESIDUES = ("ALA", "SER", "ALA", "VAL", "GLY", "ALA")
+CONFIG = {"run": "many", "sampling": False, "batch": 4, "proteins": {"folder": "structures"}}
+GOOD = [f"p{k:02d}" for k in range(1, 11)]
+
+
+def write_structures(folder):
+    """Write ten peptides of different lengths and two broken files into a folder."""
+    folder.mkdir(parents=True)
+    for k, name in enumerate(GOOD):
+        write(folder / f"{name}.pdb", peptide(RESIDUES[: 3 + k % 4], origin=(0.1 * k, 0, 0)) + "END\n")
+    write(folder / "empty.pdb", "END\n")
+    write(folder / "text.cif", "no structure\n")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def many(tmp_path_factory):
+    """Folder of a finished study of twelve structures, two of them broken."""
+    folder = tmp_path_factory.mktemp("many") / "study"
+    write_structures(folder / "structures")
+    process = small_study.snakemake(folder, CONFIG)
+    assert process.returncode == 0, small_study.output(process)
+    return folder
+
+
+def read(many, table):
+    """Read a table of the run."""
+    return tables.read_parquet(many / "results/many", table)
+
+
+def test_every_structure_is_a_surface_or_a_failure_with_its_reason(many):
+    surfaces, failures = read(many, "surfaces"), read(many, "failures")
+    assert sorted(surfaces["protein"]) == GOOD and sorted(failures["protein"]) == ["empty", "text"]
+    assert failures["reason"].str.contains("structures/").all()
+    assert not failures["reason"].str.contains("defect").any()
+    assert len(list((many / "results/many/surfaces").glob("*.parquet"))) == 3
+    listed = pd.read_csv(many / "results/many/failures.csv")
+    assert listed["place"].tolist() == ["empty", "text"] and list(listed) == ["place", "reason"]
+
+
+@pytest.mark.parametrize("name", GOOD[:4])
+def test_values_are_those_of_the_functions(many, name):
+    dots = sparsurf.surface(many / f"structures/{name}.pdb")
+    few = sparsurf.minimal(dots, percent=10)
+    row = read(many, "surfaces").set_index("protein").loc[name]
+    assert row["N"] == len(dots) and row["minimal_n_S"] == len(few)
+    assert row["area"] == pytest.approx(dots.area.sum(), rel=1e-12)
+    assert row["mean_roughness"] == pytest.approx(sparsurf.roughness(dots).mean(), rel=1e-12)
+    table = sparsurf.components(dots)[1]
+    assert row["volume"] == pytest.approx(table["volume"][~table["cavity"]].sum())
+    kept = read(many, "dots").query("protein == @name").set_index("dot")
+    assert sorted(kept.index) == sorted(few.dots)
+    kept = kept.loc[few.dots]
+    for columns_of_dots, values in ((["x", "y", "z"], few.points), (["nx", "ny", "nz"], few.normals)):
+        assert np.allclose(kept[columns_of_dots], values, rtol=0, atol=tables.DOT_STEP / 2)
+    assert kept["rank"].tolist() == list(range(1, len(few) + 1))
+    assert kept["weight"].tolist() == few.weight.tolist()
+    assert kept["atom"].tolist() == few.surface.atom.tolist()
+    residues = read(many, "residues").query("protein == @name").drop(columns="protein")
+    expected = sparsurf.residues(dots, kept=few)
+    pd.testing.assert_frame_equal(
+        residues.reset_index(drop=True),
+        expected,
+        check_dtype=False,
+        rtol=0,
+        atol=tables.RESIDUE_STEP / 2,
+        check_column_type=False,
+    )
+
+
+def test_pandas_reads_a_run_by_the_path_of_a_folder(many):
+    table = pd.read_parquet(many / "results/many/dots")
+    assert sorted(table["protein"].unique()) == GOOD
+    assert list(table) == list(tables.columns_of("dots"))
+
+
+@pytest.mark.parametrize("name", assignment.TABLES)
+def test_every_column_is_listed_in_order(name):
+    listed = [column.name for column in columns.table_of(f"{name}/0001.parquet").columns]
+    assert [column for column in listed if "<" not in column] == list(tables.columns_of(name))
+    if name in ("dots", "residues"):
+        assert "<field>" in listed[-1] or "mean_<field>" in listed
+
+
+def test_export_writes_the_files_of_one_structure(many, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert command.main(["export", str(many / "results/many"), "p03", "-o", "out"]) == 0
+    few = sparsurf.minimal(many / "structures/p03.pdb", percent=10)
+    expected = few.table
+    kept = pd.read_csv("out/minimal.csv")
+    assert (
+        list(kept) == list(expected) and kept["residue"].tolist() == expected["residue"].astype(int).tolist()
+    )
+    assert np.allclose(kept[["x", "y", "z"]], expected[["x", "y", "z"]], atol=0.0079)
+    assert kept["dot"].tolist() == expected["dot"].tolist()
+    assert np.allclose(kept["spacing"], expected["spacing"], atol=0.03)
+    residues = pd.read_csv("out/residues.csv")
+    assert residues["kept"].sum() == len(kept) and "protein" not in residues
+    molecule = sparsurf.read_molecule("out/structure_roughness.pdb")
+    roughness = residues["mean_roughness"].to_numpy()[molecule.residue_index]
+    assert np.allclose(molecule.b_factor, roughness, atol=0.006)
+    assert len(sparsurf.read_surface("out/minimal.ply")) == len(kept)
+    assert "structure_roughness.pdb" in (tmp_path / "out/open.pml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("run", "name", "words"),
+    [
+        ("results/many", "nobody", "has no structure 'nobody'"),
+        ("results/many", "empty", "empty failed: structures/empty.pdb holds no atoms"),
+        ("structures", "p03", "holds no surfaces/*.parquet"),
+    ],
+)
+def test_what_cannot_be_exported_is_said_in_one_sentence(many, capsys, run, name, words):
+    assert command.main(["export", str(many / run), name]) == 1
+    told = capsys.readouterr().err
+    assert words in told and told.count("\n") == 1
+
+
+def test_the_bytes_depend_neither_on_cores_nor_on_the_order_of_batches(many, tmp_path):
+    folder = tmp_path / "again"
+    shutil.copytree(many / "structures", folder / "structures")
+    batches = [f"results/many/surfaces/{name}.parquet" for name in ("0003", "0001", "0002")]
+    process = small_study.snakemake(folder, CONFIG, *batches[:1], "--cores", "1")
+    assert process.returncode == 0, small_study.output(process)
+    process = small_study.snakemake(folder, CONFIG)
+    assert process.returncode == 0, small_study.output(process)
+    for path in sorted((many / "results/many").rglob("*.parquet")):
+        assert (folder / path.relative_to(many)).read_bytes() == path.read_bytes(), path
+    for name in ("index.html", "failures.csv", "warnings.csv", "distributions.png"):
+        assert (folder / "results/many" / name).read_bytes() == (many / "results/many" / name).read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["tar", "zip"])
+def test_an_archive_gives_the_tables_of_its_folder(many, tmp_path, kind):
+    folder = tmp_path / kind
+    folder.mkdir()
+    shutil.make_archive(str(folder / "structures"), kind, many / "structures")
+    process = small_study.snakemake(folder, CONFIG | {"proteins": {"archive": f"structures.{kind}"}})
+    assert process.returncode == 0, small_study.output(process)
+    for table in ("dots", "residues"):
+        pd.testing.assert_frame_equal(read(folder, table), read(many, table))
+    surfaces = read(folder, "surfaces")
+    assert surfaces["structure"].tolist() == [f"structures.{kind}/{name}.pdb" for name in surfaces["protein"]]
+    assert sorted(read(folder, "failures")["protein"]) == ["empty", "text"]
+    assert command.main(["export", str(folder / "results/many"), "p03", "-o", str(tmp_path / "out")]) == 0
+    assert sorted(path.name for path in folder.iterdir() if path.name[0] != ".") == [
+        "config.yaml",
+        "results",
+        f"structures.{kind}",
+    ]
+
+
+def test_a_structure_that_is_mended_changes_its_own_batch_only(many, tmp_path):
+    folder = tmp_path / "mended"
+    shutil.copytree(many, folder)
+    write(folder / "structures/empty.pdb", peptide(RESIDUES) + "END\n")
+    before = {path: path.stat().st_mtime_ns for path in (folder / "results").rglob("surfaces/*.parquet")}
+    (folder / "results/many/surfaces/0009.parquet").write_bytes(b"left from an earlier study")
+    process = small_study.snakemake(folder, CONFIG)
+    assert process.returncode == 0, small_study.output(process)
+    assert sum(path.stat().st_mtime_ns != time for path, time in before.items()) == 1
+    assert sorted(read(folder, "surfaces")["protein"]) == sorted([*GOOD, "empty"])
+    assert pd.read_csv(folder / "results/many/failures.csv")["place"].tolist() == ["text"]
+
+
+def test_the_page_counts_and_groups(many):
+    page = (many / "results/many/index.html").read_text(encoding="utf-8")
+    assert "10 surfaces of 12 structures, in 3 batches" in page and "2 structures failed." in page
+    assert page.count("<td data-key=") == 8 * len(GOOD)
+    assert "defect" not in page and 'src="distributions.png"' in page
+
+
+def test_batches_are_stable():
+    sizes = {f"s{k}": 100_000.0 for k in range(1000)}
+    batches = assignment.assign_batches(sizes)
+    assert len(batches) == 16 and sorted(name for names in batches.values() for name in names) == sorted(
+        sizes
+    )
+    assert assignment.assign_batches(dict(reversed(sizes.items()))) == batches
+    more = assignment.assign_batches(sizes | {"new": 1.0})
+    assert [name for name in batches if batches[name] != more[name]] == [
+        name for name in more if "new" in more[name]
+    ]
+    assert len(assignment.assign_batches(sizes, 100)) == 10
+    assert assignment.assign_batches({"one": 0.0}) == {"0001": ["one"]}
+
+
+def test_sizes_are_those_of_uncompressed_files(tmp_path):
+    for name in ("a.pdb", "a.pdb.gz", "a.cif"):
+        (tmp_path / name).write_bytes(bytes(1000))
+    sizes = [assignment.size_as_pdb(tmp_path / name) for name in ("a.pdb", "a.pdb.gz", "a.cif", "none.pdb")]
+    assert sizes == [1000, 4000, 700, 0]
+
+
+def config_of(tmp_path, **changes):
+    """Return a config of batches over one peptide."""
+    write(tmp_path / "a.pdb", peptide() + "END\n")
+    config = {"sampling": False, "batch": "auto", "proteins": {"a": {"structure": str(tmp_path / "a.pdb")}}}
+    return config | changes
+
+
+def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
+    assert check_config(config_of(tmp_path))["minimal"]["n_S_percent"] == 10
+    given = check_config(config_of(tmp_path, minimal={"n_S": 40, "sampler": "voxel"}))["minimal"]
+    assert given["n_S"] == 40 and "n_S_percent" not in given and given["sampler"] == "voxel"
+    assert "floor" in check_config({"proteins": config_of(tmp_path)["proteins"]})["minimal"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sampling": True}, "batch needs `sampling: false`"),
+        ({"minimal": {"floor": "turned"}}, "minimal.floor needs a search on every structure"),
+        ({"batch": 0}, "batch is 0, but must be"),
+        ({"proteins": {"a": {"pdb": "1ubi"}}}, "proteins.a has `pdb`, but `batch` takes structures alone"),
+        ({"proteins": {}}, "proteins is empty"),
+        ({"sites": {"s": {"query": "a", "residues": "1"}}}, "remove `sites`, or `batch`"),
+    ],
+)
+def test_a_config_that_batches_cannot_take_is_refused_in_one_sentence(tmp_path, changes, words):
+    with pytest.raises(InputError, match="config: ") as error:
+        check_config(config_of(tmp_path, **changes))
+    assert words in str(error.value)
+
+
+def test_two_structures_of_one_name_are_refused(tmp_path):
+    folder = tmp_path / "structures"
+    folder.mkdir()
+    for name in ("a.pdb", "a.cif", "b.pdb"):
+        write(folder / name, peptide() + "END\n")
+    with pytest.raises(InputError) as error:
+        check_config(config_of(tmp_path, proteins={"folder": str(folder)}))
+    assert str(error.value).count("have one name; rename or remove one of the two files.") == 1
+
+
+def test_an_empty_folder_is_refused(tmp_path):
+    (tmp_path / "none").mkdir()
+    with pytest.raises(InputError, match="holds no protein"):
+        check_config(config_of(tmp_path, proteins={"folder": str(tmp_path / "none")}))
+
+
+def test_without_pyarrow_a_sentence_says_what_to_install(tmp_path, monkeypatch):
+    def refuse(name, *rest):
+        raise ImportError(name)
+
+    monkeypatch.setattr(tables.importlib, "import_module", refuse)
+    with pytest.raises(InputError, match="need pyarrow: run pip install pyarrow"):
+        tables.write_parquet(tmp_path / "x.parquet", "failures", pd.DataFrame())
+
+
+def test_a_folder_without_tables_is_refused(tmp_path):
+    with pytest.raises(InputError, match="holds no surfaces"):
+        tables.read_parquet(tmp_path, "surfaces")
+
+
+def test_a_defect_becomes_a_row_and_models_and_warnings_are_told(tmp_path, monkeypatch, caplog):
+    config = check_config(config_of(tmp_path))
+    lines = peptide(RESIDUES)
+    two = write(tmp_path / "two.pdb", f"MODEL        1\n{lines}ENDMDL\nMODEL        2\n{lines}ENDMDL\nEND\n")
+    out = analyse_batch([Structure("two", str(two)), Structure("gone", str(tmp_path / "gone.pdb"))], config)
+    assert out["surfaces"]["protein"].tolist() == ["two"]
+    assert "two: 2 models; the first is taken" in out["warnings"]["sentence"].tolist()
+    assert "does not exist" in out["failures"]["reason"][0]
+    assert not caplog.records  # a line for each on the terminal would bury the rest
+    monkeypatch.setattr("sparsurf.batches.analysis.read_molecule", lambda *_, **__: 1 / 0)
+    reason = analyse_batch([Structure("two", str(two))], config)["failures"]["reason"][0]
+    assert reason.startswith("A defect of this program (ZeroDivisionError")
+
+
+def test_fields_are_columns_of_dots_and_residues(tmp_path):
+    config = check_config(config_of(tmp_path, fields=["hydropathy"]))
+    out = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], config)
+    for name, column in (("dots", "hydropathy"), ("residues", "mean_hydropathy")):
+        (tmp_path / name).mkdir()
+        tables.write_parquet(tmp_path / name / "0001.parquet", name, out[name], config["fields"])
+        assert tables.read_parquet(tmp_path, name)[column].notna().any()
+
+
+def made_up(n):
+    """A table of n ordinary surfaces."""
+    rng = np.random.default_rng(1)
+    atoms = rng.integers(900, 1100, n)
+    return pd.DataFrame(
+        {
+            "protein": [f"s{k:03d}" for k in range(n)],
+            "atoms": atoms,
+            "area": 5.0 * atoms + rng.normal(0, 50, n),
+            "volume": 11.0 * atoms + rng.normal(0, 50, n),
+            "mean_roughness": rng.normal(0.6, 0.01, n),
+            "cavity_dots": rng.integers(0, 100, n),
+            "N": 40 * atoms,
+        }
+    )
+
+
+def test_the_most_unusual_surface_comes_first_with_what_is_unusual():
+    table = made_up(200)
+    table.loc[7, "mean_roughness"] = 0.9
+    table.loc[9, "atoms"], table.loc[9, ["area", "volume"]] = 5000, [25000, 55000]
+    found = summary.most_unusual(table, 5)
+    assert len(found) == 5
+    assert dict(zip(found["protein"][:2], found["unusual"][:2], strict=True)) == {
+        "s007": "mean roughness",
+        "s009": "atoms",
+    }
+    assert found["deviation"][1] > 3 * found["deviation"][2]
+    few = summary.most_unusual(made_up(3), 5)
+    assert few["deviation"].tolist() == [0, 0, 0] and few["unusual"].tolist() == ["", "", ""]
+
+
+def test_reasons_that_differ_in_names_and_numbers_are_one():
+    failures = pd.DataFrame(
+        {
+            "protein": ["c", "a", "b", "d", "e"],
+            "reason": [
+                "x/c.cif line 3 is short.",
+                "x/a.pdb holds no atoms.",
+                "x/b.pdb holds no atoms.",
+                "x/d.cif line 12 is short.",
+                "x/D.cif line 1 is short.",
+            ],
+        }
+    )
+    groups = summary.grouped_reasons(failures)
+    assert [names for _, names in groups] == [["c", "d", "e"], ["a", "b"]]
+
+
+def test_the_page_counts_residues_of_low_plddt():
+    surfaces = made_up(5).assign(masked_residues=[None, 0, 12, None, 30], residues=100)
+    assert batches_page._masked(surfaces) == {"models": "3", "masked": "42", "residues": "342"}
+    assert batches_page._masked(surfaces.head(1)) is None
+
+
+def test_a_predicted_model_loses_its_doubtful_residues(tmp_path):
+    lines = ["TITLE     ALPHAFOLD MONOMER V2.0 PREDICTION FOR X", *peptide(RESIDUES).splitlines()]
+    lines = [
+        f"{line[:60]}{10.0 * int(line[22:26]) + 40:6.2f}{line[66:]}" if line.startswith("ATOM") else line
+        for line in lines
+    ]
+    write(tmp_path / "m.pdb", "\n".join(lines) + "\nEND\n")
+    config = check_config(config_of(tmp_path))
+    batch = [Structure("m", str(tmp_path / "m.pdb"), None, {"plddt": 70.0})]
+    batch += [Structure("a", str(tmp_path / "a.pdb"), None, {"plddt": 70.0})]
+    out = analyse_batch(batch, config)
+    assert out["surfaces"]["masked_residues"].tolist()[0] == 2 and out["surfaces"]["residues"][0] == 4
+    assert pd.isna(out["surfaces"]["masked_residues"][1])
+    assert out["residues"].query("protein == 'm'")["residue"].astype(int).tolist() == [3, 4, 5, 6]
+    assert "left out 2 of 6 residues, whose pLDDT is below 70" in " ".join(out["warnings"]["sentence"])
+
+
+def test_a_defect_of_one_structure_leaves_no_other_out(tmp_path):
+    config = check_config(config_of(tmp_path))
+    batch = [Structure("a", str(tmp_path / "a.pdb")), Structure("x", "/nowhere.pdb")]
+    batch.append(Structure("b", str(tmp_path / "a.pdb")))
+    out = analyse_batch(batch, config)
+    assert out["surfaces"]["protein"].tolist() == ["a", "b"] and out["failures"]["protein"].tolist() == ["x"]
+    assert np.array_equal(
+        *(out["dots"].query("protein == @name").drop(columns="protein").to_numpy() for name in "ab")
+    )
