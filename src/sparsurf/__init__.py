@@ -13,8 +13,8 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
 `read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one
-surface is sampled and compared many times. A molecule is a path, a `Molecule`, an mdtraj.Trajectory, a biotite AtomArray or
-an MDAnalysis AtomGroup. A wrong input raises `InputError` with one sentence.
+surface is sampled and compared many times. A molecule is a path, a `Molecule`, or atoms of mdtraj, biotite, MDAnalysis, gemmi
+or Biopython. A wrong input raises `InputError` with one sentence.
 
 Glossary (the paper's symbols and the field's words; lengths in Å everywhere)
 

@@ -318,7 +318,9 @@ def test_a_subset_is_set_beside_a_uniform_one_of_its_size(ready):
     assert row["d"] == pytest.approx(other.mean() - own.mean())
     assert row["d_se"] == pytest.approx((other - own).std(ddof=1) / np.sqrt(50))
     assert row["Z_empty"] == pytest.approx(np.linalg.norm(z_tot, axis=1).mean())
-    assert row["Z_null"] == pytest.approx(np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean())
+    assert row["Z_mean_descriptor"] == pytest.approx(
+        np.linalg.norm(z_tot - z_tot.mean(axis=0), axis=1).mean()
+    )
     kept = sparsurf.compare(ready, half, reading="as_coded", test_dots=50)
     assert kept.loc["subset", "Z"] == pytest.approx(
         ready.distances([half], tests, z_tot, "as_coded")[0].mean()

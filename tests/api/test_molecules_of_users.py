@@ -4,12 +4,14 @@ import shutil
 import subprocess
 import sys
 
+import gemmi
 import numpy as np
 import pytest
 
 import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
+from sparsurf.api.inputs import as_molecule
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 TRAJECTORY = ROOT / "data" / "tdp43" / "trajectory.xtc"
@@ -33,7 +35,19 @@ def of_mdanalysis():
     return universe(str(PEPTIDE)).select_atoms("protein")
 
 
-@pytest.fixture(scope="module", params=[of_mdtraj, of_biotite, of_mdanalysis], ids=lambda make: make.__name__)
+def of_gemmi():
+    return gemmi.read_structure(str(PEPTIDE))
+
+
+def of_biopython():
+    parser = pytest.importorskip("Bio.PDB", reason="Biopython is installed by the extra `interop`").PDBParser
+    return parser(QUIET=True).get_structure("peptide", str(PEPTIDE))
+
+
+MAKERS = [of_mdtraj, of_biotite, of_mdanalysis, of_gemmi, of_biopython]
+
+
+@pytest.fixture(scope="module", params=MAKERS, ids=lambda make: make.__name__)
 def atoms(request):
     return request.param()
 
@@ -80,6 +94,45 @@ def test_models_and_frames_of_another_library(dots, tmp_path):
     assert np.array_equal(sparsurf.surface(stack, frame=1).points, dots.points)
     with pytest.raises(InputError, match="the molecule has the frames 0 to 1: there is no frame 2"):
         sparsurf.surface(stack, frame=2)
+
+
+MODELS = """\
+MODEL        1
+ATOM      1  N  AALA     5A     11.000  12.000  13.000  0.40  7.00           N
+ATOM      2  N  BALA     5A     11.500  12.000  13.000  0.60  8.00           N
+ATOM      3  CA  ALA     5A     12.400  12.400  13.200  1.00  9.00           C
+HETATM    4  O   HOH     6      30.000  12.400  13.200  1.00  9.00           O
+ENDMDL
+MODEL        2
+ATOM      1  N  AALA     5A     21.000  12.000  13.000  0.40  7.00           N
+ATOM      2  N  BALA     5A     21.500  12.000  13.000  0.60  8.00           N
+ATOM      3  CA  ALA     5A     22.400  12.400  13.200  1.00  9.00           C
+HETATM    4  O   HOH     6      40.000  12.400  13.200  1.00  9.00           O
+ENDMDL
+END
+"""
+
+
+@pytest.mark.parametrize("library", ["gemmi", "Biopython"])
+def test_models_locations_and_labels_of_gemmi_and_biopython(library, tmp_path):
+    path = tmp_path / "models.pdb"
+    path.write_text(MODELS)
+    if library == "gemmi":
+        structure = gemmi.read_structure(str(path))
+    else:
+        parser = pytest.importorskip(
+            "Bio.PDB", reason="Biopython is installed by the extra `interop`"
+        ).PDBParser
+        structure = parser(QUIET=True).get_structure("models", str(path))
+    molecule, expected = as_molecule(structure), sparsurf.read_molecule(path)
+    assert molecule.xyz.shape == (2, 2, 3) and np.allclose(molecule.xyz, expected.xyz, atol=1e-5)
+    assert molecule.xyz[0, 0, 0] == 11 and molecule.b_factor.tolist() == [7, 9]  # the first location
+    for name in ("name", "residue_name", "chain", "element", "residue", "kind"):
+        assert getattr(molecule, name).tolist() == getattr(expected, name).tolist(), name
+    assert molecule.chain.tolist() == ["", ""] and molecule.residue[0] == "5A"
+    assert as_molecule(structure[0]).n_frames == 1
+    with pytest.raises(InputError, match="has no atoms"):
+        as_molecule(gemmi.Structure() if library == "gemmi" else structure.__class__("empty"))
 
 
 def test_parts_and_broken_atoms_of_another_library():
@@ -147,7 +200,7 @@ print(*sorted(name for name in set(sys.modules) - before[3] if "." not in name a
 import inspect, pydoc
 assert all(callable(getattr(sparsurf, name)) for name in sparsurf.__all__ if name != "__version__")
 text = pydoc.plain(pydoc.render_doc(sparsurf))
-assert "sample(surface" in text and "Choose dots that stand for a surface" in text
+assert "sample(surface" in "".join(text.split()) and "Choose dots that stand for a surface" in text
 """
 
 

@@ -10,7 +10,7 @@ from peptides import ALANINE, STEP, atom_line, peptide, write
 from sparsurf import InputError
 from sparsurf.molecules.atom_table import choose_altlocs, missing_residues, number_residues
 from sparsurf.molecules.mmcif import read_mmcif
-from sparsurf.molecules.pdb import _decode_number, _encode_label, read_pdb
+from sparsurf.molecules.pdb import _decode_number, encode_label, read_pdb
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.residues import (
     HEAVY_ATOMS,
@@ -211,7 +211,7 @@ def test_the_sequence_of_each_chain_and_the_linked_residues_are_read_in_their_co
     [(9999, "9999"), (10_000, "A000"), (10_035, "A00Z"), (1_223_055, "ZZZZ"), (1_223_056, "a000")],
 )
 def test_hybrid_36_at_its_limits(number, field):
-    assert _encode_label(str(number)) == f"{field} "
+    assert encode_label(str(number)) == f"{field} "
     assert _decode_number(field) == str(number)
 
 
@@ -219,13 +219,13 @@ def test_hybrid_36_at_its_limits(number, field):
     ("number", "field"), [("-999", "-999 "), ("2436111", "zzzz "), ("-999A", "-999A"), ("", "     ")]
 )
 def test_the_first_and_the_last_number_of_a_pdb_file(number, field):
-    assert _encode_label(number) == field
+    assert encode_label(number) == field
 
 
 @pytest.mark.parametrize("number", ["-1000", "2436112", "-1000A"])
 def test_a_number_that_no_pdb_file_can_hold_is_refused(number):
     with pytest.raises(InputError, match=f"residue {number.rstrip('A')} does not fit .* -999 to 2436111"):
-        _encode_label(number)
+        encode_label(number)
 
 
 def test_a_line_that_ends_behind_its_place_has_an_occupancy_of_1_and_no_b_factor():

@@ -41,11 +41,6 @@ SETTINGS = {
 }
 
 
-@pytest.fixture(autouse=True)
-def no_warnings_before(monkeypatch):
-    monkeypatch.setattr(molecular_surface, "_warned", set())
-
-
 def without_hydrogens(folder, n_residues):
     molecule = read_molecule(write(folder / "a.pdb", peptide(["ALA"] * n_residues) + "END\n"))
     return molecule, radii(molecule, "dms")
@@ -56,17 +51,13 @@ def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_res
     """From 15 residues on one step of correction does not reach it: the spacing falls slower than 1 / sqrt(density)."""
     molecule, atom_radii = without_hydrogens(tmp_path, n_residues)
     caplog.clear()
-    with caplog.at_level(logging.WARNING, "sparsurf"):
+    with caplog.at_level(logging.INFO, "sparsurf"):
         surface, density = surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
     refuse_sparse(surface.points, 0.5, "a")
-    told = len(caplog.records)
-    assert density_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a", tell=False) == density
-    surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a")
-    assert len(caplog.records) == told == 1, "told once for all calls"
-    surface_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "b")
-    assert len(caplog.records) == 2
+    assert [record.levelname for record in caplog.records] == ["INFO"]
+    assert f"a: {density:.2f} dots per Å^2" in caplog.text
+    assert density_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a") == density
     assert 0.45 < MIN_D_LINK_PER_SPACING * spacing(surface.points) <= 0.5, "much denser than needed"
-    assert f"{density:.2f} dots per Å^2 instead of {DENSITY:.2f}" in caplog.text
 
 
 def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_path, caplog):
@@ -140,7 +131,7 @@ def test_dots_are_laid_elsewhere_as_densely_as_on_the_atoms_of_the_frame(tmp_pat
     for settings in (SETTINGS, SETTINGS | {"density": 2.0}):
         generate, atoms = surface_generator(molecule, 1, sizes, settings, 0.5, "a")
         assert np.array_equal(atoms, molecule.xyz[1].round(3)) and not caplog.text
-        wanted = surface_for_d_link(molecule, 1, sizes, settings, 0.5, "a", tell=False)[0]
+        wanted = surface_for_d_link(molecule, 1, sizes, settings, 0.5, "a")[0]
         assert np.array_equal(generate(atoms).points, wanted.points)
 
 
@@ -177,6 +168,27 @@ def test_the_nearest_dot_is_that_of_a_tree(blob):
                 nearest_distances(points, cube), cKDTree(points).query(points, k=2)[0][:, 1]
             )
     assert np.isnan(spacing(dots[:1])) and spacing(np.array([[0, 0, 0], [0, 0, 2.5]])) == 2.5
+
+
+def test_a_median_spacing_need_be_exact_only_above_a_limit(blob):
+    """Also where the two middle distances lie on both sides of the limit."""
+    points = blob[0][:1000]
+    exact = np.sort(cKDTree(points).query(points, k=2)[0][:, 1])
+    median = float(np.median(exact))
+    assert spacing(points) == spacing(points, near=0.99 * exact[499]) == median
+    assert median <= spacing(points, near=1.2 * median) <= 1.2 * median
+    four = np.array([[0.0, 0, 0], [0.5, 0, 0], [10, 0, 0], [10, 2, 0]])  # distances .5, .5, 2, 2
+    assert spacing(four, near=0.6) == spacing(four) == 1.25
+    # With cubes of 1 Å, the dots at 1.1 and 1.9 find each other before the nearer ones in other cubes
+    row = [[0.9, 0, 0], [1.1, 0, 0], [1.9, 0, 0], [2.05, 0, 0]]
+    short = np.array([*row, [0, 50, 0], [2, 50, 0], [0, 60, 0], [2, 60, 0]])
+    assert nearest_distances(short, 1.0, near=0.9)[1:3] == pytest.approx([0.8, 0.8])
+    assert spacing(short, 1.0, near=0.9) == spacing(short) == pytest.approx(1.1)
+
+
+def test_only_as_many_distances_are_measured_as_are_needed():
+    points = np.array([[0, 0, 0], [0.5, 0, 0], [9, 0, 0], [9, 9, 0]])
+    np.testing.assert_array_equal(nearest_distances(points, 1.0, 2), [0.5, 0.5, np.inf, np.inf])
 
 
 def test_the_nearest_dot_is_found_beyond_the_edge_of_a_cube():

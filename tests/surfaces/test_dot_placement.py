@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
-from sparsurf.surfaces.dot_placement import sphere_template
+from sparsurf.surfaces.dot_placement import place_dots, roll_probe, sphere_template
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.rolling_probe import PHI_0, roll
@@ -337,6 +337,21 @@ def test_a_band_too_narrow_for_a_dot_still_counts():
     of_contact = surface.kind == CONTACT
     assert set(surface.atom[of_contact]) == {0, 2}
     assert surface.area[of_contact].sum() == pytest.approx(2 * contact - 4 * math.pi * 1.7**2, rel=1e-6)
+
+
+def test_spheres_without_arcs_are_told_by_one_dot():
+    """Buried ones, ones alone, and one that holds another; all dots of all spheres give the same."""
+    rng = np.random.default_rng(5)
+    heap, alone = rng.uniform(0, 9, (150, 3)), np.array([[30.0, 0, 0], [60, 0, 0], [60.1, 0, 0]])
+    xyz, radii = np.concatenate([heap, alone]), np.append(rng.uniform(1.2, 2, 151), [3.0, 1.0])
+    rolled = roll_probe(xyz, radii, PROBE, True)
+    quick, slow = (
+        place_dots(rolled._replace(whole=whole), 5.5) for whole in (rolled.whole, np.zeros(len(xyz), bool))
+    )
+    assert np.array_equal(quick.positions, slow.positions)
+    dots = np.bincount(quick.dots[CONTACT].atom[:, 0], minlength=len(xyz))
+    assert (rolled.whole & (dots == 0)).sum() > 20 and (rolled.whole & (dots > 0)).sum() == 2
+    assert not roll_probe(xyz, radii, PROBE, False).whole.any()
 
 
 def test_engulfed_atom_gives_nothing():

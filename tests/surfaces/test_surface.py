@@ -4,7 +4,6 @@ import gzip
 import logging
 import os
 import stat
-import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -15,11 +14,11 @@ import pytest
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.surfaces import plotting
 from sparsurf.surfaces.formats.compact import write_compact
+from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import surface_by_dms_program, write_dms
 from sparsurf.surfaces.formats.npz import with_fields, write_npz
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, write_ply
+from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.molecular_surface import DENSITY, molecular_surface, surface_of_frame
 from sparsurf.surfaces.read_surface import FORMATS, read_points, read_surface
 from sparsurf.surfaces.surface import Format, Origin, Surface, surface_of_columns
@@ -721,47 +720,6 @@ def test_every_format_tells_what_it_can_do():
     }
 
 
-def test_a_picture_needs_matplotlib(blob, monkeypatch):
-    dots = Surface(*blob)
-    assert repr(dots) == "Surface of 3,000 dots"
-    axes = dots.plot(dots.points[:, 2])
-    assert axes.collections[0].get_array().tolist() == dots.points[:, 2].tolist()
-    assert dots.plot(ax=axes) is axes and len(axes.figure.axes) == 2  # one scale, that of the values
-    assert (axes.collections[1].get_facecolor()[:, :3] == KIND_COLOURS[-1] / 255).all()
-    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
-    with pytest.raises(InputError, match="pip install matplotlib"):
-        dots.plot()
-
-
-def test_a_view_has_the_triangles_and_the_values(monkeypatch):
-    """PyVista is told the corners, each triangle with its number of corners before it, and the values of the dots."""
-    told = []
-    plotter = SimpleNamespace(add_mesh=lambda mesh, **how: told.append((mesh, how)), show=lambda: None)
-    stand_in = SimpleNamespace(PolyData=lambda points, faces: (points, faces), Plotter=lambda: plotter)
-    monkeypatch.setitem(sys.modules, "pyvista", stand_in)
-    monkeypatch.setattr(plotting, "triangulate", lambda surface: np.array([[0, 1, 2], [2, 1, 3]]))
-    dots = Surface(np.eye(4)[:, :3], np.tile([0.0, 0, 1], (4, 1)))
-    assert dots.show([1, 2, 3, 4]) is plotter
-    (points, faces), how = told[0]
-    assert points is dots.points and faces.tolist() == [3, 0, 1, 2, 3, 2, 1, 3]
-    assert how["scalars"].tolist() == [1, 2, 3, 4]
-    assert how["cmap"] == "viridis"
-    dots.show()
-    assert told[1][1]["rgb"] is True and told[1][1]["scalars"].tolist() == [KIND_COLOURS[-1].tolist()] * 4
-
-
-def test_a_view_without_pyvista_has_a_ball_for_each_dot(monkeypatch):
-    balls = []
-    view = SimpleNamespace(addSphere=balls.append, zoomTo=lambda: None)
-    monkeypatch.setitem(sys.modules, "pyvista", None)
-    monkeypatch.setitem(sys.modules, "py3Dmol", SimpleNamespace(view=lambda: view))
-    assert Surface([[1, 2, 3]], [[0, 0, 1]], kind=[1]).show() is view
-    assert balls == [{"center": {"x": 1, "y": 2, "z": 3}, "radius": 0.25, "color": "rgb(230,159,0)"}]
-    monkeypatch.setitem(sys.modules, "py3Dmol", None)
-    with pytest.raises(InputError, match="needs PyVista or py3Dmol"):
-        Surface([[1, 2, 3]], [[0, 0, 1]]).show()
-
-
 def test_a_table_of_dots_tells_of_their_atoms_and_of_their_components_where_all_are_there():
     dots = Surface(
         np.eye(3) * 4, np.eye(3), [1.0, 2, 3], [0, 1, 2], [5, 6, 7], {"b": [7, 8, 9], "more": [0, 0, 0]}
@@ -789,3 +747,21 @@ def test_fields_may_be_a_table(blob):
     assert np.array_equal(dots.fields["height"], blob[0][:, 2])
     with pytest.raises(InputError, match="fields is no dictionary"):
         replace(Surface(*blob), fields=3)
+
+
+def test_a_table_of_dots_is_written_as_pandas_writes_it(tmp_path):
+    """With missing, quoted and long texts, numbers of every kind, and no rows."""
+    table = pd.DataFrame(
+        {
+            "x": [1.5, np.nan, np.inf, -0.0, 1e30],
+            "field": np.float32([1e-9, 2, 3, np.nan, 5.123456789]),
+            "count": np.int64([1, 2, 3, 4, 123456789]),
+            "chain": ["A", "a,b", None, 'q"q', "\u00e9\n"],
+            "kept": [True, False, True, False, True],
+        }
+    )
+    for rows in (table, table.iloc[:0]):
+        write_csv(tmp_path / "ours.csv", rows, ["field", "count"])
+        fields = {name: ["" if v != v else f"{v:.6g}" for v in rows[name]] for name in ("field", "count")}
+        rows.assign(**fields).to_csv(tmp_path / "pandas.csv", index=False, float_format="%.4f")
+        assert (tmp_path / "ours.csv").read_bytes() == (tmp_path / "pandas.csv").read_bytes()

@@ -53,7 +53,7 @@ def fields(
 
     Parameters
     ----------
-    molecule : path of a structure, Molecule, mdtraj.Trajectory, biotite AtomArray or MDAnalysis AtomGroup
+    molecule : path of a structure, Molecule, or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython
     dots : what `surface` or `read_surface` gave, the path of a file of dots, or the pair (points, normals);
         in place of the molecule, where they know theirs
     names : str or sequence of str
@@ -130,7 +130,7 @@ def residues(
     -------
     DataFrame, one row per residue
         chain, residue, residue_name; area and area_contact, area_saddle, area_concave (Å^2); mean_roughness and
-        least_roughness (NaN where buried); the mean of each field; dots, kept, and the weight of the kept.
+        most_rough (NaN where buried); the mean of each field; dots, kept, and the weight of the kept.
 
     Examples
     --------

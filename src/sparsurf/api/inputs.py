@@ -13,12 +13,21 @@ import numpy as np
 from sparsurf import InputError
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, suffix
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.read_molecule import from_biotite, from_mdanalysis, from_mdtraj, read_molecule
+from sparsurf.molecules.read_molecule import (
+    from_biopython,
+    from_biotite,
+    from_gemmi,
+    from_mdanalysis,
+    from_mdtraj,
+    read_molecule,
+)
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Origin, Surface, check_plausibility, dot_label
 
 if TYPE_CHECKING:
+    import gemmi
+    from Bio.PDB.Entity import Entity
     from biotite.structure import AtomArray, AtomArrayStack
     from MDAnalysis import AtomGroup, Universe
     from mdtraj import Trajectory
@@ -29,6 +38,7 @@ if TYPE_CHECKING:
 # What the functions take as a molecule, and as dots; a molecule is also taken for the dots on it.
 MoleculeLike: TypeAlias = (
     "str | Path | Molecule | Trajectory | AtomArray | AtomArrayStack | AtomGroup | Universe"
+    " | gemmi.Structure | gemmi.Model | Entity"
 )
 DotsLike: TypeAlias = "str | Path | Surface | Subset | tuple[ArrayLike, ArrayLike]"
 SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
@@ -104,7 +114,7 @@ def _is_number(value: Any) -> bool:
 
 
 def as_molecule(source: MoleculeLike) -> Molecule:
-    """Return a Molecule from itself, a path, or the atoms of mdtraj, biotite or MDAnalysis.
+    """Return a Molecule from itself, a path, or the atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython.
 
     Raises
     ------
@@ -119,7 +129,7 @@ def as_molecule(source: MoleculeLike) -> Molecule:
     if convert is None:
         raise InputError(
             f"{_with_article(source)} is no molecule: give the path of a structure, a molecule that read_molecule gave, "
-            "an mdtraj.Trajectory, a biotite AtomArray or an MDAnalysis AtomGroup."
+            "or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython."
         )
     return convert(source)
 
@@ -132,6 +142,10 @@ def _converter(source: Any) -> Any:
         return from_biotite
     if hasattr(source, "universe") and hasattr(source, "atoms"):
         return from_mdanalysis
+    if type(source).__module__ == "gemmi":
+        return {"Structure": from_gemmi, "Model": from_gemmi}.get(type(source).__name__)
+    if getattr(source, "level", None) in ("S", "M", "C") and hasattr(source, "get_atoms"):
+        return from_biopython
     return None
 
 

@@ -32,7 +32,7 @@ from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.recovery.recovering import recover as recovered_dots
 from sparsurf.recovery.relaxation import relax as relaxed_dots
 from sparsurf.streams import DEFAULT_SEED
-from sparsurf.study.floors import FRESH, noise_floors
+from sparsurf.study.floors import FRESH, floors_table, measure_floors
 from sparsurf.study.minimal_subset import Subset, select_minimal_subset
 from sparsurf.study.prepared_surface import number_of_tests
 from sparsurf.study.required_dots import Trials
@@ -88,7 +88,8 @@ def minimal(
     Returns
     -------
     Subset
-        `dots` (n,), `weight` (n,), `points` and `normals` (n, 3), `surface` of the kept dots, and `table`, a DataFrame.
+        `dots` (n,), `weight` (n,), `points` and `normals` (n, 3), `surface` of the kept dots, `table`, a DataFrame, and
+        `interval`, the 95 % interval of their number where no size is given.
 
     Examples
     --------
@@ -124,7 +125,7 @@ def minimal(
     floor = None
     if not request:
         request = {"floor": FRESH}
-        floor = noise_floors(prepared, len(trials.tests), generator[0], generator[1], moved=())
+        floor = measure_floors(prepared, len(trials.tests), generator[0], generator[1], moved=())
     return select_minimal_subset(trials, request, floor, molecule)
 
 
@@ -161,7 +162,7 @@ def floors(
     }  # fmt: skip
     dots, generator, _ = _dots_and_generator(surface, frame, rules)
     prepared = prepare(dots, d_link=d_link, seed=seed)
-    return noise_floors(prepared, number_of_tests(TEST_DOTS, len(dots)), *generator)
+    return floors_table(measure_floors(prepared, number_of_tests(TEST_DOTS, len(dots)), *generator))
 
 
 def relax(few: DotsLike, surface: SurfaceLike) -> Surface:

@@ -79,8 +79,8 @@ def descriptors(
         Whether the mean normal of a patch is turned to +z, or to -z as for the partner of a complex.
     d_link : float
         Å; dots closer than this are linked, and a patch is the largest linked island.
-    descriptor : {'published', 'steady'}
-        'steady' hardly changes when the molecule is turned; it does best with a `d_link` of 0.6.
+    descriptor : {'published', 'rotation_robust'}
+        'rotation_robust' hardly changes when the molecule is turned; it does best with a `d_link` of 0.6.
 
     Returns
     -------

@@ -134,9 +134,9 @@ def find(
     Returns
     -------
     DataFrame
-        query (index into `at`), rank from 1, target, chain, residue, residue_name, x, y, z (Å), score; of a site also p,
-        how often an unrelated protein scores as high (NaN where `percent` or `fields` are not the default), and `places`, how
-        many agree. A higher score is a better hit.
+        query (its name; without a site, the index into `at`), rank from 1, target, chain, residue, residue_name, x, y, z (Å),
+        score; of a site also p, how often an unrelated protein scores as high (NaN where `percent` or `fields` are not the
+        default), and `places`, how many agree. A higher score is a better hit.
 
     Raises
     ------
@@ -279,11 +279,11 @@ def _as_array(at: Any) -> np.ndarray:
 
 def _sought_places(query: Any, whole: Sites, at: Any) -> Sites:
     """Return the places of a query that are sought."""
-    places = _as_array(at)
-    if places.ndim == 1 and places.dtype.kind in "iu":
-        if len(places) == 0 or places.min() < 0 or places.max() >= len(whole):
+    indices = _as_array(at)
+    if indices.ndim == 1 and indices.dtype.kind in "iu":
+        if len(indices) == 0 or indices.min() < 0 or indices.max() >= len(whole):
             raise InputError(f"at: the query has the places 0 to {len(whole) - 1}.")
-        return whole.take(places)
+        return whole.take(indices)
     points = _points(at)
     if isinstance(query, Sites) or (isinstance(query, str | Path) and suffix(query) == ".sites"):
         from scipy.spatial import cKDTree

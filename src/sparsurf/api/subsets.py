@@ -178,7 +178,7 @@ def compare(
     DataFrame, one row per subset
         n_S, n_S_percent, Z (mean distance of the descriptors, 0 is the surface itself), Z_se, Z_uniform, d (Z_uniform
         - Z: positive if the subset is better than chance), d_se, and the references Z_empty (an empty patch)
-        and Z_null (every patch given the mean descriptor).
+        and Z_mean_descriptor (every patch given the mean descriptor).
 
     Examples
     --------
@@ -209,13 +209,13 @@ def compare(
     distances, _ = prepared.distances(kept + uniform, tests, z_tot, reading)
     references = reference_values(z_tot)
     rows = []
-    for dots, own, other in zip(kept, distances, distances[len(kept) :], strict=False):
-        (z, z_se), (d, d_se) = mean_and_error(own[None]), mean_and_error((other - own)[None])
+    for dots, of_subset, other in zip(kept, distances, distances[len(kept) :], strict=False):
+        (z, z_se), (d, d_se) = mean_and_error(of_subset[None]), mean_and_error((other - of_subset)[None])
         size = {"n_S": len(dots), "n_S_percent": 100 * len(dots) / n}
         rows.append(
             size
             | {"Z": z, "Z_se": z_se, "Z_uniform": other.mean(), "d": d, "d_se": d_se}
-            | {"Z_empty": references["empty_patch"], "Z_null": references["null_model"]}
+            | {"Z_empty": references["Z_empty"], "Z_mean_descriptor": references["Z_mean_descriptor"]}
         )
     return pd.DataFrame(rows, index=pd.Index(list(by_name), name="subset"))
 

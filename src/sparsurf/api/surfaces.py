@@ -63,7 +63,7 @@ def surface(
 
     Parameters
     ----------
-    molecule : path of a structure, Molecule, mdtraj.Trajectory, biotite AtomArray or MDAnalysis AtomGroup;
+    molecule : path of a structure, Molecule, or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython;
         or the pair (xyz, radii) of (A, 3) centres and (A,) radii in Å
     frame : int
         Position of the frame, from 0. An AtomGroup has one: the current frame of its trajectory.
@@ -160,30 +160,30 @@ def components(
     >>> table["dots"].tolist(), table["cavity"].tolist()
     ([24376, 224], [False, True])
     """
-    given: Any = dots
+    source: Any = dots
     if isinstance(molecule, Surface) and dots is None:
-        given, origin = molecule, known_origin(molecule, "components")
+        source, origin = molecule, known_origin(molecule, "components")
         refuse_other_rules(origin, "components", frame=frame, probe_radius=probe_radius, radii=radii)
         molecule, frame = origin.molecule, origin.frame
     elif isinstance(molecule, Surface):
         raise InputError("components: give the molecule first, then its dots.")
     elif dots is None:
-        given = surface(molecule, frame=frame, probe_radius=probe_radius, radii=radii)
-    if getattr(given, "origin", None) is not None:
-        refuse_other_rules(given.origin, "components", probe_radius=probe_radius, radii=radii)
-        probe_radius, radii = given.origin.rules["probe_radius"], given.origin.rules["radii"]
-    probe_radius, own = PROBE.check(probe_radius, "probe_radius"), as_dots(given)
+        source = surface(molecule, frame=frame, probe_radius=probe_radius, radii=radii)
+    if getattr(source, "origin", None) is not None:
+        refuse_other_rules(source.origin, "components", probe_radius=probe_radius, radii=radii)
+        probe_radius, radii = source.origin.rules["probe_radius"], source.origin.rules["radii"]
+    probe_radius, surface_dots = PROBE.check(probe_radius, "probe_radius"), as_dots(source)
     atoms, frame, atom_radii = _spheres(molecule, frame, radii)
     if isinstance(atoms, Molecule):
-        refuse_other_atoms(own, atoms, frame, "components")
-    if own.origin and not own.placed:
+        refuse_other_atoms(surface_dots, atoms, frame, "components")
+    if surface_dots.origin and not surface_dots.placed:
         raise InputError("components: these are not all dots of their surface; give all that surface() gave.")
-    if not 0 <= own.atom.min() <= own.atom.max() < len(atom_radii):
+    if not 0 <= surface_dots.atom.min() <= surface_dots.atom.max() < len(atom_radii):
         raise InputError(
             "components: the dots are not those of the molecule; give what surface() gave for it."
         )
-    component = components_of_frame(own, atoms, frame, atom_radii, probe_radius)
-    return component, table_of_components(own, component)
+    component = components_of_frame(surface_dots, atoms, frame, atom_radii, probe_radius)
+    return component, table_of_components(surface_dots, component)
 
 
 def mesh(

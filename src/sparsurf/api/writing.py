@@ -19,8 +19,10 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset, refuse_other_atoms
+from sparsurf.api.scenes import SCENES, write_scene
 from sparsurf.dot_fields.columns import RESERVED_NAMES
 from sparsurf.files import shorten
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.formats.compact import write_compact
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
@@ -262,16 +264,19 @@ def write_table(
 
 
 def write(
-    result: Surface | Subset | Mesh | pd.DataFrame,
+    result: Surface | Subset | Mesh | Molecule | pd.DataFrame,
     path: str | Path,
     molecule: MoleculeLike | None = None,
     frame: int = 0,
 ) -> None:
     """Write what a function gave, in the format of the suffix of a path (.csv, .npz, .ply, .vtp, .minimal, ...; also .gz).
 
+    For PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb next to it), .bild
+    holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field.
+
     Parameters
     ----------
-    result : Surface, Subset, Mesh, or DataFrame
+    result : Surface, Subset, Mesh, Molecule, or DataFrame
     path : str or Path
     molecule : as in `surface`, optional
         A DMS file needs it, and a table names its atoms; by default that of the dots.
@@ -291,6 +296,12 @@ def write(
     if isinstance(result, pd.DataFrame):
         write_table(path, None, result)
         return
+    scene = Path(path).suffix.lower() in SCENES
+    if isinstance(result, Molecule):
+        if Path(path).suffix.lower() != ".pdb":
+            raise InputError(f"{path}: a molecule is written as a PDB; name a file in .pdb.")
+        result.write_pdb(path, frame)
+        return
     atoms = None if molecule is None else as_molecule(molecule)
     if isinstance(result, Surface) and result.origin:
         if atoms is None:
@@ -304,8 +315,20 @@ def write(
     elif hasattr(source, "triangles"):
         dots = mesh_dots(source)
     else:
-        raise InputError(f"write: give dots, a mesh or a table, not the type {type(result).__name__}.")
-    write_dots(path, None, dots)
+        raise InputError(
+            f"write: give dots, a mesh, a molecule or a table, not the type {type(result).__name__}."
+        )
+    if not scene:
+        write_dots(path, None, dots)
+        return
+    parse_output(path, None, SCENES)
+    if atoms is None and dots.surface.origin:
+        atoms, frame = dots.surface.origin.molecule, dots.surface.origin.frame
+    numbers = dots.table["weight"] if is_subset(source) else next(iter(dots.surface.fields.values()), None)
+    write_scene(
+        path, dots.surface, atoms, frame,
+        numbers=None if numbers is None else np.asarray(numbers, float), one_colour=is_subset(source), triangles=dots.faces,
+    )  # fmt: skip
 
 
 def import_trimesh(output: str | Path) -> Any:

@@ -38,12 +38,14 @@ class AtomFile:
     box : (3, 3) float, Å, lattice vectors as rows; None where there is none
     sequences : dict, residue names of each chain's full sequence, where the file has it
     crosslinked : set of (chain, residue) that a bond besides the backbone joins to another residue of the polymer
+    has_plddt : bool, whether a predicted model says that its B factors are pLDDT; None if the file is no predicted model
     """
 
     atoms: pd.DataFrame
     box: np.ndarray | None = None
     sequences: dict[str, list[str]] = field(default_factory=dict)
     crosslinked: frozenset[tuple[str, str]] = frozenset()
+    has_plddt: bool | None = None
 
 
 def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: float) -> np.ndarray | None:

@@ -431,7 +431,7 @@ def _pairs_in_cubes(
     frame, a, b : (P,) int
     distance : (P,) float, Å
     """
-    found = []
+    pairs = []
     for shift in (0.0, CUBE / 2):
         cube = np.floor((xyz + shift) / CUBE).astype(np.int64)
         cube -= cube.min(axis=1, keepdims=True)
@@ -443,8 +443,8 @@ def _pairs_in_cubes(
             a, b = order[frame, k], order[frame, k + step]
             other = index[a] != index[b]
             frame, a, b = frame[other], a[other], b[other]
-            found.append((frame, a, b, np.linalg.norm(xyz[frame, a] - xyz[frame, b], axis=1)))
-    frame, a, b, distance = (np.concatenate(parts) for parts in zip(*found, strict=True))
+            pairs.append((frame, a, b, np.linalg.norm(xyz[frame, a] - xyz[frame, b], axis=1)))
+    frame, a, b, distance = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
     return frame, a, b, distance
 
 

@@ -17,6 +17,7 @@ from gemmi import cif
 
 from sparsurf import InputError
 from sparsurf.molecules.atom_table import AtomFile, box_vectors
+from sparsurf.molecules.plddt import mmcif_has_plddt
 from sparsurf.molecules.residues import HEAVY_ATOMS, split_label, standard_name
 
 if TYPE_CHECKING:
@@ -81,7 +82,9 @@ def read_mmcif(text: str, path: str | os.PathLike[str]) -> AtomFile:
     if len(blocks) > 1:
         log.warning("%s has %d data blocks with atoms: the first is read", path, len(blocks))
     block = blocks[0]
-    return AtomFile(_atoms(block, path), _box(block), _sequences(block), _crosslinked(block))
+    return AtomFile(
+        _atoms(block, path), _box(block), _sequences(block), _crosslinked(block), mmcif_has_plddt(block)
+    )
 
 
 def _atoms(block: cif.Block, path: str | os.PathLike[str]) -> pd.DataFrame:

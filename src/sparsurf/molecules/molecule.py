@@ -34,6 +34,7 @@ class Molecule:
     residue_index : (A,) int, 0, 1, 2, ...: the residue of each atom, even if labels repeat
     kind : (A,) str, 'protein', 'nucleic', 'water' or 'other'
     b_factor : (A,) float64, Å^2; nan where the file has none
+    masked_residues : int, residues that were left out for their pLDDT; None where nothing was asked, or of no predicted model
     """
 
     xyz: np.ndarray
@@ -47,6 +48,7 @@ class Molecule:
     residue_index: np.ndarray
     kind: np.ndarray
     b_factor: np.ndarray
+    masked_residues: int | None = None
 
     def __repr__(self) -> str:
         numbers = [(self.n_atoms, "atom"), (self.n_residues, "residue"), (self.n_frames, "frame")]
@@ -89,7 +91,7 @@ class Molecule:
 
     def take(self, atoms: np.ndarray | slice) -> Molecule:
         """Return the molecule with only `atoms`, a mask or indices."""
-        names = [attribute.name for attribute in fields(self)][3:]
+        names = [attribute.name for attribute in fields(self)][3:-1]
         chosen = {name: getattr(self, name)[atoms] for name in names}
         chosen["residue_index"] = np.unique(chosen["residue_index"], return_inverse=True)[1]
         return replace(self, xyz=self.xyz[:, atoms], **chosen)

@@ -25,6 +25,7 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.files import shorten
 from sparsurf.molecules.atom_table import AtomFile, box_vectors, missing_residues
+from sparsurf.molecules.plddt import pdb_has_plddt
 from sparsurf.molecules.residues import HEAVY_ATOMS, VARIANTS, WATERS, split_label, standard_name
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def read_pdb(text: str, path: str | os.PathLike[str]) -> AtomFile:
     _check_end(lines, last_atom, atoms, sequences, path)
     if len(models) < n_announced:
         log.warning("%s announces %d models and holds %d: is it cut short?", path, n_announced, len(models))
-    return AtomFile(atoms, box, sequences, frozenset(crosslinked))
+    return AtomFile(atoms, box, sequences, frozenset(crosslinked), pdb_has_plddt(lines))
 
 
 def _atom(line: str, where: str, wide_chains: bool) -> tuple:
@@ -222,7 +223,7 @@ def write_pdb(
         name, symbol = atoms.name[i], atoms.element[i]
         name = f"{name:4.4s}" if len(name) > 3 or len(symbol) > 1 else f" {name:<3s}"
         residue = f"{atoms.residue_name[i]:>3.{5 - max(width, 1)}s}"  # four letters reach into column 21
-        residue += f"{chains[i]:>{5 - len(residue)}s}{_encode_label(atoms.residue[i])}"
+        residue += f"{chains[i]:>{5 - len(residue)}s}{encode_label(atoms.residue[i])}"
         numbers = "".join(f"{x:8.3f}"[:8] for x in position) + f"  1.00{b_factor[i]:6.2f}"
         lines.append(f"{record}{(i + 1) % 100_000:5d} {name} {residue}   {numbers}          {symbol:>2.2s}\n")
         if i + 1 == len(xyz) or atoms.chain[i + 1] != atoms.chain[i]:
@@ -253,8 +254,8 @@ def _decode_number(text: str) -> str | None:
     return str(int(text, 36) - (FIRST_UPPER if text[0].isupper() else FIRST_LOWER - N_PER_CASE) + 10_000)
 
 
-def _encode_label(label: str) -> str:
-    """Return residue number and insertion code in five characters."""
+def encode_label(label: str) -> str:
+    """Return residue number and insertion code in the five characters of a PDB file."""
     number, code = split_label(label)
     if number and not -1000 < int(number) < 10_000 + 2 * N_PER_CASE:
         raise InputError(

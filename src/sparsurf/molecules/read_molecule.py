@@ -38,6 +38,7 @@ from sparsurf.molecules.mdtraj_process import atom_rows
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb
+from sparsurf.molecules.plddt import doubtful_residues
 from sparsurf.molecules.residues import count_heavy_atoms, element_of, residue_kinds
 from sparsurf.molecules.selection import select_atoms
 from sparsurf.molecules.trajectory import (
@@ -51,8 +52,10 @@ from sparsurf.molecules.trajectory import (
 from sparsurf.molecules.unwrapping import make_whole
 
 if TYPE_CHECKING:
+    import gemmi
     import mdtraj
     import pandas as pd
+    from Bio.PDB.Entity import Entity
     from biotite.structure import AtomArray, AtomArrayStack
     from MDAnalysis import AtomGroup, Universe
 
@@ -80,6 +83,7 @@ def read_molecule(
     stride: int = 1,
     times: Sequence[float] | None = None,
     whole: bool = True,
+    plddt: float | None = None,
 ) -> Molecule:
     """Read a molecule: a structure, an ensemble of models, or a topology with its trajectory.
 
@@ -99,6 +103,8 @@ def read_molecule(
     times : floats, ps
         Of a trajectory, keep only the first frame and those at these times; the stride does not count.
     whole : bool, make molecules whole that the periodic box cuts
+    plddt : float, 0 to 100
+        Leave out the residues of a predicted model whose pLDDT is below; other files stay as they are.
 
     Returns
     -------
@@ -124,6 +130,8 @@ def read_molecule(
         raise InputError(
             "times: there is no trajectory to take frames from; give one, or leave out the times."
         )
+    if plddt is not None and trajectory is not None:
+        raise InputError("plddt: a trajectory has none; remove `plddt`, or choose the residues.")
     keys = {
         "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
     }  # fmt: skip
@@ -134,6 +142,8 @@ def read_molecule(
         raise InputError(f"{path} holds no coordinates: give the trajectory that belongs to it.")
     if trajectory is None:
         molecule = _from_models(models, file, stride, bool(whole), path, keys)
+        if plddt is not None and file.has_plddt is not None:
+            molecule = _without_doubtful(molecule, file.has_plddt, plddt, path)
         refuse_impossible(molecule, path, whole=bool(whole))
     else:
         atoms = next(iter(models.values()))
@@ -308,6 +318,88 @@ def from_mdanalysis(
     return _from_table(table, xyz, np.array([float(time)]), "the AtomGroup", "Å", keys)
 
 
+def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Any) -> Molecule:
+    """Convert a structure or model of gemmi; the models of a structure become frames.
+
+    Parameters
+    ----------
+    structure : gemmi.Structure or gemmi.Model, Å
+    keys : selection, chains, residues, hydrogens and ligands, as in `from_mdtraj`
+
+    Returns
+    -------
+    Molecule
+        Of alternate locations the first, as from a file.
+
+    Raises
+    ------
+    InputError
+        Nothing selected, or coordinates that are not numbers.
+    """
+    models: Any = structure if hasattr(structure, "spacegroup_hm") else [structure]
+    rows = [
+        (
+            number, residue.het_flag == "H", atom.name, residue.name, chain.name, atom.element.name.upper(),
+            atom.altloc.strip("\0"), f"{residue.seqid.num}{residue.seqid.icode.strip()}",
+            atom.occ, *atom.pos.tolist(), atom.b_iso,
+        )
+        for number, model in enumerate(models, 1) for chain in model for residue in chain for atom in residue
+    ]  # fmt: skip
+    return _from_rows(rows, "the structure of gemmi", keys)
+
+
+def from_biopython(entity: Entity, **keys: Any) -> Molecule:
+    """Convert a structure, model or chain of Biopython; the models of a structure become frames.
+
+    Parameters
+    ----------
+    entity : Bio.PDB.Structure.Structure, Model or Chain, Å
+    keys, returns, errors : as for `from_gemmi`
+    """
+    models: Any = entity if entity.level == "S" else [entity]
+    rows = []
+    for number, model in enumerate(models, 1):
+        for chain in [model] if model.level == "C" else model:
+            for residue in chain.get_unpacked_list():
+                hetero, position, code = residue.id
+                label = f"{position}{code.strip()}"
+                rows += [
+                    (
+                        number, hetero != " ", atom.name, residue.resname.strip(), chain.id, (atom.element or "").upper(),
+                        atom.altloc.strip(), label, atom.occupancy or 0.0, *atom.coord.tolist(), atom.bfactor,
+                    )
+                    for atom in residue.get_unpacked_list()
+                ]  # fmt: skip
+    return _from_rows(rows, "the structure of Biopython", keys)
+
+
+def _from_rows(rows: list[tuple[Any, ...]], name: str, keys: dict[str, Any]) -> Molecule:
+    """Return the selected atoms of rows, one for each atom, in the order of `columns`."""
+    import pandas as pd
+
+    if not rows:
+        raise InputError(f"{name} has no atoms: give one with atoms.")
+    columns = [
+        "model",
+        "hetero",
+        *IDENTITY[:3],
+        "element",
+        "altloc",
+        "residue",
+        "occupancy",
+        "x",
+        "y",
+        "z",
+        "b_factor",
+    ]
+    atoms = pd.DataFrame(rows, columns=columns).assign(terminated=False)
+    atoms["chain"] = atoms["chain"].str.strip()
+    file = AtomFile(choose_altlocs(atoms, "first", name))
+    molecule = _from_models(_select_models(file.atoms, None, name), file, 1, False, name, keys)
+    refuse_impossible(molecule, name, unit="Å")
+    return molecule
+
+
 def _table_of_atoms(**columns: Any) -> pd.DataFrame:
     """Return the table of `atom_table` from the atoms of another library; coordinates are nan."""
     import pandas as pd
@@ -383,6 +475,23 @@ def _from_models(
     return replace(frames[0], xyz=xyz, time_ps=np.full(len(xyz), np.nan), frame_number=numbers)
 
 
+def _without_doubtful(
+    molecule: Molecule, has_plddt: bool, plddt: float, path: str | os.PathLike[str]
+) -> Molecule:
+    """Return a predicted model without the residues of a pLDDT below a bound; warn of their number."""
+    doubtful = doubtful_residues(molecule.b_factor, molecule.residue_index, has_plddt, plddt, path)
+    if doubtful.all():
+        raise InputError(
+            f"{path} has no residue with a pLDDT of {plddt:g} or more: lower the bound, or exclude it."
+        )
+    confident = molecule.take(~doubtful)
+    n_masked = molecule.n_residues - confident.n_residues
+    if n_masked:
+        message = "%s: left out %d of %s, whose pLDDT is below %g"
+        log.warning(message, path, n_masked, pluralise(molecule.n_residues, "residue"), plddt)
+    return replace(confident, masked_residues=n_masked)
+
+
 def _from_trajectory(
     atoms: pd.DataFrame,
     path: str | os.PathLike[str],
@@ -426,6 +535,7 @@ def _molecule(atoms: pd.DataFrame, xyz: np.ndarray | None = None) -> Molecule:
         residue_index=residue_index,
         kind=kind,
         b_factor=atoms.b_factor.to_numpy(float),
+        masked_residues=None,
         **names,
     )
 

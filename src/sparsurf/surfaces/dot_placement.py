@@ -84,6 +84,7 @@ class RolledProbe(NamedTuple):
     radii: np.ndarray  # (A,) float64, Å
     rolling: Rolling
     blockers: Atoms
+    whole: np.ndarray  # (A,) bool, no arc bounds the accessible part of this sphere
     probe_cells: Cells  # of the fixed probes
     probe: float  # Å, radius
     exact: bool
@@ -122,18 +123,21 @@ def roll_probe(xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool) ->
     radii = radii[by_position]
     rolling = roll((relative + shift)[by_position], radii + probe)
     blockers = rolling.atoms if exact else without_covered_circles(rolling.atoms)
+    # DMS drops circles that one sphere covers, so that parts of a sphere without arcs are accessible
+    whole = np.full(len(radii), exact)
+    whole[rolling.pair] = False
     probe_cells = sort_into_cells(at_least_one_probe(rolling.probes), probe)
-    return RolledProbe(xyz[0], by_position, radii, rolling, blockers, probe_cells, probe, exact)
+    return RolledProbe(xyz[0], by_position, radii, rolling, blockers, whole, probe_cells, probe, exact)
 
 
 def place_dots(rolled: RolledProbe, density: float) -> Placed:
     """Place dots on the solvent-excluded surface, `density` per Å^2 of the lattice."""
-    _, _, radii, rolling, blockers, probe_cells, probe, exact = rolled
+    radii, rolling, probe, exact = rolled.radii, rolled.rolling, rolled.probe, rolled.exact
     spacing = math.sqrt(2 / math.sqrt(3) / density)
     templates, first, template = _templates(radii, spacing)
-    contact = _contact_dots(blockers, templates, first, template, probe)
+    contact = _contact_dots(rolled.blockers, rolled.whole, templates, first, template, probe)
     saddle = _saddle_dots(rolling, probe, spacing, exact)
-    concave, share = _concave_dots(rolling, probe_cells, sphere_template(probe, spacing), probe, exact)
+    concave, share = _concave_dots(rolling, rolled.probe_cells, sphere_template(probe, spacing), probe, exact)
     return Placed({CONCAVE: concave, SADDLE: saddle, CONTACT: contact}, share, spacing)
 
 
@@ -324,9 +328,12 @@ def _write(
 
 @njit(cache=True, nogil=True)
 def _contact_dots(
-    atoms: Atoms, units: np.ndarray, first: np.ndarray, which: np.ndarray, probe: float
+    atoms: Atoms, whole: np.ndarray, units: np.ndarray, first: np.ndarray, which: np.ndarray, probe: float
 ) -> Dots:
-    """Place the dots of every atom at which a touching probe is accessible."""
+    """Place the dots of every atom at which a touching probe is accessible.
+
+    The spheres `whole` are accessible everywhere or nowhere, so that one dot tells.
+    """
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
     for i in range(len(atoms.centre)):
         radius, centre = atoms.reach[i] - probe, point(atoms.centre, i)
@@ -335,6 +342,8 @@ def _contact_dots(
         for n in range(begin, end):
             unit = point(units, n)
             guess = blocker(add_scaled(centre, atoms.reach[i], unit), i, atoms, guess)
+            if guess >= 0 and whole[i]:
+                break
             if guess >= 0:
                 continue
             if total == len(rows):

@@ -34,12 +34,9 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 DENSITY_RESERVE = 1.02  # an automatic density exceeds what D_link needs by this factor
-CUBE_PER_SPACING = (
-    1.5  # cubes in which the nearest dot is sought, per distance in the lattice; it is the fastest
-)
+JUST_BELOW = 0.999  # of a limit: beyond rounding
 MAX_DENSITY = 100  # dots per Å^2, also of a density that the config sets
 # Names and D_link of the warnings about the density: each is given once for all calls
-_warned: set[tuple[str, float]] = set()
 
 
 def surface_for_d_link(
@@ -49,7 +46,6 @@ def surface_for_d_link(
     settings: dict[str, Any],
     d_link: float,
     name: str,
-    tell: bool = True,
 ) -> tuple[Surface, float]:
     """Generate the surface of one frame with a density that suits D_link.
 
@@ -64,8 +60,6 @@ def surface_for_d_link(
         Å; must be at least `spacing.MIN_D_LINK_PER_SPACING` times the median spacing of the dots.
     name : str
         Conformation, for the log.
-    tell : bool
-        Whether to warn of a density above `DENSITY`, once for a name and a D_link.
 
     Returns
     -------
@@ -79,7 +73,8 @@ def surface_for_d_link(
     """
     if settings["density"] != "auto":
         return surface_of_frame(molecule, position, atom_radii, settings), settings["density"]
-    place = _placer(molecule, position, atom_radii, settings)
+    near = JUST_BELOW * d_link / MIN_D_LINK_PER_SPACING  # a median spacing that suits need not be exact
+    place = _placer(molecule, position, atom_radii, settings, near)
     density = DENSITY
     gap, finish = place(density)
     while d_link < (least := MIN_D_LINK_PER_SPACING * gap):
@@ -91,18 +86,16 @@ def surface_for_d_link(
             )
         gap, finish = place(density)
     surface = finish()
-    if tell and density > DENSITY and (name, d_link) not in _warned:
-        _warned.add((name, d_link))
-        log.warning(
-            "%s: %.2f dots per Å^2 instead of %.2f, as patches of fewer fall apart at D_link = %g Å; "
-            "a density that is given stays",
-            name, density, DENSITY, d_link,
+    if density > DENSITY:
+        log.info(
+            "%s: %.2f dots per Å^2, so that neighbouring dots lie within D_link = %g Å of one another",
+            name, density, d_link,
         )  # fmt: skip
     return surface, density
 
 
 def _placer(
-    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: dict[str, Any]
+    molecule: Molecule, position: int, atom_radii: np.ndarray, settings: dict[str, Any], near: float
 ) -> Callable[[float], tuple[float, Callable[[], Surface]]]:
     """Return how dots of any density are placed on one frame.
 
@@ -110,13 +103,14 @@ def _placer(
 
     Returns
     -------
-    function from a density to the median spacing of its dots, Å, and a function that makes their Surface
+    function from a density to the median spacing of its dots, Å (exact above `near`), and a function that makes their
+        Surface
     """
     if settings["method"] == "dms" or settings.get("cavities") == "remove":
 
         def place_all(density: float) -> tuple[float, Callable[[], Surface]]:
             surface = surface_of_frame(molecule, position, atom_radii, settings | {"density": density})
-            return spacing(surface.points), lambda: surface
+            return spacing(surface.points, near=near), lambda: surface
 
         return place_all
     xyz, probe = _rounded_positions(molecule, position), settings["probe_radius"]
@@ -124,7 +118,7 @@ def _placer(
 
     def place(density: float) -> tuple[float, Callable[[], Surface]]:
         placed = place_dots(rolled, _lattice(density))
-        gap = spacing(placed.positions + rolled.origin, CUBE_PER_SPACING * placed.spacing)
+        gap = spacing(placed.positions + rolled.origin, placed.spacing, near)
         return gap, lambda: _surface(rolled, placed, kept)
 
     return place
@@ -137,12 +131,11 @@ def density_for_d_link(
     settings: dict[str, Any],
     d_link: float,
     name: str,
-    tell: bool = True,
 ) -> float:
     """Return only the density of `surface_for_d_link`; where the config sets it, no surface is generated."""
     if settings["density"] != "auto":
         return settings["density"]
-    return surface_for_d_link(molecule, position, atom_radii, settings, d_link, name, tell)[1]
+    return surface_for_d_link(molecule, position, atom_radii, settings, d_link, name)[1]
 
 
 def surface_generator(
@@ -164,7 +157,7 @@ def surface_generator(
     function from positions of the atoms (A, 3), Å, to their Surface at the density of this frame
     (A, 3) float64, the positions in this frame, Å
     """
-    density = density_for_d_link(molecule, position, atom_radii, settings, d_link, name, tell=False)
+    density = density_for_d_link(molecule, position, atom_radii, settings, d_link, name)
     fixed_density = settings | {"density": density}
 
     def generate(xyz: np.ndarray) -> Surface:

@@ -11,7 +11,7 @@ from sparsurf import InputError
 from sparsurf.kernel_cache import njit
 from sparsurf.surfaces.surface import DENSITY as DENSITY  # re-exported: most users import it from here
 from sparsurf.surfaces.surface import nearest_neighbours
-from sparsurf.surfaces.vectors import Cells, point, sort_into_cells, squared_distance
+from sparsurf.surfaces.vectors import point, squared_distance
 
 if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 MIN_D_LINK_PER_SPACING = 1.3  # below this many median spacings, D_link breaks patches into pieces
 N_NEIGHBOURS = 6  # that estimate the area: within 2 % on surfaces whose area is known
 SAMPLE_SIZE = 16  # dots that the size of the cubes is estimated from
+CUBE_PER_SPACING = 1.2  # edge of a cube per median spacing of a few dots
+CUBES_PER_DOT = 4
 MAX_CUBES_PER_AXIS = 1e6
 DENSER_SURFACE_REMEDY = (
     "use a denser surface (of a structure, leave out its density; of a subset, `sparsurf recover` makes one)"
@@ -37,13 +39,11 @@ def area_of(surface: Surface) -> tuple[float, bool]:
     area : float, Å^2; NaN for a single dot of unknown area
     estimated : bool, whether the area is an estimate
     """
-    from scipy.spatial import (
-        cKDTree,
-    )  # imported here: it takes half a second, and most surfaces know their area
-
     area = getattr(surface, "area", np.nan)
     if np.isfinite(area).all():
         return float(np.sum(area)), False
+    from scipy.spatial import cKDTree  # here: it takes long to load, and most surfaces know their area
+
     k = min(N_NEIGHBOURS, len(surface.points) - 1)
     if k == 0:
         return float("nan"), True
@@ -51,19 +51,28 @@ def area_of(surface: Surface) -> tuple[float, bool]:
     return float(np.pi * np.sum(radius**2) / k), True
 
 
-def spacing(points: np.ndarray, cube: float | None = None) -> float:
+def spacing(points: np.ndarray, cube: float | None = None, near: float = 0.0) -> float:
     """Return the median distance from a dot to its nearest other dot, Å; NaN for a single dot.
 
     Parameters
     ----------
     points, cube : as for `nearest_distances`
+    near : float, Å
+        A median of at most this need not be exact: what is returned lies between it and `near`. That is faster.
     """
     if len(points) < 2:
         return float("nan")
-    return float(np.median(nearest_distances(points, cube)))
+    middle = [(len(points) - 1) // 2, len(points) // 2]
+    distances = nearest_distances(points, cube, middle[1] + 1, near)
+    low, high = np.partition(distances, middle)[middle]
+    if low <= near < high:  # the median may lie above `near`, and one of both is not exact
+        return spacing(points, cube)
+    return float(np.median(distances))
 
 
-def nearest_distances(points: np.ndarray, cube: float | None = None) -> np.ndarray:
+def nearest_distances(
+    points: np.ndarray, cube: float | None = None, n_shortest: int | None = None, near: float = 0.0
+) -> np.ndarray:
     """Measure the distance from every dot to its nearest other dot.
 
     Parameters
@@ -72,6 +81,10 @@ def nearest_distances(points: np.ndarray, cube: float | None = None) -> np.ndarr
     cube : float, optional
         Å, edge of the cubes in which neighbours are sought first; it changes the time and not the distances. Without it,
         the distances of a few dots tell it.
+    n_shortest : int, optional
+        Number of distances that are needed, by default all. Longer ones may be infinite.
+    near : float, Å
+        The search for the nearest dot ends at a dot that is at most so far away.
 
     Returns
     -------
@@ -80,47 +93,72 @@ def nearest_distances(points: np.ndarray, cube: float | None = None) -> np.ndarr
     points = np.ascontiguousarray(points, dtype=float)
     if cube is None:
         gaps, _ = nearest_neighbours(points, np.arange(0, len(points), -(-len(points) // SAMPLE_SIZE)))
-        cube = 2 * float(np.median(gaps))
+        cube = CUBE_PER_SPACING * float(np.median(gaps))
+    n_needed = len(points) if n_shortest is None else n_shortest
     # Cubes that hold the neighbours of most dots; twice as large for the dots that find none
-    size = max(cube, np.ptp(points, axis=0).max() / MAX_CUBES_PER_AXIS) or 1.0
+    low = np.array([axis.min() for axis in points.T])  # ten times faster than over axis 0
+    extent = np.array([axis.max() for axis in points.T]) - low
+    size = max(cube, extent.max() / MAX_CUBES_PER_AXIS) or 1.0
     distances = np.full(len(points), np.inf)
-    while np.isinf(distances).any():
-        cells = sort_into_cells(points, size)
-        _search_cubes(points[cells.order], cells, distances)
+    while np.count_nonzero(distances < np.inf) < n_needed:
+        n_y, n_z = (extent[1:] // size).astype(np.int64) + 3
+        # Columns along z share places in the table of cubes, so that it grows with the dots and not with the box
+        n_columns = 1 << max(0, int(CUBES_PER_DOT * len(points) / n_z).bit_length())
+        _search_cubes(points, low, size, n_y, n_z, n_columns, near, distances)
         size *= 2
     return distances
 
 
-@njit(cache=True, nogil=True)
-def _search_cubes(points: np.ndarray, cells: Cells, distances: np.ndarray) -> None:
+@njit(cache=True, nogil=True, error_model="numpy")
+def _search_cubes(
+    points: np.ndarray,
+    low: np.ndarray,
+    size: float,
+    n_y: int,
+    n_z: int,
+    n_columns: int,
+    near: float,
+    distances: np.ndarray,
+) -> None:
     """Fill in the distances that are still infinite, where they are at most the edge of a cube.
 
-    `points` are in the order of the cells. From cube to cube, the dots of each of the nine columns around it only move on.
+    The dots are sorted by cube. The column of cubes `x n_y + y` stands at its number modulo `n_columns`, a power of 2.
     """
-    n, begin = len(cells.key), 0
-    first, last = np.zeros(9, np.int64), np.zeros(9, np.int64)
-    while begin < n:
-        key, end = cells.key[begin], begin + 1
-        while end < n and cells.key[end] == key:
-            end += 1
-        for c in range(9):
-            low = key + ((c // 3 - 1) * cells.shape[0] + c % 3 - 1) * cells.shape[1] - 1
-            while first[c] < n and cells.key[first[c]] < low:
-                first[c] += 1
-            last[c] = max(last[c], first[c])
-            while last[c] < n and cells.key[last[c]] <= low + 2:
-                last[c] += 1
-        for i in range(begin, end):
-            if distances[cells.order[i]] < np.inf:
-                continue
-            position, best = point(points, i), np.inf
-            for c in range(9):
-                for k in range(first[c], last[c]):
-                    if k != i:
-                        best = min(best, squared_distance(point(points, k), position))
-            if best <= cells.size**2:
-                distances[cells.order[i]] = math.sqrt(best)
-        begin = end
+    n = len(points)
+    first = np.zeros(n_columns * n_z + 1, np.int32)  # of each cube, the first dot among the sorted ones
+    cube = np.empty(n, np.int32)
+    for i in range(n):
+        x, y, z = point(points, i)
+        column = (int((x - low[0]) / size) + 1) * n_y + int((y - low[1]) / size) + 1
+        cube[i] = (column & (n_columns - 1)) * n_z + int((z - low[2]) / size) + 1
+        first[cube[i] + 1] += 1
+    for c in range(n_columns * n_z):
+        first[c + 1] += first[c]
+    order, place = np.empty(n, np.int32), first[:-1].copy()
+    for i in range(n):
+        order[place[cube[i]]] = i
+        place[cube[i]] += 1
+    sorted_points = np.empty((n, 3))
+    for k in range(n):
+        for a in range(3):
+            sorted_points[k, a] = points[order[k], a]
+    for k in range(n):
+        i = order[k]
+        if distances[i] < np.inf:
+            continue
+        position, best = point(sorted_points, k), np.inf
+        x, y = int((position[0] - low[0]) / size), int((position[1] - low[1]) / size)
+        z = int((position[2] - low[2]) / size)
+        for c in range(4, 13):  # the column of the dot itself first
+            column = ((x + c % 9 // 3) * n_y + y + c % 3) & (n_columns - 1)
+            for other in range(first[column * n_z + z], first[column * n_z + z + 3]):
+                squared = squared_distance(point(sorted_points, other), position)
+                if squared < best and other != k:
+                    best = squared
+            if best <= near**2:
+                break
+        if best <= size**2:
+            distances[i] = math.sqrt(best)
 
 
 def refuse_sparse(

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib import import_module  # plotting loads matplotlib and pandas only when it is used
+from importlib import import_module  # tables and pictures are loaded only when they are used
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -65,6 +65,12 @@ DENSE_ANGLE, MEDIUM_ANGLE = 0.34, 0.5
 # Mean |cosine| between a normal and the directions to the dots beside it: .13 on dense surfaces, .33 on a subset of
 # 5 %; .42 and more where columns are exchanged, axes mirrored, or positions inexact.
 MAX_COSINE_OF_TANGENTS = 0.38
+SHIFTS = (-3, -2, -1, 1, 2, 3)  # rows by which normals may have slipped
+# Of that mean |cosine|, what is left of it if the normals have slipped: .8 and less; on true surfaces 1.3 and more
+MAX_SHIFTED, MAX_COSINE_OF_SHIFTED = 0.9, 0.3
+# Spacing along one direction over that across it: at most 1.13 on dense surfaces, 1.24 and more if stretched by a half
+MAX_STRETCH = 1.2
+MAX_TURN = 0.8  # of a normal to that of its neighbour; beyond it lies an edge
 MIN_ALIKE_OF_DENSE, MIN_ALIKE_TO_REPORT = (
     0.85,
     0.95,
@@ -137,8 +143,8 @@ class Surface:
         fields: Mapping[str, ArrayLike] = MappingProxyType({}),
         origin: Origin | None = None,
     ) -> None:
-        given = {"points": points, "normals": normals, "area": area, "kind": kind, "atom": atom}
-        numbers = {name: _numbers(value, name) for name, value in given.items() if value is not None}
+        arrays = {"points": points, "normals": normals, "area": area, "kind": kind, "atom": atom}
+        numbers = {name: _numbers(value, name) for name, value in arrays.items() if value is not None}
         n = len(numbers.get("points", ()))
         for name in ARRAY_NAMES:
             value = numbers.get(name, np.full(n, np.nan if name == "area" else -1))
@@ -187,19 +193,23 @@ class Surface:
         return self.origin if self.origin and np.array_equal(self.points, self.origin.points) else None
 
     def to_frame(self, molecule: Molecule | None = None, **columns: np.ndarray) -> pd.DataFrame:
-        """Return a table of the dots; see `sparsurf.surfaces.plotting.to_frame`.
+        """Return a table of the dots; see `sparsurf.surfaces.dot_table.to_frame`.
 
         It holds position, normal, area and kind, labels of the atoms where the molecule is known, and `columns`, (N,) each.
         """
-        return import_module("sparsurf.surfaces.plotting").to_frame(self, molecule, **columns)
+        return import_module("sparsurf.surfaces.dot_table").to_frame(self, molecule, **columns)
 
     def plot(self, values: ArrayLike | None = None, ax: Any = None) -> Axes:
-        """Plot the dots with matplotlib, coloured by `values` (N,) or by kind, and return the Axes."""
-        return import_module("sparsurf.surfaces.plotting").plot(self, values, ax)
+        """Draw the surface with matplotlib as the reports do, coloured by `values` (N,) or by kind, and return the Axes."""
+        return import_module("sparsurf.api.views").plot(self, values, ax)
 
     def show(self, values: ArrayLike | None = None) -> Any:
-        """Open an interactive view with PyVista or py3Dmol, coloured as in `plot`."""
-        return import_module("sparsurf.surfaces.plotting").show(self, values)
+        """Show the surface to turn, in the notebook or the browser, as in `plot`; `save` of the result writes the page."""
+        return import_module("sparsurf.api.views").show(self, values)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return import_module("sparsurf.api.views").notebook_html(self)
 
 
 def _numbers(value: ArrayLike, name: str) -> np.ndarray:
@@ -357,9 +367,9 @@ def check_plausibility(
     if crowded.max() > MAX_DOTS_IN_ONE_PLACE or np.median(distances[:, 0]) < 1e-6:
         label = where(int(sample[crowded.argmax()]))
         raise InputError(f"{path}: {label} and others lie in one place; give each dot once.")
-    beside = around[:, :N_BESIDE]
-    steps = points[beside] - points[sample][:, None]
-    cosine = (normals[beside] * normals[sample][:, None]).sum(axis=2)
+    neighbours = around[:, :N_BESIDE]
+    steps = points[neighbours] - points[sample][:, None]
+    cosine = (normals[neighbours] * normals[sample][:, None]).sum(axis=2)
     spacing, alike = float(np.median(distances[:, 0])), float((cosine[:, 0] > 0).mean())
     angle = math.acos(min(1.0, float(np.median(cosine[:, 0]))))
     all_alike = float((cosine > 0).mean())
@@ -376,6 +386,12 @@ def check_plausibility(
         )
     tangents = np.linalg.norm(steps, axis=2)
     across = np.abs((steps * normals[sample][:, None]).sum(axis=2)) / np.maximum(tangents, 1e-9)
+    shift, shifted = _best_shift(normals, sample, steps / np.maximum(tangents, 1e-9)[:, :, None])
+    if shifted < min(MAX_COSINE_OF_SHIFTED, MAX_SHIFTED * across.mean()):
+        raise InputError(
+            f"{path}: its normals fit the dots {abs(shift)} row{'s' * (abs(shift) > 1)} further "
+            f"{'up' if shift > 0 else 'down'}: write each dot and its normal in one row."
+        )
     if angle < MEDIUM_ANGLE and across.mean() > MAX_COSINE_OF_TANGENTS:
         raise InputError(
             f"{path}: its normals do not stand upright on its dots (mean cosine to the dots beside {across.mean():.2f}): "
@@ -386,11 +402,15 @@ def check_plausibility(
             "%s: %.0f %% of neighbouring dots have normals that oppose each other; are all of them outward?"
         )
         log.warning(message, path, 100 * (1 - all_alike))
-    convex = ((normals[beside] - normals[sample][:, None]) * steps).sum(axis=2) > 0
+    convex = ((normals[neighbours] - normals[sample][:, None]) * steps).sum(axis=2) > 0
     molecular = SHARE_OF_CONVEX[0] < convex.mean() < SHARE_OF_CONVEX[1] and angle < MEDIUM_ANGLE
     odd = not MOLECULAR_RADII[0] < radius < MOLECULAR_RADII[1]
     if MAX_CURVATURE_RADIUS < radius < 10 * MAX_CURVATURE_RADIUS or (molecular and odd):
         log.warning("%s: dots lie on curves of %.2g Å; are lengths in Å?", path, radius)
+    stretch = _stretch(steps.reshape(-1, 3), (normals[neighbours] - normals[sample][:, None]).reshape(-1, 3))
+    if angle < DENSE_ANGLE and stretch > MAX_STRETCH:
+        message = "%s: dots seem %.1f times as far apart along one direction as across it; are all lengths in one unit?"
+        log.warning(message, path, stretch)
     parts = np.median(distances[:, 0].reshape(N_PARTS, -1), axis=1) / spacing
     if parts.min() < MIN_SPACING_OF_PART:
         message = "%s: dots around %s lie %.1f times as close as the others; are all lengths in Å?"
@@ -408,16 +428,62 @@ def check_plausibility(
         log.warning(message, path, where(int(sample.reshape(N_PARTS, -1)[outside.argmax(), 0])))
 
 
+def _best_shift(normals: np.ndarray, sample: np.ndarray, directions: np.ndarray) -> tuple[int, float]:
+    """Find how many rows further the normals stand most upright on the dots of a sample.
+
+    Parameters
+    ----------
+    normals : (N, 3) float
+    sample : (n,) int
+    directions : (n, k, 3) float, unit vectors to neighbours
+
+    Returns
+    -------
+    shift : int, not 0
+    cosine : float, mean absolute cosine between the directions and the normals that many rows further
+    """
+    cosines = {}
+    for shift in SHIFTS:
+        shifted = normals[(sample + shift) % len(normals)]
+        cosines[shift] = float(np.abs((directions * shifted[:, None]).sum(axis=2)).mean())
+    best = min(SHIFTS, key=cosines.__getitem__)
+    return best, cosines[best]
+
+
+def _stretch(steps: np.ndarray, turns: np.ndarray) -> float:
+    """Estimate how many times wider dots stand in one direction than in another, compared with the turns of their normals.
+
+    Parameters
+    ----------
+    steps : (n, 3) float, Å, from dots to their neighbours
+    turns : (n, 3) float, differences of their normals
+
+    Returns
+    -------
+    float, at least 1; 1 if the turns do not span three directions
+    """
+    smooth = np.linalg.norm(turns, axis=1) < MAX_TURN
+    of_steps, of_turns = steps[smooth].T @ steps[smooth], turns[smooth].T @ turns[smooth]
+    values, vectors = np.linalg.eigh(of_turns)
+    if values[0] <= 1e-9 * values[-1]:
+        return 1.0
+    whitened = vectors / np.sqrt(values)
+    squares = np.linalg.eigvalsh(whitened.T @ of_steps @ whitened)
+    return float(np.sqrt(max(squares[-1] / max(squares[0], 1e-12), 1.0)))
+
+
 def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Find the nearest other dots of a few dots: distances (n, k), ascending, and indices (n, k)."""
     from scipy.spatial import cKDTree  # here: it takes long to load
 
     k = min(N_SURROUNDING, len(points) - 1)
     distances, around = map(np.asarray, cKDTree(points).query(points[sample], k=k + 1))
-    own = around == sample[:, None]
-    own[~own.any(axis=1), -1] = True  # of dots in one place another may come in place of the dot itself
+    is_self = around == sample[:, None]
+    is_self[~is_self.any(axis=1), -1] = (
+        True  # of dots in one place another may come in place of the dot itself
+    )
     shape = (len(sample), k)
-    return distances[~own].reshape(shape), around[~own].reshape(shape)
+    return distances[~is_self].reshape(shape), around[~is_self].reshape(shape)
 
 
 def _windings(
@@ -445,14 +511,14 @@ def _windings(
     beyond = np.linalg.norm(points[far] - points[sample][:, None], axis=2) > distances[:, -1:]
     near = np.column_stack([sample, around])
 
-    def solid_angles(place: np.ndarray, dots: np.ndarray) -> np.ndarray:
-        rays = points[dots] - place[:, None]
+    def solid_angles(points_inside: np.ndarray, dots: np.ndarray) -> np.ndarray:
+        rays = points[dots] - points_inside[:, None]
         cubes = np.maximum(np.linalg.norm(rays, axis=2), 1e-9) ** 3
         return (rays * normals[dots]).sum(axis=2) / cubes
 
-    def winding(place: np.ndarray) -> np.ndarray:
-        others = (solid_angles(place, far) * beyond).sum(axis=1) * step
-        return (solid_angles(place, near).sum(axis=1) + others) * area / (4 * np.pi)
+    def winding(points_inside: np.ndarray) -> np.ndarray:
+        others = (solid_angles(points_inside, far) * beyond).sum(axis=1) * step
+        return (solid_angles(points_inside, near).sum(axis=1) + others) * area / (4 * np.pi)
 
     offset = reach[:, None] * normals[sample]
     return winding(points[sample] - offset), winding(points[sample] + offset)

@@ -98,11 +98,18 @@ def write_csv(path: Path | str, table: pd.DataFrame, fields: Sequence[str] = ())
     table : DataFrame, a row per dot
     fields : columns that are written with six significant digits; other floats get four decimals
     """
-    formatted = {
-        name: [FIELD_FORMAT % value if value == value else "" for value in table[name].tolist()]
-        for name in fields
-    }
-    table.assign(**formatted).to_csv(path, index=False, float_format=DOT_FORMAT)
+    columns = []
+    for position, name in enumerate(table):
+        column = table.iloc[:, position]
+        if name in fields or column.dtype.kind == "f":  # half the time of `to_csv`
+            cell = (FIELD_FORMAT if name in fields else DOT_FORMAT).__mod__
+            columns.append([cell(value) if value == value else "" for value in column.tolist()])
+        else:
+            columns.append(column.astype(object).where(column.notna(), "").tolist())
+    with open(path, "w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(list(table))
+        writer.writerows(zip(*columns, strict=True))
 
 
 def _columns(

@@ -1,0 +1,159 @@
+"""Dots and triangles as files that PyMOL and ChimeraX show: PDB, PML, CXC and BILD."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.pdb import encode_label
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
+from sparsurf.surfaces.surface import Surface
+
+SCENES = (".pdb", ".pml", ".cxc", ".bild")
+DOT_RADIUS = 0.3  # Å, of the spheres
+KEPT = (0.84, 0.37, 0.0)  # vermillion of Okabe and Ito, of a subset and of triangles
+MIN_B, MAX_B = -99.99, 999.99  # that fit into six characters
+PYMOL = """\
+{structure}python
+from pymol import cgo
+scene = []
+for r, g, b, {names} in (
+{rows}
+):
+    scene += [cgo.COLOR, r, g, b, {objects}]
+cmd.load_cgo([{begin}] + scene + [{end}], "{name}")
+python end
+bg_color white
+orient
+"""
+PYMOL_STRUCTURE = '''\
+python
+cmd.read_pdbstr("""
+{pdb}""", "structure")
+python end
+hide everything, structure
+show cartoon, structure
+'''
+
+
+def write_scene(
+    path: str | Path,
+    surface: Surface,
+    molecule: Molecule | None = None,
+    frame: int = 0,
+    *,
+    numbers: np.ndarray | None = None,
+    one_colour: bool = False,
+    triangles: np.ndarray | None = None,
+) -> None:
+    """Write dots, or triangles between them, with the molecule as a cartoon where it is known.
+
+    Parameters
+    ----------
+    path : .pdb (each dot a HETATM of its own residue DOT), .bild (spheres for ChimeraX), .pml (a script for PyMOL that holds
+        everything), or .cxc (a script for ChimeraX, with NAME.bild and NAME.pdb next to it)
+    surface : Surface
+    molecule, frame : Molecule, int
+    numbers : (N,) float, optional
+        B factors of a PDB.
+    one_colour : bool
+        Instead of colours by the first field, or by the kind of dots.
+    triangles : (F, 3) int, optional
+        Corners; drawn in one colour instead of spheres.
+    """
+    path = Path(path)
+    colours = _colours(surface, one_colour or triangles is not None)
+    if path.suffix.lower() == ".pdb":
+        _write_dots_as_pdb(path, surface.points, np.zeros(len(surface)) if numbers is None else numbers)
+    elif path.suffix.lower() == ".bild":
+        write_bild(path, surface.points, colours, triangles)
+    elif path.suffix.lower() == ".pml":
+        _write_pml(path, surface, colours, molecule, frame, triangles)
+    else:
+        write_bild(path.with_suffix(".bild"), surface.points, colours, triangles)
+        lines = [f"# Open it from this folder: chimerax {path.name}"]
+        if molecule is not None:
+            molecule.write_pdb(path.with_suffix(".pdb"), frame)
+            lines += [f"open {path.with_suffix('.pdb').name}", "hide atoms", "cartoon"]
+        lines += [f"open {path.with_suffix('.bild').name}", "set bgColor white", "view", ""]
+        path.write_text("\n".join(lines), encoding="utf-8")
+
+
+def write_bild(
+    path: str | Path,
+    points: np.ndarray,
+    colours: np.ndarray | None = None,
+    triangles: np.ndarray | None = None,
+) -> None:
+    """Write spheres at points (N, 3), Å, or triangles (F, 3) between them; colours (N, 3) in 0..1, by default one."""
+    colours = np.tile(KEPT, (len(points), 1)) if colours is None else colours
+    lines, last = [], None
+    if triangles is not None:
+        lines = [".color {:.2f} {:.2f} {:g}".format(*KEPT)]
+        lines += [
+            ".polygon " + " ".join(f"{x:.3f}" for x in corners.ravel()) for corners in points[triangles]
+        ]
+    else:
+        for point, colour in zip(points, colours, strict=True):
+            words = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
+            lines += [words] if words != last else []
+            lines.append(".sphere {:.3f} {:.3f} {:.3f} {:g}".format(*point, DOT_RADIUS))
+            last = words
+    Path(path).write_text("\n".join([*lines, ""]), encoding="ascii")
+
+
+def _colours(surface: Surface, one_colour: bool) -> np.ndarray:
+    """Return red, green and blue of every dot, (N, 3), 0..1."""
+    if one_colour:
+        return np.tile(KEPT, (len(surface), 1))
+    if surface.fields:
+        return viridis(next(iter(surface.fields.values()))) / 255
+    return KIND_COLOURS[surface.kind] / 255
+
+
+def _write_dots_as_pdb(path: Path, points: np.ndarray, numbers: np.ndarray) -> None:
+    """Write each dot as a HETATM of a residue of its own, with a number as B factor; 0 where it is unknown."""
+    b = np.clip(np.nan_to_num(numbers), MIN_B, MAX_B)
+    lines = [
+        f"HETATM{(k + 1) % 100_000:5d}  X   DOT X{encode_label(str(k + 1))}   "
+        + "".join(f"{x:8.3f}" for x in point)
+        + f"  1.00{b[k]:6.2f}           X\n"
+        for k, point in enumerate(points)
+    ]
+    path.write_text("".join([*lines, "END\n"]), encoding="ascii")
+
+
+def _write_pml(
+    path: Path,
+    surface: Surface,
+    colours: np.ndarray,
+    molecule: Molecule | None,
+    frame: int,
+    triangles: np.ndarray | None,
+) -> None:
+    """Write a script that draws the dots or triangles, and the molecule, without another file."""
+    structure: Any = ""
+    if molecule is not None:
+        with tempfile.TemporaryDirectory() as folder:
+            molecule.write_pdb(Path(folder, "structure.pdb"), frame)
+            pdb = Path(folder, "structure.pdb").read_text(encoding="latin-1")
+        structure = PYMOL_STRUCTURE.format(pdb=pdb)
+    values = np.hstack([colours, surface.points])
+    objects, names, begin, end = f"cgo.SPHERE, x, y, z, {DOT_RADIUS}", "x, y, z", "", ""
+    if triangles is not None:
+        values = np.hstack([colours, surface.normals, surface.points])[triangles.ravel()]
+        objects, names = "cgo.NORMAL, u, v, w, cgo.VERTEX, x, y, z", "u, v, w, x, y, z"
+        begin, end = "cgo.BEGIN, cgo.TRIANGLES", "cgo.END"
+    rows = "\n".join(f"({', '.join(f'{x:.3f}' for x in row)})," for row in values)
+    words = {
+        "objects": objects,
+        "names": names,
+        "begin": begin,
+        "end": end,
+        "name": "dots" if not begin else "mesh",
+    }
+    path.write_text(PYMOL.format(structure=structure, rows=rows, **words), encoding="utf-8")

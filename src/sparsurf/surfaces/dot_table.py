@@ -1,0 +1,75 @@
+"""The dots of a surface as a table, with the atoms that they belong to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sparsurf import InputError
+from sparsurf.surfaces.components import COMPONENT_FIELD
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from sparsurf.molecules.molecule import Molecule
+    from sparsurf.surfaces.surface import Surface
+
+# Å, median distance from dots to the centres of their atoms: at most the largest radius and that of a large probe
+MAX_DISTANCE_OF_ATOM = 6.0
+
+
+def to_frame(surface: Surface, molecule: Molecule | None = None, **columns: np.ndarray) -> pd.DataFrame:
+    """Return a table with x, y, z (Å), nx, ny, nz, area (Å^2), kind and fields of every dot.
+
+    For a surface that `sparsurf.surface` generated from a molecule, the columns are those of the command's CSV.
+
+    Parameters
+    ----------
+    surface : Surface
+    molecule : Molecule, optional
+        The molecule of the dots. It adds chain, residue, residue_name, atom_name and atom. Without it, the molecule that
+        the surface was generated from is used, if there is one.
+    columns : further columns, (N,) each
+
+    Returns
+    -------
+    DataFrame, a row per dot
+
+    Raises
+    ------
+    InputError
+        The dots lie on other atoms than those of the molecule, or their atoms are unknown.
+    """
+    import pandas as pd
+
+    if molecule is not None:
+        _refuse_other_molecule(surface, molecule)
+
+    axes = dict(zip(("x", "y", "z", "nx", "ny", "nz"), [*surface.points.T, *surface.normals.T], strict=True))
+    table = pd.DataFrame(axes | {"area": surface.area, "kind": surface.kind})
+    if surface.placed:
+        table[COMPONENT_FIELD] = surface.placed.components(surface)
+    table = table.assign(**columns)
+    molecule = surface.origin.molecule if molecule is None and surface.origin else molecule
+    table = table if molecule is None else table.join(molecule.labels(surface.atom))
+    return table.assign(**{name: values for name, values in surface.fields.items() if name not in table})
+
+
+def _refuse_other_molecule(surface: Surface, molecule: Molecule) -> None:
+    """Raise InputError if the atoms of the dots are not those of a molecule."""
+    atom = surface.atom
+    if not (hasattr(molecule, "labels") and hasattr(molecule, "n_atoms")):
+        raise InputError("to_frame: the molecule is none that read_molecule gave; give one, or leave it out.")
+    if atom.min() < 0:
+        raise InputError("to_frame: the atoms of the dots are unknown; leave out the molecule.")
+    far = atom.max() >= molecule.n_atoms or not any(
+        np.median(np.linalg.norm(surface.points - xyz[atom], axis=1)) < MAX_DISTANCE_OF_ATOM
+        for xyz in molecule.xyz
+    )
+    described = surface.origin.molecule if surface.origin else molecule
+    alike = described.n_atoms == molecule.n_atoms and np.array_equal(
+        described.residue_name, molecule.residue_name
+    )
+    if far or not alike:
+        raise InputError("to_frame: the dots were placed on other atoms; give their molecule, or none.")

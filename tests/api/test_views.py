@@ -1,0 +1,92 @@
+"""A surface as a picture and as a page to turn."""
+
+import base64
+import re
+import sys
+import webbrowser
+from html import unescape
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sparsurf import InputError, Surface
+from sparsurf.api import views
+from sparsurf.surfaces.formats.ply import KIND_COLOURS
+
+
+def colours_of(ax):
+    """Hues of the pixels that are drawn, as shares of the brightest channel, (n, 3)."""
+    pixels = np.asarray(ax.images[0].get_array())[..., :3].reshape(-1, 3).astype(float)
+    drawn = pixels[pixels.min(axis=1) < 250]
+    return drawn / drawn.max(axis=1, keepdims=True)
+
+
+def test_a_picture_is_lit_framed_and_coloured_by_values(blob):
+    points, normals = blob
+    dots = Surface(points, normals)
+    ax = dots.plot(points[:, 0])
+    assert len(ax.figure.axes) == 2 and ax.figure.axes[1].get_ylim() == pytest.approx(
+        (points[:, 0].min(), points[:, 0].max())
+    )
+    left, right, bottom, top = ax.images[0].get_extent()
+    spans = sorted(np.ptp(points @ np.linalg.svd(points - points.mean(axis=0))[2].T, axis=0))
+    assert right - left >= spans[2] and top - bottom >= spans[1]  # the whole molecule, along its widest axes
+    assert ax.get_aspect() == 1  # an Å is as long up as across
+    known = Surface(points, normals, kind=np.ones(len(points), int))
+    assert known.plot(ax=ax) is ax and len(ax.figure.axes) == 2  # one scale, that of the values
+    one_colour = known.plot()
+    hue = KIND_COLOURS[1] / KIND_COLOURS[1].max()
+    assert np.abs(np.median(colours_of(one_colour), axis=0) - hue).max() < 0.15  # haze whitens a little
+
+
+def test_a_picture_says_what_it_needs(blob, monkeypatch):
+    dots = Surface(*blob)
+    with pytest.raises(InputError, match=r"values has the shape \(2,\); the dots are 3000"):
+        dots.plot([1, 2])
+    import matplotlib.pyplot as plt
+
+    with pytest.raises(InputError, match="give axes without a projection"):
+        dots.plot(ax=plt.figure().add_subplot(projection="3d"))
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    with pytest.raises(InputError, match="pip install matplotlib"):
+        dots.plot()
+
+
+def test_a_notebook_shows_the_page_of_a_surface_and_a_picture_of_a_large_one(blob, monkeypatch):
+    dots = Surface(*blob)
+    text = dots._repr_html_()
+    page = unescape(
+        re.fullmatch(r'<iframe srcdoc="(.*)" height="480" style="[^"]*"></iframe>', text, re.DOTALL)[1]
+    )
+    assert page.startswith("<!doctype html>") and "Surface of 3,000 dots" in page
+    assert "index.html" not in page  # no link that leads nowhere
+    monkeypatch.setattr(views, "MAX_DOTS_IN_NOTEBOOK", 2999)
+    picture = re.fullmatch(
+        r'<p>Surface of 3,000 dots</p><img alt="[^"]*" src="data:image/png;base64,(.*)">', dots._repr_html_()
+    )
+    assert base64.b64decode(picture[1]).startswith(b"\x89PNG")
+
+
+def test_few_dots_are_linked_by_their_own_spacing(blob):
+    dots = Surface(*blob)
+    few = dots[::30]
+    for part in (few, few[:2], few[:1]):
+        assert f"Surface of {len(part):,} dot" in part._repr_html_()
+
+
+def test_show_opens_the_browser_outside_of_a_notebook(blob, tmp_path, monkeypatch, caplog):
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link) or len(opened) == 1)
+    dots = Surface(*blob)
+    view = dots.show(dots.points[:, 2])
+    view.save(tmp_path / "view.html")
+    path = Path(opened[0].removeprefix("file://"))
+    assert path.read_text() == view.html == (tmp_path / "view.html").read_text()
+    assert re.fullmatch(r"View of 0\.\d MB; save\(\) writes it as a page", repr(view)) and not caplog.text
+    dots.show()
+    assert "there is no browser; open /" in caplog.text
+    jupyter = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=None))
+    monkeypatch.setitem(sys.modules, "IPython", jupyter)
+    assert dots.show(dots.points[:, 2])._repr_html_().startswith("<iframe") and len(opened) == 2
