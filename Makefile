@@ -8,7 +8,7 @@
 # make docs    build the book in docs/_build/html and check its links (needs a network the first time)
 # make package  build wheel and source archive in dist/ and check them
 # make setup   set up only; with CLUSTER=slurm what a cluster needs besides
-# make schema  renew config/schema.json and docs/config.md from the models of the config
+# make schema  renew config/schema.json and docs/config.md from the models of the config, docs/columns.md from the list of columns
 # make lock    renew envs/requirements*.txt from envs/requirements*.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
 # On a cluster:  make run CONFIG=my_config.yaml CLUSTER=slurm (docs/cluster.md)
@@ -20,6 +20,11 @@ QUICK  ?=
 CONFIG ?= config.yaml
 VENV   := .venv
 BIN    := $(VENV)/bin
+# uv, where it is installed, unpacks a warm cache in seconds; pip does the same where uv is missing or reaches no registry
+PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+UV     := $(shell command -v uv)
+PACKAGES := XDG_CACHE_HOME="$(XDG_CACHE_HOME)" # the user's cache, not that of this checkout
+install = $(if $(UV),$(PACKAGES) $(UV) pip install --quiet --python $(BIN)/python $1 || )$(PACKAGES) $(PIP) $1
 # What is installed knows where it lies: a checkout that was moved is set up anew
 READY  := $(VENV)/.ready-$(shell { pwd; cat envs/requirements.txt; } | cksum | cut -d' ' -f1)
 override QUICK := $(filter-out 0 no false,$(QUICK))
@@ -86,7 +91,7 @@ evidence: $(READY) $(EXTRA)
 	+@$(BIN)/snakemake --snakefile evidence/Snakefile --rerun-triggers mtime $(if $(QUICK),--configfile evidence/quick.yaml) \
 	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),--cores $(CORES)) $(RULES) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))
-	$(if $(QUICK),,@$(BIN)/python evidence/pages.py README.md docs/*.md)
+	$(if $(QUICK),,@$(BIN)/python evidence/pages.py)
 
 $(KERNELS): $(READY) $(shell find src/sparsurf -name '*.py')
 	@echo "Compiling kernels (once, about half a minute)"
@@ -98,17 +103,17 @@ $(KERNELS): $(READY) $(shell find src/sparsurf -name '*.py')
 # JSON Schema and reference page of the config, from its models
 schema: $(READY)
 	$(BIN)/python -m sparsurf.workflow.config
+	$(BIN)/python -m sparsurf.columns
 
 $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(call install,--require-hashes -r envs/requirements.txt)
+	$(call install,--no-deps --no-build-isolation --editable .)
 	touch $@
 
 # What few need besides: .ready-slurm-..., .ready-docs-...
 $(VENV)/.ready-%: $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
-	  -r envs/requirements-$(firstword $(subst -, ,$*)).txt
+	$(call install,--no-deps --require-hashes -r envs/requirements-$(firstword $(subst -, ,$*)).txt)
 	touch $@
 
 lock:

@@ -21,6 +21,7 @@ wildcard_constraints:
     conformation="[cf][0-9]+",
     pair=any_of(PAIRS),
     site=any_of(SITES),
+    batch=any_of(BATCHES),
 
 
 rule all:
@@ -57,6 +58,27 @@ rule fetch_structure:
         "Fetching {wildcards.protein}"
     script:
         "scripts/fetch_structure.py"
+
+
+rule unpack_structure:
+    input:
+        lambda wildcards: split_path(PROTEINS[wildcards.protein].structure)[0],
+    output:
+        structure="results/{run}/{protein}/archive/{file}",
+    log:
+        "results/{run}/logs/{protein}/unpack_{file}.log",
+    wildcard_constraints:
+        protein=any_of(PACKED),
+        file=any_of(PACKED.values()),
+    localrule: True
+    conda:
+        "envs/study.yaml"
+    params:
+        member=lambda wildcards: PROTEINS[wildcards.protein].structure,
+    message:
+        "Reading {wildcards.protein} from its archive"
+    script:
+        "scripts/unpack_structure.py"
 
 
 if SIMULATED:
@@ -201,6 +223,7 @@ rule measure_floors:
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
     output:
         floors="results/{run}/{protein}/{conformation}/floors.csv",
+        distances="results/{run}/{protein}/{conformation}/floor_distances.npz",
     log:
         "results/{run}/logs/{protein}/{conformation}/measure_floors.log",
     conda:
@@ -231,7 +254,7 @@ rule select_minimal_subset:
     input:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
-        floors="results/{run}/{protein}/{conformation}/floors.csv",
+        floors="results/{run}/{protein}/{conformation}/floor_distances.npz",
         ranges=ranges_of_paper_sampler,
         structure=structure_of_conformation,
         table=lambda wildcards: PROTEINS[wildcards.protein].table or [],
@@ -240,7 +263,7 @@ rule select_minimal_subset:
         ply="results/{run}/{protein}/{conformation}/minimal.ply",
         whole="results/{run}/{protein}/{conformation}/surface.ply",
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
-        enough="results/{run}/{protein}/{conformation}/enough.csv",
+        required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
         curves="results/{run}/{protein}/{conformation}/curves.csv",
         fields="results/{run}/{protein}/{conformation}/fields.npz",
         fields_recovered="results/{run}/{protein}/{conformation}/fields.csv",
@@ -357,7 +380,7 @@ rule summarise_surfaces:
         surfaces=every_conformation("surface.npz"),
         roughness=every_conformation("roughness.csv"),
         minimal=every_conformation("minimal.csv"),
-        enough=every_conformation("enough.csv"),
+        required_dots=every_conformation("required_dots.csv"),
         curves=every_conformation("curves.csv"),
         floors=every_conformation("floors.csv"),
         ranges=every_conformation("ranges.csv") if config["sampling"]["run"] else [],
@@ -365,12 +388,12 @@ rule summarise_surfaces:
     output:
         table="results/{run}/surfaces.csv",
         png=report(
-            "results/{run}/enough.png",
-            caption="src/sparsurf/report/captions/enough.rst",
+            "results/{run}/required_dots.png",
+            caption="src/sparsurf/report/captions/required_dots.rst",
             category="All surfaces",
             labels={"result": "How many dots are enough"},
         ),
-        svg="results/{run}/enough.svg",
+        svg="results/{run}/required_dots.svg",
     log:
         "results/{run}/logs/summarise_surfaces.log",
     localrule: True
@@ -441,6 +464,11 @@ rule write_front_page:
         "First page of the run"
     script:
         "scripts/write_front_page.py"
+
+
+if BATCHED:
+
+    include: "rules/batches.smk"
 
 
 rule write_crate:

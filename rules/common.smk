@@ -2,6 +2,10 @@
 
 import re
 
+from sparsurf.archives import split_path
+from sparsurf.batches.assignment import TABLES as TABLES_OF_BATCHES
+from sparsurf.batches.assignment import assign_batches, size_as_pdb
+from sparsurf.molecules.formats import suffix
 from sparsurf.workflow.code_version import METHOD, REPORT
 from sparsurf.workflow.config import check_config, named_conformations, proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
@@ -23,6 +27,12 @@ except ValueError as error:
 
 EXCLUDED = {without_zeros(place) for place in config["exclude"]}
 PROTEINS = {name: protein for name, protein in proteins(config).items() if name not in EXCLUDED}
+BATCHED = PROTEINS if "batch" in config else {}  # structures that are analysed in batches
+if BATCHED:
+    PROTEINS = {}
+BATCHES = assign_batches(
+    {name: size_as_pdb(protein.structure) for name, protein in BATCHED.items()}, config.get("batch", "auto")
+)
 PAIRS = {name: pair for name, pair in config["pairs"].items() if f"pairs/{name}" not in EXCLUDED}
 SITES = {name: site for name, site in config["sites"].items() if f"sites/{name}" not in EXCLUDED}
 SEARCHES = [name for name, site in SITES.items() if "query" in site]
@@ -31,10 +41,15 @@ READY_SURFACES = [name for name, protein in PROTEINS.items() if protein.surface]
 MOLECULES = [name for name in PROTEINS if name not in READY_SURFACES]
 SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is not None]
 DOWNLOADS = {name: protein.download for name, protein in PROTEINS.items() if protein.source}
+PACKED = {
+    name: name + suffix(protein.structure)
+    for name, protein in PROTEINS.items()
+    if protein.structure and split_path(protein.structure)
+}
 SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
 SEVERAL_FRAMES = [name for name in MOLECULES if name not in SINGLE_FRAME]
 FIGURES = (
-    "enough",
+    "required_dots",
     "roughness",
     "number_of_dots",
     "number_of_dots_panels",
@@ -112,6 +127,8 @@ def structure_file(wildcards):
     protein = PROTEINS[wildcards.protein]
     if protein.source:
         return f"results/{wildcards.run}/{wildcards.protein}/download/{protein.download}"
+    if wildcards.protein in PACKED:
+        return f"results/{wildcards.run}/{wildcards.protein}/archive/{PACKED[wildcards.protein]}"
     return protein.structure
 
 
@@ -236,7 +253,7 @@ def protein_outputs(protein):
 
 def conformation_files(protein):
     """Files of each conformation of a protein."""
-    files = ["surface.npz", "surface.ply", "roughness.csv", "floors.csv", "enough.csv", "curves.csv"]
+    files = ["surface.npz", "surface.ply", "roughness.csv", "floors.csv", "required_dots.csv", "curves.csv"]
     files += ["minimal.csv", "minimal.ply", "recovered.csv", "fields.csv", "fields.npz"]
     files += ["view.html", "view.png"]
     if protein in MOLECULES:
@@ -255,12 +272,40 @@ def conformation_files(protein):
     return files
 
 
+def batch_tables(wildcards):
+    """Tables of all batches."""
+    return [
+        f"results/{config['run']}/{table}/{batch}.parquet" for table in TABLES_OF_BATCHES for batch in BATCHES
+    ]
+
+
+def structures_of_batch(wildcards):
+    """Structures of a batch with their keys, by name."""
+    return {
+        name: {
+            "path": BATCHED[name].structure,
+            "table": BATCHED[name].table,
+            "options": BATCHED[name].molecule_options,
+        }
+        for name in BATCHES[wildcards.batch]
+    }
+
+
+def files_of_batch(wildcards):
+    """Files that a batch reads."""
+    structures = structures_of_batch(wildcards).values()
+    paths = [path for entry in structures for path in (entry["path"], entry["table"]) if path]
+    return list(dict.fromkeys((split_path(path) or [path])[0] for path in paths))
+
+
 def results_before_pages(wildcards):
     """All files but those of the first page, which leads to them."""
     run = f"results/{config['run']}"
+    if BATCHED:
+        return batch_tables(wildcards) + [f"{run}/distributions.{end}" for end in ("png", "svg")]
     files = []
     if PROTEINS:
-        files += ["surfaces.csv", "enough.png", "enough.svg"]
+        files += ["surfaces.csv", "required_dots.png", "required_dots.svg"]
     if PROTEINS and config["sampling"]["run"]:
         files += ["summary.csv", "relation.csv", "summary.html", "summary.png", "summary.svg"]
     if config["compare"]["run"]:

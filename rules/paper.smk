@@ -8,7 +8,7 @@ rule reproduce_paper:
         grid=f"results/{{run}}/{config['paper']}/c1/grid.csv",
         ranges=f"results/{{run}}/{config['paper']}/c1/ranges.csv",
         best=f"results/{{run}}/{config['paper']}/c1/best.json",
-        enough=f"results/{{run}}/{config['paper']}/c1/enough.csv",
+        required_dots=f"results/{{run}}/{config['paper']}/c1/required_dots.csv",
         bins=f"results/{{run}}/{config['paper']}/c1/rough_and_flat.csv",
     output:
         page=report(

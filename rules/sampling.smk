@@ -68,13 +68,13 @@ rule draw_figures:
         grid="results/{run}/{protein}/{conformation}/grid.csv",
         best="results/{run}/{protein}/{conformation}/best.json",
         floors="results/{run}/{protein}/{conformation}/floors.csv",
-        enough="results/{run}/{protein}/{conformation}/enough.csv",
+        required_dots="results/{run}/{protein}/{conformation}/required_dots.csv",
         curves="results/{run}/{protein}/{conformation}/curves.csv",
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
     output:
-        enough=report(
-            "results/{run}/{protein}/{conformation}/figures/enough.png",
-            caption="../src/sparsurf/report/captions/enough.rst",
+        required_dots=report(
+            "results/{run}/{protein}/{conformation}/figures/required_dots.png",
+            caption="../src/sparsurf/report/captions/required_dots.rst",
             category="{protein}",
             subcategory="{conformation}",
             labels={"result": "How many dots are enough"},

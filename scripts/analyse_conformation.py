@@ -46,7 +46,6 @@ def main(
         settings=surface_settings,
         d_link=patches["D_link"],
         name=name,
-        report_density=False,
     )
     measure_roughness.main(outputs["surface"], outputs["roughness"], patches, name, threads)
     measure_floors.main(
@@ -57,6 +56,7 @@ def main(
         trajectory=trajectory,
         frames=frames,
         floors=outputs["floors"],
+        distances=outputs["floor_distances"],
         surface_settings=surface_settings,
         test_dots=test_dots,
         molecule_options=molecule_options,
@@ -65,7 +65,7 @@ def main(
     select_minimal_subset.main(
         surface=outputs["surface"],
         roughness=outputs["roughness"],
-        floors=outputs["floors"],
+        floors=outputs["floor_distances"],
         ranges=None,
         structure=outputs["structure"],
         field_table=field_table,
@@ -73,7 +73,7 @@ def main(
         ply=outputs["ply"],
         whole=outputs["whole"],
         recovered=outputs["recovered"],
-        enough=outputs["enough"],
+        required_dots=outputs["required_dots"],
         curves=outputs["curves"],
         fields=outputs["fields"],
         fields_recovered=outputs["fields_recovered"],

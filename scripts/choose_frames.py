@@ -6,6 +6,7 @@ import pandas as pd
 
 from sparsurf.molecules.conformations import choose_frames
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.rounding import write_table
 from sparsurf.streams import stream
 from sparsurf.workflow.jobs import job
 
@@ -41,13 +42,13 @@ def main(
     choice = choose_frames(
         molecule, clusters=clusters, frames=chosen, atoms=atoms, rng=stream(seed, name, "clusters")
     )
-    choice.table.to_csv(frames, index=False)
-    choice.silhouettes.to_csv(silhouette, index=False)
+    write_table(frames, choice.table)
+    write_table(silhouette, choice.silhouettes)
     coordinates = pd.DataFrame(choice.projection, columns=["pc1", "pc2"])
     coordinates.insert(0, "frame", molecule.frame_number)
     coordinates["cluster"] = choice.label
-    coordinates.to_csv(projection, index=False)
-    pd.DataFrame({"explained": choice.explained}).to_csv(explained, index=False)
+    write_table(projection, coordinates)
+    write_table(explained, pd.DataFrame({"explained": choice.explained}))
     Path(structures).mkdir()
     for conformation, position in zip(choice.table["conformation"], choice.index, strict=True):
         molecule.write_pdb(Path(structures, f"{conformation}.pdb"), position)

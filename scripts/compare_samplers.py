@@ -7,6 +7,7 @@ from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.report import comparison_page
 from sparsurf.report.figures import comparison_figure, layout
 from sparsurf.report.page import write
+from sparsurf.rounding import write_table
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.study.centres import centres_table
 from sparsurf.study.comparison import equal_error as fewer_dots
@@ -87,12 +88,12 @@ def main(
     fewer_table = fewer_dots.factor_intervals(distances, comparison, prepared.stream("times fewer"))
     alone_table = stand_alone(prepared, drawers_alone, place_dots, percents, n_tests, draws)
     centre_table = centres_table(prepared, grid_table, best, n_tests, draws)
-    pair_table.to_csv(pairs, index=False)
-    fewer_table.to_csv(fewer, index=False)
-    alone_table.to_csv(alone, index=False)
-    centre_table.to_csv(centres, index=False)
-    comparison.to_csv(table, index=False)
-    fewer_dots.dots_needed_for_all_uses(comparison).to_csv(needed, index=False)
+    write_table(pairs, pair_table)
+    write_table(fewer, fewer_table)
+    write_table(alone, alone_table)
+    write_table(centres, centre_table)
+    write_table(table, comparison)
+    write_table(needed, fewer_dots.dots_needed_for_all_uses(comparison))
     area, estimated = area_of(dots)
     facts = comparison_page.comparison_page(
         name,

@@ -22,7 +22,6 @@ def main(
     settings: dict,
     d_link: float,
     name: str,
-    report_density: bool = True,
 ) -> None:
     """Write the dots of a structure as npz and DMS file, the components of its surface, and the structure itself.
 
@@ -31,12 +30,11 @@ def main(
     structures : folder with a PDB file for each conformation
     settings : dict, the section `surface` of the config
     name : protein/conformation
-    report_density : whether the log says that a density was raised, which d of a grid depends on
     """
     path = Path(structures, f"{Path(name).name}.pdb")
     molecule = read_study_structure(path)
     atom_radii = radii(molecule, settings["radii"])
-    dots, _ = surface_for_d_link(molecule, 0, atom_radii, settings, d_link, name, report_density)
+    dots, _ = surface_for_d_link(molecule, 0, atom_radii, settings, d_link, name)
     component = components_of_frame(dots, molecule, 0, atom_radii, settings["probe_radius"])
     table_of_components(dots, component).to_csv(components, index=False, float_format="%.2f")
     write_npz(surface, replace(dots, fields={COMPONENT_FIELD: component}))

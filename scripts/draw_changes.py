@@ -1,13 +1,16 @@
 """Draw two forms of a protein in the colours of their change, and the change along the residues."""
 
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.pairs.changes import numbered_alike
 from sparsurf.pairs.matching import on_atoms
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.site_figures import changes_figure
-from sparsurf.report.site_page import read_residues
+from sparsurf.report.figures.site_figures import changes_figure, highest_shown, seen_alike
+from sparsurf.report.site_page import over_floor, read_residues
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.workflow.jobs import job
@@ -36,17 +39,23 @@ def main(
     name : of the comparison
     """
     table = read_residues(changes)
+    table["over_floor"] = over_floor(table)
     reference = read_study_structure(structure_1)
     files = (surface_1, structure_1, view_1), (surface_2, structure_2, view_2)
     drawn = []
-    for side, (form, (surface, structure, view)) in enumerate(zip(forms, files, strict=True), 1):
+    for form, (surface, structure, _) in zip(forms, files, strict=True):
         dots, molecule = read_npz(surface), numbered_alike(read_study_structure(structure), reference)
-        change = on_atoms(molecule, table, "total")[dots.atom]
-        drawn.append((form, dots, molecule, change))
-        values = [Values("change from one form to the other", "change", "", change, "alike", "changed")]
+        drawn.append((form, dots, molecule, on_atoms(molecule, table, "over_floor")[dots.atom]))
+    highest = highest_shown([change for *_, change in drawn])
+    for side, ((form, dots, _, change), (points, normals), (_, structure, view)) in enumerate(
+        zip(drawn, seen_alike(drawn), files, strict=True), 1
+    ):
+        shown = np.clip(change, 1, highest)
+        values = [Values("change over its floor", "change", "", shown, "at its floor or below", "changed")]
         page = coloured_page(
-            f"{name}, {form}", f"{name}/{side}", dots, patches, seed, values, residue_labels(structure)
-        )
+            f"{name}, {form}", f"{name}/{side}", replace(dots, points=points, normals=normals), patches, seed, values,
+            residue_labels(structure),
+        )  # fmt: skip
         Path(view).write_text(page, encoding="utf-8")
     layout.save(changes_figure(name, drawn, table), png.removesuffix(".png"))
 

@@ -12,15 +12,16 @@ from sparsurf.recovery.readings import READINGS, comparable_density, readings_of
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import (
     d_over_grid,
-    enough,
     layout,
     number_of_dots,
     number_of_dots_panels,
+    required_dots,
     rough_and_flat,
     roughness,
     subsets,
 )
 from sparsurf.report.figures.results import Results
+from sparsurf.rounding import write_table
 from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import lookup_sampler
 from sparsurf.study import rough_and_flat as by_roughness
@@ -32,7 +33,7 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.workflow.jobs import job
 
 FIGURES = {
-    "enough": enough,
+    "required_dots": required_dots,
     "roughness": roughness,
     "number_of_dots": number_of_dots,
     "number_of_dots_panels": number_of_dots_panels,
@@ -51,7 +52,7 @@ def main(
     grid: str,
     best: str,
     floors: str,
-    enough: str,
+    required_dots: str,
     curves: str,
     minimal: str,
     figures: dict[str, str],
@@ -108,7 +109,7 @@ def main(
         ),
         grid=read_table(grid, results_of_grid["combinations"], "combinations"),
         floors=read_table(floors),
-        enough=read_table(enough),
+        required_dots=read_table(required_dots),
         curves=read_table(curves),
     )
     for figure, module in FIGURES.items():
@@ -147,7 +148,7 @@ def _rough_and_flat(
         by_roughness.bins_table(results[around], kept).assign(around=around)
         for around, kept in by_roughness.AROUND.items()
     ]
-    pd.concat(tables, ignore_index=True).to_csv(path_to_bins, index=False)
+    write_table(path_to_bins, pd.concat(tables, ignore_index=True))
     panels = [
         (f"patches around {around}, {READINGS[reading].words}", result.roughness[0], *result.z[reading][:, 0])
         for reading in readings
@@ -171,7 +172,7 @@ if __name__ == "__main__":
             grid=snakemake.input.grid,
             best=snakemake.input.best,
             floors=snakemake.input.floors,
-            enough=snakemake.input.enough,
+            required_dots=snakemake.input.required_dots,
             curves=snakemake.input.curves,
             minimal=snakemake.input.minimal,
             figures={figure: snakemake.output[figure] for figure in FIGURES},

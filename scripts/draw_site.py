@@ -3,12 +3,13 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import carried, distance_from, facing, site_figure
-from sparsurf.report.site_page import by_rarity, p_value, residue_text
+from sparsurf.report.site_page import by_rarity, is_found, p_value, residue_text
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.sites.describing import load_sites, numbered_residues, places_of_residues
 from sparsurf.surfaces.formats.npz import read_npz
@@ -44,7 +45,8 @@ def main(
     name : of the site
     """
     path_of_surface, path_of_structure = (_by_conformation(paths) for paths in (surfaces, structures))
-    best_hits = by_rarity(pd.read_csv(hits, keep_default_na=False)).head(MAX_HITS)
+    all_hits = pd.read_csv(hits, keep_default_na=False)
+    best_hits = by_rarity(all_hits).head(MAX_HITS)
     best_poses = pd.read_csv(poses).drop(columns=["rank", "target"]).loc[best_hits.index].to_numpy()
     places = load_sites(query)
     dots = {target: read_npz(path_of_surface[target]) for target in (places.name, *best_hits["target"])}
@@ -55,10 +57,15 @@ def main(
     on_site = residue_of_dot >= 0
     site_dots = query_dots.points[on_site], residue_of_dot[on_site]
     panels = [(f"the site on {places.name}", query_dots.points, query_dots.normals, residue_of_dot)]
-    for row, numbers in zip(best_hits.to_dict("records"), best_poses, strict=True):
+    found = is_found(all_hits)
+    for index, row, numbers in zip(best_hits.index, best_hits.to_dict("records"), best_poses, strict=True):
         pose = numbers[:9].reshape(3, 3), numbers[9:]
-        title = f"hit {row['rank']}: {row['target']}, p {p_value(float(row['p']))}"
-        panels.append((title, *carried(dots[row["target"]], site_dots, pose)))
+        points, normals, residue = carried(dots[row["target"]], site_dots, pose)
+        p = f"p {p_value(float(row['p']))}"
+        if found[index]:
+            panels.append((f"found on {row['target']}, {p}", points, normals, residue))
+        else:  # a hit by chance is not painted as one
+            panels.append((f"not found on {row['target']}, {p}", points, normals, np.full_like(residue, -1)))
     turn = facing(query_dots.points, query_dots.normals, on_site).T
     shown = (places.name, view_1), (best_hits["target"].iloc[0], view_2)
     for side, ((conformation, view), panel) in enumerate(zip(shown, panels, strict=False), 1):

@@ -9,6 +9,7 @@ from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.report.page import write
 from sparsurf.report.site_page import TEMPLATE, site_page, superposed_file
+from sparsurf.rounding import write_table
 from sparsurf.sites.conformations import require_conformation
 from sparsurf.sites.describing import load_sites, places_of_residues
 from sparsurf.sites.finding import find_site, matched
@@ -47,21 +48,23 @@ def main(
             f"sites.{name}: {query_places.name} is all that would be searched; name other targets."
         )
     site_places = query_places.take(places_of_residues(query_places, site["residues"]))
-    found = find_site(site_places, target_places, len(target_places))
-    found.table.to_csv(hits, index=False)
-    match_table = matched(found, target_places)
+    hits_found = find_site(site_places, target_places, len(target_places))
+    write_table(hits, hits_found.table)
+    match_table = matched(hits_found, target_places)
     match_table.to_csv(matches, index=False, float_format="%.3f")
-    numbers = pd.DataFrame([[*pose.turn.ravel(), *pose.shift] for pose in found.poses], columns=POSE_COLUMNS)
-    pose_table = pd.concat([found.table[["rank", "target"]], numbers], axis=1)
+    numbers = pd.DataFrame(
+        [[*pose.turn.ravel(), *pose.shift] for pose in hits_found.poses], columns=POSE_COLUMNS
+    )
+    pose_table = pd.concat([hits_found.table[["rank", "target"]], numbers], axis=1)
     pose_table.to_csv(poses, index=False, float_format="%.6f")
     Path(superposed).mkdir()
     molecule = read_study_structure(require_conformation(structure, name))
-    best = found.table.head(MAX_SUPERPOSED)[["rank", "target", "places"]].to_numpy()
-    for (rank, target, n_places), pose in zip(best, found.poses, strict=False):
+    best = hits_found.table.head(MAX_SUPERPOSED)[["rank", "target", "places"]].to_numpy()
+    for (rank, target, n_places), pose in zip(best, hits_found.poses, strict=False):
         if n_places:  # else nothing agrees and there is no pose
             moved = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
             moved.write_pdb(Path(superposed, superposed_file(rank, target)))
-    facts = site_page(name, site, query_places.name, found.table, match_table, len(found.places))
+    facts = site_page(name, site, query_places.name, hits_found.table, match_table, len(hits_found.places))
     write(page, TEMPLATE, **facts)
 
 

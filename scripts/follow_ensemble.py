@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.rounding import write_table
 from sparsurf.study.ensemble import join_parts, split_residue_columns
 from sparsurf.study.residues import roughness_over_frames
 from sparsurf.workflow.jobs import job
@@ -32,10 +33,10 @@ def main(
     paths = [Path(path) for path in rows]
     all_rows = join_parts(path.read_text(encoding="utf-8") for path in paths)
     frames, roughness_over_time = split_residue_columns(all_rows, molecule.residues)
-    frames.to_csv(table, index=False)
-    roughness_over_time.to_csv(over_time, index=False)
+    write_table(table, frames)
+    write_table(over_time, roughness_over_time)
     roughness = roughness_over_time.to_numpy(float)[:, 2:]
-    roughness_over_frames(molecule.residues, roughness).to_csv(residues, index=False)
+    write_table(residues, roughness_over_frames(molecule.residues, roughness))
     for leftover in set(paths[0].parent.glob("*of*.csv*")) - set(paths):
         leftover.unlink()  # of a killed run with another number of parts
 

@@ -5,6 +5,7 @@ import logging
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.simulation import simulation_figure
+from sparsurf.rounding import write_table
 from sparsurf.simulation import quality as checks
 from sparsurf.simulation.protocol import with_defaults
 from sparsurf.simulation.stages import extract_protein
@@ -42,9 +43,9 @@ def main(
     quality_table = checks.judge(energy_table, with_defaults(simulate))
     for sentence in checks.warnings(quality_table):
         log.warning(sentence)
-    energy_table.to_csv(energies, index=False)
-    motion_table.to_csv(motion, index=False)
-    quality_table.to_csv(quality, index=False)
+    write_table(energies, energy_table)
+    write_table(motion, motion_table)
+    write_table(quality, quality_table)
     layout.save(simulation_figure(energy_table, motion_table, quality_table), png.removesuffix(".png"))
 
 

@@ -7,6 +7,7 @@ from sparsurf.pairs.matching import Recipe
 from sparsurf.pairs.partner_files import partner_labels, read_partners, select_centres
 from sparsurf.report.page import write
 from sparsurf.report.pair_page import TEMPLATE, pair_page
+from sparsurf.rounding import write_table
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.workflow.jobs import job
 
@@ -66,9 +67,9 @@ def main(
     if contact_table is None:
         contact_table = pd.DataFrame(columns=matching.CONTACTS)
     pd.concat(dot_tables).to_csv(dots, index=False, float_format="%.6g")
-    best_table.to_csv(best, index=False)
-    agreement_table.to_csv(agreement, index=False)
-    contact_table.to_csv(contacts, index=False)
+    write_table(best, best_table)
+    write_table(agreement, agreement_table)
+    write_table(contacts, contact_table)
     sides_without_atoms = [str(side) for side, partner in enumerate(partners, 1) if partner.residues is None]
     facts = pair_page(
         name,

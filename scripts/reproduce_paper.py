@@ -10,6 +10,7 @@ from sparsurf.report.figures import layout
 from sparsurf.report.figures.table1 import table1_figure
 from sparsurf.report.page import embedded, write
 from sparsurf.report.paper_page import TEMPLATE, paper_page, surface_of
+from sparsurf.rounding import write_table
 from sparsurf.sampling import published
 from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.tables import add_reference_columns, read_roughness, read_table
@@ -23,7 +24,7 @@ def main(
     grid: str,
     ranges: str,
     best: str,
-    enough: str,
+    required_dots: str,
     bins: str,
     page: str,
     tables: dict[str, str],
@@ -41,7 +42,7 @@ def main(
 
     Parameters
     ----------
-    grid, ranges, best, enough, bins : results of the conformation that is the paper's A1
+    grid, ranges, best, required_dots, bins : results of the conformation that is the paper's A1
     tables : paths to be written, by the names runs, places, tests, rows, links, defects and family
     surface_settings, patches, sampling, evaluation : dict, sections of the config
     a1 : protein/conformation
@@ -68,19 +69,19 @@ def main(
 
     progress = reporter(f"{a1} as published", "runs of the grid")
     runs = published_runs.runs_as_published(prepared, combinations, progress=progress)
-    places = published_runs.place_published_values(runs)
+    ranks = published_runs.place_published_values(runs)
     n_centres = published_runs.centres_in_random_orders(prepared)
     results = {
         "runs": runs,
-        "places": places,
-        "tests": published_runs.tests_of_table_1(places, n_centres),
+        "places": ranks,
+        "tests": published_runs.tests_of_table_1(ranks, n_centres),
         "rows": replication.published_rows(prepared, n_tests, draws),
         "links": replication.sweep_links(prepared, replication.LINK_DISTANCES, n_tests, draws),
         "defects": replication.compare_defects(prepared, n_tests, draws),
         "family": replication.tuned_family(prepared, combinations[:, 1:], n_tests=n_tests, draws=draws),
     }
     for key, result in results.items():
-        add_reference_columns(result, best_results["references"]).to_csv(tables[key], index=False)
+        write_table(tables[key], add_reference_columns(result, best_results["references"]))
     facts = paper_page(
         results
         | {
@@ -90,7 +91,7 @@ def main(
             "bias": published_runs.selection_bias(runs, grid_table),
             "signs": replication.sign_changes(results["links"]),
             "bins": read_table(bins),
-            "enough": read_table(enough),
+            "required_dots": read_table(required_dots),
             "family": replication.best_of_family(results["family"]),
             "gathering": replication.gathering_by_roughness(prepared, draws),
             "uniform": {"median": float(np.median(np.bincount(prepared.cover.dot)))},
@@ -109,7 +110,7 @@ if __name__ == "__main__":
             grid=snakemake.input.grid,
             ranges=snakemake.input.ranges,
             best=snakemake.input.best,
-            enough=snakemake.input.enough,
+            required_dots=snakemake.input.required_dots,
             bins=snakemake.input.bins,
             page=snakemake.output.page,
             tables={

@@ -4,6 +4,7 @@ Without a config, that is the default study, config.yaml, on all cores. A run th
 """
 
 import csv
+import math
 import os
 import signal
 import statistics
@@ -98,15 +99,15 @@ def job_prefix() -> str:
 
 def checked_config(paths: Sequence[Path], here: bool) -> dict:
     """Return the config of a study, checked before anything starts; say how much memory a large grid needs."""
-    given = read_config(paths[0])
+    raw = read_config(paths[0])
     if len(paths) > 1:
-        section = given.get("compare")
-        given |= {"compare": (section if isinstance(section, dict) else {}) | {"run": True}}
+        section = raw.get("compare")
+        raw |= {"compare": (section if isinstance(section, dict) else {}) | {"run": True}}
     patience = threading.Timer(SECONDS_OF_SILENCE, print, ["Checking the config ..."], {"flush": True})
     patience.daemon = True
     patience.start()  # a table of 100,000 proteins takes a minute
     try:
-        config = check_config(given, home=ROOT, here=here)
+        config = check_config(raw, home=ROOT, here=here)
     finally:
         patience.cancel()
     if (needed := memory_of_grid(config)) > REPORTED_MEMORY:
@@ -144,18 +145,30 @@ def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -
         print(f"\nThe results so far are in {run}/.")
         return
     print(f"\nTime      {seconds // 60:.0f} min {seconds % 60:.0f} s")
-    percents = (
-        [float(row["minimal_n_S_percent"]) for row in rows_of(run / "surfaces.csv")]
-        if config["proteins"]
-        else []
-    )
+    if "batch" in config:
+        failed = len(rows_of(run / "failures.csv"))
+        print(f"Failed    {failed} of {len(config['proteins'])} structures, see {run / 'failures.csv'}")
+    surfaces = rows_of(run / "surfaces.csv") if config["proteins"] else []
+    percents = [float(row["minimal_n_S_percent"]) for row in surfaces]
     if percents:
         verb = "are enough" if "floor" in config["minimal"] else "are in minimal.csv, as the config asks"
-        median = f" (median of {len(percents)} surfaces)" if len(percents) > 1 else ""
-        print(f"Answer    {statistics.median(percents):.1f} % of the dots {verb}{median}.")
+        remarks = [f"median of {len(percents)} surfaces"] if len(percents) > 1 else []
+        column = f"required_percent_{config['minimal'].get('floor', '').replace(' ', '_')}_recovered"
+        ends = [[float(row.get(f"{column}_{end}") or "nan") for row in surfaces] for end in ("low", "high")]
+        if not all(map(math.isnan, ends[0])):
+            low, high = min(known(ends[0])), max(known(ends[1]))
+            words = "95 % intervals within" if len(percents) > 1 else "95 % interval"
+            remarks.append(f"{words} {low:.1f} to {high:.1f} %")
+        remark = f" ({'; '.join(remarks)})" if remarks else ""
+        print(f"Answer    {statistics.median(percents):.1f} % of the dots {verb}{remark}.")
     print(f"Warnings  {len(rows_of(run / 'warnings.csv'))} in {run / 'warnings.csv'}")
     print(f"Look at   {run / 'index.html'}")
     print(f"All       {run}/")
+
+
+def known(values: list[float]) -> list[float]:
+    """Return the values that are not NaN."""
+    return [value for value in values if not math.isnan(value)]
 
 
 def rows_of(path: Path) -> list[dict]:

@@ -7,6 +7,7 @@ import pandas as pd
 from sparsurf.report.figures import layout, summary_figures
 from sparsurf.report.page import write
 from sparsurf.report.summary_page import TEMPLATE, summary_page
+from sparsurf.rounding import write_table
 from sparsurf.streams import stream
 from sparsurf.study.summary import read_result, relation_table, summary_table
 from sparsurf.workflow.jobs import job
@@ -25,8 +26,8 @@ def main(
     results = [read_result(Path(path).parent) for path in surfaces]
     best = summary_table(results)
     relations = relation_table(results, best, stream(seed, "summary"))
-    best.to_csv(summary, index=False)
-    relations.to_csv(relation, index=False)
+    write_table(summary, best)
+    write_table(relation, relations)
     names = {"protein": str, "conformation": str}
     all_surfaces = pd.read_csv(table, dtype=names, keep_default_na=False, na_values=[""])
     write(page, TEMPLATE, **summary_page(run, all_surfaces, relations, (results[0].best or {}).get("draws")))

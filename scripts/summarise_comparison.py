@@ -8,6 +8,7 @@ from sparsurf.report.comparison_page import TEMPLATE, comparison_page
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.report.page import write
+from sparsurf.rounding import write_table
 from sparsurf.study.comparison.equal_error import factors_over_proteins, means_by_protein, means_over_proteins
 from sparsurf.workflow.jobs import job
 
@@ -24,8 +25,8 @@ def main(tables: list[str], table: str, needed: str, page: str, png: str, run: s
     several = "proteins" if len({protein for protein, _ in comparisons}) > 1 else "conformations"
     kind = several if len(units) > 1 else "conformation"
     means, needed_table = means_over_proteins(units), factors_over_proteins(units)
-    means.to_csv(table, index=False)
-    needed_table.to_csv(needed, index=False)
+    write_table(table, means)
+    write_table(needed, needed_table)
     write(page, TEMPLATE, **comparison_page(run, means, needed_table, of=kind, n=len(units)))
     subject = f"mean of {len(units)} {kind}" if len(units) > 1 else next(iter(units))
     figure = comparison_figure(

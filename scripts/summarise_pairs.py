@@ -9,6 +9,7 @@ from sparsurf.report.figures import layout
 from sparsurf.report.figures.pair_figures import over_pairs
 from sparsurf.report.page import write
 from sparsurf.report.pair_page import OF_ALL, pairs_page
+from sparsurf.rounding import write_table
 from sparsurf.workflow.jobs import job
 
 
@@ -22,8 +23,8 @@ def main(tables: list[str], table: str, means: str, page: str, png: str, run: st
     paths = [Path(path) for path in tables]
     scores = pd.concat([pd.read_csv(path).assign(complex=path.parent.name) for path in paths])
     mean_scores = means_over_complexes(scores, ["score"])
-    scores.to_csv(table, index=False)
-    mean_scores.to_csv(means, index=False)
+    write_table(table, scores)
+    write_table(means, mean_scores)
     layout.save(over_pairs(run, scores, mean_scores), png.removesuffix(".png"))
     n_touching = scores["complex"].nunique()
     write(page, OF_ALL, **pairs_page(run, mean_scores, len(paths), n_touching, scores))

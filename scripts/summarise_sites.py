@@ -7,6 +7,7 @@ import pandas as pd
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import matrix_figure
 from sparsurf.report.site_page import is_found
+from sparsurf.rounding import write_table
 from sparsurf.workflow.jobs import job
 
 COLUMNS = ("target", "score", "p", "places")
@@ -23,7 +24,7 @@ def main(hits: list[str], matrix: str, png: str, run: str) -> None:
     marked = [table.assign(found=is_found(table).astype(int)) for table in tables.values()]
     rows = pd.concat(marked, keys=tables).droplevel(1).rename_axis("site").reset_index()
     rows = rows[["site", *COLUMNS, "found"]]
-    rows.to_csv(matrix, index=False)
+    write_table(matrix, rows)
     layout.save(matrix_figure(run, rows), png.removesuffix(".png"))
 
 

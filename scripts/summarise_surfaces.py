@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from sparsurf.report.figures import enough, layout
+from sparsurf.report.figures import layout, required_dots
+from sparsurf.rounding import write_table
 from sparsurf.study.summary import read_result, surfaces_table
 from sparsurf.workflow.jobs import job
 
@@ -17,9 +18,11 @@ def main(surfaces: list[str], table: str, png: str, patches: dict, minimal: dict
     sampled : whether there are results of the grid
     """
     folders = [Path(path).parent for path in surfaces]
-    surfaces_table([read_result(folder, sampled) for folder in folders], patches).to_csv(table, index=False)
-    curves = [enough.read(folder, sampled) for folder in folders]
-    layout.save(enough.figure(curves, minimal.get("floor", enough.FRESH)), png.removesuffix(".png"))
+    write_table(table, surfaces_table([read_result(folder, sampled) for folder in folders], patches))
+    curves = [required_dots.read(folder, sampled) for folder in folders]
+    layout.save(
+        required_dots.figure(curves, minimal.get("floor", required_dots.FRESH)), png.removesuffix(".png")
+    )
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from sparsurf.report.page import write
 from sparsurf.report.ranges_page import TEMPLATE, TWIN, ranges_page
+from sparsurf.rounding import write_table
 from sparsurf.study import tables
 from sparsurf.study.grid import read_grid
 from sparsurf.workflow.jobs import job
@@ -35,7 +36,7 @@ def main(
     noise_floors = tables.floors_by_name(tables.read_table(floors))
     best_in_ranges = tables.ranges_table(table, result, n_ranges, noise_floors)
     best_of_all = tables.best_combinations(table, result, max_n_s_percent, noise_floors)
-    best_in_ranges.to_csv(ranges, index=False)
+    write_table(ranges, best_in_ranges)
     Path(best).write_text(json.dumps(best_of_all, indent=2) + "\n", encoding="utf-8")
     values = ranges_page(name, best_in_ranges, best_of_all, best_of_all["references"])
     write(page, TEMPLATE, **values)

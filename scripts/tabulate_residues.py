@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
+from sparsurf.api.scenes import write_bild
 from sparsurf.molecules.mmcif import write_mmcif
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.report import viewer
+from sparsurf.rounding import write_table
 from sparsurf.study.residues import residue_table
 from sparsurf.study.tables import read_minimal, read_roughness
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
@@ -36,14 +38,13 @@ def main(
     residues = residue_table(
         dots, read_roughness(roughness, dots), molecule, subset["dot"].to_numpy(), subset["weight"].to_numpy()
     )
-    residues.to_csv(table, index=False)
+    write_table(table, residues)
     b_factor = np.nan_to_num(residues["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]
     molecule.write_pdb(pdb, b_factor=b_factor)
     write_mmcif(cif, name, molecule.xyz[0], molecule, b_factor)
     Path(pml).write_text((VIEWER / "open.pml").read_text(encoding="utf-8"), encoding="utf-8")
     Path(cxc).write_text((VIEWER / "open.cxc").read_text(encoding="utf-8"), encoding="utf-8")
-    spheres = [".sphere {:.3f} {:.3f} {:.3f} 0.3".format(*dot) for dot in subset[["x", "y", "z"]].to_numpy()]
-    Path(bild).write_text("\n".join([".color 0.84 0.37 0", *spheres, ""]), encoding="ascii")
+    write_bild(bild, subset[["x", "y", "z"]].to_numpy())
 
 
 if __name__ == "__main__":

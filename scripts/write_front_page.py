@@ -6,6 +6,7 @@ import pandas as pd
 
 from sparsurf.report.first_page import FRESH, TEMPLATE, first_page
 from sparsurf.report.page import write
+from sparsurf.rounding import write_table
 from sparsurf.workflow.jobs import job
 
 
@@ -23,7 +24,7 @@ def main(
     folder = Path(page).parent
     files = [Path(path).relative_to(folder).as_posix() for path in results]
     write(page, TEMPLATE, **first_page(folder, files, list(exclude.items()), floor))
-    pd.DataFrame(exclude.items(), columns=["place", "reason"]).to_csv(failures, index=False)
+    write_table(failures, pd.DataFrame(exclude.items(), columns=["place", "reason"]))
 
 
 if __name__ == "__main__":

@@ -224,6 +224,11 @@ def test_the_default_config_lists_all_samplers():
         ("fields", ["charge", "charge"], ["fields holds a value twice"]),
         ("fields", "charge", ["fields is 'charge', but must be a list, as [charge]"]),
         ("paper", "none", ["paper is 'none'", "none of the proteins tdp43"]),
+        (
+            "proteins.tdp43.pdbfile",
+            "a.pdb",
+            ["unknown key 'pdbfile' in proteins.tdp43; did you mean 'structure'?"],
+        ),
         ("frames", None, ["frames is None, but must be a mapping"]),
         ("surface.density", -1, ["surface.density is -1, but must be more than 0"]),
         ("complementarity.centres", "some", ["centres is 'some', but must be all or a mapping"]),
@@ -299,6 +304,44 @@ def test_what_is_excluded_is_a_part_of_the_study():
             plain | {"exclude": {place: "why"}},
             rf"exclude: '{re.escape(place)}' is no part of the study; remove it",
         )
+
+
+def test_residues_and_forms_of_sites_that_the_structures_lack_are_named_before_any_job(tmp_path):
+    own = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
+    (tmp_path / "broken.pdb").write_text("ATOM\n")
+    both = {"proteins": {"a": own, "b": own | {"residues": "209-222"}}}
+
+    def with_site(**site):
+        return both | {"sites": {"s": site}}
+
+    refuse(
+        with_site(query="a", residues="212,500"),
+        r"sites\.s\.residues: '500' is not in .*, which has 209 to 269",
+    )
+    refuse(
+        with_site(query="b", residues="230"), r"sites\.s\.residues: '230' is not in .*, which has 209 to 222"
+    )
+    refuse(
+        with_site(changes=["a/c2", "b"]),
+        "sites.s: there is no 'a/c2', as a has a single form; name 'a'.",
+    )
+    for site in (
+        {"query": "b/c01", "residues": "212"},
+        {"changes": ["a", "b/c1"]},
+    ):
+        assert check_config(with_site(**site))["sites"]
+    elsewhere = with_site(query="a", residues="500")
+    assert check_config(elsewhere, here=False)["sites"]  # jobs of a cluster need not read it again
+    broken = {"proteins": {"a": {"structure": str(tmp_path / "broken.pdb")}, "b": own}}
+    assert check_config(
+        broken | {"sites": {"s": {"query": "a", "residues": "500"}}}
+    )  # its own job reports it
+    moving = {
+        "proteins": {"a": own | {"trajectory": str(ROOT / "data" / "tdp43" / "trajectory.xtc")}, "b": own}
+    }
+    assert check_config(
+        moving | {"sites": {"s": {"query": "a/c7", "residues": "212"}}}
+    )  # known once frames are chosen
 
 
 def test_what_needs_an_excluded_protein_is_excluded_too():

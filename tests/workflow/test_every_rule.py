@@ -63,8 +63,8 @@ def test_tables_of_a_conformation_agree(run, place):
     assert len(roughness) == row["N"] == n and roughness["roughness"].between(0, 1).all()
     assert row["mean_roughness"] == pytest.approx(roughness["roughness"].mean())
     assert len(minimal) == row["minimal_n_S"] and minimal["weight"].sum() == n
-    enough = pd.read_csv(folder / "enough.csv").set_index(["floor", "reading"])
-    assert enough.loc[("fresh dots", "recovered"), "n_S"] == len(minimal)
+    required_dots = pd.read_csv(folder / "required_dots.csv").set_index(["floor", "reading"])
+    assert required_dots.loc[("fresh dots", "recovered"), "n_S"] == len(minimal)
     grid, best = pd.read_csv(folder / "grid.csv"), json.loads((folder / "best.json").read_text())
     assert len(grid) == best["combinations"] == 8 and best["N"] == n
     chosen = best["as_coded"]["unrestricted"]
@@ -78,7 +78,7 @@ def test_tables_of_a_conformation_agree(run, place):
     assert distances["z_ts"].shape == (2, 8, 2, 20)  # readings, combinations, draws, test dots
     bins = pd.read_csv(folder / "rough_and_flat.csv")
     drawn = bins[~bins["bin"].str.endswith("half")].groupby("around")["n"].sum()
-    assert drawn.to_list() == [10 * 20] * 2
+    assert drawn.to_list() == pytest.approx([10 * 20] * 2, abs=1e-3)  # ten means of six digits
 
 
 @pytest.mark.parametrize("place", MOLECULES)
@@ -182,7 +182,9 @@ def test_the_table_of_pairs_is_of_those_that_touch(run):
     assert table["complex"].unique().tolist() == ["half", "files", "chains"]
     means = pd.read_csv(run / "pairs/means.csv").set_index("score")["mean"]
     smoothed = table.query("score == 'propensity_smoothed'").groupby("complex")["auc"].mean()
-    assert means["propensity_smoothed"] == pytest.approx(smoothed.mean())
+    assert means["propensity_smoothed"] == pytest.approx(
+        smoothed.mean(), abs=1e-3
+    )  # both are rounded by their errors
     assert "3 of 4 pairs" in (run / "pairs/pairs.html").read_text(encoding="utf-8")
     assert f"AUC {means['propensity_smoothed']:.2f}<" in (run / "index.html").read_text(encoding="utf-8")
 
@@ -269,7 +271,8 @@ def test_the_crate_describes_every_file(run):
     unlisted += tuple(
         f"pairs/{pair}/{kind}_" for pair in ("files", "chains") for kind in ("structure", "surface")
     )
-    assert files == {path for path in written if not path.startswith(unlisted)}
+    read_by_rules = {path for path in written if path.endswith("/floor_distances.npz")}
+    assert files == {path for path in written if not path.startswith(unlisted)} - read_by_rules
 
 
 def test_every_figure_is_a_picture(run):

@@ -40,8 +40,8 @@ def test_the_log_of_a_job_has_what_it_prints_logs_and_uses(snakemake):
     [
         (InputError("the file is wrong."), "the file is wrong.", False),
         (
-            OSError(errno.ENOSPC, "No space left", "x.csv"),
-            "x.csv: No space left. Free or repair the disk",
+            OSError(errno.ENOSPC, "words of a library", "x.csv"),
+            "x.csv: No space left on device. Free or repair the disk",
             False,
         ),
         (OSError(errno.EIO, "bad disk"), "A defect of this program (OSError", True),
@@ -146,7 +146,7 @@ def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkey
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"WARNING {log}\n")
     (run / "logs/a/c1/measure_floors.log").write_text("WARNING a/c1/compute_surface\n")
-    files = ("a/c1/surface.npz", "a/c1/figures/enough.png", "surfaces.csv", "pairs/ab/pair.html")
+    files = ("a/c1/surface.npz", "a/c1/figures/required_dots.png", "surfaces.csv", "pairs/ab/pair.html")
     names = (
         "compute_surface",
         "measure_floors",

@@ -68,6 +68,7 @@ def test_a_folder_becomes_proteins(tmp_path):
     for name in [
         "x.pdb",
         "x.cif.gz",
+        "x.pdb.gz",
         "y.pdb",
         "y_long.xtc",
         "z.dms",
@@ -81,7 +82,8 @@ def test_a_folder_becomes_proteins(tmp_path):
     proteins = from_folder(str(tmp_path))
     assert proteins == {
         "x_pdb": {"structure": str(tmp_path / "x.pdb")},
-        "x_cif": {"structure": str(tmp_path / "x.cif.gz")},
+        "x_pdb_gz": {"structure": str(tmp_path / "x.pdb.gz")},
+        "x_cif_gz": {"structure": str(tmp_path / "x.cif.gz")},
         "y_long": {"structure": str(tmp_path / "y.pdb"), "trajectory": str(tmp_path / "y_long.xtc")},
         "z": {"surface": str(tmp_path / "z.dms")},
         "protein": {"structure": str(tmp_path / "γ.pdb")},

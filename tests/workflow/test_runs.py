@@ -160,9 +160,9 @@ def test_a_protein_that_fails_does_not_stop_the_others(checkout):
     assert surfaces[["protein", "conformation"]].to_numpy().tolist() == places
     for row in surfaces.itertuples():
         folder = run / row.protein / row.conformation
-        enough = pd.read_csv(folder / "enough.csv").set_index(["floor", "reading"])
+        required_dots = pd.read_csv(folder / "required_dots.csv").set_index(["floor", "reading"])
         assert len(pd.read_csv(folder / "minimal.csv")) == row.minimal_n_S
-        assert row.minimal_n_S == enough.loc[("fresh dots", "recovered"), "n_S"]
+        assert row.minimal_n_S == required_dots.loc[("fresh dots", "recovered"), "n_S"]
         assert (folder / "view.png").stat().st_size > 1000 and not (folder / "grid.csv").exists()
     failures = (run / "failures.csv").read_text().splitlines()
     assert len(failures) == 2 and re.fullmatch(r"bad,choose_\w+: .*bad\.pdb holds no atoms.*", failures[1])
@@ -184,7 +184,14 @@ def test_warnings_are_on_the_terminal_in_a_table_and_on_the_first_page(checkout)
 def test_one_job_for_all_steps_gives_the_bytes_of_single_steps(checkout, study):
     """Where `sampling` is false; `moving` and `still` have a field more in the small study."""
     ours, theirs = checkout[0] / "results/mine/still/f0", study / "results/small/still/f0"
-    for name in ("surface.npz", "surface.dms", "components.csv", "roughness.csv", "floors.csv", "enough.csv"):
+    for name in (
+        "surface.npz",
+        "surface.dms",
+        "components.csv",
+        "roughness.csv",
+        "floors.csv",
+        "required_dots.csv",
+    ):
         assert (ours / name).read_bytes() == (theirs / name).read_bytes(), name
     dots = [pd.read_csv(folder / "minimal.csv")["dot"] for folder in (ours, theirs)]
     assert np.array_equal(*dots)

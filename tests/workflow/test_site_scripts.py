@@ -139,7 +139,7 @@ def test_the_three_clearest_hits_are_drawn_from_the_side_of_the_site(run, tmp_pa
     hits = pd.read_csv(run / "sites/s/hits.csv")
     clearest = [4, 0, 2]  # rows of the table, which is in the order of the scores
     hits["p"] = 0.5
-    hits.loc[clearest, "p"] = [1e-7, 1e-6, 1e-5]
+    hits.loc[clearest, "p"] = [1e-7, 1e-6, 0.3]  # the last is a hit by chance
     hits.to_csv(tmp_path / "hits.csv", index=False)
     best = hits["target"].iloc[clearest].to_list()
     figures = spy(monkeypatch, "site_figure", lambda *_: layout.constrained(90, 90))
@@ -162,16 +162,19 @@ def test_the_three_clearest_hits_are_drawn_from_the_side_of_the_site(run, tmp_pa
     )
     ((name, panels, residues),) = figures
     assert name == "s" and residues == ["A:LEU2", "A:LYS3", "A:GLY4"]
-    titles = [f"hit {k + 1}: {hits['target'][k]}, p below 0.0001" for k in clearest]
+    titles = [f"found on {hits['target'][k]}, p below 0.0001" for k in clearest[:2]]
+    titles.append(f"not found on {hits['target'][clearest[2]]}, p 0.3")
     assert [panel[0] for panel in panels] == ["the site on p/f0", *titles]
     surface, molecule = read_npz(run / "p/f0/surface.npz"), read_study_structure(structure)
     site = molecule.residue_index[surface.atom] - 1
     site[site > 2] = -1
     assert np.array_equal(panels[0][3], site)
-    for _, points, normals, residue in panels:  # every copy is carried onto the query
+    for _, points, normals, _ in panels:  # every copy is carried onto the query
         assert np.allclose(points, surface.points, atol=0.01)
         assert np.allclose(normals, surface.normals, atol=0.01)
+    for *_, residue in panels[:3]:
         assert np.array_equal(residue[site >= 0], site[site >= 0])
+    assert (panels[3][3] == -1).all()  # a miss is not painted as a hit
     for page, place, side in zip(pages, ("p/f0", best[0]), (1, 2), strict=True):
         title, label, shown = page[:3]
         assert (title, label) == (f"s, {place}", f"s/{side}")

@@ -21,7 +21,7 @@ ONE["proteins"] = {
 }
 SOON = ["--slurm-init-seconds-before-status-checks", "10"]  # one conformation is done before the profile asks
 TABLES = [
-    f"results/small/moving/f0000/{name}.csv" for name in ("ranges", "enough", "residues")
+    f"results/small/moving/f0000/{name}.csv" for name in ("ranges", "required_dots", "residues")
 ]  # and all before
 MOST_SECONDS = 600  # of a run; a minute where nothing else runs
 

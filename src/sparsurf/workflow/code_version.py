@@ -24,8 +24,8 @@ def code_version(*parts: str) -> str:
     ----------
     parts : names of packages, or of modules beside them, in src/sparsurf
     """
-    found = (path for part in parts for path in (LIBRARY / f"{part}.py", *(LIBRARY / part).rglob("*")))
-    paths = sorted(path for path in found if path.is_file())
+    candidates = (path for part in parts for path in (LIBRARY / f"{part}.py", *(LIBRARY / part).rglob("*")))
+    paths = sorted(path for path in candidates if path.is_file())
     sources = [path for path in paths if "__pycache__" not in path.parts]
     digest = hashlib.sha256()
     for path in sources:

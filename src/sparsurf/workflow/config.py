@@ -8,9 +8,10 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from sparsurf import InputError
+from sparsurf.archives import is_file
 from sparsurf.files import shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
-from sparsurf.workflow.conformations import without_zeros
+from sparsurf.workflow.conformations import has_one_model, without_zeros
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.memory import too_large
 from sparsurf.workflow.mistakes import one_of, sentences
@@ -43,7 +44,7 @@ def check_config(
     home : path
         Folder of the Snakefile, where the default study and its data lie.
     here : bool
-        Whether jobs run on this machine. If so, the grid must fit into its memory.
+        Whether jobs run on this machine. If so, the grid must fit into its memory, and the structures of sites are read.
 
     Returns
     -------
@@ -66,10 +67,12 @@ def check_config(
         errors.append("the config lacks the key 'proteins'.")
     if not errors:
         checked["proteins"] = {
-            name: _with_file_at_home(_with_local_copy(name, protein), Path(home))
+            name: _with_plddt(_with_file_at_home(_with_local_copy(name, protein), Path(home)), checked)
             for name, protein in checked["proteins"].items()
         }
-        errors = [*_check_keys_together(checked), *(too_large(checked) if here else ())]
+        errors = [*_check_keys_together(checked)]
+        if here:
+            errors += [*too_large(checked), *_check_residues(checked)]
     if errors:
         errors = [*dict.fromkeys(errors)]
         more = [f"{len(errors) - MAX_SENTENCES} more mistakes."] if len(errors) > MAX_SENTENCES else []
@@ -121,9 +124,16 @@ def _with_file_at_home(protein: dict, home: Path) -> dict:
     moved = {
         key: str(home / protein[key])
         for key in FILE_KEYS
-        if key in protein and not os.path.exists(protein[key]) and os.path.isfile(home / protein[key])
+        if key in protein and not os.path.exists(protein[key]) and is_file(home / protein[key])
     }
     return protein | moved
+
+
+def _with_plddt(protein: dict, config: dict) -> dict:
+    """Give the bound of the study to a structure without one; a trajectory and a ready surface have no pLDDT."""
+    if "plddt" not in config or {"surface", "trajectory", "simulate"} & protein.keys():
+        return protein
+    return {"plddt": config["plddt"]} | protein
 
 
 def _check_keys_together(config: dict) -> Iterator[str]:
@@ -135,7 +145,7 @@ def _check_keys_together(config: dict) -> Iterator[str]:
 
 
 def _missing_file(key: str, path: str) -> Iterator[str]:
-    if not os.path.isfile(path):
+    if not is_file(path):
         yield f"{key}: there is no file {shorten(repr(path))} (paths start at {Path.cwd()})."
 
 
@@ -162,6 +172,8 @@ def _check_proteins(config: dict) -> Iterator[str]:
             yield f"{key}.url is {shorten(repr(protein['url']))}, but {ONLY}."
         if "simulate" in protein and "trajectory" in protein:
             yield f"{key} has a trajectory and asks to simulate one; remove one of the two keys."
+        if "plddt" in protein and {"trajectory", "simulate"} & protein.keys():
+            yield f"{key}.plddt is for a structure, and this one moves; remove it, or choose the residues."
         if "simulate" in protein and protein.get("ligands"):
             yield f"{key} asks for ligands, but only the protein is simulated; remove `ligands` or `simulate`."
         if "table" in protein and "surface" not in protein and not {*config["fields"]} - {*FIELDS}:
@@ -184,10 +196,10 @@ def _check_fields(config: dict) -> Iterator[str]:
         )
 
         columns = [{*columns_of(table)} - {*RESERVED_NAMES} for table in tables]
-    for place, field in enumerate(config["fields"]):
+    for k, field in enumerate(config["fields"]):
         if field not in FIELDS and not (columns and all(field in names for names in columns)):
             words = one_of(field, [*FIELDS])
-            yield f"fields.{place} is {shorten(repr(field))}, but must be {words}{'' if words.endswith('?') else '.'}"
+            yield f"fields.{k} is {shorten(repr(field))}, but must be {words}{'' if words.endswith('?') else '.'}"
 
 
 def _check_surfaces(config: dict) -> Iterator[str]:
@@ -243,6 +255,38 @@ def _check_sections(config: dict) -> Iterator[str]:
         yield f"patches.D_link is {patches['D_link']:g} Å, but must be smaller than R_patch and R_zernike."
 
 
+def _check_batch(config: dict) -> Iterator[str]:
+    """Batches hold single structures, and nothing is measured that needs all of a study."""
+    if "batch" not in config:
+        return
+    if config["sampling"]["run"]:
+        yield "batch needs `sampling: false`: a grid over thousands of structures takes too long."
+    for key, given in {
+        "pairs": config["pairs"],
+        "sites": config["sites"],
+        "compare": config["compare"]["run"],
+        "ensemble": config["ensemble"]["run"],
+        "paper": config.get("paper"),
+    }.items():
+        if given:
+            yield f"batch analyses each structure alone; remove `{key}`, or `batch`."
+    if "floor" in config["minimal"]:
+        yield "minimal.floor needs a search on every structure; with `batch`, give n_S_percent or n_S instead."
+    files: dict[tuple[str, str], str] = {}
+    for name, protein in config["proteins"].items():
+        other = [
+            key for key in ("surface", "trajectory", "simulate", "url", "pdb") if protein.get(key) is not None
+        ]
+        if other:
+            yield f"proteins.{name} has `{other[0]}`, but `batch` takes structures alone; remove one of the two."
+            continue
+        path = Path(protein["structure"])
+        stem = path.name.lower().removesuffix(".gz").removesuffix(suffix(path))
+        twin = files.setdefault((str(path.parent), stem), str(path))
+        if twin != str(path):
+            yield f"proteins: {twin} and {path.name} have one name; rename or remove one of the two files."
+
+
 def _check_known(key: str, names: Iterable[str], config: dict) -> Iterator[str]:
     known = ", ".join(config["proteins"]) or "none"
     for name in names:
@@ -281,27 +325,64 @@ def _check_sites(config: dict) -> Iterator[str]:
     for name, site in config["sites"].items():
         named = named_conformations(site)
         yield from _check_known(f"sites.{name}", named, config)
-        for place in named if "changes" in site else named[:1]:
-            if "surface" in config["proteins"].get(place.partition("/")[0], ()):
-                yield f"sites.{name}: {place!r} is a ready surface without residues; it can only be a target."
+        for surface_name in named if "changes" in site else named[:1]:
+            if "surface" in config["proteins"].get(surface_name.partition("/")[0], ()):
+                yield f"sites.{name}: {surface_name!r} is a ready surface without residues; it can only be a target."
         if named[0] in named[1:]:
             yield f"sites.{name}: {named[0]!r} stands on both sides; name another."
 
 
+def _check_residues(config: dict) -> Iterator[str]:
+    """The structures at hand have the residues and conformations that sites name; otherwise a job would find out late."""
+    for name, site in config["sites"].items():
+        for place in named_conformations(site):
+            protein, _, conformation = place.partition("/")
+            entry = config["proteins"].get(protein, {})
+            of_clusters = "surface" in entry or config["frames"]["selection"] == "clusters"
+            only = "c1" if of_clusters else "f0"
+            single = "surface" in entry or (
+                os.path.isfile(entry.get("structure", "")) and has_one_model(Protein(**entry))
+            )
+            if conformation and single and without_zeros(f"/{conformation}") != f"/{only}":
+                yield f"sites.{name}: there is no {place!r}, as {protein} has a single form; name {protein!r}."
+        if "query" in site:
+            yield from _missing_residues(name, site, config)
+
+
+def _missing_residues(name: str, site: dict, config: dict) -> Iterator[str]:
+    """Yield a sentence if the structure of a query can be read and lacks a residue of the site."""
+    entry = config["proteins"].get(site["query"].partition("/")[0], {})
+    path = entry.get("structure", "")
+    if suffix(path) not in STRUCTURES or not os.path.isfile(path):
+        return
+    from sparsurf.files import no_warnings
+    from sparsurf.molecules.read_molecule import read_molecule  # imports pandas, which few configs need
+
+    try:
+        with no_warnings():
+            molecule = read_molecule(path, **Protein(**entry).file_options)
+    except InputError:  # the job that reads it reports this
+        return
+    try:
+        molecule.select(path, selection="all", residues=site["residues"])
+    except InputError as error:
+        yield f"sites.{name}.{error}"
+
+
 def _check_excluded(config: dict) -> Iterator[str]:
     """What is excluded exists, and so is what needs it."""
-    for place in config["exclude"]:
-        kind, _, name = place.partition("/")
+    for part in config["exclude"]:
+        kind, _, name = part.partition("/")
         known = name in config[kind] if kind in ("pairs", "sites") else kind in config["proteins"]
         if not known or (kind in config["proteins"] and name and not CONFORMATION.fullmatch(name)):
-            yield f"exclude: {place!r} is no part of the study; remove it, or correct its name."
+            yield f"exclude: {part!r} is no part of the study; remove it, or correct its name."
     first = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # stands for its protein
-    excluded = {without_zeros(place) for place in config["exclude"]}
-    for place, named in needed_conformations(config).items():
+    excluded = {without_zeros(part) for part in config["exclude"]}
+    for part, named in needed_conformations(config).items():
         for name in named:
             parts = {name.partition("/")[0], without_zeros(name) if "/" in name else f"{name}/{first}"}
-            if parts & excluded and place not in config["exclude"]:
-                yield f"exclude: {place} needs {name!r}, which is excluded; exclude {place}, too."
+            if parts & excluded and part not in config["exclude"]:
+                yield f"exclude: {part} needs {name!r}, which is excluded; exclude {part}, too."
                 break
 
 
@@ -315,6 +396,7 @@ CHECKS = (
     _check_surfaces,
     _check_paper,
     _check_sections,
+    _check_batch,
 )
 
 if __name__ == "__main__":

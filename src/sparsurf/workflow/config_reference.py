@@ -77,7 +77,7 @@ def _meaning(rule: dict, definitions: dict) -> str:
 def _keys_below(rule: dict, prefix: str, definitions: dict) -> Iterator[tuple[str, dict]]:
     """Dotted names of the keys inside a section, with their rules."""
     for form in _alternatives(rule, definitions):
-        if [*form.get("properties", ())] == ["folder"]:
+        if {"folder", "archive"} & form.get("properties", {}).keys():
             continue
         for key, below in form.get("properties", {}).items():
             forms = [*_alternatives(below, definitions)]

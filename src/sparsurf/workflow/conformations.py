@@ -18,9 +18,9 @@ def first_column(path: str | Path) -> list[str]:
     return [line.split(",")[0] for line in lines[1:]]
 
 
-def without_zeros(place: str) -> str:
+def without_zeros(name: str) -> str:
     """Return a place of a study without leading zeros in the number of its conformation: p/f0007 is p/f7."""
-    return re.sub(r"/([cf])0*(\d+)(?=/|$)", r"/\1\2", place)
+    return re.sub(r"/([cf])0*(\d+)(?=/|$)", r"/\1\2", name)
 
 
 def same_conformation(name: str, other: str) -> bool:

@@ -83,15 +83,15 @@ def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: st
         ) from None
     if len(content) > MOST:
         raise InputError(f"{name}: the file at {shorten(url)} is larger than {MOST // 2**20} MB.")
-    found = hashlib.sha256(content).hexdigest()
-    if sha256 and found != sha256.lower():
+    checksum = hashlib.sha256(content).hexdigest()
+    if sha256 and checksum != sha256.lower():
         raise InputError(
-            f"{name}: the file at {shorten(url)} has the sha256 {found}, not {sha256}; it is not what the study is about."
+            f"{name}: the file at {shorten(url)} has the sha256 {checksum}, not {sha256}; it is not what the study is about."
         )
     with open(path, "wb") as stream:
         stream.write(content)
     with open(path_to_record, "w", encoding="utf-8") as stream:
-        json.dump({"url": url, "bytes": len(content), "sha256": found}, stream, indent=2)
+        json.dump({"url": url, "bytes": len(content), "sha256": checksum}, stream, indent=2)
         stream.write("\n")
 
 

@@ -61,7 +61,7 @@ def _sentence(error: Exception, snakemake: Any) -> str:
         return str(error)
     if isinstance(error, OSError) and error.errno in DISK_ERRORS:
         what = error.filename or f"the outputs of {snakemake.rule}"
-        return f"{what}: {error.strerror}. Free or repair the disk and run again: finished results stay."
+        return f"{what}: {os.strerror(error.errno)}. Free or repair the disk and run again: finished results stay."
     traceback.print_exc()
     kind = f"{type(error).__name__}: {error}"
     return (
@@ -71,10 +71,12 @@ def _sentence(error: Exception, snakemake: Any) -> str:
 
 def used() -> str:
     """Return the memory and CPU time of this process and those that it started."""
-    own, children = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    this_process, children = (
+        resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    )
     bytes_per_unit = 1 if sys.platform == "darwin" else 1024
-    megabytes = (own.ru_maxrss + children.ru_maxrss) * bytes_per_unit / 1e6
-    seconds = sum(usage.ru_utime + usage.ru_stime for usage in (own, children))
+    megabytes = (this_process.ru_maxrss + children.ru_maxrss) * bytes_per_unit / 1e6
+    seconds = sum(usage.ru_utime + usage.ru_stime for usage in (this_process, children))
     return f"{megabytes:.0f} MB {seconds:.1f} s"
 
 

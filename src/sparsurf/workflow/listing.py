@@ -1,6 +1,7 @@
-"""Proteins and pairs that a config lists in a CSV table or a folder."""
+"""Proteins and pairs that a config lists in a CSV table, a folder or an archive."""
 
 import csv
+import fnmatch
 import io
 import logging
 import os
@@ -10,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from sparsurf import InputError
+from sparsurf import InputError, archives
 from sparsurf.files import read_text, shorten
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, suffix
 from sparsurf.workflow.names import FILE_KEYS, SURFACE_SUFFIXES
@@ -29,7 +30,7 @@ SUFFIXES = {
 
 
 def list_proteins(value: Any) -> Any:
-    """Replace a table or a folder of proteins by their mapping; return other values unchanged."""
+    """Replace a table, a folder or an archive of proteins by their mapping; return other values unchanged."""
     return _listed("proteins", value, from_table, from_folder)
 
 
@@ -41,6 +42,8 @@ def list_pairs(value: Any) -> Any:
 def _listed(key: str, value: Any, from_table: Callable, from_folder: Callable) -> Any:
     if isinstance(value, str):
         return from_table(value)
+    if key == "proteins" and isinstance(value, dict) and isinstance(value.get("archive"), str):
+        return value if value.keys() - {"archive", "files"} else from_archive(**value)
     if not (isinstance(value, dict) and isinstance(value.get("folder"), str)):
         return value
     if others := ", ".join(str(name) for name in value if name != "folder"):
@@ -127,13 +130,47 @@ def from_folder(path: str) -> dict[str, dict]:
     topologies = {file: _topology_of(file, kinds) for file, kind in kinds.items() if kind == "trajectory"}
     stems = Counter(_stem(file).lower() for file in kinds if file not in topologies)
     proteins: dict[str, dict] = {}
+    names: set[str] = set()
     for file, kind in kinds.items():
         if entry := _entry(file, kind, topologies):
-            name = _stem(file) if stems[_stem(file).lower()] < 2 else f"{_stem(file)}_{suffix(file)[1:]}"
-            proteins[_free_name(name, "protein", proteins)] = entry
+            name = _stem(file) if stems[_stem(file).lower()] < 2 else file.name.replace(".", "_")
+            proteins[_free_name(name, "protein", names)] = entry
     if not proteins:
         known = " ".join(ending for suffixes in SUFFIXES.values() for ending in suffixes)
         raise InputError(f"the folder {path!r} holds no protein: none of its files ends in one of {known}.")
+    return proteins
+
+
+def from_archive(archive: str, files: str = "*") -> dict[str, dict]:
+    """List every structure (PDB or mmCIF, also .gz) of a tar or zip archive as a protein, named after its file.
+
+    Folders inside the archive do not count, nor do hidden files.
+
+    Parameters
+    ----------
+    archive : path
+    files : pattern of the names of the files, such as '*.cif.gz'
+    """
+    paths = [Path(archive, name) for name in archives.members(archive)]
+    paths = [path for path in paths if suffix(path) in STRUCTURES and not path.name.startswith(".")]
+    if not isinstance(files, str) or not (
+        paths := sorted(path for path in paths if fnmatch.fnmatchcase(path.name, files))
+    ):
+        raise InputError(
+            f"{archive} holds no file {shorten(repr(files))} that ends in one of {' '.join(STRUCTURES)} (or .gz)."
+        )
+    proteins: dict[str, dict] = {}
+    first: dict[str, Path] = {}
+    for path in paths:
+        twin = first.setdefault(_stem(path).lower(), path)
+        if twin != path:
+            raise InputError(
+                f"{twin} and {path.relative_to(archive)} have one name; choose one kind, as by `files: '*.cif.gz'`, "
+                "or rename one."
+            )
+    names: set[str] = set()
+    for path in paths:
+        proteins[_free_name(_stem(path), "protein", names)] = {"structure": str(path)}
     return proteins
 
 
@@ -144,13 +181,14 @@ def pairs_from_folder(path: str) -> dict[str, dict]:
     """
     files = [file for file in _files("pairs", path) if suffix(file) in STRUCTURES]
     pairs: dict[str, dict] = {}
+    names: set[str] = set()
     for file in files:
         stem = _stem(file)
         for first, second in PARTNER_SUFFIXES:
             shared = stem.removesuffix(first)
             partner = file.with_name(f"{shared}{second}{file.name[len(stem) :]}")
             if stem.endswith(first) and partner.is_file():
-                pairs[_free_name(shared, "pair", pairs)] = {"files": [str(file), str(partner)]}
+                pairs[_free_name(shared, "pair", names)] = {"files": [str(file), str(partner)]}
     if not pairs:
         raise InputError(
             f"the folder {path!r} holds no two structures NAME_r and NAME_l (or NAME_1 and NAME_2), such as "
@@ -211,9 +249,13 @@ def _begins_with(name: str, stem: str) -> bool:
     return name.startswith(stem) and not (stem[-1:].isdigit() and rest[:1].isdigit())
 
 
-def _free_name(text: str, default: str, taken: dict[str, dict]) -> str:
-    """A name for a folder that differs from those taken in more than case; `default` if no character of `text` is allowed."""
+def _free_name(text: str, default: str, taken: set[str]) -> str:
+    """A name for a folder that differs from those taken in more than case, and is added to them in lower case.
+
+    It is `default` if no character of `text` is allowed.
+    """
     name = re.sub(r"[^A-Za-z0-9_.-]", "_", text).lstrip(".-_") or default
-    while name.lower() in map(str.lower, taken):
+    while name.lower() in taken:
         name += "_"
+    taken.add(name.lower())
     return name

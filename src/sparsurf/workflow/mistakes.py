@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from sparsurf import InputError
+from sparsurf.suggestions import did_you_mean
 
 TYPES = {
     "int_type": "a whole number, as 3",
@@ -28,6 +29,10 @@ LIMITS = {
 }
 # A number in quotes, or like 1e3, which YAML reads as a string.
 NUMBER = re.compile(r"[+-]?\d*\.?\d+(e[+-]?\d+)?", re.I)
+# Names that other programs have for keys
+SYNONYMS = dict.fromkeys(
+    ("pdbfile", "pdb_file", "file", "path", "topology", "top", "cif", "mmcif"), ("structure",)
+)
 NAME_RULE = "cannot name a folder; use at most 100 letters, digits, '_', '-' and '.', not '.' first."
 
 
@@ -59,8 +64,8 @@ def _split_location(error: dict, config: dict) -> tuple[tuple, tuple[int, str] |
     """Split pydantic's location into the path of a key, and the place and name of a union's alternative."""
     path: list = []
     alternative, value = None, config
-    for place, part in enumerate(error["loc"], 1):
-        is_missing = error["type"] == "missing" and place == len(error["loc"])
+    for depth, part in enumerate(error["loc"], 1):
+        is_missing = error["type"] == "missing" and depth == len(error["loc"])
         if (isinstance(value, dict) and part in value) or (isinstance(value, list) and isinstance(part, int)):
             value = value[part]
         elif part != "[key]" and not is_missing:
@@ -149,9 +154,8 @@ def _allowed(error: dict, rule: dict) -> str:
 
 def one_of(value: str, names: list[str]) -> str:
     """'one of a, b, c', with the name that the user may have meant."""
-    near = difflib.get_close_matches(value, names, 1, 0.5)
     listed = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
-    return f"{listed}; did you mean {near[0]!r}?" if near else listed
+    return listed + did_you_mean(value, names)
 
 
 def _unknown_key(parent: str, unknown: str, rule: dict) -> str:
@@ -160,6 +164,8 @@ def _unknown_key(parent: str, unknown: str, rule: dict) -> str:
     near = difflib.get_close_matches(unknown, known, 1, 0.5)
     if sections:
         hint = f"it belongs to {' or '.join(sections)}."
+    elif meant := [key for key in SYNONYMS.get(unknown.lower(), ()) if key in known]:
+        hint = f"did you mean {meant[0]!r}?"
     elif near:
         hint = f"did you mean {near[0]!r}?"
     else:

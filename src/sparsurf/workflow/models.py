@@ -34,7 +34,7 @@ def _as_written(value: Any, validate: Any) -> Any:
 
 
 def _without_repeats(values: list) -> list:
-    if any(value in values[:place] for place, value in enumerate(values)):
+    if any(value in values[:k] for k, value in enumerate(values)):
         raise ValueError(f"holds a value twice: {values}.")
     return values
 
@@ -50,10 +50,10 @@ def _as_section(value: Any) -> Any:
     return {"run": value} if isinstance(value, bool) else value
 
 
-def _as_reasons(places: Any) -> Any:
+def _as_reasons(value: Any) -> Any:
     """Convert a list of places to a mapping without reasons."""
-    is_list = isinstance(places, list) and all(isinstance(place, str) for place in places)
-    return dict.fromkeys(places, "") if is_list else places
+    is_list = isinstance(value, list) and all(isinstance(part, str) for part in value)
+    return dict.fromkeys(value, "") if is_list else value
 
 
 def _as_id(value: Any) -> Any:
@@ -72,6 +72,7 @@ Number = Annotated[float, NUMBER]
 Alpha = Annotated[float, Field(gt=0, le=1), NUMBER]
 Exponent = Annotated[float, Field(ge=0, le=1000), NUMBER]
 Percent = Annotated[float, Field(gt=0, le=100), NUMBER]
+Plddt = Annotated[float, Field(ge=0, le=100), NUMBER]
 Length = Annotated[float, Field(gt=0, le=100), NUMBER]  # Å
 PercentBelow100 = Annotated[float, Field(gt=0, lt=100), NUMBER]
 Text = Annotated[str, Field(min_length=1)]
@@ -166,6 +167,7 @@ class Protein(Section):
         Simulate.__doc__ or ""
     )
     ligands: bool | list[str] = optional("true for all, or a list of residue names; false by default.")
+    plddt: Plddt = optional("The same as `plddt` of the study, for one protein.")
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [key]} for key in SOURCE_KEYS]})
 
@@ -225,8 +227,8 @@ class Pair(Section):
 
     @model_validator(mode="after")
     def _has_one_source(self) -> "Pair":
-        given = [key for key in ("proteins", "files", "complex") if getattr(self, key) is not None]
-        if len(given) != 1 or (self.complex is None) != (self.chains is None):
+        sources = [key for key in ("proteins", "files", "complex") if getattr(self, key) is not None]
+        if len(sources) != 1 or (self.complex is None) != (self.chains is None):
             raise ValueError("needs exactly one of 'proteins', 'files' and 'complex' (with 'chains').")
         return self
 
@@ -385,7 +387,7 @@ class Minimal(Section):
     sampler: names.Sampler = key("farthest", "Sampler of the subset.")
     relax: bool = key(False, "Move the dots off the surface, so that the recovered surface fits better.")
     floor: names.Floor = optional(
-        "Noise floor that the recovered surface reaches within 10 %; fresh dots by default."
+        "Noise floor that the recovered surface reaches within 20 %; fresh dots by default."
     )
     n_S_percent: Percent = optional("Requested n_S, % of the dots.")
     n_S: Positive = optional("Requested number of dots.")
@@ -396,10 +398,12 @@ class Minimal(Section):
 
     @model_validator(mode="after")
     def _has_one_request(self) -> "Minimal":
-        given = [key for key in REQUEST_KEYS if getattr(self, key) is not None]
-        if len(given) > 1:
-            raise ValueError(f"needs exactly one of {', '.join(REQUEST_KEYS)}, but has {', '.join(given)}.")
-        if not given:
+        requests = [key for key in REQUEST_KEYS if getattr(self, key) is not None]
+        if len(requests) > 1:
+            raise ValueError(
+                f"needs exactly one of {', '.join(REQUEST_KEYS)}, but has {', '.join(requests)}."
+            )
+        if not requests:
             self.floor = FLOORS[0]
         return self
 
@@ -429,6 +433,16 @@ class Folder(Section):
     folder: Text = Field(description="Folder that holds the files.")
 
 
+class Archive(Section):
+    """All structures of a tar or zip archive."""
+
+    archive: Text = Field(description="Archive, .tar or .zip, that holds the structures.")
+    files: Text = key("*", "Pattern of the names of its files, such as *.cif.gz.")
+
+
+BATCH_PERCENT = (
+    10  # of the dots, where structures are analysed in batches and `minimal` requests nothing else
+)
 FIELD_ITEMS = {"anyOf": [{"enum": [*FIELDS]}, {"type": "string"}]}
 PLACES = "protein, protein/c2, protein/* (what is over all its frames), pairs/name, sites/name"
 Fields = Annotated[
@@ -438,7 +452,9 @@ Fields = Annotated[
 ]
 ListedProteins = Annotated[
     dict[Name, Protein],
-    BeforeValidator(listing.list_proteins, json_schema_input_type=dict[Name, Protein] | Folder | Text),
+    BeforeValidator(
+        listing.list_proteins, json_schema_input_type=dict[Name, Protein] | Folder | Archive | Text
+    ),
 ]
 ListedPairs = Annotated[
     dict[Name, Pair],
@@ -454,9 +470,17 @@ class Config(Section):
 
     run: Name = key("default", "Name of the study; its results go to results/<run>/.")
     seed: Integer = key(20261120, "Seed of all random numbers.", ge=0, le=2**64 - 1)
-    proteins: ListedProteins = key({}, "Proteins by name, a CSV table of them, or {folder: path}.")
+    proteins: ListedProteins = key(
+        {}, "Proteins by name, a CSV table of them, {folder: path}, or {archive: path} (.tar, .zip)."
+    )
     pairs: ListedPairs = key({}, "Pairs of partners by name, a CSV table of them, or {folder: path}.")
     sites: dict[Name, Site] = key({}, "Sites to find, and forms of a protein to compare, by name.")
+    batch: Literal["auto"] | Positive = optional(
+        "Analyse structures in batches, for thousands of them: auto, or the mean number of structures in a batch."
+    )
+    plddt: Plddt = optional(
+        "Leave out the residues of predicted models (AlphaFold) whose pLDDT is below; other structures stay as they are."
+    )
     exclude: Excluded = key({}, f"What to leave out, with the reason that the first page shows: {PLACES}.")
     complementarity: Complementarity = Complementarity()
     paper: Text = optional("Protein that is the paper's A1, to compare with the published tables.")
@@ -472,3 +496,14 @@ class Config(Section):
     minimal: Minimal = Minimal()
     ensemble: Annotated[Ensemble, _switch(Ensemble)] = Ensemble()
     compare: Annotated[Compare, _switch(Compare)] = Compare()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fixed_share_in_batches(cls, config: Any) -> Any:
+        """Let batches keep a fixed share of the dots, unless `minimal` requests something."""
+        if not isinstance(config, dict) or config.get("batch") is None:
+            return config
+        minimal = config.get("minimal", {})
+        if not isinstance(minimal, dict) or {*REQUEST_KEYS} & minimal.keys():
+            return config
+        return config | {"minimal": minimal | {"n_S_percent": BATCH_PERCENT}}

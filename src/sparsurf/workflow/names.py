@@ -15,7 +15,7 @@ Sampler = Literal[
     "adaptive",
 ]
 Roughness = Literal["published"]
-Descriptor = Literal["published", "steady"]
+Descriptor = Literal["published", "rotation_robust"]
 Field = Literal["hydropathy", "volume", "aromaticity", "charge", "potential", "bfactor"]
 Reading = Literal["as_coded", "as_written", "recovered"]
 Floor = Literal["fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å"]
@@ -28,5 +28,5 @@ SURFACE_SUFFIXES = (".minimal", ".csv", ".dms", ".npz", ".ply")  # of files that
 # Keys of a protein by their purpose.
 FILE_KEYS = ("structure", "trajectory", "surface", "table")
 SOURCE_KEYS = ("structure", "url", "pdb", "surface")  # a protein has exactly one of them
-MOLECULE_KEYS = ("selection", "chains", "residues", "model", "altloc", "hydrogens", "ligands")
+MOLECULE_KEYS = ("selection", "chains", "residues", "model", "altloc", "hydrogens", "ligands", "plddt")
 REQUEST_KEYS = ("floor", "n_S_percent", "n_S", "Z", "combination")  # `minimal` takes exactly one of them

@@ -64,19 +64,19 @@ def exclude_failures(config: dict, run: Path, failed: list[str]) -> dict[str, st
     for log in failed:
         protein, conformation, job = place_of_log(log, run / "logs")
         over_frames = protein in config["proteins"] and not job.startswith(BEFORE_CONFORMATIONS)
-        place = "/".join(filter(None, (protein, conformation or ("*" if over_frames else ""))))
-        if place:  # jobs over all proteins are needed
-            exclude[place] = f"{job}: {failure(log)}"
+        part = "/".join(filter(None, (protein, conformation or ("*" if over_frames else ""))))
+        if part:  # jobs over all proteins are needed
+            exclude[part] = f"{job}: {failure(log)}"
     for protein in config["proteins"]:
         chosen = chosen_conformations(config, run, protein)
         if chosen and all(_is_in(exclude, f"{protein}/{name}") for name in chosen):
             exclude.setdefault(protein, "None of its conformations could be finished.")
-    for place, needed in needed_conformations(config).items():
+    for part, needed in needed_conformations(config).items():
         for name in needed:
             protein, _, conformation = name.partition("/")
             first = next(iter(chosen_conformations(config, run, protein)), "c1")
             if protein in exclude or _is_in(exclude, f"{protein}/{conformation or first}"):
-                exclude.setdefault(place, f"{name} could not be finished.")
+                exclude.setdefault(part, f"{name} could not be finished.")
     return exclude
 
 
@@ -88,9 +88,9 @@ def chosen_conformations(config: dict, run: Path, protein: str) -> list[str]:
     return first_column(frames) if frames.is_file() else []
 
 
-def _is_in(exclude: dict[str, str], place: str) -> bool:
+def _is_in(exclude: dict[str, str], part: str) -> bool:
     """Return whether a conformation is excluded, by any way to write its name."""
-    return without_zeros(place) in map(without_zeros, exclude)
+    return without_zeros(part) in map(without_zeros, exclude)
 
 
 def something_is_left(config: dict, run: Path, exclude: dict[str, str]) -> bool:

@@ -40,5 +40,5 @@ def impossible_jobs(prefix: str) -> list[tuple[str, str]]:
     command = ["squeue", "--me", "--noheader", "--states=PENDING", "--format=%i %j %r"]
     answer = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False).stdout
     rows = [line.replace("(", "").replace(")", "").split(None, 2) for line in answer.splitlines()]
-    own = [row for row in rows if len(row) == 3 and row[1].startswith(prefix)]
-    return [(job, reason) for job, _, reason in own if reason.startswith(PERMANENT_REASONS)]
+    jobs_of_run = [row for row in rows if len(row) == 3 and row[1].startswith(prefix)]
+    return [(job, reason) for job, _, reason in jobs_of_run if reason.startswith(PERMANENT_REASONS)]
