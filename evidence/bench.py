@@ -61,7 +61,7 @@ MAX_SECONDS_PER_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
 KEPT_FRACTION = 0.05  # of the dots, by farthest point
 COPIES = (1, 10, 50)  # of A1: 20 thousand, 200 thousand and a million dots
 DESCRIPTOR_LIMITS = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
-MAX_MICROSECONDS_STEADY = 60  # µs that a steady descriptor may take
+MAX_MICROSECONDS_ROBUST = 60  # µs that a rotation-robust descriptor may take
 SMALL_GRID = ([0.4, 0.8, 1.0], [0.0, 0.4], [0, 4, 8], [0, 6])  # a grid of 36 combinations
 FULL_GRID = ([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0], range(0, 11, 2), range(0, 11, 2))
 BEST_COMBINATION = np.array([[1.0, 0.0, 6.0, 0.0]])  # the paper's best combination
@@ -141,7 +141,10 @@ def measure_descriptors(
     index, n = evaluator.index, len(evaluator.points)
     tests = rng.choice(n, min(n, n_tests), replace=False)
     subset = tests[: max(1, n_tests // 8)]
-    z_tot, steady = evaluator.describe(tests)[0], evaluator.changed(descriptor="steady").describe(subset)[0]
+    z_tot, robust = (
+        evaluator.describe(tests)[0],
+        evaluator.changed(descriptor="rotation_robust").describe(subset)[0],
+    )
     for share, most in DESCRIPTOR_LIMITS.items():
         words = np.zeros(n, np.uint64)
         for bit in range(descriptors.MAX_SUBSETS):
@@ -164,14 +167,14 @@ def measure_descriptors(
             )
             table.time(what, n, run, repeats, "µs", per, most)
             run = partial(
-                descriptors.evaluate, index, evaluator.points[subset], words, descriptors.MAX_SUBSETS, reading, steady,
-                descriptor="steady",
+                descriptors.evaluate, index, evaluator.points[subset], words, descriptors.MAX_SUBSETS, reading, robust,
+                descriptor="rotation_robust",
             )  # fmt: skip
             what, per = (
-                what.replace("a descriptor", "a steady descriptor"),
+                what.replace("a descriptor", "a rotation-robust descriptor"),
                 1e6 / len(subset) / descriptors.MAX_SUBSETS,
             )
-            table.time(what, n, run, repeats, "µs", per, MAX_MICROSECONDS_STEADY)
+            table.time(what, n, run, repeats, "µs", per, MAX_MICROSECONDS_ROBUST)
 
 
 def measure_pairs(table: Table, sizes: dict[int, float | None], repeats: int) -> None:

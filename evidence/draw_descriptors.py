@@ -7,7 +7,7 @@ from measures import descriptors_figures
 from sparsurf.report.figures.layout import PAGE, PALETTE, axes, legend, letter, sheet, styled
 from sparsurf.workflow.jobs import job
 
-COLOURS = {"published": PALETTE[1], "steady": PALETTE[0]}
+COLOURS = {"published": PALETTE[1], "rotation_robust": PALETTE[0]}
 
 
 @styled

@@ -5,7 +5,7 @@ import pandas as pd
 from sparsurf.api.surfaces import surface_settings
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import D_LINK
-from sparsurf.study.floors import FRESH, noise_floors
+from sparsurf.study.floors import FRESH, measure_floors
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.required_dots import Trials
 from sparsurf.study.subset_search import smallest_recovered_subset
@@ -31,16 +31,16 @@ def main(
         molecule = read_molecule(structure, hydrogens=hydrogens)
         atoms, rules = radii(molecule, "dms"), surface_settings(1.4, requested, "keep")
         dots, density = surface_for_d_link(molecule, 0, atoms, rules, D_LINK, protein)
-        row = {"protein": protein, "hydrogens": hydrogens, "asked": requested}
+        row = {"protein": protein, "hydrogens": hydrogens, "requested_density": requested}
         row |= {"density": density, "N": len(dots)}
         evaluator = PreparedSurface(dots, seed=seed, threads=threads)
         generate_surface, xyz = surface_generator(molecule, 0, atoms, rules, D_LINK, protein)
-        references = noise_floors(evaluator, test_dots, generate_surface, xyz)
-        row["floor"] = references.set_index("floor").loc[FRESH, "Z"]
+        references = measure_floors(evaluator, test_dots, generate_surface, xyz)
+        row["floor"] = references[FRESH].mean()
         for kind, suffix in ((PreparedSurface, ""), (AtOneDensity, "_at_5.35")):
             recovering = kind(dots, roughness_values=evaluator.roughness, seed=seed, threads=threads)
             trials = Trials(recovering, "farthest", test_dots)
-            row[f"n_S{suffix}"] = len(smallest_recovered_subset(trials, references, FRESH))
+            row[f"n_S{suffix}"] = len(smallest_recovered_subset(trials, references, FRESH)[0])
         rows.append(row)
     pd.DataFrame(rows).to_csv(table, index=False)
 

@@ -1,6 +1,6 @@
 """Other ways to store the surface of one structure in as many bytes."""
 
-from measures import opponents
+from measures import opponents, rebuilding
 from measures.molecules import atoms_of
 from sparsurf.workflow.jobs import job
 
@@ -17,11 +17,12 @@ def main(
     seed: int,
     threads: int,
 ) -> None:
-    """Write a row per method and n_S, and where each has errors; meshes need the package fast-simplification."""
+    """Write a row per method and n_S, and where each has errors; some need the package pymeshlab."""
     xyz, radii = atoms_of(structure)
-    simplify = opponents.simplifier() if len(xyz) <= MAX_ATOMS_FOR_MESHES else None
+    meshes = len(xyz) <= MAX_ATOMS_FOR_MESHES and rebuilding.installed()
+    simplify, rebuilders = (rebuilding.simplify, rebuilding.rebuilders()) if meshes else (None, {})
     errors, errors_where = opponents.measure(
-        protein, xyz, radii, simplify, test_dots, percents, seed, threads
+        protein, xyz, radii, simplify, rebuilders, test_dots, percents, seed, threads
     )
     errors.to_csv(table, index=False)
     errors_where.to_csv(where, index=False)

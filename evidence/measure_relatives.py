@@ -1,4 +1,4 @@
-"""Places of a protein, described on its bound form and searched on the unbound form of a relative."""
+"""Places of a protein, described on its bound form and searched on the unbound form of a relative, or on its own."""
 
 import numpy as np
 import pandas as pd
@@ -26,7 +26,9 @@ def main(
 ) -> None:
     """Write how often places are found, a row per channels and kind of place, with the weights that the library ships."""
     bound = read_molecule(bound_path)
-    unbound, identity = sites.numbered_as(read_molecule(relative_path), bound)
+    unbound, identity = read_molecule(relative_path), 1.0
+    if relative != query:
+        unbound, identity = sites.numbered_as(unbound, bound)
     dots = sparsurf.surface(bound)
     touching = interface(dots.points, sparsurf.surface(read_molecule(partner_path)).points)
     arrays, _, target, site = sites.forms(
@@ -38,6 +40,7 @@ def main(
         n=places,
         n_learned=sites.FEW,
         rng=stream(seed, "sites", query, relative),
+        everywhere=True,
     )
     columns = {"family": family, "query": query, "relative": relative, "identity": identity}
     columns |= {"there": arrays["share_there"][0], "whole": np.nan}

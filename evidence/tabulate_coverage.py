@@ -3,8 +3,8 @@
 from measures.tables import cpu_table, read_tables, write_tables
 from sparsurf.workflow.jobs import job
 
-SHARES = ["fixed_t", "fixed_normal", "winner", "held_out", "held_out_winner", "best_in_set"]
-OTHER_NUMBERS = ["selected_bias", "held_out_bias", "half_width", "set_size"]
+SHARES = ["fixed_t", "fixed_normal", "winner", "cv", "cv_winner", "best_in_set"]
+OTHER_NUMBERS = ["selected_bias", "cv_bias", "half_width", "set_size"]
 DESIGN = ["reading", "draws", "test_dots"]
 
 

@@ -51,7 +51,7 @@ def numbers(
         winner = best[reading]["unrestricted"]
         add(3, f"d of the published best, {reading}", *published[d])
         add(3, f"rank of the published best, {reading}", 1 + (at_one[d[0]] > published[d[0]]).sum())
-        add(3, f"largest d, {reading}", *(winner[f"d_held_out{end}"] for end in ("", "_low", "_high")))
+        add(3, f"largest d, {reading}", *(winner[f"d_cv{end}"] for end in ("", "_low", "_high")))
         add(3, f"combinations that may be the best, {reading}", winner["n_best_set"])
         add(3, f"share of combinations with d above 0, {reading}", (at_one[d[1]] > 0).mean())
     for _, row in bins[bins["bin"].isin(HALVES)].iterrows():
@@ -71,7 +71,7 @@ def ranges_of(ranges: pd.DataFrame) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame, one row per reading and range: reading, row, n_S_low_percent, n_S_high_percent, published, best, d_held_out with
+    DataFrame, one row per reading and range: reading, row, n_S_low_percent, n_S_high_percent, published, best, d_cv with
     its 95 % interval, n_best_set, published_may_be_best (yes or no: it is in the confidence set of the best)
     """
     row = ranges.groupby("reading").cumcount()
@@ -81,7 +81,7 @@ def ranges_of(ranges: pd.DataFrame) -> pd.DataFrame:
         for name, candidates in zip(published, ranges["best_set"], strict=True)
     ]
     limits = ranges[["reading", "n_S_low_percent", "n_S_high_percent"]]
-    held_out = ranges[["d_held_out", "d_held_out_low", "d_held_out_high", "n_best_set"]]
+    held_out = ranges[["d_cv", "d_cv_low", "d_cv_high", "n_best_set"]]
     table = limits.assign(row=row + 1, published=published, best=combination_labels(ranges))
     return table.join(held_out).assign(published_may_be_best=may_be)
 

@@ -22,7 +22,7 @@ def student_interval(values: np.ndarray) -> tuple[float, float, float]:
 INTERVALS = {"ours": mean_interval, "Student's t": student_interval}
 
 
-def populations(recover: pd.DataFrame, enough: pd.DataFrame) -> dict[str, pd.Series]:
+def populations(recover: pd.DataFrame, required: pd.DataFrame) -> dict[str, pd.Series]:
     """Values by structure over which means are taken, some of them skewed."""
     farthest = recover[recover["sampler"] == "farthest"]
     values = {
@@ -30,15 +30,15 @@ def populations(recover: pd.DataFrame, enough: pd.DataFrame) -> dict[str, pd.Ser
         for column, words in (("Z_over_floor", "Z over the floor"), ("distance", "distance"))
         for percent in (5, 10)
     }
-    chosen = (enough["sampler"] == "farthest") & (enough["reading"] == "recovered")
-    chosen &= enough["reference"] == "fresh dots"
-    return values | {"dots that are enough": enough.loc[chosen, "n_S_percent"]}
+    chosen = (required["sampler"] == "farthest") & (required["reading"] == "recovered")
+    chosen &= required["reference"] == "fresh dots"
+    return values | {"dots that are enough": required.loc[chosen, "n_S_percent"]}
 
 
-def main(recover: str, enough: str, coverage_means: str, drawn: list[int], seed: int) -> None:
+def main(recover: str, required: str, coverage_means: str, drawn: list[int], seed: int) -> None:
     """Write the shares of intervals that contain the mean, for each number of structures drawn."""
     rows = []
-    for name, values in populations(pd.read_csv(recover), pd.read_csv(enough)).items():
+    for name, values in populations(pd.read_csv(recover), pd.read_csv(required)).items():
         row = {"of": name, "structures": len(values), "skewness": values.skew()}
         for n in drawn:
             rng = stream(seed, "intervals", name, n)
@@ -51,7 +51,7 @@ if __name__ == "__main__":
     with job(snakemake):
         main(
             recover=snakemake.input.recover,
-            enough=snakemake.input.enough,
+            required=snakemake.input.required,
             coverage_means=snakemake.output.coverage_means,
             drawn=snakemake.params.drawn,
             seed=snakemake.params.seed,

@@ -4,11 +4,25 @@ import pandas as pd
 
 from measures import opponents as ways
 from measures import recovery
+from measures.rebuilding import rebuilders
 from measures.tables import cpu_table, read_tables, write_tables
 from sparsurf.workflow.jobs import job
 
-COMPARED = (ways.SETTLED, ways.SPARSE, ways.MESH, ways.CORNERS, ways.QUANTISED)
-WHERE_MEASURES = ("dots_percent", "mean", "high_99", "largest")
+COMPARED = (
+    *(
+        ways.UNIFORM,
+        ways.SETTLED,
+        ways.WORST,
+        ways.WORST_SETTLED,
+        ways.SPARSE,
+        ways.MESH,
+        ways.CORNERS,
+        ways.QUANTISED,
+    ),
+    *rebuilders(),
+)
+PAIRED = ("Z", "distance", "distance_99", "largest", "back_most", "angle")
+WHERE_MEASURES = ("dots_percent", "worst_percent", "mean", "high_99", "largest")
 WHERE_GROUPS = ("sampler", "percent", "where")
 
 
@@ -29,7 +43,7 @@ def main(
     common = ways.in_common(rows)
     atoms = rows[rows["sampler"].isin((ways.ATOMS, ways.ROUNDED_ATOMS))].assign(percent=0)
     measured = set(common["sampler"])
-    pairs = [recovery.paired(common, way, ways.KEPT) for way in COMPARED if way in measured]
+    pairs = [recovery.paired(common, way, ways.KEPT, PAIRED) for way in COMPARED if way in measured]
     write_tables(
         {
             recover_opponents: rows,

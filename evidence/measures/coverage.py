@@ -86,8 +86,8 @@ def replicates(
     -------
     DataFrame, one row per range: range, n_combinations; over the replicates the mean of fixed_t and fixed_normal
     (intervals of all combinations that hold their means), winner (interval of the winner as selected), selected_bias (its
-    d above its mean), held_out (intervals that hold the mean d of the combinations they measured), held_out_winner (that
-    hold the mean d of the winner shown), held_out_bias, half_width (of the held-out interval), best_in_set, set_size
+    d above its mean), cv (intervals that hold the mean d of the combinations they measured), cv_winner (that
+    hold the mean d of the winner shown), cv_bias, half_width (of the held-out interval), best_in_set, set_size
     """
     rows = []
     for k in np.unique(member):
@@ -112,9 +112,9 @@ def one_replicate(x: np.ndarray, truth: np.ndarray, sets: bool = True) -> dict[s
         "fixed_normal": np.mean(np.abs(estimates.mean - truth) <= norm.ppf(0.975) * estimates.error),
         "winner": bool(estimates.low[winner] <= truth[winner] <= estimates.high[winner]),
         "selected_bias": estimates.mean[winner] - truth[winner],
-        "held_out": bool(honest.low <= target <= honest.high),
-        "held_out_winner": bool(honest.low <= truth[winner] <= honest.high),
-        "held_out_bias": honest.mean - target,
+        "cv": bool(honest.low <= target <= honest.high),
+        "cv_winner": bool(honest.low <= truth[winner] <= honest.high),
+        "cv_bias": honest.mean - target,
         "half_width": honest.half,
     }
     if sets:

@@ -8,7 +8,7 @@ from matplotlib.ticker import NullFormatter, NullLocator
 from sparsurf.report.figures.layout import PAGE, PALETTE, axes, legend, letter, sheet, styled
 from sparsurf.sampling.samplers import lookup_sampler
 
-COLOURS = {"published": PALETTE[1], "steady": PALETTE[0]}
+COLOURS = {"published": PALETTE[1], "rotation_robust": PALETTE[0]}
 MARKS = ("o", "s", "^", "D")
 SHOWN = ("farthest", "poisson", "uniform", "paper")  # samplers
 

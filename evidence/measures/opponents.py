@@ -6,21 +6,30 @@ triangles per corner this is 24 again, so that equal numbers mean equal bytes. A
 three places of 15 bits and the number of its radius.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 
-from measures.recovery import ERRORS, Truth, errors, truth
+from measures.rebuilding import Rebuilder, Simplifier
+from measures.recovery import Truth, angles, nearest, truth
 from sparsurf.patches.index import build_grid, build_index, select_separated
-from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, curvature, distance_to_surface, error_table
+from sparsurf.recovery.errors import (
+    DENSITY_FOR_ERRORS,
+    TAIL_QUANTILE,
+    curvature,
+    distance_to_surface,
+    error_table,
+)
 from sparsurf.recovery.recovering import MIN_SEPARATION, recover
 from sparsurf.recovery.relaxation import relax
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.comparison.methods import dotted_surface
 from sparsurf.study.prepared_surface import PreparedSurface
+from sparsurf.surfaces.components import components_of, table_of_components
 from sparsurf.surfaces.mesh import Mesh, molecular_mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
@@ -30,9 +39,39 @@ STEP, ANGLES, BOX = 0.005, 2**8 - 1, 2**15 - 1  # Å; steps of a normal's two nu
 CANDIDATES = 8  # positions on a mesh per dot that is placed on it
 TRIES = 8  # orientations of the molecule for sparse dots
 MORE = 1.1  # factor on the requested number of dots if there are too few
-KEPT, SETTLED, SPARSE, MESH, CORNERS, QUANTISED, ROUNDED, ATOMS, ROUNDED_ATOMS = (
+FIRST_SHARE, ROUNDS = (
+    0.7,
+    8,
+)  # of the dots are farthest dots; the others come in rounds, where the surface is worst
+WORST_DENSITY, WORST_SEPARATION = 10.0, 0.5  # dots per Å^2 that show where; of the new dots, in mean spacings
+SAMPLE = 3  # errors are seen from every third dense dot of the true surface
+TURN_RADIUS = 1.5  # Å; a turn is sharp if normals this close differ by more than 90°
+SHARP = "sharp turns"
+STEADY, STEADY_TESTS, FLOOR_DRAWS = (
+    "rotation_robust",
+    200,
+    2,
+)  # the second descriptor that sees farthest dots, its floor
+WORST_QUANTILE = 0.999  # of the distances, from which on a place counts as one of the worst
+(
+    KEPT,
+    UNIFORM,
+    SETTLED,
+    WORST,
+    WORST_SETTLED,
+    SPARSE,
+    MESH,
+    CORNERS,
+    QUANTISED,
+    ROUNDED,
+    ATOMS,
+    ROUNDED_ATOMS,
+) = (
     "farthest dots",
+    "uniform dots",
     "settled dots",
+    "farthest, then worst",
+    "farthest, then worst, settled",
     "sparsely laid dots",
     "decimated mesh",
     "its corners on the surface",
@@ -41,9 +80,11 @@ KEPT, SETTLED, SPARSE, MESH, CORNERS, QUANTISED, ROUNDED, ATOMS, ROUNDED_ATOMS =
     "atoms",
     "atoms, rounded",
 )
-MEASURES = ("bytes", "Z", *ERRORS)
-# (vertices, triangles, number of triangles) -> vertices and triangles of a mesh with fewer of them
-Simplifier = Callable[[np.ndarray, np.ndarray, int], tuple[np.ndarray, np.ndarray]]
+SIDES = ("there", "there_99", "there_most", "back", "back_99", "back_most")
+MEASURES = ("bytes", "Z", "steady_over_floor", "distance", "distance_99", "largest", "angle", *SIDES)
+# A way to keep a surface: its name, number of dots or corners, bytes, a function (density) -> dense dots, and how many
+# of these are kept ones, which come first
+Way = tuple[str, int, int, Callable[[float], tuple[np.ndarray, np.ndarray]], int]
 
 
 def measure(
@@ -51,6 +92,7 @@ def measure(
     xyz: np.ndarray,
     radii: np.ndarray,
     simplify: Simplifier | None,
+    rebuilders: Mapping[str, Rebuilder],
     n_tests: int,
     percents: Sequence[float],
     seed: int = 20261120,
@@ -64,38 +106,142 @@ def measure(
     xyz, radii : (A, 3) and (A,), Å
     simplify : callable or None
         (vertices, triangles, number of triangles) -> fewer of them; without it no mesh takes part.
+    rebuilders : dict of callables
+        (points, normals) -> vertices and triangles of a surface through the same dots, by name.
     n_tests : int
     percents : sequence of float
     seed, threads : int
 
     Returns
     -------
-    two DataFrames: protein, sampler (the opponent), percent, n_S, bytes, Z and `recovery.ERRORS`; and protein, sampler,
-    percent and the columns of `errors.tails` for the dots of the surface itself, in clefts, on flats and on ridges
+    two DataFrames: protein, sampler (the opponent), percent, n_S and `MEASURES`, see `two_sided`; steady_over_floor is the error
+    by the descriptor `STEADY` over that of fresh dots; and protein, sampler,
+    percent and the columns of `errors.error_table` for the places of the true surface in clefts, on flats, on ridges and
+    at sharp turns, with worst_percent, the share of the worst places that lie at sharp turns
     """
     surface = molecular_surface(xyz, radii)
     flat = np.zeros(len(surface))
     evaluator = PreparedSurface(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
     tests, true, rows, where = evaluator.draw_tests(n_tests), truth(xyz, radii, evaluator.area), [], []
     z_tot, _ = evaluator.describe(tests)
-    bend = curvature(evaluator.index, threads=threads)
     mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
+    component = components_of(surface, xyz, radii)
+    outside = ~table_of_components(surface, component)["cavity"].to_numpy()[component]
+    at = cKDTree(surface.points).query(true.points)[1]  # the dot of the surface next to each dense one
+    steady = PreparedSurface(
+        surface, roughness_values=flat, seed=seed, name=name, threads=threads, descriptor=STEADY
+    )
+    z_steady, _ = steady.describe(tests[:STEADY_TESTS])
+    bend, sharp = curvature(evaluator.index, threads=threads)[at], _sharp(surface.points, surface.normals)[at]
+    outer = outside[at]
 
-    def add(opponent: str, percent: float, n: int, size: int, dots: tuple[np.ndarray, np.ndarray]) -> None:
-        z = evaluator.distances_to_index(build_index(*dots, evaluator.d_link), tests, z_tot)[0].mean()
+    def steady_z(dots: tuple[np.ndarray, np.ndarray]) -> float:
+        index = build_index(*dots, steady.d_link)
+        return steady.distances_to_index(index, tests[:STEADY_TESTS], z_steady)[0].mean()
+
+    stream = evaluator.stream("recovery", "fresh dots")
+    floor = np.mean([steady_z(dotted_surface(xyz, radii, len(surface), stream)) for _ in range(FLOOR_DRAWS)])
+
+    def add(percent: float, way: Way) -> np.ndarray:
+        opponent, n, size, lay, n_kept = way
+        z = evaluator.distances_to_index(build_index(*lay(DENSITY), evaluator.d_link), tests, z_tot)[0].mean()
+        dense = lay(DENSITY_FOR_ERRORS)
+        measured, gap = two_sided(*(dots[n_kept:] for dots in dense), true, outer, threads)
         row = {"protein": name, "sampler": opponent, "percent": percent, "n_S": n, "bytes": size, "Z": z}
-        rows.append(row | errors(*dots, true))
+        if opponent == KEPT:
+            row["steady_over_floor"] = steady_z(lay(DENSITY)) / floor
+        rows.append(row | measured)
+        return gap
 
     for percent in percents:
         n = max(4, round(percent / 100 * len(surface)))
-        for opponent, number, size, lay in _of_size(evaluator, xyz, radii, n, mesh, simplify, true):
-            add(opponent, percent, number, size, lay(DENSITY))
-            gap = distance_to_surface(surface.points, *lay(DENSITY_FOR_ERRORS), threads)
-            where.append(error_table(gap, bend).assign(protein=name, sampler=opponent, percent=percent))
+        for way in _of_size(evaluator, xyz, radii, n, mesh, simplify, rebuilders, true):
+            gap, seen = add(percent, way), np.flatnonzero(outer)[::SAMPLE]
+            table = _where(gap, bend[seen], sharp[seen])
+            where.append(table.assign(protein=name, sampler=way[0], percent=percent))
     for opponent, size, places in ((ATOMS, ATOM, xyz), (ROUNDED_ATOMS, ROUNDED_ATOM, rounded_places(xyz))):
-        turned = dotted_surface(places, radii, len(surface), evaluator.stream("recovery", "atoms"))
-        add(opponent, 100 * len(xyz) / len(surface), len(xyz), size * len(xyz), turned)
+        stream, share = evaluator.stream("recovery", "atoms"), 100 * len(xyz) / len(surface)
+
+        def dotted(
+            density: float, places: np.ndarray = places, stream: np.random.Generator = stream
+        ) -> tuple:
+            return dotted_surface(places, radii, round(density / DENSITY * len(surface)), stream)
+
+        add(share, (opponent, len(xyz), size * len(xyz), dotted, 0))
     return pd.DataFrame(rows), pd.concat(where)
+
+
+def two_sided(
+    points: np.ndarray, normals: np.ndarray, true: Truth, outer: np.ndarray, threads: int = 1
+) -> tuple[dict[str, float], np.ndarray]:
+    """Measure the errors of dense dots in both directions, without cavities: not every method gives these back.
+
+    Parameters
+    ----------
+    points, normals : (M, 3), Å and unit vectors
+    true : Truth
+    outer : (D,) bool, the true dots that are not in cavities
+    threads : int
+
+    Returns
+    -------
+    dict: mean, 99 % quantile and largest distance of the dots from the true surface (`there`, `there_99`, `there_most`)
+        and of places of the true surface from that of the dots (`back`, ...), Å; `distance`, `distance_99` and `largest`,
+        the larger of both; and the mean `angle` of the normals, degrees
+    (K,) float64 : distances of the places of the true surface, every `SAMPLE`-th of `outer`
+    """
+    distance, near = nearest(points, true)
+    counted = outer[near]
+    gap = distance_to_surface(true.points[outer][::SAMPLE], points, normals, threads)
+    sides = {}
+    for side, values in (("there", distance[counted]), ("back", gap)):
+        sides |= {
+            side: values.mean(),
+            f"{side}_99": np.quantile(values, TAIL_QUANTILE),
+            f"{side}_most": values.max(),
+        }
+    larger = {
+        key: max(sides[f"there{end}"], sides[f"back{end}"])
+        for key, end in (("distance", ""), ("distance_99", "_99"), ("largest", "_most"))
+    }
+    angle = angles(normals[counted], true.normals[near[counted]]).mean()
+    return larger | {"angle": angle} | sides, gap
+
+
+def _sharp(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Whether the normal turns by more than 90° within `TURN_RADIUS` of each dot, (N,) bool."""
+    pairs = cKDTree(points).query_pairs(TURN_RADIUS, output_type="ndarray")
+    opposed = pairs[np.sum(normals[pairs[:, 0]] * normals[pairs[:, 1]], axis=1) < 0]
+    sharp = np.zeros(len(points), bool)
+    sharp[opposed.ravel()] = True
+    return sharp
+
+
+def _where(gap: np.ndarray, bend: np.ndarray, sharp: np.ndarray) -> pd.DataFrame:
+    """`error_table` of places with their curvature, and a row for those at sharp turns with their share of the worst."""
+    table = error_table(gap, bend)
+    if not sharp.any():
+        return table
+    worst = gap >= np.quantile(gap, WORST_QUANTILE)
+    row = error_table(gap[sharp], bend[sharp]).head(1)
+    shares = {"dots_percent": 100 * sharp.mean(), "worst_percent": 100 * sharp[worst].mean()}
+    return pd.concat([table, row.assign(where=SHARP, **shares)], ignore_index=True)
+
+
+def farthest_then_worst(evaluator: PreparedSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Choose farthest-point dots, then in rounds those farthest from the surface recovered from the dots so far."""
+    points, normals = evaluator.points, evaluator.normals
+    subset = SAMPLERS["farthest"](evaluator, round(FIRST_SHARE * n), rng)
+    for size in np.linspace(len(subset), n, ROUNDS + 1).astype(int)[1:]:
+        gap = distance_to_surface(
+            points, *recover(points[subset], normals[subset], WORST_DENSITY, keep=False)
+        )
+        gap[subset] = 0.0
+        separation = WORST_SEPARATION * np.sqrt(evaluator.area / len(subset))
+        order = np.argsort(-gap, kind="stable")
+        new = select_separated(evaluator.index, order, separation, size - len(subset), 0)
+        subset = np.concatenate([subset, new])
+    return subset
 
 
 def _of_size(
@@ -105,29 +251,41 @@ def _of_size(
     n: int,
     mesh: Mesh | None,
     simplify: Simplifier | None,
+    rebuilders: Mapping[str, Rebuilder],
     true: Truth,
-) -> Iterator[tuple[str, int, int, Callable]]:
-    """Yield each method, its number of dots or corners, its bytes, and a function (density) -> dense dots."""
+) -> Iterator[Way]:
+    """Yield each method at n dots or corners."""
     points, normals = evaluator.points, evaluator.normals
-    farthest = partial(SAMPLERS["farthest"], evaluator)
-    chosen = farthest(n, evaluator.stream("recovery", "farthest"))
-    kept = points[chosen], normals[chosen]
-    yield KEPT, n, DOT * n, partial(recover, *kept)
-    settled = relax(*kept, points, normals, threads=evaluator.threads)
-    yield SETTLED, n, DOT * n, partial(recover, *settled)
-    yield ROUNDED, n, ROUNDED_DOT * n, partial(recover, *rounded(*kept))
-    many = farthest(min(3 * n, len(points)), evaluator.stream("recovery", "farthest"))
-    dots = rounded(points[many], normals[many])
-    yield QUANTISED, len(many), ROUNDED_DOT * len(many), partial(recover, *dots)
-    few = sparse(xyz, radii, n, evaluator.stream("recovery", "sparse"))
-    yield SPARSE, len(few[0]), DOT * len(few[0]), partial(recover, *few)
-    if mesh is None:
+    stream = partial(evaluator.stream, "recovery")
+
+    def recovered(name: str, dots: tuple[np.ndarray, np.ndarray], size: int = DOT) -> Way:
+        return name, len(dots[0]), size * len(dots[0]), partial(recover, *dots), len(dots[0])
+
+    def chosen(subset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return points[subset], normals[subset]
+
+    kept = chosen(SAMPLERS["farthest"](evaluator, n, stream("farthest")))
+    worst = chosen(farthest_then_worst(evaluator, n, stream("farthest")))
+    many = SAMPLERS["farthest"](evaluator, min(3 * n, len(points)), stream("farthest"))
+    yield recovered(KEPT, kept)
+    yield recovered(UNIFORM, chosen(SAMPLERS["uniform"](evaluator, n, stream("uniform"))))
+    yield recovered(SETTLED, relax(*kept, points, normals, threads=evaluator.threads))
+    yield recovered(WORST, worst)
+    yield recovered(WORST_SETTLED, relax(*worst, points, normals, threads=evaluator.threads))
+    yield recovered(ROUNDED, rounded(*kept), ROUNDED_DOT)
+    yield recovered(QUANTISED, rounded(*chosen(many)), ROUNDED_DOT)
+    yield recovered(SPARSE, sparse(xyz, radii, n, stream("sparse")))
+    for name, rebuild in rebuilders.items():
+        rebuilt = rebuild(*kept)
+        if len(rebuilt[1]):
+            yield name, n, DOT * n, partial(dots_on, *rebuilt, stream(name)), 0
+    if mesh is None or simplify is None:
         return
     corners, triangles = simplify(mesh.vertices.points, mesh.triangles, 2 * n)
     size = VERTEX * len(corners) + TRIANGLE * len(triangles)
-    yield MESH, len(corners), size, partial(dots_on, corners, triangles, evaluator.stream("recovery", "mesh"))
+    yield MESH, len(corners), size, partial(dots_on, corners, triangles, stream("mesh")), 0
     _, near = true.tree.query(corners)
-    yield CORNERS, len(corners), DOT * len(corners), partial(recover, true.points[near], true.normals[near])
+    yield recovered(CORNERS, (true.points[near], true.normals[near]))
 
 
 def sparse(
@@ -176,21 +334,6 @@ def in_common(table: pd.DataFrame) -> pd.DataFrame:
     surfaces = table[~table["sampler"].isin((ATOMS, ROUNDED_ATOMS))]
     full = set(surfaces.loc[surfaces["sampler"] == MESH, "protein"]) or set(surfaces["protein"])
     return surfaces[surfaces["protein"].isin(full)]
-
-
-def simplifier() -> Simplifier | None:
-    """Decimation by quadric error of the package fast-simplification; None where it is not installed."""
-    try:
-        from fast_simplification import simplify
-    except ImportError:
-        print("fast-simplification is not installed: no mesh takes part")
-        return None
-
-    def fewer(vertices: np.ndarray, triangles: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-        reduced = simplify(vertices.astype("float32"), triangles.astype("int32"), target_count=n)
-        return reduced[0].astype(float), reduced[1].astype(int)
-
-    return fewer
 
 
 def corner_normals(corners: np.ndarray, triangles: np.ndarray) -> np.ndarray:

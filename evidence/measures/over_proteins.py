@@ -16,13 +16,14 @@ from sparsurf.sampling.combination import (
 from sparsurf.study.best_set import best_set
 from sparsurf.study.comparison.equal_error import REFERENCE
 from sparsurf.study.relation import mean_interval, rho_interval, with_interval
-from sparsurf.study.required_dots import FLOOR_FACTOR, smallest_n_s
+from sparsurf.study.required_dots import smallest_n_s
 from sparsurf.study.summary import Result, evaluated_readings, stack_column
 from sparsurf.study.tables import range_index, range_limits
 
+CLOSE = 1.1  # a Z within a tenth of a reference value counts as that value
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z
 REFERENCES = ("fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å")
-COLUMNS = {"own": "d_held_out", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
+COLUMNS = {"own": "d_cv", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
 RESAMPLED = 4000
 SETS_RESAMPLED = 200  # a confidence set takes longer than a mean
 
@@ -37,14 +38,14 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame: reading, range (0: mean of a protein's ranges), n (proteins), n_S_percent, `own`, d held out of each
+    DataFrame: reading, range (0: mean of a protein's ranges), n (proteins), n_S_percent, `own`, cross-validated d of each
     protein's own best; `from_all`, d of the combination with the highest mean d on all others; `lost`, the first less the
     second; `near`, d of the choice of the others nearest in mean roughness less `from_all`; with their intervals;
-    n_above and n_below, proteins whose own interval of d held out lies above and below 0.
+    n_above and n_below, proteins whose own interval of cross-validated d lies above and below 0.
     """
     rows = []
     sampled = summary[summary["n_combinations"] > 0].assign(
-        lost=lambda t: t["d_held_out"] - t["d_from_all"], near=lambda t: t["d_from_near"] - t["d_from_all"]
+        lost=lambda t: t["d_cv"] - t["d_from_all"], near=lambda t: t["d_from_near"] - t["d_from_all"]
     )
     for reading, part in sampled.groupby("reading", sort=False):
         by_protein = part.groupby("protein", sort=False).mean(numeric_only=True)
@@ -58,8 +59,8 @@ def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
             for name, column in COLUMNS.items():
                 row |= with_interval(name, rows_of_range[column])
             if k:
-                row["n_above"] = int((rows_of_range["d_held_out_low"] > 0).sum())
-                row["n_below"] = int((rows_of_range["d_held_out_high"] < 0).sum())
+                row["n_above"] = int((rows_of_range["d_cv_low"] > 0).sum())
+                row["n_below"] = int((rows_of_range["d_cv_high"] < 0).sum())
             rows.append(row)
     return pd.DataFrame(rows)
 
@@ -106,7 +107,7 @@ def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def enough(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
+def required(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     """Find the fewest dots of each protein whose Z comes within `CLOSE` of each reference.
 
     Parameters
@@ -125,13 +126,13 @@ def enough(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     for (protein, sampler, reading), part in curves.groupby(["protein", "sampler", "reading"], sort=False):
         for name in REFERENCES:
             z = limits[protein, name]
-            n = smallest_n_s(FLOOR_FACTOR * z, part["n_S_percent"].to_numpy(), part["Z"].to_numpy())
+            n = smallest_n_s(CLOSE * z, part["n_S_percent"].to_numpy(), part["Z"].to_numpy())
             rows.append((protein, sampler, reading, name, z, n))
     return pd.DataFrame(rows, columns=["protein", "sampler", "reading", "reference", "Z", "n_S_percent"])
 
 
-def enough_means(table: pd.DataFrame) -> pd.DataFrame:
-    """Distribution of `enough` over proteins: quartiles, the largest, and how many lie beyond what was measured."""
+def required_means(table: pd.DataFrame) -> pd.DataFrame:
+    """Distribution of `required` over proteins: quartiles, the largest, and how many lie beyond what was measured."""
     rows = []
     for keys, part in table.groupby(["sampler", "reading", "reference"], sort=False):
         n = part["n_S_percent"].to_numpy()

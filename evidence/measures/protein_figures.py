@@ -37,11 +37,9 @@ def d(stored: dict[str, pd.DataFrame]) -> Figure:
         left = 13 + apart * k
         ax = layout.axes(figure, left, 9, apart - 14, 44)
         rows = table[(table["reading"] == reading) & (table["range"] > 0)]
-        own = summary[(summary["reading"] == reading) & summary["d_held_out"].notna()]
+        own = summary[(summary["reading"] == reading) & summary["d_cv"].notna()]
         if len(own):
-            ax.plot(
-                own["n_S_percent"], own["d_held_out"], ".", color="#BBBBBB", markersize=2, label="one protein"
-            )
+            ax.plot(own["n_S_percent"], own["d_cv"], ".", color="#BBBBBB", markersize=2, label="one protein")
         error = rows[["own", "own_low", "own_high"]].to_numpy().T
         ax.errorbar(
             rows["n_S_percent"], error[0], [error[0] - error[1], error[2] - error[0]],
@@ -49,7 +47,7 @@ def d(stored: dict[str, pd.DataFrame]) -> Figure:
         )  # fmt: skip
         ax.plot(rows["n_S_percent"], rows["from_all"], "k_", markersize=9, label="choice of all others, mean")
         ax.axhline(0, color="black", linewidth=0.5)
-        ax.set(xlabel=AXIS, ylabel="d held out" if k == 0 else "")
+        ax.set(xlabel=AXIS, ylabel="cross-validated d" if k == 0 else "")
         layout.letter(figure, left - 11, 2, "ABC"[k])
         layout.text(figure, left - 6, 2.3, WORDS[reading])
         layout.legend(figure, left, 66, ax.get_legend_handles_labels()[0])
@@ -92,10 +90,10 @@ def roughness(stored: dict[str, pd.DataFrame]) -> Figure:
 
 
 @styled
-def enough(stored: dict[str, pd.DataFrame]) -> Figure:
+def required(stored: dict[str, pd.DataFrame]) -> Figure:
     """Draw the sufficient n_S over the proteins and against their size and mean roughness."""
     figure = layout.sheet(layout.PAGE, 126)
-    table = stored["enough"].assign(n=stored["enough"]["n_S_percent"].clip(*ENDS))
+    table = stored["required"].assign(n=stored["required"]["n_S_percent"].clip(*ENDS))
     references = list(table["reference"].unique())
     groups = [
         ("uniform", WRITTEN_READING),
@@ -156,8 +154,8 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
     """Draw Z by n_S over the proteins, as they are and recovered, with the noise floors."""
     figure = layout.sheet(layout.PAGE, 82)
     table, surfaces = stored["by_n_s"], stored["surfaces"]
-    floors = {"fresh dots": surfaces["fresh_dots"].mean(), "turned": surfaces["turned"].mean()}
-    floors[FAIR] = surfaces["atoms_moved_0.3_Å"].mean()
+    floors = {"fresh dots": surfaces["Z_resampled"].mean(), "turned": surfaces["Z_turned"].mean()}
+    floors[FAIR] = surfaces["Z_atoms_moved_0.3_Å"].mean()
     for k, reading in enumerate((WRITTEN_READING, RECOVERED)):
         ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
         for sampler, rows in table[table["reading"] == reading].groupby("sampler", sort=False):
@@ -205,4 +203,4 @@ def _ticks(axis: Axis, values: Sequence[float]) -> None:
     axis.set_minor_locator(NullLocator())
 
 
-FIGURES = {"d": d, "roughness": roughness, "enough": enough, "needed": needed}  # docs/proteins_<name>.png
+FIGURES = {"d": d, "roughness": roughness, "required": required, "needed": needed}  # docs/proteins_<name>.png

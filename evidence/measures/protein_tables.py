@@ -46,13 +46,13 @@ def tables_of(
             [(protein, protein.floors) for protein in measured],
         )
     )
-    enough, needed = over_proteins.enough(curves, floors), over_proteins.needed(curves)
-    quantities = quantities_of(summary, enough, needed)
+    required, needed = over_proteins.required(curves, floors), over_proteins.needed(curves)
+    quantities = quantities_of(summary, required, needed)
     found = {
         "d": over_proteins.d_by_range(summary),
         "plateaus": over_proteins.plateaus(results, summary),
-        "enough": enough,
-        "enough_means": over_proteins.enough_means(enough),
+        "required": required,
+        "required_means": over_proteins.required_means(required),
         "needed_means": over_proteins.needed_means(needed),
         "by_n_s": over_proteins.recovered_means(curves, floors),
         "correlations": over_proteins.rank_correlations(quantities, surfaces),
@@ -85,8 +85,8 @@ def of_recovered(results: list[Result]) -> tuple[pd.DataFrame, pd.DataFrame]:
     chosen = chosen.merge(
         worst.rename(columns={"protein": "lowest_protein", "d_from_all": "lowest"}), on="range"
     )
-    held = summary.groupby("protein")["d_held_out"].mean()
-    covered = _covered(f"d held out, `{RECOVERED}`", held.to_numpy(), RECOVERED)
+    held = summary.groupby("protein")["d_cv"].mean()
+    covered = _covered(f"cross-validated d, `{RECOVERED}`", held.to_numpy(), RECOVERED)
     return over_proteins.d_by_range(summary).merge(chosen, on="range", how="left"), covered
 
 
@@ -102,15 +102,13 @@ def of_whole_grid(whole: list[Result], quarter: list[Result]) -> tuple[pd.DataFr
     Returns
     -------
     DataFrame: range (0: mean of a protein's ranges), n (proteins), and means over them: n_S_percent and
-    n_S_percent_quarter, `whole` and `quarter`, d held out of each protein's own best, and `gain`, the first less the
+    n_S_percent_quarter, `whole` and `quarter`, cross-validated d of each protein's own best, and `gain`, the first less the
     second, with their intervals; and how often such an interval of the gain holds, a row of `coverage`
     """
-    keys, columns = ["protein", "range"], ["n_S_percent", "d_held_out"]
-    tables = (
-        summary_table(results).dropna(subset="d_held_out")[keys + columns] for results in (whole, quarter)
-    )
+    keys, columns = ["protein", "range"], ["n_S_percent", "d_cv"]
+    tables = (summary_table(results).dropna(subset="d_cv")[keys + columns] for results in (whole, quarter))
     both = next(tables).merge(next(tables), on=keys, suffixes=("", "_quarter"))
-    both = both.rename(columns={"d_held_out": "whole", "d_held_out_quarter": "quarter"})
+    both = both.rename(columns={"d_cv": "whole", "d_cv_quarter": "quarter"})
     both["gain"] = both["whole"] - both["quarter"]
     rows = []
     for k, rows_of_range in [(0, both.groupby("protein").mean()), *both.groupby("range")]:
@@ -122,17 +120,19 @@ def of_whole_grid(whole: list[Result], quarter: list[Result]) -> tuple[pd.DataFr
         rows.append(row)
     gain = both.groupby("protein")["gain"].mean().to_numpy()
     return pd.DataFrame(rows), _covered(
-        f"d held out, `{RECOVERED}`, whole less a quarter of the grid", gain, WHOLE
+        f"cross-validated d, `{RECOVERED}`, whole less a quarter of the grid", gain, WHOLE
     )
 
 
-def quantities_of(summary: pd.DataFrame, enough: pd.DataFrame, needed: pd.DataFrame) -> dict[str, pd.Series]:
+def quantities_of(
+    summary: pd.DataFrame, required: pd.DataFrame, needed: pd.DataFrame
+) -> dict[str, pd.Series]:
     """Numbers of each protein to correlate with its size and mean roughness: words -> Series by protein."""
-    own = summary[summary["n_combinations"] > 0].groupby(["reading", "protein"])["d_held_out"].mean()
-    out = {f"d held out, `{reading}`": own[reading] for reading in (CODED_READING, WRITTEN_READING)}
-    rows = enough[(enough["sampler"] == "farthest") & (enough["reading"] == RECOVERED)]
+    own = summary[summary["n_combinations"] > 0].groupby(["reading", "protein"])["d_cv"].mean()
+    out = {f"cross-validated d, `{reading}`": own[reading] for reading in (CODED_READING, WRITTEN_READING)}
+    rows = required[(required["sampler"] == "farthest") & (required["reading"] == RECOVERED)]
     for name in REFERENCES:
-        out[f"n_S enough, {name}"] = rows[rows["reference"] == name].set_index("protein")["n_S_percent"]
+        out[f"n_S required, {name}"] = rows[rows["reference"] == name].set_index("protein")["n_S_percent"]
     for target, part in needed[needed["target"] > LOWEST_TARGET].groupby("target"):
         own = part[(part["sampler"] == "farthest") & (part["reading"] == RECOVERED)].set_index("protein")
         out[f"times fewer than {target:g} % uniform"] = own["factor"]
@@ -144,7 +144,7 @@ def coverage(
 ) -> pd.DataFrame:
     """How often intervals over that many proteins contain the truth, with the measured proteins as the population."""
     rng = stream(SEED, "coverage over proteins")
-    means = {words: values for words, values in quantities.items() if words.startswith("d ")}
+    means = {words: values for words, values in quantities.items() if words.startswith("cross-validated d, ")}
     means |= {f"ln of {words}": np.log(x) for words, x in quantities.items() if words.startswith("times")}
     for percent in (2.5, 10.0):
         relative = over_proteins.over_floor(curves, floors)

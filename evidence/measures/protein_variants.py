@@ -19,14 +19,13 @@ def claims(measured: Measured) -> dict[str, float]:
 
     Returns
     -------
-    dict: d_as_coded, d_as_written, d held out of the best (mean of the ranges); over_floor, Z of the surface recovered from
-    10 % farthest-point dots over that of fresh dots; factor, times fewer farthest-point dots, recovered, than uniform ones
+    dict: d_as_coded, d_as_written, cross-validated d of the best (mean of the ranges); over_floor, Z of the surface recovered
+    from 10 % farthest-point dots over that of fresh dots; factor, times fewer farthest-point dots, recovered, than uniform ones
     as they are at 25 %
     """
     result, floors, by_n_s = measured
     out = {
-        f"d_{reading}": part["d_held_out"].mean()
-        for reading, part in result.ranges.groupby("reading", sort=False)
+        f"d_{reading}": part["d_cv"].mean() for reading, part in result.ranges.groupby("reading", sort=False)
     }
     line = by_n_s[(by_n_s["sampler"] == "farthest") & (by_n_s["reading"] == RECOVERED)].set_index("percent")
     out["over_floor"] = line.loc[10.0, "Z"] / floors.set_index("floor").loc[FRESH, "Z"]

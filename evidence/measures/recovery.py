@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from measures.timing import peak_memory
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
-from sparsurf.study.floors import FEW_DRAWS, FRESH, noise_floors
+from sparsurf.study.floors import FEW_DRAWS, FRESH, floors_table, measure_floors
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.relation import with_interval
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -71,15 +71,15 @@ def measure(
     two DataFrames: that of `floors.floors` with protein, N, area and atoms; and a row per sampler and n_S: Z_kept (as
     the dots are, islands removed on the full surface), Z (recovered), Z_over_floor, distance (Å, mean and 95 %
     quantile) and angle (degrees) of recovered dots to the true surface, dots (recovered), microseconds (CPU time of
-    recovery per recovered dot, the least of three).
+    recovery per recovered dot, the least of three). The kept dots, which lie on the surface, count.
     """
     surface = molecular_surface(xyz, radii)
     evaluator = PreparedSurface(surface, roughness_values=None, seed=seed, name=name, threads=threads)
-    table = noise_floors(
+    distances = measure_floors(
         evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz, draws=FEW_DRAWS
     )
     keys = {"protein": name, "N": len(surface), "area": evaluator.area, "atoms": len(xyz)}
-    floor = table.set_index("floor").loc[FRESH, "Z"]
+    floor = distances[FRESH].mean()
     true = truth(xyz, radii, evaluator.area)
     tests, rows = evaluator.draw_tests(n_tests), []
     z_tot, _ = evaluator.describe(tests)
@@ -92,7 +92,7 @@ def measure(
                 row[key] = evaluator.distances([kept], tests, z_tot, reading)[0].mean()
             row["Z_over_floor"] = row["Z"] / floor
             rows.append(row | _quality(surface.points[kept], surface.normals[kept], true))
-    return table.assign(**keys), pd.DataFrame(rows)
+    return floors_table(distances).assign(**keys), pd.DataFrame(rows)
 
 
 def truth(xyz: np.ndarray, radii: np.ndarray, area: float = 0.0) -> Truth:
@@ -115,22 +115,27 @@ def _quality(points: np.ndarray, normals: np.ndarray, true: Truth) -> dict[str, 
 def distances(points: np.ndarray, true: Truth) -> np.ndarray:
     """Distance (Å) of every dot to the surface that `truth` made, (M,); along the normal of the nearest dense dot, unless
     that one lies farther than dense dots do."""
-    return _nearest(points, true)[0]
+    return nearest(points, true)[0]
 
 
-def _nearest(points: np.ndarray, true: Truth) -> tuple[np.ndarray, np.ndarray]:
-    """The distances of `distances`, and the normals of the nearest dense dots, (M, 3)."""
+def nearest(points: np.ndarray, true: Truth) -> tuple[np.ndarray, np.ndarray]:
+    """The distances of `distances`, and the indices of the nearest dense dots, (M,)."""
     gap, near = true.tree.query(points)
     along = np.abs(np.sum((points - true.points[near]) * true.normals[near], axis=1))
-    return np.where(gap > 2 * true.spacing, gap, along), true.normals[near]
+    return np.where(gap > 2 * true.spacing, gap, along), near
+
+
+def angles(normals: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Angles between unit vectors, row by row, degrees."""
+    return np.degrees(np.arccos(np.clip(np.sum(normals * others, axis=1), -1, 1)))
 
 
 def errors(points: np.ndarray, normals: np.ndarray, true: Truth) -> dict[str, float]:
     """`ERRORS` of dots against the surface that `truth` made: Å, and degrees for the angle."""
     sampled = slice(None, None, max(1, len(points) // TRUE_SAMPLE))
-    distance, directions = _nearest(points[sampled], true)
-    angle = np.degrees(np.arccos(np.clip(np.sum(normals[sampled] * directions, axis=1), -1, 1)))
-    values = distance.mean(), *np.quantile(distance, (0.95, 0.99)), distance.max(), angle.mean()
+    distance, near = nearest(points[sampled], true)
+    angle = angles(normals[sampled], true.normals[near]).mean()
+    values = distance.mean(), *np.quantile(distance, (0.95, 0.99)), distance.max(), angle
     return dict(zip(ERRORS, values, strict=True))
 
 
@@ -154,13 +159,13 @@ def dense_means(table: pd.DataFrame) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame: hydrogens, asked (requested density), n (proteins), means of density, N, n_S and n_S_percent; how many times as
+    DataFrame: hydrogens, requested_density, n (proteins), means of density, N, n_S and n_S_percent; how many times as
     many dots are needed if the surface is recovered at 5.35 dots per Å^2: geometric mean `times`, `fewest`, `most`
     """
     rows = []
-    for (hydrogens, requested), part in table.groupby(["hydrogens", "asked"], sort=False):
+    for (hydrogens, requested), part in table.groupby(["hydrogens", "requested_density"], sort=False):
         times = part["n_S_at_5.35"] / part["n_S"]
-        row = {"hydrogens": hydrogens, "asked": requested, "n": len(part)}
+        row = {"hydrogens": hydrogens, "requested_density": requested, "n": len(part)}
         row |= {"density": part["density"].mean(), "N": part["N"].mean(), "n_S": part["n_S"].mean()}
         row |= {"n_S_percent": (100 * part["n_S"] / part["N"]).mean(), "times": np.exp(np.log(times).mean())}
         rows.append(row | {"fewest": times.min(), "most": times.max()})

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import gemmi
 import numpy as np
 import pandas as pd
 from scipy.optimize import minimize
@@ -15,6 +14,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import sparsurf
+from measures.alignments import ALIGNMENTS, aligned_residues, alignments, alpha
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
@@ -63,6 +63,7 @@ def forms(
     n: int,
     n_learned: int,
     rng: np.random.Generator,
+    everywhere: bool = False,
 ) -> tuple[dict[str, np.ndarray], list[tuple], Sites, Sites | None]:
     """Describe places on both forms of one protein; the unbound one is rotated at random.
 
@@ -74,6 +75,8 @@ def forms(
     percents : sequence of float, MAIN among them: share of the dots that are kept on both forms
     n, n_learned : int, places of the interface, as of the rest, that are sought; those from which weights are learned
     rng : numpy Generator, of the turn and the places
+    everywhere : bool
+        Seek all places, also those that the other form lacks, and add the alignments of `alignments` to the opponents.
 
     Returns
     -------
@@ -89,7 +92,8 @@ def forms(
     shift, moved = displacements(dots.points, bound, superposed)
     true = (dots.points + shift) @ turn
     there = cKDTree(other.points).query(np.nan_to_num(true, nan=1e6))[0] < THERE
-    sought = [rng.permutation(np.flatnonzero(there & own))[:n] for own in (interface, ~interface)]
+    may = there | everywhere
+    sought = [rng.permutation(np.flatnonzero(may & own))[:n] for own in (interface, ~interface)]
     sought = np.concatenate(sought)
     out = {"interface": interface[sought], "moved": moved[sought], "true": true[sought]}
     out["share_there"] = np.array(
@@ -118,7 +122,7 @@ def forms(
             pairs = numbers_at(few[0], dots.points[learned]), numbers_at(few[1], true[learned])
             out["learned"], target = np.stack(pairs), sites
             own = kept[0][: n_kept[MAIN][0]]
-            own = own[interface[own] & there[own]]
+            own = own[interface[own] & may[own]]
             if len(own) >= 3:
                 site = sparsurf.describe_sites(few[0], percent=100, fields=FIELDS, at=dots.points[own])
                 out["true_site"] = true[own]
@@ -126,6 +130,11 @@ def forms(
         out[f"query {name}"] = describe(bound, dots, dots.points[sought])
         out[f"target {name}"] = describe(turned, other, other.points[kept[1]])
     out["place of all"] = other.points[kept[1]]
+    for name, move in alignments().items() if everywhere else ():
+        out[f"query {name}"], out[f"target {name}"] = (
+            move(bound, turned, dots.points[sought]),
+            out["place of all"],
+        )
     return out, costs, target, site
 
 
@@ -136,15 +145,9 @@ def numbered_as(molecule: Molecule, reference: Molecule) -> tuple[Molecule, floa
     -------
     Molecule; residues without a counterpart take numbers of their own; and the share of the others that are of one type
     """
-    both, names = (molecule, reference), []
-    for each in both:
-        names.append([standard_name(str(name)) for name in each.residues["residue_name"]])
-    alignment = gemmi.align_string_sequences(*names, [], gemmi.AlignmentScoring("b"))
-    gapped = [alignment.add_gaps(gemmi.one_letter_code(own), k) for k, own in enumerate(names, 1)]
-    residue_index = [np.cumsum([letter != "-" for letter in row]) - 1 for row in gapped]
-    paired = np.array([a != "-" != b for a, b in zip(*gapped, strict=True)])
-    rows = [own[paired] for own in residue_index]
-    at = [each.xyz[0][_alpha(each)][own] for each, own in zip(both, rows, strict=True)]
+    both, rows = (molecule, reference), aligned_residues(molecule, reference)
+    names = [[standard_name(str(name)) for name in each.residues["residue_name"]] for each in both]
+    at = [each.xyz[0][alpha(each)][own] for each, own in zip(both, rows, strict=True)]
     near = np.ones(len(at[0]), bool)
     for _ in range(FITS):
         turn, shift = rigid_fit(*(each[near] for each in at), np.ones(near.sum()))
@@ -156,14 +159,6 @@ def numbered_as(molecule: Molecule, reference: Molecule) -> tuple[Molecule, floa
     chain = np.full(molecule.n_atoms, reference.chain[0])
     alike = np.mean([names[0][i] == names[1][j] for i, j in zip(*rows, strict=True)])
     return replace(molecule, residue=number[molecule.residue_index], chain=chain), alike
-
-
-def _alpha(molecule: Molecule) -> np.ndarray:
-    """The C-alpha atom of each residue, (R,) int; where there is none, the first atom."""
-    first = np.unique(molecule.residue_index, return_index=True)[1]
-    alpha = np.flatnonzero(molecule.name == "CA")
-    first[molecule.residue_index[alpha]] = alpha
-    return first
 
 
 def displacements(places: np.ndarray, bound: Molecule, superposed: Molecule) -> tuple[np.ndarray, np.ndarray]:
@@ -207,13 +202,17 @@ def saved_bytes(sites: Sites) -> int:
 
 
 def _composition(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
-    """How many residues of each of the 20 types have an atom within AROUND of places: (P, 20)."""
+    return residues_around(molecule, places, AROUND)
+
+
+def residues_around(molecule: Molecule, places: np.ndarray, radius: float) -> np.ndarray:
+    """How many residues of each of the 20 types have an atom within `radius` (Å) of places: (P, 20) float32."""
     residues = molecule.residues
     kind = np.array(
         [RESIDUES.index(n) if n in RESIDUES else -1 for n in map(standard_name, residues["residue_name"])]
     )
     out = np.zeros((len(places), len(RESIDUES)), np.float32)
-    for row, near in zip(out, cKDTree(molecule.xyz[0]).query_ball_point(places, AROUND), strict=True):
+    for row, near in zip(out, cKDTree(molecule.xyz[0]).query_ball_point(places, radius), strict=True):
         kinds = kind[np.unique(molecule.residue_index[near])]
         row += np.bincount(kinds[kinds >= 0], minlength=len(RESIDUES))
     return out
@@ -328,7 +327,10 @@ def scores(arrays: dict[str, np.ndarray], weights: dict) -> Iterator[dict]:
     """Yield how often the places of one protein are found, by percent, channels and kind of place."""
     percents = [float(key.split()[1]) for key in arrays if key.startswith("place ") and key != "place of all"]
     for percent in percents:
-        for channels in (*CHANNELS, *(name for name in OPPONENTS if f"query {name}" in arrays)):
+        for channels in (
+            *CHANNELS,
+            *(name for name in (*OPPONENTS, *ALIGNMENTS) if f"query {name}" in arrays),
+        ):
             query, target, at = described(arrays, percent, channels, weights)
             right = apart(arrays["true"], at) < SAME
             results = outcomes(apart(query, target), right)
@@ -342,7 +344,14 @@ def scores(arrays: dict[str, np.ndarray], weights: dict) -> Iterator[dict]:
                         "candidates": len(at),
                     }
                     with np.errstate(invalid="ignore"):
-                        yield row | {key: np.nanmean(values[chosen]) for key, values in results.items()}
+                        row |= {key: np.nanmean(values[chosen]) for key, values in results.items()}
+                        row["first_moved"] = _mean(results["first"][chosen & (arrays["moved"] >= MOVED[-2])])
+                    yield row
+
+
+def _mean(values: np.ndarray) -> float:
+    """The mean of values; NaN if there are none."""
+    return float(values.mean()) if len(values) else np.nan
 
 
 def by_place(arrays: dict[str, np.ndarray], weights: dict, every: list[dict]) -> pd.DataFrame:
@@ -403,8 +412,9 @@ def whole(
 
 
 def off_place(site: Sites, pose: Pose, true: np.ndarray) -> float:
-    """Median distance of the places of a site, superposed onto a target, from their true positions (Q, 3), Å."""
-    return np.median(np.linalg.norm(site.points @ pose.turn + pose.shift - true, axis=1))
+    """Median distance of the places of a site, superposed onto a target, from their true positions (Q, 3), Å; without those
+    whose position is unknown."""
+    return np.nanmedian(np.linalg.norm(site.points @ pose.turn + pose.shift - true, axis=1))
 
 
 def null_scores(

@@ -61,7 +61,7 @@ def steadiness(
 
     Returns
     -------
-    changes : DataFrame with density, descriptor, change, Z, sd of Z over the turns, two_patches and ratio
+    changes : DataFrame with density, descriptor, change, Z, sd of Z over the turns, Z_two_patches and ratio
     orders : DataFrame with density, descriptor, n and ratio: the variance of the coefficients of this order when the
         molecule is turned and gets fresh dots, over that between patches
     """
@@ -84,7 +84,7 @@ def steadiness(
         for n in range(21):
             of_n = [k for k, (order, _) in enumerate(indices()) if order == n]
             orders.append((density, name, n, within[of_n].sum() / z.var(axis=0)[of_n].sum()))
-    columns = ["density", "descriptor", "change", "Z", "sd", "two_patches", "ratio"]
+    columns = ["density", "descriptor", "change", "Z", "sd", "Z_two_patches", "ratio"]
     return pd.DataFrame(changes, columns=columns), pd.DataFrame(
         orders, columns=["density", "descriptor", "n", "ratio"]
     )

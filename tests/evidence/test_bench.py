@@ -64,7 +64,7 @@ def test_time_is_counted_per_piece_of_work(monkeypatch):
     assert value["one sampling"] == value["one sampling and a uniform subset"] == 1e3 / 2
     assert value["one sampling per dot"] == pytest.approx(1e9 / 2 / len(surface))
     assert value["a descriptor, 20% kept, `as_coded`"] == pytest.approx(1e6 / 16 / 64)
-    assert value["a steady descriptor, 20% kept, `as_coded`"] == pytest.approx(1e6 / 2 / 64)
+    assert value["a rotation-robust descriptor, 20% kept, `as_coded`"] == pytest.approx(1e6 / 2 / 64)
     assert value[f"surface per atom, {2 * atoms} atoms"] == pytest.approx(1e6 / (2 * atoms))
     assert value[f"a frame of an ensemble, {atoms} atoms"] == pytest.approx(1 / 3)
 

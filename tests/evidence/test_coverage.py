@@ -15,7 +15,7 @@ def test_one_replicate_by_hand():
     seen = coverage.one_replicate(x, truth)
     assert seen["fixed_t"] == np.mean([found.low[k] <= truth[k] <= found.high[k] for k in range(3)])
     assert seen["selected_bias"] == pytest.approx(found.mean[2] - 3.0)  # the third is the winner
-    assert seen["held_out_bias"] == pytest.approx(cross_validated(x).mean - 3.0)
+    assert seen["cv_bias"] == pytest.approx(cross_validated(x).mean - 3.0)
     off = np.abs(found.mean - truth) / found.error
     assert seen["fixed_normal"] == np.mean(off <= 1.95996)
     assert seen["half_width"] == pytest.approx(cross_validated(x).half)
@@ -62,4 +62,4 @@ def test_a_normal_pool_is_covered():
     row = table.iloc[0]
     assert row["range"] == 3 and row["n_combinations"] == 8
     assert row["fixed_t"] == pytest.approx(0.95, abs=0.025) and row["fixed_normal"] < row["fixed_t"]
-    assert row["selected_bias"] > 0.03 and abs(row["held_out_bias"]) < 0.03
+    assert row["selected_bias"] > 0.03 and abs(row["cv_bias"]) < 0.03

@@ -31,7 +31,9 @@ def test_steadiness_shows_means_with_their_ends():
     ends = [path.vertices[:, 1] for bar in left.collections for path in bar.get_paths()]
     wanted = changes[["ratio_low", "ratio_high"]].to_numpy()
     assert np.array(ends) == pytest.approx(wanted)
-    assert np.array_equal(right.lines[1].get_ydata(), orders.loc[orders["descriptor"] == "steady", "ratio"])
+    assert np.array_equal(
+        right.lines[1].get_ydata(), orders.loc[orders["descriptor"] == "rotation_robust", "ratio"]
+    )
     assert right.get_yscale() == "log"
 
 
@@ -39,7 +41,7 @@ def test_samplers_are_drawn_in_units_of_each_surfaces_floor_and_averaged():
     figure = descriptors_figures.samplers(DESCRIPTORS["changes"], DESCRIPTORS["samplers"])
     table, changes = DESCRIPTORS["samplers"], DESCRIPTORS["changes"]
     assert table["surface"].nunique() > 1
-    for ax, descriptor in zip(figure.axes, ("published", "steady"), strict=True):
+    for ax, descriptor in zip(figure.axes, ("published", "rotation_robust"), strict=True):
         same = changes[(changes["descriptor"] == descriptor) & (changes["density"] == 5.35)]
         floor = dict(same.loc[same["change"] == "turned, fresh dots", ["surface", "Z"]].to_numpy())
         assert ax.get_title() == f"{descriptor}: floor {np.mean([*floor.values()]):.2f}"

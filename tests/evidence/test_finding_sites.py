@@ -80,7 +80,7 @@ def test_opponents_that_are_not_installed_are_left_out_and_named(monkeypatch, ca
     rng = np.random.default_rng(0)
     places = 9 * rng.random((9, 3))
     arrays = {"place 10": places, "place of all": places, "true": places[:4]}
-    arrays |= {"interface": np.array([True, True, False, False])}
+    arrays |= {"interface": np.array([True, True, False, False]), "moved": np.array([0.0, 3, 0, np.nan])}
     arrays |= {"query FPFH (Open3D)": rng.random((4, 33)), "target FPFH (Open3D)": rng.random((9, 33))}
     monkeypatch.setattr(sites, "CHANNELS", {})
     assert {row["channels"] for row in sites.scores(arrays, None)} == {"FPFH (Open3D)"}

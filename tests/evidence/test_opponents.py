@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial import cKDTree
 
-from measures import opponents
-from measures.recovery import errors, truth
-from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered
+from measures import opponents, rebuilding
+from measures.recovery import truth
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.recovering import recover
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.study.prepared_surface import PreparedSurface
@@ -37,6 +37,50 @@ def test_normals_at_corners_and_dots_on_a_mesh(ball):
     assert apart.min() >= 0.65 / 5.35**0.5 - 1e-9
 
 
+def test_errors_of_both_sides_by_hand():
+    """Dots 0.1 Å outside of a ball of 4 Å, without its cap: places there have none near, and dots in a cavity do not count."""
+    true = truth(np.zeros((1, 3)), np.array([4.0]))
+    unit = true.normals
+    cap = unit[:, 2] > 0.8
+    cavity = unit[:, 2] < -0.9
+    measured, gap = opponents.two_sided(4.1 * unit[~cap], unit[~cap], true, ~cavity)
+    assert measured["there"] == pytest.approx(0.1, abs=1e-6) and measured["there_most"] == pytest.approx(
+        0.1, abs=1e-6
+    )
+    top = np.linalg.norm([4.1 * 0.6, 4.1 * 0.8 - 4.0])  # from the pole to the rim of what is left
+    assert measured["back_most"] == pytest.approx(top, abs=0.15)  # dense dots lie 0.13 Å apart
+    assert measured["largest"] == measured["back_most"] and measured["distance"] == measured["back"]
+    assert measured["angle"] == pytest.approx(0, abs=1e-3)
+    assert len(gap) == np.ceil((~cavity).sum() / 3)
+
+
+def test_a_turn_is_sharp_where_normals_oppose_each_other_nearby():
+    z = [[0.0, 0, 1], [0.0, 0, -1], [1.0, 0, 0.1], [0.0, 0, -1]]
+    points = np.array([[0.0, 0, 0], [1.4, 0, 0], [0.0, 1.4, 0], [0.0, -1.6, 0]])
+    assert opponents._sharp(points, np.array(z)).tolist() == [True, True, False, False]
+    assert opponents._where(np.arange(4.0), np.zeros(4), np.array([False, False, False, True])).iloc[-1][
+        ["where", "dots_percent", "worst_percent", "mean"]
+    ].to_list() == ["sharp turns", 25, 100, 3]
+
+
+def test_surfaces_through_the_same_dots_by_pymeshlab(ball):
+    pytest.importorskip("pymeshlab")
+    keep = SAMPLERS["farthest"](PreparedSurface(ball.vertices), 200, np.random.default_rng(0))
+    dots = ball.vertices.points[keep], ball.vertices.points[keep] / 4
+    for name, rebuild in rebuilding.rebuilders().items():
+        corners, triangles = rebuild(*dots)
+        off = np.abs(np.linalg.norm(corners, axis=1) - 4)
+        assert len(triangles) > 1000 and off.mean() < 0.08, name  # dots 1 Å apart rise 0.03 over chords
+    corners, triangles = rebuilding.simplify(ball.vertices.points, ball.triangles, 400)
+    assert 390 <= len(triangles) <= 400 and np.abs(np.linalg.norm(corners, axis=1) - 4).max() < 0.2
+
+
+def test_without_pymeshlab_one_sentence_says_so(monkeypatch, capsys):
+    monkeypatch.setattr(rebuilding, "find_spec", lambda name: None)
+    assert not rebuilding.installed()
+    assert capsys.readouterr().out.count("pymeshlab is not installed") == 1
+
+
 def test_normals_at_the_corners_of_a_cube_are_its_diagonals():
     # by angle it does not matter which of its corners the diagonal of a face divides
     corners = np.array([[x, y, z] for x in (-1.0, 1) for y in (-1.0, 1) for z in (-1.0, 1)])
@@ -53,7 +97,12 @@ def test_bytes_and_errors():
         mesh = molecular_mesh(ATOMS, RADII, step=0.7)
         return mesh.vertices.points, mesh.triangles
 
-    rows, where = opponents.measure("three atoms", ATOMS, RADII, coarser, 40, (10.0,))
+    def ball_of_its_own(points, normals):
+        mesh = molecular_mesh(ATOMS, RADII, step=0.3)
+        return mesh.vertices.points, mesh.triangles
+
+    others = {"others": ball_of_its_own, "nothing": lambda points, normals: (points, np.empty((0, 3), int))}
+    rows, where = opponents.measure("three atoms", ATOMS, RADII, coarser, others, 40, (10.0,))
     rows = rows.set_index("sampler")
     kept, mesh = rows.loc[opponents.KEPT], rows.loc[opponents.MESH]
     assert kept["bytes"] == 24 * kept["n_S"]
@@ -66,10 +115,14 @@ def test_bytes_and_errors():
     surface = molecular_surface(ATOMS, RADII)
     evaluator = PreparedSurface(surface, seed=20261120, name="three atoms")
     chosen = SAMPLERS["farthest"](evaluator, kept["n_S"], evaluator.stream("recovery", "farthest"))
-    wanted = errors(
-        *recover(surface.points[chosen], surface.normals[chosen]), truth(ATOMS, RADII, evaluator.area)
-    )
+    true, few = truth(ATOMS, RADII, evaluator.area), (surface.points[chosen], surface.normals[chosen])
+    dense = [each[len(chosen) :] for each in recover(*few, DENSITY_FOR_ERRORS)]  # without the kept dots
+    wanted, gap = opponents.two_sided(*dense, true, np.full(len(true.points), True))
     assert rows.loc[opponents.KEPT, list(wanted)].to_dict() == pytest.approx(wanted)
+    assert rows.loc["others", "bytes"] == kept["bytes"] and rows.loc["others", "distance"] < 0.03
+    assert "nothing" not in rows.index
+    assert rows.loc[opponents.WORST, "back_most"] < kept["back_most"]
+    assert rows.loc[opponents.UNIFORM, "distance"] > kept["distance"]
     sparse, many = rows.loc[opponents.SPARSE], rows.loc[opponents.QUANTISED]
     assert sparse["bytes"] == kept["bytes"]
     assert many["bytes"] == kept["bytes"] and many["n_S"] == 3 * kept["n_S"]
@@ -83,12 +136,9 @@ def test_bytes_and_errors():
         and rows.loc[opponents.ROUNDED_ATOMS, "distance"] < 0.01
     )
     own = where[where["sampler"] == opponents.KEPT].set_index("where")
-    off = distance_to_recovered(
-        surface.points, surface.points[chosen], surface.normals[chosen], density=DENSITY_FOR_ERRORS
-    )
-    assert own.loc["everywhere", ["mean", "largest"]].to_list() == pytest.approx([off.mean(), off.max()])
-    assert own.loc[["clefts", "flats", "ridges"], "dots"].sum() == len(surface)
-    few, _ = opponents.measure("no mesh", ATOMS, RADII, None, 40, (100 * 30.6 / len(surface),))
+    assert own.loc["everywhere", ["mean", "largest"]].to_list() == pytest.approx([gap.mean(), gap.max()])
+    assert own.loc[["clefts", "flats", "ridges"], "dots"].sum() == len(gap)
+    few, _ = opponents.measure("no mesh", ATOMS, RADII, None, {}, 40, (100 * 30.6 / len(surface),))
     few = few.set_index("sampler")
     assert opponents.MESH not in few.index and few.loc[opponents.KEPT, "n_S"] == 31
 

@@ -32,23 +32,23 @@ def floors_at(fresh):
 
 
 def test_enough_is_where_the_curve_comes_near_a_reference():
-    found = over_proteins.enough(curve(), floors_at(0.1)).set_index("reference")["n_S_percent"]
+    found = over_proteins.required(curve(), floors_at(0.1)).set_index("reference")["n_S_percent"]
     # Z = sqrt(10 / n) within a tenth of 1: n = 10 / 1.1^2
-    assert found["turned"] == pytest.approx(10 / over_proteins.FLOOR_FACTOR**2)
+    assert found["turned"] == pytest.approx(10 / over_proteins.CLOSE**2)
     assert found["fresh dots"] == np.inf
-    assert found["atoms moved 0.1 Å"] == pytest.approx(10 / (2 * over_proteins.FLOOR_FACTOR) ** 2)
-    assert (over_proteins.enough(curve(), floors_at(9.0))["n_S_percent"] == 0).sum() == 1
+    assert found["atoms moved 0.1 Å"] == pytest.approx(10 / (2 * over_proteins.CLOSE) ** 2)
+    assert (over_proteins.required(curve(), floors_at(9.0))["n_S_percent"] == 0).sum() == 1
 
 
 def test_quartiles_hold_numbers_beyond_what_was_measured():
     table = pd.DataFrame({"n_S_percent": [0.0, 1, 2, 3, 4, 5, 6, np.inf, np.inf]})
-    row = over_proteins.enough_means(table.assign(sampler="s", reading="as_written", reference="y")).iloc[0]
+    row = over_proteins.required_means(table.assign(sampler="s", reading="as_written", reference="y")).iloc[0]
     assert (row["median"], row["highest"], row["lowest"]) == (4, np.inf, 0)
     assert (row["n"], row["n_less"], row["n_more"]) == (9, 1, 2)
     ten = pd.DataFrame(
         {"n_S_percent": np.arange(10.0), "sampler": "s", "reading": "as_written", "reference": "y"}
     )
-    row = over_proteins.enough_means(ten).iloc[0]  # the 3rd, the 5th and the 8th: values that were found
+    row = over_proteins.required_means(ten).iloc[0]  # the 3rd, the 5th and the 8th: values that were found
     assert (row["quarter"], row["median"], row["three_quarters"]) == (2, 4, 7)
 
 
@@ -116,7 +116,7 @@ def test_a_winner_is_looked_for_where_both_rules_have_one():
 def test_the_factor_of_a_variant_is_that_of_a_quarter_of_uniform_dots():
     recovered = curve(sampler="farthest", reading="recovered")
     recovered["Z"] = 5 / recovered["percent"]  # that of 25 % uniform dots, sqrt(10 / 25), at 7.9 %
-    ranges = pd.DataFrame({"reading": ["as_coded", "as_coded", "as_written"], "d_held_out": [0.5, 1.0, -0.5]})
+    ranges = pd.DataFrame({"reading": ["as_coded", "as_coded", "as_written"], "d_cv": [0.5, 1.0, -0.5]})
     measured = SimpleNamespace(ranges=ranges, protein="p"), floor(**{"fresh dots": 0.25})
     found = protein_variants.claims((*measured, pd.concat([curve(), recovered])))
     assert found["factor"] == pytest.approx(25 / (5 / np.sqrt(0.4)), rel=1e-3)
@@ -146,8 +146,8 @@ def test_d_of_two_proteins_by_hand():
         ("b", 1, 5, 20.0, -1.0, -1.5, -0.5, -1.0, -1.5),
         ("b", 2, 0, 99.0, 99.0, 99.0, 99.0, 99.0, 99.0),
     ]
-    columns = ["protein", "range", "n_combinations", "n_S_percent", "d_held_out", "d_held_out_low"]
-    columns += ["d_held_out_high", "d_from_all", "d_from_near"]
+    columns = ["protein", "range", "n_combinations", "n_S_percent", "d_cv", "d_cv_low"]
+    columns += ["d_cv_high", "d_from_all", "d_from_near"]
     table = over_proteins.d_by_range(pd.DataFrame(rows, columns=columns).assign(reading="as_coded"))
     whole, first, second = table.to_dict("records")
     assert [each["range"] for each in (whole, first, second)] == [0, 1, 2]

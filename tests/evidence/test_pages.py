@@ -1,4 +1,4 @@
-"""The numbers and tables of README.md and docs/ are those of evidence/tables (how they name a cell: evidence/pages.py)."""
+"""The numbers and tables of README.md and docs/ are those of evidence/tables, as evidence/pages.yaml lists them."""
 
 import re
 
@@ -19,27 +19,50 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.parametrize("name", pages.read_list())
+def test_a_page_shows_the_numbers_of_its_tables(name):
+    text, entries = (ROOT / name).read_text(encoding="utf-8"), pages.read_list()[name]
+    assert pages.differing(text, entries.get("numbers", ())) == []
+    assert pages.filled(text, entries.get("tables", ())) == text, "run python evidence/pages.py"
+
+
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
-def test_a_page_shows_the_numbers_of_its_tables(path):
-    text = path.read_text(encoding="utf-8")
-    assert pages.differing(text) == []
-    assert pages.filled(text) == text, "run python evidence/pages.py README.md docs/*.md"
+def test_the_source_of_a_page_names_no_cells(path):
+    assert not re.findall(r"<!--[^>]*\.csv", path.read_text(encoding="utf-8")), (
+        "list them in evidence/pages.yaml"
+    )
 
 
-@pytest.mark.parametrize(
-    "shown",
-    ["0.56", "0.6", "0.564", "+0.56", "0.56 Å", "1,235 %<!-- t.csv name=uniform percent=10 Z --> and 0.56"],
-)
+def number(text, *cells):
+    return [{"text": text, "cells": list(cells)}]
+
+
+@pytest.mark.parametrize("shown", ["0.56", "0.6", "0.564", "+0.56"])
 def test_a_number_is_rounded_as_it_is_shown(folder, shown):
-    assert pages.differing(f"Z is {shown}<!-- t.csv name=farthest percent=5 Z -->.", folder) == []
+    one = number("Z is {}.", "t.csv name=farthest percent=5 Z")
+    assert pages.differing(f"Here, Z is {shown}.", one, folder) == []
+
+
+def test_several_numbers_of_one_text_stand_in_its_order_over_line_breaks(folder):
+    two = number("Z is {} % and {} there", "t.csv name=uniform Z", "t.csv name=farthest percent=5 low")
+    assert pages.differing("Z\nis 1,235 % and\n−0.02 there", two, folder) == []
+    (sentence,) = pages.differing("Z is 1,235 % and 0.02 there", two, folder)
+    assert sentence.startswith("0.02 is -0.020 in")
 
 
 @pytest.mark.parametrize(
     ("shown", "column"), [("0.57", "Z"), ("0.02", "low"), ("-0.03", "low"), ("-0.56", "Z")]
 )
 def test_another_number_or_sign_is_named(folder, shown, column):
-    (sentence,) = pages.differing(f"It is {shown}<!-- t.csv name=farthest percent=5 {column} -->.", folder)
+    one = number("It is {}.", f"t.csv name=farthest percent=5 {column}")
+    (sentence,) = pages.differing(f"It is {shown}.", one, folder)
     assert sentence.startswith(f"{shown} is ")
+
+
+@pytest.mark.parametrize("page", ["It was 0.56.", "It is 0.56. It is 0.56."])
+def test_a_text_that_the_page_does_not_hold_once_is_named(folder, page):
+    (sentence,) = pages.differing(page, number("It is {}.", "t.csv name=farthest percent=5 Z"), folder)
+    assert "not once" in sentence
 
 
 @pytest.mark.parametrize(
@@ -50,21 +73,24 @@ def test_a_cell_that_is_not_there_once_is_refused(folder, cell):
         pages.cell(cell, folder)
 
 
-def test_a_table_is_filled_up_to_the_blank_line(folder):
-    mark = (
-        "<!-- table t.csv name=farthest percent=5|10\ndots / %: {percent:g}\nZ: {Z:.2f} ({low:+.2f})\n-->\n"
+def test_tables_are_filled_and_equal_headers_go_in_order(folder):
+    columns = {"dots / %": "{percent:g}", "Z": "{Z:.2f} ({low:+.2f})"}
+    tables = [{"rows": f"t.csv {rows}", "columns": columns} for rows in ("percent=5|10", "name=uniform")]
+    tables.insert(1, {"rows": "t.csv name=uniform", "columns": {"name": "{name}"}})
+    old = "| dots / % | Z |\n| --- | --- |\n| old | |\n"
+    made = pages.filled(f"A\n\n{old}\nB\n\n| name |\n| --- |\n| old |\n\n{old}", tables, folder)
+    head = "| dots / % | Z |\n| --- | --- |\n"
+    assert made == (
+        f"A\n\n{head}| 5 | 0.56 (−0.02) |\n| 10 |  |\n| 10 | 1234.56 (+0.50) |\n"
+        f"\nB\n\n| name |\n| --- |\n| uniform |\n\n{head}| 10 | 1234.56 (+0.50) |\n"
     )
-    text = f"Before.\n\n{mark}| old |\n| --- |\n\nBehind.\n"
-    made = pages.filled(text, folder)
-    assert (
-        made
-        == f"Before.\n\n{mark}| dots / % | Z |\n| --- | --- |\n| 5 | 0.56 (−0.02) |\n| 10 |  |\n\nBehind.\n"
-    )
-    assert pages.filled(made, folder) == made
+    assert pages.filled(made, tables, folder) == made
+    with pytest.raises(InputError, match="no table"):
+        pages.filled("| name |\n", tables, folder)
 
 
 def test_the_help_of_recover_has_the_errors_of_the_table():
     rows = [pages.rows_of("recover_where_means.csv", ["sampler=farthest dots", "where=everywhere", f"percent={p}"])
-            for p in (10, 2.5)]  # fmt: skip
+            for p in (10, 5)]  # fmt: skip
     told = [f"{row[key].iloc[0]:.2f}" for row in rows for key in ("mean", "high_99", "largest")]
     assert re.findall(r"\d\.\d\d(?= |,)", EXAMPLES) == told

@@ -54,7 +54,7 @@ def summary(measured):
 
 
 def test_every_table_is_there_and_of_these_proteins(found):
-    assert {"d", "plateaus", "enough", "enough_means", "needed_means", "coverage"} < set(found)
+    assert {"d", "plateaus", "required", "required_means", "needed_means", "coverage"} < set(found)
     assert "recovered" not in found
     assert found["power"]["n"].tolist() == [4]
     assert found["d"].query("range == 0")["n"].tolist() == [4, 4]
@@ -68,23 +68,25 @@ def test_every_table_is_there_and_of_these_proteins(found):
 
 
 def test_quantities_are_those_of_farthest_point_dots_recovered(found, summary):
-    enough = found["enough"]
+    required = found["required"]
     needed = over_proteins.needed(pd.concat([measured_of(s)[2].assign(protein=NAMES[s]) for s in range(4)]))
-    quantities = protein_tables.quantities_of(summary, enough, needed)
+    quantities = protein_tables.quantities_of(summary, required, needed)
     assert list(quantities) == [
-        "d held out, `as_coded`", "d held out, `as_written`", "n_S enough, fresh dots", "n_S enough, turned",
-        "n_S enough, atoms moved 0.1 Å", "n_S enough, atoms moved 0.3 Å", "times fewer than 25 % uniform",
+        "cross-validated d, `as_coded`", "cross-validated d, `as_written`", "n_S required, fresh dots", "n_S required, turned",
+        "n_S required, atoms moved 0.1 Å", "n_S required, atoms moved 0.3 Å", "times fewer than 25 % uniform",
         "times fewer than 40 % uniform",
     ]  # fmt: skip
-    held = summary.query("reading == 'as_coded' and n_combinations > 0 and protein == 'b'")[
-        "d_held_out"
-    ].mean()
-    assert quantities["d held out, `as_coded`"]["b"] == pytest.approx(held)
-    assert quantities["d held out, `as_written`"].max() < 0 < quantities["d held out, `as_coded`"].min()
+    held = summary.query("reading == 'as_coded' and n_combinations > 0 and protein == 'b'")["d_cv"].mean()
+    assert quantities["cross-validated d, `as_coded`"]["b"] == pytest.approx(held)
+    assert (
+        quantities["cross-validated d, `as_written`"].max()
+        < 0
+        < quantities["cross-validated d, `as_coded`"].min()
+    )
     for s, name in enumerate(NAMES):
         # Z^2 = 10 factor / n within a tenth of the reference
         wanted = 10 * (0.2 + 0.1 * s) / (1.1 * (0.8 + 0.1 * s)) ** 2
-        assert quantities["n_S enough, turned"][name] == pytest.approx(wanted)
+        assert quantities["n_S required, turned"][name] == pytest.approx(wanted)
         assert quantities["times fewer than 25 % uniform"][name] == pytest.approx(1 / (0.2 + 0.1 * s))
 
 
@@ -96,7 +98,7 @@ def test_coverage_is_asked_of_the_numbers_that_have_intervals(found):
     for percent, words in ((2.5, "2.5"), (10, "10")):
         wanted = np.sqrt(10 / factor / percent) / [0.5, 0.6, 0.7, 0.8]
         assert means[f"Z recovered from {words} %, over fresh dots"] == pytest.approx(wanted.sum())
-    assert "d held out, `as_coded`" in means and not any("n_S" in words for words in means.index)
+    assert "cross-validated d, `as_coded`" in means and not any("n_S" in words for words in means.index)
     sets = table[table["interval"] == "confidence set"]
     assert sets["coverage"].tolist() == [
         (k, 10, reading, 4) for reading in ("as_coded", "as_written") for k in (2, 5)
@@ -140,12 +142,12 @@ def test_a_share_of_ranges_lies_between_none_and_all(measured):
 
 def test_the_whole_recovered_grid_is_set_beside_its_quarter_on_the_same_proteins(measured):
     def on(protein, d, n_s):
-        """A result with d held out d + k and n_S n_s + k in range k, under one reading."""
+        """A result with cross-validated d d + k and n_S n_s + k in range k, under one reading."""
         own = measured[0].result
         ranges = own.ranges[own.ranges["reading"] == "as_coded"]
         empty = ranges["n_combinations"].to_numpy() == 0
         k = np.where(empty, np.nan, np.cumsum(~empty))
-        return replace(own, protein=protein, ranges=ranges.assign(d_held_out=d + k, n_S_percent=n_s + k))
+        return replace(own, protein=protein, ranges=ranges.assign(d_cv=d + k, n_S_percent=n_s + k))
 
     whole = [on("a", 1.0, 10), on("b", 2.0, 20), on("c", 6.0, 60), on("alone", 99.0, 90)]
     quarter = [on("c", 2.0, 30), on("other", 50.0, 1), on("b", 1.0, 20), on("a", 0.5, 13)]

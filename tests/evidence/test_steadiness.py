@@ -59,7 +59,7 @@ def test_changes_and_orders_by_hand(monkeypatch):
     for change, both in moved.items():
         one, other = (np.linalg.norm(z - own, axis=1).mean() for z in both)
         z = (one + other) / 2
-        assert changes.loc[change, ["Z", "two_patches", "ratio"]].tolist() == pytest.approx(
+        assert changes.loc[change, ["Z", "Z_two_patches", "ratio"]].tolist() == pytest.approx(
             [z, apart, z / apart]
         )
         assert changes.loc[change, "sd"] == pytest.approx(abs(one - other) / np.sqrt(2))
@@ -69,13 +69,13 @@ def test_changes_and_orders_by_hand(monkeypatch):
         assert orders[n] == pytest.approx(within[columns].sum() / own.var(axis=0)[columns].sum())
 
 
-def test_the_steady_descriptor_moves_less(atoms):
+def test_the_rotation_robust_descriptor_moves_less(atoms):
     tests = molecular_surface(atoms, RADII).points[::40]
     changes, orders = steadiness.steadiness(atoms, RADII, tests, np.random.default_rng(1))
     ratio = changes.set_index(["descriptor", "change"])["ratio"]
-    assert ratio["steady", "turned"] < 0.1 * ratio["published", "turned"]
-    assert ratio["steady", "turned, fresh dots"] < 0.5 * ratio["published", "turned, fresh dots"]
-    assert (changes["ratio"] == changes["Z"] / changes["two_patches"]).all()
+    assert ratio["rotation_robust", "turned"] < 0.1 * ratio["published", "turned"]
+    assert ratio["rotation_robust", "turned, fresh dots"] < 0.5 * ratio["published", "turned, fresh dots"]
+    assert (changes["ratio"] == changes["Z"] / changes["Z_two_patches"]).all()
     assert orders.groupby("descriptor").size().tolist() == [21, 21]
 
 
@@ -115,10 +115,13 @@ def test_tables_of_rows_grid_and_samplers_agree_with_the_evaluator(blob, monkeyp
 
 
 def test_the_grid_is_told_by_its_mean_and_its_ends():
-    rows = [("steady", "as_written", percent, d, 0.5) for percent, d in ((1.0, 0.1), (3.0, 0.4), (8.0, 0.1))]
+    rows = [
+        ("rotation_robust", "as_written", percent, d, 0.5)
+        for percent, d in ((1.0, 0.1), (3.0, 0.4), (8.0, 0.1))
+    ]
     columns = ["descriptor", "reading", "percent_above_0", "best_d", "correlation"]
     table = pd.DataFrame([*rows, ("published", "as_written", 50.0, 2.0, 1.0)], columns=columns)
-    found = steadiness.grid_means(table).set_index("descriptor").loc["steady"]
+    found = steadiness.grid_means(table).set_index("descriptor").loc["rotation_robust"]
     assert found["structures"] == 3 and found["best_d"] == pytest.approx(0.2)
     assert found[["percent_above_0", "percent_above_0_lowest", "percent_above_0_highest"]].to_list() == [
         4,
