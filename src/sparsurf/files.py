@@ -15,12 +15,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sparsurf import InputError, printable
+from sparsurf import InputError, archives, printable
 
 if TYPE_CHECKING:
     import numpy as np
 
 MAX_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
+GZIP = b"\x1f\x8b"  # how a gzip file begins
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
 ARRAY_SUFFIX = ".npy"  # of the members of an archive
 
@@ -83,20 +84,26 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Return the bytes of a file, uncompressed if its name ends in .gz.
+    """Return the bytes of a file, or of a member of an archive, uncompressed if its name ends in .gz.
 
     Raises
     ------
     InputError
         No regular file, unreadable, not the gzip file that its name promises, damaged, or larger than MAX_BYTES.
     """
-    path = existing_file(path)
+    path, begin = as_path(path), b""
+    member = archives.split_path(path)
+    if not member:
+        path = existing_file(path)
     name = shorten(path)
     try:
-        with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except gzip.BadGzipFile as error:
-        if "Not a gzipped file" in str(error) and not _begins_as_gzip(path):
+        with io.BytesIO(archives.read_member(*member, MAX_BYTES)) if member else path.open("rb") as stored:
+            begin = stored.read(len(GZIP))
+            stored.seek(0)
+            with gzip.open(stored) if path.suffix.lower() == ".gz" else stored as stream:
+                content = stream.read(MAX_BYTES + 1)
+    except gzip.BadGzipFile:
+        if begin != GZIP:
             raise InputError(f"{name} is named .gz but is not gzip: rename or compress it.") from None
         raise InputError(f"{name} is damaged inside its gzip: copy it again.") from None
     except (EOFError, zlib.error):
@@ -108,12 +115,6 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
             f"{name} holds more than {MAX_BYTES // 2**20} MB (uncompressed): give a smaller file."
         )
     return content
-
-
-def _begins_as_gzip(path: Path) -> bool:
-    """Tell whether a file begins with the two bytes of gzip."""
-    with path.open("rb") as stream:
-        return stream.read(2) == b"\x1f\x8b"
 
 
 def decode_text(content: bytes, path: str | os.PathLike[str]) -> str:
@@ -136,7 +137,7 @@ def decode_text(content: bytes, path: str | os.PathLike[str]) -> str:
     InputError
         Compressed twice, UTF-16, or with null bytes.
     """
-    if content.startswith(b"\x1f\x8b"):
+    if content.startswith(GZIP):
         raise InputError(
             f"{path} is compressed twice: uncompress it, and name it .gz if it is still compressed then."
         )

@@ -10,6 +10,7 @@ import logging
 import os
 import re
 import sys
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
@@ -17,6 +18,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from sparsurf import InputError, __version__, printable, progress
+from sparsurf.suggestions import did_you_mean
 
 COMMANDS = {
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
@@ -25,8 +27,10 @@ COMMANDS = {
     "recover": "the dense surface of a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
     "find": "the same site on other surfaces",
+    "export": "the files of one structure from a study of thousands",
 }
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
+TERMINAL_WIDTH = 80
 EPILOG = """\
 FILE is a structure (.pdb .ent .cif .mmcif, also .gz; .gro .h5) or, except for `surface`, a file of dots (DMS, CSV with
 x,y,z,nx,ny,nz, PLY, npz or .minimal). Lengths are in Å. -o names the file of the result, and its suffix the format; `-o -`
@@ -47,8 +51,10 @@ class Parser(argparse.ArgumentParser):
     """A parser that answers a mistake with one sentence, not with all its options."""
 
     def error(self, message: str) -> NoReturn:
-        """Exit with the sentence and where to read more."""
-        self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}. See {self.prog} --help.\n")
+        """Exit with the sentence, the name that the user may have meant, and where to read more."""
+        choice = re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message)
+        hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2])) if choice else ""
+        self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}{hint or '.'} See {self.prog} --help.\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -98,7 +104,7 @@ def build_parser(command: str | None = None) -> tuple[Parser, dict[str, ModuleTy
     parser = Parser(
         prog="sparsurf",
         description="Minimal representations of molecular surfaces.",
-        epilog=EPILOG,
+        epilog=wrapped(EPILOG),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -114,13 +120,26 @@ def build_parser(command: str | None = None) -> tuple[Parser, dict[str, ModuleTy
             name,
             help=line,
             description=f"{line[0].upper()}{line[1:]}.",
-            epilog=modules[name].EXAMPLES,
+            epilog=wrapped(modules[name].EXAMPLES),
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
         modules[name].arguments(options)
         options.add_argument("-q", "--quiet", action="store_true", help="say only what went wrong")
     return parser, modules
+
+
+def wrapped(text: str) -> str:
+    """Fill paragraphs to the width of a terminal; indented lines stay as they are."""
+    blocks = []
+    for block in text.split("\n\n"):
+        lines = block.splitlines()
+        head = [line for line in lines if not line.startswith(" ")]
+        rest = [line for line in lines if line.startswith(" ")]
+        blocks.append(
+            "\n".join([textwrap.fill(" ".join(head), TERMINAL_WIDTH, break_on_hyphens=False), *rest])
+        )
+    return "\n\n".join(blocks) + "\n"
 
 
 @contextmanager

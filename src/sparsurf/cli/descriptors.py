@@ -43,7 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--descriptor",
         choices=DESCRIPTORS,
         default=PUBLISHED,
-        help="steady: hardly changes when the molecule is turned (default published)",
+        help="rotation_robust: hardly changes when the molecule is turned (default published)",
     )
     options.add_molecule(parser, several=False)
 

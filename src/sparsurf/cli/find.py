@@ -32,7 +32,7 @@ protein scores as high; it is known for the default --percent and --fields.
 
 examples:
   sparsurf find bound.pdb --residues A:10-25 unbound.pdb -o hits.csv
-  sparsurf find bound.pdb --residues A:57,102,195 structures/ -o hits.csv --superpose superposed
+  sparsurf find bound.pdb --residues A:57,102 structures/ -o hits.csv
   sparsurf find protein.pdb -o protein.sites
 """
 

@@ -7,14 +7,15 @@ from sparsurf.api import writing
 from sparsurf.api.inputs import ERROR, NUMBER_OF_DOTS, PERCENT, SEED
 from sparsurf.api.minimal import minimal
 from sparsurf.cli import options, outputs
+from sparsurf.report.numbers import share
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import DEFAULT_SEED
 
 EXAMPLES = """\
 Without --percent, --dots or --max-error, as few dots are kept as give the surface back: the surface recovered from them differs
-from the whole no more than other dots of the same surface do, within a tenth. `sparsurf recover` makes that surface. For a
+from the whole no more than other dots of the same surface do, within a fifth. `sparsurf recover` makes that surface. For a
 structure, the other dots are placed on its atoms. For a file of dots they come from the recovered surface and differ less, so
-that more dots are kept. Z falls slowly there: another --seed may keep half or twice as many dots.
+that more dots are kept. Z falls slowly there, so the number has a 95 % interval: another --seed keeps another number in it.
 
 Each dot comes with `dot`, its number on the surface from 0, and `weight`, the number of dots that it stands for. `spacing` is
 the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.
@@ -50,7 +51,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--max-error", type=options.number(ERROR), help="keep as few dots as have at most this Z"
     )
     parser.add_argument(
-        "--sampler", choices=SAMPLERS, default="farthest", help="how to choose (default farthest)"
+        "--sampler",
+        choices=SAMPLERS,
+        metavar="SAMPLER",
+        default="farthest",
+        help=f"how to choose: {', '.join(SAMPLERS)} (default farthest)",
     )
     parser.add_argument(
         "--relax",
@@ -88,4 +93,7 @@ def _dots(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
             d_link=args.d_link,
         )
         words = f"{len(few):,} of {len(surface):,} dots"
+        if few.interval:
+            ends = " to ".join(share(100 * end / len(surface)) for end in few.interval)
+            words += f" ({share(100 * len(few) / len(surface))} %; 95 % interval {ends} %)"
         yield frame, writing.Dots(few.surface, few.table, "weight", words=words)

@@ -19,7 +19,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.complexes import superpose_onto
 from sparsurf.sites.describing import FIELDS, PERCENT, SHAPE, farthest_subset, numbered_residues, sites_of
 from sparsurf.sites.metric import weights
-from sparsurf.study.floors import random_rotation
+from sparsurf.study.floors import random_rotation, rotate
 from sparsurf.surfaces.surface import Surface
 
 CHANNELS = (SHAPE, *FIELDS)
@@ -147,8 +147,9 @@ def noise(
         turn, atoms = random_rotation(rng), form.molecule.xyz[0]
         if moved:
             atoms = atoms + moved / np.sqrt(3) * rng.normal(size=atoms.shape)
-        rotated = form.generate_surface((atoms - centre) @ turn.T)
-        dots = replace(rotated, points=rotated.points @ turn + centre, normals=rotated.normals @ turn)
+        rotated = form.generate_surface(rotate(atoms - centre, turn.T))
+        points, normals = rotate(rotated.points, turn) + centre, rotate(rotated.normals, turn)
+        dots = replace(rotated, points=points, normals=normals)
         other = residues_of(dots, replace(form.molecule, xyz=atoms[None]), form.name, threads)
         drawn.append(distances(residues.numbers, other.numbers))
     return np.array(drawn)

@@ -139,8 +139,8 @@ def _against_others(
     second = nearest(others[0], descriptors[1], 1, threads)[1]
     for side, near in enumerate((first, second)):
         values = near.distance[:, 0]
-        places = pair[side].surface.points[centres[side]]
-        smoothed = -smooth(places, np.arange(len(values)), values)
+        centre_points = pair[side].surface.points[centres[side]]
+        smoothed = -smooth(centre_points, np.arange(len(values)), values)
         scores[side][name, "another protein", 1, "plain", "raw"] = -values
         scores[side][name, "another protein", 1, "plain", "smoothed"] = smoothed
         correlation.append(float(np.corrcoef(smoothed, scores[side][name, *MAIN, "smoothed"])[0, 1]))

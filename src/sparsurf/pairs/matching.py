@@ -56,14 +56,14 @@ class Match:
 
 
 def descriptors_at(
-    partner: Partner, places: np.ndarray, up: bool, recipe: Recipe = RECIPE, threads: int = 1
+    partner: Partner, centres: np.ndarray, up: bool, recipe: Recipe = RECIPE, threads: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
     """Describe the patches around some places.
 
     Parameters
     ----------
     partner : Partner
-    places : (n, 3) float64, Å
+    centres : (n, 3) float64, Å
     up : bool, see `patches.descriptors.describe`
     recipe : Recipe
     threads : int
@@ -73,7 +73,7 @@ def descriptors_at(
     descriptors : (n, M) float64
     sizes : (n,) int, number of dots in each patch
     """
-    return describe(partner.index, places, recipe.radius, up, threads, recipe.descriptor)
+    return describe(partner.index, centres, recipe.radius, up, threads, recipe.descriptor)
 
 
 def match(

@@ -2,7 +2,7 @@
 
 Squared distances come block by block from one matrix product, and each block serves both sides. The size of the blocks does
 not depend on the number of threads, BLAS runs in one thread each, and ties go to the lower index. The result is therefore
-the same bit by bit for any number of threads.
+the same bit by bit for any number of threads. Squares are rounded to what the product resolves on every processor.
 """
 
 from __future__ import annotations
@@ -17,6 +17,10 @@ from sparsurf.kernel_cache import njit
 from sparsurf.threads import parallel_map
 
 ROWS, COLUMNS = 256, 2048  # of a block of distances: 4 MB per thread
+SMALLEST = 1e-200  # squared length, so that vectors of 0 have a step, too
+RESOLVED = (
+    2.0**-40
+)  # of the largest squared length: 1000 rounding errors of a square; distances of a millionth are 0
 
 
 class Nearest(NamedTuple):
@@ -64,6 +68,7 @@ def nearest(a: np.ndarray, b: np.ndarray, k: int = 1, threads: int = 1) -> tuple
     # |a - b|^2 as one product: (-2 a, 1, |a|^2) . (b, |b|^2, 1)
     left = np.column_stack([-2 * a, np.ones(len(a)), (a * a).sum(axis=1)])
     right = np.ascontiguousarray(np.column_stack([b, (b * b).sum(axis=1), np.ones(len(b))]).T)
+    step = 2.0 ** np.ceil(np.log2(max(left[:, -1].max(), right[-2].max(), SMALLEST) * RESOLVED))
     of_a, of_b, lock = _empty(len(a), k), _empty(len(b), k), Lock()
 
     def rows(first: int, last: int) -> None:
@@ -71,7 +76,7 @@ def nearest(a: np.ndarray, b: np.ndarray, k: int = 1, threads: int = 1) -> tuple
         slice_of_b = _empty(len(b), k)
         for column in range(0, len(b), COLUMNS):
             block = left[first:last] @ right[:, column : column + COLUMNS]
-            _scan(block, first, column, of_a[0][first:last], of_a[1][first:last], *slice_of_b)
+            _scan(block, step, first, column, of_a[0][first:last], of_a[1][first:last], *slice_of_b)
         with lock:
             _merge(*slice_of_b, *of_b)
 
@@ -109,6 +114,7 @@ def _insert(square: float, index: int, distances: np.ndarray, indices: np.ndarra
 @njit(cache=True, nogil=True)
 def _scan(
     block: np.ndarray,
+    step: float,
     first_row: int,
     first_column: int,
     row_distances: np.ndarray,
@@ -116,15 +122,16 @@ def _scan(
     column_distances: np.ndarray,
     column_indices: np.ndarray,
 ) -> None:
-    """Offer every squared distance of a block to its row and to its column."""
+    """Offer every squared distance of a block, rounded to multiples of `step`, to its row and to its column."""
     last = row_distances.shape[1] - 1
     for i in range(len(block)):
         for j in range(block.shape[1]):
-            square, column = block[i, j], first_column + j
+            square, column = block[i, j] - step, first_column + j
             if square <= row_distances[i, last]:
-                _insert(square, column, row_distances[i], row_indices[i])
+                _insert(np.rint(block[i, j] / step) * step, column, row_distances[i], row_indices[i])
             if square <= column_distances[column, last]:
-                _insert(square, first_row + i, column_distances[column], column_indices[column])
+                rounded = np.rint(block[i, j] / step) * step
+                _insert(rounded, first_row + i, column_distances[column], column_indices[column])
 
 
 @njit(cache=True, nogil=True)

@@ -13,7 +13,7 @@ SMOOTHING = 6.0  # Å, radius over which a propensity is averaged (authors' scri
 
 
 def means_within(
-    points: np.ndarray, places: np.ndarray, values: np.ndarray, radius: float, threads: int = 1
+    points: np.ndarray, centres: np.ndarray, values: np.ndarray, radius: float, threads: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
     """Average `values` over the places within `radius` of each point.
 
@@ -21,7 +21,7 @@ def means_within(
     ----------
     points : (N, 3) float64
         Å.
-    places : (n, 3) float64
+    centres : (n, 3) float64
         Å, where the values are known.
     values : (n,) or (n, V) float64
     radius : float
@@ -34,8 +34,8 @@ def means_within(
     counts : (N,) int64, places within the radius
     """
     points = np.ascontiguousarray(points, np.float64)
-    columns = np.ascontiguousarray(np.reshape(values, (len(places), -1)), np.float64)
-    index = build_index(places, np.zeros((len(places), 3)), 0.0)  # only its cells are used
+    columns = np.ascontiguousarray(np.reshape(values, (len(centres), -1)), np.float64)
+    index = build_index(centres, np.zeros((len(centres), 3)), 0.0)  # only its cells are used
     columns = columns[index.dot]
     means, counts = np.empty((len(points), columns.shape[1])), np.empty(len(points), np.int64)
     capacity = ball_bound(index, points, radius) + 1
@@ -88,11 +88,11 @@ def smooth(
     -------
     (N,) float64; a dot without a centre within the radius takes the value of the nearest centre
     """
-    places = points[centres]
+    centre_points = points[centres]
     means = np.full(len(points), np.nan)
     if radius > 0:
-        means, _ = means_within(points, places, values, radius, threads)
+        means, _ = means_within(points, centre_points, values, radius, threads)
     isolated = np.isnan(means)
     if isolated.any():
-        means[isolated] = values[cKDTree(places).query(points[isolated])[1]]
+        means[isolated] = values[cKDTree(centre_points).query(points[isolated])[1]]
     return means

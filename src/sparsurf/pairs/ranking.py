@@ -9,6 +9,8 @@ import numpy as np
 
 BLOCK_LENGTH = 10.0  # Å between the centres of the blocks that are drawn together
 N_DRAWS = 500  # of the bootstrap
+# of scores, which are of the size of 1: all patches of two equal partners are at a distance of 0 but for rounding errors
+DECIMALS = 9
 
 
 def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = None) -> Any:
@@ -23,11 +25,12 @@ def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = Non
 
     Returns
     -------
-    float or (B,) float64; ties count half; NaN if one of the two classes is empty
+    float or (B,) float64; ties, which agree to DECIMALS, count half; NaN if one of the two classes is empty
     """
     weight = np.ones(len(score)) if weight is None else np.asarray(weight, np.float64)
+    score = np.round(score, DECIMALS)
     order = np.argsort(score, kind="stable")
-    value, w = np.asarray(score)[order], np.atleast_2d(weight)[:, order]
+    value, w = score[order], np.atleast_2d(weight)[:, order]
     begin = np.flatnonzero(np.diff(value, prepend=np.nan) != 0)  # of each run of equal values
     inside = np.add.reduceat(w * positive[order], begin, axis=1)
     outside = np.add.reduceat(w * ~positive[order], begin, axis=1)

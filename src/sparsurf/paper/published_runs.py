@@ -257,8 +257,8 @@ def size_of_tests(runs: pd.DataFrame) -> pd.DataFrame:
     centres, tables = runs.groupby("run")["centres"].first() if "centres" in runs else None, []
     for run in sorted(runs["run"].unique().tolist()):
         for _, of_binning in runs.groupby("binning", sort=False):
-            others, own = of_binning[of_binning["run"] != run], of_binning[of_binning["run"] == run]
-            comparison = place_published_values(others, own)
+            others, this_run = of_binning[of_binning["run"] != run], of_binning[of_binning["run"] == run]
+            comparison = place_published_values(others, this_run)
             if centres is None:
                 binning = comparison["binning"].iloc[0]
                 tests = [

@@ -43,7 +43,7 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
 
     Returns
     -------
-    DataFrame: D_link, row (1..10), n_S_percent, d with d_low and d_high, Z_tS, fragment
+    DataFrame: D_link, row (1..10), n_S_percent, d with d_low and d_high, Z_tS, median_patch_size
     """
     tests = prepared.draw_tests(n_tests)
     pairs = [prepared.pair(row, draw) for row in PUBLISHED_ROWS for draw in range(draws)]
@@ -65,7 +65,7 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
                     "d_low": d.low[row],
                     "d_high": d.high[row],
                     "Z_tS": z_ts.reshape(shape)[row].mean(),
-                    "fragment": np.median(size.reshape(shape)[row]),
+                    "median_patch_size": np.median(size.reshape(shape)[row]),
                 }
             )
     return pd.DataFrame(out)
@@ -131,7 +131,7 @@ def compare_defects(prepared: PreparedSurface, n_tests: int, draws: int) -> pd.D
         part = pd.DataFrame({"sampling": name, "row": np.arange(1, len(PUBLISHED_ROWS) + 1)})
         part["n_S_percent"] = 100 * result.n_s_expected / result.n_dots
         for reading in result.readings:
-            for column in ("d", "d_se", "Z_tS", "fragment"):
+            for column in ("d", "d_se", "Z_tS", "median_patch_size"):
                 part[f"{column}_{reading}"] = table[f"{column}_{reading}"]
         out.append(part)
     return pd.concat(out, ignore_index=True)
@@ -228,12 +228,17 @@ def correlation_of_readings(table: pd.DataFrame) -> float:
 
 def correlation_with_fragments(table: pd.DataFrame) -> float:
     """Correlate d under the published reading with ln of the ratio of patch sizes, sampled to uniform."""
-    larger = np.log(table[f"fragment_{CODED_READING}"] / table[f"fragment_uniform_{CODED_READING}"])
+    larger = np.log(
+        table[f"median_patch_size_{CODED_READING}"] / table[f"median_patch_size_uniform_{CODED_READING}"]
+    )
     return float(np.corrcoef(table[f"d_{CODED_READING}"], larger)[0, 1])
 
 
 def fragmented_share(table: pd.DataFrame) -> float:
     """Return the share of combinations whose median patch keeps few of its dots under the published reading."""
     return float(
-        (table[f"fragment_{CODED_READING}"] < FRAGMENTED_BELOW * table[f"fragment_{WRITTEN_READING}"]).mean()
+        (
+            table[f"median_patch_size_{CODED_READING}"]
+            < FRAGMENTED_BELOW * table[f"median_patch_size_{WRITTEN_READING}"]
+        ).mean()
     )

@@ -58,7 +58,7 @@ class Descriptor(NamedTuple):
 
 DESCRIPTORS = {
     PUBLISHED: Descriptor(published.N_Z, published.order, published.describe),
-    "steady": Descriptor(rotation_robust.N_Z, rotation_robust.order, rotation_robust.describe),
+    "rotation_robust": Descriptor(rotation_robust.N_Z, rotation_robust.order, rotation_robust.describe),
 }
 
 

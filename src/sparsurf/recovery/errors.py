@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
 from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound
@@ -56,6 +55,8 @@ def distance_to_surface(
     (M,) float64, Å: the distance to the tangent plane of the nearest dot, or to that dot itself if it is farther away than
     the dots are from each other.
     """
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
     distance, nearest = cKDTree(surface_points).query(points, workers=threads)
     height = np.abs(np.einsum("ij,ij->i", points - surface_points[nearest], surface_normals[nearest]))
     spacing = 0.0

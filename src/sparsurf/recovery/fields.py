@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
 from sparsurf.surfaces.surface import Surface
 
@@ -37,6 +36,8 @@ def interpolate_fields(
 
 def _interpolate(points: np.ndarray, values: np.ndarray, targets: np.ndarray) -> np.ndarray:
     """Interpolate one field at the targets."""
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
     known = np.isfinite(values)
     if known.sum() <= 4:  # a linear function through four dots leaves nothing to bend
         return np.full(len(targets), values[known].mean() if known.any() else np.nan)

@@ -8,7 +8,6 @@ what the plane indicates. Nothing is random.
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from sparsurf.kernel_cache import njit
 from sparsurf.recovery.interpolants import Interpolants, fit_interpolants, interpolant_value
@@ -69,6 +68,8 @@ def _heights(
     threads: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the kept dot of every dot, (N,), and the dot's height above the surface around it, (N,), Å."""
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
     near = np.asarray(cKDTree(points).query(all_points, k=min(CANDIDATES, len(points)), workers=threads)[1])
     same_side = np.einsum("jkc,jc->jk", normals[near], all_normals) > 0
     owner = near[np.arange(len(near)), np.argmax(same_side, axis=1)]

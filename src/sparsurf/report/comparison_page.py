@@ -70,7 +70,7 @@ def comparison_page(
         },
         "alone": alone_rows(_rename_limits(alone), at) if alone is not None else [],
         "centres": centre_rows(centres) if centres is not None else [],
-        "null_model": number(table["null_model"].mean()),
+        "Z_mean_descriptor": number(table["Z_mean_descriptor"].mean()),
         "facts": facts,
     }
 
@@ -122,7 +122,7 @@ def recovered(table: pd.DataFrame, at: float) -> dict[str, str] | None:
     if RECOVERED not in set(table["measure"]):
         return None
     z = matrix(table, RECOVERED)[at]
-    floor = table["fresh_dots"].mean() if "fresh_dots" in table else np.nan
+    floor = table["Z_resampled"].mean() if "Z_resampled" in table else np.nan
     return {"sampler": lookup_sampler(str(z.idxmin())).words, "Z": number(z.min()), "floor": number(floor)}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -19,6 +20,11 @@ Gallery = tuple[
 ]  # heading, (page, name), (page, picture, name)
 NAMES = ["protein", "conformation"]
 FRESH = "fresh dots"
+WORTH = ("Z_tS", "Z_tR", "Z_mean_descriptor")  # of summary.csv, told next to d
+SCALES = {  # columns of surfaces.csv that tell what a Z means, the first that was measured
+    "Z_frames_1_ps_apart": "Two frames of the simulation 1 ps apart",
+    "Z_atoms_moved_0.3_Å": "Atoms moved at random by 0.3 Å",
+}
 MAIN_PERCENT = 10  # of the dots, at which samplers are compared
 MIN_FACTOR = 1.05  # times fewer dots, for a bound to be worth a card
 MAX_WITH_PICTURES = 20  # surfaces, or pairs
@@ -38,7 +44,7 @@ DOWNLOADS = {  # files of a surface and what they contain
     "ranges.csv": "the best combination per range of n_S",
     "grid.csv": "Z and d of every combination",
     "floors.csv": "the noise floors",
-    "enough.csv": "how many dots reach each floor",
+    "required_dots.csv": "how many dots reach each floor",
     "fields.csv": "what few dots give back of each field",
 }
 
@@ -62,17 +68,19 @@ def first_page(
         The noise floor that sets the size of the minimal subset; None if the config sets it otherwise.
     """
     folder, files = Path(folder), dict.fromkeys(paths)
-    places = [
-        tuple(path.split("/")[:2]) for path in files if path.count("/") == 2 and path.endswith("/enough.csv")
+    names = [
+        tuple(path.split("/")[:2])
+        for path in files
+        if path.count("/") == 2 and path.endswith("/required_dots.csv")
     ]
-    first = "/".join(places[0]) if places else ""
+    first = "/".join(names[0]) if names else ""
     sampled = "summary.csv" in files  # otherwise the views are linked from the rows
     other = [path for path in files if not path.endswith("/view.html")]
     return {
         "run": folder.name,
         "without": list(exclude),
         "warnings": warned(folder / "warnings.csv"),
-        "surfaces": of_surfaces(folder, files, places, floor) if places else None,
+        "surfaces": of_surfaces(folder, files, names, floor) if names else None,
         "fields": of_fields([read(folder, path) for path in files if path.endswith("/fields.csv")]),
         "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
         "compared": compared(read(folder, "compare_needed.csv")) if "compare_needed.csv" in files else None,
@@ -95,7 +103,7 @@ def first_page(
             if path.endswith("/ensemble.html")
         ],
         "main_figure": main_figure(folder, files, first),
-        "galleries": galleries(places, files if sampled else other)
+        "galleries": galleries(names, files if sampled else other)
         + pair_galleries(files)
         + site_galleries(files),
         "taken_from": first,
@@ -113,20 +121,22 @@ def read(folder: Path, path: str) -> pd.DataFrame:
 
 
 def of_surfaces(
-    folder: Path, files: Iterable[str], places: list[tuple[str, ...]], floor: str | None
+    folder: Path, files: Iterable[str], names: list[tuple[str, ...]], floor: str | None
 ) -> dict[str, Any]:
     """Collect the values of the surfaces at `places`, see `numbers`; without a grid a row for each, see `rows_of`."""
     tables = {name: read(folder, f"{name}.csv") for name in TABLES_OF_ALL if f"{name}.csv" in files}
     for name in {"surfaces", "summary"} & tables.keys():
-        tables[name] = tables[name].set_index(NAMES).loc[places].reset_index()
+        tables[name] = tables[name].set_index(NAMES).loc[names].reset_index()
     surfaces = tables.pop("surfaces")
-    enough = pd.concat([read(folder, f"{'/'.join(place)}/enough.csv") for place in places])
+    required_dots = pd.concat([read(folder, f"{'/'.join(place)}/required_dots.csv") for place in names])
     known = {
         "proteins": surfaces["protein"].drop_duplicates().tolist(),
         "dots": span(surfaces["N"], "{:,.0f}".format),
         "roughness": span(surfaces["mean_roughness"]),
         "n_surfaces": len(surfaces),
-        "enough": enough_card(surfaces, enough, floor),
+        "scale": scale_of_z(surfaces),
+        "two_patches": two_patches(folder, files, names),
+        "required_dots": required_dots_card(surfaces, required_dots, floor),
         "d": [],
         "rows": [] if tables else rows_of(surfaces, files),
     }
@@ -149,8 +159,8 @@ def rows_of(surfaces: pd.DataFrame, files: Iterable[str]) -> list[tuple[str, str
 def main_figure(folder: Path, files: Iterable[str], first: str) -> dict[str, str] | None:
     """Choose the main figure: that over all surfaces, else that of the first, else what exists."""
     for path in (
-        "enough.png",
-        f"{first}/figures/enough.png",
+        "required_dots.png",
+        f"{first}/figures/required_dots.png",
         f"{first}/figures/d_over_grid.png",
         "pairs/pairs.png",
     ):
@@ -175,25 +185,29 @@ def numbers(surfaces: pd.DataFrame, summary: pd.DataFrame, relation: pd.DataFram
     dict, by the names in the template
     """
     readings = readings_of_columns(surfaces, "best_")
-    places = surfaces[NAMES].drop_duplicates().to_numpy().tolist()
+    names = surfaces[NAMES].drop_duplicates().to_numpy().tolist()
     return {
         "d": [d_card(summary, reading, readings[0]) for reading in readings],
         "readings": readings,
         "ranges": [
-            ("/".join(place), ranges_rows(summary[(summary[NAMES] == place).all(axis=1)], readings))
-            for place in places[:MAX_RANGE_TABLES]
+            ("/".join(name), ranges_rows(summary[(summary[NAMES] == name).all(axis=1)], readings))
+            for name in names[:MAX_RANGE_TABLES]
         ],
-        "over_all": over_all(summary, relation, readings) if len(places) > 1 else [],
+        "over_all": over_all(summary, relation, readings) if len(names) > 1 else [],
     }
 
 
-def enough_card(surfaces: pd.DataFrame, enough: pd.DataFrame, floor: str | None) -> dict[str, Any] | None:
+def required_dots_card(
+    surfaces: pd.DataFrame, required_dots: pd.DataFrame, floor: str | None
+) -> dict[str, Any] | None:
     """Collect the share of the dots from which the surface is recovered within a floor; None if that was not measured.
 
     If no floor sets the minimal subsets, `handed_out` is their share, and the card reports how many dots reach the floor of
     fresh dots.
     """
-    rows = enough[(enough["floor"] == (floor or FRESH)) & (enough["reading"] == RECOVERED)]
+    rows = required_dots[
+        (required_dots["floor"] == (floor or FRESH)) & (required_dots["reading"] == RECOVERED)
+    ]
     if rows.empty:
         return None
     minimal = surfaces.get("minimal_n_S_percent")
@@ -202,6 +216,7 @@ def enough_card(surfaces: pd.DataFrame, enough: pd.DataFrame, floor: str | None)
         "bound": bounds.pop() if len(bounds) == 1 else "",
         "percent": share(percents.median()),
         "span": span(percents, share),
+        "interval": answer_interval(rows),
         "floor": floor or FRESH,
         "handed_out": "" if floor or minimal is None else share(minimal.median()),
         "sampler": rows["sampler"].iloc[0],
@@ -209,20 +224,46 @@ def enough_card(surfaces: pd.DataFrame, enough: pd.DataFrame, floor: str | None)
     }
 
 
+def answer_interval(rows: pd.DataFrame) -> str:
+    """Format the 95 % interval of the share of dots that are enough; of several surfaces the widest limits."""
+    if "n_S_percent_low" not in rows or rows["n_S_percent_low"].isna().all():
+        return ""
+    return f"{share(rows['n_S_percent_low'].min())} to {share(rows['n_S_percent_high'].max())}"
+
+
+def scale_of_z(surfaces: pd.DataFrame) -> dict[str, str] | None:
+    """Tell the size of a Z by something physical: its words and its median Z; None if no such floor was measured."""
+    for column, words in SCALES.items():
+        if column in surfaces and surfaces[column].notna().any():
+            return {"words": words, "Z": number(surfaces[column].median(), 1)}
+    return None
+
+
+def two_patches(folder: Path, files: Iterable[str], names: list[tuple[str, ...]]) -> str:
+    """Format the median Z of two different patches of a surface; empty without a grid."""
+    paths = [path for name in names if (path := f"{'/'.join(name)}/best.json") in files]
+    known = [json.loads((folder / path).read_text(encoding="utf-8")) for path in paths]
+    values = [best["references"]["Z_two_patches"] for best in known]
+    return number(pd.Series(values).median(), 1) if values else ""
+
+
 def d_card(summary: pd.DataFrame, reading: str, first: str) -> dict[str, Any]:
     """Collect d of the best combination, in the range of n_S in which d under the reading `first` is largest."""
-    best = summary[(summary["reading"] == first) & summary["d_held_out"].notna()]
-    best = best.loc[best.groupby(NAMES)["d_held_out"].idxmax().to_list(), [*NAMES, "range"]]
+    best = summary[(summary["reading"] == first) & summary["d_cv"].notna()]
+    best = best.loc[best.groupby(NAMES)["d_cv"].idxmax().to_list(), [*NAMES, "range"]]
     rows = summary[summary["reading"] == reading].merge(best, on=[*NAMES, "range"])
-    rows = rows.dropna(subset=["d_held_out"])
+    rows = rows.dropna(subset=["d_cv"])
     if rows.empty:
         return {"reading": reading, "d": None}
-    places = [against_zero(*ends) for ends in rows[["d_held_out_low", "d_held_out_high"]].to_numpy()]
+    places = [against_zero(*ends) for ends in rows[["d_cv_low", "d_cv_high"]].to_numpy()]
     return {
         "reading": reading,
-        "d": number(rows["d_held_out"].median(), 1),
+        "d": number(rows["d_cv"].median(), 1),
         "n_S": share(rows["n_S_percent"].median()),
         "n": len(rows),
+        "worth": {name: number(rows[name].median(), 1) for name in WORTH}
+        if rows.columns.isin(WORTH).sum() == len(WORTH)
+        else None,
         "places": {name: places.count(name) for name in ("above", "below", "around", "unknown")},
     }
 
@@ -235,7 +276,7 @@ def ranges_rows(summary: pd.DataFrame, readings: list[str]) -> list[list[str]]:
         row = [f"{number(by['n_S_low_percent'].iloc[0], 0)} – {number(by['n_S_high_percent'].iloc[0], 0)}"]
         for reading in readings:
             best: Any = by.loc[reading]
-            row += [combination(best), interval(*best[["d_held_out", "d_held_out_low", "d_held_out_high"]])]
+            row += [combination(best), interval(*best[["d_cv", "d_cv_low", "d_cv_high"]])]
         rows.append(row)
     return rows
 
@@ -247,7 +288,7 @@ def over_all(summary: pd.DataFrame, relation: pd.DataFrame, readings: list[str])
         by = of_range.set_index("reading")
         row = [f"{number(by['n_S_low_percent'].iloc[0], 0)} – {number(by['n_S_high_percent'].iloc[0], 0)}"]
         for reading in readings:
-            d = summary[(summary["reading"] == reading) & (summary["range"] == k)]["d_held_out"].dropna()
+            d = summary[(summary["reading"] == reading) & (summary["range"] == k)]["d_cv"].dropna()
             d_text = interval(d.median(), d.min(), d.max()) if len(d) else ""
             best: Any = by.loc[reading]
             row += [combination(best), d_text]
@@ -329,8 +370,8 @@ def galleries(surfaces: list[tuple[str, ...]], files: Iterable[str]) -> list[Gal
     """
     all_galleries = []
     for protein in list(dict.fromkeys(protein for protein, _ in surfaces))[:MAX_WITH_PICTURES]:
-        places = [f"{p}/{c}/" for p, c in surfaces[:MAX_WITH_PICTURES] if p == protein]
-        for start in [f"{protein}/", *places]:
+        folders = [f"{p}/{c}/" for p, c in surfaces[:MAX_WITH_PICTURES] if p == protein]
+        for start in [f"{protein}/", *folders]:
             view = f"{start}view.html"
             picture = f"{start}view.png"
             items = [(view, picture if picture in files else "", "view")] * (view in files)

@@ -52,7 +52,7 @@ def _templates() -> jinja2.Environment:
 
 def render(template: str, **known: Any) -> str:
     """Render a template with the values that it uses."""
-    page = _templates().get_template(template).render({"in_report": False} | known)
+    page = _templates().get_template(template).render(known)
     return re.sub(r"\n\s*\n+", "\n", page).lstrip() if ".html" in template else page
 
 

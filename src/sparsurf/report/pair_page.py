@@ -55,7 +55,7 @@ def pair_page(
     partners : two str, what they are
     bare : sequence of '1', '2', the partners without atoms
     """
-    places = ["dot_1", "dot_2"]
+    dot_columns = ["dot_1", "dot_2"]
     return {
         "name": name,
         "within": f"{settings['complementarity']['interface']:g}",
@@ -64,10 +64,10 @@ def pair_page(
         "sides": [side_of(side, rows) for side, rows in agreement.groupby("partner")],
         "scores": score_rows(agreement),
         "contacts": [interval(*row) for row in contacts[["auc", "low", "high"]].to_numpy()],
-        "best_columns": [column for column in best.columns if column not in places][:7],
+        "best_columns": [column for column in best.columns if column not in dot_columns][:7],
         "best": [
             list(map(_cell, row))
-            for row in best.head(N_SHOWN).drop(columns=places, errors="ignore").iloc[:, :7].to_numpy()
+            for row in best.head(N_SHOWN).drop(columns=dot_columns, errors="ignore").iloc[:, :7].to_numpy()
         ],
         "n_best": len(best),
     }

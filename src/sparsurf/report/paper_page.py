@@ -51,11 +51,11 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     data : dict
         DataFrames: `grid` and `ranges` of the surface, `rows` (`replication.published_rows`), `places`, `tests` and
         `bias` (`published_runs`), `links` and `signs` (`replication.sweep_links`, `sign_changes`), `defects`, `bins`
-        (`rough_and_flat.bins_table`, with a column `around`), `family` (`replication.best_of_family`), `enough`
-        (`enough.enough_dots`), `gathering` (`replication.gathering_by_roughness`). `best` (dict), `uniform` (dict: median number
-        of patches of a dot), `surface` (dict, see `surface_of`).
+        (`rough_and_flat.bins_table`, with a column `around`), `family` (`replication.best_of_family`), `required_dots`
+        (`required_dots.required_dots_table`), `gathering` (`replication.gathering_by_roughness`). `best` (dict), `uniform`
+        (dict: median number of patches of a dot), `surface` (dict, see `surface_of`).
     """
-    grid, null = data["grid"], data["best"]["references"]["null_model"]
+    grid, null = data["grid"], data["best"]["references"]["Z_mean_descriptor"]
     chapters = {
         "span": span_of(grid),
         "table1": table1(data["places"], data["tests"], data["rows"], data["bias"]),
@@ -74,7 +74,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "surface": data["surface"],
         "links": links(data["links"], data["signs"], grid),
         "defects": defects(data["defects"]),
-        "outlook": outlook(data["enough"]),
+        "outlook": outlook(data["required_dots"]),
         "figures": [(n, file, chapter, chapters[chapter]["holds"]) for n, (file, chapter) in FIGURES.items()],
     }
 
@@ -226,7 +226,7 @@ def best_at_one(best: dict[str, Any], grid: pd.DataFrame) -> dict[str, Any]:
         inside = published[d[1]].le(PUBLISHED_D).all() and published[d[2]].ge(PUBLISHED_D).all()
         holds[reading] = NO if not among else YES if inside else PARTLY
         d_published = interval(*published[d].iloc[0]) if len(published) else interval(np.nan, np.nan, np.nan)
-        d_ours = interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"])
+        d_ours = interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"])
         table.append((reading, [combination(row), d_ours, int(row["n_best_set"]), d_published]))
     return {"holds": holds, "table": table}
 
@@ -362,18 +362,18 @@ def defects(table: pd.DataFrame) -> list[tuple[str, list[str]]]:
 
 
 def bounded(row: Any) -> str:
-    """Format n_S_percent of enough.csv: "all" if no fewer dots are enough, ≤ if the fewest that were tried are."""
+    """Format n_S_percent of required_dots.csv: "all" if no fewer dots are enough, ≤ if the fewest that were tried are."""
     if row["bound"] == MORE:
         return "all"
     return ("≤ " if row["bound"] == AT_MOST else "") + share(row["n_S_percent"])
 
 
-def outlook(enough: pd.DataFrame) -> dict[str, Any]:
+def outlook(required_dots: pd.DataFrame) -> dict[str, Any]:
     """Tabulate how many dots reach each noise floor, as they are and recovered."""
-    by = enough.set_index(["floor", "reading"])
-    floors = list(dict.fromkeys(enough["floor"]))
+    by = required_dots.set_index(["floor", "reading"])
+    floors = list(dict.fromkeys(required_dots["floor"]))
     return {
-        "sampler": enough["sampler"].iloc[0],
+        "sampler": required_dots["sampler"].iloc[0],
         "table": [
             [
                 floor,

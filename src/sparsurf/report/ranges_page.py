@@ -12,9 +12,9 @@ from sparsurf.report.numbers import against_zero, combination, interval, number,
 
 TEMPLATE, TWIN = "ranges.html.j2", "ranges.md.j2"
 REFERENCES = {
-    "empty_patch": "an empty patch",
-    "two_patches": "two different patches",
-    "null_model": "null model: the mean patch in place of every patch",
+    "Z_empty": "an empty patch",
+    "Z_two_patches": "two different patches",
+    "Z_mean_descriptor": "null model: the mean patch in place of every patch",
 }
 
 
@@ -40,7 +40,7 @@ def ranges_page(
         "max_n_S": f"{best['max_n_S_percent']:g}",
         "tables": {reading: rows_of(ranges[ranges["reading"] == reading]) for reading in readings},
         "counts": {
-            reading: counts(ranges[ranges["reading"] == reading], references["null_model"])
+            reading: counts(ranges[ranges["reading"] == reading], references["Z_mean_descriptor"])
             for reading in readings
         },
         "draws": best["draws"],
@@ -52,26 +52,26 @@ def best_of(row: Mapping[str, Any]) -> dict[str, Any]:
     """Format a best combination; if there is none, return the reason as `answer`."""
     if "answer" in row:
         return {"answer": row["answer"]}
-    ends = row["d_held_out_low"], row["d_held_out_high"]
+    ends = row["d_cv_low"], row["d_cv_high"]
     return {
         "combination": combination(row),
         "n_S": share(row["n_S_percent"]),
-        "d": interval(row["d_held_out"], *ends),
+        "d": interval(row["d_cv"], *ends),
         "place": against_zero(*ends),
         "set": int(row["n_best_set"]),
         "every_dot": row["n_S_percent"] > 99.995,
     }
 
 
-def counts(rows: pd.DataFrame, null_model: float) -> dict[str, int]:
+def counts(rows: pd.DataFrame, z_mean_descriptor: float) -> dict[str, int]:
     """Count the ranges in which the best combination significantly beats a uniform subset, or loses to it, or has a Z above
     that of the null model."""
-    rows = rows.dropna(subset="d_held_out_low")
+    rows = rows.dropna(subset="d_cv_low")
     return {
         "n": len(rows),
-        "above": int((rows["d_held_out_low"] > 0).sum()),
-        "below": int((rows["d_held_out_high"] < 0).sum()),
-        "above_null": int((rows["Z_tS"] > null_model).sum()),
+        "above": int((rows["d_cv_low"] > 0).sum()),
+        "below": int((rows["d_cv_high"] < 0).sum()),
+        "above_null": int((rows["Z_tS"] > z_mean_descriptor).sum()),
     }
 
 
@@ -82,9 +82,9 @@ def rows_of(rows: pd.DataFrame) -> list[list[str]]:
             f"{number(row['n_S_low_percent'], 1)} – {number(row['n_S_high_percent'], 1)}",
             combination(row),
             number(row["n_S_percent"], 1),
-            interval(row["d_held_out"], row["d_held_out_low"], row["d_held_out_high"]),
+            interval(row["d_cv"], row["d_cv_low"], row["d_cv_high"]),
             number(row["Z_tS"]),
-            number(row["fragment"], 0),
+            number(row["median_patch_size"], 0),
             number(row["n_best_set"], 0),
         ]
         for _, row in rows.iterrows()

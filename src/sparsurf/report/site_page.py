@@ -109,6 +109,11 @@ def read_residues(path: Path | str) -> pd.DataFrame:
     return pd.read_csv(path, dtype=names, keep_default_na=False, na_values=[""]).fillna({"chain": ""})
 
 
+def over_floor(table: pd.DataFrame) -> pd.Series:
+    """Divide the change of each residue of changes.csv by the larger of its two floors; NaN if it is buried."""
+    return table["total"] / table[["total_floor", "total_moved"]].max(axis=1)
+
+
 def changes_page(name: str, forms: Sequence[str], table: pd.DataFrame, rare: float) -> dict[str, Any]:
     """Collect the values of the page of two forms.
 
@@ -120,7 +125,7 @@ def changes_page(name: str, forms: Sequence[str], table: pd.DataFrame, rare: flo
     rare : float, share of the residues of one form above a floor by chance
     """
     known = table.dropna(subset=["total"])
-    order = (known["total"] / known[["total_floor", "total_moved"]].max(axis=1)).sort_values(ascending=False)
+    order = over_floor(known).sort_values(ascending=False)
     return {
         "name": name,
         "forms": list(forms),

@@ -64,7 +64,7 @@ def surface_row(row: pd.Series, readings: list[str]) -> list[str]:
     """Format one surface: its name, dots, mean roughness, then best combination and d with interval by reading."""
     cells = [f"{row['protein']}/{row['conformation']}", f"{row['N']:,}", number(row["mean_roughness"], 3)]
     for reading in readings:
-        ends = (row[f"d_held_out_{end}{reading}"] for end in ("", "low_", "high_"))
+        ends = (row[f"d_cv_{end}{reading}"] for end in ("", "low_", "high_"))
         cells += [row[f"best_{reading}"], interval(*ends)]
     return cells
 
@@ -82,13 +82,13 @@ def floor_rows(surfaces: pd.DataFrame) -> list[list[str]]:
     return [
         [
             name.removeprefix(COLUMN_PREFIX).replace("_", " "),
-            *(enough_text(surfaces.get(f"{name}_{r}"), fewest) for r in (WRITTEN_READING, RECOVERED)),
+            *(required_dots_text(surfaces.get(f"{name}_{r}"), fewest) for r in (WRITTEN_READING, RECOVERED)),
         ]
         for name in names
     ]
 
 
-def enough_text(percents: pd.Series | None, fewest: pd.Series) -> str:
+def required_dots_text(percents: pd.Series | None, fewest: pd.Series) -> str:
     """Format the shares of dots that are enough: median and range; "all" if no fewer are, ≤ if the fewest tried are."""
     if percents is None or percents.dropna().empty:
         return ""

@@ -16,6 +16,7 @@ from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.farthest_point import farthest_point_sampling, roughness_weighted_sampling
 from sparsurf.sampling.published import SampledSurface
+from sparsurf.suggestions import did_you_mean
 
 HINDSIGHT = "paper_in_hindsight"  # in tables only: `paper` with the combinations that proved best
 MAX_SURPLUS = 0.005  # a length that gives at most this share of dots too many is accepted; the surplus is left out at random
@@ -90,7 +91,10 @@ def get_samplers(names: Iterable[str], key: str, choices: Choices = PUBLISHED_CH
     samplers = {}
     for name in names:
         if name not in list(SAMPLERS):  # a list: a user's value may be unhashable
-            raise InputError(f"{key}: there is no sampler {name!r}; the samplers are {', '.join(SAMPLERS)}.")
+            hint = did_you_mean(str(name), SAMPLERS) or "."
+            raise InputError(
+                f"{key}: there is no sampler {name!r}; the samplers are {', '.join(SAMPLERS)}{hint}"
+            )
         chosen = SAMPLERS[name]
         if chosen.choosing and chosen.function is not None:
             chosen = chosen._replace(function=partial(chosen.function, choices=choices))

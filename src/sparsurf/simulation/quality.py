@@ -123,8 +123,8 @@ def judge(table: pd.DataFrame, settings: dict[str, Any]) -> pd.DataFrame:
     for name, target in targets.items():
         values = table.loc[table["stage"] == "production", name].dropna().to_numpy()
         mean, half = mean_of_blocks(values)
-        enough = len(values) >= MIN_VALUES
-        near = bool(abs(mean - target) <= half + TOLERANCE[name]) if enough else np.nan
+        measurable = len(values) >= MIN_VALUES
+        near = bool(abs(mean - target) <= half + TOLERANCE[name]) if measurable else np.nan
         rows.append((name, mean, half, target, near))
     return pd.DataFrame(rows, columns=["quantity", "mean", "half_width", "target", "near"])
 

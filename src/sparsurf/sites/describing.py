@@ -30,7 +30,7 @@ FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
 PERCENT = 10  # of the dots, which are kept and described
 RADIUS = 10.0  # Å, of the patches; with 6 Å the first hit is right in 72 of 100, with 10 Å in 80
 ORDER = 10  # highest order n of the moments; finer detail differs between two forms of a protein
-SHAPE = "shape"  # the channel next to the fields: r of the steady descriptor
+SHAPE = "shape"  # the channel next to the fields: r of the rotation-robust descriptor
 MIN_DOTS_IN_PATCH = 12  # of a patch that is described
 VERSION = 2  # of saved Sites
 LABELS = ("chain", "residue", "residue_name")
@@ -69,11 +69,11 @@ class Sites:
         """Names of the described fields."""
         return tuple(self.settings["fields"])
 
-    def take(self, places: np.ndarray) -> Sites:
+    def take(self, indices: np.ndarray) -> Sites:
         """Return some of the places, by a mask or by indices."""
         return Sites(
-            self.name, self.points[places], self.normals[places], self.labels.iloc[places].reset_index(drop=True),
-            self.numbers[places], self.settings,
+            self.name, self.points[indices], self.normals[indices], self.labels.iloc[indices].reset_index(drop=True),
+            self.numbers[indices], self.settings,
         )  # fmt: skip
 
     def save(self, path: Path | str) -> None:
@@ -251,6 +251,7 @@ def _select_residues(labels: pd.DataFrame, name: str, residues: str) -> pd.DataF
         np.zeros(1, int),
         residue_index=np.arange(n),
         b_factor=np.zeros(n),
+        masked_residues=None,
         **columns,
     )
     return one_atom_each.select(name, selection="all", residues=residues).residues
@@ -304,7 +305,7 @@ def sites_of(
     nearest = np.arange(len(kept)) if at is None else cKDTree(kept.points).query(at)[1]
     places = kept.points if at is None else np.ascontiguousarray(at, np.float64)
     index = linked_by_spacing(kept.points, kept.normals, D_LINK, _area(kept))
-    z, sizes = describe(index, places, radius, True, threads, "steady")
+    z, sizes = describe(index, places, radius, True, threads, "rotation_robust")
     described = sizes >= MIN_DOTS_IN_PATCH
     if not described.any():
         raise InputError(

@@ -39,7 +39,8 @@ _MATCHED = [f"{key}{end}" for end in ("", "_there") for key in (*LABELS, "x", "y
 class SiteHits(NamedTuple):
     """Hits of a whole site.
 
-    table : DataFrame with COLUMNS, `p` (see `chance`) and `places`, the number of places of the site that agree
+    table : DataFrame with COLUMNS, `query` being its name, `p` (see `chance`) and `places`, the number of places of the
+        site that agree
     poses : list of pose_search.Pose, one for each row
     places : Sites, the places of the site that the poses superpose onto the targets
     """
@@ -80,10 +81,10 @@ def find_places(
     open_queries, k = np.arange(len(q)), 8 * n
     while len(open_queries):
         k = min(k, len(pooled))
-        distance, place = nearest_places(q[open_queries], pooled, k, threads)
+        distance, index = nearest_places(q[open_queries], pooled, k, threads)
         nearness = -np.log(np.maximum(distance, MIN_DISTANCE))
         score = (middle[open_queries, None] + nearness) / scale[open_queries, None]
-        for i, near, scores in zip(open_queries.tolist(), place, score, strict=True):
+        for i, near, scores in zip(open_queries.tolist(), index, score, strict=True):
             hits[i] = _separated_hits(i, n, targets, owner[near], near - begin[owner[near]], scores)
         if k == len(pooled):
             break
@@ -103,12 +104,12 @@ def _separated_hits(
     """Return the n best hits of a place, from places sorted by score, without neighbours on one target."""
     taken: list[tuple[int, np.ndarray]] = []
     rows: list[tuple] = []
-    for owner, place, score in zip(owners, places, scores, strict=True):
-        at = targets[owner].points[place]
+    for owner, index, score in zip(owners, places, scores, strict=True):
+        at = targets[owner].points[index]
         near_better = any(owner == o and np.linalg.norm(at - x) < MIN_HIT_DISTANCE for o, x in taken)
         if len(rows) < n and not near_better:
             taken.append((owner, at))
-            rows.append(_row(query, len(taken), targets[owner], place, score))
+            rows.append(_row(query, len(taken), targets[owner], index, score))
     return rows
 
 
@@ -130,7 +131,7 @@ def nearest_places(
     Returns
     -------
     distance : (Q, k) float64, ascending but for differences below ROUNDING
-    place : (Q, k) int64; of equal distances the lower place first
+    index : (Q, k) int64; of equal distances the lower place first
     """
     double, lengths = (-2 * query).astype(np.float32), np.linalg.norm(query, axis=1)
     rounding = (query.shape[1] + 8) * np.finfo(np.float32).eps
@@ -144,19 +145,19 @@ def nearest_places(
         if k < b - a:
             error = rounding * (lengths + np.sqrt(norms.max())) ** 2
             bound = np.partition(square, k - 1, axis=1)[:, k - 1] + 2 * error
-        row, place = np.nonzero(square <= bound[:, None])
+        row, index = np.nonzero(square <= bound[:, None])
         distance = np.empty(len(row))
         for begin in range(0, len(row), PAIRS_AT_ONCE):
             part = slice(begin, begin + PAIRS_AT_ONCE)
-            distance[part] = np.linalg.norm(query[row[part]] - targets[a + place[part]], axis=1)
-        return row, place + a, distance
+            distance[part] = np.linalg.norm(query[row[part]] - targets[a + index[part]], axis=1)
+        return row, index + a, distance
 
     blocks = parallel_map(near, len(targets), threads, BLOCK)
-    row, place, distance = (np.concatenate([block[c] for block in blocks]) for c in range(3))
-    order = np.lexsort((place, np.round(distance / ROUNDING), row))
+    row, index, distance = (np.concatenate([block[c] for block in blocks]) for c in range(3))
+    order = np.lexsort((index, np.round(distance / ROUNDING), row))
     first = np.searchsorted(row[order], np.arange(len(query)))
     kept = order[first[:, None] + np.arange(k)]
-    return distance[kept], place[kept]
+    return distance[kept], index[kept]
 
 
 def find_site(
@@ -195,7 +196,7 @@ def find_site(
         pose, target = hits[k], targets[k]
         centre = query.points.mean(axis=0) @ pose.turn + pose.shift
         nearest = int(np.argmin(np.linalg.norm(target.points - centre, axis=1)))
-        row = _row(0, rank, target, nearest, scores[k])
+        row = _row(site.name, rank, target, nearest, scores[k])
         rows.append((*row[:6], *centre, *row[9:], p[k], int((pose.match >= 0).sum())))
     return SiteHits(pd.DataFrame(rows, columns=(*COLUMNS, "p", "places")), [hits[k] for k in order], query)
 
@@ -231,8 +232,8 @@ def matched(hits: SiteHits, targets: Sequence[Sites]) -> pd.DataFrame:
     """
     rows, by_name = [], {target.name: target for target in targets}
     for row, pose in zip(hits.table.to_dict("records"), hits.poses, strict=True):
-        places = np.flatnonzero(pose.match >= 0)
-        here, there = hits.places.take(places), by_name[row["target"]].take(pose.match[places])
+        indices = np.flatnonzero(pose.match >= 0)
+        here, there = hits.places.take(indices), by_name[row["target"]].take(pose.match[indices])
         parts = [part for sites in (here, there) for part in (sites.labels, pd.DataFrame(sites.points))]
         table = pd.concat(parts, axis=1).set_axis(_MATCHED, axis=1)
         rows.append(table.assign(rank=row["rank"], target=row["target"]))
@@ -333,15 +334,15 @@ def _log_distances(q: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return the logarithm of the distances (Q, P), of at least MIN_DISTANCE; places that are near by differences."""
     norms, of_q = (places**2).sum(axis=1), (q**2).sum(axis=1)[:, None]
     square = norms - 2 * q @ places.T + of_q
-    row, place = np.nonzero(square < CANCELLED * (norms + of_q))
-    square[row, place] = ((q[row] - places[place]) ** 2).sum(axis=1)
+    row, column = np.nonzero(square < CANCELLED * (norms + of_q))
+    square[row, column] = ((q[row] - places[column]) ** 2).sum(axis=1)
     return np.log(np.maximum(np.sqrt(square), MIN_DISTANCE))
 
 
-def _row(query: int, rank: int, target: Sites, place: int, score: float) -> tuple:
+def _row(query: int | str, rank: int, target: Sites, index: int, score: float) -> tuple:
     """Return a row of COLUMNS."""
-    labels = target.labels.iloc[place]
-    return (query, rank, target.name, *labels[list(LABELS)], *target.points[place].tolist(), float(score))
+    labels = target.labels.iloc[index]
+    return (query, rank, target.name, *labels[list(LABELS)], *target.points[index].tolist(), float(score))
 
 
 def _farthest_points(points: np.ndarray, n: int) -> np.ndarray:

@@ -142,11 +142,11 @@ def _scores(search: _Search, turns: np.ndarray, shifts: np.ndarray) -> tuple[np.
     """Return the scores (H,) of poses, and the match of each place (H, Q)."""
     posed = search.points @ turns + shifts[:, None]
     distance, nearest = search.tree.query(posed, distance_upper_bound=MATCH_DISTANCE)
-    place = np.where(np.isfinite(distance), nearest, 0)
-    cosine = np.einsum("hij,hij->hi", search.normals @ turns, search.target_normals[place])
+    index = np.where(np.isfinite(distance), nearest, 0)
+    cosine = np.einsum("hij,hij->hi", search.normals @ turns, search.target_normals[index])
     met = np.isfinite(distance) & (cosine > MIN_NORMAL_COSINE)
-    likely = np.where(met, search.likelihood[np.arange(len(search.points)), place], 0)
-    return likely.sum(axis=1).round(DECIMALS), np.where(met, place, -1)
+    likely = np.where(met, search.likelihood[np.arange(len(search.points)), index], 0)
+    return likely.sum(axis=1).round(DECIMALS), np.where(met, index, -1)
 
 
 def _score(search: _Search, turn: np.ndarray, shift: np.ndarray) -> tuple[float, np.ndarray]:

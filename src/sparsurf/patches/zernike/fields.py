@@ -53,14 +53,14 @@ def _eight(step: Callable[..., Any]) -> Any:
     @intrinsic
     def run(typing: Any, to: Any, at: Any, source: Any, first: Any, factor: Any) -> tuple[Any, Any]:
         def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            def pointer(k: int, place: Any) -> Any:
+            def pointer(k: int, offset: Any) -> Any:
                 array = context.make_array(signature.args[k])(context, builder, value=args[k])
                 return builder.bitcast(
-                    builder.gep(array.data, [place]), ir.VectorType(ir.DoubleType(), 8).as_pointer()
+                    builder.gep(array.data, [offset]), ir.VectorType(ir.DoubleType(), 8).as_pointer()
                 )
 
-            def load(k: int, place: Any) -> Any:
-                return builder.load(pointer(k, place), align=8)
+            def load(k: int, offset: Any) -> Any:
+                return builder.load(pointer(k, offset), align=8)
 
             one = ir.Constant(ir.VectorType(ir.DoubleType(), 8), ir.Undefined)
             zero = ir.Constant(ir.IntType(32), 0)

@@ -28,9 +28,9 @@ MEASURES = [  # measure, title, label of the y axis
     ("normal", "normals of any dot and\nthe nearest kept one", "angle (degrees)"),
 ]
 REFERENCES: dict[str, tuple[Any, str]] = {  # columns of Z: line style, name
-    "null_model": ("--", "mean descriptor for every patch"),
-    "empty_patch": (":", "empty patches"),
-    "fresh_dots": ("-.", "fresh dots of the surface"),
+    "Z_mean_descriptor": ("--", "mean descriptor for every patch"),
+    "Z_empty": (":", "empty patches"),
+    "Z_resampled": ("-.", "fresh dots of the surface"),
 }
 AXIS = "dots kept (% of the surface)"
 ARROW_PERCENT = 20.0  # n_S near which the gain over the paper's sampler is marked
@@ -45,7 +45,7 @@ def comparison_figure(
     Parameters
     ----------
     table : DataFrame
-        Columns sampler, percent, n_S_percent, measure, value, low, high, null_model, empty_patch.
+        Columns sampler, percent, n_S_percent, measure, value, low, high, Z_mean_descriptor, Z_empty.
     subject : str
         What was compared: a conformation, or a number of proteins.
     band : str
@@ -55,7 +55,7 @@ def comparison_figure(
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.constrained(layout.PAGE, 150, subject)
+    figure = layout.constrained(layout.PAGE, 150, layout.headed(subject, _message(table)))
     names = list(table["sampler"].unique())
     spare = iter(SPARE * len(names))
     lines = {name: LINES.get(name) or (next(spare), 0.8, "o") for name in names}
@@ -70,6 +70,15 @@ def comparison_figure(
     return layout.fix_layout(figure)
 
 
+def _message(table: pd.DataFrame) -> str:
+    """Say which sampler errs least by the first measure, on average over the numbers of dots; empty if none was measured."""
+    part = table[(table["measure"] == MEASURES[0][0]) & table["value"].notna()]
+    if part.empty:
+        return ""
+    best = str(part.groupby("sampler")["value"].mean().idxmin())
+    return f"{lookup_sampler(best).words} errs least"
+
+
 def _panel(ax: Axes, table: pd.DataFrame, measure: str, lines: dict[str, tuple[str, float, str]]) -> None:
     """Draw one measure against n_S, a line per sampler, the bold ones on top, and the reference values of Z."""
     part = table[table["measure"] == measure]
@@ -81,12 +90,12 @@ def _panel(ax: Axes, table: pd.DataFrame, measure: str, lines: dict[str, tuple[s
         ax.plot(x, rows["value"], color=colour, linewidth=width, marker=marker, markersize=2.2, zorder=order)
     percents = np.unique(table["percent"])
     references = _references(part) if measure.startswith("Z ") else {}
-    top = np.nanmax([part["value"].max(), part["high"].max(), references.get("null_model", 0.0)])
+    top = np.nanmax([part["value"].max(), part["high"].max(), references.get("Z_mean_descriptor", 0.0)])
     for name, value in references.items():
-        if name != "empty_patch" or measure == "Z as_coded":
+        if name != "Z_empty" or measure == "Z as_coded":
             ax.axhline(value, color=GREY, linewidth=0.6, linestyle=REFERENCES[name][0], zorder=1)
     if measure == "Z as_coded":
-        top = 1.18 * references["empty_patch"]
+        top = 1.18 * references["Z_empty"]
     ax.set(xscale="log", ylim=(0, 1.06 * top))
     ax.set_xlim(
         0.88 * min(percents[0], part["n_S_percent"].min()),

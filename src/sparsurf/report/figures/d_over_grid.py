@@ -61,11 +61,15 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     pitch = side + 20
     title = 128 + 37 * bool(largest) + 17 * (RECOVERED in readings)  # mm, of the longest
     used = max(32 + (side + gap) * grid.beta.nunique(), title)
-    figure = layout.sheet(min(PAGE, used), 5 + pitch * len(readings), name)
+    message = layout.beats_uniform(
+        {READINGS[reading].words: _is_positive(grid, reading) for reading in readings}
+    )
+    figure = layout.sheet(min(PAGE, used), 5 + pitch * len(readings), layout.headed(name, message))
+    scale = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))[0]  # one for all rows
     for row, reading in enumerate(readings):
         y = 1 + pitch * row
         layout.letter(figure, 1, y, ascii_uppercase[row])
-        best = _maps(figure, grid, f"d_{reading}", y + 9, side, gap)
+        best = _maps(figure, grid, f"d_{reading}", scale, y + 9, side, gap)
         layout.text(figure, 6, y + 0.3, f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best}")
     marks = {"highest $d$ at this β": BEST, "highest $d$ of all": BEST_OF_ALL}
     handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
@@ -73,10 +77,24 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     return figure
 
 
-def _maps(figure: layout.Sheet, grid: pd.DataFrame, column: str, y: float, side: float, gap: float) -> str:
+def _is_positive(grid: pd.DataFrame, reading: str) -> bool:
+    """Return whether the highest d lies above 0 by more than its 95 % interval, where that is known."""
+    d, error = grid[f"d_{reading}"], grid.get(f"d_se_{reading}")
+    return bool((d > (0 if error is None else 1.96 * error.fillna(0))).any())
+
+
+def _maps(
+    figure: layout.Sheet,
+    grid: pd.DataFrame,
+    column: str,
+    scale: ScalarMappable,
+    y: float,
+    side: float,
+    gap: float,
+) -> str:
     """Draw one row of maps; return a text of its highest d."""
     betas, gammas, deltas = (np.unique(grid[name]) for name in ("beta", "gamma", "delta"))
-    scale, limits, levels = _scale(grid[column])
+    _, limits, levels = _scale(grid[column])
     best = grid.iloc[int(np.nanargmax(grid[column]))] if grid[column].notna().any() else None
     tables = [
         grid[grid.beta == beta].pivot_table(column, "gamma", "delta").reindex(index=gammas, columns=deltas)

@@ -103,10 +103,10 @@ def _clusters(
 def _name_points(ax: Axes, points: np.ndarray, names: Sequence[str]) -> None:
     """Write each name at the nearest position free of other names and chosen points."""
     inside, dots = ax.get_window_extent(), ax.transData.transform(points)
-    places = [(far, angle) for far in (8, 14, 22, 32) for angle in np.radians(np.arange(45, 405, 45))]
+    offsets = [(far, angle) for far in (8, 14, 22, 32) for angle in np.radians(np.arange(45, 405, 45))]
     taken: list[Bbox] = []
     for point, name in zip(points, names, strict=True):
-        for far, angle in places:
+        for far, angle in offsets:
             words = _annotate(ax, name, point, far, angle)
             box = words.get_window_extent()
             inner = inside.fully_containsx(box.x0) and inside.fully_containsx(box.x1)

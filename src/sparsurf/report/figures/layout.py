@@ -84,6 +84,7 @@ STYLE: dict[str, Any] = {
     "xtick.major.pad": 2,
     "ytick.major.pad": 2,
     "svg.hashsalt": "sparsurf",
+    "svg.fonttype": "none",  # text stays text, to be searched and edited
 }
 
 
@@ -123,6 +124,20 @@ def constrained(width: float, height: float, name: str = "") -> Figure:
     if name:
         figure.suptitle(name, x=0.005, ha="left", fontsize=8, fontweight="bold")
     return figure
+
+
+def headed(name: str, message: str) -> str:
+    """Return the name of what a figure shows with its message; either may be empty."""
+    return ": ".join(filter(None, (name, message)))
+
+
+def beats_uniform(better: dict[str, bool]) -> str:
+    """Say in a line under which readings, by their words, the sampling beats a uniform draw."""
+    ahead = " and ".join(words for words, is_better in better.items() if is_better)
+    behind = " or ".join(words for words, is_better in better.items() if not is_better)
+    if not ahead:
+        return "the sampling does not beat a uniform draw"
+    return f"the sampling beats a uniform draw {ahead}" + (f", not {behind}" if behind else "")
 
 
 def fix_layout(figure: Figure) -> Figure:
@@ -291,10 +306,10 @@ class Tiles:
         x, y = thinned(x, label_width(x), self.size[0]), thinned(y, 4.0, self.size[1])
         below = [self.places(rows - 1, k, x, np.full(len(x), self.ylim[0])) for k in range(columns)]
         left = [self.places(k, 0, np.full(len(y), self.xlim[0]), y) for k in range(rows)]
-        for place, value in zip(np.concatenate(below), np.tile(x, columns), strict=True):
-            self.ax.text(place[0], place[1] + 1.5, f"{value:g}", ha="center", va="top")
-        for place, value in zip(np.concatenate(left), np.tile(y, rows), strict=True):
-            self.ax.text(place[0] - 0.8, place[1], f"{value:g}", ha="right", va="center")
+        for point, value in zip(np.concatenate(below), np.tile(x, columns), strict=True):
+            self.ax.text(point[0], point[1] + 1.5, f"{value:g}", ha="center", va="top")
+        for point, value in zip(np.concatenate(left), np.tile(y, rows), strict=True):
+            self.ax.text(point[0] - 0.8, point[1], f"{value:g}", ha="right", va="center")
 
 
 def label_width(values: np.ndarray) -> float:

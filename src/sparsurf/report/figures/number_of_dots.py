@@ -27,7 +27,7 @@ def draw(results: Results) -> Figure:
     off = 100 * (grid.n_S - grid.n_S_expected).abs().max() / len(results.surface)
     title = f"drawn and expected $n_S$ of all {len(grid):,} combinations\ndiffer by at most {off:.2g} % of the dots"
     shown = (grid.alpha == grid.alpha.max()) & (grid.beta == grid.beta.min())
-    return figure(grid[shown], results.name, title)
+    return figure(grid[shown], layout.headed(results.name, "the parameters set $n_S$"), title)
 
 
 @styled

@@ -101,8 +101,8 @@ def _distribution(ax: Axes, values: pd.Series, limits: tuple[float, float], erro
     ax.set(ylim=limits, title=words.replace("-", "−"), xticks=[], yticks=[])
     ax.spines["bottom"].set_visible(False)
     if np.isfinite(error):
-        place = 1.05 * ax.get_xlim()[1]
-        ax.errorbar(place, values.mean(), error, color="black", elinewidth=0.8, capsize=2, clip_on=False)
+        right = 1.05 * ax.get_xlim()[1]
+        ax.errorbar(right, values.mean(), error, color="black", elinewidth=0.8, capsize=2, clip_on=False)
 
 
 def _ensemble_handles(window: int) -> list[Line2D]:
@@ -151,9 +151,9 @@ def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str =
     ax.xaxis.set_major_locator(MaxNLocator(4))
     layout.letter(figure, 1, 1, "A")
     profile = layout.axes(figure, 61, 6, 24, 60)
-    place, mean, sd = np.arange(n), residues["mean_roughness"], residues["sd_roughness"].fillna(0)
-    profile.fill_betweenx(place, mean - sd, mean + sd, color=PALE, linewidth=0)
-    profile.plot(mean, place, color=DARK, linewidth=0.8)
+    position, mean, sd = np.arange(n), residues["mean_roughness"], residues["sd_roughness"].fillna(0)
+    profile.fill_betweenx(position, mean - sd, mean + sd, color=PALE, linewidth=0)
+    profile.plot(mean, position, color=DARK, linewidth=0.8)
     profile.set(ylim=(n - 0.5, -0.5), xlabel="mean $R_i$ ± sd")
     profile.xaxis.set_major_locator(MaxNLocator(3))
     profile.set_yticks(ax.get_yticks(), [])
@@ -178,12 +178,12 @@ def _name_residues(ax: Axes, residues: pd.DataFrame) -> None:
     """Label some residues, with the chain if there are several, and draw a line at the end of each chain."""
     chain = residues["chain"].fillna("").to_numpy(str)
     several = len(np.unique(chain)) > 1
-    places = np.arange(0, len(residues), -(-len(residues) // MAX_RESIDUE_LABELS))
+    positions = np.arange(0, len(residues), -(-len(residues) // MAX_RESIDUE_LABELS))
     names = [
         f"{chain[k]} {residues['residue'].iloc[k]}" if several else residues["residue"].iloc[k]
-        for k in places
+        for k in positions
     ]
-    ax.set_yticks(places, names)
+    ax.set_yticks(positions, names)
     ax.set_ylabel("residue")
     for end in np.flatnonzero(chain[1:] != chain[:-1]):
         ax.axhline(end + 0.5, color="white", linewidth=0.8)

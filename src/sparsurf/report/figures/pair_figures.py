@@ -150,11 +150,11 @@ def over_pairs(run: str, table: pd.DataFrame, means: pd.DataFrame) -> Figure:
     figure = layout.constrained(layout.COLUMN + 50, 24 + 7 * len(means), run)
     ax = figure.subplots()
     by = table.groupby(["score", "complex"], sort=False)["auc"].mean()
-    for place, row in enumerate(means.to_dict("records")):
+    for y, row in enumerate(means.to_dict("records")):
         of_pairs = by[row["score"]]
-        ax.plot(of_pairs, np.full(len(of_pairs), place), ".", color="#999999", markersize=3)
-        ax.plot([row["low"], row["high"]], [place, place], color="black", linewidth=1.2)
-        ax.plot(row["mean"], place, "o", color=INSIDE, markersize=4)
+        ax.plot(of_pairs, np.full(len(of_pairs), y), ".", color="#999999", markersize=3)
+        ax.plot([row["low"], row["high"]], [y, y], color="black", linewidth=1.2)
+        ax.plot(row["mean"], y, "o", color=INSIDE, markersize=4)
     ax.axvline(0.5, color="black", linewidth=0.5, linestyle=":")
     ax.set_yticks(range(len(means)), map(called_score, means["score"]))
     ax.set(xlabel="AUC for the interface", xlim=(0, 1), ylim=(-0.6, len(means) - 0.4))
@@ -183,9 +183,9 @@ def thinning_figure(table: pd.DataFrame, subject: str) -> Figure:
         for column, (against, axis) in enumerate(AGAINST):
             ax = panels[row, column]
             layout.panel_title(ax, ascii_uppercase[2 * row + column], "")
-            for place, (key, rows) in enumerate(thin.groupby(["sampler", "surface"], sort=False)):
+            for k, (key, rows) in enumerate(thin.groupby(["sampler", "surface"], sort=False)):
                 sampler, surface = map(str, key)
-                colour, width, marker = LINES.get(sampler, (SPARE[place % len(SPARE)], 0.8, "*"))
+                colour, width, marker = LINES.get(sampler, (SPARE[k % len(SPARE)], 0.8, "*"))
                 dashes = RECOVERED if surface == "recovered" else "-"
                 name = lookup_sampler(sampler).words + (", recovered" if surface == "recovered" else "")
                 style: dict[str, Any] = {

@@ -17,7 +17,7 @@ class Results:
     name : str, protein/conformation
     surface : Surface
     roughness : (N,) float64, R_i
-    grid, curves, floors, enough : pandas.DataFrame, the tables of these names
+    grid, curves, floors, required_dots : pandas.DataFrame, the tables of these names
     best : dict, as in best.json
     floor : str, the noise floor that defines how many dots are enough
     subsets : list of (title, Surface, colour), for `subsets`
@@ -31,7 +31,7 @@ class Results:
     grid: Any = None
     curves: Any = None
     floors: Any = None
-    enough: Any = None
+    required_dots: Any = None
     best: dict[str, Any] = field(default_factory=dict)
     floor: str = "fresh dots"
     subsets: list[tuple[str, Surface, str]] = field(default_factory=list)

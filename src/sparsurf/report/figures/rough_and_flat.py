@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from sparsurf.report.figures.results import Results
 
 REFERENCES = {
-    "empty_patch": ("empty patch", "--"),
-    "null_model": ("null model", ":"),
+    "Z_empty": ("empty patch", "--"),
+    "Z_mean_descriptor": ("null model", ":"),
     "fresh dots": ("fresh dots", "-."),
 }
 MIN_VALUES = 5  # of a box plot
@@ -34,7 +34,28 @@ MIN_VALUES = 5  # of a box plot
 
 def draw(results: Results) -> Figure:
     """Draw the figure of one surface and its best combination."""
-    return figure(**results.rough_and_flat, name=results.name)
+    return figure(
+        **results.rough_and_flat, name=layout.headed(results.name, message(results.rough_and_flat["panels"]))
+    )
+
+
+def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) -> str:
+    """Say where the median patch of the sampling errs less than that of a uniform draw: on rough ones, on flat ones."""
+    better = []
+    for words, flat in (("rough", False), ("flat", True)):
+        differences = []
+        for _, roughness, z_ts, z_tr in panels:
+            side = (np.asarray(roughness) > np.median(roughness)) == flat
+            differences.append(np.nanmedian(np.asarray(z_tr)[side]) - np.nanmedian(np.asarray(z_ts)[side]))
+        if min(differences) > 0:
+            better.append(words)
+        elif max(differences) > 0:
+            return "whether the sampling errs less depends on the reading"
+    return (
+        f"the sampling errs less on {' and '.join(better)} patches"
+        if better
+        else "a uniform draw errs less everywhere"
+    )
 
 
 @styled
@@ -55,7 +76,7 @@ def figure(
         Per patch: title, points (n, 3), normals (n, 3), and which of its dots the sampling and
         the uniform subset keep (int, counted within the patch).
     references : dict, optional
-        `empty_patch`, `null_model` and among its `floors` `fresh dots`; a line is drawn if the value lies in the range.
+        `Z_empty`, `Z_mean_descriptor` and among its `floors` `fresh dots`; a line is drawn if the value lies in the range.
     bins : int
         Equal-width intervals of roughness.
     name : str
@@ -133,18 +154,18 @@ def _boxes(
     width = edges[1] - edges[0]
     for z, colour, side in ((z_ts, layout.SAMPLED, -0.2), (z_tr, layout.RANDOM, 0.2)):
         values = [z[dots][np.isfinite(z[dots])] for dots in chosen.values()]
-        places = [edges[k] + (0.5 + side) * width for k in chosen]
+        centres = [edges[k] + (0.5 + side) * width for k in chosen]
         few = np.array([len(z_in_bin) < MIN_VALUES for z_in_bin in values])
         alone = [
             (np.full(len(z_in_bin), x), z_in_bin)
-            for z_in_bin, x in zip(values, places, strict=True)
+            for z_in_bin, x in zip(values, centres, strict=True)
             if len(z_in_bin) < MIN_VALUES
         ]
         if alone:
             ax.plot(*np.concatenate(alone, axis=1), "o", color=colour)
         if not few.all():
             boxed = [z_in_bin for z_in_bin in values if len(z_in_bin) >= MIN_VALUES]
-            _box_plots(ax, boxed, np.array(places)[~few], 0.34 * width, colour)
+            _box_plots(ax, boxed, np.array(centres)[~few], 0.34 * width, colour)
     for edge in edges[1:]:
         ax.axvline(edge, color="#E0E0E0", linewidth=0.4, zorder=0)
     ax.set_xticks(edges, [f"{e:.2f}" for e in edges])
@@ -153,7 +174,7 @@ def _boxes(
     ax.set_ylim(bottom=0)
 
 
-def _box_plots(ax: Axes, values: list[np.ndarray], places: np.ndarray, width: float, colour: str) -> None:
+def _box_plots(ax: Axes, values: list[np.ndarray], centres: np.ndarray, width: float, colour: str) -> None:
     """Draw box plots with five artists in all; `boxplot` takes six for each box."""
     low, middle, high = np.array([np.quantile(z_in_bin, [0.25, 0.5, 0.75]) for z_in_bin in values]).T
     reach = 1.5 * (high - low)
@@ -163,14 +184,16 @@ def _box_plots(ax: Axes, values: list[np.ndarray], places: np.ndarray, width: fl
     ]
     bottom, top = np.array(ends).T
     thin: dict[str, Any] = {"color": "black", "linewidth": 0.5}
-    ax.bar(places, high - low, width, low, facecolor=colour, edgecolor="black", linewidth=0.5)
-    ax.hlines(middle, places - width / 2, places + width / 2, color="black", linewidth=1)
-    ax.vlines(np.tile(places, 2), np.append(bottom, high), np.append(low, top), **thin)
-    ax.hlines(np.append(bottom, top), np.tile(places - width / 4, 2), np.tile(places + width / 4, 2), **thin)
+    ax.bar(centres, high - low, width, low, facecolor=colour, edgecolor="black", linewidth=0.5)
+    ax.hlines(middle, centres - width / 2, centres + width / 2, color="black", linewidth=1)
+    ax.vlines(np.tile(centres, 2), np.append(bottom, high), np.append(low, top), **thin)
+    ax.hlines(
+        np.append(bottom, top), np.tile(centres - width / 4, 2), np.tile(centres + width / 4, 2), **thin
+    )
     beyond = [
         z_in_bin[(z_in_bin < a) | (z_in_bin > b)] for z_in_bin, (a, b) in zip(values, ends, strict=True)
     ]
-    far = np.repeat(places, [len(z_in_bin) for z_in_bin in beyond])
+    far = np.repeat(centres, [len(z_in_bin) for z_in_bin in beyond])
     ax.plot(far, np.concatenate(beyond), ".", markersize=2, color=colour)
 
 

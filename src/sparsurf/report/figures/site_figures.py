@@ -17,18 +17,19 @@ from sparsurf.sites.pose_search import rigid_fit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Surface
 
-MARGIN = 12.0  # Å around the site in the pictures
 OVERLAP = 1.5  # Å; dots of a hit nearer than this to the superposed site take its colour
 MAX_DISTANCE = 20.0  # Å, end of the colours of distances
 WIDTH, HEIGHT = 86, 60  # mm, of a picture
 MIN_P = 1e-4  # end of the colours of a matrix
 RESIDUES_PER_LINE = 6  # of the legend
 REST = render.PALE
+BELOW = colors.to_rgb("#B0B0B0")  # residues that change less than their floor
 MANY = colormaps["turbo"]  # for more residues than the palette has colours
 
 
@@ -74,7 +75,8 @@ def site_figure(
     Parameters
     ----------
     name : str
-    panels : list of (title, points (N, 3), normals (N, 3), residue (N,) int), in one frame; the site first, -1 elsewhere
+    panels : list of (title, points (N, 3), normals (N, 3), residue (N,) int), in one frame; the site first, -1 elsewhere and
+        on all of a target on which it is not found
     residues : list of str, names of the residues that are counted
 
     Returns
@@ -82,12 +84,9 @@ def site_figure(
     matplotlib.figure.Figure
     """
     _, points, normals, residue = panels[0]
-    site = residue >= 0
-    rotation = facing(points, normals, site)
-    middle = points[site].mean(axis=0)
-    reach = np.linalg.norm(points[site] - middle, axis=1).max() + MARGIN
-    near = np.linalg.norm(points - middle, axis=1) < reach
-    camera = render.aim(points[near], rotation, layout.pixels(WIDTH, HEIGHT))
+    rotation = facing(points, normals, residue >= 0)
+    every_dot = np.concatenate([points for _, points, _, _ in panels])  # no molecule is cut
+    camera = render.aim(every_dot, rotation, layout.pixels(WIDTH, HEIGHT))
     rows = (len(panels) + 1) // 2
     lines = -(-len(residues) // RESIDUES_PER_LINE)
     figure = layout.sheet(layout.PAGE, rows * (HEIGHT + 12) + 4 * lines + 2, name)
@@ -104,7 +103,8 @@ def site_figure(
         layout.show(layout.axes(figure, x, y + 5, WIDTH, HEIGHT), render.picture(scene), camera, k == 0)
     for k, label in enumerate(residues):
         x, y = 2 + 30 * (k % RESIDUES_PER_LINE), rows * (HEIGHT + 12) + 4 * (k // RESIDUES_PER_LINE)
-        layout.text(figure, x, y, f"■ {label}", color=colour[k])
+        layout.text(figure, x, y, "■", color=colour[k])
+        layout.text(figure, x + 3, y, label)
     return figure
 
 
@@ -132,8 +132,8 @@ def matrix_figure(name: str, table: pd.DataFrame) -> Figure:
     ax = layout.axes(figure, left, top, width, height)
     scale = layout.scale(0, -np.log10(MIN_P))
     ax.imshow(shown, cmap=scale.cmap, norm=scale.norm, aspect="auto")  # type: ignore[arg-type]
-    found = table["found"] == 1
-    ax.plot(columns[found], rows[found], "o", color="white", markeredgecolor="black", markersize=one / 2)
+    is_hit = table["found"] == 1
+    ax.plot(columns[is_hit], rows[is_hit], "o", color="white", markeredgecolor="black", markersize=one / 2)
     for axis, names, room in ((ax.xaxis, targets, width), (ax.yaxis, sites, height)):
         shown_names = layout.thinned(np.arange(len(names)), 3.0, room)
         axis.set_ticks(shown_names, names[shown_names], rotation=90 if axis is ax.xaxis else 0)
@@ -142,6 +142,33 @@ def matrix_figure(name: str, table: pd.DataFrame) -> Figure:
     bar.set_ticks(range(5), labels=["1", "0.1", "0.01", "0.001", "0.0001"])
     bar.set_label("p")
     return figure
+
+
+def seen_alike(
+    forms: Sequence[tuple[str, Surface, Molecule, np.ndarray]],
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Superpose two forms and look at what changes most; points and normals (N, 3) of each, towards the viewer along z.
+
+    Parameters
+    ----------
+    forms : as for `changes_figure`
+    """
+    (_, surface, molecule, change), (_, other, moved, _) = forms
+    rotation = facing(surface.points, surface.normals, change >= np.nanquantile(change, 0.9))
+    turn, shift = rigid_fit(moved.xyz[0], superpose_forms(moved, molecule).xyz[0], np.ones(moved.n_atoms))
+    oriented = [(surface.points, surface.normals), (other.points @ turn + shift, other.normals @ turn)]
+    return [(points @ rotation.T, normals @ rotation.T) for points, normals in oriented]
+
+
+def highest_shown(changes: Sequence[np.ndarray]) -> float:
+    """Return the end of the colours of changes over their floors: robust, so that one residue does not set it."""
+    return float(max(np.nanquantile(np.concatenate(changes), 0.98), 2))
+
+
+def change_colours(change: np.ndarray, scale: ScalarMappable) -> np.ndarray:
+    """Return the colours of changes over their floors: grey below 1, that of the rest where unknown, (N, 3) float64."""
+    shown = np.where(change[:, None] < 1, BELOW, layout.colours(scale, np.nan_to_num(change)))
+    return np.where(np.isnan(change)[:, None], REST, shown)
 
 
 @styled
@@ -153,46 +180,43 @@ def changes_figure(
     Parameters
     ----------
     name : str
-    forms : two (title, Surface, Molecule, change (N,)), NaN if unknown
+    forms : two (title, Surface, Molecule, change over its floor (N,)), NaN if unknown; see `site_page.over_floor`
     table : DataFrame of changes.csv
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    (_, surface, molecule, change), (_, other, moved, _) = forms
-    scale = layout.scale(0, max(np.nanquantile(change, 0.98), 1e-6))
-    most = change >= np.nanquantile(change, 0.9)
-    rotation = facing(surface.points, surface.normals, most)
-    turn, shift = rigid_fit(moved.xyz[0], superpose_forms(moved, molecule).xyz[0], np.ones(moved.n_atoms))
-    places = [(surface.points, surface.normals), (other.points @ turn + shift, other.normals @ turn)]
+    scale = layout.scale(1, highest_shown([change for *_, change in forms]))
+    oriented = seen_alike(forms)
     shape = layout.pixels(WIDTH - 8, HEIGHT)
-    camera = render.aim(np.concatenate([points for points, _ in places]), rotation, shape)
+    camera = render.aim(np.concatenate([points for points, _ in oriented]), np.eye(3), shape)
     figure = layout.sheet(layout.PAGE, HEIGHT + 65, name)
-    for k, ((title, *_, change), (points, normals)) in enumerate(zip(forms, places, strict=True)):
+    for k, ((title, *_, change), (points, normals)) in enumerate(zip(forms, oriented, strict=True)):
         x = 2 + (WIDTH - 4) * k
-        colours = np.where(np.isnan(change)[:, None], REST, layout.colours(scale, np.nan_to_num(change)))
-        scene = render.draw_surface(points, normals, colours, camera)
+        scene = render.draw_surface(points, normals, change_colours(change, scale), camera)
         layout.text(figure, x, 1, title)
         layout.show(layout.axes(figure, x, 5, WIDTH - 8, HEIGHT), render.picture(scene), camera, k == 0)
-    figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label("change")
+    figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label(
+        "change over its floor\n(grey: below)"
+    )
     _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE - 18, 35), table)
     return figure
 
 
 def _along(ax: Axes, table: pd.DataFrame) -> None:
     """Draw the change of each residue and its floors."""
-    place = np.arange(len(table))
+    position = np.arange(len(table))
     above = table["above_moved"] == 1
-    ax.bar(place, table["total"].where(~above), 1.0, color=layout.PALE)
-    ax.bar(place, table["total"].where(above), 1.0, color=SAMPLED, label="more than moved atoms")
+    ax.bar(position, table["total"].where(~above), 1.0, color=layout.PALE)
+    ax.bar(position, table["total"].where(above), 1.0, color=SAMPLED, label="more than moved atoms")
     for key, colour, words in (
         ("total_floor", GREY, "floor: fresh dots"),
         ("total_moved", DARK, "floor: moved atoms"),
     ):
-        ax.step(place, table[key], where="mid", color=colour, linewidth=0.6, label=words)
+        ax.step(position, table[key], where="mid", color=colour, linewidth=0.6, label=words)
     begin = np.flatnonzero(table["chain"] != table["chain"].shift())
-    shown = layout.thinned(place, 12.0, layout.PAGE - 18)
+    shown = layout.thinned(position, 12.0, layout.PAGE - 18)
     shown = shown if len(begin) < 2 else np.unique(np.concatenate([begin, shown]))
     names = (table["chain"] + ":" if len(begin) > 1 else "") + table["residue"]
     ax.set_xticks(shown, np.asarray(names)[shown])

@@ -53,26 +53,26 @@ def figure(
     cells = len(subsets) + 3
     columns = 2 if cells == 4 else 3
     figure = layout.sheet(CELL_WIDTH * columns, 1 + CELL_HEIGHT * -(-cells // columns), name)
-    places = [(1 + CELL_WIDTH * (k % columns), 1 + CELL_HEIGHT * (k // columns)) for k in range(cells)]
+    corners = [(1 + CELL_WIDTH * (k % columns), 1 + CELL_HEIGHT * (k // columns)) for k in range(cells)]
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(58, 45))
     behind = render.draw_surface(surface.points, surface.normals, render.PALE, camera)
     radius = max(render.DOT_RADIUS, 2 / camera.scale)  # at least two pixels, for large molecules
-    _show(figure, places, 0, behind, f"the surface\n{len(surface):,} dots", layout.WHOLE)
+    _show(figure, corners, 0, behind, f"the surface\n{len(surface):,} dots", layout.WHOLE)
     for k, (words, subset, colour) in enumerate(subsets, 1):
         scene = render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius)
         share = 100 * len(subset) / len(surface)
-        _show(figure, places, k, scene, f"{fill(words, 38)}\n{len(subset):,} dots, {share:.3g} %", colour)
+        _show(figure, corners, k, scene, f"{fill(words, 38)}\n{len(subset):,} dots, {share:.3g} %", colour)
     scale = layout.scale(0, MAX_DISTANCE)
     scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance), camera)
     _show(
         figure,
-        places,
+        corners,
         cells - 2,
         scene,
         f"{title}\nin the colours of panel {ascii_uppercase[cells - 1]}",
         layout.DARK,
     )
-    x, y = _cell(figure, places, cells - 1, "how far the recovered surface lies\nfrom the true one", "black")
+    x, y = _cell(figure, corners, cells - 1, "how far the recovered surface lies\nfrom the true one", "black")
     mean = f"mean {np.mean(distance):.3f} Å"
     ends = np.linspace(0, MAX_DISTANCE, 41)
     layout.histogram(
@@ -87,19 +87,19 @@ def figure(
 
 
 def _cell(
-    figure: layout.Sheet, places: list[tuple[float, float]], k: int, words: str, colour: str
+    figure: layout.Sheet, corners: list[tuple[float, float]], k: int, words: str, colour: str
 ) -> tuple[float, float]:
     """Write letter and title of cell k; return its upper left corner in mm."""
-    x, y = places[k]
+    x, y = corners[k]
     layout.letter(figure, x, y, ascii_uppercase[k])
     layout.text(figure, x + 5, y + 0.3, words, color=colour)
     return x, y
 
 
 def _show(
-    figure: layout.Sheet, places: list[tuple[float, float]], k: int, scene: Scene, words: str, colour: str
+    figure: layout.Sheet, corners: list[tuple[float, float]], k: int, scene: Scene, words: str, colour: str
 ) -> None:
     """Show picture k with its letter and title."""
-    x, y = _cell(figure, places, k, words, colour)
+    x, y = _cell(figure, corners, k, words, colour)
     ax = layout.axes(figure, x + 1, y + 9.5, 58, 45)
     layout.show(ax, render.picture(scene), scene.camera, scale_bar=k == 0)

@@ -59,7 +59,13 @@ def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame, name: str = "
     norm = colors.BoundaryNorm(limits, 256) if np.ptp(limits) > 0 else colors.Normalize()
     scale = ScalarMappable(norm, colormaps["viridis"])
     compared = relations.gain.notna().any()  # otherwise there are too few surfaces to choose from
-    figure = layout.sheet(PAGE, 187 if compared else 137, name)
+    message = ""
+    if compared:
+        gains = (relations.gain_low > 0).sum()
+        message = (
+            "choosing by roughness gains d in some ranges" if gains else "choosing by roughness gains nothing"
+        )
+    figure = layout.sheet(PAGE, 187 if compared else 137, layout.headed(name, message))
     widest = max(0.01, np.nanmax(np.append(relations[["gain_low", "gain_high"]].abs().to_numpy(), 0)))
     for k, reading in enumerate(readings):
         rows = summary[(summary.reading == reading) & summary.d.notna()]
@@ -115,11 +121,11 @@ def _parameters(
         layout.ticks(ax.yaxis, known, 18)
         ax.tick_params(labelbottom=False)
     ax = layout.axes(figure, x, 92, width, 32)
-    half = ((rows.d_held_out_high - rows.d_held_out_low) / 2).to_numpy()
-    for x_, d, error, rgba in zip(rough, rows.d_held_out, half, colour, strict=True):
+    half = ((rows.d_cv_high - rows.d_cv_low) / 2).to_numpy()
+    for x_, d, error, rgba in zip(rough, rows.d_cv, half, colour, strict=True):
         ax.errorbar(x_, d, error, fmt="o", color=rgba, markersize=2, elinewidth=0.4)
     ax.axhline(0, color="black", linewidth=0.4, zorder=0)
-    _fit(ax, rough, margin, "$d$, held out", left)
+    _fit(ax, rough, margin, "$d$, cross-validated", left)
     ax.set_xlabel(layout.folded("mean roughness of the surface (low: rough, high: flat)", width + 16))
 
 
@@ -151,7 +157,9 @@ def _by_range(summary: pd.DataFrame, name: str) -> Figure:
     readings = readings_of_columns(summary.reading.unique())
     pitch = (PAGE - 3) / max(2, len(readings))
     surfaces = list(summary.groupby(["protein", "conformation"], sort=False))
-    figure = layout.sheet(PAGE, 142, name)
+    above = summary[summary.d.notna() & (summary.d_cv_low > 0)]
+    better = {READINGS[reading].words: bool((above.reading == reading).any()) for reading in readings}
+    figure = layout.sheet(PAGE, 142, layout.headed(name, layout.beats_uniform(better)))
     for k, reading in enumerate(readings):
         x = 16 + pitch * k
         layout.letter(figure, x - 15, 1, ascii_uppercase[k])
@@ -165,7 +173,7 @@ def _by_range(summary: pd.DataFrame, name: str) -> Figure:
             known = np.unique(winners[parameter])
             layout.ticks(panel.yaxis, known, 18)
             panel.set_ylim(known[0] - 0.2 * (np.ptp(known) or 1), known[-1] + 0.2 * (np.ptp(known) or 1))
-        for panel, words in zip(panels, (*GREEK.values(), "$d$, held out"), strict=True):
+        for panel, words in zip(panels, (*GREEK.values(), "$d$, cross-validated"), strict=True):
             panel.set_ylabel(words if k == 0 else "")
     handles = [
         Line2D(
@@ -203,4 +211,4 @@ def _surface(panels: list[Axes], rows: pd.DataFrame, s: int) -> None:
     }
     for panel, name in zip(panels, GREEK, strict=False):
         panel.plot(rows.n_S_percent, rows[name], **style)
-    panels[-1].plot(rows.n_S_percent, rows.d_held_out, **style)
+    panels[-1].plot(rows.n_S_percent, rows.d_cv, **style)

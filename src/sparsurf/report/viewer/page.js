@@ -19,7 +19,7 @@ async function start() {
   keep = new Uint8Array(n);
   rough = Float32Array.from(dots["value 0"], (value) => head.values[0].low + ((head.values[0].high - head.values[0].low) * value) / 254);
   scene = makeScene(element("canvas"), places, normals(dots.u, dots.v, head.octahedron));
-  element("up").hidden = window.top !== window; // inside of a report
+  if (element("up")) element("up").hidden = window.top !== window; // inside of a report
   fillMenus();
   listen();
   newDraw();

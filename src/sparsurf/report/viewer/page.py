@@ -62,7 +62,8 @@ def page(
     residues: Sequence[str] = (),
     values: Sequence[Values] = (),
     minimal: Sequence[int] = (),
-    opens: tuple[str, int] | None = None,
+    opens: tuple[str, int | str] | None = None,
+    up: str = "../../index.html",
 ) -> str:
     """Render the page, with everything in one file.
 
@@ -86,8 +87,10 @@ def page(
         Further values to colour by.
     minimal : sequence of int
         Dots of the minimal subset.
-    opens : (str, int), optional
-        The sampler that is shown first, and its colour: 0 for R_i, then those of `values`.
+    opens : (str, int or str), optional
+        The sampler that is shown first, and its colour: 0 for R_i, then those of `values`, or 'kind'.
+    up : str
+        Link to the page of the run; empty for none.
 
     Returns
     -------
@@ -98,6 +101,7 @@ def page(
     parts = {
         "%TITLE%": escape(title),
         "%ANSWER%": f"{len(surface):,} dots, mean roughness {rough.mean():.2f}.",
+        "%UP%": f'<a id="up" href="{escape(up)}">All of this run</a>' if up else "",
         "%STYLE%": _read("page.css"),
         "%SCRIPT%": "".join(_read(name) for name in SCRIPTS),
     }
@@ -240,10 +244,10 @@ def dot_columns(
         header["residues"] = names.tolist()
     for k, (one, scale) in enumerate(zip(values, header["values"], strict=True)):
         columns[f"value {k}"] = in_steps(one.values[dots], scale["low"], scale["high"])
-    place = _places(dots, len(surface))
+    position = _places(dots, len(surface))
     for name, order in orders.items():
         rank = np.empty(len(dots), int)
-        chosen = place[order][place[order] >= 0]
+        chosen = position[order][position[order] >= 0]
         rank[chosen] = np.arange(len(chosen))
         columns[f"rank {name}"] = rank
     return columns
@@ -255,13 +259,13 @@ def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str,
     For each centre: its place among the shown dots (-1 for none), R_i, the origin of r_ij, and its number of pairs. For each
     pair: its dot, in ascending order within a patch.
     """
-    place = _places(dots, len(surface))
+    position = _places(dots, len(surface))
     owner = np.repeat(np.arange(len(cover.centre)), np.diff(cover.start))
-    shown = place[cover.dot] >= 0
-    owner, dot = owner[shown], place[cover.dot[shown]]
+    shown = position[cover.dot] >= 0
+    owner, dot = owner[shown], position[cover.dot[shown]]
     origin = np.round(surface.points[cover.origin] / COORDINATE_STEP).astype(int)
     return dict(zip(("ox", "oy", "oz"), origin.T, strict=True)) | {
-        "centre": place[cover.centre],
+        "centre": position[cover.centre],
         "centreR": np.round(cover.roughness * CENTRE_STEPS).astype(int),
         "size": np.bincount(owner, minlength=len(cover.centre)),
         "pair": dot[np.lexsort((dot, owner))],
@@ -270,6 +274,6 @@ def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str,
 
 def _places(dots: np.ndarray, n: int) -> np.ndarray:
     """Return the place of each of n dots among the shown ones, -1 for the others."""
-    place = np.full(n, -1)
-    place[dots] = np.arange(len(dots))
-    return place
+    position = np.full(n, -1)
+    position[dots] = np.arange(len(dots))
+    return position
