@@ -13,6 +13,10 @@ settings.register_profile("repeatable", derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 ROOT = Path(__file__).resolve().parents[1]
+MISSING = {  # words of the reason of a skip, and what was not tested
+    "reference data not found": "what needs reference data (a folder shared/ beside the checkout, or $SPARSURF_SHARED).",
+    "chromedriver": "pages in a browser (Debian: chromium, chromium-driver).",
+}
 
 
 @pytest.fixture(scope="session")
@@ -80,3 +84,11 @@ def pytest_collection_modifyitems(items):
         "test_simulation.py",
     ]
     items.sort(key=lambda item: first.index(item.path.name) if item.path.name in first else len(first))
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say on the last lines what was not compared or drawn, and how to have it."""
+    reasons = " ".join(str(report.longrepr) for report in terminalreporter.stats.get("skipped", []))
+    for words, missing in MISSING.items():
+        if words in reasons:
+            terminalreporter.write_line(f"Not tested: {missing}")

@@ -143,7 +143,7 @@ def descriptor(points, normals, up=True, weights=None):
     return np.zeros(121) if picture is None else moduli(fill(picture))
 
 
-def steady_values(points, normals, centre, radius=6.0, up=True, weights=None):
+def robust_values(points, normals, centre, radius=6.0, up=True, weights=None):
     """Places x, y in the disc (radius 1), r less that of the plane, and weight of the dots of a patch."""
     w = np.ones(len(points)) if weights is None else weights / weights.mean()
     x = points - centre
@@ -155,7 +155,7 @@ def steady_values(points, normals, centre, radius=6.0, up=True, weights=None):
     return x[:, :2] / radius, value, w * (np.maximum(0, n[:, 2]) + 1e-3)
 
 
-def steady_field(place, value, weight):
+def robust_field(place, value, weight):
     """The field at 25 x 25 nodes, the disc's radius being 11 steps: every bump laid at every node by itself."""
     bump = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)
     field = np.average(value, weights=weight) * np.ones((4, 4))
@@ -179,11 +179,11 @@ def halved(coarse):
     return out
 
 
-def steady(points, normals, centre, radius=6.0, up=True, weights=None):
-    """The 121 invariants of the steady descriptor, integrated over a fine polar grid."""
+def rotation_robust(points, normals, centre, radius=6.0, up=True, weights=None):
+    """The 121 invariants of the rotation-robust descriptor, integrated over a fine polar grid."""
     if len(points) == 0:
         return np.zeros(121)
-    field = steady_field(*steady_values(points, normals, centre, radius, up, weights))
+    field = robust_field(*robust_values(points, normals, centre, radius, up, weights))
     (r, of_r), t = np.polynomial.legendre.leggauss(90), 2 * np.pi * np.arange(128) / 128
     r, of_r = (r + 1) / 2, of_r / 2
     x, y = 11 * r[:, None] * np.cos(t), 11 * r[:, None] * np.sin(t)

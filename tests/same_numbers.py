@@ -2,6 +2,7 @@
 
     python tests/same_numbers.py            every setting below, each with kernels compiled afresh (about ten minutes)
     python tests/same_numbers.py --quick    two settings with the kernels that are there (a minute), as tests/test_same_numbers.py
+    python tests/same_numbers.py --study    the tables of the small study instead, under all of them at once (two minutes)
     python tests/same_numbers.py --python PATH ...   also these interpreters, which have the packages of this one
 
 Choices (dots, combinations, subsets, hits) must be equal, and numbers agree to 1e-9. Exits with 1 if they do not.
@@ -18,6 +19,13 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 TOLERANCE = 1e-9  # relative to the larger number, or absolute below 1
 BASE = {"OPENBLAS_CORETYPE": "Haswell", "OPENBLAS_NUM_THREADS": "1", "PYTHONHASHSEED": "0"}
+ALL = {
+    "OPENBLAS_CORETYPE": "Prescott",
+    "OPENBLAS_NUM_THREADS": "2",
+    "PYTHONHASHSEED": "12",
+    "NUMBA_CPU_NAME": "generic",
+    "NUMBA_CPU_FEATURES": "",
+}
 OTHERS = {
     "Zen": {"OPENBLAS_CORETYPE": "Zen"},
     "Nehalem": {"OPENBLAS_CORETYPE": "Nehalem"},
@@ -26,14 +34,9 @@ OTHERS = {
     "hash seed 12": {"PYTHONHASHSEED": "12"},
     "generic processor": {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""},
     "numpy without AVX": {"NPY_DISABLE_CPU_FEATURES": "AVX512F AVX512CD AVX512_SKX AVX2 FMA3"},
-    "all of these": {
-        "OPENBLAS_CORETYPE": "Prescott",
-        "OPENBLAS_NUM_THREADS": "2",
-        "PYTHONHASHSEED": "12",
-        "NUMBA_CPU_NAME": "generic",
-        "NUMBA_CPU_FEATURES": "",
-    },
+    "all of these": ALL,
 }
+TIMES = ["choosing", "comparing", "describing", "smoothing", "seconds"]  # columns of tables that measure them
 QUICK = {"two threads of an older processor": {"OPENBLAS_CORETYPE": "Prescott", "OPENBLAS_NUM_THREADS": "2"}}
 
 
@@ -43,49 +46,54 @@ def main(arguments=None):
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--study", action="store_true")
     parser.add_argument("--python", nargs="*", default=[])
     parser.add_argument("--measure", action="store_true", help="print the results in this process and end")
     given = parser.parse_args(arguments)
     if given.measure:
-        print(json.dumps(measured()))
+        print(json.dumps(tables_of_study() if given.study else measured()))
         return 0
-    settings = [(name, sys.executable, each) for name, each in (QUICK if given.quick else OTHERS).items()]
+    what = ["--measure", "--study"] if given.study else ["--measure"]
+    chosen = QUICK if given.quick else {"all of these": ALL} if given.study else OTHERS
+    settings = [(name, sys.executable, each) for name, each in chosen.items()]
     settings += [(path, path, {}) for path in given.python]
     with tempfile.TemporaryDirectory() as kernels:
-        base = results(sys.executable, {}, None if given.quick else Path(kernels, "base"))
+        base = results(sys.executable, what, {}, None if given.quick else Path(kernels, "base"))
         differ = 0
         for k, (name, python, environment) in enumerate(settings):
             fresh = environment.keys() & {"PYTHONHASHSEED", "NUMBA_CPU_NAME"} or python != sys.executable
             folder = None if given.quick else Path(kernels, str(k) if fresh else "base")
-            lines = differences(base, results(python, environment, folder))
+            lines = differences(base, results(python, what, environment, folder))
             differ += bool(lines)
             print(name, "differs:" if lines else "agrees", *lines, sep="\n  " if lines else " ", flush=True)
     return differ
 
 
-def results(python, environment, kernels):
+def results(python, what, environment, kernels):
     """Run this file in a process of its own; return what it measured.
 
     Parameters
     ----------
     python : path of the interpreter
+    what : list of str, options of this file
     environment : dict, variables besides those of BASE
     kernels : folder of the compiled kernels, or None for the usual one
     """
     variables = os.environ | BASE | environment | {"PYTHONPATH": str(ROOT / "src")}
     variables |= {} if kernels is None else {"NUMBA_CACHE_DIR": str(kernels)}
-    command = [python, __file__, "--measure"]
-    run = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)
+    run = subprocess.run(
+        [python, __file__, *what], env=variables, capture_output=True, text=True, check=False
+    )
     if run.returncode:
-        raise SystemExit(f"{environment or 'base'}:\n{run.stderr[-3000:]}")
+        raise SystemExit(f"{python} {environment}: exit code {run.returncode}\n{run.stderr[-3000:]}")
     return json.loads(run.stdout.splitlines()[-1])
 
 
 def differences(first, second):
     """Return a line for each result that is not the same; whole numbers and words are choices."""
     lines = []
-    for name, value in first.items():
-        other = second[name]
+    for name in sorted(first.keys() | second.keys()):
+        value, other = first.get(name, []), second.get(name, [])
         if len(value) != len(other):
             lines.append(f"{name}: {len(value)} and {len(other)} values")
             continue
@@ -105,6 +113,28 @@ def _gap(a, b):
     return 0.0 if a == b or (a != a and b != b) else float("inf")
 
 
+def tables_of_study():
+    """Run the small study; return its tables: dict, file and column -> list of numbers and words."""
+    import pandas as pd
+
+    sys.path.insert(0, str(ROOT / "tests"))
+    from small_study import output, run_study
+
+    out = {}
+    with tempfile.TemporaryDirectory() as folder:
+        run = run_study(Path(folder, "study"))
+        if run.returncode:
+            raise SystemExit(output(run))
+        results = Path(folder, "study", "results")
+        for path in sorted(results.rglob("*.csv")):
+            table = pd.read_csv(path, dtype={"residue": str})
+            if "measure" in table:
+                table = table[~table["measure"].str.contains("seconds")]
+            for column, values in table.drop(columns=TIMES, errors="ignore").items():
+                out[f"{path.relative_to(results)} {column}"] = values.tolist()
+    return out
+
+
 def measured():
     """Compute the results: dict, name -> list of numbers and words."""
     import logging
@@ -120,6 +150,8 @@ def measured():
     from sparsurf.molecules.read_molecule import read_molecule
     from sparsurf.orientation import principal_axes
     from sparsurf.pairs.changes import superpose_forms
+    from sparsurf.pairs.matching import agreement, maps, match
+    from sparsurf.pairs.partners import partner_of
     from sparsurf.patches import descriptors
     from sparsurf.patches.index import build_index
     from sparsurf.patches.roughness import published as roughness_of
@@ -128,6 +160,9 @@ def measured():
     from sparsurf.sampling.farthest_point import farthest_point_sampling
     from sparsurf.sites.describing import describe_surface, places_of_residues
     from sparsurf.sites.finding import find_places, find_site
+    from sparsurf.study.best_set import _critical_values, best_set, scatter
+    from sparsurf.study.floors import floors_table, measure_floors
+    from sparsurf.study.prepared_surface import PreparedSurface
     from sparsurf.surfaces.molecular_surface import molecular_surface
     from sparsurf.surfaces.radii import radii
 
@@ -143,6 +178,15 @@ def measured():
         one = read_molecule(path)
         second = replace(one, xyz=one.xyz[:, :, [1, 2, 0]] + [3.0, -2.0, 7.0])
         note("superposed forms", superpose_forms(second, one).xyz)
+        path = write(Path(folder, "two.pdb"), peptide(sequence, "B", origin=(0, 9.0, 0)) + "END\n")
+        other = read_molecule(path)
+    pair = [molecular_surface(each.xyz[0], radii(each, "dms"), density=4.0) for each in (one, other)]
+    found = match(
+        *(partner_of(dots, each, each.chain[0]) for dots, each in zip(pair, (one, other), strict=True))
+    )
+    note("agreement of equal partners", agreement(found, 0, maps(found, 0)).drop(columns="score"))
+    floors = floors_table(measure_floors(PreparedSurface(pair[1], seed=1, name="ready"), 20, draws=4))
+    note("floors of a ready surface", floors.drop(columns="floor"))
     tdp43 = ROOT / "data" / "tdp43"
     moving = read_molecule(tdp43 / "topology.pdb", tdp43 / "trajectory.xtc", residues="209-222")
     choice = choose_frames(moving, rng=np.random.default_rng(0))
@@ -157,13 +201,24 @@ def measured():
     index = build_index(points, normals, 1.0)
     dots = farthest_point_sampling(index, len(points) // 5, np.random.default_rng(1))
     note("farthest dots", dots)
-    for kind in ("published", "steady"):
+    for kind in ("published", "rotation_robust"):
         z, sizes = descriptors.describe(index, points[dots[:40]], 6.0, True, 2, kind)
         note(f"{kind} descriptors", z)
         note(f"{kind} sizes", sizes)
     note("roughness", roughness_of(index, 6.0, 2))
     note("recovered", *recover(points[dots], normals[dots], 4.0, threads=2, keep=False)[:2])
     note("relaxed", *relax(points[dots], normals[dots], points, normals))
+
+    d_of_combinations = (
+        np.random.default_rng(2).normal(size=(60, 4, 20)) + np.linspace(0, 0.4, 60)[:, None, None]
+    )
+    candidates = scatter(d_of_combinations)
+    covariance = candidates.by_test @ candidates.by_test.T  # of rank 19
+    variance = np.diag(covariance)
+    of_tests = np.maximum(variance[:, None] + variance - 2 * covariance, 0)
+    pooled = candidates._replace(of_draws=np.full(60, 1e-3))
+    note("critical values", _critical_values(pooled, covariance, of_tests, 4))
+    note("confidence set of the best", best_set(d_of_combinations))
 
     query = describe_surface(surface, molecule, "query", threads=2)
     turn = Rotation.from_rotvec([0.4, 1.0, -0.3]).as_matrix()

@@ -5,8 +5,6 @@ A mesh from few dots
 Few dots with normals give the whole surface back: as dense dots, or as closed triangles.
 """
 
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -27,14 +25,12 @@ print(f"{truth.query(dense.points)[0].mean():.2f} Å on average")
 
 fig = plt.figure(figsize=(9, 4), layout="constrained")
 for k, (surface, title) in enumerate([(few, "kept"), (dense, "recovered")]):
-    ax = surface.plot(ax=fig.add_subplot(1, 2, k + 1, projection="3d"))
+    ax = surface.plot(ax=fig.add_subplot(1, 2, k + 1))
     ax.set_title(f"{title}: {len(surface)} dots")
 
 # %%
-# The command line writes closed triangles:
+# The same surface as closed triangles, for programs that print, simulate or measure volumes:
 
-folder = Path(tempfile.mkdtemp())
-sparsurf.write(few, folder / "few.csv")
-mesh = f"{sys.executable} -m sparsurf recover few.csv --mesh -o mesh.ply".split()
-done = subprocess.run(mesh, cwd=folder, check=True, capture_output=True, text=True)
-print(done.stderr.splitlines()[-1])
+mesh = sparsurf.mesh(few)
+print(f"{len(mesh.triangles)} triangles around {mesh.volume:.0f} Å^3")
+sparsurf.write(mesh, Path(tempfile.mkdtemp(), "mesh.ply"))

@@ -74,6 +74,8 @@ def test_area_of_known_rankings():
     assert auc(np.array([1.0, 2, 3, 4]), labels) == 0.0
     assert auc(np.array([1.0, 1, 1, 1]), labels) == 0.5
     assert auc(np.array([4.0, 1, 3, 2]), labels) == 0.5
+    assert auc(np.array([2e-13, 3e-16, 1e-15, 0]), labels) == 0.5  # rounding errors are ties
+    assert auc(np.array([2e-8, 1e-8, 0, 0]), labels) == 1.0
     assert np.isnan(auc(np.arange(4.0), np.ones(4, bool)))
 
 

@@ -44,6 +44,15 @@ def test_a_copy_is_at_distance_zero_and_ties_go_to_the_lower_place(vectors):
     assert (of_twice.distance[:, 0] == 0).all()
 
 
+def test_rounding_errors_do_not_choose_among_copies(vectors):
+    """Copies a few rounding errors away tie; the product leaves noise of 1e-14 on the squares."""
+    a = vectors[0][:300]
+    noise = 1e-12 * np.random.default_rng(3).normal(size=(3, *a.shape))
+    found = nearest(a, np.concatenate([a + each for each in noise]), k=2)[0]
+    assert np.array_equal(found.partner[:, 0] % 300, np.arange(300))
+    assert np.array_equal(np.sort(found.partner, axis=1), np.arange(300)[:, None] + [0, 300])
+
+
 def test_a_turn_of_the_space_changes_nothing(vectors):
     a, b = (x[:300, :20] for x in vectors)
     turn = ortho_group.rvs(20, random_state=1)

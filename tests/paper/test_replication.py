@@ -333,9 +333,10 @@ def test_shattered_patches_by_hand():
     table = pd.DataFrame(
         {
             "d_as_coded": [1.0, 2.0, 3.0, 4.0],
-            "fragment_as_coded": [3.0, 29.0, 30.0, 90.0],
-            "fragment_as_written": 100.0,
-            "fragment_uniform_as_coded": np.array([3.0, 29.0, 30.0, 90.0]) / np.exp([1.0, 2.0, 3.0, 4.0]),
+            "median_patch_size_as_coded": [3.0, 29.0, 30.0, 90.0],
+            "median_patch_size_as_written": 100.0,
+            "median_patch_size_uniform_as_coded": np.array([3.0, 29.0, 30.0, 90.0])
+            / np.exp([1.0, 2.0, 3.0, 4.0]),
         }
     )
     assert replication.fragmented_share(table) == 0.5  # 3 and 29 of 100 are below 30 %, 30 is not
@@ -374,7 +375,7 @@ def page(blob):
         "family": replication.best_of_family(
             replication.tuned_family(evaluator, PUBLISHED_ROWS[:, 1:], (10.0,), 20, 2)
         ),
-        "enough": ENOUGH,
+        "required_dots": ENOUGH,
         "gathering": replication.gathering_by_roughness(evaluator, 2),
         "uniform": {"median": 3.0},
         "surface": surface_of(evaluator, {"reentrant": "exact"}, "a/blob.dms"),
@@ -425,7 +426,7 @@ def test_claims_follow_from_the_numbers(page):
     assert holds(grid=grid.assign(**ends))["positive"] == ("yes", "no")
     some = grid.assign(**ends | {"d_low_as_coded": np.where(np.arange(len(grid)) < 3, -0.1, 0.1)})
     assert holds(grid=some)["positive"] == ("in part", "no")
-    null = page["best"]["references"]["null_model"]
+    null = page["best"]["references"]["Z_mean_descriptor"]
     z = grid.assign(Z_tS_as_coded=null + 1, Z_tS_as_written=null - 0.1)
     assert holds(grid=z)["describe"] == ("no", "yes")
     assert holds(grid=grid.assign(n_S_percent=np.linspace(2.63, 99.73, len(grid))))["span"] == ("yes", "yes")
@@ -480,11 +481,11 @@ def test_kept_dots_are_counted_from_rough_to_flat(page):
 def test_links_keep_the_samplings_and_change_the_islands(page):
     links = page["links"].set_index(["D_link", "row"])
     assert np.allclose(links.loc[0.8]["n_S_percent"], links.loc[1.2]["n_S_percent"])
-    assert (links.loc[1.2]["fragment"] >= links.loc[0.8]["fragment"]).all()
+    assert (links.loc[1.2]["median_patch_size"] >= links.loc[0.8]["median_patch_size"]).all()
     # at the surface's own D_link the sweep is the table of the published rows
     assert np.allclose(links.loc[0.8]["d"], page["rows"]["d_as_coded"], atol=1e-6)
     assert np.allclose(links.loc[0.8]["Z_tS"], page["rows"]["Z_tS_as_coded"], atol=1e-6)
-    assert links.loc[0.8]["fragment"].tolist() == page["rows"]["fragment_as_coded"].tolist()
+    assert links.loc[0.8]["median_patch_size"].tolist() == page["rows"]["median_patch_size_as_coded"].tolist()
 
 
 def test_rows_stand_beside_what_the_paper_says_of_them(page):
@@ -530,6 +531,7 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
     for module, name, made in (
         (reproduce_paper, "read_npz", lambda _: range(8000)),
         (reproduce_paper, "read_roughness", lambda *_: None),
+        (reproduce_paper, "read_table", lambda path, *_: pd.read_csv(path)),
         (
             reproduce_paper,
             "prepare_surface",
@@ -566,13 +568,13 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
         [],
         [],
         [],
-        ("surface", "roughness", "grid", "ranges", "best", "bins", "enough"),
+        ("surface", "roughness", "grid", "ranges", "best", "bins", "required_dots"),
     )
     inputs = {name: str(tmp_path / f"{name}.csv") for name in names}
     for name in names:
         pd.DataFrame({"roughness": [0.5], "what": name}).to_csv(inputs[name])
     Path(inputs["best"]).write_text(
-        json.dumps({"combinations": 1, "references": {"empty_patch": 9.5, "null_model": 1.5}})
+        json.dumps({"combinations": 1, "references": {"Z_empty": 9.5, "Z_mean_descriptor": 1.5}})
     )
     made = ("runs", "places", "tests", "rows", "links", "defects", "family")
     outputs = {name: str(tmp_path / f"of_{name}") for name in made}
@@ -605,7 +607,7 @@ def test_the_comparison_with_the_paper_is_made_of_what_the_config_wishes(tmp_pat
     }
     for name, words in requested.items():
         stored = pd.read_csv(outputs[name])
-        assert stored.to_dict("records") == [{"what": words, "empty_patch": 9.5, "null_model": 1.5}]
+        assert stored.to_dict("records") == [{"what": words, "Z_empty": 9.5, "Z_mean_descriptor": 1.5}]
     (results,) = told
     assert results["bias"] == f"{requested['runs']}, grid" and results["signs"] == requested["links"]
     assert results["family"] == requested["family"] and results["surface"] == "rules of a.pdb"

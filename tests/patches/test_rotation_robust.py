@@ -1,4 +1,4 @@
-"""The steady descriptor: exact shapes in any position, the plain method, few dots; and the registry it stands in."""
+"""The rotation-robust descriptor: exact shapes in any position, the plain method, few dots; and the registry it stands in."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def index(blob):
 def describe(points, normals, centre=(0.0, 0.0, 0.0), up=True):
     """Descriptor of the patch around one place, its dots linked whatever their distance."""
     z, _ = descriptors.describe(
-        build_index(points, normals, 3.0), np.array([centre]), up=up, descriptor="steady"
+        build_index(points, normals, 3.0), np.array([centre]), up=up, descriptor="rotation_robust"
     )
     return z[0]
 
@@ -92,12 +92,14 @@ def test_equals_the_plain_method(blob, index):
     points, normals = blob
     tests = np.arange(0, 3000, 600)
     for up in (True, False):
-        z, sizes = descriptors.describe(index, points[tests], up=up, descriptor="steady")
+        z, sizes = descriptors.describe(index, points[tests], up=up, descriptor="rotation_robust")
         for k, i in enumerate(tests):
             ids = naive.patch(points, i, 6.0, D_LINK)
             assert sizes[k] == len(ids)
             # the bumps come from a table of 256 places, exact to 2e-6
-            assert np.abs(z[k] - naive.steady(points[ids], normals[ids], points[i], up=up)).max() < 2e-5
+            assert (
+                np.abs(z[k] - naive.rotation_robust(points[ids], normals[ids], points[i], up=up)).max() < 2e-5
+            )
 
 
 @pytest.mark.parametrize("share", [0.01, 0.2])
@@ -108,11 +110,11 @@ def test_subsets_and_weights_equal_the_plain_method(blob, index, share):
     weights = rng.uniform(0.2, 5, len(points))
     z, sizes = descriptors.evaluate(
         index, points[tests], descriptors.pack_subsets(index, [subset]), 1, "as_written", weights=weights[index.dot][None],
-        descriptor="steady",
+        descriptor="rotation_robust",
     )  # fmt: skip
     for k, i in enumerate(tests):
         ids = np.intersect1d(naive.patch(points, i, 6.0, D_LINK), subset)
-        plain = naive.steady(points[ids], normals[ids], points[i], weights=weights[ids])
+        plain = naive.rotation_robust(points[ids], normals[ids], points[i], weights=weights[ids])
         assert sizes[k, 0] == len(ids)
         assert np.abs(z[k, 0] - plain[rotation_robust.order()]).max() < 2e-5
 
@@ -127,9 +129,9 @@ def test_dots_that_face_all_ways_equal_the_plain_method(cancel, up):
         normals[:, 2] += 0.3
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     z, _ = descriptors.describe(
-        build_index(points, normals, 9.0), np.zeros((1, 3)), 4.5, up, descriptor="steady"
+        build_index(points, normals, 9.0), np.zeros((1, 3)), 4.5, up, descriptor="rotation_robust"
     )
-    plain = naive.steady(points, normals, np.zeros(3), 4.5, up)
+    plain = naive.rotation_robust(points, normals, np.zeros(3), 4.5, up)
     assert np.abs(z[0] - plain).max() < 2e-5
 
 
@@ -138,12 +140,14 @@ def test_distances_are_those_of_the_descriptors(blob, index):
     rng = np.random.default_rng(11)
     words = descriptors.pack_subsets(index, [np.flatnonzero(rng.random(len(points)) < 0.4) for _ in range(3)])
     z_tot, z, _ = descriptors.compare(
-        index, points[::300], words, 3, ("as_coded", "as_written"), descriptor="steady"
+        index, points[::300], words, 3, ("as_coded", "as_written"), descriptor="rotation_robust"
     )
-    raw, _ = descriptors.evaluate(index, points[::300], words, 3, "as_written", descriptor="steady")
+    raw, _ = descriptors.evaluate(index, points[::300], words, 3, "as_written", descriptor="rotation_robust")
     expected = np.linalg.norm(raw - z_tot[:, None, rotation_robust.order()], axis=2)
     assert np.allclose(z[:, 3:], expected, rtol=1e-12)
-    alone, _ = descriptors.evaluate(index, points[::300], words, 3, "as_written", z_tot, descriptor="steady")
+    alone, _ = descriptors.evaluate(
+        index, points[::300], words, 3, "as_written", z_tot, descriptor="rotation_robust"
+    )
     assert np.allclose(alone, expected, rtol=1e-12)
 
 
@@ -151,7 +155,9 @@ def test_no_dot_is_the_zero_vector_and_one_dot_a_plane_through_it():
     up = np.array([[0.0, 0, 1]])
     index = build_index(np.array([[0.0, 0, 0], [0.3, 0, 0]]), np.repeat(up, 2, axis=0), 0.5)
     words = descriptors.pack_subsets(index, [[], [0], [1]])
-    z, sizes = descriptors.evaluate(index, np.zeros((1, 3)), words, 3, "as_coded", descriptor="steady")
+    z, sizes = descriptors.evaluate(
+        index, np.zeros((1, 3)), words, 3, "as_coded", descriptor="rotation_robust"
+    )
     assert sizes.tolist() == [[0, 1, 1]]
     assert not z[0, 0].any()
     assert np.allclose(z[0, 1], describe(*PLANE)[rotation_robust.order()], atol=1e-9)
@@ -170,7 +176,7 @@ def test_a_mirror_image_and_the_other_side_are_consistent(blob):
     points, normals = blob
     flip = np.array([1.0, -1.0, 1.0])
     z, mirrored, other = (
-        descriptors.describe(build_index(p, n, D_LINK), c, up=up, descriptor="steady")[0]
+        descriptors.describe(build_index(p, n, D_LINK), c, up=up, descriptor="rotation_robust")[0]
         for p, n, c, up in (
             (points, normals, points[::100], True),
             (points * flip, normals * flip, points[::100] * flip, True),
@@ -192,13 +198,14 @@ def test_turning_moves_it_ten_times_less_than_the_published_one(blob, index):
             for i, p in ((index, points[::60]), (turned, points[::60] @ turn.T))
         )
         share[name] = np.linalg.norm(z - w, axis=1).mean() / np.linalg.norm(z[1:] - z[:-1], axis=1).mean()
-    assert share["steady"] < share["published"] / 10
+    assert share["rotation_robust"] < share["published"] / 10
 
 
 def test_threads_change_nothing(blob, index):
     points, _ = blob
     one, two = (
-        descriptors.describe(index, points, threads=threads, descriptor="steady")[0] for threads in (1, 2)
+        descriptors.describe(index, points, threads=threads, descriptor="rotation_robust")[0]
+        for threads in (1, 2)
     )
     assert np.array_equal(one, two)
 

@@ -76,7 +76,7 @@ def test_the_grid_takes_it_beside_the_others(evaluator):
     z, _ = evaluator.distances([sampled, random], both.tests, both.z_tot, "recovered", many=True)
     more = grid.evaluate_grid(evaluator.changed(threads=2), combinations, 12, 2, ("as_written", "recovered"))
     assert np.array_equal(both.z_ts, more.z_ts) and np.array_equal(both.z_tr, more.z_tr)
-    assert np.array_equal(both.fragment, more.fragment)
+    assert np.array_equal(both.median_patch_size, more.median_patch_size)
     assert both.z_ts[1, 1, 1] == pytest.approx(z[0], rel=1e-5)
     assert both.z_tr[1, 1, 1] == pytest.approx(z[1], rel=1e-5)
 
@@ -112,7 +112,7 @@ def test_uniform_subsets_of_many_combinations_come_from_a_curve_of_each_draw(eva
         for k in (0, 7, 35):
             wanted = [np.interp(np.log(g.n_s[k, draw]), np.log(sizes), z[:, t]) for t in range(len(g.tests))]
             assert g.z_tr[1, k, draw] == pytest.approx(wanted, rel=1e-5)
-    assert dots.min() < g.fragment[1, 1].min() <= g.fragment[1, 1].max() < dots.max()
+    assert dots.min() < g.median_patch_size[1, 1].min() <= g.median_patch_size[1, 1].max() < dots.max()
     k, draw = 20, 1  # the samplings themselves are measured, each at its own dots
     sampled = evaluator.pair(g.combinations[k], draw)[0]
     z, _ = evaluator.distances([sampled], g.tests, g.z_tot, "recovered", many=True)
@@ -133,7 +133,7 @@ def test_a_curve_is_the_same_whatever_the_cores(evaluator, along_a_curve):
     g = along_a_curve
     more = grid.evaluate_grid(evaluator.changed(threads=2), g.combinations, 20, 3, g.readings)
     assert np.array_equal(g.z_tr, more.z_tr) and np.array_equal(g.z_ts, more.z_ts)
-    assert np.array_equal(g.fragment, more.fragment)
+    assert np.array_equal(g.median_patch_size, more.median_patch_size)
 
 
 def test_a_table_has_the_readings_that_its_columns_are_called_after():

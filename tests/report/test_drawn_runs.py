@@ -27,7 +27,7 @@ def winners(proteins, ranges=3):
                     {"protein": name, "conformation": "c1", "mean_roughness": rough, "reading": reading}
                     | {"range": k + 1, "alpha": 0.2 * (1 + s), "beta": 0.4 * k, "gamma": 2.0 * (s + k + j)}
                     | {"delta": 10 - s, "n_S_percent": LIMITS[k] + 5 + s, "d": d + 5}
-                    | {"d_held_out": d, "d_held_out_low": d - 0.2, "d_held_out_high": d + 0.2}
+                    | {"d_cv": d, "d_cv_low": d - 0.2, "d_cv_high": d + 0.2}
                 )
     return pd.DataFrame(rows)
 
@@ -63,7 +63,7 @@ def test_winners_are_drawn_against_mean_roughness_in_the_colour_of_their_range()
             )  # ranges side by side
             assert ax.get_ylabel() == (greek if j == 0 else "")
         bars = np.vstack([bars_of(each) for each in panels[4].containers])
-        wanted = rows[["mean_roughness", "d_held_out", "d_held_out_low", "d_held_out_high"]]
+        wanted = rows[["mean_roughness", "d_cv", "d_cv_low", "d_cv_high"]]
         np.testing.assert_allclose(bars, wanted)
         shown = [colour_of(each[0]) for each in panels[4].containers]
         assert shown == [to_hex(c).upper() for c in panels[0].collections[0].get_facecolors()]
@@ -102,7 +102,7 @@ def test_few_surfaces_are_drawn_against_n_s():
     for j, reading in enumerate(("as_coded", "as_written")):
         panels = figure.axes[5 * j : 5 * j + 5]
         for ax, column, label in zip(
-            panels, [*PARAMETERS, "d_held_out"], [*"αβγδ", "$d$, held out"], strict=True
+            panels, [*PARAMETERS, "d_cv"], [*"αβγδ", "$d$, cross-validated"], strict=True
         ):
             lines = [line for line in ax.lines if line.get_marker() in "os^"]
             for s, (line, name) in enumerate(zip(lines, names, strict=True)):

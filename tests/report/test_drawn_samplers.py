@@ -29,7 +29,7 @@ def comparison(factors=FACTORS):
     ]
     table = pd.DataFrame(rows, columns=["sampler", "percent", "n_S_percent", "measure", "value"])
     table = table.assign(low=table["value"] - 0.1, high=table["value"] + 0.2, use="surface")
-    return table.assign(null_model=3.5, empty_patch=9.0, fresh_dots=0.4)
+    return table.assign(Z_mean_descriptor=3.5, Z_empty=9.0, Z_resampled=0.4)
 
 
 def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
@@ -65,7 +65,7 @@ def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
         "angle (degrees)",
     ]
     assert [ax.get_xlabel() != "" for ax in panels] == [True, *[False] * 4, True, True]
-    assert words_of(figure)[0] == "q/c1"
+    assert words_of(figure)[0] == "q/c1: farthest point errs least"
     parts = ["as written", "surface unknown", "D_{link}", "recovered", "centres", "nearest", "normals"]
     for ax, letter, part in zip(panels, "ABCDEFG", parts, strict=True):
         title = ax.get_title(loc="left")
@@ -101,14 +101,15 @@ def test_an_arrow_tells_how_many_times_fewer_dots():
 
 def test_no_text_lies_on_another_where_the_arrow_is_as_high_as_the_reference(monkeypatch):
     percents = comparison()["percent"].replace({5.0: 2.5, 40.0: 60.0})  # little room right of the arrow
-    table = comparison().assign(percent=percents, n_S_percent=percents, empty_patch=90.0)
+    table = comparison().assign(percent=percents, n_S_percent=percents, Z_empty=90.0)
     check_texts(comparison_figure.comparison_figure(table, "q"), monkeypatch)
 
 
 @pytest.fixture(scope="module")
 def stored():
     paths = [*TABLES.glob("proteins_*.csv"), *TABLES.glob("proteins_*.csv.gz")]
-    return {path.name.split(".")[0].removeprefix("proteins_"): pd.read_csv(path) for path in paths}
+    tables = {path.name.split(".")[0].removeprefix("proteins_"): pd.read_csv(path) for path in paths}
+    return tables | {"required": tables["required_dots"]}
 
 
 def of_reading(table, reading):
@@ -119,7 +120,7 @@ def test_d_over_proteins_is_that_of_the_table(stored):
     figure = protein_figures.d(stored)
     words = [READINGS["as_coded"].words, READINGS["as_written"].words, "recovered, a quarter of the grid"]
     assert [w for w in words_of(figure) if len(w) > 1] == words
-    assert [ax.get_ylabel() for ax in figure.axes] == ["d held out", "", ""]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["cross-validated d", "", ""]
     colours = dict(as_coded=VERMILLION, as_written=BLUE, recovered=layout.PALETTE[2])
     for ax, (reading, colour) in zip(figure.axes, colours.items(), strict=True):
         rows = stored["recovered"] if reading == "recovered" else of_reading(stored["d"], reading)
@@ -127,10 +128,10 @@ def test_d_over_proteins_is_that_of_the_table(stored):
         bars = bars_of(ax.containers[0])
         np.testing.assert_allclose(bars, rows[["n_S_percent", "own", "own_low", "own_high"]])
         assert colour_of(ax.containers[0][0]) == colour
-        each = of_reading(stored["summary"], reading).dropna(subset="d_held_out")
+        each = of_reading(stored["summary"], reading).dropna(subset="d_cv")
         assert each.empty == (reading == "recovered")
         if len(each):
-            np.testing.assert_array_equal(ax.lines[0].get_xydata(), each[["n_S_percent", "d_held_out"]])
+            np.testing.assert_array_equal(ax.lines[0].get_xydata(), each[["n_S_percent", "d_cv"]])
         choice = [line for line in ax.lines if line.get_marker() == "_" and colour_of(line) == BLACK]
         wanted = rows[["n_S_percent", "from_all"]]
         assert any(np.array_equal(line.get_xydata(), wanted) for line in choice)
@@ -165,8 +166,8 @@ def test_correlations_and_gains_are_those_of_the_table(stored):
 
 
 def test_dots_that_are_enough_are_those_of_the_table(stored):
-    figure = protein_figures.enough(stored)
-    table, ax = stored["enough"], figure.axes[0]
+    figure = protein_figures.required(stored)
+    table, ax = stored["required"], figure.axes[0]
     sticks = list(table["reference"].unique())
     assert [t.get_text() for t in ax.get_xticklabels()] == sticks
     groups = [
@@ -204,7 +205,7 @@ def test_dots_that_are_enough_are_those_of_the_table(stored):
 
 def test_z_over_proteins_is_that_of_the_table(stored):
     figure, table = protein_figures.needed(stored), stored["by_n_s"]
-    floors = {"fresh dots": "fresh_dots", "turned": "turned", "atoms moved 0.3 Å": "atoms_moved_0.3_Å"}
+    floors = {"fresh dots": "Z_resampled", "turned": "Z_turned", "atoms moved 0.3 Å": "Z_atoms_moved_0.3_Å"}
     floors = {words: stored["surfaces"][column].mean() for words, column in floors.items()}
     for ax, islands in zip(figure.axes, ("as_written", "recovered"), strict=True):
         own = of_reading(table, islands)

@@ -212,14 +212,13 @@ def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
             assert star.get_marker() == ("*" if whole.beta == beta else "o") and image.origin == "lower"
         assert [t.get_text() for t in ax.texts if t.get_text().startswith("β")] == ["β = 0", "β = 1"]
         assert ax.images[0].get_extent()[1] < ax.images[1].get_extent()[0]
-    # signs mix under `as_coded`: white at 0; under `as_written` they do not
-    mixed, one = rows[0].images[0], rows[1].images[0]
-    assert (mixed.cmap.name, one.cmap.name) == ("RdBu_r", "viridis")
-    assert mixed.norm.vmin == -mixed.norm.vmax and mixed.norm.vmax == pytest.approx(
-        part["d_as_coded"].abs().max()
-    )
-    assert one.norm.vmin == part["d_as_written"].min()
-    said = [words for words in words_of(figure) if len(words) > 1]
+    # one scale for both readings, in which signs mix: white at 0
+    both = [row.images[0] for row in rows]
+    assert {image.cmap.name for image in both} == {"RdBu_r"} and both[0].norm is both[1].norm
+    largest = part[["d_as_coded", "d_as_written"]].abs().to_numpy().max()
+    assert both[0].norm.vmin == -both[0].norm.vmax and both[0].norm.vmax == pytest.approx(largest)
+    head, *said = [words for words in words_of(figure) if len(words) > 1]
+    assert head == "the sampling beats a uniform draw as coded, not as written"
     for words, reading in zip(said, ("as_coded", "as_written"), strict=True):
         top = part.loc[part[f"d_{reading}"].idxmax()]
         assert words.startswith(READINGS[reading].words) and f"γ = {top.gamma:g}, δ = {top.delta:g}" in words
@@ -231,7 +230,7 @@ def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
 
 def test_boxes_show_the_bins_of_roughness():
     r, z = distances(500)
-    references = {"empty_patch": 80.6, "null_model": 6.5, "floors": {"fresh dots": 0.5}}
+    references = {"Z_empty": 80.6, "Z_mean_descriptor": 6.5, "floors": {"fresh dots": 0.5}}
     figure = rough_and_flat.figure([("any dots", r, z[0], z[1])], [patch()], references, bins=5)
     ax = figure.axes[-1]
     edges = np.linspace(r.min(), r.max(), 6)
@@ -490,8 +489,29 @@ def test_a_figure_draws_its_part_of_the_results():
     drawn = [name for name in READINGS for w in words if w.startswith(READINGS[name].words)]
     assert drawn == ["as_written", "recovered"]
     assert any("highest $d$ = 0.00 at" in w for w in words)
-    for module in (roughness, d_over_grid, number_of_dots, number_of_dots_panels):
-        assert words_of(module.draw(own))[0] == "p/c1"
+    for module, head in (
+        (roughness, "p/c1"),
+        (d_over_grid, "p/c1: the sampling does not beat a uniform draw"),
+        (number_of_dots, "p/c1: the parameters set $n_S$"),
+        (number_of_dots_panels, "p/c1"),
+    ):
+        assert words_of(module.draw(own))[0] == head
+
+
+def test_the_head_of_rough_and_flat_says_where_the_sampling_errs_less():
+    roughness_of_patches = np.linspace(0.2, 0.8, 20)
+    flat = roughness_of_patches > 0.5
+    for gains, words in (
+        ([(1, 1)], "the sampling errs less on rough and flat patches"),
+        ([(1, -1), (0.5, -2)], "the sampling errs less on rough patches"),
+        ([(-1, -1)], "a uniform draw errs less everywhere"),
+        ([(1, 1), (-1, 1)], "whether the sampling errs less depends on the reading"),
+    ):
+        panels = [
+            ("", roughness_of_patches, np.full(20, 3.0), 3 + np.where(flat, on_flat, on_rough))
+            for on_rough, on_flat in gains
+        ]
+        assert rough_and_flat.message(panels) == words
 
 
 def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_is_rough(
@@ -508,7 +528,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
         "references": {},
         "combinations": 1,
     }
-    tables = ("grid", "curves", "floors", "enough")
+    tables = ("grid", "curves", "floors", "required_dots")
     inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "best", "minimal", *tables)}
     write_npz(inputs["surface"], surface)
     pd.DataFrame({"roughness": evaluator.roughness}).to_csv(inputs["roughness"], index=False)

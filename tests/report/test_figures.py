@@ -12,10 +12,17 @@ from matplotlib.image import imread
 
 from drawn import check_texts
 from sparsurf.recovery.readings import READINGS
-from sparsurf.report.figures import d_over_grid, enough, layout, number_of_dots, rough_and_flat, subsets
+from sparsurf.report.figures import (
+    d_over_grid,
+    layout,
+    number_of_dots,
+    required_dots,
+    rough_and_flat,
+    subsets,
+)
 from sparsurf.report.figures import frames as frames_figure
 from sparsurf.report.figures import roughness as roughness_figure
-from sparsurf.report.figures.enough import Tables as enough_tables
+from sparsurf.report.figures.required_dots import Tables as RequiredDotsTables
 from sparsurf.study.rough_and_flat import AROUND
 from sparsurf.surfaces.surface import Surface
 
@@ -73,7 +80,7 @@ def figure4(
         for name in readings
         for k, around in enumerate(arounds)
     ]
-    references = {"empty_patch": 8.6, "null_model": 1.5}
+    references = {"Z_empty": 8.6, "Z_mean_descriptor": 1.5}
     return rough_and_flat.figure(panels, [patch()] * patches, references, **kwargs)
 
 
@@ -114,11 +121,11 @@ def surface_tables(name="p/c1", factor=1.0, rows=200, floors=("fresh dots", "tur
         )
     ]  # fmt: skip
     levels = pd.DataFrame({"floor": floors, "Z": factor * np.linspace(0.5, 0.9, len(floors))})
-    enough = levels.rename(columns={"Z": "Z_floor"}).assign(
+    required_dots = levels.rename(columns={"Z": "Z_floor"}).assign(
         reading="recovered", n_S_percent=8.0, Z=0.5 * factor
     )
-    enough["bound"] = np.nan
-    return enough_tables(name, pd.concat(curves), levels, enough, grid if rows else None)
+    required_dots["bound"] = np.nan
+    return RequiredDotsTables(name, pd.concat(curves), levels, required_dots, grid if rows else None)
 
 
 CASES = {
@@ -174,16 +181,24 @@ CASES = {
     "5": figure5,
     "5, 30 dots": lambda: figure5(30),
     "5, one subset": lambda: figure5(subsets_shown=1),
-    "enough": lambda: enough.figure([surface_tables()]),
-    "enough, little known": lambda: enough.figure([surface_tables(rows=1, floors=("fresh dots",))]),
-    "enough, no grid": lambda: enough.figure([surface_tables(rows=0)]),
-    "enough, 2 surfaces without grids": lambda: enough.figure([surface_tables("p/c1", rows=0)] * 2),
-    "enough, 7 surfaces without grids": lambda: enough.figure(
+    "required_dots": lambda: required_dots.figure([surface_tables()]),
+    "required_dots, little known": lambda: required_dots.figure(
+        [surface_tables(rows=1, floors=("fresh dots",))]
+    ),
+    "required_dots, no grid": lambda: required_dots.figure([surface_tables(rows=0)]),
+    "required_dots, 2 surfaces without grids": lambda: required_dots.figure(
+        [surface_tables("p/c1", rows=0)] * 2
+    ),
+    "required_dots, 7 surfaces without grids": lambda: required_dots.figure(
         [surface_tables(f"p/c{k}", 1 + k / 20, rows=0) for k in range(7)]
     ),
-    "enough, 2 surfaces": lambda: enough.figure([surface_tables("p/c1"), surface_tables("p/c2", 1.3)]),
-    "enough, 5 surfaces": lambda: enough.figure([surface_tables(f"p/c{k}") for k in range(5)]),
-    "enough, 7 surfaces": lambda: enough.figure([surface_tables(f"p/c{k}", 1 + k / 20) for k in range(7)]),
+    "required_dots, 2 surfaces": lambda: required_dots.figure(
+        [surface_tables("p/c1"), surface_tables("p/c2", 1.3)]
+    ),
+    "required_dots, 5 surfaces": lambda: required_dots.figure([surface_tables(f"p/c{k}") for k in range(5)]),
+    "required_dots, 7 surfaces": lambda: required_dots.figure(
+        [surface_tables(f"p/c{k}", 1 + k / 20) for k in range(7)]
+    ),
 }
 
 
@@ -202,12 +217,13 @@ def test_recovered_surfaces_are_coloured_by_their_distance():
     assert near[2] > near[0] and far[0] > 1.5 * far[2]  # blue and yellow
 
 
-@pytest.mark.parametrize("name", ["frames", "1", "2", "3", "4", "5", "enough"])
+@pytest.mark.parametrize("name", ["frames", "1", "2", "3", "4", "5", "required_dots"])
 def test_files_repeat_byte_by_byte(name, tmp_path):
     figure = CASES[name]()
     for folder, drawing in (("a", figure), ("b", figure), ("c", CASES[name]())):
         (tmp_path / folder).mkdir()
         layout.save(drawing, tmp_path / folder / "v1.2_figure")
+    assert "<text" in (tmp_path / "a" / "v1.2_figure.svg").read_text()
     for suffix in ("svg", "png"):
         first, *others = [(tmp_path / f / f"v1.2_figure.{suffix}").read_bytes() for f in "abc"]
         assert all(other == first for other in others)

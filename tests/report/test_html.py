@@ -60,7 +60,7 @@ def summary_rows(protein, conformation):
                 {"protein": protein, "conformation": conformation, "mean_roughness": 0.6, "reading": reading}
                 | {"range": k, "n_S_low_percent": 30.0 * k - 30, "n_S_high_percent": 30.0 * k, "n_S_percent": 30.0 * k - 5}
                 | {"alpha": 1.0, "beta": 0.0, "gamma": 2.0 * k, "delta": 0.0}
-                | {"d_held_out": d, "d_held_out_low": d - 0.1, "d_held_out_high": d + 0.1}
+                | {"d_cv": d, "d_cv_low": d - 0.1, "d_cv_high": d + 0.1}
             )  # fmt: skip
     return rows
 
@@ -85,10 +85,10 @@ def write_run(folder, places=(("p", "c1"),)):
     for k, (p, c) in enumerate(places):
         own = folder / p / c
         (own / "figures").mkdir(parents=True)
-        enough = [("farthest", "fresh dots", 0.5, reading, 100, percent + k, 0.55)
+        required_dots = [("farthest", "fresh dots", 0.5, reading, 100, percent + k, 0.55)
                   for reading, percent in (("as_written", 60.0), ("recovered", 6.4))]  # fmt: skip
         columns = ["sampler", "floor", "Z_floor", "reading", "n_S", "n_S_percent", "Z"]
-        pd.DataFrame(enough, columns=columns).to_csv(own / "enough.csv", index=False)
+        pd.DataFrame(required_dots, columns=columns).to_csv(own / "required_dots.csv", index=False)
         for name in (
             "best.json",
             "minimal.csv",
@@ -96,16 +96,16 @@ def write_run(folder, places=(("p", "c1"),)):
             "view.html",
             "ranges.html",
             "figures/roughness.png",
-            "figures/enough.png",
+            "figures/required_dots.png",
         ):
             (own / name).write_text("x")
         made = (
-            "enough.csv",
+            "required_dots.csv",
             "view.html",
             "ranges.html",
             "minimal.csv",
             "figures/roughness.png",
-            "figures/enough.png",
+            "figures/required_dots.png",
         )
         files += [f"{p}/{c}/{name}" for name in made]
     return files
@@ -149,11 +149,44 @@ def test_the_cards_hold_what_the_tables_say(tmp_path):
     ]
 
 
+def test_the_card_of_d_tells_what_z_it_stands_for(tmp_path):
+    folder = tmp_path / "run"
+    files = write_run(folder, [("p", "c1"), ("p", "c2")])
+    assert "mean patch" not in Page(first(folder, files)).text["card coded"]
+    summary = pd.read_csv(folder / "summary.csv").assign(Z_tS=4.1, Z_tR=6.6, Z_mean_descriptor=1.7)
+    summary.to_csv(folder / "summary.csv", index=False)
+    coded = Page(first(folder, files)).text["card coded"]
+    assert "Its Z is 4.1, that of the uniform subset 6.6; the mean patch" in coded and "gives 1.7." in coded
+    for conformation, z in (("c1", 2.0), ("c2", 2.8)):
+        best = json.dumps({"references": {"Z_two_patches": z}})
+        (folder / "p" / conformation / "best.json").write_text(best)
+    files += ["p/c1/best.json", "p/c2/best.json"]
+    assert "gives 1.7, two different patches 2.4." in Page(first(folder, files)).text["card coded"]
+
+
+def test_z_is_told_by_the_first_physical_floor_that_was_measured(tmp_path):
+    folder = tmp_path / "run"
+    files = write_run(folder, [("p", "c1"), ("p", "c2")])
+    assert "give Z =" not in first(folder, files)
+    surfaces = pd.read_csv(folder / "surfaces.csv").assign(**{"Z_atoms_moved_0.3_Å": [0.8, 1.0]})
+    surfaces.to_csv(folder / "surfaces.csv", index=False)
+    assert "Atoms moved at random by 0.3 Å give Z = 0.9" in first(folder, files)
+    surfaces["Z_frames_1_ps_apart"] = [1.1, 1.3]
+    surfaces.to_csv(folder / "surfaces.csv", index=False)
+    assert "Two frames of the simulation 1 ps apart give Z = 1.2" in first(folder, files)
+
+
+def test_the_first_page_is_headed_by_its_question_and_the_proteins(tmp_path):
+    page = first(tmp_path / "run", write_run(tmp_path / "run", [("p", "c1"), ("q", "c1")]))
+    assert "<h1>How few dots describe the surface of p, q?</h1>" in page
+    assert "<title>How few dots describe the surface of p, q?</title>" in page
+
+
 def test_d_as_written_is_that_of_the_range_where_d_as_coded_is_largest(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder)
     summary = pd.read_csv(folder / "summary.csv")
-    summary.loc[(summary["reading"] == "as_written") & (summary["range"] == 3), "d_held_out"] = 9.0
+    summary.loc[(summary["reading"] == "as_written") & (summary["range"] == 3), "d_cv"] = 9.0
     summary.to_csv(folder / "summary.csv", index=False)
     assert [card["d"] for card in first_page(folder, files, ())["surfaces"]["d"]] == ["2.5", "−0.3"]
 
@@ -171,7 +204,13 @@ def test_names_that_look_like_numbers_or_gaps_stay_names(tmp_path):
 def test_without_a_grid_each_surface_has_a_row_and_a_picture(tmp_path):
     folder = tmp_path / "run"
     files = [*write_run(folder, [("p", "c1"), ("q", "c1")]), "p/c1/view.png"]
-    of_grid = ("summary.csv", "relation.csv", "ranges.html", "figures/roughness.png", "figures/enough.png")
+    of_grid = (
+        "summary.csv",
+        "relation.csv",
+        "ranges.html",
+        "figures/roughness.png",
+        "figures/required_dots.png",
+    )
     files = [path for path in files if not path.endswith(of_grid)]
     surfaces = pd.read_csv(folder / "surfaces.csv")
     surfaces = surfaces.assign(area=[380.4, 420.0], minimal_n_S=[1234, 90], minimal_n_S_percent=[4.51, 12.2])
@@ -196,8 +235,8 @@ def test_several_surfaces_are_counted_and_spread(tmp_path):
     folder = tmp_path / "run"
     files = write_run(folder, [("p", f"c{k}") for k in range(1, 6)])
     known = first_page(folder, files, ())
-    assert known["surfaces"]["enough"]["percent"] == "8.4"  # 6.4 to 10.4
-    assert known["surfaces"]["enough"]["span"] == "6.4 to 10"
+    assert known["surfaces"]["required_dots"]["percent"] == "8.4"  # 6.4 to 10.4
+    assert known["surfaces"]["required_dots"]["span"] == "6.4 to 10"
     assert known["surfaces"]["d"][0]["places"]["above"] == 5
     text = render(TEMPLATE, **known)
     assert "on all surfaces" in text and text.count("<details") == 1  # the galleries beyond three
@@ -370,7 +409,10 @@ def test_the_script_writes_the_first_page_and_what_failed(tmp_path, monkeypatch)
     write_front_page.main(results, str(page), str(failures), {"q": "too few dots."})
     assert "q: too few dots." in Page(page.read_text()).text["note"]
     assert failures.read_text() == "place,reason\nq,too few dots.\n"
-    assert 'src="p/c1/figures/enough.png"' in page.read_text() and "prefers-color-scheme" in page.read_text()
+    assert (
+        'src="p/c1/figures/required_dots.png"' in page.read_text()
+        and "prefers-color-scheme" in page.read_text()
+    )
 
 
 def test_the_crate_lists_every_file_of_the_run_with_its_size(tmp_path):

@@ -5,14 +5,19 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib import colors
 from scipy.spatial.transform import Rotation
 from test_html import Page
 
 import summarise_sites
 from sparsurf.pairs.changes import CHANNELS, SHARE_ABOVE_FLOOR
+from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import (
+    BELOW,
     MAX_DISTANCE,
+    REST,
     carried,
+    change_colours,
     distance_from,
     matrix_figure,
     site_figure,
@@ -26,6 +31,7 @@ from sparsurf.report.site_page import (
     changes_page,
     found_on,
     met,
+    over_floor,
     p_value,
     read_residues,
     signed,
@@ -93,8 +99,21 @@ def test_every_residue_of_a_site_has_its_own_colour(blob, n):
     residue = np.arange(len(points)) % (n + 1) - 1
     names = [f"ALA{k}" for k in range(n)]
     figure = site_figure("mine", [("the site", points, normals, residue)], names)
-    shown = {text.get_text(): text.get_color() for text in figure.texts if text.get_text().startswith("■")}
-    assert list(shown) == [f"■ {name}" for name in names] and len({*shown.values()}) == n
+    colours = [text.get_color() for text in figure.texts if text.get_text() == "■"]
+    labels = [text for text in figure.texts if text.get_text() in names]
+    assert [text.get_text() for text in labels] == names and len({*colours}) == len(colours) == n
+    assert {text.get_color() for text in labels} == {"black"}  # yellow words cannot be read
+
+
+def test_no_molecule_of_a_site_is_cut_by_the_frame(blob):
+    points, normals = blob
+    residue = np.where(np.arange(len(points)) < 50, 0, -1)
+    far = points + np.array([0, 0, 15.0])  # a hit that reaches beyond the query
+    panels = [("site", points, normals, residue), ("hit", far, normals, residue)]
+    pictures = [ax.images[0].get_array() for ax in site_figure("s", panels, ["ALA1"]).axes]
+    for picture in pictures:
+        edges = [picture[0], picture[-1], picture[:, 0], picture[:, -1]]
+        assert len(pictures) == 2 and min(edge.min() for edge in edges) > 250  # white all around
 
 
 def test_the_clearest_hit_has_the_smallest_p_whatever_its_score():
@@ -229,3 +248,14 @@ def test_a_hit_is_seen_as_the_site_and_takes_its_colours():
     gap = distance_from(back, colour >= 0)
     assert (gap[:30] == 0).all() and gap[30] == MAX_DISTANCE
     assert np.isnan(distance_from(back, np.zeros(31, bool))).all()
+
+
+def test_changes_below_their_floor_are_grey_and_unknown_ones_pale():
+    table = pd.DataFrame(
+        {"total": [1.0, 1.0, np.nan], "total_floor": [0.4, 2.0, 1.0], "total_moved": [0.5, 1.0, 1.0]}
+    )
+    change = over_floor(table)
+    np.testing.assert_allclose(change, [2.0, 0.5, np.nan])
+    above, below, unknown = change_colours(change.to_numpy(), layout.scale(1, 2))
+    assert below == pytest.approx(BELOW) and unknown == pytest.approx(colors.to_rgb(REST))
+    assert above == pytest.approx(layout.colours(layout.scale(1, 2), np.array([2.0]))[0])

@@ -44,8 +44,8 @@ def evaluator(blob):
 
 
 def test_the_best_of_recovered_surfaces_can_be_chosen_where_it_was_studied():
-    row = {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0, "n_S_percent": 46.0, "d": 0.5, "d_held_out": 0.4}
-    row |= {"d_held_out_low": 0.2, "d_held_out_high": 0.6}
+    row = {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0, "n_S_percent": 46.0, "d": 0.5, "d_cv": 0.4}
+    row |= {"d_cv_low": 0.2, "d_cv_high": 0.6}
     best = {"recovered": {"unrestricted": row, "under_max_n_S": row}, "max_n_S_percent": 20}
     words = READINGS["recovered"].words
     assert [name for name, _ in viewer._presets(best)][1:] == [f"best, {words}", f"best below 20 %, {words}"]

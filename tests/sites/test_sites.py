@@ -14,7 +14,7 @@ from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli.command import main
 from sparsurf.sites import finding
-from sparsurf.sites.describing import FIELDS, load_sites
+from sparsurf.sites.describing import FIELDS, _fill_unknown, load_sites
 from sparsurf.sites.finding import BLOCK, chance, nearest_places, null_terms
 from sparsurf.sites.metric import discriminant, learn_weights, to_metric_space
 from sparsurf.sites.pose_search import _likeliest, best_pose, rigid_fit
@@ -441,3 +441,24 @@ def test_p_is_gumbels_tail_and_unknown_for_other_settings(small):
     assert known["p"][0] < 0.01
     other = sparsurf.find(small / "percent.sites", small / "percent.sites", residues="209-212")
     assert np.isnan(other["p"][0]) and other["score"][0] == known["score"][0]
+
+
+def test_unknown_dots_have_the_mean_of_the_known_ones():
+    assert _fill_unknown(np.array([0.0, np.nan, 1.0, 5.0])).tolist() == [0.0, 2.0, 1.0, 5.0]
+
+
+def test_a_site_of_many_places_is_searched_by_forty_that_are_far_apart(sites):
+    """By hand on a line: the first point, its other end, the middle; then 40 of the places of a peptide."""
+    line = np.outer(np.arange(5.0), [1, 0, 0])
+    assert finding._farthest_points(line, 3).tolist() == [0, 4, 2]
+    assert len(sites) > 45
+    backwards = sites.take(np.arange(len(sites))[::-1])  # sites come in the order of farthest points
+    hits = finding.find_site(backwards, [sites])
+    plain = finding._farthest_points(backwards.points, 40)
+    assert np.array_equal(hits.places.points, backwards.points[plain]) and len(set(plain)) == 40
+    assert hits.table["places"].tolist() == [40]
+
+
+def test_p_of_a_very_high_score_is_small_but_not_0():
+    p = chance(np.array([2.0, 12.0]), null_terms(np.eye(3) * 8, [3000, 3000]), finding.null())
+    assert 0 < p[1] < 1e-9 < p[0] < 1
