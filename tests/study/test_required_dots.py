@@ -14,72 +14,9 @@ from sparsurf.study.required_dots import (
     curves_table,
     percent_columns,
     required_dots_table,
-    required_on_grid,
     smallest_n_s,
 )
 from sparsurf.study.subset_search import smallest_recovered_subset
-
-GRID = pd.DataFrame(
-    {
-        "n_S_percent": [5.0, 10.0, 20.0],
-        "Z_tR_as_written": [3.0, 2.0, 1.0],
-        "Z_tR_high_as_written": [3.2, 2.2, 1.2],
-        "Z_tS_as_written": [2.0, 1.0, 0.5],
-        "Z_tS_high_as_written": [2.5, np.nan, 0.6],
-    }
-)
-
-
-def between(z, n, values):
-    """Where a straight line of ln Z over ln n_S through two points comes down to z."""
-    return n[0] * (n[1] / n[0]) ** (np.log(z / values[0]) / np.log(values[1] / values[0]))
-
-
-def test_the_null_model_is_undercut_by_the_interval():
-    """Upper ends 3.2, 2.2, 1.2 and 2.5, 1 (without an interval: Z itself), .6."""
-    cases = (
-        (2.0, between(2, (10, 20), (2.2, 1.2)), between(2, (5, 10), (2.5, 1))),
-        (0.55, np.nan, np.nan),
-        (9.0, 5, 5),
-    )
-    for z_mean_descriptor, uniform, paper in cases:
-        found = required_on_grid(GRID, z_mean_descriptor, {}).set_index("sampler")
-        assert found["n_S_percent"].tolist() == pytest.approx([uniform, paper], nan_ok=True)
-        assert found["smallest"].tolist() == [uniform == 5.0, paper == 5.0]
-        assert (found["reading"] == "as_written").all() and found["Z"].tolist() == [z_mean_descriptor] * 2
-
-
-def test_a_floor_is_reached_within_a_fifth_of_it_whatever_the_interval():
-    floors = {"turned": 1.375, "fresh dots": 0.4, "far": 9.0}  # times 1.2: 1.65, .48, 10.8
-    found = required_on_grid(GRID.iloc[[2, 0, 1]], 9.0, floors).set_index(["reference", "sampler"])[
-        "n_S_percent"
-    ]
-    wanted = {
-        ("turned", "uniform"): between(1.65, (10, 20), (2, 1)), ("turned", "paper"): between(1.65, (5, 10), (2, 1)),
-        ("fresh dots", "uniform"): np.nan, ("fresh dots", "paper"): np.nan, ("far", "uniform"): 5, ("far", "paper"): 5,
-    }  # fmt: skip
-    assert found[found.index.get_level_values(0) != "Z_mean_descriptor"].to_dict() == pytest.approx(
-        wanted, nan_ok=True
-    )
-
-
-def test_no_row_of_uniform_dots_wins_by_luck():
-    """Of 200 rows with Z = 100 / n_S, one at 20 % and one at 81 % are as low as at 50 %."""
-    percent = np.linspace(1, 100, 200)
-    z = 100 / percent
-    z[[38, 160]] = 2.0
-    shuffled = np.random.default_rng(0).permutation(200)
-    grid = pd.DataFrame({"n_S_percent": percent, "Z_tR_as_written": z, "Z_tS_as_written": z}).iloc[shuffled]
-    grid = grid.assign(
-        Z_tR_high_as_written=grid["Z_tR_as_written"], Z_tS_high_as_written=grid["Z_tS_as_written"]
-    )
-    found = required_on_grid(grid, 1.0, {"turned": 2.0 / 1.2}).set_index(["reference", "sampler"])[
-        "n_S_percent"
-    ]
-    assert found["turned", "uniform"] == pytest.approx(50, abs=0.5)
-    assert (
-        percent[37] < found["turned", "paper"] <= percent[38] * (1 + 1e-9)
-    )  # of whichever combination does it
 
 
 def test_percents_are_columns_by_floor_and_reading_with_the_interval_of_the_recovered():

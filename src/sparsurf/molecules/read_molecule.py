@@ -10,7 +10,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -40,7 +40,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb
 from sparsurf.molecules.plddt import doubtful_residues
 from sparsurf.molecules.residues import count_heavy_atoms, element_of, residue_kinds
-from sparsurf.molecules.selection import select_atoms
+from sparsurf.molecules.selection import SelectionKeys, select_atoms
 from sparsurf.molecules.trajectory import (
     ANGSTROM_PER_NM,
     read_first_frame,
@@ -132,7 +132,7 @@ def read_molecule(
         )
     if plddt is not None and trajectory is not None:
         raise InputError("plddt: a trajectory has none; remove `plddt`, or choose the residues.")
-    keys = {
+    keys: SelectionKeys = {
         "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
     }  # fmt: skip
     file, models = _read_structure(path, model, altloc)
@@ -182,25 +182,13 @@ def _read_structure(
     )
 
 
-def from_mdtraj(
-    trajectory: mdtraj.Trajectory,
-    *,
-    selection: str | None = None,
-    chains: str | Sequence[str] | None = None,
-    residues: str | Sequence[str] | None = None,
-    hydrogens: str = "keep",
-    ligands: bool | str | Sequence[str] = False,
-) -> Molecule:
+def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert a trajectory of mdtraj; its nanometres become Å.
 
     Parameters
     ----------
     trajectory : mdtraj.Trajectory, of whole molecules
-    selection : mdtraj expression, or 'all'; without it the protein
-    chains : list of str, or 'A,B'
-    residues : ranges such as 'A:10-52A,60', both ends included
-    hydrogens : 'keep' or 'remove'
-    ligands : list of residue names to include, or True for all but waters and ions
+    keys : selection, chains, residues, hydrogens and ligands, as in `read_molecule`
 
     Returns
     -------
@@ -216,30 +204,19 @@ def from_mdtraj(
             f"the trajectory has {trajectory.n_frames} frames of {trajectory.n_atoms} atoms: give one with both."
         )
     xyz = np.asarray(trajectory.xyz, dtype=float) * ANGSTROM_PER_NM
-    keys = {
-        "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
-    }  # fmt: skip
     atoms = table_of_rows(atom_rows(trajectory.topology))
     return _from_table(
         atoms, xyz, np.asarray(trajectory.time, float), "the trajectory", "nm, as in mdtraj", keys
     )
 
 
-def from_biotite(
-    atoms: AtomArray | AtomArrayStack,
-    *,
-    selection: str | None = None,
-    chains: str | Sequence[str] | None = None,
-    residues: str | Sequence[str] | None = None,
-    hydrogens: str = "keep",
-    ligands: bool | str | Sequence[str] = False,
-) -> Molecule:
+def from_biotite(atoms: AtomArray | AtomArrayStack, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert atoms of biotite; the models of a stack become frames.
 
     Parameters
     ----------
     atoms : biotite.structure.AtomArray or AtomArrayStack, Å
-    selection, chains, residues, hydrogens, ligands : as in `from_mdtraj`
+    keys : selection, chains, residues, hydrogens and ligands, as in `read_molecule`
 
     Returns
     -------
@@ -262,27 +239,16 @@ def from_biotite(
         hetero=np.asarray(atoms.hetero, dtype=bool),
         b_factor=atoms.b_factor if "b_factor" in atoms.get_annotation_categories() else np.nan,
     )
-    keys = {
-        "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
-    }  # fmt: skip
     return _from_table(table, xyz, np.full(len(xyz), np.nan), "the AtomArray", "Å", keys)
 
 
-def from_mdanalysis(
-    atoms: AtomGroup | Universe,
-    *,
-    selection: str | None = None,
-    chains: str | Sequence[str] | None = None,
-    residues: str | Sequence[str] | None = None,
-    hydrogens: str = "keep",
-    ligands: bool | str | Sequence[str] = False,
-) -> Molecule:
+def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert atoms of MDAnalysis at the current frame of their trajectory.
 
     Parameters
     ----------
     atoms : MDAnalysis.AtomGroup, or a Universe for all its atoms
-    selection, chains, residues, hydrogens, ligands : as in `from_mdtraj`
+    keys : selection, chains, residues, hydrogens and ligands, as in `read_molecule`
 
     Returns
     -------
@@ -311,20 +277,17 @@ def from_mdanalysis(
         hetero=np.asarray(attribute("record_types"), dtype=str) == "HETATM",
         b_factor=attribute("tempfactors", np.nan),
     )
-    keys = {
-        "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
-    }  # fmt: skip
     xyz = np.asarray(group.positions, dtype=float)[None]
     return _from_table(table, xyz, np.array([float(time)]), "the AtomGroup", "Å", keys)
 
 
-def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Any) -> Molecule:
+def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert a structure or model of gemmi; the models of a structure become frames.
 
     Parameters
     ----------
     structure : gemmi.Structure or gemmi.Model, Å
-    keys : selection, chains, residues, hydrogens and ligands, as in `from_mdtraj`
+    keys : selection, chains, residues, hydrogens and ligands, as in `read_molecule`
 
     Returns
     -------
@@ -348,7 +311,7 @@ def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Any) -> Molecul
     return _from_rows(rows, "the structure of gemmi", keys)
 
 
-def from_biopython(entity: Entity, **keys: Any) -> Molecule:
+def from_biopython(entity: Entity, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert a structure, model or chain of Biopython; the models of a structure become frames.
 
     Parameters
@@ -373,25 +336,16 @@ def from_biopython(entity: Entity, **keys: Any) -> Molecule:
     return _from_rows(rows, "the structure of Biopython", keys)
 
 
-def _from_rows(rows: list[tuple[Any, ...]], name: str, keys: dict[str, Any]) -> Molecule:
+def _from_rows(rows: list[tuple[Any, ...]], name: str, keys: SelectionKeys) -> Molecule:
     """Return the selected atoms of rows, one for each atom, in the order of `columns`."""
     import pandas as pd
 
     if not rows:
         raise InputError(f"{name} has no atoms: give one with atoms.")
     columns = [
-        "model",
-        "hetero",
-        *IDENTITY[:3],
-        "element",
-        "altloc",
-        "residue",
-        "occupancy",
-        "x",
-        "y",
-        "z",
-        "b_factor",
-    ]
+        "model", "hetero", "name", "residue_name", "chain", "element", "altloc", "residue", "occupancy",
+        "x", "y", "z", "b_factor",
+    ]  # fmt: skip
     atoms = pd.DataFrame(rows, columns=columns).assign(terminated=False)
     atoms["chain"] = atoms["chain"].str.strip()
     file = AtomFile(choose_altlocs(atoms, "first", name))
@@ -412,7 +366,7 @@ def _table_of_atoms(**columns: Any) -> pd.DataFrame:
 
 
 def _from_table(
-    atoms: pd.DataFrame, xyz: np.ndarray, time_ps: np.ndarray, name: str, unit: str, keys: dict[str, Any]
+    atoms: pd.DataFrame, xyz: np.ndarray, time_ps: np.ndarray, name: str, unit: str, keys: SelectionKeys
 ) -> Molecule:
     """Return the selected atoms of a table with frames (F, A, 3), Å; `name` and `unit` are those of the user's object."""
     if not xyz.shape[0] or not xyz.shape[1]:
@@ -448,7 +402,7 @@ def _from_models(
     stride: int,
     whole: bool,
     path: str | os.PathLike[str],
-    keys: dict[str, Any],
+    keys: SelectionKeys,
 ) -> Molecule:
     """Return the selected atoms with the models as frames."""
     numbers = np.array(list(models))[::stride]
@@ -499,7 +453,7 @@ def _from_trajectory(
     stride: int,
     times: Sequence[float] | None,
     whole: bool,
-    keys: dict[str, Any],
+    keys: SelectionKeys,
     crosslinked: frozenset[tuple[str, str]],
 ) -> Molecule:
     """Return the selected atoms of a topology with the frames of a trajectory."""
@@ -548,7 +502,7 @@ def _same_atoms(first: Molecule, second: Molecule) -> bool:
 def _select_complete(
     molecule: Molecule,
     path: str | os.PathLike[str],
-    keys: dict[str, Any],
+    keys: SelectionKeys,
     crosslinked: frozenset[tuple[str, str]],
 ) -> np.ndarray:
     """Select atoms (A,) by the keys; raise InputError if they are a backbone only, warn of incomplete residues."""

@@ -7,7 +7,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
@@ -23,6 +23,16 @@ log = logging.getLogger("sparsurf")
 POLYMERS = ("protein", "nucleic")
 # '[chain:]first[-last]'; a residue is a number, possibly negative, possibly with an insertion code.
 RANGE = re.compile(r"(?:(?P<chain>[^:]*):)?(?P<first>-?\d+[A-Za-z]?)(?:-(?P<last>-?\d+[A-Za-z]?))?")
+
+
+class SelectionKeys(TypedDict, total=False):
+    """Keys of `select_atoms` that a user may give."""
+
+    selection: str | None
+    chains: str | Sequence[str] | None
+    residues: str | Sequence[str] | None
+    hydrogens: str
+    ligands: bool | str | Sequence[str]
 
 
 def select_atoms(

@@ -17,10 +17,7 @@ from sparsurf.study.crossing import fitted_crossing, near
 from sparsurf.study.prepared_surface import PreparedSurface
 
 UNIFORM = "uniform"
-COLUMNS = {UNIFORM: "Z_tR", "paper": "Z_tS"}  # of the grid: the uniform subsets, and the sampling itself
-MEDIAN_WINDOWS = 50  # a running median covers one of so many parts of the rows
 FLOOR_FACTOR = 1.2  # a Z within a fifth of a floor counts as the floor; nearer to it the curve is flat, and n_S is chance
-MEAN_DESCRIPTOR = "Z_mean_descriptor"
 COLUMN_PREFIX = "required_percent_"  # of the columns of surfaces.csv
 # n_S of the measured curves, % of the dots
 CURVE_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
@@ -53,52 +50,6 @@ def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
         return float(n[0])
     share = np.log(values[k - 1] / max(z, 1e-9)) / np.log(values[k - 1] / values[k])
     return float(n[k - 1] * (n[k] / n[k - 1]) ** share)
-
-
-def required_on_grid(
-    grid: pd.DataFrame, z_mean_descriptor: float, floors: Mapping[str, float], reading: str = WRITTEN_READING
-) -> pd.DataFrame:
-    """Find the smallest n_S of the grid that beats the null model or comes within a fifth of each noise floor.
-
-    The 95 % interval of Z must lie below the null model. Floors are measured at the same test dots and share their error;
-    the null model does not.
-
-    Parameters
-    ----------
-    grid : DataFrame
-        See `tables.grid_table`.
-    z_mean_descriptor : float, Z
-    floors : dict of name to Z
-    reading : str
-
-    Returns
-    -------
-    DataFrame: reading; sampler (`uniform`, or `paper` with whichever combination achieves it), reference, Z, n_S_percent
-    (NaN if no n_S of the grid is enough), and `smallest`, whether that is the smallest of the grid.
-    """
-    rows, grid = [], grid.sort_values("n_S_percent", kind="stable")
-    percent = grid["n_S_percent"].to_numpy(float)
-    for sampler, column in COLUMNS.items():
-        highest = grid[f"{column}_high_{reading}"].fillna(grid[f"{column}_{reading}"]).to_numpy()
-        mean = grid[f"{column}_{reading}"].to_numpy()
-        if sampler == UNIFORM:  # rows that differ only in n_S and chance must not be ranked
-            mean = _running_median(mean)
-        for name, value in {MEAN_DESCRIPTOR: z_mean_descriptor, **floors}.items():
-            limit, curve = (value, highest) if name == MEAN_DESCRIPTOR else (FLOOR_FACTOR * value, mean)
-            required = smallest_n_s(limit, percent, curve)
-            smallest = required <= percent[0]
-            if smallest:
-                required = percent[0]
-            elif not np.isfinite(required):
-                required = np.nan
-            rows.append((reading, sampler, name, value, required, smallest))
-    return pd.DataFrame(rows, columns=["reading", "sampler", "reference", "Z", "n_S_percent", "smallest"])
-
-
-def _running_median(z: np.ndarray) -> np.ndarray:
-    """Return the running median of Z over rows of ascending n_S."""
-    window = 1 + 2 * (len(z) // MEDIAN_WINDOWS // 2)
-    return pd.Series(z).rolling(window, center=True, min_periods=1).median().to_numpy()
 
 
 class Trials:
