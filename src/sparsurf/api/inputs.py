@@ -22,6 +22,7 @@ from sparsurf.molecules.read_molecule import (
     read_molecule,
 )
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Origin, Surface, check_plausibility, dot_label
 
@@ -48,7 +49,13 @@ LABELS = ("chain", "residue", "residue_name", "name")  # of atoms; the dots of a
 MAX_SHIFT = 0.01  # Å, between positions of the same atom; files hold three decimals
 MIN_SHARE_OF_ATOMS = 0.5  # of the atoms of the dots, that another molecule must have
 # Settings that place dots, with their defaults
-PLACEMENT_DEFAULTS = {"frame": 0, "probe_radius": 1.4, "density": "auto", "radii": "dms", "cavities": "keep"}
+PLACEMENT_DEFAULTS = {
+    "frame": 0,
+    "probe_radius": PROBE_RADIUS,
+    "density": "auto",
+    "radii": "dms",
+    "cavities": "keep",
+}
 
 
 class Limits(NamedTuple):

@@ -38,6 +38,7 @@ from sparsurf.study.prepared_surface import number_of_tests
 from sparsurf.study.required_dots import Trials
 from sparsurf.surfaces.components import fields_without_component
 from sparsurf.surfaces.molecular_surface import surface_generator
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import Surface
@@ -64,7 +65,7 @@ def minimal(
     relax: bool = False,
     seed: int = DEFAULT_SEED,
     frame: int = 0,
-    probe_radius: float = 1.4,
+    probe_radius: float = PROBE_RADIUS,
     density: float | str = "auto",
     radii: str = "dms",
     d_link: float = D_LINK,
@@ -134,7 +135,7 @@ def floors(
     *,
     seed: int = DEFAULT_SEED,
     frame: int = 0,
-    probe_radius: float = 1.4,
+    probe_radius: float = PROBE_RADIUS,
     density: float | str = "auto",
     radii: str = "dms",
     d_link: float = D_LINK,

@@ -34,6 +34,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.surfaces.components import table_of_components
 from sparsurf.surfaces.molecular_surface import components_of_frame, surface_for_d_link
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
@@ -53,7 +54,7 @@ def surface(
     molecule: MoleculeLike | tuple[ArrayLike, ArrayLike],
     *,
     frame: int = 0,
-    probe_radius: float = 1.4,
+    probe_radius: float = PROBE_RADIUS,
     density: float | str = "auto",
     radii: str = "dms",
     d_link: float = D_LINK,
@@ -129,7 +130,7 @@ def components(
     dots: DotsLike | None = None,
     *,
     frame: int = 0,
-    probe_radius: float = 1.4,
+    probe_radius: float = PROBE_RADIUS,
     radii: str = "dms",
 ) -> tuple[np.ndarray, pd.DataFrame]:
     """Find the connected components of a surface: the outside of each molecule, and the closed cavities inside.
@@ -190,7 +191,7 @@ def mesh(
     molecule: SurfaceLike | tuple[ArrayLike, ArrayLike],
     *,
     frame: int = 0,
-    probe_radius: float = 1.4,
+    probe_radius: float = PROBE_RADIUS,
     density: float = PUBLISHED_DENSITY,
     radii: str = "dms",
     cavities: str = "keep",

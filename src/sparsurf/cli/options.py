@@ -16,6 +16,7 @@ from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import D_LINK
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 
@@ -23,7 +24,7 @@ ALL = "all"
 ATOM_OPTIONS = ("chains", "residues", "selection", "model", "altloc", "hydrogens", "ligands")
 STRUCTURE_OPTIONS = {  # without a meaning for a file of dots, and their defaults
     **dict.fromkeys(["trajectory", *ATOM_OPTIONS, "density", "frame", "frames"]),
-    **{"altloc": "first", "hydrogens": "keep", "probe": 1.4, "radii": "dms", "cavities": "keep"},
+    **{"altloc": "first", "hydrogens": "keep", "probe": PROBE_RADIUS, "radii": "dms", "cavities": "keep"},
 }
 
 
@@ -67,7 +68,9 @@ def add_molecule(parser: argparse.ArgumentParser, several: bool = True) -> None:
     atoms.add_argument("--hydrogens", choices=["keep", "remove"], help="hydrogens of the file (default keep)")
     atoms.add_argument("--ligands", help="residue names to take with the protein, such as HEM,ZN")
     dots = parser.add_argument_group("surface of a structure")
-    dots.add_argument("--probe", type=number(PROBE), help="radius of the probe in Å (default 1.4)")
+    dots.add_argument(
+        "--probe", type=number(PROBE), help=f"radius of the probe in Å (default {PROBE_RADIUS:g})"
+    )
     dots.add_argument(
         "--density", type=number(DENSITY), help="dots per Å^2 (default: 5.35, or more where patches need it)"
     )

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Atoms, Rolling, T, roll
 from sparsurf.surfaces.surface import Surface
 
@@ -32,7 +33,9 @@ def fields_without_component(surface: Surface) -> dict[str, np.ndarray]:
     return {name: values for name, values in surface.fields.items() if name != COMPONENT_FIELD}
 
 
-def components_of(surface: Surface, xyz: ArrayLike, radii: ArrayLike, probe: float = 1.4) -> np.ndarray:
+def components_of(
+    surface: Surface, xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS
+) -> np.ndarray:
     """Find the connected component of every dot.
 
     Parameters

@@ -18,6 +18,7 @@ import numpy as np
 from sparsurf import InputError
 from sparsurf.kernel_cache import njit
 from sparsurf.surfaces.dot_placement import at_least_one_probe, checked_spheres, relative_positions
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import E1, E2, PHI_0, PHI_1, RADIUS, Rolling, T, blocker, roll
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
@@ -150,7 +151,7 @@ def grid_around(points: np.ndarray, reach: float, step: float) -> tuple[np.ndarr
 
 
 def molecular_mesh(
-    xyz: ArrayLike, radii: ArrayLike, probe: float = 1.4, step: float = GRID_STEP, threads: int = 1
+    xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS, step: float = GRID_STEP, threads: int = 1
 ) -> Mesh:
     """Generate the solvent-excluded surface of spheres as triangles whose corners lie on the surface.
 

@@ -23,6 +23,7 @@ from sparsurf.surfaces.dot_placement import (
     roll_probe,
 )
 from sparsurf.surfaces.formats.dms import surface_by_dms_program
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import DENSITY, MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.surfaces.surface import Surface
 
@@ -213,7 +214,11 @@ def _rounded_positions(molecule: Molecule, position: int) -> np.ndarray:
 
 
 def molecular_surface(
-    xyz: ArrayLike, radii: ArrayLike, probe: float = 1.4, density: float = DENSITY, reentrant: str = "exact"
+    xyz: ArrayLike,
+    radii: ArrayLike,
+    probe: float = PROBE_RADIUS,
+    density: float = DENSITY,
+    reentrant: str = "exact",
 ) -> Surface:
     """Generate the solvent-excluded surface of spheres [1]_.
 

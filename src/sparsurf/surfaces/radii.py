@@ -28,6 +28,7 @@ RADII = {
         "IN": 1.93, "SN": 2.17, "PT": 1.75, "AU": 1.66, "HG": 1.55, "TL": 1.96, "PB": 2.02, "GA": 1.87,
     },
 }  # fmt: skip
+PROBE_RADIUS = 1.4  # Å, of a water molecule, as in the paper
 # Radius of every other element, Å: the value of DMS, and the usual choice where Bondi gives none.
 RADIUS_OF_OTHER_ELEMENTS = {"dms": 1.90, "bondi": 2.00}
 

@@ -18,6 +18,7 @@ from sparsurf.sampling.samplers import HINDSIGHT
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.surfaces.components import components_of, without_cavities
 from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import DENSITY
 
 Method = Callable[[int, np.random.Generator], np.ndarray]  # (n, rng) -> dots
@@ -90,7 +91,7 @@ def dotted_surface(
     radii: np.ndarray,
     n: int,
     rng: np.random.Generator,
-    probe: float = 1.4,
+    probe: float = PROBE_RADIUS,
     reentrant: str = "exact",
     cavities: str = "keep",
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from sparsurf import InputError
 from sparsurf.files import decode_text, read_bytes, shorten
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, DENSITY, SADDLE, Format, Surface, surface_of_columns
 
 KINDS = {"SC": CONTACT, "SS": SADDLE, "SR": CONCAVE}
@@ -138,7 +139,7 @@ def write_dms(
 
 
 def surface_by_dms_program(
-    path_to_pdb: Path | str, probe: float = 1.4, density: float = DENSITY, program: str = "dms"
+    path_to_pdb: Path | str, probe: float = PROBE_RADIUS, density: float = DENSITY, program: str = "dms"
 ) -> Surface:
     """Generate a surface with UCSF's program DMS, if it is installed.
 
