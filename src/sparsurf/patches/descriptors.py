@@ -18,6 +18,7 @@ from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball_bound
 from sparsurf.patches.readings import READINGS
 from sparsurf.patches.subset_patches import MAX_SUBSETS, add_subset, pack_subsets, patches_of
 from sparsurf.patches.zernike import published, rotation_robust
+from sparsurf.patches.zernike.images import Patches
 from sparsurf.threads import parallel_map
 
 __all__ = [
@@ -41,19 +42,12 @@ class Descriptor(NamedTuple):
 
     width : int, numbers per patch
     order : function that returns (width,) int, the element of the vector for users that each column of the kernel is
-    describe : function of
-        index : PatchIndex
-        ids : int32 positions and start : (P + 1,) int64; patch i holds the dots ids[start[i]:start[i + 1]]
-        centres : (P, 3) float64, Å, the points around which the patches are cut
-        weights : float64 for each of `ids`, or empty if all dots have the weight 1
-        radius : float, R_zernike in Å
-        up : bool, whether the mean normal is turned to +z or to -z
-        that returns (P, width) float64, zero for a patch without a descriptor
+    describe : function of `zernike.images.Patches` that returns (P, width) float64, zero for a patch without a descriptor
     """
 
     width: int
     order: Callable[[], np.ndarray]
-    describe: Callable[[PatchIndex, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, bool], np.ndarray]
+    describe: Callable[[Patches], np.ndarray]
 
 
 DESCRIPTORS = {
@@ -292,7 +286,7 @@ def _describe_slices(
         )  # fmt: skip
         idle_buffers.append(buffers)
         centres = np.repeat(tests[a:b], sizes.shape[1], axis=0)
-        store(a, b, kind.describe(index, ids, start, centres, weight, radius, up))
+        store(a, b, kind.describe(Patches(index, ids, start, centres, weight, radius, up)))
 
     parallel_map(describe_slice, len(tests), threads, max(1, PATCHES_PER_CALL // sizes.shape[1]))
     return sizes

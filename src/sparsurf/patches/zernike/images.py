@@ -7,7 +7,7 @@ gaps is bit arithmetic. Values that the text omits are from the authors' scripts
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from llvmlite import ir
@@ -43,6 +43,26 @@ class DotsWithNormals(Protocol):
     @property
     def normals(self) -> np.ndarray:
         """Unit normals."""
+
+
+class Patches(NamedTuple):
+    """P patches of one surface, as a descriptor receives them.
+
+    dots : PatchIndex, with `xyz` and `normals` of the dots
+    ids : int32 positions in `dots` and start : (P + 1,) int64; patch i holds the dots ids[start[i]:start[i + 1]]
+    centres : (P, 3) float64, Å, the points around which the patches are cut
+    weights : float64 for each of `ids`, or empty if all dots have the weight 1
+    radius : float, R_zernike in Å
+    up : bool, whether the mean normal is turned to +z or to -z
+    """
+
+    dots: DotsWithNormals
+    ids: np.ndarray
+    start: np.ndarray
+    centres: np.ndarray
+    weights: np.ndarray
+    radius: float
+    up: bool
 
 
 def _open_disc() -> np.ndarray:

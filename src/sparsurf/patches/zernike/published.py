@@ -19,7 +19,7 @@ from sparsurf.patches.zernike.images import (
     ROW_STRIDE,
     TABLES,
     WEIGHT,
-    DotsWithNormals,
+    Patches,
     fill_gaps,
     fold_image,
     project,
@@ -29,22 +29,11 @@ N_Z = len(polynomials.indices())
 N_COMPLEX = sum(m > 0 for _, m in polynomials.indices())
 
 
-def describe(
-    index: DotsWithNormals,
-    ids: np.ndarray,
-    start: np.ndarray,
-    centres: np.ndarray,
-    weights: np.ndarray,
-    radius: float,
-    up: bool,
-) -> np.ndarray:
-    """Compute the Zernike invariants |c_nm| of patches.
-
-    `radius` is not used: the image reaches to the outermost dot. Parameters and result are those of `describe` of a
-    `descriptors.Descriptor`.
-    """
+def describe(patches: Patches) -> np.ndarray:
+    """Compute the Zernike invariants |c_nm| of patches, (P, N_Z); the image reaches to the outermost dot, not to R_zernike."""
+    dots, ids, start, centres, weights, _, up = patches
     images = np.empty((len(start) - 1, N_EVEN + N_ODD))
-    _images(index.xyz, index.normals, ids, start, centres, weights, 1.0 if up else -1.0, images, TABLES)
+    _images(dots.xyz, dots.normals, ids, start, centres, weights, 1.0 if up else -1.0, images, TABLES)
     return moments(images)
 
 

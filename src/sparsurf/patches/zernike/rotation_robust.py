@@ -23,7 +23,7 @@ import numpy as np
 
 from sparsurf.kernel_cache import njit
 from sparsurf.patches.zernike.fields import MIDDLE, N_NODES, PADDED_SIDE, add_dots, bumps, fill, widen
-from sparsurf.patches.zernike.images import FAST, DotsWithNormals
+from sparsurf.patches.zernike.images import FAST, Patches
 from sparsurf.patches.zernike.polynomials import N_MAX
 from sparsurf.patches.zernike.quadrature import harmonics, integration_points, quarters
 
@@ -34,69 +34,39 @@ N_PAIRS = 55  # coefficients with m even > 0, and as many with m odd
 N_Z = 121
 
 
-def describe(
-    index: DotsWithNormals,
-    ids: np.ndarray,
-    start: np.ndarray,
-    centres: np.ndarray,
-    weights: np.ndarray,
-    radius: float,
-    up: bool,
-) -> np.ndarray:
-    """Compute the Zernike invariants |c_nm| of patches; zero for a patch without dots.
-
-    Parameters and result are those of `describe` of a `descriptors.Descriptor`.
-    """
-    return _invariants(
-        index, ids, start, centres, weights, radius, up, np.empty((0, 0)), radius * _plane_coefficients()
-    )
+def describe(patches: Patches) -> np.ndarray:
+    """Compute the Zernike invariants |c_nm| of patches, (P, N_Z); zero for a patch without dots."""
+    return _invariants(patches, np.empty((0, 0)), patches.radius * _plane_coefficients())
 
 
-def describe_fields(
-    index: DotsWithNormals,
-    ids: np.ndarray,
-    start: np.ndarray,
-    centres: np.ndarray,
-    weights: np.ndarray,
-    radius: float,
-    up: bool,
-    values: np.ndarray,
-) -> np.ndarray:
+def describe_fields(patches: Patches, values: np.ndarray) -> np.ndarray:
     """Compute the same invariants of images that hold fields in place of r.
 
     Parameters
     ----------
+    patches : Patches
     values : (F, N) float64
-        Fields at the dots, by position in the index; the other parameters are those of `describe`.
+        Fields at the dots, by position in the index.
 
     Returns
     -------
     (P, F N_Z) float64
         Field after field, in the units of each; zero for a patch without dots.
     """
-    return _invariants(index, ids, start, centres, weights, radius, up, values, np.zeros(N_MAX // 2 + 1))
+    return _invariants(patches, values, np.zeros(N_MAX // 2 + 1))
 
 
-def _invariants(
-    index: DotsWithNormals,
-    ids: np.ndarray,
-    start: np.ndarray,
-    centres: np.ndarray,
-    weights: np.ndarray,
-    radius: float,
-    up: bool,
-    values: np.ndarray,
-    plane: np.ndarray,
-) -> np.ndarray:
+def _invariants(patches: Patches, values: np.ndarray, plane: np.ndarray) -> np.ndarray:
     """Compute |c_nm| of the images of r (if there are no `values`) or of fields.
 
     `plane` holds the coefficients of the part that is subtracted before and added again.
     """
+    dots, ids, start, centres, weights, radius, up = patches
     tables, n_images = quarters(DISC_STEPS), max(1, len(values))
     parts = np.empty((4, n_images * (len(start) - 1), len(tables.row)))
     sign = 1.0 if up else -1.0
     _parts(
-        index.xyz, index.normals, ids, start, centres, weights, radius, sign, values, bumps().ravel(), tables.row, tables.column,
+        dots.xyz, dots.normals, ids, start, centres, weights, radius, sign, values, bumps().ravel(), tables.row, tables.column,
         parts,
     )  # fmt: skip
     out = np.empty((parts.shape[1], N_Z))
