@@ -15,9 +15,9 @@ TITLES = {"as_coded": "as coded", "as_written": "as written", "recovered": "reco
 @styled
 def centres(table: pd.DataFrame) -> Figure:
     """Draw a panel for each reading: means over proteins with 95 % intervals against n_S."""
-    figure = layout.sheet(layout.PAGE, 76)
-    for column, (reading, title) in enumerate(TITLES.items()):
-        ax = layout.axes(figure, 16 + 59 * column, 9, 46, 46)
+    figure = layout.constrained(layout.PAGE, 76)
+    panels = figure.subplots(1, len(TITLES))
+    for ax, letter, (reading, title) in zip(panels, "ABC", TITLES.items(), strict=True):
         rows = table[table["reading"] == reading]
         for colour, (key, label) in zip(PALETTE, LINES.items(), strict=False):
             error = [rows[key] - rows[f"{key}_low"], rows[f"{key}_high"] - rows[key]]
@@ -25,11 +25,13 @@ def centres(table: pd.DataFrame) -> Figure:
                 rows["n_S_percent"], rows[key], error, color=colour, marker="o", capsize=2, label=label
             )
         ax.axhline(0, color="black", linewidth=0.5)
-        ax.set(xlabel="dots kept / %", ylabel="d" if not column else "", title=title, xscale="log")
+        ax.set(xlabel="dots kept / %", xscale="log")
         ax.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS], minor=False)
         ax.minorticks_off()
-        layout.letter(figure, 3 + 59 * column, 3, "abc"[column])
-    layout.legend(figure, 16, 70, ax.get_legend_handles_labels()[0], ncols=2)
+        layout.panel_title(ax, letter, title)
+    panels[0].set_ylabel("d")
+    handles = panels[0].get_legend_handles_labels()[0]
+    figure.legend(handles=handles, loc="outside lower left", ncols=2)
     return figure
 
 

@@ -1,5 +1,7 @@
 """The figure of the exponent: Z relative to that of evenly distributed dots, against k."""
 
+from itertools import product
+
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -14,27 +16,21 @@ WORDS = {"as_written": "the dots as they are", "recovered": "the surface recover
 @styled
 def exponents(table: pd.DataFrame) -> Figure:
     """Draw a column for each way to use the dots, a row for each sampler, a line for each n_S."""
-    figure = layout.sheet(layout.PAGE, 112)
-    for row, sampler in enumerate(SAMPLERS):
-        for column, reading in enumerate(READINGS):
-            ax = layout.axes(figure, 18 + 84 * column, 9 + 50 * row, 68, 36)
-            rows = table[(table["sampler"] == sampler) & (table["reading"] == reading)]
-            for k, (percent, line) in enumerate(rows.groupby("percent")):
-                error = [line["ratio"] - line["ratio_low"], line["ratio_high"] - line["ratio"]]
-                style = {
-                    "color": PALETTE[k],
-                    "marker": "o",
-                    "capsize": 2,
-                    "label": f"{percent:g} % of the dots",
-                }
-                ax.errorbar(line["k"], line["ratio"], error, **style)
-            ax.axhline(1, color="black", linewidth=0.5)
-            ax.set(ylabel="Z over that at k = 0" if not column else "", title=f"{sampler}, {WORDS[reading]}")
-            if row:
-                ax.set(xlabel="k: density goes with $(1 - R)^k$")
-            if not row and not column:
-                ax.legend()
-            layout.letter(figure, 4 + 84 * column, 3 + 50 * row, "ABCD"[2 * row + column])
+    gain = 100 * (1 - table["ratio"].min())
+    figure = layout.constrained(layout.PAGE, 112, f"no exponent lowers Z by more than {gain:.0f} %")
+    panels = figure.subplots(2, 2, sharex=True)
+    places = product(SAMPLERS, READINGS)
+    for ax, letter, (sampler, reading) in zip(panels.flat, "ABCD", places, strict=True):
+        rows = table[(table["sampler"] == sampler) & (table["reading"] == reading)]
+        for colour, (percent, line) in zip(PALETTE, rows.groupby("percent"), strict=False):
+            error = [line["ratio"] - line["ratio_low"], line["ratio_high"] - line["ratio"]]
+            label = f"{percent:g} % of the dots"
+            ax.errorbar(line["k"], line["ratio"], error, color=colour, marker="o", capsize=2, label=label)
+        ax.axhline(1, color="black", linewidth=0.5)
+        layout.panel_title(ax, letter, f"{sampler}, {WORDS[reading]}")
+    figure.supxlabel("k: density goes with $(1 - R)^k$", fontsize=7)
+    figure.supylabel("Z over that at k = 0", fontsize=7)
+    panels[0, 0].legend()
     return figure
 
 

@@ -39,7 +39,8 @@ def test_the_figure_has_a_panel_for_each_reading_and_both_lines():
         for k in (1, 2)
     ]
     panels = centres(means(pd.concat(rows))).axes
-    assert [ax.get_title() for ax in panels] == list(TITLES.values())
+    titles = [ax.get_title(loc="left").split("  ")[1] for ax in panels]
+    assert titles == list(TITLES.values())
     best, control = (line.get_xydata() for line in panels[1].lines[::3][:2])
     assert np.allclose(best, [[5, 0.2], [10, 0.4]]) and np.allclose(control, [[5, 0.1], [10, 0.1]])
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 CONFIDENCE_LEVEL = 0.95  # of every interval
+MAX_SKEW = 0.75  # of skewness times t / sqrt(n): towards 1 the cube root is so steep that like samples get unlike intervals
 FOLDS = (3, 5)  # of the draws and of the test dots: a winner is chosen on all but one and measured on that
 
 
@@ -43,9 +44,10 @@ def _t_quantile(df: np.ndarray | int) -> np.ndarray:
 def mean_interval(values: ArrayLike, fewest: int = 2) -> tuple[float, float, float]:
     """Compute the mean of independent values, such as those of proteins, and the ends of its 95 % interval.
 
-    Student's t is corrected for skewness by Hall's cubic transformation (J. R. Stat. Soc. B 54:221, 1992). With
-    exponentially distributed values the interval contains the truth in 93 % (6 values) and 94 % (17) of all cases; Student's
-    t alone in 88 and 91 %. The mean is NaN without values, the ends are NaN for fewer than `fewest` values.
+    Student's t is corrected for skewness by Hall's cubic transformation (J. R. Stat. Soc. B 54:221, 1992), its skewness
+    bounded by `MAX_SKEW`. With exponentially distributed values the interval contains the truth in 92 % (6 values) and 94 %
+    (17) of all cases; Student's t alone in 89 and 91 %, a percentile bootstrap in 80 and 90 %. The mean is NaN without
+    values, the ends are NaN for fewer than `fewest` values.
     """
     values = np.asarray(values, np.float64)
     n, mean = len(values), float(values.mean()) if len(values) else np.nan
@@ -62,6 +64,7 @@ def _unskewed(t: float, values: np.ndarray, sd: float) -> float:
     if n < 3 or sd == 0:
         return steps
     skewness = n / ((n - 1) * (n - 2)) * np.sum(((values - values.mean()) / sd) ** 3)
+    skewness = float(np.clip(skewness, -MAX_SKEW / abs(steps), MAX_SKEW / abs(steps)))
     if abs(skewness) < 1e-6:  # the limit
         return steps
     return 3 / skewness * (np.cbrt(1 + skewness * (steps - skewness / (6 * n))) - 1)
