@@ -42,6 +42,7 @@ rule analyse_batch:
 rule summarise_batches:
     input:
         tables=batch_tables,
+        studied=results_of_pages,
     output:
         page="results/{run}/index.html",
         failures="results/{run}/failures.csv",
@@ -55,6 +56,8 @@ rule summarise_batches:
         "../envs/study.yaml"
     params:
         exclude=config["exclude"],
+        logs="results/{run}/logs",
+        jobs=log_names(workflow.rules),
         code=[METHOD, REPORT],
     message:
         "First page of the run"

@@ -28,8 +28,13 @@ except ValueError as error:
 EXCLUDED = {without_zeros(place) for place in config["exclude"]}
 PROTEINS = {name: protein for name, protein in proteins(config).items() if name not in EXCLUDED}
 BATCHED = PROTEINS if "batch" in config else {}  # structures that are analysed in batches
-if BATCHED:
-    PROTEINS = {}
+if BATCHED:  # some of them get the pages of a study, too, of the model that the batch takes
+    PROTEINS = {name: BATCHED[name] for name in config.get("pages", []) if name in BATCHED}
+    PROTEINS = {
+        name: protein if has_one_model(protein) else protein.model_copy(update={"model": protein.model or 1})
+        for name, protein in PROTEINS.items()
+        if f"{name}/*" not in EXCLUDED
+    }
 BATCHES = assign_batches(
     {name: size_as_pdb(protein.structure) for name, protein in BATCHED.items()}, config.get("batch", "auto")
 )
@@ -298,11 +303,20 @@ def files_of_batch(wildcards):
     return list(dict.fromkeys((split_path(path) or [path])[0] for path in paths))
 
 
+def results_of_pages(wildcards):
+    """Files of the structures of batches that get the pages of a study."""
+    run = f"results/{config['run']}"
+    files = ["surfaces.csv", "required_dots.png", "required_dots.svg"] if PROTEINS else []
+    of_proteins = [file for protein in PROTEINS for file in protein_outputs(protein)]
+    return [f"{run}/{file}" for file in files] + of_proteins
+
+
 def results_before_pages(wildcards):
     """All files but those of the first page, which leads to them."""
     run = f"results/{config['run']}"
     if BATCHED:
-        return batch_tables(wildcards) + [f"{run}/distributions.{end}" for end in ("png", "svg")]
+        files = batch_tables(wildcards) + [f"{run}/distributions.{end}" for end in ("png", "svg")]
+        return files + results_of_pages(wildcards)
     files = []
     if PROTEINS:
         files += ["surfaces.csv", "required_dots.png", "required_dots.svg"]

@@ -148,7 +148,7 @@ def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -
     if "batch" in config:
         failed = len(rows_of(run / "failures.csv"))
         print(f"Failed    {failed} of {len(config['proteins'])} structures, see {run / 'failures.csv'}")
-    surfaces = rows_of(run / "surfaces.csv") if config["proteins"] else []
+    surfaces = rows_of(run / "surfaces.csv") if config["proteins"] and "batch" not in config else []
     percents = [float(row["minimal_n_S_percent"]) for row in surfaces]
     if percents:
         verb = "are enough" if "floor" in config["minimal"] else "are in minimal.csv, as the config asks"

@@ -9,23 +9,35 @@ from sparsurf.batches.summary import grouped_reasons, measures, most_unusual
 from sparsurf.batches.tables import read_parquet
 from sparsurf.report.batches_page import MAX_ROWS, TEMPLATE, batches_page
 from sparsurf.report.figures import distributions, layout
-from sparsurf.report.first_page import warned
+from sparsurf.report.first_page import rows_of_surfaces, warned
 from sparsurf.report.page import write
 from sparsurf.rounding import write_table
+from sparsurf.workflow.job_logs import collected_warnings
 from sparsurf.workflow.jobs import job
 
 JOB = "analyse_batch"
 
 
 def main(
-    tables: list[str], page: str, failures: str, warnings: str, png: str, exclude: dict[str, str]
+    tables: list[str],
+    studied: list[str],
+    page: str,
+    failures: str,
+    warnings: str,
+    png: str,
+    exclude: dict[str, str],
+    logs: str,
+    jobs: list[str],
 ) -> None:
     """Write index.html, distributions.png and .svg, failures.csv and warnings.csv.
 
     Parameters
     ----------
     tables : Parquet files of all batches; others in their folders are left from an earlier study and are removed
+    studied : files of the structures that have pages of their own
     exclude : reasons by place, of what the config leaves out
+    logs : folder of the logs
+    jobs : names of the rules of the study
     """
     run = Path(page).parent
     remove_others(run, tables)
@@ -35,7 +47,9 @@ def main(
     write_table(failures, pd.concat([excluded, failed]).set_axis(["place", "reason"], axis=1))
     told = read_parquet(run, "warnings").sort_values("protein", kind="stable")
     told = told.assign(conformation="", job=JOB)[["protein", "conformation", "job", "sentence"]]
-    write_table(warnings, told)
+    rows = collected_warnings(studied, logs, jobs) if studied else []
+    told = pd.concat([told, pd.DataFrame(rows, columns=list(told))])
+    write_table(warnings, told.drop_duplicates(["protein", "sentence"]))
     layout.save(distributions.figure(measures(surfaces)), Path(png).with_suffix(""))
     values = batches_page(
         run=run.name,
@@ -44,6 +58,7 @@ def main(
         failures=grouped_reasons(failed),
         warnings=warned(Path(warnings)),
         n_batches=len({Path(path).name for path in tables}),
+        studied=rows_of_surfaces(run, [Path(path).relative_to(run).as_posix() for path in studied]),
     )
     write(page, TEMPLATE, **values)
 
@@ -61,9 +76,12 @@ if __name__ == "__main__":
     with job(snakemake):
         main(
             tables=snakemake.input.tables,
+            studied=snakemake.input.studied,
             page=snakemake.output.page,
             failures=snakemake.output.failures,
             warnings=snakemake.output.warnings,
             png=snakemake.output.png,
             exclude=snakemake.params.exclude,
+            logs=snakemake.params.logs,
+            jobs=snakemake.params.jobs,
         )

@@ -14,6 +14,7 @@ from sparsurf.batches import assignment, summary, tables
 from sparsurf.batches.analysis import Structure, analyse_batch
 from sparsurf.cli import command
 from sparsurf.report import batches_page
+from sparsurf.workflow import partial_runs
 from sparsurf.workflow.config import check_config
 
 pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
@@ -190,6 +191,39 @@ def test_the_page_counts_and_groups(many):
     assert "defect" not in page and 'src="distributions.png"' in page
 
 
+def test_a_structure_with_a_page_gets_the_files_of_a_study(many, tmp_path):
+    folder = tmp_path / "pages"
+    shutil.copytree(many, folder)
+    models = [f"MODEL {k:8d}\n{peptide(RESIDUES[:4], origin=(0, 0, k))}ENDMDL\n" for k in (1, 2)]
+    write(folder / "structures/p02.pdb", "".join(models) + "END\n")
+    process = small_study.snakemake(folder, CONFIG | {"pages": ["p02", "p03"]})
+    assert process.returncode == 0, small_study.output(process)
+    run = folder / "results/many"
+    for name in ("p02", "p03"):
+        minimal = pd.read_csv(run / name / "c1/minimal.csv")
+        kept = read(folder, "dots").query("protein == @name").sort_values("rank")
+        assert minimal["dot"].tolist() == kept["dot"].tolist()
+        assert minimal["weight"].tolist() == kept["weight"].tolist()
+    assert pd.read_csv(run / "surfaces.csv")["protein"].tolist() == ["p02", "p03"]
+    page = (run / "index.html").read_text(encoding="utf-8")
+    assert 'href="p02/c1/view.html"' in page and 'src="p03/c1/view.png"' in page
+    assert pd.read_csv(run / "warnings.csv")["sentence"].is_unique
+    with (run / "logs/p02/c1/draw_view.log").open("a") as log:
+        log.write("WARNING told by a page\n")
+    assert sorted(read(folder, "surfaces")["protein"]) == GOOD
+    excluded = partial_runs.exclude_failures(
+        check_config(config_of(tmp_path, pages=["a"])),
+        run,
+        [str(run / "logs/a/c1/draw_view.log"), str(run / "logs/a/choose_frames.log")],
+    )
+    assert sorted(excluded) == ["a/*", "a/c1"]  # its batch keeps it
+    process = small_study.snakemake(folder, CONFIG | {"pages": ["p02", "p03"], "exclude": ["p03/*"]})
+    assert process.returncode == 0, small_study.output(process)
+    assert sorted(read(folder, "surfaces")["protein"]) == GOOD
+    assert pd.read_csv(run / "surfaces.csv")["protein"].tolist() == ["p02"]
+    assert pd.read_csv(run / "warnings.csv").iloc[-1].tolist() == ["p02", "c1", "draw_view", "told by a page"]
+
+
 def test_batches_are_stable():
     sizes = {f"s{k}": 100_000.0 for k in range(1000)}
     batches = assignment.assign_batches(sizes)
@@ -234,6 +268,14 @@ def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
         ({"batch": 0}, "batch is 0, but must be"),
         ({"proteins": {"a": {"pdb": "1ubi"}}}, "proteins.a has `pdb`, but `batch` takes structures alone"),
         ({"proteins": {}}, "proteins is empty"),
+        (
+            {"pages": ["b1"], "proteins": {"b10": {"structure": "a.pdb"}}},
+            "'b1' is none of the proteins; did you mean 'b10'?",
+        ),
+        (
+            {"pages": ["Dots"], "proteins": {"Dots": {"structure": "a.pdb"}}},
+            "pages: 'Dots' is a folder of the study",
+        ),
         ({"sites": {"s": {"query": "a", "residues": "1"}}}, "remove `sites`, or `batch`"),
     ],
 )

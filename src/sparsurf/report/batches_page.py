@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 
+from sparsurf.report.first_page import Rows
 from sparsurf.report.numbers import number, share, span
 
 TEMPLATE = "batches.html.j2"
@@ -20,6 +21,7 @@ def batches_page(
     failures: list[tuple[str, list[str]]],
     warnings: list[tuple[list[str], str]],
     n_batches: int,
+    studied: Rows,
 ) -> dict[str, Any]:
     """Collect the values of the page.
 
@@ -31,6 +33,7 @@ def batches_page(
     failures : list of (reason, names)
     warnings : list of (names, sentence)
     n_batches : int
+    studied : rows of the structures with pages of their own, see `first_page.rows_of`
     """
     n_failed = sum(len(names) for _, names in failures)
     known: dict[str, Any] = {
@@ -42,6 +45,7 @@ def batches_page(
         "warnings": warnings,
         "masked": _masked(surfaces),
         "rows": [],
+        "studied": studied,
     }
     if surfaces.empty:
         return known

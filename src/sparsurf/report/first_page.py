@@ -18,6 +18,7 @@ TEMPLATE = "first.html.j2"
 Gallery = tuple[
     str, list[tuple[str, str]], list[tuple[str, str, str]]
 ]  # heading, (page, name), (page, picture, name)
+Rows = list[tuple[str, str, str, list[str], list[str]]]  # of surfaces: place, page, picture, files, numbers
 NAMES = ["protein", "conformation"]
 FRESH = "fresh dots"
 WORTH = ("Z_tS", "Z_tR", "Z_mean_descriptor")  # of summary.csv, told next to d
@@ -143,7 +144,12 @@ def of_surfaces(
     return known | (numbers(surfaces, **tables) if tables else {})
 
 
-def rows_of(surfaces: pd.DataFrame, files: Iterable[str]) -> list[tuple[str, str, str, list[str], list[str]]]:
+def rows_of_surfaces(folder: Path, files: list[str]) -> Rows:
+    """Format the rows of surfaces.csv, if it is one of the files of a run; see `rows_of`."""
+    return rows_of(read(folder, "surfaces.csv"), files) if "surfaces.csv" in files else []
+
+
+def rows_of(surfaces: pd.DataFrame, files: Iterable[str]) -> Rows:
     """Format a row per surface: its name, its page, the picture of that, files, and its numbers."""
     rows = []
     for row in surfaces.to_dict("records"):

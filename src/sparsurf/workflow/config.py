@@ -9,8 +9,10 @@ from pydantic import ValidationError
 
 from sparsurf import InputError
 from sparsurf.archives import is_file
+from sparsurf.batches.assignment import TABLES
 from sparsurf.files import shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
+from sparsurf.suggestions import did_you_mean
 from sparsurf.workflow.conformations import has_one_model, without_zeros
 from sparsurf.workflow.download import ONLY, allowed, variable
 from sparsurf.workflow.memory import too_large
@@ -258,7 +260,14 @@ def _check_sections(config: dict) -> Iterator[str]:
 def _check_batch(config: dict) -> Iterator[str]:
     """Batches hold single structures, and nothing is measured that needs all of a study."""
     if "batch" not in config:
+        if "pages" in config:
+            yield "pages is for a study with `batch`, and this one gives every protein its pages; remove it."
         return
+    for name in config.get("pages", []):
+        if name not in config["proteins"]:
+            yield f"pages: {shorten(repr(name))} is none of the proteins{did_you_mean(name, config['proteins'])}."
+        elif name.lower() in TABLES:
+            yield f"pages: {name!r} is a folder of the study itself; rename the structure, or give it no page."
     if config["sampling"]["run"]:
         yield "batch needs `sampling: false`: a grid over thousands of structures takes too long."
     for key, given in {

@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 
 ERROR, WARNING, PROGRESS = "ERROR ", "WARNING ", "PROGRESS "
@@ -25,6 +26,38 @@ def lines_after(path: str | Path, word: str) -> list[str]:
 def warnings_in(path: str | Path) -> list[str]:
     """Return the sentences that a job warned with, each once."""
     return list(dict.fromkeys(lines_after(path, WARNING)))
+
+
+def collected_warnings(
+    files: Iterable[str], logs: str | Path, jobs: Iterable[str]
+) -> list[tuple[str, str, str, str]]:
+    """Collect what the jobs of a run warned about.
+
+    Logs of proteins, pairs, sites and conformations without results, and of jobs that the study does not have, are left from
+    earlier studies in the same folder and do not count.
+
+    Parameters
+    ----------
+    files : results of the run
+    logs : folder of the logs, in the folder of the run
+    jobs : names of the rules of the study
+
+    Returns
+    -------
+    list of (protein, conformation, job, sentence)
+    """
+    run = Path(logs).parent
+    folders = {folder.relative_to(run).as_posix() for path in files for folder in Path(path).parents[:-2]}
+    rows: dict[tuple[str, str, str], tuple[str, str, str, str]] = {}
+    for log in sorted(Path(logs).rglob("*.log")):
+        protein, conformation, job_name = place_of_log(log, logs)
+        folder = "/".join(filter(None, (protein, conformation))) or "."
+        if folder in folders and job_name.startswith(tuple(jobs)):
+            for sentence in warnings_in(log):  # once, also where two jobs give it
+                rows.setdefault(
+                    (protein, conformation, sentence), (protein, conformation, job_name, sentence)
+                )
+    return list(rows.values())
 
 
 def failure(path: str | Path) -> str | None:

@@ -478,6 +478,9 @@ class Config(Section):
     batch: Literal["auto"] | Positive = optional(
         "Analyse structures in batches, for thousands of them: auto, or the mean number of structures in a batch."
     )
+    pages: UniqueList[str] = optional(
+        "With `batch`: structures that also get the files and pages of a study (floors, viewer, pictures), by name."
+    )
     plddt: Plddt = optional(
         "Leave out the residues of predicted models (AlphaFold) whose pLDDT is below; other structures stay as they are."
     )

@@ -61,16 +61,18 @@ def exclude_failures(config: dict, run: Path, failed: list[str]) -> dict[str, st
     failed : logs of the jobs that failed
     """
     exclude = dict(config["exclude"])
+    whole = "/*" if "batch" in config else ""  # the page of a structure failed, and its batch keeps it
     for log in failed:
         protein, conformation, job = place_of_log(log, run / "logs")
         over_frames = protein in config["proteins"] and not job.startswith(BEFORE_CONFORMATIONS)
         part = "/".join(filter(None, (protein, conformation or ("*" if over_frames else ""))))
+        part += whole if part and part == protein else ""
         if part:  # jobs over all proteins are needed
             exclude[part] = f"{job}: {failure(log)}"
     for protein in config["proteins"]:
         chosen = chosen_conformations(config, run, protein)
         if chosen and all(_is_in(exclude, f"{protein}/{name}") for name in chosen):
-            exclude.setdefault(protein, "None of its conformations could be finished.")
+            exclude.setdefault(protein + whole, "None of its conformations could be finished.")
     for part, needed in needed_conformations(config).items():
         for name in needed:
             protein, _, conformation = name.partition("/")
@@ -94,9 +96,9 @@ def _is_in(exclude: dict[str, str], part: str) -> bool:
 
 
 def something_is_left(config: dict, run: Path, exclude: dict[str, str]) -> bool:
-    """Return whether any protein with conformations, or any pair, is not excluded."""
+    """Return whether any batch, any protein with conformations, or any pair, is not excluded."""
     proteins = [name for name in config["proteins"] if name not in exclude]
-    if any(chosen_conformations(config, run, name) for name in proteins):
+    if "batch" in config or any(chosen_conformations(config, run, name) for name in proteins):
         return True
     return any(f"pairs/{name}" not in exclude for name in config["pairs"])
 
