@@ -128,12 +128,7 @@ rule draw_frames:
         projection="results/{run}/{protein}/projection.csv",
         explained="results/{run}/{protein}/explained.csv",
     output:
-        png=report(
-            "results/{run}/{protein}/figures/frames.png",
-            caption="src/sparsurf/report/captions/frames.rst",
-            category="{protein}",
-            labels={"result": "Frames and conformations"},
-        ),
+        png=in_report("results/{run}/{protein}/figures/frames.png", "Frames and conformations"),
         svg="results/{run}/{protein}/figures/frames.svg",
     log:
         "results/{run}/logs/{protein}/draw_frames.log",
@@ -298,13 +293,7 @@ rule draw_view:
         grid=branch(config["sampling"]["run"], "results/{run}/{protein}/{conformation}/grid.csv"),
         best=branch(config["sampling"]["run"], "results/{run}/{protein}/{conformation}/best.json"),
     output:
-        page=report(
-            "results/{run}/{protein}/{conformation}/view.html",
-            caption="src/sparsurf/report/captions/view.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Turn, sample and pick dots"},
-        ),
+        page=in_report("results/{run}/{protein}/{conformation}/view.html", "Turn, sample and pick dots"),
         picture="results/{run}/{protein}/{conformation}/view.png",
     log:
         "results/{run}/logs/{protein}/{conformation}/draw_view.log",
@@ -332,13 +321,7 @@ rule tabulate_residues:
         fields="results/{run}/{protein}/{conformation}/fields.npz",
         structure="results/{run}/{protein}/{conformation}/structure.pdb",
     output:
-        table=report(
-            "results/{run}/{protein}/{conformation}/residues.csv",
-            caption="src/sparsurf/report/captions/residues.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Residue by residue"},
-        ),
+        table=in_report("results/{run}/{protein}/{conformation}/residues.csv", "Residue by residue"),
         pdb="results/{run}/{protein}/{conformation}/structure_roughness.pdb",
         cif="results/{run}/{protein}/{conformation}/structure_roughness.cif",
         pml="results/{run}/{protein}/{conformation}/open.pml",
@@ -387,12 +370,7 @@ rule summarise_surfaces:
         best=every_conformation("best.json") if config["sampling"]["run"] else [],
     output:
         table="results/{run}/surfaces.csv",
-        png=report(
-            "results/{run}/required_dots.png",
-            caption="src/sparsurf/report/captions/required_dots.rst",
-            category="All surfaces",
-            labels={"result": "How many dots are enough"},
-        ),
+        png=in_report("results/{run}/required_dots.png", "How many dots are enough", "All surfaces"),
         svg="results/{run}/required_dots.svg",
     log:
         "results/{run}/logs/summarise_surfaces.log",

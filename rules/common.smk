@@ -77,6 +77,17 @@ def any_of(names):
     return "|".join(map(re.escape, names)) or "(?!)"
 
 
+def in_report(path, title, category="{protein}", caption=None):
+    """An output that Snakemake's report shows; `caption` names a file of report/captions/, by default that of the output's name."""
+    return report(
+        path,
+        caption=HOME / f"src/sparsurf/report/captions/{caption or Path(path).stem}.rst",
+        category=category,
+        subcategory="{conformation}" if "{conformation}" in path else None,
+        labels={"result": title},
+    )
+
+
 def log_names(rules):
     """What the names of the logs of rules begin with; the rules themselves may be renamed by a workflow that imports this one."""
     return [Path(str(log)).stem.partition("{")[0] for rule in rules for log in rule.log]

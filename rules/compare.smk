@@ -17,13 +17,7 @@ rule compare_samplers:
         alone="results/{run}/{protein}/{conformation}/compare_alone.csv",
         needed="results/{run}/{protein}/{conformation}/needed.csv",
         centres="results/{run}/{protein}/{conformation}/centres.csv",
-        png=report(
-            "results/{run}/{protein}/{conformation}/figures/compare.png",
-            caption="../src/sparsurf/report/captions/compare.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Samplers compared"},
-        ),
+        png=in_report("results/{run}/{protein}/{conformation}/figures/compare.png", "Samplers compared"),
         svg="results/{run}/{protein}/{conformation}/figures/compare.svg",
     log:
         "results/{run}/logs/{protein}/{conformation}/compare_samplers.log",
@@ -56,12 +50,7 @@ rule summarise_comparison:
         table="results/{run}/compare.csv",
         needed="results/{run}/compare_needed.csv",
         page="results/{run}/compare.html",
-        png=report(
-            "results/{run}/compare.png",
-            caption="../src/sparsurf/report/captions/compare.rst",
-            category="Samplers compared",
-            labels={"result": "Over all proteins"},
-        ),
+        png=in_report("results/{run}/compare.png", "Over all proteins", "Samplers compared"),
         svg="results/{run}/compare.svg",
     log:
         "results/{run}/logs/summarise_comparison.log",

@@ -76,18 +76,12 @@ rule draw_ensemble:
         over_time="results/{run}/{protein}/residues_over_time.csv",
         residues="results/{run}/{protein}/residues.csv",
     output:
-        png=report(
-            "results/{run}/{protein}/figures/ensemble.png",
-            caption="../src/sparsurf/report/captions/ensemble.rst",
-            category="{protein}",
-            labels={"result": "n_S and d over time"},
-        ),
+        png=in_report("results/{run}/{protein}/figures/ensemble.png", "n_S and d over time"),
         svg="results/{run}/{protein}/figures/ensemble.svg",
-        residues_png=report(
+        residues_png=in_report(
             "results/{run}/{protein}/figures/residues.png",
-            caption="../src/sparsurf/report/captions/residues_over_time.rst",
-            category="{protein}",
-            labels={"result": "Residues over time"},
+            "Residues over time",
+            caption="residues_over_time",
         ),
         residues_svg="results/{run}/{protein}/figures/residues.svg",
         page="results/{run}/{protein}/ensemble.html",

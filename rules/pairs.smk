@@ -84,24 +84,19 @@ rule draw_pair:
         unpack(partner_files),
         dots="results/{run}/pairs/{pair}/propensity.csv",
     output:
-        png=report(
-            "results/{run}/pairs/{pair}/book.png",
-            caption="../src/sparsurf/report/captions/book.rst",
-            category="Pairs",
-            labels={"result": "{pair}"},
-        ),
+        png=in_report("results/{run}/pairs/{pair}/book.png", "{pair}", "Pairs"),
         svg="results/{run}/pairs/{pair}/book.svg",
-        view_1=report(
+        view_1=in_report(
             "results/{run}/pairs/{pair}/view_1.html",
-            caption="../src/sparsurf/report/captions/pair_view.rst",
-            category="Pairs",
-            labels={"result": "{pair}, partner 1 to turn"},
+            "{pair}, partner 1 to turn",
+            "Pairs",
+            caption="pair_view",
         ),
-        view_2=report(
+        view_2=in_report(
             "results/{run}/pairs/{pair}/view_2.html",
-            caption="../src/sparsurf/report/captions/pair_view.rst",
-            category="Pairs",
-            labels={"result": "{pair}, partner 2 to turn"},
+            "{pair}, partner 2 to turn",
+            "Pairs",
+            caption="pair_view",
         ),
     log:
         "results/{run}/logs/pairs/{pair}/draw_pair.log",
@@ -123,12 +118,7 @@ rule thin_pair:  # where complementarity.thinning asks for it
         unpack(partner_files),
     output:
         table="results/{run}/pairs/{pair}/thinning.csv",
-        png=report(
-            "results/{run}/pairs/{pair}/thinning.png",
-            caption="../src/sparsurf/report/captions/thinning.rst",
-            category="Pairs",
-            labels={"result": "{pair}, fewer centres"},
-        ),
+        png=in_report("results/{run}/pairs/{pair}/thinning.png", "{pair}, fewer centres", "Pairs"),
         svg="results/{run}/pairs/{pair}/thinning.svg",
     log:
         "results/{run}/logs/pairs/{pair}/thin_pair.log",
@@ -155,19 +145,9 @@ rule summarise_pairs:
         tables=expand("results/{{run}}/pairs/{pair}/agreement.csv", pair=PAIRS),
     output:
         table="results/{run}/pairs/pairs.csv",
-        means=report(
-            "results/{run}/pairs/means.csv",
-            caption="../src/sparsurf/report/captions/pairs.rst",
-            category="Pairs",
-            labels={"result": "Means over pairs"},
-        ),
+        means=in_report("results/{run}/pairs/means.csv", "Means over pairs", "Pairs", caption="pairs"),
         page="results/{run}/pairs/pairs.html",
-        png=report(
-            "results/{run}/pairs/pairs.png",
-            caption="../src/sparsurf/report/captions/pairs.rst",
-            category="Pairs",
-            labels={"result": "All pairs"},
-        ),
+        png=in_report("results/{run}/pairs/pairs.png", "All pairs", "Pairs"),
         svg="results/{run}/pairs/pairs.svg",
     log:
         "results/{run}/logs/summarise_pairs.log",

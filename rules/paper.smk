@@ -11,30 +11,15 @@ rule reproduce_paper:
         required_dots=f"results/{{run}}/{config['paper']}/c1/required_dots.csv",
         bins=f"results/{{run}}/{config['paper']}/c1/rough_and_flat.csv",
     output:
-        page=report(
-            "results/{run}/verdict.html",
-            caption="../src/sparsurf/report/captions/verdict.rst",
-            category="The paper",
-            labels={"result": "Claim by claim"},
-        ),
+        page=in_report("results/{run}/verdict.html", "Claim by claim", "The paper"),
         runs="results/{run}/paper_as_published.csv",
         places="results/{run}/paper_places.csv",
         tests="results/{run}/paper_tests.csv",
-        rows=report(
-            "results/{run}/paper_rows.csv",
-            caption="../src/sparsurf/report/captions/paper_rows.rst",
-            category="The paper",
-            labels={"result": "Table I, row by row"},
-        ),
+        rows=in_report("results/{run}/paper_rows.csv", "Table I, row by row", "The paper"),
         links="results/{run}/paper_links.csv",
         defects="results/{run}/paper_defects.csv",
         family="results/{run}/paper_family.csv",
-        png=report(
-            "results/{run}/table1.png",
-            caption="../src/sparsurf/report/captions/table1.rst",
-            category="The paper",
-            labels={"result": "Table I, published and reproduced"},
-        ),
+        png=in_report("results/{run}/table1.png", "Table I, published and reproduced", "The paper"),
         svg="results/{run}/table1.svg",
     log:
         "results/{run}/logs/reproduce_paper.log",

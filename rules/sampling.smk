@@ -35,12 +35,8 @@ rule tabulate_best:
         distances="results/{run}/{protein}/{conformation}/distances.npz",
         floors="results/{run}/{protein}/{conformation}/floors.csv",
     output:
-        ranges=report(
-            "results/{run}/{protein}/{conformation}/ranges.csv",
-            caption="../src/sparsurf/report/captions/ranges.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Best combination per range of n_S"},
+        ranges=in_report(
+            "results/{run}/{protein}/{conformation}/ranges.csv", "Best combination per range of n_S"
         ),
         best="results/{run}/{protein}/{conformation}/best.json",
         page="results/{run}/{protein}/{conformation}/ranges.html",
@@ -72,55 +68,26 @@ rule draw_figures:
         curves="results/{run}/{protein}/{conformation}/curves.csv",
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
     output:
-        required_dots=report(
-            "results/{run}/{protein}/{conformation}/figures/required_dots.png",
-            caption="../src/sparsurf/report/captions/required_dots.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "How many dots are enough"},
+        required_dots=in_report(
+            "results/{run}/{protein}/{conformation}/figures/required_dots.png", "How many dots are enough"
         ),
-        roughness=report(
-            "results/{run}/{protein}/{conformation}/figures/roughness.png",
-            caption="../src/sparsurf/report/captions/roughness.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Fig. 1, roughness"},
+        roughness=in_report(
+            "results/{run}/{protein}/{conformation}/figures/roughness.png", "Fig. 1, roughness"
         ),
-        number_of_dots=report(
-            "results/{run}/{protein}/{conformation}/figures/number_of_dots.png",
-            caption="../src/sparsurf/report/captions/number_of_dots.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Fig. 2, number of dots"},
+        number_of_dots=in_report(
+            "results/{run}/{protein}/{conformation}/figures/number_of_dots.png", "Fig. 2, number of dots"
         ),
-        number_of_dots_panels=report(
-            "results/{run}/{protein}/{conformation}/figures/number_of_dots_panels.png",
-            caption="../src/sparsurf/report/captions/number_of_dots_panels.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Fig. 2, all panels"},
+        number_of_dots_panels=in_report(
+            "results/{run}/{protein}/{conformation}/figures/number_of_dots_panels.png", "Fig. 2, all panels"
         ),
-        d_over_grid=report(
-            "results/{run}/{protein}/{conformation}/figures/d_over_grid.png",
-            caption="../src/sparsurf/report/captions/d_over_grid.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Fig. 3, d over the grid"},
+        d_over_grid=in_report(
+            "results/{run}/{protein}/{conformation}/figures/d_over_grid.png", "Fig. 3, d over the grid"
         ),
-        rough_and_flat=report(
+        rough_and_flat=in_report(
             "results/{run}/{protein}/{conformation}/figures/rough_and_flat.png",
-            caption="../src/sparsurf/report/captions/rough_and_flat.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Fig. 4, rough and flat patches"},
+            "Fig. 4, rough and flat patches",
         ),
-        subsets=report(
-            "results/{run}/{protein}/{conformation}/figures/subsets.png",
-            caption="../src/sparsurf/report/captions/subsets.rst",
-            category="{protein}",
-            subcategory="{conformation}",
-            labels={"result": "Fig. 5, surfaces"},
-        ),
+        subsets=in_report("results/{run}/{protein}/{conformation}/figures/subsets.png", "Fig. 5, surfaces"),
         svg=expand(
             "results/{run}/{protein}/{conformation}/figures/{figure}.svg",
             figure=FIGURES,
@@ -156,20 +123,12 @@ rule summarise_best:
         roughness=every_conformation("roughness.csv"),
         table="results/{run}/surfaces.csv",
     output:
-        summary=report(
-            "results/{run}/summary.csv",
-            caption="../src/sparsurf/report/captions/summary.rst",
-            category="All surfaces",
-            labels={"result": "Best combination per surface and range of n_S"},
+        summary=in_report(
+            "results/{run}/summary.csv", "Best combination per surface and range of n_S", "All surfaces"
         ),
         relation="results/{run}/relation.csv",
         page="results/{run}/summary.html",
-        png=report(
-            "results/{run}/summary.png",
-            caption="../src/sparsurf/report/captions/summary.rst",
-            category="All surfaces",
-            labels={"result": "Best parameters against mean roughness"},
-        ),
+        png=in_report("results/{run}/summary.png", "Best parameters against mean roughness", "All surfaces"),
         svg="results/{run}/summary.svg",
     log:
         "results/{run}/logs/summarise_best.log",

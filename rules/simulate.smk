@@ -70,12 +70,7 @@ rule judge_simulation:
         energies="results/{run}/{protein}/simulation/energies.csv",
         motion="results/{run}/{protein}/simulation/motion.csv",
         quality="results/{run}/{protein}/simulation/quality.csv",
-        png=report(
-            "results/{run}/{protein}/figures/simulation.png",
-            caption="../src/sparsurf/report/captions/simulation.rst",
-            category="{protein}",
-            labels={"result": "Simulation"},
-        ),
+        png=in_report("results/{run}/{protein}/figures/simulation.png", "Simulation"),
         svg="results/{run}/{protein}/figures/simulation.svg",
     log:
         "results/{run}/logs/{protein}/judge_simulation.log",

@@ -53,24 +53,16 @@ rule draw_site:
         hits="results/{run}/sites/{site}/hits.csv",
         poses="results/{run}/sites/{site}/poses.csv",
     output:
-        png=report(
-            "results/{run}/sites/{site}/site.png",
-            caption="../src/sparsurf/report/captions/site.rst",
-            category="Sites",
-            labels={"result": "{site}"},
-        ),
+        png=in_report("results/{run}/sites/{site}/site.png", "{site}", "Sites"),
         svg="results/{run}/sites/{site}/site.svg",
-        view_1=report(
-            "results/{run}/sites/{site}/view_1.html",
-            caption="../src/sparsurf/report/captions/site_view.rst",
-            category="Sites",
-            labels={"result": "{site} to turn"},
+        view_1=in_report(
+            "results/{run}/sites/{site}/view_1.html", "{site} to turn", "Sites", caption="site_view"
         ),
-        view_2=report(
+        view_2=in_report(
             "results/{run}/sites/{site}/view_2.html",
-            caption="../src/sparsurf/report/captions/site_view.rst",
-            category="Sites",
-            labels={"result": "{site}, best hit to turn"},
+            "{site}, best hit to turn",
+            "Sites",
+            caption="site_view",
         ),
     log:
         "results/{run}/logs/sites/{site}/draw_site.log",
@@ -95,12 +87,7 @@ rule summarise_sites:  # of several searches
         hits=expand("results/{{run}}/sites/{site}/hits.csv", site=SEARCHES),
     output:
         matrix="results/{run}/sites/matrix.csv",
-        png=report(
-            "results/{run}/sites/matrix.png",
-            caption="../src/sparsurf/report/captions/matrix.rst",
-            category="Sites",
-            labels={"result": "All sites on all surfaces"},
-        ),
+        png=in_report("results/{run}/sites/matrix.png", "All sites on all surfaces", "Sites"),
         svg="results/{run}/sites/matrix.svg",
     log:
         "results/{run}/logs/summarise_sites.log",
@@ -147,24 +134,13 @@ rule draw_changes:
         unpack(compared_forms),
         changes="results/{run}/sites/{site}/changes.csv",
     output:
-        png=report(
-            "results/{run}/sites/{site}/changes.png",
-            caption="../src/sparsurf/report/captions/changes.rst",
-            category="Sites",
-            labels={"result": "{site}"},
-        ),
+        png=in_report("results/{run}/sites/{site}/changes.png", "{site}", "Sites"),
         svg="results/{run}/sites/{site}/changes.svg",
-        view_1=report(
-            "results/{run}/sites/{site}/view_1.html",
-            caption="../src/sparsurf/report/captions/site_view.rst",
-            category="Sites",
-            labels={"result": "{site}, form 1 to turn"},
+        view_1=in_report(
+            "results/{run}/sites/{site}/view_1.html", "{site}, form 1 to turn", "Sites", caption="site_view"
         ),
-        view_2=report(
-            "results/{run}/sites/{site}/view_2.html",
-            caption="../src/sparsurf/report/captions/site_view.rst",
-            category="Sites",
-            labels={"result": "{site}, form 2 to turn"},
+        view_2=in_report(
+            "results/{run}/sites/{site}/view_2.html", "{site}, form 2 to turn", "Sites", caption="site_view"
         ),
     log:
         "results/{run}/logs/sites/{site}/draw_changes.log",
