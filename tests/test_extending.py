@@ -1,7 +1,10 @@
 """Every recipe of docs/extending.md, carried out on a small surface."""
 
+import os
 import re
 import shutil
+import subprocess
+import sys
 import types
 
 import numpy as np
@@ -10,6 +13,7 @@ import pytest
 
 from conftest import ROOT
 from small_study import output, snakemake
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches import descriptors, roughness
 from sparsurf.patches.index import build_index
 from sparsurf.patches.islands import patch
@@ -39,6 +43,35 @@ def carried_out(recipe, **names):
     vars(module).update(names)
     exec(re.search(r"```python\n(.*?)```", RECIPES[recipe], re.S).group(1), vars(module))
     return module
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """The library and the files that `make schema` reads and writes, to be changed."""
+    shutil.copytree(
+        ROOT / "src" / "sparsurf", tmp_path / "src" / "sparsurf", ignore=shutil.ignore_patterns("__pycache__")
+    )
+    for name in ("config.yaml", "config/schema.json", "docs/config.md", "docs/columns.md"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    return tmp_path
+
+
+def replace_once(path, old, new):
+    """Change the one place of a file that matches a regular expression."""
+    text, n = re.subn(old, new, path.read_text(encoding="utf-8"), flags=re.M)
+    assert n == 1, f"{path}: {old}"
+    path.write_text(text, encoding="utf-8")
+
+
+def printed(checkout, *arguments):
+    """What Python prints with the changed library."""
+    environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=checkout, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 @pytest.mark.parametrize("recipe", RECIPES)
@@ -105,6 +138,59 @@ def test_a_descriptor(surface, monkeypatch):
     ids = patch(evaluator.index, 3, 6.0)
     far = np.linalg.norm(surface.points[ids] - surface.points[3], axis=1).mean()
     np.testing.assert_allclose(z[0], [len(ids), far], rtol=1e-12)
+
+
+def test_a_column(checkout):
+    """The table has it, and so has the list of all columns, for a study in batches, too."""
+    line, meaning = re.findall(r"```(?:text|python)\n(.*?)\n```", RECIPES["A column"], re.S)
+    library = checkout / "src" / "sparsurf"
+    replace_once(library / "study" / "residues.py", r'^    table\["dots"\] = .*$', rf"\g<0>\n    {line}")
+    replace_once(
+        library / "columns.yaml",
+        "^      - dots: .int, dots, its dots.\n(?=      - kept)",
+        rf"\g<0>      {meaning}\n",
+    )
+    replace_once(library / "batches" / "tables.py", '^        "dots": INT,$', r'\g<0>\n        "atoms": INT,')
+    printed(checkout, "-m", "sparsurf.columns")
+    assert "| `atoms` | int | atoms | its atoms |" in (checkout / "docs" / "columns.md").read_text(
+        encoding="utf-8"
+    )
+    code = """
+import sparsurf
+from sparsurf import columns
+from sparsurf.batches.tables import columns_of
+molecule = sparsurf.read_molecule("topology.pdb", residues="209-210", hydrogens="remove")
+table = sparsurf.residues(sparsurf.surface(molecule), molecule)
+listed = [column.name for column in columns.tables()["<protein>/<conformation>/residues.csv"].columns]
+print(table["atoms"].tolist(), list(table) == [name for name in listed if "<" not in name] == [*columns_of("residues")][1:])
+"""
+    shutil.copy(ROOT / "data" / "tdp43" / "topology.pdb", checkout)
+    molecule = read_molecule(checkout / "topology.pdb", residues="209-210", hydrogens="remove")
+    assert printed(checkout, "-c", code) == f"{np.bincount(molecule.residue_index).tolist()} True\n"
+
+
+def test_a_default(checkout):
+    """Functions, the command line, a study without the key, the schema and the reference page have the new radius."""
+    for constant, path, key in re.findall(r"`(\w+)` of `(.*?)` \| `(\w+)`", RECIPES["A default"]):
+        replace_once(checkout / path, rf"^({constant} = )[\d.]+", r"\g<1>4.25")
+        replace_once(
+            checkout / "src/sparsurf/workflow/models.py", rf"^(    {key}: \w+ = key\()[\d.]+", r"\g<1>4.25"
+        )
+        replace_once(checkout / "config.yaml", rf"^(  {key}: )[\d.]+", r"\g<1>4.25")
+    printed(checkout, "-m", "sparsurf.workflow.config")
+    assert (checkout / "config" / "schema.json").read_text(encoding="utf-8").count('"default": 4.25') == 3
+    assert (checkout / "docs" / "config.md").read_text(encoding="utf-8").count("| `4.25` |") == 3
+    code = """
+import inspect, sparsurf
+from sparsurf.workflow.config import check_config
+from sparsurf.patches.index import R_ZERNIKE
+checked = check_config({"proteins": {"a": {"pdb": "1ubi"}}})
+print(checked["surface"]["probe_radius"], checked["patches"]["R_patch"], checked["patches"]["R_zernike"])
+print(*(inspect.signature(call).parameters[name].default for call, name in (
+    (sparsurf.surface, "probe_radius"), (sparsurf.roughness, "radius"), (sparsurf.descriptors, "radius"))))
+"""
+    assert printed(checkout, "-c", code) == "4.25 4.25 4.25\n4.25 4.25 4.25\n"
+    assert "(default 4.25)" in printed(checkout, "-m", "sparsurf", "surface", "--help")
 
 
 def test_an_output(surface, tmp_path):

@@ -1,4 +1,4 @@
-"""One radius of the probe, wherever a user or a function gives none."""
+"""One default for each radius, wherever a user or a function gives none."""
 
 import inspect
 import pkgutil
@@ -9,8 +9,9 @@ import pytest
 import sparsurf
 from sparsurf.api.inputs import PLACEMENT_DEFAULTS
 from sparsurf.cli.command import main
+from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.surfaces.radii import PROBE_RADIUS
-from sparsurf.workflow.models import Surface
+from sparsurf.workflow.models import Patches, Surface
 
 NAMES = ("probe", "probe_radius")
 
@@ -39,3 +40,8 @@ def test_every_default_radius_of_the_probe_is_that_of_water(capsys):
     with pytest.raises(SystemExit):
         main(["surface", "--help"])
     assert f"radius of the probe in Å (default {PROBE_RADIUS:g})" in capsys.readouterr().out
+
+
+def test_the_patches_of_a_study_have_the_radii_of_the_functions():
+    patches = Patches()
+    assert (patches.R_patch, patches.R_zernike, patches.D_link) == (R_PATCH, R_ZERNIKE, D_LINK)
