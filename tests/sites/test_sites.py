@@ -13,7 +13,8 @@ import sparsurf
 from conftest import ROOT
 from sparsurf import InputError
 from sparsurf.cli.command import main
-from sparsurf.sites import finding
+from sparsurf.patches.descriptors import PATCHES_PER_CALL
+from sparsurf.sites import describing, finding
 from sparsurf.sites.describing import FIELDS, _fill_unknown, load_sites
 from sparsurf.sites.finding import BLOCK, chance, nearest_places, null_terms
 from sparsurf.sites.metric import discriminant, learn_weights, to_metric_space
@@ -427,6 +428,13 @@ def test_places_with_hardly_a_dot_around_are_left_out_and_told(small, caplog):
     caplog.clear()
     sparsurf.describe_sites(dots, percent=100, fields=(), at=at[::2])
     assert "left out" not in caplog.text
+
+
+def test_places_are_described_in_blocks_of_any_size(monkeypatch):
+    whole = sparsurf.describe_sites(PEPTIDE, percent=25)
+    monkeypatch.setattr(describing, "PLACES_AT_ONCE", PATCHES_PER_CALL)
+    in_blocks = sparsurf.describe_sites(PEPTIDE, percent=25)
+    assert len(whole) > 2 * PATCHES_PER_CALL and np.array_equal(in_blocks.numbers, whole.numbers)
 
 
 def test_p_is_gumbels_tail_and_unknown_for_other_settings(small):

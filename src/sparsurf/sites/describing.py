@@ -18,7 +18,7 @@ from sparsurf import InputError
 from sparsurf.dot_fields.registry import compute_fields
 from sparsurf.files import read_archive, read_bytes
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.patches.descriptors import describe, describe_fields
+from sparsurf.patches.descriptors import PATCHES_PER_CALL, describe, describe_fields
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
@@ -32,6 +32,7 @@ RADIUS = 10.0  # Å, of the patches; with 6 Å the first hit is right in 72 of 1
 ORDER = 10  # highest order n of the moments; finer detail differs between two forms of a protein
 SHAPE = "shape"  # the channel next to the fields: r of the rotation-robust descriptor
 MIN_DOTS_IN_PATCH = 12  # of a patch that is described
+PLACES_AT_ONCE = 8 * PATCHES_PER_CALL  # whose float64 moments are in memory: 24 MB with all fields
 VERSION = 2  # of saved Sites
 LABELS = ("chain", "residue", "residue_name")
 # Values of a file that are no arrays, and their kinds in numpy
@@ -305,18 +306,21 @@ def sites_of(
     nearest = np.arange(len(kept)) if at is None else cKDTree(kept.points).query(at)[1]
     places = kept.points if at is None else np.ascontiguousarray(at, np.float64)
     index = linked_by_spacing(kept.points, kept.normals, D_LINK, _area(kept))
-    z, sizes = describe(index, places, radius, True, threads, "rotation_robust")
+    filled = np.array([_fill_unknown(value) for value in kept.fields.values()])
+    low = np.array([n <= ORDER for n, _ in indices()])
+    numbers = np.empty((len(places), 1 + len(kept.fields), low.sum()), np.float16)
+    sizes = np.empty(len(places), np.int32)
+    for begin in range(0, len(places), PLACES_AT_ONCE):
+        block = slice(begin, begin + PLACES_AT_ONCE)
+        z, sizes[block] = describe(index, places[block], radius, True, threads, "rotation_robust")
+        numbers[block, 0] = z[:, low]
+        if len(filled):
+            numbers[block, 1:] = describe_fields(index, places[block], filled, radius, threads)[:, :, low]
     described = sizes >= MIN_DOTS_IN_PATCH
     if not described.any():
         raise InputError(
             f"{name}: no patch has {MIN_DOTS_IN_PATCH} dots; keep more of the dots, or take a larger surface."
         )
-    low = np.array([n <= ORDER for n, _ in indices()])
-    numbers = np.empty((len(places), 1 + len(kept.fields), low.sum()), np.float16)
-    numbers[:, 0] = z[:, low]
-    if kept.fields:
-        filled = np.array([_fill_unknown(value) for value in kept.fields.values()])
-        numbers[:, 1:] = describe_fields(index, places, filled, radius, threads)[:, :, low]
     points, normals = places.astype(np.float32), kept.normals[nearest].astype(np.float32)
     rows = labels[list(LABELS)].take(np.atleast_1d(nearest)).reset_index(drop=True)
     settings = _settings(kept.fields, float(percent), float(radius))
