@@ -45,6 +45,7 @@ def blob():
 @pytest.fixture(scope="session")
 def study(tmp_path_factory):
     """Folder of the small study of small_study.py, finished; one for all workers of pytest-xdist, so nobody changes it."""
+    import warm_python
     from small_study import output, run_study
 
     base = tmp_path_factory.getbasetemp()
@@ -52,7 +53,7 @@ def study(tmp_path_factory):
     with open(base / "study.lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (base / "study.log").is_file():
-            process = run_study(base / "study")
+            process = run_study(base / "study", warm_python.interpreter())
             (base / "study.log").write_text(f"exit code {process.returncode}\n{output(process)}")
     log = (base / "study.log").read_text()
     assert log.startswith("exit code 0\n"), log[-3000:]

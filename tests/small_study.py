@@ -14,6 +14,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import yaml
 
+import warm_python
 from conftest import ROOT
 from peptides import peptide, write
 
@@ -84,30 +85,30 @@ def write_study(folder, address="http://127.0.0.1:1"):
     }
 
 
-def run_study(folder):
-    """Run the small study in a folder; return the finished process."""
+def run_study(folder, python=sys.executable):
+    """Run the small study in a folder with a Python; return the finished process."""
     folder.mkdir()
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=folder))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
-        return snakemake(folder, write_study(folder, f"http://127.0.0.1:{server.server_port}"))
+        config = write_study(folder, f"http://127.0.0.1:{server.server_port}")
+        return snakemake(folder, config, python=python)
     finally:
         server.shutdown()
 
 
-def snakemake(folder, config, *options, root=ROOT):
-    """Run the workflow in a folder of its own; return the finished process."""
-    return subprocess.run(
-        command(folder, config, *options, root=root), capture_output=True, text=True, check=False
-    )
+def snakemake(folder, config, *options, root=ROOT, python=None):
+    """Run the workflow in a folder of its own, with the warm Python or another; return the finished process."""
+    call = command(folder, config, *options, root=root, python=python or warm_python.interpreter())
+    return subprocess.run(call, capture_output=True, text=True, check=False)
 
 
-def command(folder, config, *options, root=ROOT):
+def command(folder, config, *options, root=ROOT, python=sys.executable):
     """Return the command of Snakemake for a config in a folder of its own."""
     folder.mkdir(exist_ok=True)
     (folder / "config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     where = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", folder / "config.yaml"]
-    return [sys.executable, "-m", "snakemake", *map(str, where), "--cores", "2", *options]
+    return [python, "-m", "snakemake", *map(str, where), "--cores", "2", *options]
 
 
 def output(process):

@@ -6,7 +6,6 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
 import time
 
 import numpy as np
@@ -14,6 +13,7 @@ import pandas as pd
 import pytest
 import yaml
 
+import warm_python
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import EMBEDDED, SEQUENCE, SETTINGS, command, copy_of, output, snakemake, write_study
@@ -144,7 +144,14 @@ def checkout(tmp_path_factory):
 
 def make_run(root, *options):
     """Run a study as `make run` does."""
-    command = [sys.executable, root / "scripts" / "study.py", root / "mine.yaml", "--cores", "2", *options]
+    command = [
+        warm_python.interpreter(),
+        root / "scripts" / "study.py",
+        root / "mine.yaml",
+        "--cores",
+        "2",
+        *options,
+    ]
     environment = os.environ | {"PYTHONPATH": str(root / "src")}
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 

@@ -1,0 +1,130 @@
+"""A Python that has imported the library, numba's kernels and Snakemake already: each process is a fork of it.
+
+`interpreter()` returns the path of a command that takes the arguments of Python. Snakemake runs the script of a rule with
+`sys.executable`; where that is this command, the script starts within milliseconds. What is neither a script nor
+`-m snakemake` is handed to the usual Python.
+"""
+
+import atexit
+import functools
+import importlib
+import json
+import os
+import pkgutil
+import runpy
+import select
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+CLIENT = """
+import json, os, socket, sys
+python, address, *arguments = sys.argv[1:]
+if arguments[:1] == ["-m"] and arguments[1] != "snakemake" or arguments[:1] == ["-c"]:
+    os.execv(python, [python, *arguments])
+server = socket.socket(socket.AF_UNIX)
+server.connect(address)
+message = json.dumps([arguments, os.getcwd(), dict(os.environ)]).encode()
+socket.send_fds(server, [len(message).to_bytes(8, "big")], [0, 1, 2])
+server.sendall(message)
+sys.exit((server.recv(1) or b"\\1")[0])
+"""
+
+
+@functools.cache
+def interpreter():
+    """Start the warm Python of this process, once; return the command that runs others as its forks."""
+    folder = Path(tempfile.mkdtemp(prefix="warm-"))
+    (folder / "client.py").write_text(CLIENT)
+    command, address = folder / "python", folder / "socket"
+    quoted = f'"{sys.executable}" -IS "{folder}/client.py" "{sys.executable}" "{address}"'
+    command.write_text(f'#!/bin/sh\nexec {quoted} "$@"\n')
+    command.chmod(0o755)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    server = subprocess.Popen(
+        [sys.executable, __file__, command, address],
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        start_new_session=True,
+    )
+    atexit.register(_stop, server, os.getpid(), folder)
+    assert server.stdout.readline() == b"ready\n"
+    return str(command)
+
+
+def _stop(server, owner, folder):
+    """End the warm Python and all its forks, where this is the process that started it."""
+    if os.getpid() == owner:
+        server.stdin.close()
+        server.wait()
+        shutil.rmtree(folder)
+
+
+def _reap(*_):
+    """Wait for the forks that have ended, so that their time counts as that of the tests."""
+    with suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+
+
+def serve(command, address):
+    """Import what jobs need, then fork for each call; return in the fork that is to run it."""
+    import sparsurf
+    from sparsurf import compile_kernels
+
+    for module in pkgutil.walk_packages(sparsurf.__path__, "sparsurf."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+    for name in ("snakemake.cli", "snakemake.script"):
+        importlib.import_module(name)
+    for part in compile_kernels.PARTS.values():
+        part()
+    listener = socket.socket(socket.AF_UNIX)
+    listener.bind(address)
+    listener.listen(64)
+    os.write(1, b"ready\n")
+    signal.signal(signal.SIGCHLD, _reap)
+    while True:
+        if (
+            sys.stdin in select.select([listener, sys.stdin], [], [])[0]
+        ):  # the tests have ended, or were killed
+            os.killpg(0, signal.SIGKILL)
+        connection, _ = listener.accept()
+        if not os.fork():
+            break
+        connection.close()
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    listener.close()
+    size, streams, _, _ = socket.recv_fds(connection, 8, 3)
+    with connection.makefile("rb") as stream:
+        arguments, folder, variables = json.loads(stream.read(int.from_bytes(size, "big")))
+    if job := os.fork():
+        code = os.waitstatus_to_exitcode(os.waitpid(job, 0)[1])
+        connection.sendall(bytes([code % 256]))
+        os._exit(0)
+    connection.close()
+    for number, stream in enumerate(streams):
+        os.dup2(stream, number)
+        os.close(stream)
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(variables)
+    sys.executable = command
+    return arguments
+
+
+if __name__ == "__main__":
+    sys.argv[:] = serve(*sys.argv[1:])
+    if sys.argv[0] == "-m":
+        del sys.argv[0]
+        sys.path[0] = os.getcwd()
+        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+    else:
+        sys.path[0] = os.path.dirname(os.path.abspath(sys.argv[0]))
+        runpy.run_path(sys.argv[0], run_name="__main__")
