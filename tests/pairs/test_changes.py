@@ -103,6 +103,21 @@ def test_a_form_turned_stays_below_its_floor(form, own, found):
     assert (distances(own.numbers, own.numbers) == 0).all()
 
 
+def test_atoms_are_moved_by_the_root_mean_square_displacement(form, own):
+    """In all directions alike, and turned about their centre before dots are placed."""
+    given = []
+
+    def keep(xyz):
+        given.append(xyz)
+        return form.generate_surface(xyz)
+
+    noise(form._replace(generate_surface=keep), own, np.random.default_rng(4), moved=0.3, draws=1)
+    atoms = form.molecule.xyz[0]
+    moved = given[0] @ random_rotation(np.random.default_rng(4)) + atoms.mean(axis=0) - atoms
+    assert np.sqrt((moved**2).sum(axis=1).mean()) == pytest.approx(0.3, rel=0.05)
+    np.testing.assert_allclose(np.sqrt((moved**2).mean(axis=0)), 0.3 / np.sqrt(3), rtol=0.12)
+
+
 def test_a_mutation_shows_where_it_is(form, own, found):
     molecule, floor = form.molecule, floor_of(found)
     names = np.where(molecule.residue_index == LYSINE, "GLU", molecule.residue_name)

@@ -15,7 +15,7 @@ from sparsurf import InputError
 from sparsurf.cli.command import main
 from sparsurf.patches.descriptors import PATCHES_PER_CALL
 from sparsurf.sites import describing, finding
-from sparsurf.sites.describing import FIELDS, _fill_unknown, load_sites
+from sparsurf.sites.describing import FIELDS, _fill_unknown, load_sites, sites_of
 from sparsurf.sites.finding import BLOCK, chance, nearest_places, null_terms
 from sparsurf.sites.metric import discriminant, learn_weights, to_metric_space
 from sparsurf.sites.pose_search import _likeliest, best_pose, rigid_fit
@@ -76,6 +76,29 @@ def test_an_identical_place_leaves_the_spread_of_unrelated_ones_alone():
     logs = np.log(np.linalg.norm(q[:, None] - pooled, axis=2))
     np.testing.assert_allclose(middle, np.median(logs, axis=1))
     np.testing.assert_allclose(scale, logs.std(axis=1))
+
+
+def test_p_of_a_large_site_takes_it_as_one_of_forty_places():
+    """As many as are superposed; 80 places on a sphere of 8 Å have no term left."""
+    points = np.random.default_rng(0).normal(size=(40, 3))
+    points *= 8 / np.linalg.norm(points, axis=1)[:, None]
+    terms = null_terms(np.concatenate([points, -points]), [3000])
+    np.testing.assert_allclose(terms, [[1, 0, 0, 0]], atol=1e-12)
+    half = null_terms(np.concatenate([points[:10], -points[:10]]), [3000])
+    np.testing.assert_allclose(half, [[1, 0, np.log(0.5), 0]], atol=1e-12)
+
+
+@pytest.mark.parametrize(("n", "described"), [(12, True), (11, False)])
+def test_a_patch_of_twelve_dots_is_described(n, described):
+    x, y = np.divmod(np.arange(float(n)), 4)
+    points = np.stack([x, y, 0 * x], axis=1)
+    dots = sparsurf.Surface(points, np.tile([0.0, 0, 1], (n, 1)))
+    labels = pd.DataFrame(dict.fromkeys(("chain", "residue", "residue_name"), [""] * n))
+    if described:
+        assert len(sites_of(dots, labels, "flat", 100)) == n
+        return
+    with pytest.raises(InputError, match="flat: no patch has 12 dots"):
+        sites_of(dots, labels, "flat", 100)
 
 
 def test_distances_of_equal_places_are_the_least():

@@ -114,6 +114,13 @@ def test_surface_refuses(points, normals, word):
         Surface(np.array(points, float), np.array(normals, float))
 
 
+def test_a_field_may_be_unknown_but_not_infinite():
+    points, normals = np.zeros((1, 3)), np.array([[0, 0, 1.0]])
+    assert np.isnan(Surface(points, normals, fields={"q": [np.nan]}).fields["q"]).all()
+    with pytest.raises(InputError, match="the field q is infinite at a dot"):
+        Surface(points, normals, fields={"q": [np.inf]})
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
@@ -265,6 +272,7 @@ def test_read_csv(tmp_path, header):
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,,0,0,1\n", "line 3 has NaN"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,,1\n", "line 3 has NaN"),
         ("x,y,z,nx,ny,nz\n1,2,rubbish,0,0,1\n", "NaN"),
+        ("x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,\n1,2,4,0,0,1,-inf\n", "line 3 has an infinite q: put NaN"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "line 3 has 8 values, not 6; repair it"),
         ("x,y,z,nx,ny,nz\n9,1,2,3,0,0,1\n", "more values than its header has names"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1,\n", "end no row with a comma"),

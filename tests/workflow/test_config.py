@@ -242,6 +242,11 @@ def test_the_default_config_lists_all_samplers():
             ["ensemble.combination is [1, 1, 1], but needs at least 4 values"],
         ),
         ("sites", {"s": {"query": "a/x/2", "residues": "1"}}, ["sites.s.query is 'a/x/2'", "my_protein/c2"]),
+        (
+            "sites",
+            {"s": {"query": "a", "residues": "1"}},
+            ["sites.s: 'a' is none of the proteins; these are"],
+        ),
         ("sites", {"s": {"query": "a"}}, ["sites.s needs either 'query' and 'residues'"]),
         ("sites", {"s": {"query": "a", "residues": "1", "targets": "b"}}, ["must be all or a list, as [b]"]),
         ("proteins", "none.csv", ["proteins is 'none.csv', but there is no such table."]),

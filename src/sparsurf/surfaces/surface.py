@@ -236,6 +236,8 @@ def _fields(fields: Any, n: int) -> dict[str, np.ndarray]:
     for name, array in arrays.items():
         if array.shape != (n,):
             raise InputError(f"surface: the field {name} has the shape {array.shape}, not {(n,)}.")
+        if np.isinf(array).any():
+            raise InputError(f"surface: the field {name} is infinite at a dot; put NaN where it is unknown.")
     return arrays
 
 
@@ -310,6 +312,10 @@ def surface_of_columns(
     arrays = {name: value[first] for name, value in arrays.items()}
     check_plausibility(arrays["points"], arrays["normals"], path, lambda dot: where(int(first[dot])))
     fields = {name: arrays.pop(name) for name in list(arrays) if name not in ARRAY_NAMES}
+    for name, values in fields.items():
+        if np.isinf(values).any():
+            dot = int(first[np.argmax(np.isinf(values))])
+            raise InputError(f"{path}: {where(dot)} has an infinite {name}: put NaN where it is unknown.")
     area, kind, atom = (arrays.get(name) for name in ("area", "kind", "atom"))
     return Surface(arrays["points"], arrays["normals"], area, kind, atom, fields)
 

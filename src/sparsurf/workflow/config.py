@@ -362,7 +362,7 @@ def _missing_residues(name: str, site: dict, config: dict) -> Iterator[str]:
     """Yield a sentence if the structure of a query can be read and lacks a residue of the site."""
     entry = config["proteins"].get(site["query"].partition("/")[0], {})
     path = entry.get("structure", "")
-    if suffix(path) not in STRUCTURES or not os.path.isfile(path):
+    if not path or suffix(path) not in STRUCTURES or not os.path.isfile(path):
         return
     from sparsurf.files import no_warnings
     from sparsurf.molecules.read_molecule import read_molecule  # imports pandas, which few configs need
