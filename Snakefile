@@ -306,6 +306,7 @@ rule draw_view:
         distance_from_moved_centre=config["sampling"]["distance_from_moved_centre"],
         chance_in_every_patch=config["sampling"]["chance_in_every_patch"],
         seed=config["seed"],
+        title=title_of_page,
         code=REPORT,
     message:
         "Page of {wildcards.protein}/{wildcards.conformation} to look at"

@@ -108,6 +108,12 @@ def all_conformations(protein):
     return first_column(frames)
 
 
+def title_of_page(wildcards):
+    """Name of a conformation on its pages; a single structure goes by the name of its protein."""
+    alone = wildcards.conformation == "c1" and wildcards.protein not in SEVERAL_FRAMES
+    return wildcards.protein if alone else f"{wildcards.protein}/{wildcards.conformation}"
+
+
 def conformations(protein):
     """Names of the conformations of a protein that are not excluded."""
     return [name for name in all_conformations(protein) if not is_excluded(protein, name)]

@@ -36,6 +36,7 @@ rule compare_samplers:
         percents=config["compare"]["percents"],
         samplers=config["compare"].get("samplers"),
         seed=config["seed"],
+        title=title_of_page,
         code=[METHOD, REPORT],
     message:
         "Comparing samplers on {wildcards.protein}/{wildcards.conformation}"

@@ -50,6 +50,7 @@ rule tabulate_best:
     params:
         ranges=config["tables"]["ranges"],
         max_n_s_percent=config["tables"]["max_n_S_percent"],
+        title=title_of_page,
         code=[METHOD, REPORT],
     message:
         "Best combinations of {wildcards.protein}/{wildcards.conformation}"

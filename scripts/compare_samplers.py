@@ -48,6 +48,7 @@ def main(
     samplers: list[str] | None,
     seed: int,
     name: str,
+    title: str,
     threads: int = 1,
 ) -> None:
     """Write compare.csv with its page and figure, and the tables that follow from it.
@@ -60,6 +61,7 @@ def main(
     percents : n_S in % of the dots
     samplers : names; None for all
     name : protein/conformation
+    title : its name on the page
     """
     dots = read_npz(surface)
     rough, best = read_roughness(roughness, dots), read_table(ranges)
@@ -96,7 +98,7 @@ def main(
     write_table(needed, fewer_dots.dots_needed_for_all_uses(comparison))
     area, estimated = area_of(dots)
     facts = comparison_page.comparison_page(
-        name,
+        title,
         comparison,
         fewer_table,
         pair_table,
@@ -110,7 +112,7 @@ def main(
         of_paper=choices_from_ranges(best) is PUBLISHED_CHOICES,
     )
     write(page, comparison_page.TEMPLATE, **facts)
-    layout.save(comparison_figure.comparison_figure(comparison, name), png.removesuffix(".png"))
+    layout.save(comparison_figure.comparison_figure(comparison, title), png.removesuffix(".png"))
 
 
 def _place_dots(structure: str, settings: dict) -> Callable:
@@ -152,5 +154,6 @@ if __name__ == "__main__":
             samplers=snakemake.params.samplers,
             seed=snakemake.params.seed,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            title=snakemake.params.title,
             threads=snakemake.threads,
         )

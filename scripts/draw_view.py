@@ -38,6 +38,7 @@ def main(
     chance_in_every_patch: bool,
     seed: int,
     name: str,
+    title: str,
     threads: int = 1,
 ) -> None:
     """Write view.html and a small picture of it.
@@ -48,6 +49,7 @@ def main(
     grid, best : results of the sampling; None where it was left out
     patches : dict, the section `patches` of the config
     name : protein/conformation
+    title : its name on the page
     """
     dots = with_fields(read_npz(surface), fields)
     rough = read_roughness(roughness, dots)
@@ -67,10 +69,10 @@ def main(
     if components is not None and components.max() > 0:
         shown.append(Values("component of the surface", "component", "", components, "largest", "smallest"))
     for field, numbers in fields_without_component(dots).items():
-        title, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
-        shown.append(Values(title, field, f" {unit}".rstrip(), numbers))
+        words, unit = FIELDS[field][1:] if field in FIELDS else (field.replace("_", " "), "")
+        shown.append(Values(words, field, f" {unit}".rstrip(), numbers))
     text = viewer_page(
-        name,
+        title,
         dots,
         rough,
         prepared.cover,
@@ -107,5 +109,6 @@ if __name__ == "__main__":
             chance_in_every_patch=snakemake.params.chance_in_every_patch,
             seed=snakemake.params.seed,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            title=snakemake.params.title,
             threads=snakemake.threads,
         )

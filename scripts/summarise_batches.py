@@ -10,7 +10,7 @@ from sparsurf.batches.tables import read_parquet
 from sparsurf.report.batches_page import MAX_ROWS, TEMPLATE, batches_page
 from sparsurf.report.figures import distributions, layout
 from sparsurf.report.first_page import rows_of_surfaces, warned
-from sparsurf.report.page import write
+from sparsurf.report.page import embedded_figures, write
 from sparsurf.rounding import write_table
 from sparsurf.workflow.job_logs import collected_warnings
 from sparsurf.workflow.jobs import job
@@ -51,6 +51,9 @@ def main(
     told = pd.concat([told, pd.DataFrame(rows, columns=list(told))])
     write_table(warnings, told.drop_duplicates(["protein", "sentence"]))
     layout.save(distributions.figure(measures(surfaces)), Path(png).with_suffix(""))
+    rows_of_studied = rows_of_surfaces(run, [Path(path).relative_to(run).as_posix() for path in studied])
+    figures = [Path(png).name, *(picture for _, _, picture, _, _ in rows_of_studied if picture)]
+    images = embedded_figures(run, figures)
     values = batches_page(
         run=run.name,
         surfaces=surfaces,
@@ -58,9 +61,9 @@ def main(
         failures=grouped_reasons(failed),
         warnings=warned(Path(warnings)),
         n_batches=len({Path(path).name for path in tables}),
-        studied=rows_of_surfaces(run, [Path(path).relative_to(run).as_posix() for path in studied]),
+        studied=rows_of_studied,
     )
-    write(page, TEMPLATE, **values)
+    write(page, TEMPLATE, **values, images=images, n_outside=len(set(figures) - set(images)))
 
 
 def remove_others(run: Path, tables: list[str]) -> None:

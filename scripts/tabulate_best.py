@@ -21,7 +21,7 @@ def main(
     markdown: str,
     n_ranges: int,
     max_n_s_percent: float,
-    name: str,
+    title: str,
 ) -> None:
     """Write ranges.csv and best.json, and their page.
 
@@ -29,7 +29,7 @@ def main(
     ----------
     n_ranges : number of equal ranges of n_S
     max_n_s_percent : largest n_S, % of all dots, of the restricted best combination
-    name : protein/conformation
+    title : name of the conformation on its page
     """
     result = read_grid(distances)
     table = tables.read_table(grid, len(result.combinations), "combinations")
@@ -38,7 +38,7 @@ def main(
     best_of_all = tables.best_combinations(table, result, max_n_s_percent, noise_floors)
     write_table(ranges, best_in_ranges)
     Path(best).write_text(json.dumps(best_of_all, indent=2) + "\n", encoding="utf-8")
-    values = ranges_page(name, best_in_ranges, best_of_all, best_of_all["references"])
+    values = ranges_page(title, best_in_ranges, best_of_all, best_of_all["references"])
     write(page, TEMPLATE, **values)
     write(markdown, TWIN, **values)
 
@@ -55,5 +55,5 @@ if __name__ == "__main__":
             markdown=snakemake.output.markdown,
             n_ranges=snakemake.params.ranges,
             max_n_s_percent=snakemake.params.max_n_s_percent,
-            name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            title=snakemake.params.title,
         )

@@ -1,5 +1,7 @@
 """Pages: their numbers are those of the tables, they need no other site, they escape what a user named."""
 
+import base64
+import io
 import json
 import re
 from html.parser import HTMLParser
@@ -9,14 +11,16 @@ from urllib.parse import quote, unquote
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 
 import sparsurf
 import write_crate
 import write_front_page
+from browser import Browser, programs
 from sparsurf.report import ensemble_page, pair_page, summary_page
 from sparsurf.report.first_page import TEMPLATE, first_page, main_figure
-from sparsurf.report.numbers import against_zero, interval, number, share, span
-from sparsurf.report.page import TEMPLATES, code, embedded, render
+from sparsurf.report.numbers import against_zero, interval, number, share, short_names, span
+from sparsurf.report.page import TEMPLATES, code, embedded, embedded_figures, render
 
 READINGS = ("as_coded", "as_written")
 D = {"as_coded": 2.51, "as_written": -0.28}  # of the best range
@@ -95,10 +99,10 @@ def write_run(folder, places=(("p", "c1"),)):
             "grid.csv",
             "view.html",
             "ranges.html",
-            "figures/roughness.png",
-            "figures/required_dots.png",
         ):
             (own / name).write_text("x")
+        for name in ("roughness", "required_dots"):
+            Image.new("RGB", (200, 100), "red").save(own / f"figures/{name}.png")
         made = (
             "required_dots.csv",
             "view.html",
@@ -204,6 +208,7 @@ def test_names_that_look_like_numbers_or_gaps_stay_names(tmp_path):
 def test_without_a_grid_each_surface_has_a_row_and_a_picture(tmp_path):
     folder = tmp_path / "run"
     files = [*write_run(folder, [("p", "c1"), ("q", "c1")]), "p/c1/view.png"]
+    Image.new("RGB", (200, 100), "red").save(folder / "p/c1/view.png")
     of_grid = (
         "summary.csv",
         "relation.csv",
@@ -218,10 +223,11 @@ def test_without_a_grid_each_surface_has_a_row_and_a_picture(tmp_path):
     text = first(folder, files)
     page = Page(text)
     assert [row[1:-1] for row in page.rows[1:]] == [
-        ["p/c1", "2,000", "380", "0.60", "1,234", "4.5"],
-        ["q/c1", "2,001", "420", "0.60", "90", "12"],
+        ["p", "2,000", "380", "0.60", "1,234", "4.5"],
+        ["q", "2,001", "420", "0.60", "90", "12"],
     ]
-    assert page.sources == ["p/c1/view.png"] and "q/c1/minimal.csv" in page.links
+    assert [source[:23] for source in page.sources] == ["data:image/webp;base64,"]
+    assert {"p/c1/view.html", "q/c1/minimal.csv"} <= set(page.links)
     assert "d = " not in text and "Best" not in text and "Look closer" not in text
     assert "summary.html" not in page.links and "cross-validated" not in text
     asked = Page(first(folder, files, floor=None)).text["card"]
@@ -255,7 +261,7 @@ def test_a_run_begins_with_what_failed_and_its_warnings(tmp_path):
     text = first(folder, files, exclude=[("<b>bad</b>", "no atoms & no hope.")])
     note = Page(text).text["note"]
     assert "<b>bad</b>" in note and "no atoms & no hope." in note and "<b>bad" not in text
-    assert "2 warnings" in note and "p/c1: Left out: HEM <x>." in note and "q: Cut short." in note
+    assert "2 warnings" in note and "p: Left out: HEM <x>." in note and "q: Cut short." in note
     assert '<details class="note" open>' in text
     assert text.index('class="note"') < text.index('class="cards"')
     many = pd.DataFrame(
@@ -280,7 +286,7 @@ def test_warnings_that_differ_in_numbers_only_are_told_once(tmp_path):
     text = first(folder, files)
     note = Page(text).text["note"]
     assert "9 warnings" in note and "pairs/ab and 3 others alike: ab, partner 1: odd" in note
-    assert "p/c1 and 1 other alike: 5.6 dots, A/7: few" in note
+    assert "p and 1 other alike: 5.6 dots, A/7: few" in note
     assert "5.71" not in note and "far" not in note and 'href="warnings.csv"' in text
     assert "q: qX.pdb: left out 1 X" in note
     assert '<details class="note">' in text
@@ -379,10 +385,63 @@ def test_only_readings_that_were_tried_are_told(tmp_path):
 def test_the_page_stands_alone_and_is_small(tmp_path):
     folder = tmp_path / "run"
     page = first(folder, write_run(folder, [(f"p{k}", "c1") for k in range(65)]))
-    assert len(page.encode()) < 60_000 and "<script" not in page
-    for path in Page(page).links + Page(page).sources:
+    assert len(page.encode()) < 60_000
+    assert {source[:23] for source in Page(page).sources} == {"data:image/webp;base64,"}
+    for path in Page(page).links:
         assert not re.match(r"\w+:|//", path), path
         assert path == "#words" or path in ("summary.html",) or (folder / path).is_file()
+
+
+def test_figures_beyond_the_size_of_a_page_are_read_from_the_folder(tmp_path, monkeypatch):
+    files = write_run(tmp_path, [(f"p{k}", "c1") for k in range(3)])
+    url = len(embedded_figures(tmp_path, ["p0/c1/figures/roughness.png"]).popitem()[1])
+    monkeypatch.setattr("sparsurf.report.page.MAX_PAGE_BYTES", 2 * url)
+    page = Page(first(tmp_path, files))
+    outside = [source for source in page.sources if not source.startswith("data:")]
+    assert outside == [
+        f"p{k}/c1/figures/{name}.png" for k in (1, 2) for name in ("roughness", "required_dots")
+    ]
+    assert "holds its figures, except the last 4" in page.text["soft"]
+
+
+def test_a_figure_inside_a_page_is_the_picture_of_its_file_but_smaller(tmp_path):
+    Image.new("RGBA", (3200, 800), (0, 80, 160, 255)).save(tmp_path / "a.png")
+    urls = embedded_figures(tmp_path, ["a.png", "missing.png", "a.png"])
+    assert list(urls) == ["a.png"]
+    picture = Image.open(io.BytesIO(base64.b64decode(urls["a.png"].removeprefix("data:image/webp;base64,"))))
+    assert picture.size == (1600, 400)
+    assert np.allclose(np.asarray(picture.convert("RGB")).mean(axis=(0, 1)), (0, 80, 160), atol=4)
+
+
+@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
+def test_a_page_that_was_sent_alone_enlarges_its_figures(tmp_path):
+    page, browser = tmp_path / "sent.html", Browser(tmp_path)
+    page.write_text(first(tmp_path / "run", write_run(tmp_path / "run")))
+    try:
+        browser.open(page.as_uri())
+        assert browser.run("return [...document.querySelectorAll('.zoom img')].map(i => i.naturalWidth)") == [
+            200,
+            200,
+            200,
+        ]
+        arrow = "return getComputedStyle(document.querySelector(arguments[0]), '::after').content"
+        assert browser.run(arrow, "a[href='summary.html']").endswith('↗"')
+        assert browser.run(arrow, "a[href='#words']") == "none"
+        browser.click(".zoom")
+        assert browser.run("return document.querySelector('dialog').open")
+        assert browser.run("return document.querySelector('dialog img').naturalWidth") == 200
+        browser.click("dialog")
+        assert not browser.run("return document.querySelector('dialog').open")
+        browser.screen(400, 800)
+        assert browser.run("return document.documentElement.scrollWidth") <= 400
+        assert browser.complaints() == []
+    finally:
+        browser.close()
+
+
+def test_a_single_structure_goes_by_its_name_alone():
+    places = [("p", "c1"), ("q", "c1"), ("q", "c2"), ("r", "f0000")]
+    assert list(short_names(places).values()) == ["p", "q/c1", "q/c2", "r/f0000"]
 
 
 def test_names_are_escaped_everywhere(tmp_path):
@@ -410,7 +469,7 @@ def test_the_script_writes_the_first_page_and_what_failed(tmp_path, monkeypatch)
     assert "q: too few dots." in Page(page.read_text()).text["note"]
     assert failures.read_text() == "place,reason\nq,too few dots.\n"
     assert (
-        'src="p/c1/figures/required_dots.png"' in page.read_text()
+        page.read_text().count("data:image/webp;base64,") == 3  # the main figure, and both of the gallery
         and "prefers-color-scheme" in page.read_text()
     )
 

@@ -644,9 +644,17 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     outputs = {"page": tmp_path / "view.html", "picture": tmp_path / "view.png"}
     rules = {"distance_from_moved_centre": True, "chance_in_every_patch": True, "seed": SETTINGS["seed"]}
     draw_view.main(
-        **inputs, structure=None, **outputs, patches=SETTINGS["patches"], **rules, name="p/c1", threads=1
+        **inputs,
+        structure=None,
+        **outputs,
+        patches=SETTINGS["patches"],
+        **rules,
+        name="p/c1",
+        title="p",
+        threads=1,
     )
     assert (tmp_path / "view.html").read_text() == "the page"
+    assert shown[0][0] == "p"
     (values, field), dots = shown[0][-2:]
     assert (field.name, field.symbol, field.unit) == ("charge of side chains", "charge", " e")
     np.testing.assert_array_equal(field.values, charge)

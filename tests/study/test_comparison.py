@@ -507,7 +507,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         inputs["structure"] = structure if folder.name == "c1" else None
         if folder.name == "c2":
             monkeypatch.setattr(equal_error, "BASELINES", ("paper",))
-        compare_samplers.main(**inputs, **outputs, **asked_for, name=f"blob/{folder.name}")
+        compare_samplers.main(**inputs, **outputs, **asked_for, name=f"blob/{folder.name}", title="blob")
     page = (folders[0] / "compare.html").read_text(encoding="utf-8")
     assert "estimated from their spacing" in page  # this surface has no areas
     assert "own best combinations" in page and " 30 test dots, 2 draws of each subset" in page

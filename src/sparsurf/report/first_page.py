@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import pandas as pd
 
 from sparsurf.recovery.readings import RECOVERED, readings_of_columns
-from sparsurf.report.numbers import against_zero, combination, interval, number, share, span
+from sparsurf.report.numbers import against_zero, combination, interval, number, share, short_names, span
+from sparsurf.report.page import embedded_figures
 from sparsurf.report.site_page import by_rarity, found_on
 
 TEMPLATE = "first.html.j2"
@@ -32,6 +34,7 @@ MAX_WITH_PICTURES = 20  # surfaces, or pairs
 TABLES_OF_ALL = ("surfaces", "summary", "relation")  # over all surfaces; the last two need a grid
 FILES_OF_ROW = ("minimal.csv", "residues.csv")  # linked from the row of a surface
 MAX_RANGE_TABLES = 3  # surfaces with a table of ranges
+LEFT_OUT = "number_of_dots_panels"  # a figure for the supplement
 PAGES = ("ranges", "compare", "ensemble")  # linked from the heading of a surface or a protein
 PAGES_OF_SITE = ("site", "changes")  # and their figures
 DOWNLOADS = {  # files of a surface and what they contain
@@ -77,10 +80,10 @@ def first_page(
     first = "/".join(names[0]) if names else ""
     sampled = "summary.csv" in files  # otherwise the views are linked from the rows
     other = [path for path in files if not path.endswith("/view.html")]
-    return {
+    known = {
         "run": folder.name,
         "without": list(exclude),
-        "warnings": warned(folder / "warnings.csv"),
+        "warnings": warned(folder / "warnings.csv", short_names(names)),
         "surfaces": of_surfaces(folder, files, names, floor) if names else None,
         "fields": of_fields([read(folder, path) for path in files if path.endswith("/fields.csv")]),
         "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
@@ -107,11 +110,24 @@ def first_page(
         "galleries": galleries(names, files if sampled else other)
         + pair_galleries(files)
         + site_galleries(files),
-        "taken_from": first,
+        "taken_from": short_names(names).get(first, first),
         "taken": [
             (f"{first}/{name}", words) for name, words in DOWNLOADS.items() if f"{first}/{name}" in files
         ],
     }
+    figures = [path for path in figures_of(known) if path]
+    images = embedded_figures(folder, figures)
+    return known | {"images": images, "n_outside": len({*figures} - images.keys())}
+
+
+def figures_of(known: dict[str, Any]) -> Iterator[str]:
+    """Yield the figures that the page shows, in order."""
+    if known["main_figure"]:
+        yield known["main_figure"]["path"]
+    for _, _, picture, *_ in known["surfaces"]["rows"] if known["surfaces"] else []:
+        yield picture
+    for _, _, items in known["galleries"]:
+        yield from (picture for _, picture, _ in items)
 
 
 def read(folder: Path, path: str) -> pd.DataFrame:
@@ -151,14 +167,14 @@ def rows_of_surfaces(folder: Path, files: list[str]) -> Rows:
 
 def rows_of(surfaces: pd.DataFrame, files: Iterable[str]) -> Rows:
     """Format a row per surface: its name, its page, the picture of that, files, and its numbers."""
-    rows = []
+    rows, shown = [], short_names(surfaces[NAMES].itertuples(index=False))
     for row in surfaces.to_dict("records"):
         start = f"{row['protein']}/{row['conformation']}/"
         page, picture, *taken = (f"{start}{name}" for name in ("view.html", "view.png", *FILES_OF_ROW))
         cells = [f"{row['N']:,}", number(row["area"], 0), number(row["mean_roughness"])]
         cells += [f"{row['minimal_n_S']:,}", share(row["minimal_n_S_percent"])]
         taken = [path for path in taken if path in files]
-        rows.append((start[:-1], page, picture if picture in files else "", taken, cells))
+        rows.append((shown[start[:-1]], page, picture if picture in files else "", taken, cells))
     return rows
 
 
@@ -192,11 +208,12 @@ def numbers(surfaces: pd.DataFrame, summary: pd.DataFrame, relation: pd.DataFram
     """
     readings = readings_of_columns(surfaces, "best_")
     names = surfaces[NAMES].drop_duplicates().to_numpy().tolist()
+    shown = short_names(names)
     return {
         "d": [d_card(summary, reading, readings[0]) for reading in readings],
         "readings": readings,
         "ranges": [
-            ("/".join(name), ranges_rows(summary[(summary[NAMES] == name).all(axis=1)], readings))
+            (shown["/".join(name)], ranges_rows(summary[(summary[NAMES] == name).all(axis=1)], readings))
             for name in names[:MAX_RANGE_TABLES]
         ],
         "over_all": over_all(summary, relation, readings) if len(names) > 1 else [],
@@ -374,7 +391,7 @@ def galleries(surfaces: list[tuple[str, ...]], files: Iterable[str]) -> list[Gal
     -------
     list of (heading, pages as (path, name), pictures as (page, picture, name))
     """
-    all_galleries = []
+    all_galleries, shown = [], short_names(surfaces)
     for protein in list(dict.fromkeys(protein for protein, _ in surfaces))[:MAX_WITH_PICTURES]:
         folders = [f"{p}/{c}/" for p, c in surfaces[:MAX_WITH_PICTURES] if p == protein]
         for start in [f"{protein}/", *folders]:
@@ -383,7 +400,7 @@ def galleries(surfaces: list[tuple[str, ...]], files: Iterable[str]) -> list[Gal
             items = [(view, picture if picture in files else "", "view")] * (view in files)
             items += [(path, path, name) for path, name in pictures(start, files)]
             linked = [(f"{start}{name}.html", name) for name in PAGES if f"{start}{name}.html" in files]
-            all_galleries.append((start[:-1], linked, items))
+            all_galleries.append((shown.get(start[:-1], start[:-1]), linked, items))
     return [gallery for gallery in all_galleries if gallery[2]]
 
 
@@ -392,7 +409,7 @@ def pictures(start: str, pages: Iterable[str]) -> Iterator[tuple[str, str]]:
     begin = f"{start}figures/"
     for path in pages:
         name = path.removeprefix(begin).removesuffix(".png")
-        if path == f"{begin}{name}.png" and "/" not in name:
+        if path == f"{begin}{name}.png" and "/" not in name and name != LEFT_OUT:
             yield path, name
 
 
@@ -434,10 +451,10 @@ def site_galleries(files: Iterable[str]) -> list[Gallery]:
     return all_galleries[:MAX_WITH_PICTURES]
 
 
-def warned(path: Path) -> list[tuple[list[str], str]]:
+def warned(path: Path, shown: Mapping[str, str] = MappingProxyType({})) -> list[tuple[list[str], str]]:
     """Read (places, sentence) from the warnings.csv of a run; warnings that differ only in numbers are merged into the first.
 
-    A file is named without its folder. Empty if there is no such table.
+    A file is named without its folder, a place by its name in `shown`. Empty if there is no such table.
     """
     if not path.is_file():
         return []
@@ -448,5 +465,5 @@ def warned(path: Path) -> list[tuple[list[str], str]]:
         text = re.sub(r"^\S*/(?=\S+: )", "", sentence.removeprefix(f"{place}: "))
         names = "|".join(re.escape(name) for name in place.split("/"))
         kind = re.sub(rf"\b({names})\b|[0-9][0-9.,]*", "", text)
-        merged.setdefault(kind, (text, []))[1].append(place)
+        merged.setdefault(kind, (text, []))[1].append(shown.get(place, place))
     return [(places_, text) for text, places_ in merged.values()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     Row: TypeAlias = Mapping[Any, Any] | pd.Series  # of a table
+
+SINGLE = "c1"  # conformation of a structure that has no others
 
 
 def number(x: float | None, digits: int = 2) -> str:
@@ -48,3 +51,14 @@ def against_zero(low: float, high: float) -> str:
     if math.isnan(low):
         return "unknown"
     return "above" if low > 0 else "below" if high < 0 else "around"
+
+
+def short_names(places: Iterable[Iterable[str]]) -> dict[str, str]:
+    """Name places (protein, conformation) for pages: protein/conformation, or the protein alone if it is a single structure."""
+    names = ["/".join(place) for place in places]
+    proteins = Counter(name.split("/")[0] for name in dict.fromkeys(names))
+    return {
+        name: protein if conformation == SINGLE and proteins[protein] == 1 else name
+        for name in names
+        for protein, conformation in [name.split("/")]
+    }

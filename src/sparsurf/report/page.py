@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import base64
+import io
 import re
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,8 +16,10 @@ from markupsafe import Markup, escape
 from sparsurf.report.numbers import number, share
 
 TEMPLATES = Path(__file__).with_name("templates")
-# Of a figure inside a page; browsers show no page above 1.5 MB inside Snakemake's report
-MAX_FIGURE_BYTES = 500_000
+MAX_FIGURE_BYTES = 500_000  # of a figure inside a page
+MAX_PAGE_BYTES = 10_000_000  # of all figures inside a page, so that it can be sent
+MAX_FIGURE_PIXELS = 1600  # across a figure inside a page
+WEBP_QUALITY = 85  # a figure of 1 MB becomes one of 0.15 MB that looks the same
 
 
 def embedded(path: Path | str) -> str | None:
@@ -25,6 +29,28 @@ def embedded(path: Path | str) -> str | None:
         return None
     kind = {".svg": "svg+xml"}.get(path.suffix, path.suffix[1:])
     return f"data:image/{kind};base64," + base64.b64encode(path.read_bytes()).decode()
+
+
+def embedded_figures(folder: Path, paths: Iterable[str]) -> dict[str, str]:
+    """Encode pictures as data URLs, small enough to be sent: the first that fit into MAX_PAGE_BYTES, by path from `folder`."""
+    from PIL import Image  # comes with matplotlib
+
+    urls: dict[str, str] = {}
+    size = 0
+    for path in dict.fromkeys(paths):
+        if not (folder / path).is_file():
+            continue
+        with Image.open(folder / path) as file:
+            picture = file.convert("RGB")
+        picture.thumbnail((MAX_FIGURE_PIXELS, MAX_FIGURE_PIXELS))
+        encoded = io.BytesIO()
+        picture.save(encoded, "WEBP", quality=WEBP_QUALITY)
+        url = "data:image/webp;base64," + base64.b64encode(encoded.getvalue()).decode()
+        size += len(url)
+        if size > MAX_PAGE_BYTES:
+            break
+        urls[path] = url
+    return urls
 
 
 def code(sentence: str) -> Markup:

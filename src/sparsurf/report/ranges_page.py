@@ -25,7 +25,7 @@ def ranges_page(
 
     Parameters
     ----------
-    name : str, protein/conformation
+    name : str, of the conformation
     ranges : DataFrame
         See `tables.ranges_table`.
     best, references : dict

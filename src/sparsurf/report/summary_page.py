@@ -11,7 +11,7 @@ from scipy.special import bdtr
 
 from sparsurf.patches.readings import WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED, readings_of_columns
-from sparsurf.report.numbers import combination, interval, number, share, span
+from sparsurf.report.numbers import combination, interval, number, share, short_names, span
 from sparsurf.study.required_dots import COLUMN_PREFIX, CURVE_PERCENTS
 from sparsurf.study.required_dots import MIN_DOTS as FEWEST_DOTS
 
@@ -35,6 +35,7 @@ def summary_page(
     """
     readings = readings_of_columns(surfaces, "best_")
     known = relation[relation["p"].notna()]
+    names = short_names(surfaces[["protein", "conformation"]].itertuples(index=False))
     columns = 7 if len(known) else 5  # the last two are empty where nothing was tested
     return {
         "run": run,
@@ -45,7 +46,7 @@ def summary_page(
         "related": int((known["p"] < SIGNIFICANT).sum()),
         "rows_tested": len(known),
         "by_chance": by_chance(len(known)),
-        "surfaces": [surface_row(row, readings) for _, row in surfaces.iterrows()],
+        "surfaces": [surface_row(row, readings, names) for _, row in surfaces.iterrows()],
         "floors": floor_rows(surfaces),
         "relations": {
             reading: [row[:columns] for row in relation_rows(relation[relation["reading"] == reading])]
@@ -60,9 +61,10 @@ def by_chance(n: int) -> int:
     return next(k for k in range(n + 1) if bdtr(k, n, SIGNIFICANT) >= 1 - SIGNIFICANT)
 
 
-def surface_row(row: pd.Series, readings: list[str]) -> list[str]:
+def surface_row(row: pd.Series, readings: list[str], names: dict[str, str]) -> list[str]:
     """Format one surface: its name, dots, mean roughness, then best combination and d with interval by reading."""
-    cells = [f"{row['protein']}/{row['conformation']}", f"{row['N']:,}", number(row["mean_roughness"], 3)]
+    name = names[f"{row['protein']}/{row['conformation']}"]
+    cells = [name, f"{row['N']:,}", number(row["mean_roughness"], 3)]
     for reading in readings:
         ends = (row[f"d_cv_{end}{reading}"] for end in ("", "low_", "high_"))
         cells += [row[f"best_{reading}"], interval(*ends)]
