@@ -1,10 +1,11 @@
-"""The tutorial, word for word: its commands and its Python, on a short peptide."""
+"""Pages of the book, word for word: their commands and their Python, on a short peptide."""
 
 import os
 import re
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -12,12 +13,15 @@ import pytest
 from conftest import ROOT
 from sparsurf.workflow.config import check_config, read_config
 
-TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+
+def page(name):
+    """The source of a page of the book."""
+    return (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
 
 
-def blocks(language):
+def blocks(language, name="tutorial"):
     """The code blocks of a language, in their order."""
-    return re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.M | re.S)
+    return re.findall(rf"^```{language}\n(.*?)^```", page(name), re.M | re.S)
 
 
 @pytest.fixture(scope="module")
@@ -63,3 +67,22 @@ def test_its_study_is_one(folder, monkeypatch):
     (folder / "my_study.yaml").write_text(config)
     monkeypatch.chdir(folder)
     assert check_config(read_config("my_study.yaml"))["run"] == "my_study"
+
+
+def test_few_dots_serve_a_descriptor_of_ones_own_as_its_page_says(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(ROOT / "evidence" / "quick" / "piece_1.pdb", "protein.pdb")
+    exec("".join(blocks("python", "own_descriptor")), {})
+    (_, floor), *rows = (line.split() for line in capsys.readouterr().out.splitlines())
+    errors = pd.DataFrame(rows, columns=["percent", "as they are", "reconstructed"], dtype=float)
+    assert (errors["reconstructed"] < errors["as they are"]).all()
+    assert errors["as they are"].iloc[0] > 3 * float(floor) > errors["reconstructed"].iloc[2]
+
+
+def test_the_study_of_two_forms_is_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("open", "closed"):
+        shutil.copy(ROOT / "evidence" / "quick" / "piece_1.pdb", f"{name}.pdb")
+    (config,) = blocks("yaml", "compare_forms")
+    Path("my_study.yaml").write_text(config)
+    assert check_config(read_config("my_study.yaml"))["sites"]["opening"]["changes"] == ["open", "closed"]
