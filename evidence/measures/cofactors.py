@@ -15,6 +15,7 @@ from measures.sites import COMPOSITION, residues_around
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.sites.describing import Sites
 from sparsurf.sites.finding import find_site
+from sparsurf.surfaces.surface import Surface
 
 RIGHT = 6.0  # Å between the middle of a laid cofactor and that of the target's
 OTHER_FOLD = 0.5  # TM-score below which two proteins do not share a fold
@@ -90,7 +91,14 @@ def _laid_by_find(
     }
 
 
-def _above(site: Sites, molecule: Molecule) -> np.ndarray:
+def points_above(molecule: Molecule) -> np.ndarray:
+    """Points above a tenth of the dots of a protein, as `_above` of its places: (P, 3)."""
+    dots = sparsurf.surface(molecule)
+    kept = dots.take(sparsurf.sample(dots, percent=10))
+    return _above(kept, molecule)
+
+
+def _above(site: Sites | Surface, molecule: Molecule) -> np.ndarray:
     """Points `ABOVE` the places of a surface where there is room: no atom of the protein is nearer than that."""
     above = site.points + ABOVE * site.normals
     room = cKDTree(molecule.xyz[0]).query(above)[0] >= ABOVE

@@ -3,7 +3,7 @@
 import logging
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import sparsurf
 from measures.alignments import ALIGNMENTS, aligned_residues, alignments, alpha
+from measures.fpfh import fpfh
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
@@ -32,7 +33,7 @@ CHANNELS = {
     "shape, hydropathy, potential": ("hydropathy", "potential"),
     "shape, all fields": FIELDS,
 }
-COMPOSITION, PUBLISHED, FPFH = OPPONENTS = "residue composition", "published descriptor", "FPFH (Open3D)"
+COMPOSITION, PUBLISHED, FPFH = "residue composition", "published descriptor", "FPFH"
 MAIN = 10  # % of the dots: at which weights are chosen; candidates where patches are cut from all dots
 MOST = 20  # maximal share of the dots that are candidates, %
 AROUND = 6.0  # Å; the atoms within this distance define how a place moved
@@ -126,7 +127,7 @@ def forms(
             if len(own) >= 3:
                 site = sparsurf.describe_sites(few[0], percent=100, fields=FIELDS, at=dots.points[own])
                 out["true_site"] = true[own]
-    for name, describe in opponents().items():
+    for name, describe in OPPONENTS.items():
         out[f"query {name}"] = describe(bound, dots, dots.points[sought])
         out[f"target {name}"] = describe(turned, other, other.points[kept[1]])
     out["place of all"] = other.points[kept[1]]
@@ -223,28 +224,17 @@ def _published(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndar
 
 
 def _fpfh(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
-    """Fast point feature histograms (Rusu, Blodow & Beetz, ICRA 2009) within RADIUS, of MOST of the dots: (P, 33)."""
-    import open3d
-
+    """Fast point feature histograms within RADIUS, of MOST of the dots: (P, 33)."""
     at = cKDTree(dots.points).query(places)[1]
     own = np.union1d(at, sparsurf.sample(dots, percent=MOST))
-    places, normals = (open3d.utility.Vector3dVector(each[own]) for each in (dots.points, dots.normals))
-    cloud = open3d.geometry.PointCloud(places)
-    cloud.normals = normals
-    around = open3d.geometry.KDTreeSearchParamRadius(RADIUS)
-    histograms = open3d.pipelines.registration.compute_fpfh_feature(cloud, around).data.T
-    return histograms[np.searchsorted(own, at)].astype(np.float32)
+    return fpfh(dots.points[own], dots.normals[own], RADIUS)[np.searchsorted(own, at)].astype(np.float32)
 
 
-def opponents() -> dict[str, Callable]:
-    """Other descriptors by name, functions (molecule, dots, places) -> (P, M) float32; FPFH where Open3D is installed."""
-    others = {COMPOSITION: _composition, PUBLISHED: _published}
-    try:
-        import open3d  # noqa: F401
-    except ImportError as error:
-        log.warning("%s is left out (%s): pip install open3d.", FPFH, error)
-        return others
-    return others | {FPFH: _fpfh}
+OPPONENTS = {
+    COMPOSITION: _composition,
+    PUBLISHED: _published,
+    FPFH: _fpfh,
+}  # (molecule, dots, places) -> (P, M) float32
 
 
 def described(

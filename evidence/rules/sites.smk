@@ -18,6 +18,7 @@ RELATIVES = {
     f"{name}-{name}": {"family": "the same protein", "query": name, "relative": name}
     for name in (f"{form}_{side}" for form in FORMS[1::2] for side in "rl")
 }
+PAIRS_OF_RELATIVES = [pair for pair in RELATIVES.values() if pair["family"] != "the same protein"]
 
 
 def bound_forms(wildcards):
@@ -275,9 +276,33 @@ rule measure_cofactors:
         "../measure_cofactors.py"
 
 
+rule learn_cofactors:
+    input:
+        sites=f"{DATA}/cofactors/sites.csv",
+        answers=f"{TABLES}/cofactors.csv",
+        queries=ancient([structure_file(pair["query"]) for pair in PAIRS_OF_RELATIVES]),
+        relatives=ancient([structure_file(pair["relative"] + "_u") for pair in PAIRS_OF_RELATIVES]),
+    output:
+        table=f"{TABLES}/cofactors_learned.csv",
+        means=f"{TABLES}/cofactors_learned_means.csv",
+    log:
+        f"{RESULTS}/logs/learn_cofactors.log",
+    params:
+        seed=config["seed"],
+    message:
+        "Sites of cofactors across folds by learned weights"
+    script:
+        "../learn_cofactors.py"
+
+
 COFACTOR_TABLES = []
 if DATA and Path(DATA, "cofactors", "sites.csv").is_file() and find_spec("tmtools"):
-    COFACTOR_TABLES = [f"{TABLES}/cofactors.csv", f"{TABLES}/cofactors_means.csv"]
+    COFACTOR_TABLES = [
+        f"{TABLES}/cofactors.csv",
+        f"{TABLES}/cofactors_means.csv",
+        f"{TABLES}/cofactors_learned.csv",
+        f"{TABLES}/cofactors_learned_means.csv",
+    ]
 elif workflow.is_main_process:
     print(
         "cofactors.csv is left out: it needs cofactors/ in EVIDENCE_DATA, and pip install tmtools.",

@@ -11,6 +11,8 @@ OPTIONAL_TABLES = {  # requested where their program and structures are there
     "potential_apbs_means.csv": "POTENTIAL_TABLES",
     "cofactors.csv": "COFACTOR_TABLES",
     "cofactors_means.csv": "COFACTOR_TABLES",
+    "cofactors_learned.csv": "COFACTOR_TABLES",
+    "cofactors_learned_means.csv": "COFACTOR_TABLES",
 }
 
 
@@ -21,7 +23,7 @@ def test_every_committed_table_is_requested_and_written_by_a_rule():
         assert f'f"{{TABLES}}/{table}"' in rules, table
         if names := OPTIONAL_TABLES.get(table):
             assert f"lambda wildcards: {names}," in requested, table
-            listed = " ".join(re.findall(rf"^    {names} = \[(.*)\]$", rules, re.MULTILINE))
+            listed = " ".join(re.findall(rf"^    {names} = \[(.*?)\]$", rules, re.MULTILINE | re.DOTALL))
             assert f'f"{{TABLES}}/{table}"' in listed, table
         else:
             assert f'f"{{TABLES}}/{table}"' in requested, table

@@ -1,16 +1,17 @@
 """Finding sites again: outcomes against plain counts, where places moved to, and ranges of the tables."""
 
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial.transform import Rotation
 
 import score_sites
 import tabulate_means
 from conftest import ROOT
 from measures import sites
+from measures.fpfh import fpfh
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.complexes import superpose_onto
 from sparsurf.sites.finding import chance
@@ -73,17 +74,32 @@ def test_means_are_of_each_group_of_the_rows_that_count(tmp_path):
     assert rows == [["b", 0.75, 0.5, 2], ["a", 0.75, 0.75, 1]]
 
 
-def test_opponents_that_are_not_installed_are_left_out_and_named(monkeypatch, caplog):
-    monkeypatch.setitem(sys.modules, "open3d", None)
-    assert [*sites.opponents()] == ["residue composition", "published descriptor"]
-    assert "FPFH (Open3D) is left out" in caplog.text
+def test_every_described_opponent_is_scored(monkeypatch):
     rng = np.random.default_rng(0)
     places = 9 * rng.random((9, 3))
     arrays = {"place 10": places, "place of all": places, "true": places[:4]}
     arrays |= {"interface": np.array([True, True, False, False]), "moved": np.array([0.0, 3, 0, np.nan])}
-    arrays |= {"query FPFH (Open3D)": rng.random((4, 33)), "target FPFH (Open3D)": rng.random((9, 33))}
+    arrays |= {"query FPFH": rng.random((4, 33)), "target FPFH": rng.random((9, 33))}
     monkeypatch.setattr(sites, "CHANNELS", {})
-    assert {row["channels"] for row in sites.scores(arrays, None)} == {"FPFH (Open3D)"}
+    assert {row["channels"] for row in sites.scores(arrays, None)} == {"FPFH"}
+
+
+def test_histograms_of_features_are_those_by_hand():
+    """Of three dots on a line across their normals, and of one far away."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0], [99, 0, 0]])
+    tilted = np.array([0, np.sin(1.0), np.cos(1.0)])  # by 1 rad around the line
+    normals = np.array([[0.0, 0, 1], [0, 0, 1], tilted, [0, 0, 1]])
+    found = fpfh(points, normals, 2.5).reshape(4, 3, 11)
+    # line x normal is -y: the tilted normal lies at atan2(0, cos 1) = 0 and at -sin 1 = -0.84 along it, bin 0
+    assert np.argwhere(found[0] > 0).tolist() == [[0, 5], [1, 0], [1, 5], [2, 5]]
+    own, weights = {0: [0, 100], 1: [50, 50], 2: [100, 0]}, {(0, 1): 1.0, (1, 2): 0.25}
+    np.testing.assert_allclose(found[0, 1, [0, 5]], np.add(own[0], own[1]))
+    beside = (weights[0, 1] * np.array(own[0]) + weights[1, 2] * np.array(own[2])) / 1.25
+    np.testing.assert_allclose(found[1, 1, [0, 5]], own[1] + beside)
+    np.testing.assert_allclose(found.sum(axis=2)[:3], 200)
+    assert not found[3].any()
+    turn = Rotation.random(random_state=2).as_matrix()
+    np.testing.assert_allclose(fpfh(points @ turn, normals @ turn, 2.5).reshape(4, 3, 11)[:2], found[:2])
 
 
 def test_the_potential_is_that_of_apbs(tmp_path):

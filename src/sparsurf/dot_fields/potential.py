@@ -4,7 +4,7 @@ phi(x) = GAIN k sum_j q_j exp(-r_j / DEBYE) / (eps(r_j) r_j), in kT/e. The diele
 in a sigmoid, as in Mehler & Solmajer (Protein Eng. 4:903, 1991): the molecule screens charges nearby, the water those
 farther away. Dots lie on the boundary of the two, so that eps rises at shorter distances than inside a protein. The
 constants were fitted to solutions of the Poisson-Boltzmann equation by APBS on four proteins, GAIN on 43
-(docs/finding_sites.md).
+(docs/site_settings.md).
 """
 
 from __future__ import annotations
