@@ -57,6 +57,7 @@ rule analyse_conformation:
         minimal=config["minimal"],
         fields=config["fields"],
         seed=config["seed"],
+        title=title_of_page,
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
         code=[METHOD, REPORT],
     message:

@@ -26,6 +26,7 @@ def main(
     seed: int,
     molecule_options: dict,
     name: str,
+    title: str,
     threads: int = 1,
 ) -> None:
     """Write what the rules of these steps write; `outputs` are the paths by their names in rules/minimal.smk."""
@@ -93,6 +94,7 @@ def main(
         best=None,
         page=outputs["page"],
         picture=outputs["picture"],
+        title=title,
         **rules,
     )
     tabulate_residues.main(
@@ -130,5 +132,6 @@ if __name__ == "__main__":
             seed=snakemake.params.seed,
             molecule_options=snakemake.params.molecule_options,
             name=f"{snakemake.wildcards.protein}/{snakemake.wildcards.conformation}",
+            title=snakemake.params.title,
             threads=snakemake.threads,
         )

@@ -6,6 +6,7 @@ A site of one frame is sought on the surface of another frame, half a nanosecond
 """
 
 import matplotlib.pyplot as plt
+import numpy as np
 
 import sparsurf
 
@@ -19,11 +20,15 @@ hits = sparsurf.find(before, after, residues="222-228", n=1)
 print(hits[["residue", "residue_name", "score", "places"]].round(2))
 
 # %%
-# The hit lies among the residues of the site. Every place of the surface, and the hit on it:
+# The hit lies among the residues of the site. The surface of the second frame, with the site as it was and the hit:
 
-ax = plt.figure(figsize=(6, 5), layout="constrained").add_subplot(projection="3d")
-ax.scatter(*after.points.T, s=1, color="0.75")
-own = after.labels["residue"].astype(int).between(222, 228)
-ax.scatter(*after.points[own].T, s=4, color="#35b779", label="residues 222 to 228")
-ax.scatter(*hits[["x", "y", "z"]].to_numpy().T, s=60, color="#d55e00", label="hit")
-ax.legend()
+dots = sparsurf.surface(molecule, frame=1)
+residue = dots.to_frame(molecule)["residue"].astype(int)
+site = np.where(residue.between(222, 228), residue, np.nan)
+distance = np.linalg.norm(dots.points - hits[["x", "y", "z"]].to_numpy()[0], axis=1)
+
+fig = plt.figure(figsize=(9, 4), layout="constrained")
+for k, (values, title) in enumerate(
+    [(site, "residues of the site"), (distance, "distance to the hit, Å")]
+):
+    dots.plot(values, ax=fig.add_subplot(1, 2, k + 1)).set_title(title)

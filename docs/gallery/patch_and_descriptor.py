@@ -27,10 +27,8 @@ image = binned_statistic_2d(x, y, r, bins=25).statistic
 z_nm = sparsurf.descriptors(dots, [dot])[0]
 
 fig = plt.figure(figsize=(10, 3.3), layout="constrained")
-solid = fig.add_subplot(131, projection="3d")
-solid.scatter(x, y, z, c=r, s=4)
-solid.set_aspect("equal")
-solid.set_title("patch, turned upwards")
+solid = dots.take(own).plot(r, ax=fig.add_subplot(131))
+solid.set_title("patch, seen from above")
 flat = fig.add_subplot(132)
 flat.imshow(image.T, origin="lower")
 flat.set_title("image: distance to the tip")

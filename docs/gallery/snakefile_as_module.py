@@ -5,18 +5,18 @@ The study inside a workflow of yours
 Snakemake imports the study as a module. Your rules can make its inputs and read its outputs.
 """
 
-import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-import matplotlib.pyplot as plt
+import sparsurf
 
 checkout = Path("../..").resolve()
 folder = Path(tempfile.mkdtemp())
-peptide = f"{{structure: {checkout}/data/tdp43/topology.pdb}}"
-(folder / "config.yaml").write_text(f"run: mine\nproteins: {{peptide: {peptide}}}\n")
+peptide = f"{{structure: {checkout}/data/tdp43/topology.pdb, residues: 209-222}}"
+config = f"run: mine\nsampling: false\nproteins: {{peptide: {peptide}}}\n"
+(folder / "config.yaml").write_text(config)
 (folder / "Snakefile").write_text(f"""
 configfile: "config.yaml"
 module sparsurf:
@@ -25,16 +25,15 @@ module sparsurf:
 
 use rule * from sparsurf as sparsurf_*
 
-rule mine:  # of yours, with an output of the study
+rule mine:  # of yours; c1 is the conformation of a single structure
     default_target: True
-    input: "results/mine/peptide/f0/minimal.csv"
-    shell: "wc -l {{input}}"
+    input: "results/mine/peptide/c1/minimal.csv"
+    output: "length.txt"
+    shell: "wc -l < {{input}} > {{output}}"
 """)
-run = f"{sys.executable} -m snakemake --dry-run --quiet host --cores 1".split()
-done = subprocess.run(run, cwd=folder, capture_output=True, text=True, check=True)
-jobs = dict(re.findall(r"^(\w+) +(\d+)$", done.stdout + done.stderr, re.M))
+run = f"{sys.executable} -m snakemake --quiet all --cores 1".split()
+subprocess.run(run, cwd=folder, check=True)
+print((folder / "length.txt").read_text().strip(), "lines in minimal.csv")
 
-fig, ax = plt.subplots(figsize=(6, 3), layout="constrained")
-names = [name for name in jobs if name != "total"]
-ax.barh(names[::-1], [int(jobs[name]) for name in names[::-1]])
-ax.set(xlabel="jobs", title="What your rule needs")
+dots = sparsurf.read_surface(folder / "results/mine/peptide/c1/surface.npz")
+dots.plot(sparsurf.roughness(dots)).set_title("roughness R of each dot")
