@@ -12,10 +12,10 @@ from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import DEFAULT_SEED
 
 EXAMPLES = """\
-Without --percent, --dots or --max-error, as few dots are kept as give the surface back: the surface recovered from them differs
-from the whole no more than other dots of the same surface do, within a fifth. `sparsurf recover` makes that surface. For a
-structure, the other dots are placed on its atoms. For a file of dots they come from the recovered surface and differ less, so
-that more dots are kept. Z falls slowly there, so the number has a 95 % interval: another --seed keeps another number in it.
+By default, the smallest subset is kept from which the surface can be recovered: the recovered surface differs from the whole
+no more than other dots of the same surface do, within a fifth. `sparsurf recover` makes that surface. For a structure, the
+other dots are placed on its atoms. For a file of dots they come from the recovered surface and differ less, so that more
+dots are kept. Z falls slowly there, so the number has a 95 % interval: another --seed keeps another number in it.
 
 Each dot comes with `dot`, its number on the surface from 0, and `weight`, the number of dots that it stands for. `spacing` is
 the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.
