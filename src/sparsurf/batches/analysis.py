@@ -14,6 +14,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.batches.assignment import TABLES
+from sparsurf.batches.tables import pack_dots
 from sparsurf.dot_fields.registry import FIELDS, compute_fields
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.study.minimal_subset import select_minimal_subset
@@ -105,8 +106,9 @@ def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[s
         "minimal_n_S": len(subset),
         "minimal_n_S_percent": 100 * len(subset) / len(dots),
     }
-    kept = subset.table[["dot", "x", "y", "z", "nx", "ny", "nz", "weight"]].assign(
-        atom=subset.surface.atom, rank=range(1, len(subset) + 1), **subset.surface.fields
+    places = pack_dots(subset.surface.points, subset.surface.normals)
+    kept = (
+        subset.table[["dot", "weight"]].join(places).assign(atom=subset.surface.atom, **subset.surface.fields)
     )
     kept = kept.sort_values("dot", ignore_index=True)  # neighbours in space follow one another: smaller files
     tables = {"surfaces": pd.DataFrame([row]), "residues": residues, "dots": kept}

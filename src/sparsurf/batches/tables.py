@@ -7,25 +7,24 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from sparsurf import InputError
 
 INT, FLOAT, TEXT, DOUBLE = "int32", "float32", "string", "float64"
+STEPS_PER_ANGSTROM = 32  # steps of the places of dots
+DEGREES = 2  # steps of the angles of normals
 # Numbers are rounded to fractions that a float32 holds exactly, whose last bytes are zeros and take no space
-DOT_STEP = 1 / 64  # Å of positions, 1 of normals
 RESIDUE_STEP = 1 / 1024  # Å^2 of areas, 1 of roughness
 STEPS = {
-    "dots": dict.fromkeys(("x", "y", "z", "nx", "ny", "nz"), DOT_STEP),
     "residues": dict.fromkeys(
         ("area", "area_contact", "area_saddle", "area_concave", "mean_roughness", "most_rough"), RESIDUE_STEP
     ),
 }
 # The encoding of Parquet that makes each column smallest; the others repeat values and have a dictionary
 ENCODINGS = {
-    "dots": dict.fromkeys(("dot", "atom"), "DELTA_BINARY_PACKED")
-    | dict.fromkeys(("x", "y", "z"), "BYTE_STREAM_SPLIT")
-    | {"rank": "BYTE_STREAM_SPLIT"},
+    "dots": dict.fromkeys(("dot", "x32", "y32", "z32", "atom"), "DELTA_BINARY_PACKED"),
     "residues": dict.fromkeys(("dots", "kept", "weight"), "DELTA_BINARY_PACKED")
     | dict.fromkeys(STEPS["residues"], "BYTE_STREAM_SPLIT")
     | {"residue": "PLAIN"},
@@ -69,15 +68,13 @@ COLUMNS = {
     "dots": {
         "protein": TEXT,
         "dot": INT,
-        "x": FLOAT,
-        "y": FLOAT,
-        "z": FLOAT,
-        "nx": FLOAT,
-        "ny": FLOAT,
-        "nz": FLOAT,
+        "x32": INT,
+        "y32": INT,
+        "z32": INT,
+        "polar": INT,
+        "azimuth": INT,
         "weight": INT,
         "atom": INT,
-        "rank": INT,
     },
     "failures": {"protein": TEXT, "reason": TEXT},
     "warnings": {"protein": TEXT, "sentence": TEXT},
@@ -88,6 +85,33 @@ def columns_of(table: str, fields: Sequence[str] = ()) -> dict[str, str]:
     """Return the columns of a table with their types; `fields` are those of the config."""
     of_fields = {"residues": [f"mean_{name}" for name in fields], "dots": fields}.get(table, ())
     return COLUMNS[table] | dict.fromkeys(of_fields, FLOAT)
+
+
+def pack_dots(points: np.ndarray, normals: np.ndarray) -> pd.DataFrame:
+    """Round places and normals to integers, which take a third of the bytes; `unpack_dots` gives them back.
+
+    Parameters
+    ----------
+    points, normals : (N, 3) float, Å and unit vectors
+
+    Returns
+    -------
+    DataFrame: x32, y32, z32 (1/32 Å); polar and azimuth (°), the angles of the normal to z, and around z from x
+    """
+    table = pd.DataFrame(np.rint(points * STEPS_PER_ANGSTROM).astype(np.int32), columns=["x32", "y32", "z32"])
+    polar = np.degrees(np.arccos(np.clip(normals[:, 2], -1, 1)))
+    azimuth = np.degrees(np.arctan2(normals[:, 1], normals[:, 0]))
+    table["polar"] = (np.rint(polar / DEGREES) * DEGREES).astype(np.int32)
+    table["azimuth"] = (np.rint(azimuth / DEGREES) * DEGREES % 360).astype(np.int32)
+    return table
+
+
+def unpack_dots(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points (N, 3) in Å and the normals (N, 3) of a table of dots, see `pack_dots`."""
+    polar, azimuth = np.radians(table[["polar", "azimuth"]].to_numpy(float)).T
+    around = np.sin(polar)
+    normals = np.column_stack([around * np.cos(azimuth), around * np.sin(azimuth), np.cos(polar)])
+    return table[["x32", "y32", "z32"]].to_numpy(float) / STEPS_PER_ANGSTROM, normals
 
 
 def import_pyarrow() -> Any:

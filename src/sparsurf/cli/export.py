@@ -8,7 +8,7 @@ import numpy as np
 
 from sparsurf import InputError
 from sparsurf.archives import is_file
-from sparsurf.batches.tables import columns_of, read_parquet
+from sparsurf.batches.tables import columns_of, read_parquet, unpack_dots
 from sparsurf.cli import outputs
 from sparsurf.files import no_warnings
 from sparsurf.molecules.molecule import Molecule
@@ -50,16 +50,14 @@ def run(args: argparse.Namespace) -> None:
     row = surfaces.iloc[0]
     molecule = read_structure(args.run, row["structure"], json.loads(row["options"]))
     residues = read_parquet(args.run, "residues", args.name).drop(columns="protein")
-    dots = read_parquet(args.run, "dots", args.name).drop(columns="protein").sort_values("rank")
+    dots = read_parquet(args.run, "dots", args.name).drop(columns="protein")
     if molecule.n_atoms != row["atoms"] or len(residues) != molecule.n_residues:
         raise InputError(f"{row['structure']} has changed since the study: run the study again.")
     folder = Path(args.output or args.name)
     folder.mkdir(parents=True, exist_ok=True)
     fields = [str(name) for name in list(dots)[len(columns_of("dots")) - 1 :] if dots[name].notna().any()]
-    normals = dots[["nx", "ny", "nz"]].to_numpy(float)
     kept = Surface(
-        dots[["x", "y", "z"]].to_numpy(float),
-        normals / np.linalg.norm(normals, axis=1, keepdims=True),
+        *unpack_dots(dots),
         atom=dots["atom"].to_numpy(),
         fields={name: dots[name].to_numpy(float) for name in fields},
     )
