@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -21,7 +20,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
 from sparsurf.pairs.complexes import superpose_onto
 from sparsurf.sites.describing import FIELDS, RADIUS, SHAPE, Sites, load_sites
-from sparsurf.sites.finding import find_site, null_terms
+from sparsurf.sites.finding import find_site
 from sparsurf.sites.metric import learn_weights, to_metric_space
 from sparsurf.sites.pose_search import Pose, rigid_fit
 from sparsurf.surfaces.surface import Surface
@@ -38,20 +37,10 @@ MAIN = 10  # % of the dots: at which weights are chosen; candidates where patche
 MOST = 20  # maximal share of the dots that are candidates, %
 AROUND = 6.0  # Å; the atoms within this distance define how a place moved
 SAME = 3.0  # Å; a hit within this distance of the true place is right
-TERMS = ["one", "spread", "few", "size"]
 MOVED = (0.0, 0.5, 1.0, 2.0, np.inf)  # Å, ranges of how far the atoms around a place moved
 THERE = 1.0  # Å; a place exists on the other form if a dot lies within this distance
-SITES = (
-    12,
-    25,
-    50,
-    100,
-    10**6,
-)  # places of the parts of an interface whose scores on unrelated proteins are measured
-UNRELATED = 5  # proteins for each part
 ALIGNED, FITS = 4.0, 10  # Å between C-alpha atoms of aligned residues; fits to those that lie so near
 FEW = 50  # places for weights; not used for relatives, which take the weights of the library
-MIN_SCORE = 0.3  # below, only the number of scores counts
 RESIDUES = sorted(HYDROPATHY.keys() - {"MSE"})
 
 
@@ -405,44 +394,3 @@ def off_place(site: Sites, pose: Pose, true: np.ndarray) -> float:
     """Median distance of the places of a site, superposed onto a target, from their true positions (Q, 3), Å; without those
     whose position is unknown."""
     return np.nanmedian(np.linalg.norm(site.points @ pose.turn + pose.shift - true, axis=1))
-
-
-def null_scores(
-    names: list[str],
-    half: np.ndarray,
-    queries: list[Sites],
-    targets: list[Sites],
-    weights: list[dict],
-    rng: np.random.Generator,
-) -> pd.DataFrame:
-    """Scores of parts of each interface, compact ones of SITES places, on unrelated proteins and on its own unbound form.
-
-    Returns
-    -------
-    DataFrame: half, protein, same (whether on its own), places, score, and four terms, see `finding.null_terms`
-    """
-    rows = []
-    for k, site in enumerate(queries):
-        form = names[k].split("_")[0]
-        others = [i for i, name in enumerate(names) if name.split("_")[0] != form]
-        others = [i for i in others if half[i] == half[k]] or others
-        for n in SITES if len(site) >= 3 else ():
-            start = site.points[rng.integers(len(site))]
-            part = site.take(np.argsort(np.linalg.norm(site.points - start, axis=1), kind="stable")[:n])
-            for i in [k, *rng.choice(others, min(UNRELATED, len(others)), replace=False)]:
-                score = find_site(part, [targets[i]], 1, weights[1 - half[k]]).table["score"][0]
-                terms = null_terms(part.points, [len(targets[i])])[0]
-                rows.append((half[k] + 1, names[k], i == k, len(part), score, *terms))
-    return pd.DataFrame(rows, columns=["half", "protein", "same", "places", "score", *TERMS])
-
-
-def fitted_null(table: pd.DataFrame) -> np.ndarray:
-    """Constants (6,) of `finding.chance` by maximum likelihood; scores below MIN_SCORE are censored."""
-    score, terms = table["score"].to_numpy(), table[TERMS].to_numpy()
-
-    def loss(constants: np.ndarray) -> float:
-        width = np.exp(np.clip(terms[:, :2] @ constants[4:], -5, 5))
-        z = np.clip((np.maximum(score, MIN_SCORE) - terms @ constants[:4]) / width, -50, 500)
-        return np.where(score > MIN_SCORE, np.log(width) + z + np.exp(-z), np.exp(-z)).sum()
-
-    return minimize(loss, [1.0, -0.5, 0.0, 0.0, -1.0, 0.0], method="BFGS").x

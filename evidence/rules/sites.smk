@@ -1,5 +1,6 @@
 # docs/finding_sites.md: sites of a bound form searched on the unbound form, and the effect of fewer dots.
 
+import csv
 from importlib.util import find_spec
 from shutil import which
 
@@ -21,6 +22,35 @@ RELATIVES = {
 PAIRS_OF_RELATIVES = [pair for pair in RELATIVES.values() if pair["family"] != "the same protein"]
 
 
+# Chains of different superfamilies, searched for sites that they do not have. Without their folder p is not fitted again
+UNRELATED = SITES["unrelated"]
+CHAINS = [row["chain"] for row in csv.DictReader(open(HOME / SITES["chains"]))]
+QUERY_CHAINS = CHAINS[: UNRELATED["chains"]]
+INTERFACES = [f"{form}_{side}" for form in FORMS[1::2] for side in "rl"][: UNRELATED["interfaces"]]
+
+
+def chains_from(number):
+    """Paths of places of the next chains of the half that a query of this number belongs to."""
+    chains = [CHAINS[(number + 2 * (k + 1)) % len(CHAINS)] for k in range(UNRELATED["targets"])]
+    return expand(f"{RESULTS}/unrelated/{{chain}}.sites", chain=chains)
+
+
+def unrelated_targets(wildcards):
+    """Places of the chains on which groups of a chain are searched."""
+    return chains_from(CHAINS.index(wildcards.chain))
+
+
+def interface_targets(wildcards):
+    """Places of the chains on which an interface is searched."""
+    return chains_from(INTERFACES.index(wildcards.query))
+
+
+def partner_of(query):
+    """Name of the partner of a protein: NAME_l for NAME_r and NAME_r for NAME_l."""
+    name, side = query.split("_")
+    return f"{name}_{'l' if side == 'r' else 'r'}"
+
+
 def bound_forms(wildcards):
     """Bound structures of both partners of a complex."""
     return [structure_file(f"{wildcards.form}_{side}") for side in "rl"]
@@ -38,8 +68,7 @@ def query_structure(wildcards):
 
 def query_partner(wildcards):
     """Bound structure of the partner of that protein: NAME_l for NAME_r and NAME_r for NAME_l."""
-    name, side = RELATIVES[wildcards.relatives]["query"].split("_")
-    return structure_file(f"{name}_{'l' if side == 'r' else 'r'}")
+    return structure_file(partner_of(RELATIVES[wildcards.relatives]["query"]))
 
 
 def relative_structure(wildcards):
@@ -50,6 +79,8 @@ def relative_structure(wildcards):
 wildcard_constraints:
     form=one_of(FORMS),
     relatives=one_of(RELATIVES),
+    chain=one_of(CHAINS),
+    query=one_of(INTERFACES),
 
 
 rule measure_forms:
@@ -107,23 +138,80 @@ rule score_sites:
         "../score_sites.py"
 
 
+rule describe_chain:
+    input:
+        structure=f"{DATA}/chains/{{chain}}.pdb.gz",
+    output:
+        sites=f"{RESULTS}/unrelated/{{chain}}.sites",
+    log:
+        f"{RESULTS}/logs/unrelated/{{chain}}/describe_chain.log",
+    message:
+        "Places of {wildcards.chain}"
+    script:
+        "../describe_chain.py"
+
+
+rule search_unrelated:
+    input:
+        sites=f"{RESULTS}/unrelated/{{chain}}.sites",
+        targets=unrelated_targets,
+    output:
+        table=f"{RESULTS}/unrelated/{{chain}}.csv",
+    log:
+        f"{RESULTS}/logs/unrelated/{{chain}}/search_unrelated.log",
+    params:
+        half=lambda wildcards: 1 + CHAINS.index(wildcards.chain) % 2,
+        seed=config["seed"],
+    message:
+        "Groups of {wildcards.chain} on other chains"
+    script:
+        "../search_unrelated.py"
+
+
+rule search_interface:
+    input:
+        bound=ancient(lambda wildcards: structure_file(wildcards.query)),
+        partner=ancient(lambda wildcards: structure_file(partner_of(wildcards.query))),
+        unbound=ancient(lambda wildcards: structure_file(wildcards.query + "_u")),
+        targets=interface_targets,
+    output:
+        table=f"{RESULTS}/unrelated/interfaces/{{query}}.csv",
+    log:
+        f"{RESULTS}/logs/unrelated/{{query}}/search_interface.log",
+    params:
+        half=lambda wildcards: 1 + INTERFACES.index(wildcards.query) % 2,
+        seed=config["seed"],
+    message:
+        "Parts of the interface of {wildcards.query} on other chains"
+    script:
+        "../search_interface.py"
+
+
 rule calibrate_sites:
     input:
-        numbers=expand(f"{RESULTS}/sites/{{form}}/numbers_{{side}}.npz", form=FORMS, side=(1, 2)),
-        targets=expand(f"{RESULTS}/sites/{{form}}/target_{{side}}.sites", form=FORMS, side=(1, 2)),
-        sites=expand(f"{RESULTS}/sites/{{form}}/site_{{side}}.sites", form=FORMS, side=(1, 2)),
+        tables=expand(f"{RESULTS}/unrelated/{{chain}}.csv", chain=QUERY_CHAINS)
+        + expand(f"{RESULTS}/unrelated/interfaces/{{query}}.csv", query=INTERFACES),
     output:
+        searches=f"{TABLES}/sites_searches.csv",
         sites_chance=f"{TABLES}/sites_chance.csv",
         null=update(f"{LIBRARY}/sites/null.csv"),  # kept until it is replaced: the searches read it
     log:
         f"{RESULTS}/logs/calibrate_sites.log",
-    params:
-        forms=FORMS,
-        seed=config["seed"],
     message:
         "Scores of unrelated proteins"
     script:
         "../calibrate_sites.py"
+
+
+CHANCE_TABLES = []
+if DATA and Path(DATA, "chains").is_dir() and QUERY_CHAINS:
+    CHANCE_TABLES = [
+        f"{TABLES}/sites_searches.csv",
+        f"{TABLES}/sites_chance.csv",
+        f"{LIBRARY}/sites/null.csv",
+    ]
+elif workflow.is_main_process:
+    print("sites_chance.csv is left out: it needs chains/ in EVIDENCE_DATA.", file=sys.stderr)
 
 
 rule draw_sites:

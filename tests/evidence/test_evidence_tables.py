@@ -9,6 +9,8 @@ NOT_BY_RULES = {"bench.csv"}  # of evidence/bench.py
 OPTIONAL_TABLES = {  # requested where their program and structures are there
     "potential_apbs.csv": "POTENTIAL_TABLES",
     "potential_apbs_means.csv": "POTENTIAL_TABLES",
+    "sites_searches.csv": "CHANCE_TABLES",
+    "sites_chance.csv": "CHANCE_TABLES",
     "cofactors.csv": "COFACTOR_TABLES",
     "cofactors_means.csv": "COFACTOR_TABLES",
     "cofactors_learned.csv": "COFACTOR_TABLES",

@@ -14,7 +14,6 @@ from measures import sites
 from measures.fpfh import fpfh
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs.complexes import superpose_onto
-from sparsurf.sites.finding import chance
 
 
 def test_outcomes_are_those_of_plain_counting():
@@ -130,23 +129,3 @@ def test_every_dot_is_a_place_where_all_are_kept():
     table = score_sites._costs(costs).set_index("percent")
     assert table.loc[100, ["places", "megabytes", "seconds"]].to_list() == [100, 50, 20]
     assert table.loc[10, ["places", "megabytes", "seconds"]].to_list() == [10, 5, 2]
-
-
-def test_constants_of_unrelated_scores_are_found_again():
-    rng = np.random.default_rng(3)
-    terms = np.column_stack([np.ones(4000), rng.normal(size=(4000, 3)) * 0.5])
-    constants = np.array([1.5, -0.6, 0.1, 0.2, -1.2, -0.5])
-    score = terms @ constants[:4] + np.exp(terms[:, :2] @ constants[4:]) * rng.gumbel(size=4000)
-    table = pd.DataFrame(terms, columns=sites.TERMS).assign(score=score)
-    np.testing.assert_allclose(sites.fitted_null(table), constants, atol=0.06)
-    p = chance(score, terms, sites.fitted_null(table))
-    assert abs((p < 0.05).mean() - 0.05) < 0.01
-
-
-def test_p_is_about_right_in_its_tail_on_proteins_that_were_held_out():
-    """Within a factor of two: the searches of one protein resemble each other, so that 550 are worth far fewer."""
-    table = pd.read_csv(ROOT / "evidence" / "tables" / "sites_chance.csv").query("protein == 'unrelated'")
-    assert len(table) == 2 and table["searches"].min() > 300
-    for percent in (5, 10, 25, 50):
-        assert table[f"below_{percent}"].between(percent / 200, percent / 50).all()
-    assert (table["below_1"] < 0.025).all()

@@ -16,7 +16,7 @@ from sparsurf.cli.command import main
 from sparsurf.patches.descriptors import PATCHES_PER_CALL
 from sparsurf.sites import describing, finding
 from sparsurf.sites.describing import FIELDS, _fill_unknown, load_sites, sites_of
-from sparsurf.sites.finding import BLOCK, chance, nearest_places, null_terms
+from sparsurf.sites.finding import BLOCK, chance, nearest_places
 from sparsurf.sites.metric import discriminant, learn_weights, to_metric_space
 from sparsurf.sites.pose_search import _likeliest, best_pose, rigid_fit
 
@@ -76,16 +76,6 @@ def test_an_identical_place_leaves_the_spread_of_unrelated_ones_alone():
     logs = np.log(np.linalg.norm(q[:, None] - pooled, axis=2))
     np.testing.assert_allclose(middle, np.median(logs, axis=1))
     np.testing.assert_allclose(scale, logs.std(axis=1))
-
-
-def test_p_of_a_large_site_takes_it_as_one_of_forty_places():
-    """As many as are superposed; 80 places on a sphere of 8 Å have no term left."""
-    points = np.random.default_rng(0).normal(size=(40, 3))
-    points *= 8 / np.linalg.norm(points, axis=1)[:, None]
-    terms = null_terms(np.concatenate([points, -points]), [3000])
-    np.testing.assert_allclose(terms, [[1, 0, 0, 0]], atol=1e-12)
-    half = null_terms(np.concatenate([points[:10], -points[:10]]), [3000])
-    np.testing.assert_allclose(half, [[1, 0, np.log(0.5), 0]], atol=1e-12)
 
 
 @pytest.mark.parametrize(("n", "described"), [(12, True), (11, False)])
@@ -460,18 +450,26 @@ def test_places_are_described_in_blocks_of_any_size(monkeypatch):
     assert len(whole) > 2 * PATCHES_PER_CALL and np.array_equal(in_blocks.numbers, whole.numbers)
 
 
-def test_p_is_gumbels_tail_and_unknown_for_other_settings(small):
-    constants = np.array([0.5, -1.0, 0.0, 0.25, -2.0, 0.5])
-    points = np.array([[8.0, 0, 0], [-8.0, 0, 0]])
-    terms = null_terms(points, [3000, 300])
-    np.testing.assert_allclose(terms[1], [1, 0, np.log(2 / 40), np.log(0.1)])
-    p = chance(np.array([1.0, 1.0]), terms, constants)
-    location, width = 0.5 + 0.25 * np.log([1.0, 0.1]), np.exp(-2.0)
-    np.testing.assert_allclose(p, 1 - np.exp(-np.exp(-(1.0 - location) / width)))
+def test_p_is_a_logistic_tail_and_unknown_for_other_settings(small):
+    constants = np.array([-2.0, -0.5, 2.0])
+    p = chance(np.array([1.0, 0.8, 0.0, 0.2]), np.array([0.8, 1.0, 0.0, 0.05]), 10, constants)
+    width = np.exp(-2.0) * 2  # a fourth of 40 places
+    gap = [0.2 / (width * 0.64), -0.2 / width, -np.inf, 0.15 / (width * 0.01)]
+    np.testing.assert_allclose(p, 1 / (1 + np.exp(gap)))
     known = sparsurf.find(small / "a.sites", small / "a.sites", residues="209-212")
     assert known["p"][0] < 0.01
     other = sparsurf.find(small / "percent.sites", small / "percent.sites", residues="209-212")
     assert np.isnan(other["p"][0]) and other["score"][0] == known["score"][0]
+
+
+def test_a_site_and_its_mirror_image_change_places_on_a_mirrored_target(sites):
+    mirror = np.float32([1, 1, -1])
+    mirrored = replace(sites, points=sites.points * mirror, normals=sites.normals * mirror)
+    site = sites.take(np.argsort(np.linalg.norm(sites.points - sites.points[5], axis=1))[:20])
+    hits, turned = (finding.find_site(site, [target]) for target in (sites, mirrored))
+    assert hits.mirrored[0] == pytest.approx(turned.table["score"][0], rel=1e-6)
+    assert turned.mirrored[0] == pytest.approx(hits.table["score"][0], rel=1e-6)
+    assert hits.table["score"][0] > 2 * hits.mirrored[0]
 
 
 def test_unknown_dots_have_the_mean_of_the_known_ones():
@@ -491,5 +489,5 @@ def test_a_site_of_many_places_is_searched_by_forty_that_are_far_apart(sites):
 
 
 def test_p_of_a_very_high_score_is_small_but_not_0():
-    p = chance(np.array([2.0, 12.0]), null_terms(np.eye(3) * 8, [3000, 3000]), finding.null())
-    assert 0 < p[1] < 1e-9 < p[0] < 1
+    p = chance(np.array([2.0, 999.0]), np.array([1.0, 1.0]), 40, finding.null())
+    assert 0 < p[1] < 1e-9 < p[0] < 1e-3

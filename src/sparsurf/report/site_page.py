@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 TEMPLATE, OF_FORMS = "site.html.j2", "changes.html.j2"
 N_SHOWN = 10  # hits, or residues
 MAX_EXPECTED = 0.05  # p times targets below which a hit counts
-MIN_PLACES_FOR_P = 12  # of the smallest sites that p was fitted on
+MIN_PLACES_FOR_P = 8  # of the smallest sites that p was fitted on
 
 
 def site_page(

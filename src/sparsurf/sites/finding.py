@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.special import expit
 
 from sparsurf import InputError
 from sparsurf.sites.describing import FIELDS, LABELS, PERCENT, RADIUS, Sites
@@ -26,6 +27,8 @@ NEAR = 5.0  # upper standard deviations below the median; log distances of unrel
 CANCELLED = 1e-3  # share of the norms below which a square is computed again from differences
 ROUNDING = 1e-9  # of distances; a smaller difference is none
 PAIRS_AT_ONCE = 65536
+MIRROR = np.array([-1.0, 1.0, 1.0])  # turns a site into its mirror image
+MIN_LEVEL = 0.1  # a lower score of a mirror image makes p no narrower
 BLOCK = 16384  # places that are searched at once: with 50 queries 3 MB of distances
 CALIBRATED = {  # settings of Sites for which p is known
     "fields": list(FIELDS),
@@ -43,11 +46,13 @@ class SiteHits(NamedTuple):
         site that agree
     poses : list of pose_search.Pose, one for each row
     places : Sites, the places of the site that the poses superpose onto the targets
+    mirrored : (T,) float64, scores of the mirror image of the site, one for each row
     """
 
     table: pd.DataFrame
     poses: list[Pose]
     places: Sites
+    mirrored: np.ndarray
 
 
 def find_places(
@@ -185,9 +190,10 @@ def find_site(
     site = query
     if len(query) > MAX_PLACES:
         query = query.take(_farthest_points(query.points, MAX_PLACES))
-    hits = _best_poses(query, targets, learned)
-    scores = np.array([pose.score / len(query) for pose in hits])
-    p = chance(scores, null_terms(site.points, [len(target) for target in targets]), null())
+    hits, mirrored = _best_poses(query, targets, learned)
+    scores = np.array([pose.score for pose in hits]) / len(query)
+    by_chance = np.array(mirrored) / len(query)
+    p = chance(scores, by_chance, len(site), null())
     if any(site.settings[key] != value for key, value in CALIBRATED.items()):
         p[:] = np.nan
     order = sorted(range(len(targets)), key=lambda k: -round(hits[k].score, DECIMALS))[:n]
@@ -198,23 +204,27 @@ def find_site(
         nearest = int(np.argmin(np.linalg.norm(target.points - centre, axis=1)))
         row = _row(site.name, rank, target, nearest, scores[k])
         rows.append((*row[:6], *centre, *row[9:], p[k], int((pose.match >= 0).sum())))
-    return SiteHits(pd.DataFrame(rows, columns=(*COLUMNS, "p", "places")), [hits[k] for k in order], query)
+    table = pd.DataFrame(rows, columns=(*COLUMNS, "p", "places"))
+    return SiteHits(table, [hits[k] for k in order], query, by_chance[order])
 
 
-def _best_poses(query: Sites, targets: Sequence[Sites], learned: dict[str, np.ndarray] | None) -> list[Pose]:
-    """Return the best pose of a site on each target."""
+def _best_poses(
+    query: Sites, targets: Sequence[Sites], learned: dict[str, np.ndarray] | None
+) -> tuple[list[Pose], list[float]]:
+    """Return the best pose of a site on each target, and the scores of its mirror image."""
     q, pooled = _in_metric_space(query, targets, learned)
     middle, scale = _background(q, pooled)
-    begin, poses = 0, []
+    points, normals = query.points.astype(float), query.normals.astype(float)
+    begin, poses, mirrored = 0, [], []
     for target in targets:
         numbers = pooled[begin : begin + len(target)]
         begin += len(target)
         score = (middle[:, None] - _log_distances(q, numbers)) / scale[:, None]
-        of_query = query.points.astype(float), query.normals.astype(float)
         of_target = target.points.astype(float), target.normals.astype(float)
         likelihood = np.maximum(score - MIN_SCORE, 0).round(DECIMALS)
-        poses.append(best_pose(*of_query, *of_target, likelihood))
-    return poses
+        poses.append(best_pose(points, normals, *of_target, likelihood))
+        mirrored.append(best_pose(points * MIRROR, normals * MIRROR, *of_target, likelihood).score)
+    return poses, mirrored
 
 
 def matched(hits: SiteHits, targets: Sequence[Sites]) -> pd.DataFrame:
@@ -242,43 +252,34 @@ def matched(hits: SiteHits, targets: Sequence[Sites]) -> pd.DataFrame:
 
 @cache
 def null() -> np.ndarray:
-    """Read the constants (6,) of the scores of unrelated proteins, fitted by evidence/calibrate_sites.py."""
+    """Read the constants (3,) of `chance`, fitted by evidence/calibrate_sites.py."""
     return np.loadtxt(Path(__file__).with_name("null.csv"), delimiter=",", skiprows=1)
 
 
-def null_terms(points: np.ndarray, sizes: Sequence[int]) -> np.ndarray:
-    """Compute the terms on which the scores of unrelated targets depend.
+def chance(scores: np.ndarray, mirrored: np.ndarray, n_places: int, constants: np.ndarray) -> np.ndarray:
+    """Compute the probability that an unrelated protein scores as high.
+
+    The mirror image of a site has the same numbers at its places, but occurs on no protein except by chance. Its score
+    shows how high this site scores on this target by chance. On unrelated targets the difference has a logistic
+    distribution, whose width depends on the number of places and on the score of the mirror image.
 
     Parameters
     ----------
-    points : (Q, 3), places of the site, Å
-    sizes : (T,) int, number of places of each target
+    scores, mirrored : (T,) float64
+        Scores of the site and of its mirror image.
+    n_places : int
+    constants : (3,) float64
+        Logarithm of the width for MAX_PLACES places and a score of 1, and the powers of both.
 
     Returns
     -------
-    (T, 4) float64
+    p : (T,) float64, above 0; 1 where nothing of the site fits
     """
-    radius = np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean())
-    of_site = [1.0, np.log(radius / 8.0), np.log(min(len(points), MAX_PLACES) / MAX_PLACES)]
-    return np.column_stack([np.tile(of_site, (len(sizes), 1)), np.log(np.asarray(sizes) / 3000.0)])
-
-
-def chance(scores: np.ndarray, terms: np.ndarray, constants: np.ndarray) -> np.ndarray:
-    """Compute the probability that an unrelated protein scores as high, by Gumbel's distribution of largest values.
-
-    Parameters
-    ----------
-    scores : (T,) float64
-    terms : (T, 4) float64, see `null_terms`
-    constants : (6,) float64
-        Four of the distribution's location, then two of the logarithm of its width.
-
-    Returns
-    -------
-    p : (T,) float64
-    """
-    width = np.exp(terms[:, :2] @ constants[4:])
-    return -np.expm1(-np.exp(-(scores - terms @ constants[:4]) / width))
+    log_width, of_places, of_score = constants
+    level = np.maximum(mirrored, MIN_LEVEL)
+    width = np.exp(log_width) * (n_places / MAX_PLACES) ** of_places * level**of_score
+    p = np.maximum(expit((mirrored - scores) / width), np.finfo(float).tiny)
+    return np.where(scores > 0, p, 1.0)
 
 
 def check_alike(query: Sites, targets: Sequence[Sites]) -> None:
