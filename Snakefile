@@ -32,7 +32,7 @@ rule all:
         final_outputs,
 
 
-rule complete_protein:  # each by itself, so that one that fails does not stop the others
+rule complete_protein:  # one job for each, so that a failure does not stop the others
     input:
         lambda wildcards: protein_outputs(wildcards.protein),
     output:

@@ -1,4 +1,4 @@
-# What several rules ask: the proteins of a run, the files they come from, and what a run has in the end.
+# Shared by the rules: the proteins of a run, their input files, and the final outputs.
 
 import re
 
@@ -164,14 +164,14 @@ def molecule_files(wildcards):
 
 
 def structure_of_conformation(wildcards):
-    """The structure of a conformation; none of a ready surface."""
+    """The structure of a conformation; empty for a ready surface."""
     if wildcards.protein in READY_SURFACES:
         return []
     return f"results/{wildcards.run}/{wildcards.protein}/{wildcards.conformation}/structure.pdb"
 
 
 def frames_around_conformation(wildcards):
-    """The trajectory of a conformation and the table of its chosen frames; none of a single structure."""
+    """The trajectory of a conformation and the table of its chosen frames; empty for a single structure."""
     files = molecule_files(wildcards)
     if wildcards.protein in READY_SURFACES or "trajectory" not in files:
         return {}
@@ -186,7 +186,7 @@ def ranges_of_paper_sampler(wildcards):
 
 
 def stage_before(wildcards):
-    """Folder of the stage of a simulation that ends where another begins; none of the first."""
+    """Folder of the previous stage of a simulation; empty for the first."""
     before = {"nvt": "minimise", "npt": "nvt", "production": "npt"}.get(wildcards.stage)
     return f"results/{wildcards.run}/{wildcards.protein}/simulation/{before}" if before else []
 
@@ -208,7 +208,7 @@ def partner_files(wildcards):
 
 
 def searched_places(wildcards):
-    """Described places of the query and of all targets of a search; none where the study has no such conformation."""
+    """Described places of the query and of all targets of a search; empty if a conformation does not exist."""
     site = SITES[wildcards.site]
     query, targets = folder_of(site["query"]), site["targets"]
     if targets == "all":
@@ -244,7 +244,7 @@ def compared_forms(wildcards):
     }
 
 
-# What a run has in the end
+# Final outputs
 
 
 def early_outputs(protein):
@@ -329,7 +329,7 @@ def results_of_pages(wildcards):
 
 
 def results_before_pages(wildcards):
-    """All files but those of the first page, which leads to them."""
+    """All outputs except the first page and its tables."""
     run = f"results/{config['run']}"
     if BATCHED:
         files = batch_tables(wildcards) + [f"{run}/distributions.{end}" for end in ("png", "svg")]
@@ -389,6 +389,6 @@ def site_files(site):
 
 
 def final_outputs(wildcards):
-    """Everything that a run has in the end."""
+    """All outputs of a run."""
     pages = ["warnings.csv", "index.html", "failures.csv", "ro-crate-metadata.json"]
     return [f"results/{config['run']}/{page}" for page in pages] + results_before_pages(wildcards)

@@ -1,4 +1,4 @@
-# Pairs: what the patches of one partner tell about those of the other, for each pair that `pairs` names.
+# Pairs: how well the patches of both partners match, for each entry of `pairs`.
 
 
 rule compute_partner_surfaces:

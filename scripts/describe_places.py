@@ -1,4 +1,4 @@
-"""Describe the places of one conformation in numbers, by which the same site is found on another."""
+"""Describe the places of one conformation by numbers, so that a site can be found on other surfaces."""
 
 from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.sites.describing import describe_surface

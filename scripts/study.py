@@ -32,7 +32,7 @@ REPORTED_MEMORY = 2**30  # bytes that a grid needs before the terminal says so
 
 
 def main(path_to_config: str = "config.yaml", *options: str) -> int:
-    """Run Snakemake, then say what came out; return the exit code."""
+    """Run Snakemake and print a summary; return the exit code."""
     if path_to_config in ("-h", "--help"):
         print((__doc__ or "").strip())
         return 0
@@ -93,7 +93,7 @@ def cluster_options(options: Sequence[str]) -> list[str]:
 
 
 def job_prefix() -> str:
-    """Return what the names of this study's jobs on a cluster begin with."""
+    """Return the prefix of the names of this study's jobs on a cluster."""
     return f"sparsurf-{os.getpid()}"
 
 
@@ -140,7 +140,7 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
 
 
 def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -> None:
-    """Say how long a run took, its answer, its warnings, and where to look."""
+    """Print the time, answer, number of warnings and first page of a run."""
     if not finished:
         print(f"\nThe results so far are in {run}/.")
         return

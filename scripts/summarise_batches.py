@@ -35,7 +35,7 @@ def main(
     ----------
     tables : Parquet files of all batches; others in their folders are left from an earlier study and are removed
     studied : files of the structures that have pages of their own
-    exclude : reasons by place, of what the config leaves out
+    exclude : reason for each excluded part of the study
     logs : folder of the logs
     jobs : names of the rules of the study
     """

@@ -1,4 +1,4 @@
-"""Measure what the maps of a pair are worth from fewer and fewer centres."""
+"""Measure how the maps of a pair degrade with fewer centres."""
 
 from sparsurf.pairs.matching import Recipe
 from sparsurf.pairs.partner_files import read_partners

@@ -1,4 +1,4 @@
-"""Write the first page of a run and the table of what could not be finished."""
+"""Write the first page of a run and the table of failures."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ def main(
     Parameters
     ----------
     results : files and folders of the run, which the page leads to
-    exclude : reasons by place, of what the run has without results
+    exclude : reason for each excluded part of the study
     floor : the noise floor that the minimal subset goes by; None where the config asks for something else
     """
     folder = Path(page).parent

@@ -119,7 +119,9 @@ def test_names_that_cannot_be_taken_are_a_sentence(tmp_path, end, names, words):
 def test_other_files_are_a_sentence(tmp_path, name):
     if name != "none.zip":
         (tmp_path / name).write_bytes(b"content")
-    words = {"x.rar": "is no archive", "none.zip": "does not exist"}.get(name, "uncompress it to a .tar file")
+    words = {"x.rar": "is not an archive", "none.zip": "does not exist"}.get(
+        name, "uncompress it to a .tar file"
+    )
     with pytest.raises(InputError, match=words):
         from_archive(str(tmp_path / name))
 

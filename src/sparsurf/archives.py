@@ -77,7 +77,7 @@ def members(path: str | os.PathLike[str]) -> dict[str, Member]:
             f"{name} is compressed as a whole, so that single structures cannot be read: uncompress it to a .tar file."
         )
     if not name.lower().endswith(ARCHIVES):
-        raise InputError(f"{name} is no archive: name a .tar or .zip file, or use `folder`.")
+        raise InputError(f"{name} is not an archive: name a .tar or .zip file, or use `folder`.")
     if not os.path.isfile(name):
         raise InputError(f"{name} does not exist: check the path of the archive.")
     return _members(name, os.stat(name).st_mtime_ns)

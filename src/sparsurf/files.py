@@ -190,7 +190,7 @@ def read_archive(content: bytes, path: str | os.PathLike[str], problem: str) -> 
 
 
 class _WrongArray(ValueError):
-    """A member of an archive is no array of numbers or strings; the message says why."""
+    """A member of an archive is not an array of numbers or strings; the message says why."""
 
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
@@ -199,7 +199,7 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
     from numpy.lib import format as npy
 
     if not member.filename.endswith(ARRAY_SUFFIX):
-        raise _WrongArray("a member is no array")
+        raise _WrongArray("a member is not an array")
     content = archive.read(member)
     stream = io.BytesIO(content)
     headers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}

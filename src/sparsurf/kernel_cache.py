@@ -38,7 +38,7 @@ class KernelLocator(UserProvidedCacheLocator):
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> KernelLocator:
-        """Return the place of a kernel."""
+        """Return the path of a kernel."""
         return cls(py_func, py_file)
 
 

@@ -56,7 +56,7 @@ def principal_axes(points: np.ndarray, up: np.ndarray | None = None) -> np.ndarr
     ----------
     points : (n, 3) float64
     up : (3,) float64, unit vector, optional
-        Only axes perpendicular to it are sought.
+        Only axes perpendicular to it are searched.
 
     Returns
     -------

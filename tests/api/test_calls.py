@@ -85,7 +85,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         (lambda dots, ready: sparsurf.descriptors(dots, [0], radius=-1), f"radius is -1; {LENGTHS}"),
         (
             lambda dots, ready: sparsurf.descriptors(dots, [[0, 0, np.nan]], d_link=D_LINK),
-            "at: some of the points are no numbers; leave them out.",
+            "at: some points have NaN or infinity; leave them out.",
         ),
         (lambda dots, ready: sparsurf.prepare(dots, r_patch=0), f"r_patch is 0; {LENGTHS}"),
         (lambda dots, ready: sparsurf.prepare(dots, r_zernike=0), f"r_zernike is 0; {LENGTHS}"),
@@ -191,11 +191,11 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         ),
         (
             lambda dots, ready: sparsurf.compare(ready, [[1, 2], [3]]),
-            "subset: one array is asked for, not several of unequal length.",
+            "subset: give one array, not several of unequal length.",
         ),
         (
             lambda dots, ready: sparsurf.descriptors(dots, [[1, 2], [3]], d_link=D_LINK),
-            "at: one array is asked for, not several of unequal length.",
+            "at: give one array, not several of unequal length.",
         ),
         (
             lambda dots, ready: sparsurf.prepare(ready, r_zernike=5),
@@ -383,7 +383,7 @@ def test_radii_are_those_of_the_table_that_is_named(tmp_path, radii, carbon):
 
 def test_a_frame_is_taken_by_its_place():
     frame = SimpleNamespace(n_frames=2)
-    with pytest.raises(InputError, match="a SimpleNamespace is no molecule"):
+    with pytest.raises(InputError, match="a SimpleNamespace is not a molecule"):
         sparsurf.surface(frame)
     inputs.check_frame(frame, 1, "it")
     for number in (2, -1, 0.0, "x"):
@@ -628,16 +628,16 @@ def test_what_is_taken_for_a_surface_and_a_structure(blob, tmp_path):
     made = inputs.as_dots(tuple(map(np.ndarray.tolist, blob)))
     assert np.array_equal(made.points, blob[0]) and inputs.as_dots(made) is made
     for wrong in (list(blob), (blob[0],), 3):
-        with pytest.raises(InputError, match="is no surface: give the path"):
+        with pytest.raises(InputError, match="is not a surface: give the path"):
             inputs.as_dots(wrong)
     for atoms in ("a.pdb", tmp_path / "a.cif.gz"):
         with pytest.raises(
             InputError, match=r"a\.(pdb|cif\.gz) holds atoms: give the dots that surface\(\) places"
         ):
             inputs.as_dots(atoms)
-    with pytest.raises(InputError, match=r"^an int is no molecule"):
+    with pytest.raises(InputError, match=r"^an int is not a molecule"):
         inputs.as_molecule(3)
-    with pytest.raises(InputError, match=r"^a list is no surface"):
+    with pytest.raises(InputError, match=r"^a list is not a surface"):
         inputs.as_dots([])
     names = {"a.pdb": True, "a.PDB.gz": True, "a.cif": True, "a.gro": True, "a.prmtop": True, "a.csv": False}
     names |= {"a.dms.gz": False, "a.npz": False, "a.xtc": False}

@@ -518,7 +518,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
     ("arguments", "code", "words"),
     [
         (["surface", "no.pdb", "-o", "x.csv"], 1, "no.pdb does not exist: check the path."),
-        (["surface", "dots.csv", "-o", "x.csv"], 1, "dots.csv is no structure by its suffix"),
+        (["surface", "dots.csv", "-o", "x.csv"], 1, "dots.csv is not a structure, by its suffix"),
         (["surface", "protein.pdb", "-o", "x.doc"], 1, "cannot be written as '.doc'"),
         (["surface", "protein.pdb", "-o", "no/such/x.csv"], 1, "there is no folder"),
         (["surface", "protein.pdb", "--frame", "1", "-o", "x.csv"], 1, "there is no frame 1"),
@@ -608,7 +608,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
                 "x.csv",
             ],
             1,
-            "--charges: a PQR file is of one frame",
+            "--charges: a PQR file holds one frame",
         ),
         (
             ["surface", "protein.pdb", "--fields", "points", "--table", "a.csv", "-o", "x.csv"],
@@ -655,7 +655,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (
             ["recover", "minimal.csv", "--at", "minimal.csv", "--mesh", "-o", "x.ply"],
             1,
-            "recover: --at: descriptors are no mesh; leave out --mesh or --at.",
+            "recover: --at writes descriptors, --mesh triangles; leave out one of the two.",
         ),
         (
             ["recover", "minimal.csv", "--at", "protein.pdb", "-o", "x.csv"],

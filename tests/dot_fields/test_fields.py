@@ -331,7 +331,7 @@ def test_columns_of_a_table_and_b_factors_reach_the_dots(tmp_path, molecule):
         ("residue,score,score\n209,1,2\n", "has the column 'score' twice"),
         ("residue,score\n209,1\n210\n", "row 2: it has 1 values, not 2; repair it"),
         ("residue,score\n209,1\n210,2,3\n", "row 2: it has 3 values, not 2; repair it"),
-        ('residue,score\n209,"1\n', "no table with commas between its columns"),
+        ('residue,score\n209,"1\n', "not a table with commas between its columns"),
     ],
 )
 def test_a_table_that_does_not_fit_is_refused(tmp_path, molecule, content, said):

@@ -20,7 +20,7 @@ def test_text_and_back():
     assert str(one) == "(0.4, 0.2, 10, 0)" and Combination.parse(str(one)) == one
     assert one.keys() == [400000, 200000, 10000000, 0]
     for text in ("(1, 2, 3)", "(1, 2, 3, 4, 5)"):
-        with pytest.raises(ValueError, match="is no combination"):
+        with pytest.raises(ValueError, match="is not a combination"):
             Combination.parse(text)
 
 

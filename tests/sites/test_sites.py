@@ -192,7 +192,7 @@ def test_nothing_is_told_of_a_target_on_which_nothing_fits(sites, caplog):
     one = few.take([0])
     far = replace(one, name="far", points=one.points + 500, numbers=one.numbers + 50)
     table = sparsurf.find(replace(few, name="query"), [far], residues="215")
-    assert table.empty and caplog.messages == ["nothing of the site fits on far"]
+    assert table.empty and caplog.messages == ["no part of the site fits on far"]
 
 
 def test_names_of_fields_may_come_in_any_order(small, tmp_path, monkeypatch, capsys):
@@ -333,7 +333,7 @@ def small(tmp_path_factory):
         ("a.sites a.sites --residues x -o h.csv", "'x' is not of the form"),
         ("a.sites a.sites -o h.csv", "--residues says which site"),
         ("a.sites a.sites --residues 209 -o none/h.csv", "there is no folder"),
-        ("a.sites a.sites --residues 209 -o h.csv --superpose laid", "a.sites is no structure"),
+        ("a.sites a.sites --residues 209 -o h.csv --superpose laid", "a.sites is not a structure"),
         ("a.pdb a.sites --residues 209 -o h.csv --superpose a.pdb", "a.pdb is a file"),
         ("a.pdb -o none/a.sites", "there is no folder"),
         ("a.sites -o h.sites --percent 30", "percent: a was described with 10; leave"),
@@ -385,7 +385,7 @@ def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_pat
         )
     (tmp_path / "notes.txt").write_text("nothing")
     sparsurf.find(small / "a.sites", tmp_path / "few.csv", at=[0])
-    assert "few.csv: its dots lie 1.0 Å apart" in caplog.text and "of these 10 % are kept" in caplog.text
+    assert "few.csv: its dots lie 1.0 Å apart" in caplog.text and "10 % of these are kept" in caplog.text
     caplog.clear()
     sparsurf.find(small / "a.sites", tmp_path / "many.csv", at=[0])
     assert "apart" not in caplog.text
@@ -402,7 +402,7 @@ def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_pat
 @pytest.mark.parametrize(
     ("at", "said"),
     [
-        ([[0, 0, 0], [np.nan, 0, 0]], "point 1 is no point: it has NaN"),
+        ([[0, 0, 0], [np.nan, 0, 0]], "point 1 has NaN"),
         ([[1.0, 2]], r"not shape \(1, 2\)"),
         (np.zeros((0, 3)), r"not shape \(0, 3\)"),
         (["x"], "not something else"),
@@ -414,7 +414,7 @@ def test_files_of_dots_in_a_folder_and_dots_that_are_few_are_told(small, tmp_pat
 def test_places_that_are_none_are_refused(small, at, said):
     with pytest.raises(InputError, match=said):
         sparsurf.find(small / "a.sites", small / "a.sites", at=at)
-    with pytest.raises(InputError, match=r"hardly a dot|no patch has|not |point 1"):
+    with pytest.raises(InputError, match=r"too few dots|no patch has|not |point 1"):
         sparsurf.find(small / "a.pdb", small / "a.sites", at=at)
 
 
@@ -437,7 +437,7 @@ def test_places_with_hardly_a_dot_around_are_left_out_and_told(small, caplog):
     at = np.array([dots.points[7], dots.points[7] + 1000, dots.points[90]])
     sites = sparsurf.describe_sites(dots, percent=100, fields=(), at=at, name="mine")
     np.testing.assert_allclose(sites.points, at[[0, 2]], rtol=0, atol=1e-5)
-    assert "mine: 1 of 3 points are left out: they have hardly a dot around them" in caplog.text
+    assert "mine: 1 of 3 points are left out: too few dots are around them" in caplog.text
     caplog.clear()
     sparsurf.describe_sites(dots, percent=100, fields=(), at=at[::2])
     assert "left out" not in caplog.text

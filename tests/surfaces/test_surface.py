@@ -193,7 +193,7 @@ LINE = "GLU  209    N  59.267   39.612   12.138 SS0  0.284  0.839 -0.481 -0.254\
         (LINE + LINE[:-8] + "\n", "line 2"),
         (LINE[:50] + "  0.000  0.000  0.000\n", "length"),
         (LINE + LINE.replace("SS0", "XX0"), "line 2 is a dot of no type SC, SS or SR"),
-        (LINE + LINE[:40], "is cut short: line 2 is no whole dot or atom"),
+        (LINE + LINE[:40], "is cut short: line 2 is not a complete dot or atom"),
     ],
 )
 def test_bad_dms_is_one_sentence(tmp_path, text, word):
@@ -346,7 +346,7 @@ def test_columns_of_numbers_that_are_left_out_are_told(tmp_path, caplog):
     assert [*found.fields] == ["good"]
     path = tmp_path / "a.csv"
     assert [message.removeprefix(f"{path}: the column ") for message in caplog.messages] == [
-        "potential is left out: it holds 'n.d.', which is no number",
+        "potential is left out: it holds 'n.d.', which is not a number",
         "'pot (kT/e)' is left out: a field has another name, of letters, digits and _",
         "'points' is left out: a field has another name, of letters, digits and _",
     ]
@@ -753,7 +753,7 @@ def test_fields_may_be_a_table(blob):
     table = pd.DataFrame({"height": blob[0][:, 2]})
     dots = replace(Surface(*blob), fields=table)
     assert np.array_equal(dots.fields["height"], blob[0][:, 2])
-    with pytest.raises(InputError, match="fields is no dictionary"):
+    with pytest.raises(InputError, match="fields must be a dictionary"):
         replace(Surface(*blob), fields=3)
 
 

@@ -307,7 +307,7 @@ def test_what_is_excluded_is_a_part_of_the_study():
     for place in (*unknown, "tdp43/c1/describe_places", "summarise_run"):
         refuse(
             plain | {"exclude": {place: "why"}},
-            rf"exclude: '{re.escape(place)}' is no part of the study; remove it",
+            rf"exclude: '{re.escape(place)}' is not part of the study; remove it",
         )
 
 
@@ -365,7 +365,7 @@ def test_what_needs_an_excluded_protein_is_excluded_too():
     ):
         refuse(
             both | {"exclude": excluded},
-            f"exclude: {place} needs '{name}', which is excluded; exclude {place}, too",
+            f"exclude: {place} needs '{name}', which is excluded; exclude {place} too",
         )
     every = {"b": "", "pairs/ab": "", "sites/s": "", "sites/t": ""}
     assert check_config(both | {"exclude": every})["exclude"] == every

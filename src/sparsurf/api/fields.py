@@ -1,4 +1,4 @@
-"""Numbers at the dots of a surface that follow from the atoms, and numbers over its residues."""
+"""Fields: numbers at the dots of a surface that are computed from the atoms; and a table by residue."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def fields(
     charges: str | Path = "table",
     table: str | Path | None = None,
 ) -> pd.DataFrame:
-    """Compute numbers at the dots of a surface that follow from the molecule around them.
+    """Compute fields, such as the electrostatic potential, at the dots of a surface.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def residues(
     kept: ArrayLike | Subset = (),
     weight: ArrayLike | None = None,
 ) -> pd.DataFrame:
-    """Tabulate how much of the surface each residue makes, how rough it is there, and how many of its dots are kept.
+    """Tabulate area, roughness and number of kept dots of each residue.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def residues(
     kept : (n,) int, or what `minimal` gave, optional
         Dots of a subset.
     weight : (n,) int, optional
-        Number of dots that each kept dot stands for; that of `minimal` is known.
+        Number of dots that each kept dot represents; known for what `minimal` gave.
 
     Returns
     -------

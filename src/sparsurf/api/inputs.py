@@ -47,7 +47,7 @@ SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
 MOLECULES = STRUCTURES + SELF_CONTAINED + TOPOLOGIES
 LABELS = ("chain", "residue", "residue_name", "name")  # of atoms; the dots of a molecule are known by them
 MAX_SHIFT = 0.01  # Å, between positions of the same atom; files hold three decimals
-MIN_SHARE_OF_ATOMS = 0.5  # of the atoms of the dots, that another molecule must have
+MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must contain
 # Settings that place dots, with their defaults
 PLACEMENT_DEFAULTS = {
     "frame": 0,
@@ -135,7 +135,7 @@ def as_molecule(source: MoleculeLike) -> Molecule:
     convert = _converter(source)
     if convert is None:
         raise InputError(
-            f"{_with_article(source)} is no molecule: give the path of a structure, a molecule that read_molecule gave, "
+            f"{_with_article(source)} is not a molecule: give the path of a structure, a molecule that read_molecule gave, "
             "or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython."
         )
     return convert(source)
@@ -159,7 +159,7 @@ def _converter(source: Any) -> Any:
 def as_dots(source: DotsLike) -> Surface:
     """Return a Surface from itself, a Subset, the path of a file of dots, or the pair (points, normals) of (N, 3) arrays.
 
-    Normals of a file are brought to unit length, those of arrays must have it.
+    Normals of a file are normalised; those of arrays must be unit vectors.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def as_dots(source: DotsLike) -> Surface:
             "what prepare() gave serves sample and compare only: give the dots that it was made of."
         )
     raise InputError(
-        f"{_with_article(source)} is no surface: give the path of a file, what surface() gave, or "
+        f"{_with_article(source)} is not a surface: give the path of a file, what surface() gave, or "
         "the pair (points, normals)."
     )
 
@@ -300,7 +300,7 @@ def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:
     try:
         array = np.asarray(values)
     except ValueError:
-        raise InputError(f"{name}: one array is asked for, not several of unequal length.") from None
+        raise InputError(f"{name}: give one array, not several of unequal length.") from None
     if array.shape == (0,):  # an empty list has no type of its own
         return array.astype(np.int64)
     return np.flatnonzero(array) if array.dtype == bool and array.shape == (n_dots,) else array

@@ -1,4 +1,4 @@
-"""The minimal subset of a surface, the noise floors that it is measured by, and the surface that it gives back."""
+"""The minimal subset of a surface, the noise floors that measure it, and the surface recovered from it."""
 
 from __future__ import annotations
 
@@ -71,18 +71,19 @@ def minimal(
     d_link: float = D_LINK,
     cavities: str = "keep",
 ) -> Subset:
-    """Select the few dots that stand for a surface, as a study and the command do for the same file and seed.
+    """Select the few dots that represent a surface; a study and the command select the same with the same seed.
 
     Parameters
     ----------
     surface : molecule as in `surface`, or dots as in `prepare`
-        Without a size, other dots are placed on the atoms; for dots of a file they come from the recovered surface.
+        If no size is given, the noise floor is measured with other dots: on the atoms, or, for a file of dots, on the
+        recovered surface.
     percent, n_dots, max_error : float, int, float, at most one of them
-        Share of all dots, number of dots, or largest Z. Without: as few dots as give the surface back.
+        Share of all dots, number of dots, or largest Z. Without a size, as few dots as suffice to recover the surface.
     sampler : str
         As in `sample`.
     relax : bool
-        Whether the dots leave their positions a little, so that fewer give the surface back.
+        Whether the dots move a little, so that fewer suffice to recover the surface.
     seed : int
     frame, probe_radius, density, radii, d_link, cavities : as in `surface`
 
@@ -167,7 +168,7 @@ def floors(
 
 
 def relax(few: DotsLike, surface: SurfaceLike) -> Surface:
-    """Move kept dots a little, so that the surface recovered from them comes nearer to the whole one.
+    """Move kept dots a little, so that the surface recovered from them fits the whole one better.
 
     Parameters
     ----------
@@ -205,15 +206,15 @@ def recover(
     density : float
         Dots per Å^2 requested.
     reach : float
-        How far the surface goes on around a dot, in the spacing of the dots there. 2 closes holes between uneven dots;
-        more places dots where no surface is.
+        How far the surface extends around a dot, in units of the local spacing of the dots. 2 closes holes between uneven
+        dots; larger values place dots where there is no surface.
     steps : int
         Largest number of Newton steps.
 
     Returns
     -------
     Surface
-        The given dots first, unchanged, then those between them; with the fields of the few, interpolated.
+        The given dots, unchanged, then the new ones between them, with interpolated fields.
 
     Examples
     --------
@@ -223,7 +224,7 @@ def recover(
     >>> len(dense)
     28436
 
-    Their distance in Å from the nearest dot of the molecule, whose dots lie about 0.4 Å apart:
+    Their mean distance in Å from the nearest dot of the molecule, whose own dots are about 0.4 Å apart:
 
     >>> from scipy.spatial import cKDTree
     >>> distance = cKDTree(dots.points).query(dense.points)[0]

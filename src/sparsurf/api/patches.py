@@ -28,7 +28,7 @@ def roughness(surface: SurfaceLike, *, radius: float = R_PATCH, d_link: float = 
     ----------
     surface : what `surface` or `read_surface` gave, the path of a file of dots, the pair (points, normals),
         or a molecule as in `surface`, whose dots are placed
-        Normals of a file are brought to unit length, those of the pair must have it.
+        Normals of a file are normalised; those of the pair must be unit vectors.
     radius : float
         R_patch in Å.
     d_link : float
@@ -80,7 +80,7 @@ def descriptors(
     d_link : float
         Å; dots closer than this are linked, and a patch is the largest linked island.
     descriptor : {'published', 'rotation_robust'}
-        'rotation_robust' hardly changes when the molecule is turned; it does best with a `d_link` of 0.6.
+        'rotation_robust' changes little when the molecule is rotated; it works best with a `d_link` of 0.6.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def descriptors(
     >>> z.shape
     (3, 121)
 
-    Two patches are as different as their descriptors are far apart:
+    The distance between two descriptors says how different the patches are:
 
     >>> import numpy as np
     >>> round(float(np.linalg.norm(z[0] - z[1])), 2)
@@ -128,7 +128,7 @@ def _points_at(index: PatchIndex, at: Any) -> np.ndarray:
     at = index_array(at, n, "at")
     if at.ndim == 2 and at.shape[1] == 3:
         if at.dtype.kind not in "iuf" or not np.isfinite(at).all():
-            raise InputError("at: some of the points are no numbers; leave them out.")
+            raise InputError("at: some points have NaN or infinity; leave them out.")
         return np.ascontiguousarray(at, dtype=float)
     if at.ndim != 1 or at.dtype.kind not in "iu":
         raise InputError(

@@ -116,7 +116,7 @@ def _colours(surface: Surface, one_colour: bool) -> np.ndarray:
 
 
 def _write_dots_as_pdb(path: Path, points: np.ndarray, numbers: np.ndarray) -> None:
-    """Write each dot as a HETATM of a residue of its own, with a number as B factor; 0 where it is unknown."""
+    """Write each dot as a HETATM in its own residue, with a number as B factor (0 if unknown)."""
     b = np.clip(np.nan_to_num(numbers), MIN_B, MAX_B)
     lines = [
         f"HETATM{(k + 1) % 100_000:5d}  X   DOT X{encode_label(str(k + 1))}   "

@@ -1,4 +1,4 @@
-"""Sites: described places of a surface, found again on other surfaces."""
+"""Sites: places of a surface that are described by numbers and searched for on other surfaces."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ def describe_sites(
     ----------
     surface : molecule as in `surface`, or dots with fields: a Surface or the path of a file of dots
     percent : float
-        Share of the dots that are kept and described, farthest-point; give 100 for dots that are few already, such as
-        those of `sparsurf minimal`.
+        Share of the dots that farthest-point sampling keeps for description; 100 for a subset, such as the dots of
+        `sparsurf minimal`.
     fields : sequence of str
         What is compared besides the shape: hydropathy, volume, aromaticity, charge, potential.
     at : (T, 3) float, optional
-        Points in Å instead of the kept dots; those with hardly a dot around them are left out.
+        Points in Å to describe instead of the kept dots; points with too few dots around them are left out.
     name : str, optional
         Name in the table of hits; by default that of the file.
 
@@ -102,7 +102,7 @@ def describe_sites(
     if not np.isfinite(sites.numbers).all():
         raise InputError(f"{name}: a field has numbers of 10,000 and more; write it in another unit.")
     if points is not None and len(sites) < len(points):
-        message = "%s: %d of %d points are left out: they have hardly a dot around them"
+        message = "%s: %d of %d points are left out: too few dots are around them"
         log.warning(message, name, len(points) - len(sites), len(points))
     return sites
 
@@ -117,19 +117,19 @@ def find(
     percent: float = DEFAULT_PERCENT,
     fields: str | Sequence[str] = FIELDS,
 ) -> pd.DataFrame:
-    """Find places of one surface again on others.
+    """Find places on other surfaces that resemble those of a query.
 
     Parameters
     ----------
     query : Sites, the path of a file of them, or what `describe_sites` takes
-    targets : one of these, or a list; described as the query is
+    targets : one of these, or a list; described with the settings of the query
     at : (Q,) int places of the query, or (Q, 3) float points in Å
-        Every place is sought by itself.
+        Each place is searched for separately.
     residues : str, instead of `at`
-        Ranges such as 'A:10-25,40', sought as a whole in one arrangement.
+        Ranges such as 'A:10-25,40': the site, searched for as a whole.
     n : int
         Number of hits of each place, or of the site.
-    percent, fields : as for `describe_sites`, of what is not described yet
+    percent, fields : as for `describe_sites`; used for surfaces that are not described yet
 
     Returns
     -------
@@ -179,7 +179,7 @@ def find_with_poses(
     fits = hits.table["places"].to_numpy() > 0
     if not fits.all():
         without = ", ".join(dict.fromkeys(hits.table.loc[~fits, "target"]))
-        log.warning("nothing of the site fits on %s", shorten(without))
+        log.warning("no part of the site fits on %s", shorten(without))
     return hits.table[fits], [pose for pose, fit in zip(hits.poses, fits, strict=True) if fit]
 
 
@@ -196,8 +196,8 @@ def as_sites(
             distance = spacing(read_surface(source).points)
             if distance > MAX_SPACING_OF_SURFACE:
                 log.warning(
-                    "%s: its dots lie %.1f Å apart, as in a subset; of these %g %% are kept, so that scores fall: "
-                    "search what `sparsurf recover` makes of it",
+                    "%s: its dots lie %.1f Å apart, as in a subset; %g %% of these are kept, which lowers scores: "
+                    "recover the surface with `sparsurf recover` first",
                     source, distance, percent,
                 )  # fmt: skip
     return describe_sites(source, percent=percent, fields=fields)
@@ -265,7 +265,7 @@ def _points(at: Any) -> np.ndarray:
         raise InputError(f"at: give (Q,) numbers of places or (Q, 3) points in Å, not {shape}.")
     if not np.isfinite(points).all():
         wrong = np.argmin(np.isfinite(points).all(axis=1))
-        raise InputError(f"at: point {wrong} is no point: it has NaN or infinity.")
+        raise InputError(f"at: point {wrong} has NaN or infinity; leave it out.")
     return points.astype(float)
 
 
@@ -297,6 +297,6 @@ def _sought_places(query: Any, whole: Sites, at: Any) -> Sites:
     described = describe_sites(query, percent=whole.settings["percent"], fields=whole.fields, at=points)
     if len(described) < len(points):
         raise InputError(
-            f"at: {len(points) - len(described)} points have hardly a dot around them; give points on the surface."
+            f"at: {len(points) - len(described)} points have too few dots around them; give points on the surface."
         )
     return described

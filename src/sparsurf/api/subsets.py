@@ -93,7 +93,7 @@ def sample(
     combination: Sequence[float] | None = None,
     seed: int | None = None,
 ) -> np.ndarray:
-    """Choose dots that stand for a surface; the same that `minimal` and a study choose with the same seed.
+    """Choose dots that represent a surface; `minimal` and a study choose the same with the same seed.
 
     Parameters
     ----------
@@ -106,12 +106,12 @@ def sample(
     combination : (alpha, beta, gamma, delta), optional
         Instead of a size: one draw of the paper's sampling, or of paper_corrected.
     seed : int, optional
-        Another seed, another draw. Without: that of the prepared surface, or 20261120.
+        Seed of the draw; by default that of the prepared surface, or 20261120.
 
     Returns
     -------
     (n_dots,) int64
-        Dots; of a nested sampler (farthest, uniform, ...) the first m are its subset of m dots.
+        Dots. The first m dots of a nested sampler (farthest, uniform, ...) are its subset of m dots.
 
     Examples
     --------

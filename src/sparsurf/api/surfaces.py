@@ -196,7 +196,7 @@ def mesh(
     radii: str = "dms",
     cavities: str = "keep",
 ) -> Mesh:
-    """Make closed triangles of the solvent-excluded surface of a molecule, or of the surface that a few dots give back.
+    """Triangulate the solvent-excluded surface of a molecule, or the surface recovered from a few dots, without holes.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def mesh(
         Instead of a molecule: its dots, or what `minimal` gave, or the path of a file of dots, from which the surface
         is recovered.
     density : float
-        Dots per Å^2 that are as fine as the triangles.
+        Fineness of the triangles, as the density of dots per Å^2 that are as fine.
 
     Returns
     -------

@@ -127,7 +127,7 @@ def show(surface: Surface, values: ArrayLike | None = None) -> View:
 
 
 def notebook_html(surface: Surface) -> str:
-    """Return what a notebook shows of a surface: its view, or, of one with many dots, a picture."""
+    """Return what a notebook shows of a surface: its view, or a picture if it has many dots."""
     if len(surface) <= MAX_DOTS_IN_NOTEBOOK:
         return View(_page(surface, None))._repr_html_()
     from matplotlib.backends.backend_agg import FigureCanvasAgg

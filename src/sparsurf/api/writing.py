@@ -116,7 +116,7 @@ def parse_output(
     stream = name == "-" or (os.path.exists(name) and not os.path.isfile(name))  # a pipe or a device
     folder = None if stream else Path(os.path.realpath(name)).parent
     if folder is not None and not folder.is_dir():
-        raise InputError(f"{name}: there is no folder {folder}; make it first.")
+        raise InputError(f"{name}: there is no folder {folder}; create it first.")
     if folder is not None and not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{name}: nothing may be written into {folder}; name another folder.")
     return suffix, bare != name, folder
@@ -139,7 +139,7 @@ def write_file(
 
     Raises
     ------
-    InputError : a suffix that is none of the formats, no folder to write the file into, or a folder instead of it
+    InputError : the suffix is unknown, the folder does not exist, or a folder has this name
     """
     suffix, packed, folder = parse_output(output, format_given, formats)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".sparsurf-") as temporary:

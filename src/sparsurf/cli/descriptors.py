@@ -15,7 +15,7 @@ from sparsurf.patches.zernike.polynomials import indices
 
 EXAMPLES = """\
 A row per patch: the number of its dot, its position, and |c_nm| as z_n_m, by n, then m (121 numbers; npz: `dot`, `points`, `z`).
-Two patches are as different as their rows are far apart (Euclid). Take --down for the partner of a complex.
+The Euclidean distance between two rows says how different the patches are. Use --down for the partner of a complex.
 
 examples:
   sparsurf descriptors protein.pdb --every 100 -o descriptors.csv

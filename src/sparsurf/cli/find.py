@@ -103,7 +103,7 @@ def _check_folder(args: argparse.Namespace) -> None:
     if folder.is_file():
         raise InputError(f"--superpose: {folder} is a file; name a folder.")
     if not is_structure(args.file):
-        raise InputError(f"--superpose: {args.file} is no structure; give one as QUERY.")
+        raise InputError(f"--superpose: {args.file} is not a structure; give one as QUERY.")
     for file in (args.file, *args.targets) if folder.is_dir() else ():
         parent = Path(file) if Path(file).is_dir() else Path(file).parent
         if parent.is_dir() and parent.samefile(folder):

@@ -1,4 +1,4 @@
-"""`sparsurf minimal`: the few dots that stand for a surface."""
+"""`sparsurf minimal`: the few dots that represent a surface."""
 
 import argparse
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ Each dot comes with `dot`, its number on the surface from 0, and `weight`, the n
 the distance (Å) of the kept dots around it, and `reach` how far the surface goes on, in spacings.
 A file named .minimal holds positions and normals in 12 bytes a dot.
 
-With --relax the dots leave their positions a little: they are no longer dots of the surface, but fewer give it back.
+With --relax the dots move a little: they are no longer dots of the surface, but fewer of them suffice to recover it.
 
 examples:
   sparsurf minimal protein.pdb -o minimal.csv
@@ -48,7 +48,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="number of dots to keep; the paper's samplers keep about that many",
     )
     size.add_argument(
-        "--max-error", type=options.number(ERROR), help="keep as few dots as have at most this Z"
+        "--max-error", type=options.number(ERROR), help="keep as few dots as reach a Z of at most this"
     )
     parser.add_argument(
         "--sampler",
@@ -60,13 +60,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--relax",
         action="store_true",
-        help="move the dots a little, so that the surface recovered from them comes nearer to the whole one",
+        help="move the dots a little, so that the surface recovered from them fits the whole one better",
     )
     parser.add_argument(
         "--seed",
         type=options.number(SEED),
         default=DEFAULT_SEED,
-        help=f"of the random numbers (default {DEFAULT_SEED}, that of a study)",
+        help=f"seed of the random numbers (default {DEFAULT_SEED}, as in a study)",
     )
     options.add_fields(parser)
     options.add_molecule(parser)

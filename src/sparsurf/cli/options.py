@@ -62,7 +62,7 @@ def add_molecule(parser: argparse.ArgumentParser, several: bool = True) -> None:
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
     atoms.add_argument("--residues", help="ranges, such as A:10-52A,60")
     atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
-    words = "number of the model, of several" + "; all: each is a frame, from 0" * several
+    words = "number of the model to take" + "; all: each is a frame, from 0" * several
     atoms.add_argument("--model", type=_model if several else _one_model, help=words)
     atoms.add_argument("--altloc", help="first, highest (occupancy) or a letter (default first)")
     atoms.add_argument("--hydrogens", choices=["keep", "remove"], help="hydrogens of the file (default keep)")
@@ -98,7 +98,7 @@ def add_fields(parser: argparse.ArgumentParser) -> None:
         "--table", help="CSV with a value for each residue, or atom, in columns residue, chain, atom, NAME"
     )
     fields.add_argument(
-        "--charges", default="table", help="of the potential: table (default), pdb2pqr, or a PQR file"
+        "--charges", default="table", help="charges of the potential: table (default), pdb2pqr, or a PQR file"
     )
 
 
@@ -119,13 +119,13 @@ def with_fields(
         )
     if args.charges != "table" and "potential" not in names:
         raise InputError(
-            "--charges: they are of the potential; add --fields potential, or leave out --charges."
+            "--charges: they apply to the potential only; add --fields potential, or leave out --charges."
         )
     if molecule is None:
         raise InputError(f"--fields: {args.file} holds dots, and fields follow from atoms; give a structure.")
     several = args.frames is not None or (args.model == ALL and args.frame is None)
     if several and args.charges not in ("table", "pdb2pqr"):
-        raise InputError("--charges: a PQR file is of one frame; give --frame, or other charges.")
+        raise InputError("--charges: a PQR file holds one frame; give --frame, or other charges.")
     if never := sorted({*names} & (RESERVED_NAMES | {"self"})):
         raise InputError(f"--fields: a field cannot be called {never[0]}; rename the column.")
     table = compute_fields(names, molecule.frame(frame), surface.points, args.charges, args.table)
@@ -229,7 +229,7 @@ def read_atoms(args: argparse.Namespace) -> Molecule:
 
 
 def refuse_structure_options(args: argparse.Namespace, what: str) -> None:
-    """Raise InputError if an option is given that has no meaning for `what`, which is no structure."""
+    """Raise InputError if an option of structures is given for `what`, which is not a structure."""
     for name, default in STRUCTURE_OPTIONS.items():
         if getattr(args, name) != default:
             raise InputError(f"--{name} has no meaning for {what}; leave it out.")

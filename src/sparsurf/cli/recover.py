@@ -73,7 +73,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the dense dots, their triangles, or descriptors of their patches."""
     if args.mesh and args.at is not None:
-        raise InputError("--at: descriptors are no mesh; leave out --mesh or --at.")
+        raise InputError("--at writes descriptors, --mesh triangles; leave out one of the two.")
     if args.no_faces and (args.mesh or args.at is not None):
         other = "--mesh" if args.mesh else "--at"
         raise InputError(f"--no-faces is about dots, which {other} does not write; leave out one of the two.")

@@ -16,7 +16,7 @@ from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 
-DOT_OPTIONS = {  # without a meaning for a mesh
+DOT_OPTIONS = {  # that do not apply to a mesh
     "fields": None,
     "table": None,
     "charges": "table",
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> None:
     """Write the dots or triangles."""
     if not is_structure(args.file):
         raise InputError(
-            f"{args.file} is no structure by its suffix: give one of {', '.join(STRUCTURES)}; frames come by --trajectory."
+            f"{args.file} is not a structure, by its suffix: give one of {', '.join(STRUCTURES)}; --trajectory adds frames."
         )
     for name, default in DOT_OPTIONS.items() if args.mesh else ():
         if getattr(args, name) != default:

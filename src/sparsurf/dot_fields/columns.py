@@ -91,7 +91,7 @@ def _read_cells(path: str | os.PathLike[str]) -> pd.DataFrame:
         rows = [[cell.strip() for cell in row] for row in reader if row]
     except csv.Error as error:
         raise InputError(
-            f"{path} is no table with commas between its columns ({error}): repair it."
+            f"{path} is not a table with commas between its columns ({error}): repair it."
         ) from None
     header, rows = (rows[0], rows[1:]) if rows else ([], [])
     if "residue" not in header:

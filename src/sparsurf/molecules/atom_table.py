@@ -38,7 +38,7 @@ class AtomFile:
     box : (3, 3) float, Å, lattice vectors as rows; None where there is none
     sequences : dict, residue names of each chain's full sequence, where the file has it
     crosslinked : set of (chain, residue) that a bond besides the backbone joins to another residue of the polymer
-    has_plddt : bool, whether a predicted model says that its B factors are pLDDT; None if the file is no predicted model
+    has_plddt : bool, whether a predicted model says that its B factors are pLDDT; None if the file is not a predicted model
     """
 
     atoms: pd.DataFrame

@@ -45,7 +45,7 @@ CLASH = 1.2  # Å; atoms of two residues are never that close, bonded or not
 # structures and trajectories; fewer bonds than MIN_BONDS_OF_LONG_CHAIN vary more.
 STRETCH_TO_WARN, STRETCH_OF_SHORT_CHAIN, MIN_BONDS_OF_LONG_CHAIN = 0.05, 0.09, 40
 CERTAINTY = 0.02  # weight, per bond, of the usual lengths in directions that no bond has
-MAX_RATIO = 1.6  # of a bond's length to its usual one, or the reverse; other bonds do not enter a stretch
+MAX_RATIO = 1.6  # of a bond's length to its usual length, or the reverse; bonds beyond are ignored when stretch is estimated
 MIN_RESIDUES_OF_MIRROR = 3  # of a chain whose handedness is compared with that of the first frame
 SAME_PLACE = 0.5  # Å; two atoms are never that close
 SAME_RESIDUE = 1.0  # Å; C-alpha atoms of neighbours are 2.8 Å apart at least
@@ -352,7 +352,7 @@ def _warn_of_mirror_images(molecule: Molecule, path: str | os.PathLike[str]) -> 
 
 
 def _warn_of_shared_places(molecule: Molecule, path: str | os.PathLike[str]) -> None:
-    """Warn of residues and atoms of the first frame that lie in the place of another, and of atoms far from their residue."""
+    """Warn of residues and atoms of the first frame that overlap with another, and of atoms far from their residue."""
     xyz, index = molecule.xyz[0], molecule.residue_index
     ca = np.flatnonzero((molecule.name == "CA") & (molecule.kind == "protein"))
     twin = np.flatnonzero(np.linalg.norm(np.diff(xyz[ca], axis=0), axis=1) < SAME_RESIDUE)

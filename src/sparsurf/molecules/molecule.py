@@ -34,7 +34,7 @@ class Molecule:
     residue_index : (A,) int, 0, 1, 2, ...: the residue of each atom, even if labels repeat
     kind : (A,) str, 'protein', 'nucleic', 'water' or 'other'
     b_factor : (A,) float64, Å^2; nan where the file has none
-    masked_residues : int, residues that were left out for their pLDDT; None where nothing was asked, or of no predicted model
+    masked_residues : int, residues left out for their pLDDT; None without a bound, or if the model is not a predicted one
     """
 
     xyz: np.ndarray

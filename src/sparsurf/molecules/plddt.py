@@ -25,7 +25,7 @@ def pdb_has_plddt(lines: list[str]) -> bool | None:
 
 
 def mmcif_has_plddt(block: cif.Block) -> bool | None:
-    """Tell whether a predicted model says that it has pLDDT; None if the data block is no predicted model."""
+    """Tell whether a predicted model says that it has pLDDT; None if the data block is not a predicted model."""
     if not any(block.get_mmcif_category_names().count(name) for name in CATEGORIES):
         return None
     metrics = [*block.find_values("_ma_qa_metric.name"), *block.find_values("_ma_qa_metric.type")]

@@ -101,7 +101,7 @@ def read_molecule(
     altloc : 'first', 'highest' (occupancy) or a letter
     stride : int, keep every stride-th frame
     times : floats, ps
-        Of a trajectory, keep only the first frame and those at these times; the stride does not count.
+        Keep only the first frame of a trajectory and those at these times; the stride is ignored.
     whole : bool, make molecules whole that the periodic box cuts
     plddt : float, 0 to 100
         Leave out the residues of a predicted model whose pLDDT is below; other files stay as they are.
@@ -292,7 +292,7 @@ def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Unpack[Selectio
     Returns
     -------
     Molecule
-        Of alternate locations the first, as from a file.
+        With the first of alternate locations, as from a file.
 
     Raises
     ------

@@ -247,7 +247,7 @@ def _report_left_out(
     taken = set(molecule.residue_index[selected].tolist())
     first = np.unique(molecule.residue_index, return_index=True)[1]
     sizes = np.bincount(molecule.residue_index)
-    for minor in (False, True):  # water and ions, which are hardly ever meant, are logged apart
+    for minor in (False, True):  # water and ions, which few users want, are logged separately
         counts = Counter(
             str(molecule.residue_name[atom])
             for atom, size in zip(first, sizes, strict=True)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 MAX_LINK = 2.5
 MIN_BOX = 15.0  # Å; a shorter lattice vector is a dummy, or shorter than one residue
 MAX_MOLECULES = 100  # more molecules (all waters selected) are not moved next to each other
-MAX_ATOMS_PER_CONTACT = 200  # of each molecule, among which contacts are sought
+MAX_ATOMS_PER_CONTACT = 200  # atoms of each molecule that are searched for contacts
 
 
 def make_whole(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray, join: bool = True) -> np.ndarray:

@@ -1,1 +1,1 @@
-"""Two surfaces: what the patches of one say of the other; arrays in, arrays out."""
+"""Two surfaces: how the patches of one match those of the other."""

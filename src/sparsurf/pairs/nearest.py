@@ -2,7 +2,7 @@
 
 Squared distances come block by block from one matrix product, and each block serves both sides. The size of the blocks does
 not depend on the number of threads, BLAS runs in one thread each, and ties go to the lower index. The result is therefore
-the same bit by bit for any number of threads. Squares are rounded to what the product resolves on every processor.
+bit for bit the same for any number of threads. Squares are rounded to what the product resolves on every processor.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from sparsurf.kernel_cache import njit
 from sparsurf.threads import parallel_map
 
 ROWS, COLUMNS = 256, 2048  # of a block of distances: 4 MB per thread
-SMALLEST = 1e-200  # squared length, so that vectors of 0 have a step, too
+SMALLEST = 1e-200  # squared length, so that zero vectors have a step too
 RESOLVED = (
     2.0**-40
 )  # of the largest squared length: 1000 rounding errors of a square; distances of a millionth are 0

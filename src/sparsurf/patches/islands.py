@@ -76,7 +76,7 @@ def drop_small_islands(
 ) -> None:
     """Clear the bits of dots whose island cannot be the largest, for up to 64 subsets at once.
 
-    Bit b of `word[k]` tells whether subset b keeps `ids[k]`. A dot with two kept neighbours is in an island of three or
+    Bit b of `word[k]` says whether subset b keeps `ids[k]`. A dot with two kept neighbours is in an island of three or
     more dots, as are these two, and every dot of such an island is one or the other. If a subset has such a dot, all other
     dots are dropped. Otherwise, if two dots are linked, single dots are dropped. `around` (N + 1,) is all 0, also on return.
     """

@@ -123,7 +123,7 @@ def error_table(distance: np.ndarray, curvature: np.ndarray) -> pd.DataFrame:
     Returns
     -------
     DataFrame, a row each for everywhere, clefts (curvature below -`MIN_CURVATURE`), flats and ridges: where, dots,
-    dots_percent, mean, high_99 (99 % quantile), largest (Å; NaN if there is no such dot)
+    dots_percent, mean, high_99 (99 % quantile), largest (Å; NaN if there is none)
     """
     regions = {EVERYWHERE: np.full(len(curvature), True), "clefts": curvature < -MIN_CURVATURE}
     regions |= {"flats": np.abs(curvature) <= MIN_CURVATURE, "ridges": curvature > MIN_CURVATURE}

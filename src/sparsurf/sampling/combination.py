@@ -42,7 +42,7 @@ class Combination(NamedTuple):
         """
         values = [float(part) for part in text.strip().removeprefix("(").removesuffix(")").split(",")]
         if len(values) != len(cls._fields):
-            raise ValueError(f"{text!r} is no combination of alpha, beta, gamma and delta")
+            raise ValueError(f"{text!r} is not a combination of alpha, beta, gamma and delta")
         return cls(*values)
 
     def keys(self) -> list[int]:

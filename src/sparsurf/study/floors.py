@@ -1,4 +1,4 @@
-"""Noise floors: Z between two descriptions of the same surface, or of one that hardly differs.
+"""Noise floors: Z between two descriptions of the same surface, or of nearly the same surface.
 
 A Z below that of fresh dots shows that a subset contains the very dots it is compared with, not that it describes the surface
 better. All dots are used on both sides.

@@ -193,7 +193,7 @@ class Required(NamedTuple):
 def required_to_recover(trials: Trials, floor: np.ndarray) -> Required:
     """Find the smallest n_S from which the surface is recovered with a Z of at most `FLOOR_FACTOR` times a noise floor.
 
-    The first of `Trials.sizes` whose Z is at most the limit tells where the curve comes down; `crossing.fitted_crossing`
+    The first of `Trials.sizes` whose Z is at most the limit brackets the crossing; `crossing.fitted_crossing`
     through the sizes around gives the answer and its interval.
 
     Parameters

@@ -332,7 +332,7 @@ def _contact_dots(
 ) -> Dots:
     """Place the dots of every atom at which a touching probe is accessible.
 
-    The spheres `whole` are accessible everywhere or nowhere, so that one dot tells.
+    The spheres `whole` are accessible everywhere or nowhere, so one dot decides.
     """
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
     for i in range(len(atoms.centre)):

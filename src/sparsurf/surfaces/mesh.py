@@ -156,7 +156,7 @@ def molecular_mesh(
     """Generate the solvent-excluded surface of spheres as triangles whose corners lie on the surface.
 
     The surface lies at the probe's radius from all positions that the probe's centre can take. So the distance to the
-    nearest of these positions tells on which side a point is, and which point of the surface is nearest to it.
+    nearest of these positions determines on which side a point is, and which point of the surface is nearest to it.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ def read_surface(path: Path | str) -> Surface:
 
     Parameters
     ----------
-    path : path of the file; its content, not its name, tells the format
+    path : path of the file; its content, not its name, determines the format
 
     Returns
     -------
@@ -59,7 +59,7 @@ def read_points(path: Path | str) -> np.ndarray:
 
     Parameters
     ----------
-    path : path of the file; its content, not its name, tells the format
+    path : path of the file; its content, not its name, determines the format
 
     Returns
     -------

@@ -58,7 +58,7 @@ def spacing(points: np.ndarray, cube: float | None = None, near: float = 0.0) ->
     ----------
     points, cube : as for `nearest_distances`
     near : float, Å
-        A median of at most this need not be exact: what is returned lies between it and `near`. That is faster.
+        A median of at most this need not be exact: the result then lies between the median and `near`. That is faster.
     """
     if len(points) < 2:
         return float("nan")
@@ -79,8 +79,8 @@ def nearest_distances(
     ----------
     points : (N, 3) float64, Å, at least two
     cube : float, optional
-        Å, edge of the cubes in which neighbours are sought first; it changes the time and not the distances. Without it,
-        the distances of a few dots tell it.
+        Å, edge of the cubes in which neighbours are searched first; it changes the time, not the distances. By default it
+        follows from the distances of a few dots.
     n_shortest : int, optional
         Number of distances that are needed, by default all. Longer ones may be infinite.
     near : float, Å

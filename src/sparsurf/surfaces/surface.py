@@ -62,7 +62,7 @@ N_SURROUNDING, N_BESIDE = 40, 6  # nearest dots by which the inside of a surface
 N_FAR = 1000  # dots that stand for all others
 # Angles between normals of neighbouring dots, radians, below which directions are judged
 DENSE_ANGLE, MEDIUM_ANGLE = 0.34, 0.5
-# Mean |cosine| between a normal and the directions to the dots beside it: .13 on dense surfaces, .33 on a subset of
+# Mean |cosine| between a normal and the directions to the neighbouring dots: .13 on dense surfaces, .33 on a subset of
 # 5 %; .42 and more where columns are exchanged, axes mirrored, or positions inexact.
 MAX_COSINE_OF_TANGENTS = 0.38
 SHIFTS = (-3, -2, -1, 1, 2, 3)  # rows by which normals may have slipped
@@ -231,7 +231,7 @@ def _numbers(value: ArrayLike, name: str) -> np.ndarray:
 def _fields(fields: Any, n: int) -> dict[str, np.ndarray]:
     """Return the fields of n dots, a mapping or a DataFrame, as arrays; raise InputError for anything else."""
     if not hasattr(fields, "items") or not all(isinstance(name, str) for name in fields):
-        raise InputError("surface: fields is no dictionary of names and arrays.")
+        raise InputError("surface: fields must be a dictionary of names and arrays.")
     arrays = {name: _numbers(value, f"the field {name}").astype(float) for name, value in fields.items()}
     for name, array in arrays.items():
         if array.shape != (n,):
@@ -400,7 +400,7 @@ def check_plausibility(
         )
     if angle < MEDIUM_ANGLE and across.mean() > MAX_COSINE_OF_TANGENTS:
         raise InputError(
-            f"{path}: its normals do not stand upright on its dots (mean cosine to the dots beside {across.mean():.2f}): "
+            f"{path}: its normals do not stand upright on its dots (mean cosine to neighbouring dots {across.mean():.2f}): "
             "compare the order, signs and units of the columns x,y,z and nx,ny,nz."
         )
     if angle < DENSE_ANGLE and all_alike < MIN_ALIKE_TO_REPORT:
@@ -486,7 +486,7 @@ def _surrounding(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np
     distances, around = map(np.asarray, cKDTree(points).query(points[sample], k=k + 1))
     is_self = around == sample[:, None]
     is_self[~is_self.any(axis=1), -1] = (
-        True  # of dots in one place another may come in place of the dot itself
+        True  # if dots coincide, another of them may be returned instead of the dot itself
     )
     shape = (len(sample), k)
     return distances[~is_self].reshape(shape), around[~is_self].reshape(shape)

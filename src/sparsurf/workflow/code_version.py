@@ -22,7 +22,7 @@ def code_version(*parts: str) -> str:
 
     Parameters
     ----------
-    parts : names of packages, or of modules beside them, in src/sparsurf
+    parts : names of packages, or of modules, in src/sparsurf
     """
     candidates = (path for part in parts for path in (LIBRARY / f"{part}.py", *(LIBRARY / part).rglob("*")))
     paths = sorted(path for path in candidates if path.is_file())

@@ -28,7 +28,7 @@ RESERVED_SUFFIXES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 PUBLISHED_READINGS = ("as_coded", "as_written")
 PUBLISHED_RANGES = 10  # rows of the paper's Table I
 STRUCTURES_VARIABLE = "SPARSURF_STRUCTURES"  # environment variable: a folder of structures named like PDB ids
-CONFORMATION = re.compile(r"[cf]\d+|\*")  # one, or what is over all of them
+CONFORMATION = re.compile(r"[cf]\d+|\*")  # one conformation, or all of them
 MAX_SENTENCES = 20
 
 
@@ -384,14 +384,14 @@ def _check_excluded(config: dict) -> Iterator[str]:
         kind, _, name = part.partition("/")
         known = name in config[kind] if kind in ("pairs", "sites") else kind in config["proteins"]
         if not known or (kind in config["proteins"] and name and not CONFORMATION.fullmatch(name)):
-            yield f"exclude: {part!r} is no part of the study; remove it, or correct its name."
+            yield f"exclude: {part!r} is not part of the study; remove it, or correct its name."
     first = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # stands for its protein
     excluded = {without_zeros(part) for part in config["exclude"]}
     for part, named in needed_conformations(config).items():
         for name in named:
             parts = {name.partition("/")[0], without_zeros(name) if "/" in name else f"{name}/{first}"}
             if parts & excluded and part not in config["exclude"]:
-                yield f"exclude: {part} needs {name!r}, which is excluded; exclude {part}, too."
+                yield f"exclude: {part} needs {name!r}, which is excluded; exclude {part} too."
                 break
 
 

@@ -1,4 +1,4 @@
-"""Names of conformations: which a molecule has, and how the config may write them."""
+"""Names of conformations, and whether a molecule has only one."""
 
 import gzip
 import re

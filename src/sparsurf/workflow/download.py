@@ -51,7 +51,7 @@ def file_name(url: str) -> str:
     """Return the last part of the path of a URL, at most MAX_NAME_LENGTH characters, with underscores for special ones."""
     name = _parsed(url).path.rsplit("/", 1)[-1]
     name = "".join(c if (c.isascii() and c.isalnum()) or c in "._-" else "_" for c in name).lstrip(".")
-    return name[-MAX_NAME_LENGTH:].lstrip(".") or "structure.pdb"  # the end says what it is
+    return name[-MAX_NAME_LENGTH:].lstrip(".") or "structure.pdb"  # the end has the suffix
 
 
 def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: str) -> None:
@@ -60,7 +60,7 @@ def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: st
     Parameters
     ----------
     url : str, https; or http with a checksum
-    sha256 : str or None, what the file must have
+    sha256 : str or None, checksum that the file must have
     path, path_to_record : str
     name : str, of the protein, for the sentence
 
@@ -86,7 +86,7 @@ def fetch(url: str, sha256: str | None, path: str, path_to_record: str, name: st
     checksum = hashlib.sha256(content).hexdigest()
     if sha256 and checksum != sha256.lower():
         raise InputError(
-            f"{name}: the file at {shorten(url)} has the sha256 {checksum}, not {sha256}; it is not what the study is about."
+            f"{name}: the file at {shorten(url)} has the sha256 {checksum}, not {sha256}; it is not the file of the study."
         )
     with open(path, "wb") as stream:
         stream.write(content)

@@ -15,7 +15,7 @@ NO_REASON = "it was killed, ran out of memory, or was stopped before it could gi
 
 
 def lines_after(path: str | Path, word: str) -> list[str]:
-    """Return the rest of the lines of a log that begin with a word; an empty list where there is no log."""
+    """Return the rest of each line of a log that begins with a word; an empty list if there is no log."""
     try:
         text = Path(path).read_text(encoding="utf-8", errors="replace")
     except OSError:

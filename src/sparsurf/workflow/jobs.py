@@ -21,7 +21,7 @@ DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS)
 
 @contextmanager
 def job(snakemake: Any) -> Iterator[None]:
-    """Run a script's work: what it prints and logs goes to the rule's log, and an error ends it with one sentence.
+    """Run a script: its output goes to the log of the rule, and an error ends it with one sentence.
 
     The log has the traceback of an error that is not the user's mistake. Snakemake removes the outputs of a job that failed.
     """
@@ -56,7 +56,7 @@ def let_jobs_import_library() -> None:
 
 
 def _sentence(error: Exception, snakemake: Any) -> str:
-    """Return what a user is told about an error."""
+    """Return the message of an error for the user."""
     if isinstance(error, InputError):
         return str(error)
     if isinstance(error, OSError) and error.errno in DISK_ERRORS:

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong in a config, as one sentence per mistake."""
+"""One sentence for each mistake that pydantic finds in a config."""
 
 import datetime
 import difflib
@@ -129,7 +129,7 @@ def _but_must_be(path: tuple, value: Any, allowed: str, schema: dict) -> str:
 
 
 def _allowed(error: dict, rule: dict) -> str:
-    """What is allowed, in words."""
+    """The allowed values in words."""
     kind, value, limits = error["type"], error["input"], error.get("ctx", {})
     if kind in LIMITS:
         return LIMITS[kind].format(**{key: int(limit) for key, limit in limits.items()})
@@ -187,7 +187,7 @@ def _rule_at(path: tuple, schema: dict) -> dict:
 
 
 def _resolved(rule: dict, definitions: dict) -> dict:
-    """A rule with what it refers to; of several alternatives all keys together."""
+    """A rule with its references resolved and the keys of all its alternatives."""
     rule = rule if isinstance(rule, dict) else {}
     if "$ref" in rule:
         rule = definitions[rule["$ref"].rsplit("/", 1)[-1]] | {k: v for k, v in rule.items() if k != "$ref"}

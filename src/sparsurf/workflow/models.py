@@ -234,7 +234,7 @@ class Pair(Section):
 
 
 class Site(Section):
-    """A site that is sought on other surfaces, or two conformations that are compared."""
+    """A site that is searched for on other surfaces, or two conformations that are compared."""
 
     query: Conformation = optional("Protein, or protein/conformation, that has the site.")
     residues: Residues = optional("Residues of the site, like 'A:57,102,195', in quotes.")
@@ -444,7 +444,7 @@ BATCH_PERCENT = (
     10  # of the dots, where structures are analysed in batches and `minimal` requests nothing else
 )
 FIELD_ITEMS = {"anyOf": [{"enum": [*FIELDS]}, {"type": "string"}]}
-PLACES = "protein, protein/c2, protein/* (what is over all its frames), pairs/name, sites/name"
+PLACES = "protein, protein/c2, protein/* (results over all its frames), pairs/name, sites/name"
 Fields = Annotated[
     list[str],
     AfterValidator(_without_repeats),

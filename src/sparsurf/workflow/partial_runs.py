@@ -1,4 +1,4 @@
-"""Runs in which something failed: what they go on without, and what is said at their end."""
+"""Runs in which jobs failed: what is excluded from the second attempt, and the message at the end."""
 
 import os
 import shutil
@@ -31,7 +31,7 @@ BEFORE_CONFORMATIONS = (
 
 
 def make_writable(folder: Path) -> None:
-    """Create a folder; raise InputError where nothing can be written there."""
+    """Create a folder; raise InputError if it cannot be written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as file:
@@ -42,7 +42,7 @@ def make_writable(folder: Path) -> None:
 
 @contextmanager
 def failed_jobs() -> Iterator[list[str]]:
-    """Give a list that in the end holds the logs of the jobs that failed."""
+    """Yield a list that receives the logs of the failed jobs on exit."""
     failed: list[str] = []
     with tempfile.NamedTemporaryFile("r", encoding="utf-8") as file:
         os.environ[FAILED_JOBS] = file.name
@@ -67,7 +67,7 @@ def exclude_failures(config: dict, run: Path, failed: list[str]) -> dict[str, st
         over_frames = protein in config["proteins"] and not job.startswith(BEFORE_CONFORMATIONS)
         part = "/".join(filter(None, (protein, conformation or ("*" if over_frames else ""))))
         part += whole if part and part == protein else ""
-        if part:  # jobs over all proteins are needed
+        if part:  # a job over all proteins has no part
             exclude[part] = f"{job}: {failure(log)}"
     for protein in config["proteins"]:
         chosen = chosen_conformations(config, run, protein)
@@ -110,7 +110,7 @@ def write_exclude(exclude: dict[str, str], path: Path) -> Path:
 
 
 def say_what_failed(run: Path, failed: list[str]) -> None:
-    """Say on standard error why not everything could be made."""
+    """Print on standard error why some results are missing."""
     folders = [folder for folder in (run, Path(".snakemake")) if folder.is_dir()]
     for folder in folders:
         if shutil.disk_usage(folder).free < FULL_DISK_BYTES:

@@ -46,7 +46,7 @@ def run_snakemake(
 ) -> int:
     """Run Snakemake in a checkout and return its exit code.
 
-    Ctrl-C reaches it by itself, SIGTERM is passed on; both wait until it has ended its jobs.
+    The terminal sends Ctrl-C to it directly, and SIGTERM is passed on. Both wait until it has ended its jobs.
 
     Parameters
     ----------

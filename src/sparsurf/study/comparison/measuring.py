@@ -102,7 +102,7 @@ def compare_samplers(
 def _draw(
     prepared: PreparedSurface, name: str, method: Method, percents: Sequence[float], draws: int
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Draw the subsets of one sampler, ascending dots, n_S by n_S and draw by draw; return their seconds, (P, D), too."""
+    """Draw the subsets of one sampler, ascending dots, n_S by n_S and draw by draw; also return their seconds, (P, D)."""
     subsets, seconds = [], []
     method(1, prepared.stream("compare", name))  # computes what all draws share, which is not timed
     for percent in percents:
@@ -188,7 +188,7 @@ def _rows(
 
 
 def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
-    """Warn once of all cases in which the evaluated patches are only fragments of what was kept."""
+    """Warn once if evaluated patches hold only fragments of the kept dots."""
     cases = []
     for rule in ("as_coded", "scaled"):
         part = table[table["measure"] == f"median patch size {rule}"]

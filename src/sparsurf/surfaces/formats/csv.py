@@ -25,12 +25,12 @@ FORBIDDEN_FIELDS = frozenset(["points", "normals", "self"])  # names that a fiel
 MAX_COLUMNS = 1000
 COLUMNS_OF_DOTS = ["x", "y", "z", "nx", "ny", "nz"]
 N_LINES_TO_COMPARE = 10  # their decimals show whether the last number is complete
-# Empty lines and comments before the header. A header whose first column begins with # (#,x,y,z or #id,x,y,z) is no comment.
+# Empty lines and comments before the header. A header whose first column begins with # (#,x,y,z or #id,x,y,z) is not a comment.
 COMMENTS = re.compile(r"(?:[ \t]*\n|#(?!.*,[ \t]*[zZ][ \t]*[,\n]).*\n)*")
 
 
 def _sniff(head: bytes) -> bool:
-    """Tell whether the first line after comments has a comma, or names x, y and z without one."""
+    """Return whether the first line after comments has a comma, or names x, y and z without one."""
     text = head.removeprefix(codecs.BOM_UTF8).decode("latin-1").replace("\r", "\n")
     line = text[_length_of_comments(text) :].split("\n", 1)[0]
     return "," in line or {"x", "y", "z"} <= set(re.split(r'[;\s"]+', line.lower()))
@@ -184,7 +184,7 @@ def _warn_of_omitted_columns(
             wrong = column[pd.to_numeric(column, errors="coerce").isna() & column.notna()]
             if 0 < len(wrong) < len(column) / 2:
                 log.warning(
-                    "%s: the column %s is left out: it holds %s, which is no number",
+                    "%s: the column %s is left out: it holds %s, which is not a number",
                     path,
                     name,
                     shorten(repr(wrong.iloc[0])),
@@ -212,7 +212,7 @@ def _lines_of_rows(text: str, n_skipped: int) -> list[int]:
 
 
 def _ends_within_a_number(text: str) -> bool:
-    """Tell whether the last number has fewer decimals than those of the lines before, which all have equally many."""
+    """Return whether the last number has fewer decimals than those of the lines before, which all have equally many."""
     ends = [line.rpartition(",")[2].strip() for line in text.rstrip().split("\n")[-N_LINES_TO_COMPARE:]]
     decimals = [len(end.partition(".")[2]) for end in ends]
     return len(ends) == N_LINES_TO_COMPARE and len(set(decimals[:-1])) == 1 and decimals[-1] < decimals[0]

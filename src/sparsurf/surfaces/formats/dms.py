@@ -61,7 +61,7 @@ def read_dms(content: bytes, path: Path | str) -> Surface:
         atoms.append(atom)
         lines.append(number)
     if line.strip() and not types and not line.rstrip().endswith(" A"):  # text after the last line break
-        raise InputError(f"{path} is cut short: line {number} is no whole dot or atom; copy it again.")
+        raise InputError(f"{path} is cut short: line {number} is not a complete dot or atom; copy it again.")
     table = np.array(rows, dtype=float).reshape(-1, 7)
     points, area, normals = table[:, :3], table[:, 3], table[:, 4:]
     return surface_of_columns(
@@ -80,7 +80,7 @@ def _dot_of_line(line: str, dot_type: re.Match[str], number: int, path: Path | s
         row = _floats([x, head[-18:-9], head[-9:], *rest])
     if row is None or len(row) != 7:
         quoted = shorten(repr(line.strip()))
-        raise InputError(f"{path}: line {number} is no dot with its area and normal: {quoted}; repair it.")
+        raise InputError(f"{path}: line {number} is not a dot with its area and normal: {quoted}; repair it.")
     return row
 
 
