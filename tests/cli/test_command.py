@@ -841,3 +841,39 @@ def test_a_misspelt_name_is_answered_with_the_nearest(words, hint, capsys):
     with pytest.raises(SystemExit):
         command.main(words)
     assert hint in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_mesh_is_recovered_with_the_options(tmp_path, monkeypatch):
+    """Other values than the default reach the function."""
+    called = []
+
+    def record(points, normals, step, *settings):
+        called.append((len(points), *settings[:3]))
+        raise InputError("that is enough")
+
+    monkeypatch.setattr("sparsurf.recovery.mesh.recovered_mesh", record)
+    k = np.arange(400) + 0.5
+    polar, azimuth = np.arccos(1 - k / 200), np.pi * (1 + 5**0.5) * k
+    unit = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=1)
+    table = pd.DataFrame(np.hstack([5 * unit, unit]), columns=["x", "y", "z", "nx", "ny", "nz"])
+    table.to_csv(tmp_path / "few.csv", index=False)
+    call = ["recover", str(tmp_path / "few.csv"), "--mesh", "-o", str(tmp_path / "m.ply")]
+    assert command.main([*call, "--density", "7", "--reach", "1.7", "--steps", "3"]) != 0
+    assert called == [(400, 7.0, 1.7, 3)]
+
+
+@pytest.mark.parametrize("kind", ["published", "rotation_robust"])
+def test_descriptors_are_of_the_kind_that_is_asked_for(tmp_path, kind):
+    call = [
+        "descriptors",
+        str(ROOT / "data" / "tdp43" / "topology.pdb"),
+        "--residues",
+        "209-212",
+        "--every",
+        "300",
+    ]
+    assert command.main([*call, "--radius", "5", "--descriptor", kind, "-o", str(tmp_path / "d.csv")]) == 0
+    table = pd.read_csv(tmp_path / "d.csv")
+    dots = sparsurf.surface(sparsurf.read_molecule(call[1], residues="209-212"))
+    z = sparsurf.descriptors(dots, table["dot"].to_numpy(), radius=5.0, descriptor=kind)
+    np.testing.assert_allclose(table.filter(regex="^z_"), z, rtol=1e-3, atol=1e-3)

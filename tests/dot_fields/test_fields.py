@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import gemmi
 import numpy as np
 import pandas as pd
 import pytest
@@ -22,6 +23,7 @@ from sparsurf.dot_fields.potential import (
     potential_of_charges,
     potential_of_unit_charge,
 )
+from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.dot_fields.smoothing import gaussian_mean
 
 PEPTIDE = str(ROOT / "data" / "tdp43" / "topology.pdb")
@@ -31,6 +33,26 @@ LINE = "ATOM  {:5d}  {:<3s} {:3s} A{:4d}    {:8.3f}{:8.3f}{:8.3f}  1.00{:6.2f}  
 @pytest.fixture(scope="module")
 def molecule():
     return sparsurf.read_molecule(PEPTIDE)
+
+
+# Kyte & Doolittle 1982, table 2; Zamyatnin 1972; typed from the papers, in the order of the letters
+SEQUENCE = "ARNDCQEGHILKMFPSTWYV"
+SOURCES = {
+    "hydropathy": "1.8 -4.5 -3.5 -3.5 2.5 -3.5 -3.5 -0.4 -3.2 4.5 3.8 -3.9 1.9 2.8 -1.6 -0.8 -0.7 -0.9 -1.3 4.2",
+    "volume": "88.6 173.4 114.1 111.1 108.5 143.8 138.4 60.1 153.2 166.7 166.7 168.6 162.9 189.9 112.7 89 116.1 227.8 193.6 140",
+    "aromaticity": "0 0 0 0 0 0 0 0 .6 0 0 0 0 1 0 0 0 1 1 0",
+    "charge": "0 1 0 -1 0 0 -1 0 0 0 0 1 0 0 0 0 0 0 0 0",
+}
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_scales_of_residues_are_those_of_their_sources(name):
+    """One residue alone has its own value at every dot."""
+    for residue, value in zip(
+        gemmi.expand_one_letter_sequence(SEQUENCE, gemmi.ResidueKind.AA), SOURCES[name].split(), strict=True
+    ):
+        alone = SimpleNamespace(residue_name=np.array([residue]), xyz=np.zeros((1, 1, 3)))
+        assert FIELDS[name].function(alone, np.eye(3)) == pytest.approx([float(value)] * 3), residue
 
 
 def test_one_charge_has_the_potential_of_the_formula():

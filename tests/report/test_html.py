@@ -121,7 +121,9 @@ def first(folder, files, **more):
 
 def test_texts_of_numbers():
     assert number(-0.004) == "0.00" and number(-0.006) == "−0.01" and number(np.nan) == number(None) == ""
-    assert [share(x) for x in (6.44, 7.0, 9.96, 45.2, 99.7, 100.0)] == ["6.4", "7", "10", "45", "99.7", "100"]
+    assert [share(x) for x in (6.44, 7.0, 9.94, 9.96, 45.2, 99.7, 100.0)] == [
+        *("6.4", "7", "9.9", "10", "45", "99.7", "100")
+    ]
     assert span([1.0, 1.001]) == "1.00" and span([2.0, 1.0]) == "1.00 to 2.00"
     assert interval(1.0, 0.5, 1.5) == "1.00 (0.50 to 1.50)" and interval(1.0, np.nan, np.nan) == "1.00"
     ends = [(0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1), (np.nan, np.nan)]
@@ -539,14 +541,18 @@ def test_a_partner_without_an_interval_is_told_without_one():
 
 def test_means_over_pairs_are_told_with_their_interval():
     means = pd.DataFrame(
-        {"score": ["propensity_smoothed", "flatness"], "mean": [0.55, 0.6], "low": 0.51, "high": 1.7}
+        {
+            "score": ["propensity_smoothed", "flatness", "planarity", "similarity"],
+            "mean": [0.55, 0.6, 0.52, 0.9],
+        }
+        | {"low": 0.51, "high": 1.7}
     )
     table = pd.DataFrame({"complex": ["a", "a", "b"], "score": "propensity_smoothed", "auc": [0.4, 0.6, 0.7]})
     known = pair_page.pairs_page("run", means, 3, 2, table)
     assert (
         known["auc"] == "0.550 (0.510 to 1.000)"
         and known["place"] == "above"
-        and known["baseline"] == "roughness of the patch"
+        and (known["baseline"], known["baseline_auc"]) == ("roughness of the patch", "0.600")
     )
     assert known["pairs"] == [("a", "0.50"), ("b", "0.70")]
     nothing = render(pair_page.OF_ALL, **pair_page.pairs_page("run", means.head(0), 3, 0, table.head(0)))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import sparsurf
@@ -18,7 +19,7 @@ from sparsurf.sites import describing, finding
 from sparsurf.sites.describing import FIELDS, _fill_unknown, load_sites, sites_of
 from sparsurf.sites.finding import BLOCK, chance, nearest_places
 from sparsurf.sites.metric import discriminant, learn_weights, to_metric_space
-from sparsurf.sites.pose_search import _likeliest, best_pose, rigid_fit
+from sparsurf.sites.pose_search import _likeliest, _scores, _Search, best_pose, rigid_fit
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 TURN = Rotation.from_euler("xyz", [40, 100, 250], degrees=True).as_matrix()
@@ -89,6 +90,20 @@ def test_a_patch_of_twelve_dots_is_described(n, described):
         return
     with pytest.raises(InputError, match="flat: no patch has 12 dots"):
         sites_of(dots, labels, "flat", 100)
+
+
+@pytest.mark.parametrize(
+    ("height", "degrees", "meets"),
+    [(2.4, 0, True), (2.6, 0, False), (0, 72, True), (0, 73, False), (0, 100, False)],
+)
+def test_places_meet_within_two_and_a_half_angstrom_and_73_degrees(height, degrees, meets):
+    """cos 72° = 0.309 and cos 73° = 0.292, and 0.3 is the limit."""
+    points, normals = np.eye(3) * 9, np.tile([0.0, 0, 1], (3, 1))
+    tilt = np.tile([np.sin(np.radians(degrees)), 0, np.cos(np.radians(degrees))], (3, 1))
+    there = points + np.array([0, 0, height])
+    search = _Search(points, normals, there, tilt, cKDTree(there), np.diag([1.0, 2, 4]))
+    scores, match = _scores(search, np.eye(3)[None], np.zeros((1, 3)))
+    assert scores[0] == (7 if meets else 0) and match[0].tolist() == ([0, 1, 2] if meets else [-1] * 3)
 
 
 def test_distances_of_equal_places_are_the_least():
@@ -185,6 +200,16 @@ def test_a_site_is_laid_on_each_of_several_targets_and_targets_of_one_name_are_t
     for row in table.itertuples():
         laid = sparsurf.read_molecule(tmp_path / "laid" / f"{row.rank:02d}_{row.target}.pdb")
         assert np.sqrt(((laid.xyz - there[row.target].xyz) ** 2).sum(axis=2).mean()) < 2.0
+
+
+@pytest.mark.parametrize("hits", [1, 2])
+def test_as_many_hits_are_written_as_asked_for(tmp_path, sites, hits):
+    for name in ("query", "a", "b", "c"):
+        replace(sites, name=name).save(tmp_path / f"{name}.sites")
+    files = [str(tmp_path / f"{name}.sites") for name in ("query", "a", "b", "c")]
+    options = ["--residues", "215-217", "--percent", "8", "--hits", str(hits), "-o", str(tmp_path / "h.csv")]
+    assert main(["find", *files, *options]) == 0
+    assert pd.read_csv(tmp_path / "h.csv")["target"].tolist() == ["a", "b"][:hits]
 
 
 def test_nothing_is_told_of_a_target_on_which_nothing_fits(sites, caplog):

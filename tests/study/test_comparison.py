@@ -19,7 +19,7 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import SCALED_LINK
 from sparsurf.recovery.relaxation import relax
-from sparsurf.report.comparison_page import comparison_page
+from sparsurf.report.comparison_page import against, alike, comparison_page
 from sparsurf.report.figures.comparison_figure import comparison_figure
 from sparsurf.sampling import published, samplers
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_CHOICES, choices_from_ranges
@@ -325,6 +325,41 @@ def test_a_bound_counts_the_dots_that_were_kept_not_those_wished():
     assert (row["factor"], row["bound"]) == (pytest.approx(8), "more than ")
 
 
+def test_samplers_are_alike_where_the_paired_interval_holds_0():
+    rows = [
+        ("farthest", "poisson", -0.1, 0.2),
+        ("voxel", "farthest", 0.0, 0.1),
+        ("farthest", "uniform", 0.1, 0.2),
+    ]
+    rows += [("paper", "farthest", -0.2, -0.1), ("voxel", "uniform", -1.0, 1.0)]
+    pairs = pd.DataFrame(rows, columns=["sampler", "than", "low", "high"]).assign(
+        measure="Z as_written", percent=10.0
+    )
+    others = pairs.assign(percent=20.0, low=-1.0, high=1.0)
+    assert alike(pd.concat([pairs, others]), "farthest", 10.0) == ["voxel", "poisson"]
+
+
+@pytest.mark.parametrize(
+    ("bound", "factor", "said"),
+    [
+        ("more than ", 1.02, None),
+        ("more than ", 1.3, "> 1.3"),
+        ("less than ", 0.9, "< 0.9"),
+        ("", 1.0, "1.0 (0.5 to 2.0)"),
+    ],
+)
+def test_a_bound_of_hardly_more_than_one_says_nothing(bound, factor, said):
+    row = {
+        "measure": "Z as_written",
+        "percent": 10.0,
+        "use": "surface",
+        "sampler": "farthest",
+        "than": "uniform",
+    }
+    rows = pd.DataFrame([row | {"bound": bound, "factor": factor, "low": 0.5, "high": 2.0}])
+    assert against(rows, 10.0) == said
+
+
 def test_page_says_what_the_numbers_say(table):
     equal_error = pd.DataFrame(
         columns=["use", "measure", "sampler", "than", "percent", "factor", "low", "high", "bound"]
@@ -336,12 +371,13 @@ def test_page_says_what_the_numbers_say(table):
     )
     page = comparison_page("blob/c1", table, equal_error, centres=centres)
     assert page["centres"] == [["1.4", "0.12 (0.10 to 0.14)", "0.15 (0.11 to 0.19)"]]
-    alone = {"sampler": ["uniform", "dotted"] * 3, "percent": 5, "n_S_percent": 10.2, "Z": [2, 1] * 3}
+    alone = {"sampler": ["uniform", "dotted"] * 3, "percent": 5, "n_S_percent": 10.2}
+    alone |= {"Z": [2.0, 1.0, 2.2, 1.2, 2.4, 1.4]}
     alone = pd.DataFrame(alone | {"scale": [1, 1, 2, 2, 3, 3], "low": 0.5, "high": 2.5})
     page = comparison_page("blob/c1", table, equal_error, centres=centres[:1], alone=alone)
     assert page["alone"] == [
-        ["sparsely laid dots", "10", "1.00 (0.50 to 2.50)"],
-        ["uniform draw", "10", "2.00 (0.50 to 2.50)"],
+        ["sparsely laid dots", "10", "1.20 (0.50 to 2.50)"],
+        ["uniform draw", "10", "2.20 (0.50 to 2.50)"],
     ]
     assert page["centres"] == [["1.3", "0.90 (0.80 to 1.00)", "0.70 (0.11 to 0.19)"]]
     z, back = (measure_matrix(table, measure) for measure in ("Z as_written", "Z recovered"))

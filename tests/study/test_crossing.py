@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sparsurf.study.crossing import first_crossing, fitted_crossing, near
+from sparsurf.study.crossing import _draw_weights, first_crossing, fitted_crossing, near
 
 SIZES = np.array([10.0, 15, 20, 30, 40, 60, 80, 120, 160, 240, 320, 480, 640])
 N = 1000
@@ -65,6 +65,15 @@ def test_the_interval_holds_the_truth_in_95_of_100_cases():
         assert found.low <= found.n <= found.high <= N
     assert 0.91 <= held / 300 <= 0.985
     assert np.median(answers) == pytest.approx(truth, rel=0.05)
+
+
+@pytest.mark.parametrize("draws", [2, 3, 10])
+def test_weights_of_few_draws_vary_as_the_mean_of_the_draws_does(draws):
+    """Plain bootstrap weights have the standard deviation sqrt((K - 1) / K) / K, too little by that root; rescaled ones 1 / K."""
+    weights = _draw_weights(draws, (50_000,), np.random.default_rng(0))
+    np.testing.assert_allclose(weights.sum(axis=1), 1)
+    np.testing.assert_allclose(weights.mean(axis=0), 1 / draws, rtol=0.02)
+    np.testing.assert_allclose(weights.std(axis=0), 1 / draws, rtol=0.02)
 
 
 def test_the_interval_ends_at_all_dots_where_the_curve_may_stay_above():
