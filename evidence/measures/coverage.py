@@ -1,8 +1,8 @@
 """How often intervals contain the truth, and confidence sets the best combination: replicates drawn from a large pool.
 
 The pool, many draws of the combinations that may be the best at many test dots, stands for the population: its means are
-the truth. A replicate draws test dots, shared by all combinations, and draws of each combination from it, with
-replacement, and is analysed by the functions of the study.
+the truth. A replicate draws test dots and draws from it, with replacement, and is analysed by the functions of the study. All
+combinations share them, as in a study: in a draw, they share their uniform subsets.
 """
 
 from collections.abc import Sequence
@@ -96,8 +96,8 @@ def replicates(
             continue
         truth, seen = d[inside].mean(axis=(1, 2), dtype=np.float64), []
         for _ in range(n):
-            at, drawn = rng.integers(0, d.shape[2], tests), rng.integers(0, d.shape[1], (len(inside), draws))
-            x = d[inside[:, None, None], drawn[:, :, None], at].astype(np.float64)
+            at, drawn = rng.integers(0, d.shape[2], tests), rng.integers(0, d.shape[1], draws)
+            x = d[np.ix_(inside, drawn, at)].astype(np.float64)
             seen.append(one_replicate(x, truth, sets))
         rows.append({"range": k + 1, "n_combinations": len(inside), **pd.DataFrame(seen).mean().to_dict()})
     return pd.DataFrame(rows)

@@ -159,19 +159,19 @@ def test_blocks_of_random_numbers_change_no_draw(blob, monkeypatch):
 
 
 def test_more_draws_than_fit_in_a_pass_are_each_evaluated(blob):
-    # 40 draws are 80 subsets, two passes; every distance is that of its own pair
+    # 70 draws are two passes; every distance is that of its own pair
     surface = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=3, name="blob"
     )
     combinations = np.array([[0.3, 0.0, 2.0, 0.0], [0.9, 0.2, 0.0, 2.0]])
-    result = grid.evaluate_grid(surface, combinations, 5, 40)
-    for k, draw in ((0, 0), (0, 39), (1, 7), (1, 33)):
+    result = grid.evaluate_grid(surface, combinations, 5, 70)
+    for k, draw in ((0, 0), (0, 69), (1, 7), (1, 63)):
         pair = surface.pair(combinations[k], draw)
         assert result.n_s[k, draw] == len(pair[0])
         for r, reading in enumerate(result.readings):
             z, sizes = surface.distances(pair, result.tests, result.z_tot, reading)
             assert np.allclose(z, [result.z_ts[r, k, draw], result.z_tr[r, k, draw]], rtol=1e-6)
-            if draw == 39:
+            if draw == 69:
                 assert sizes.shape == (2, 5)
 
 

@@ -51,6 +51,14 @@ def test_the_pool_holds_the_contenders_of_every_range(monkeypatch):
     assert member.tolist() == [0, 0, 0, 1, 1, 1]
 
 
+def test_combinations_of_a_replicate_share_their_draws():
+    # draws scatter 100 times as much as combinations differ, all alike: the last is always first
+    rng = np.random.default_rng(3)
+    pool = 0.01 * np.arange(4)[:, None, None] + rng.normal(size=(1, 24, 1)) + np.zeros((4, 24, 30))
+    row = coverage.replicates(pool, np.zeros(4, int), 6, 20, 10, rng).iloc[0]
+    assert row["best_in_set"] == 1 and row["winner"] == row["fixed_t"]
+
+
 def test_a_normal_pool_is_covered():
     # 8 combinations, 200 replicates: s.e. of the share of fixed intervals below 0.01
     rng = np.random.default_rng(1)

@@ -101,13 +101,11 @@ def along_a_curve(evaluator):
 
 
 def test_uniform_subsets_of_many_combinations_come_from_a_curve_of_each_draw(evaluator, along_a_curve):
-    g, n_dots = along_a_curve, len(evaluator.points)
+    g = along_a_curve
     ends = np.log([g.n_s.min(), g.n_s.max()])
     sizes = sorted({round(float(np.exp(x))) for x in np.linspace(*ends, 32)})
     for draw in (0, 2):
-        subsets = [
-            published.uniform_subset(n_dots, n, evaluator.stream("uniform", "curve", n, draw)) for n in sizes
-        ]
+        subsets = [evaluator.uniform(n, draw) for n in sizes]
         z, dots = evaluator.distances(subsets, g.tests, g.z_tot, "recovered", many=True)
         for k in (0, 7, 35):
             wanted = [np.interp(np.log(g.n_s[k, draw]), np.log(sizes), z[:, t]) for t in range(len(g.tests))]

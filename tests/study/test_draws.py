@@ -34,8 +34,7 @@ def test_draws_of_a_combination_differ_and_so_do_their_uniform_subsets(evaluator
     assert abs(len(np.intersect1d(one, two)) - n * m / every) < 5 * np.sqrt(n * m / every)
 
 
-def test_every_subset_has_a_stream_of_its_own(evaluator):
-    """Also where sizes differ, so that two subsets from one stream would differ as well."""
+def test_sampled_subsets_have_streams_of_their_own_and_uniform_ones_that_of_their_draw(evaluator):
     keys = []
 
     def noted(*names):
@@ -47,7 +46,22 @@ def test_every_subset_has_a_stream_of_its_own(evaluator):
         for draw in (0, 1):
             watched.pair(combination, draw)
     watched.draw_tests(5)
-    assert len(set(keys)) == len(keys) == 9
+    uniform = [names for names in keys if names[0] == "uniform"]
+    assert uniform == [("uniform", 0), ("uniform", 1)] * 2
+    others = [names for names in keys if names[0] != "uniform"]
+    assert len(set(others)) == len(others) == 5
+
+
+def test_uniform_subsets_of_a_draw_are_nested_and_every_dot_is_as_likely(evaluator):
+    small, large = (evaluator.uniform(n, 4) for n in (100, 2000))
+    assert len(small) == 100 and set(small) < set(large)
+    assert np.array_equal(small, np.sort(small)) and np.array_equal(
+        evaluator.uniform(3000, 4), np.arange(3000)
+    )
+    times = np.bincount(np.concatenate([evaluator.uniform(600, draw) for draw in range(400)]), minlength=3000)
+    assert times.mean() == 80 and times.std() == pytest.approx(np.sqrt(400 * 0.2 * 0.8), rel=0.05)
+    # the first and the second half of a draw are as independent of the order of the dots as of each other
+    assert abs(np.corrcoef(evaluator.uniform_order(0), np.arange(3000))[0, 1]) < 5 / np.sqrt(3000)
 
 
 def test_combinations_draw_apart_even_if_they_are_alike(evaluator):
@@ -127,13 +141,13 @@ def test_fragments_are_medians_over_draws_and_test_dots(evaluator):
         assert found.median_patch_size[0, half, 0] == np.median(sizes) != np.mean(sizes)
 
 
-@pytest.mark.parametrize(("shared", "told"), [(True, [30, 36]), (False, range(3, 37, 3))])
-def test_a_grid_tells_how_many_samplings_are_done(evaluator, shared, told):
-    combinations, done = [(alpha, 0, 0, 0) for alpha in np.linspace(0.1, 1, 12)], []
+@pytest.mark.parametrize(("shared", "told"), [(True, [63, 72, 96, 120, 144]), (False, range(6, 145, 6))])
+def test_a_grid_tells_how_many_subsets_are_done(evaluator, shared, told):
+    combinations, done = [(alpha, 0, 0, 0) for alpha in np.linspace(0.1, 1, 24)], []
     grid.evaluate_grid(
         evaluator, combinations, 2, 3, ("as_coded",), shared, lambda *counts: done.append(counts)
     )
-    assert done == [(count, 36) for count in told]  # 64 subsets go into a pass
+    assert done == [(count, 144) for count in told]  # 64 subsets go into a pass
 
 
 def test_all_readings_of_many_subsets_are_those_of_each_alone(evaluator):

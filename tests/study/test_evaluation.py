@@ -48,6 +48,63 @@ def test_distances_equal_the_plain_method(blob, grid):
                 assert z[r, k, draw, t] == pytest.approx(distance, rel=1e-6)  # stored in single precision
 
 
+@pytest.fixture(scope="module")
+def nested(blob):
+    """Distances and sizes of uniform subsets of many n_S, some of which leave single dots, pairs and ties."""
+    plain = evaluator(blob)
+    tests = plain.draw_tests(20)
+    n_s = np.unique(np.concatenate([[1, 2, 3], np.linspace(30, 3000, 150).astype(int)]))
+    z_tot, _ = plain.describe(tests)
+    return (
+        plain,
+        tests,
+        n_s,
+        z_tot,
+        *plain.compare_uniform(1, n_s, tests, ("as_coded", "as_written"), z_tot),
+    )
+
+
+def test_nested_subsets_equal_the_plain_method(blob, nested):
+    points, normals = blob
+    plain, tests, n_s, z_tot, z, sizes = nested
+    for t in (0, 9):
+        ball = np.flatnonzero(np.linalg.norm(points - points[tests[t]], axis=1) <= 6.0)
+        whole = naive.island(points, ball, 0.8)
+        for s in range(0, len(n_s), 12):
+            subset = plain.uniform(n_s[s], 1)
+            kept = naive.island(points, np.intersect1d(ball, subset), 0.8)
+            for r, ids in enumerate((kept, np.intersect1d(whole, subset))):
+                assert sizes[r, s, t] == len(ids)
+                distance = np.linalg.norm(z_tot[t] - naive.descriptor(points[ids], normals[ids]))
+                assert z[r, s, t] == pytest.approx(distance, rel=1e-6, abs=1e-9)
+
+
+def test_nested_subsets_are_those_that_are_measured_one_by_one(nested):
+    plain, tests, n_s, z_tot, z, sizes = nested
+    subsets = [plain.uniform(n, 1) for n in n_s]
+    for r, reading in enumerate(("as_coded", "as_written")):
+        distances, counts = plain.distances(subsets, tests, z_tot, reading)
+        assert np.array_equal(sizes[r], counts)
+        assert np.allclose(z[r], distances, rtol=0, atol=1e-9)
+    few = np.array([40, 400, 2000])  # alone, with other threads
+    again = plain.changed(threads=2).compare_uniform(1, few, tests, ("as_written",), z_tot)[0][0]
+    assert np.allclose(
+        again, plain.distances([plain.uniform(n, 1) for n in few], tests, z_tot, "as_written")[0]
+    )
+
+
+def test_only_as_published_every_combination_has_a_uniform_subset_of_its_own(blob):
+    plain, twice = evaluator(blob), np.array([[0.4, 0, 0, 2], [0.4, 0, 0, 2]])
+    together = grids.evaluate_grid(plain, twice, 20, 2)
+    assert np.array_equal(together.z_tr[:, 0], together.z_tr[:, 1])
+    apart = grids.evaluate_grid(plain, GRID[:1], 20, 2, shared=False)
+    keys = combination.Combination(*GRID[0]).keys()
+    subset = published.uniform_subset(3000, apart.n_s[0, 1], plain.stream("uniform", *keys, 1))
+    z_tot, _ = plain.describe(apart.tests[0])
+    z, _ = plain.distances([subset], apart.tests[0], z_tot, "as_written")
+    assert apart.z_tr[1, 0, 1] == pytest.approx(z[0], rel=1e-6)
+
+
 @pytest.mark.parametrize("shared", [True, False])
 def test_cores_and_order_change_nothing(blob, shared):
     # bit-identical: the combination in another order and company, with two threads

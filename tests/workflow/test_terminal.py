@@ -71,7 +71,7 @@ def test_what_snakemake_says_itself_goes_to_its_log_but_for_errors(said):
     ("log", "bar"),
     [
         (
-            "PROGRESS p/c1: 5 of 20 samplings, 10 s, 31 s to go\n",
+            "PROGRESS p/c1: 5 of 20 subsets, 10 s, 31 s to go\n",
             "██████░░░░░░░░░░░░░░░░░░ Grid of p/c1, 40 s, 31 s to go",
         ),
         ("INFO begins\n", "Grid of p/c1, 40 s"),

@@ -16,7 +16,13 @@ import numpy as np
 from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball_bound
 from sparsurf.patches.readings import READINGS
-from sparsurf.patches.subset_patches import MAX_SUBSETS, add_subset, pack_subsets, patches_of
+from sparsurf.patches.subset_patches import (
+    MAX_SUBSETS,
+    add_subset,
+    nested_patches_of,
+    pack_subsets,
+    patches_of,
+)
 from sparsurf.patches.zernike import published, rotation_robust
 from sparsurf.patches.zernike.images import Patches
 from sparsurf.threads import parallel_map
@@ -28,6 +34,7 @@ __all__ = [
     "Descriptor",
     "add_subset",
     "compare",
+    "compare_nested",
     "describe",
     "evaluate",
     "pack_subsets",
@@ -232,12 +239,70 @@ def compare(
     def store(a: int, b: int, z: np.ndarray) -> None:
         if n_whole:
             target[a:b] = z[:: out.shape[1] + 1]
-        _distances(z, n_whole, target[a:b], out[a:b])
+        test = np.repeat(np.arange(a, b), n_whole + out.shape[1])
+        out[a:b] = _distances(z, target, test).reshape(b - a, -1)[:, n_whole:]
 
     sizes = _describe_slices(
         kind, index, tests, words, n_subsets, readings, n_whole > 0, radius, up, threads, weights, store
     )
     return _in_order(kind, target) if z_tot is None else z_tot, out, sizes[:, n_whole:]
+
+
+def compare_nested(
+    index: PatchIndex,
+    tests: np.ndarray,
+    order: np.ndarray,
+    n_kept: np.ndarray,
+    readings: Sequence[str],
+    z_tot: np.ndarray,
+    radius: float = R_ZERNIKE,
+    threads: int = 1,
+    descriptor: str = PUBLISHED,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the distances of patches of nested subsets to those of the whole surface; equal patches are described once.
+
+    Parameters
+    ----------
+    index, tests, radius, threads, descriptor : as for `evaluate`
+    order : (N,) int64, dots; a subset of n dots holds the first n
+    n_kept : (S,) int64, numbers of dots of the subsets, ascending
+    readings : sequence of str, R of `readings.GRID_READINGS`
+    z_tot : (T, width) float64, descriptors of the whole surface
+
+    Returns
+    -------
+    z : (R, S, T) float64
+        |z_tot - z| of each subset under each reading.
+    sizes : (R, S, T) int32
+        Dots in each evaluated patch.
+    """
+    tests, radius = np.ascontiguousarray(tests, np.float64), float(radius)
+    n_kept, kind = np.ascontiguousarray(n_kept, np.int64), DESCRIPTORS[descriptor]
+    rank = np.empty(len(order), np.int64)
+    rank[index.position[order]] = np.arange(len(order))
+    target = np.ascontiguousarray(z_tot[:, kind.order()])
+    among_kept = np.array([READINGS[reading].among_kept for reading in readings], np.bool_)
+    buffer_size = ball_bound(index, tests, radius) + 1
+    shape = (len(readings), len(n_kept), len(tests))
+    z, sizes = np.empty(shape), np.empty(shape, np.int32)
+
+    def compare_slice(a: int, b: int) -> None:
+        rows = (b - a) * len(readings) * min(len(n_kept), buffer_size)
+        ids, start = np.empty(rows * buffer_size, np.int32), np.empty(rows + 1, np.int64)
+        test, patch = np.empty(rows, np.int64), np.empty((*shape[:2], b - a), np.int64)
+        n = nested_patches_of(
+            index, tests[a:b], rank, n_kept, radius, among_kept, buffer_size, ids, start, test, patch
+        )
+        start, test = start[: n + 1], test[:n] + a
+        patches = Patches(index, ids, start, tests[test], np.empty(0), radius, True)
+        described = kind.describe(patches)
+        z[:, :, a:b] = _distances(described, target, test)[patch]
+        sizes[:, :, a:b] = np.diff(start)[patch]
+
+    parallel_map(
+        compare_slice, len(tests), threads, max(1, PATCHES_PER_CALL // (len(readings) * len(n_kept)))
+    )
+    return z, sizes
 
 
 def _in_order(kind: Descriptor, z: np.ndarray) -> np.ndarray:
@@ -293,12 +358,12 @@ def _describe_slices(
 
 
 @njit(cache=True, nogil=True)
-def _distances(z: np.ndarray, n_skipped: int, target: np.ndarray, out: np.ndarray) -> None:
-    """Compute the distances of each test's descriptors to its target, without the first `n_skipped` of each test."""
-    for t in range(len(out)):
-        for b in range(out.shape[1]):
-            i = t * (n_skipped + out.shape[1]) + n_skipped + b
-            total = 0.0
-            for k in range(z.shape[1]):
-                total += (z[i, k] - target[t, k]) ** 2
-            out[t, b] = math.sqrt(total)
+def _distances(z: np.ndarray, target: np.ndarray, test: np.ndarray) -> np.ndarray:
+    """Compute the distance of each descriptor to the target of its test."""
+    out = np.empty(len(z))
+    for i in range(len(z)):
+        total = 0.0
+        for k in range(z.shape[1]):
+            total += (z[i, k] - target[test[i], k]) ** 2
+        out[i] = math.sqrt(total)
+    return out

@@ -31,8 +31,7 @@ def largest_island(
     island that contains the smallest `key` wins. `queue` needs n + 1 elements. Unsigned indices avoid numba's test for
     negative ones, which takes half of the time.
     """
-    tail = 0
-    begin = end = 0
+    tail = begin = end = np.intp(0)  # with a plain 0, numba compiles the called kernels twice
     best_key = np.int64(-1)
     for s in range(n):
         if n - tail < end - begin:
@@ -67,7 +66,7 @@ def largest_island(
                 begin, end, best_key = first, tail, this_key
     for s in range(n):
         mark[np.uintp(ids[s])] = 0
-    return begin, end
+    return int(begin), int(end)
 
 
 @njit(cache=True, nogil=True)
@@ -107,7 +106,9 @@ def drop_small_islands(
 
 
 @njit(cache=True, nogil=True)
-def _smallest_key(queue: np.ndarray, begin: int, end: int, key: np.ndarray) -> np.int64:
+def _smallest_key(
+    queue: np.ndarray, begin: int | np.integer, end: int | np.integer, key: np.ndarray
+) -> np.int64:
     """Return the smallest key of `queue[begin:end]`."""
     smallest = np.int64(key[queue[begin]])
     for k in range(begin + 1, end):
@@ -117,7 +118,12 @@ def _smallest_key(queue: np.ndarray, begin: int, end: int, key: np.ndarray) -> n
 
 @njit(cache=True, nogil=True)
 def patch_of(
-    index: PatchIndex, p: int, radius: float, in_ball: np.ndarray, mark: np.ndarray, queue: np.ndarray
+    index: PatchIndex,
+    p: int | np.integer,
+    radius: float,
+    in_ball: np.ndarray,
+    mark: np.ndarray,
+    queue: np.ndarray,
 ) -> tuple[int, int]:
     """Find the patch of the dot at position `p`, cut to its largest island, as the slice begin:end of `queue`."""
     n = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, in_ball)
@@ -150,7 +156,7 @@ def patch(index: PatchIndex, dot: int, radius: float) -> np.ndarray:
     ----------
     The paper, 'Zernike 2D procedure'.
     """
-    p = index.position[dot]
+    p = int(index.position[dot])
     room = ball_bound(index, index.xyz[p : p + 1], radius) + 1
     queue = np.empty(room, np.int32)
     mark = np.zeros(len(index.dot) + 1, np.uint8)

@@ -1,6 +1,8 @@
 """Dots of patches: those of a whole surface and of many of its subsets around many points.
 
-Up to 64 subsets share the work per point: its ball is found once, and each subset is one bit of a word per dot.
+Up to 64 subsets share the work per point: its ball is found once, and each subset is one bit of a word per dot. Nested
+subsets, each with the dots of all smaller ones, share more: a patch is listed only where it differs from that of the next
+smaller subset.
 Descriptors of the patches are computed elsewhere.
 """
 
@@ -159,3 +161,134 @@ def patches_of(
                 end_of_ids += m
                 row += 1
                 start[row] = end_of_ids
+
+
+@njit(cache=True, nogil=True)
+def nested_patches_of(
+    index: PatchIndex,
+    tests: np.ndarray,
+    rank: np.ndarray,
+    n_kept: np.ndarray,
+    radius: float,
+    among_kept: np.ndarray,
+    buffer_size: int,
+    ids: np.ndarray,
+    start: np.ndarray,
+    test: np.ndarray,
+    patch: np.ndarray,
+) -> int:
+    """List the dots of the patches of nested subsets under each reading, each distinct patch once.
+
+    Dots join in the order of their ranks. Among kept dots, islands grow and merge, so that the largest one is known
+    without a search.
+
+    Parameters
+    ----------
+    index : PatchIndex
+    tests : (T, 3) float64, Å
+    rank : (N,) int64 by position; a subset of n dots holds those of rank 0 to n - 1
+    n_kept : (S,) int64, numbers of dots of the subsets, ascending
+    radius : float, Å
+    among_kept : (readings,) bool, whether each reading removes islands among the kept dots
+    buffer_size : int, dots in a ball at most, plus 1
+    ids : int32 positions, written, and start : (patches + 1,) int64: patch i is ids[start[i]:start[i + 1]]
+    test : (patches,) int64, written, the test of each patch
+    patch : (readings, S, T) int64, written, the patch of each subset
+
+    Returns
+    -------
+    int, number of patches
+    """
+    in_ball, queue = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
+    mark, slot = np.zeros(len(rank) + 1, np.uint8), np.full(len(rank) + 1, -1, np.int32)
+    parent, count = np.empty(buffer_size, np.int32), np.empty(buffer_size, np.int32)
+    first = np.empty(buffer_size, np.int32)  # smallest dot of each island
+    patches = end_of_ids = np.intp(0)
+    start[0] = 0
+    for t in range(len(tests)):
+        for r in range(len(among_kept)):
+            m = ball(index, tests[t, 0], tests[t, 1], tests[t, 2], radius, in_ball)
+            if not among_kept[r]:  # the island on the full surface serves all subsets
+                mark_all(mark, in_ball, m)
+                begin, end = largest_island(in_ball, m, mark, index.link_start, index.link, index.dot, queue)
+                m = end - begin
+                _copy(queue[begin:end], in_ball, m)
+            _sort_by_rank(in_ball, m, rank)
+            n_in, is_new = np.intp(0), True
+            best: int | np.integer = np.intp(0)
+            for s in range(len(n_kept)):
+                while n_in < m and rank[in_ball[n_in]] < n_kept[s]:
+                    is_new |= not among_kept[r]
+                    if among_kept[r]:
+                        root = _join(index, in_ball, n_in, slot, parent, count, first)
+                        best = _root(parent, best)
+                        if (
+                            root == best
+                            or count[root] > count[best]
+                            or (count[root] == count[best] and first[root] < first[best])
+                        ):
+                            best, is_new = root, True
+                    n_in += 1
+                if is_new:
+                    for k in range(n_in):
+                        if not among_kept[r] or _root(parent, np.intp(k)) == best:
+                            ids[end_of_ids] = in_ball[k]
+                            end_of_ids += 1
+                    test[patches] = t
+                    patches += 1
+                    start[patches] = end_of_ids
+                    is_new = False
+                patch[r, s, t] = patches - 1
+            for k in range(n_in):
+                slot[in_ball[k]] = -1
+    return int(patches)
+
+
+@njit(cache=True, nogil=True)
+def _sort_by_rank(ids: np.ndarray, n: int, rank: np.ndarray) -> None:
+    """Sort `ids[:n]` by rank, in place, by insertion: numba takes seconds to compile its own sorting."""
+    for k in range(1, n):
+        i, at = ids[k], k
+        while at > 0 and rank[ids[at - 1]] > rank[i]:
+            ids[at] = ids[at - 1]
+            at -= 1
+        ids[at] = i
+
+
+@njit(cache=True, nogil=True)
+def _root(parent: np.ndarray, k: int | np.integer) -> int | np.integer:
+    """Return the root of the island of slot k, and shorten the way to it."""
+    while parent[k] != k:
+        parent[k] = parent[parent[k]]
+        k = parent[k]
+    return k
+
+
+@njit(cache=True, nogil=True)
+def _join(
+    index: PatchIndex,
+    ids: np.ndarray,
+    k: int | np.integer,
+    slot: np.ndarray,
+    parent: np.ndarray,
+    count: np.ndarray,
+    first: np.ndarray,
+) -> int | np.integer:
+    """Add `ids[k]` as slot k, merge the islands of the dots that it is linked to, and return the root of its island.
+
+    `slot` (N + 1,) is the slot of each position, -1 for dots that have not joined.
+    """
+    i = ids[k]
+    slot[i], parent[k], count[k], first[k] = k, k, 1, index.dot[i]
+    root = k
+    for e in range(index.link_start[i], index.link_start[i + 1]):
+        neighbour = slot[index.link[e]]
+        if neighbour >= 0:
+            other = _root(parent, np.intp(neighbour))
+            if other != root:
+                if count[other] > count[root]:
+                    other, root = root, other
+                parent[other] = root
+                count[root] += count[other]
+                first[root] = min(first[root], first[other])
+    return root

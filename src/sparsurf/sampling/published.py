@@ -123,7 +123,7 @@ def _sweep(
     dot, log_ratio = np.empty(4 * n + max_dots, np.int32), np.empty(4 * n + max_dots)
     patches = pairs = 0
     for i in range(n):
-        p = int(index.position[i])
+        p = np.intp(index.position[i])
         if covered[p]:
             continue
         begin, end = patch_of(index, p, radius, nearby, mark, queue)

@@ -2,7 +2,8 @@
 
 Every combination is compared with all others at once (multiple comparisons with the best: Hsu, Ann. Stat. 12:1136, 1984),
 which accounts for choosing the winner from the data. The joint scatter is simulated: combinations share their test dots,
-and each has its own draws, whose scatter is pooled over the combinations near the first.
+and each has its own draws, whose scatter is pooled over the combinations near the first. The uniform subsets that combinations
+share make differences scatter less than that, so that the sets are rather too large.
 """
 
 from typing import NamedTuple

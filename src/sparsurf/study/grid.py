@@ -1,8 +1,9 @@
 """The grid: compare sampled and uniform subsets of every combination with the full surface.
 
-All combinations share the same test dots unless requested otherwise, so that they differ only in what they keep. For readings
-in which a subset forms its own surface, uniform subsets are measured at `N_CURVE_SIZES` n_S, with as many draws, and
-interpolated at those of the combinations: Z_tR depends on nothing else.
+All combinations share the same test dots unless requested otherwise, so that they differ only in what they keep. They share
+the uniform subsets of each draw, too: the first n_S dots of one random order. For readings in which a subset forms its own
+surface, uniform subsets are measured at `N_CURVE_SIZES` n_S, with as many draws, and interpolated at those of the
+combinations: Z_tR depends on nothing else.
 """
 
 from collections.abc import Callable, Sequence
@@ -76,12 +77,12 @@ def evaluate_grid(
     draws : int
         D, sampled and uniform subsets per combination.
     readings : tuple of str
-        Those of `readings.OF_GRID` are computed in one pass. Every other one needs a surface per sampled subset. It also
+        Those of `readings.GRID_READINGS` are computed in one pass. Every other one needs a surface per sampled subset. It also
         needs one per uniform subset, or per n_S of a curve if more than `N_CURVE_SIZES` combinations share their test dots.
     shared : bool
-        Use the same test dots for all combinations; False draws new ones for each, as published.
+        Use the same test dots and uniform subsets for all combinations; False draws new ones for each, as published.
     progress : callable
-        Callback with the numbers of finished and total samplings.
+        Callback with the numbers of finished and total subsets.
 
     Returns
     -------
@@ -127,29 +128,31 @@ def _empty_grid(
 def _evaluate_with_shared_tests(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
 ) -> None:
-    """Fill a Grid whose combinations share their test dots."""
+    """Fill a Grid whose combinations share their test dots, and in each draw their uniform subsets."""
     k, draws = out.n_s.shape
-    per_pass = max(1, descriptors.MAX_SUBSETS // (2 * draws))
-    z_tot, use_curves = None, k > N_CURVE_SIZES
+    per_pass = max(1, descriptors.MAX_SUBSETS // draws)
+    z_tot = None
     for a in range(0, k, per_pass):
-        z_tot = _fill(prepared, out, range(a, min(a + per_pass, k)), tests, z_tot, use_curves)
-        progress(draws * min(a + per_pass, k), draws * k)
+        z_tot = _fill(prepared, out, range(a, min(a + per_pass, k)), tests, z_tot)
+        progress(draws * min(a + per_pass, k), 2 * draws * k)
     out.z_tot[:] = z_tot
-    if use_curves:
-        _fill_along_curves(prepared, out, tests)
+    _fill_uniform(prepared, out, tests, lambda draw: progress((draws + draw + 1) * k, 2 * draws * k))
 
 
 def _evaluate_with_own_tests(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
 ) -> None:
-    """Fill a Grid whose combinations have their own test dots: combinations in parallel, each with one thread."""
+    """Fill a Grid whose combinations have their own test dots: combinations in parallel, each with one thread.
+
+    Their uniform subsets are their own, too, as published.
+    """
     k, draws = out.n_s.shape
     single, finished = prepared.changed(threads=1), []
 
     def fill_one(i: int, _: int) -> None:
-        _fill(single, out, [i], tests[i])
+        _fill(single, out, [i], tests[i], with_uniform=True)
         finished.append(i)
-        progress(draws * len(finished), draws * k)
+        progress(2 * draws * len(finished), 2 * draws * k)
 
     parallel_map(fill_one, k, prepared.threads, 1)
 
@@ -160,88 +163,119 @@ def _fill(
     which: Sequence[int],
     tests: np.ndarray,
     z_tot: np.ndarray | None = None,
-    use_curves: bool = False,
+    with_uniform: bool = False,
 ) -> np.ndarray:
-    """Draw the subsets of some combinations and write their distances at the test dots into a Grid.
+    """Draw the sampled subsets of some combinations and write their distances at the test dots into a Grid.
 
-    With `use_curves`, uniform subsets that form their own surfaces are left to `_fill_along_curves`.
+    With `with_uniform`, do the same for a uniform subset of each.
 
     Returns z_tot. It is computed with the first subsets unless known, as they share the patches of the full surface.
     """
-    draws = out.n_s.shape[1]
+    draws, halves = out.n_s.shape[1], 1 + with_uniform
     jobs = np.array([(k, draw) for k in which for draw in range(draws)])
-    sizes = np.zeros((len(out.readings), 2, len(jobs), len(tests)), np.int32)
-    together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
-    for a in range(0, len(jobs), descriptors.MAX_SUBSETS // 2):
-        part = slice(a, a + descriptors.MAX_SUBSETS // 2)
+    sizes = np.zeros((len(out.readings), halves, len(jobs), len(tests)), np.int32)
+    together = _readings_of_one_pass(out)
+    for a in range(0, len(jobs), descriptors.MAX_SUBSETS // halves):
+        part = slice(a, a + descriptors.MAX_SUBSETS // halves)
         k, draw = jobs[part].T
-        words, subsets = _draw_subsets(prepared, out, jobs[part])
-        shape = (2, len(k), len(tests))
+        words, subsets = _draw_subsets(prepared, out, jobs[part], halves)
+        shape = (halves, len(k), len(tests))
         z: dict[str, np.ndarray] = {}
         size: dict[str, np.ndarray] = {}
         if together:
-            z_tot, distances, counts = prepared.compare(words, 2 * len(k), tests, together, z_tot)
+            z_tot, distances, counts = prepared.compare(words, halves * len(k), tests, together, z_tot)
             z = dict(zip(together, distances.reshape(-1, *shape), strict=True))
             size = dict(zip(together, counts.reshape(-1, *shape), strict=True))
         elif z_tot is None:
             z_tot = prepared.describe(tests)[0]
         for r, reading in enumerate(out.readings):
             if reading not in z:
-                measured = subsets[: len(k)] if use_curves else subsets
-                distances, counts = prepared.distances(measured, tests, z_tot, reading, many=True)
-                z[reading] = distances.reshape(-1, *shape[1:])
-                size[reading] = counts.reshape(-1, *shape[1:])
-            for half, values in enumerate((out.z_ts, out.z_tr)[: len(z[reading])]):
+                distances, counts = prepared.distances(subsets, tests, z_tot, reading, many=True)
+                z[reading], size[reading] = distances.reshape(shape), counts.reshape(shape)
+            for half, values in enumerate((out.z_ts, out.z_tr)[:halves]):
                 values[r, k, draw], sizes[r, half, part] = z[reading][half], size[reading][half]
-    out.median_patch_size[:, :, which] = np.median(sizes.reshape(*sizes.shape[:2], len(which), -1), axis=3)
+    by_combination = sizes.reshape(*sizes.shape[:2], len(which), -1)
+    out.median_patch_size[:, :halves, which] = np.median(by_combination, axis=3)
     assert z_tot is not None  # there is a combination at least
     return z_tot
 
 
-def _fill_along_curves(prepared: PreparedSurface, out: Grid, tests: np.ndarray) -> None:
-    """Write the distances of uniform subsets that form their own surfaces, interpolated over ln n_S, draw by draw.
+def _readings_of_one_pass(out: Grid) -> tuple[str, ...]:
+    """Return the readings that are computed in one pass."""
+    return tuple(reading for reading in out.readings if reading in GRID_READINGS)
 
-    Each draw has its own curve, so that the scatter of the draws includes the error of the curves.
+
+def _fill_uniform(
+    prepared: PreparedSurface, out: Grid, tests: np.ndarray, finished: Callable[[int], None]
+) -> None:
+    """Write the distances of uniform subsets into a Grid, draw by draw.
+
+    The uniform subsets of one draw are nested: each holds the dots of all smaller ones. Those of one n_S are described once
+    for all combinations. Subsets that form their own surfaces share nothing, so that those of many combinations are
+    interpolated over ln n_S, see `_curve_sizes`. Each draw has its own curve, so that the scatter of the draws includes the
+    error of the curves.
     """
+    together = _readings_of_one_pass(out)
+    alone = [reading for reading in out.readings if reading not in together]
+    shape = (len(out.readings), *out.n_s.shape, len(tests))
+    dots = np.empty(
+        shape, np.float32 if alone else np.int32
+    )  # patch sizes; interpolated ones are no integers
+    for draw in range(out.n_s.shape[1]):
+        n_s, at = np.unique(out.n_s[:, draw], return_inverse=True)
+        if together:
+            measured = prepared.compare_uniform(draw, n_s, tests, together, out.z_tot)
+            for i, reading in enumerate(together):
+                r = out.readings.index(reading)
+                out.z_tr[r, :, draw], dots[r, :, draw] = (values[i][at] for values in measured)
+        if alone:
+            sizes = _curve_sizes(out) if len(out.n_s) > N_CURVE_SIZES else n_s
+            subsets = [prepared.uniform(n, draw) for n in sizes]
+            for reading in alone:
+                r = out.readings.index(reading)
+                curves = prepared.distances(subsets, tests, out.z_tot, reading, many=True)
+                for values, curve in zip((out.z_tr, dots), curves, strict=True):
+                    values[r, :, draw] = _interpolated(out.n_s[:, draw], sizes, curve)
+        finished(draw)
+    out.median_patch_size[:, 1] = np.median(dots.reshape(*shape[:2], -1), axis=2)
+
+
+def _curve_sizes(out: Grid) -> np.ndarray:
+    """Return the n_S of a curve, evenly spaced in ln n_S."""
     least, most = np.log(out.n_s.min()), np.log(out.n_s.max())
-    sizes = np.unique(np.round(np.exp(np.linspace(least, most, N_CURVE_SIZES))).astype(int))
-    position = np.interp(np.log(out.n_s), np.log(sizes), np.arange(len(sizes)))  # among the n_S of the curve
-    below, share = position.astype(int), (position % 1)[..., None]
-    above = np.ceil(position).astype(int)
-    for r in [r for r, reading in enumerate(out.readings) if reading not in GRID_READINGS]:
-        dots = np.empty(out.z_tr[r].shape)
-        for draw in range(out.n_s.shape[1]):
-            streams = (prepared.stream("uniform", "curve", n, draw) for n in sizes)
-            subsets = [
-                published.uniform_subset(out.n_dots, n, rng) for n, rng in zip(sizes, streams, strict=True)
-            ]
-            curves = prepared.distances(subsets, tests, out.z_tot, out.readings[r], many=True)
-            for values, curve in zip((out.z_tr[r], dots), curves, strict=True):
-                low, high = curve[below[:, draw]], curve[above[:, draw]]
-                values[:, draw] = low + share[:, draw] * (high - low)
-        out.median_patch_size[r, 1] = np.median(dots.reshape(len(dots), -1), axis=1)
+    return np.unique(np.round(np.exp(np.linspace(least, most, N_CURVE_SIZES))).astype(int))
+
+
+def _interpolated(n_s: np.ndarray, sizes: np.ndarray, curve: np.ndarray) -> np.ndarray:
+    """Interpolate a curve (sizes, T) over ln n_S."""
+    position = np.interp(np.log(n_s), np.log(sizes), np.arange(len(sizes)))
+    low, high = curve[position.astype(int)], curve[np.ceil(position).astype(int)]
+    return low + (position % 1)[:, None] * (high - low)
 
 
 def _draw_subsets(
-    prepared: PreparedSurface, out: Grid, jobs: np.ndarray
+    prepared: PreparedSurface, out: Grid, jobs: np.ndarray, halves: int
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return packed words of the sampled subsets of (combination, draw), then of the uniform ones; write n_S into a Grid.
+    """Return packed words of the sampled subsets of (combination, draw), then of uniform ones if there are two halves.
 
-    The subsets themselves are returned if a reading needs them, otherwise an empty list.
+    Writes n_S into a Grid. The subsets themselves are returned if a reading needs them, otherwise an empty list.
     """
     words, lock = np.zeros(len(prepared.points), np.uint64), Lock()
     keep = any(reading not in GRID_READINGS for reading in out.readings)
-    subsets = [np.empty(0, np.int64)] * (2 * len(jobs) if keep else 0)
+    subsets = [np.empty(0, np.int64)] * (halves * len(jobs) if keep else 0)
 
     def draw_one(i: int, _: int) -> None:
         k, draw = jobs[i]
-        pair = prepared.pair(out.combinations[k], draw)
-        out.n_s[k, draw] = len(pair[0])
+        drawn = [prepared.sampled(out.combinations[k], draw)]
+        out.n_s[k, draw] = n_s = len(drawn[0])
+        if halves == 2:
+            rng = prepared.stream("uniform", *Combination(*out.combinations[k]).keys(), draw)
+            drawn.append(published.uniform_subset(out.n_dots, n_s, rng))
         with lock:  # bits at once: 64 subsets of a million dots would need more memory than everything else
-            for half, subset in enumerate(pair):
+            for half, subset in enumerate(drawn):
                 descriptors.add_subset(words, prepared.index, subset, i + half * len(jobs))
         if keep:
-            subsets[i], subsets[i + len(jobs)] = pair
+            subsets[i :: len(jobs)] = drawn
 
     parallel_map(draw_one, len(jobs), prepared.threads, 1)
     return words, subsets

@@ -110,12 +110,23 @@ class PreparedSurface:
         n = len(self.points)
         return published.uniform_subset(n, min(n_tests, n), self.stream("tests", *keys))
 
-    def pair(self, combination: Sequence[float], draw: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sampled subset of one draw and a uniform subset of the same size."""
+    def sampled(self, combination: Sequence[float], draw: int) -> np.ndarray:
+        """Return the sampled subset of one draw, ascending."""
         keys = Combination(*combination).keys()
-        sampled = published.sample(self.cover, combination, self.stream("sampled", *keys, draw))
-        rng = self.stream("uniform", *keys, draw)
-        return sampled, published.uniform_subset(len(self.points), len(sampled), rng)
+        return published.sample(self.cover, combination, self.stream("sampled", *keys, draw))
+
+    def uniform_order(self, draw: int) -> np.ndarray:
+        """Return all dots in the random order of one draw: the first n are its uniform subset of n dots."""
+        return self.stream("uniform", draw).permutation(len(self.points))
+
+    def uniform(self, n_s: int, draw: int) -> np.ndarray:
+        """Return the uniform subset of `n_s` dots of one draw, ascending."""
+        return np.sort(self.uniform_order(draw)[:n_s])
+
+    def pair(self, combination: Sequence[float], draw: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the sampled subset of one draw and the uniform subset of the same size."""
+        sampled = self.sampled(combination, draw)
+        return sampled, self.uniform(len(sampled), draw)
 
     def describe(self, tests: np.ndarray, up: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Compute descriptors of the full surface at test dots, (T, 121), and the patch sizes, (T,)."""
@@ -219,6 +230,22 @@ class PreparedSurface:
             descriptor=self.descriptor,
         )
         return z_tot, z.T, sizes.T
+
+    def compare_uniform(
+        self, draw: int, sizes: np.ndarray, tests: np.ndarray, readings: Sequence[str], z_tot: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Compute distances and patch sizes, (R, S, T), of the uniform subsets of one draw with ascending numbers of dots."""
+        return descriptors.compare_nested(
+            self.index,
+            self.points[tests],
+            self.uniform_order(draw),
+            sizes,
+            readings,
+            z_tot,
+            self.r_zernike,
+            threads=self.threads,
+            descriptor=self.descriptor,
+        )
 
     def distances_alone(
         self, subset: np.ndarray, tests: np.ndarray, z_tot: np.ndarray, alone: Callable[..., PatchIndex]

@@ -80,7 +80,7 @@ def used() -> str:
     return f"{megabytes:.0f} MB {seconds:.1f} s"
 
 
-def reporter(what: str, unit: str = "samplings", every: float = 2.0) -> Callable[[int, int], None]:
+def reporter(what: str, unit: str = "subsets", every: float = 2.0) -> Callable[[int, int], None]:
     """Return a callback (done, total) that writes the progress of a long step to the log, every few seconds."""
     begin = last = time.monotonic()
 

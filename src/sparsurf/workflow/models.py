@@ -365,9 +365,10 @@ class Evaluation(Section):
 
     test_dots: TestDots = key(200, "Number of test dots; published for N / 200.")
     shared_test_dots: bool = key(
-        True, "Same test dots for all combinations; false draws new ones for each, as published."
+        True,
+        "Same test dots and uniform subsets for all combinations; false draws new ones for each, as published.",
     )
-    draws: Count = key(6, "Samplings and uniform subsets per combination.")
+    draws: Count = key(6, "Samplings of each combination, and uniform subsets of each n_S.")
     readings: UniqueList[names.Reading] = key(
         ["as_coded", "as_written"],
         "Readings of the removal of islands; recovered costs 0.04 CPU s more per sampling of 20,000 dots.",
