@@ -877,3 +877,26 @@ def test_descriptors_are_of_the_kind_that_is_asked_for(tmp_path, kind):
     dots = sparsurf.surface(sparsurf.read_molecule(call[1], residues="209-212"))
     z = sparsurf.descriptors(dots, table["dot"].to_numpy(), radius=5.0, descriptor=kind)
     np.testing.assert_allclose(table.filter(regex="^z_"), z, rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("given", "settings"),
+    [
+        ([], {"density": "auto", "probe_radius": 1.4, "radii": "dms", "cavities": "keep"}),
+        (
+            ["--density", "7", "--probe", "1.5", "--radii", "bondi", "--cavities", "remove"],
+            {"density": 7.0, "probe_radius": 1.5, "radii": "bondi", "cavities": "remove"},
+        ),
+    ],
+)
+def test_rules_of_dots_reach_the_function(tmp_path, monkeypatch, given, settings):
+    called = []
+
+    def record(molecule, **keys):
+        called.append(keys)
+        raise InputError("that is enough")
+
+    monkeypatch.setattr("sparsurf.cli.options.surface_of", record)
+    path = str(ROOT / "data" / "tdp43" / "topology.pdb")
+    assert command.main(["surface", path, "-o", str(tmp_path / "dots.csv"), *given]) != 0
+    assert called == [settings | {"frame": 0, "d_link": 0.5}]
