@@ -16,9 +16,11 @@ R = sparsurf.roughness(dots)
 dots.plot(R).set_title("roughness R of each dot")
 
 # %%
-# The mean over the dots of each residue tells which parts of the protein are rough:
+# The mean over the dots of each residue tells which parts of the protein are rough. A gap is a buried residue:
 
 residues = sparsurf.residues(dots, molecule, roughness_values=R)
 fig, ax = plt.subplots(figsize=(8, 3), layout="constrained")
-ax.bar(residues["residue"].astype(int), residues["mean_roughness"], color="#31688e")
-ax.set(xlabel="residue", ylabel="mean R", ylim=(0.4, None))
+ax.plot(
+    residues["residue"].astype(int), residues["mean_roughness"], ".-", color="#31688e"
+)
+ax.set(xlabel="residue", ylabel="mean R")
