@@ -12,7 +12,8 @@ import yaml
 import slurm_node
 import study
 from conftest import ROOT
-from small_study import EMBEDDED, SETTINGS
+from peptides import peptide, write
+from small_study import EMBEDDED, SEQUENCE, SETTINGS
 from sparsurf.workflow.slurm import impossible_jobs, stop_at_impossible_job
 
 ONE = SETTINGS | {"frames": {"selection": [0]}}
@@ -41,20 +42,20 @@ def slurm(tmp_path_factory):
             pytest.skip(str(error))
 
 
-def command(folder, *options):
+def command(folder, *options, settings=ONE, targets=TABLES):
     """Snakemake's, for a small study in a folder of its own."""
     folder.mkdir(exist_ok=True)
     config = folder / "config.yaml"
-    config.write_text(yaml.safe_dump(ONE))
+    config.write_text(yaml.safe_dump(settings))
     where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", config, "--nolock"]
-    return [sys.executable, "-m", "snakemake", *TABLES, *map(str, where), *options]
+    return [sys.executable, "-m", "snakemake", *targets, *map(str, where), *options]
 
 
-def on_slurm(folder, slurm, *options):
+def on_slurm(folder, slurm, *options, **what):
     """The same on a cluster without accounting whose node has few cores."""
     profile = study.cluster_options(["--cluster", "slurm"])
     no_accounts = ["--slurm-status-command", "squeue", "--slurm-no-account"]
-    return command(folder, *profile, *no_accounts, "--max-threads", "2", *SOON, *options)
+    return command(folder, *profile, *no_accounts, "--max-threads", "2", *SOON, *options, **what)
 
 
 def wait_for(condition, process):
@@ -112,6 +113,28 @@ def test_a_cancelled_study_continues_and_a_killed_job_is_tried_again(slurm, tmp_
     doubled = str(2 * int(memory.rstrip("M"))) + "M"
     assert (doubled, cores) in asked.values()
     shutil.rmtree(folder)
+
+
+def test_batches_on_slurm_give_the_bytes_of_a_local_run(slurm, tmp_path):
+    pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
+    structures = tmp_path / "structures"
+    structures.mkdir()
+    for k in range(4):
+        write(structures / f"p{k}.pdb", peptide(SEQUENCE[: 3 + k % 2], origin=(k, 0, 0)) + "END\n")
+    write(structures / "empty.pdb", "END\n")
+    batches = {"run": "many", "sampling": False, "batch": 2, "proteins": {"folder": str(structures)}}
+    page = {"settings": batches, "targets": ["results/many/index.html"]}
+    for folder, arguments, environment in (
+        ("local", command(tmp_path / "local", "--cores", "2", **page), None),
+        ("cluster", on_slurm(tmp_path / "cluster", slurm, **page), slurm),
+    ):
+        process = subprocess.run(arguments, env=environment, capture_output=True, text=True, check=False)
+        assert process.returncode == 0, folder + process.stdout + process.stderr
+    results = [tmp_path / folder / "results/many" for folder in ("local", "cluster")]
+    paths = sorted(path.relative_to(results[0]) for path in results[0].rglob("*.parquet"))
+    assert len(paths) == 10  # five tables of two batches
+    for path in [*paths, "index.html", "failures.csv", "warnings.csv"]:
+        assert (results[0] / path).read_bytes() == (results[1] / path).read_bytes(), path
 
 
 def test_a_job_that_slurm_will_never_start_ends_the_run_in_a_sentence(slurm, capsys, monkeypatch, tmp_path):
