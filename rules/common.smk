@@ -59,7 +59,9 @@ FIGURES = (
     "number_of_dots",
     "number_of_dots_panels",
     "d_over_grid",
+    "d_over_grid_panels",
     "rough_and_flat",
+    "rough_and_flat_panels",
     "subsets",
 )
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
@@ -288,7 +290,7 @@ def conformation_files(protein):
     if config["compare"]["run"]:
         files += ["compare.csv", "compare.html", "compare_pairs.csv", "compare_fewer.csv"]
         files += ["compare_alone.csv", "needed.csv", "centres.csv"]
-        files += ["figures/compare.png", "figures/compare.svg"]
+        files += [f"figures/compare{part}.{end}" for part in ("", "_panels") for end in ("png", "svg")]
     if protein in DESCRIBED:
         files += ["places.sites"]
     return files
@@ -340,7 +342,8 @@ def results_before_pages(wildcards):
     if PROTEINS and config["sampling"]["run"]:
         files += ["summary.csv", "relation.csv", "summary.html", "summary.png", "summary.svg"]
     if config["compare"]["run"]:
-        files += ["compare.csv", "compare_needed.csv", "compare.html", "compare.png", "compare.svg"]
+        files += ["compare.csv", "compare_needed.csv", "compare.html"]
+        files += [f"compare{part}.{end}" for part in ("", "_panels") for end in ("png", "svg")]
     if "paper" in config and not is_excluded(config["paper"], "c1"):
         files += ["verdict.html", "table1.png", "table1.svg", "paper_as_published.csv", "paper_places.csv"]
         files += ["paper_tests.csv", "paper_rows.csv", "paper_links.csv", "paper_defects.csv"]

@@ -18,7 +18,12 @@ rule compare_samplers:
         needed="results/{run}/{protein}/{conformation}/needed.csv",
         centres="results/{run}/{protein}/{conformation}/centres.csv",
         png=in_report("results/{run}/{protein}/{conformation}/figures/compare.png", "Samplers compared"),
+        panels=in_report(
+            "results/{run}/{protein}/{conformation}/figures/compare_panels.png",
+            "Samplers compared, every measure",
+        ),
         svg="results/{run}/{protein}/{conformation}/figures/compare.svg",
+        panels_svg="results/{run}/{protein}/{conformation}/figures/compare_panels.svg",
     log:
         "results/{run}/logs/{protein}/{conformation}/compare_samplers.log",
     conda:
@@ -52,7 +57,11 @@ rule summarise_comparison:
         needed="results/{run}/compare_needed.csv",
         page="results/{run}/compare.html",
         png=in_report("results/{run}/compare.png", "Over all proteins", "Samplers compared"),
+        panels=in_report(
+            "results/{run}/compare_panels.png", "Over all proteins, every measure", "Samplers compared"
+        ),
         svg="results/{run}/compare.svg",
+        panels_svg="results/{run}/compare_panels.svg",
     log:
         "results/{run}/logs/summarise_comparison.log",
     localrule: True

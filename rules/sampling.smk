@@ -84,9 +84,16 @@ rule draw_figures:
         d_over_grid=in_report(
             "results/{run}/{protein}/{conformation}/figures/d_over_grid.png", "Fig. 3, d over the grid"
         ),
+        d_over_grid_panels=in_report(
+            "results/{run}/{protein}/{conformation}/figures/d_over_grid_panels.png", "Fig. 3, all panels"
+        ),
         rough_and_flat=in_report(
             "results/{run}/{protein}/{conformation}/figures/rough_and_flat.png",
             "Fig. 4, rough and flat patches",
+        ),
+        rough_and_flat_panels=in_report(
+            "results/{run}/{protein}/{conformation}/figures/rough_and_flat_panels.png",
+            "Fig. 4, around any dots",
         ),
         subsets=in_report("results/{run}/{protein}/{conformation}/figures/subsets.png", "Fig. 5, surfaces"),
         svg=expand(

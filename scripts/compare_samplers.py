@@ -39,6 +39,7 @@ def main(
     needed: str,
     centres: str,
     png: str,
+    panels: str,
     surface_settings: dict,
     patches: dict,
     distance_from_moved_centre: bool,
@@ -113,6 +114,7 @@ def main(
     )
     write(page, comparison_page.TEMPLATE, **facts)
     layout.save(comparison_figure.comparison_figure(comparison, title), png.removesuffix(".png"))
+    layout.save(comparison_figure.comparison_panels(comparison, title), panels.removesuffix(".png"))
 
 
 def _place_dots(structure: str, settings: dict) -> Callable:
@@ -145,6 +147,7 @@ if __name__ == "__main__":
             needed=snakemake.output.needed,
             centres=snakemake.output.centres,
             png=snakemake.output.png,
+            panels=snakemake.output.panels,
             surface_settings=snakemake.params.surface,
             patches=snakemake.params.patches,
             distance_from_moved_centre=snakemake.params.distance_from_moved_centre,

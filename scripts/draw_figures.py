@@ -12,11 +12,13 @@ from sparsurf.recovery.readings import READINGS, comparable_density, readings_of
 from sparsurf.recovery.recovering import recover
 from sparsurf.report.figures import (
     d_over_grid,
+    d_over_grid_panels,
     layout,
     number_of_dots,
     number_of_dots_panels,
     required_dots,
     rough_and_flat,
+    rough_and_flat_panels,
     roughness,
     subsets,
 )
@@ -38,7 +40,9 @@ FIGURES = {
     "number_of_dots": number_of_dots,
     "number_of_dots_panels": number_of_dots_panels,
     "d_over_grid": d_over_grid,
+    "d_over_grid_panels": d_over_grid_panels,
     "rough_and_flat": rough_and_flat,
+    "rough_and_flat_panels": rough_and_flat_panels,
     "subsets": subsets,
 }
 MAX_TEST_DOTS = 8_000  # by roughness

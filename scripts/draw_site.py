@@ -79,7 +79,8 @@ def main(
         )
         Path(view).write_text(page, encoding="utf-8")
     names = [residue_text(*row) for row in residues[["chain", "residue_name", "residue"]].to_numpy()]
-    layout.save(site_figure(name, panels, names), png.removesuffix(".png"))
+    head = layout.headed(name, f"found on {found.sum()} of {len(found)} surfaces")
+    layout.save(site_figure(head, panels, names), png.removesuffix(".png"))
 
 
 def _by_conformation(paths: list[str]) -> dict[str, str]:

@@ -6,14 +6,14 @@ import pandas as pd
 
 from sparsurf.report.comparison_page import TEMPLATE, comparison_page
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.comparison_figure import comparison_figure
+from sparsurf.report.figures.comparison_figure import comparison_figure, comparison_panels
 from sparsurf.report.page import write
 from sparsurf.rounding import write_table
 from sparsurf.study.comparison.equal_error import factors_over_proteins, means_by_protein, means_over_proteins
 from sparsurf.workflow.jobs import job
 
 
-def main(tables: list[str], table: str, needed: str, page: str, png: str, run: str) -> None:
+def main(tables: list[str], table: str, needed: str, page: str, png: str, panels: str, run: str) -> None:
     """Write the means and the spread between proteins, as tables, page and figure.
 
     Parameters
@@ -29,12 +29,10 @@ def main(tables: list[str], table: str, needed: str, page: str, png: str, run: s
     write_table(needed, needed_table)
     write(page, TEMPLATE, **comparison_page(run, means, needed_table, of=kind, n=len(units)))
     subject = f"mean of {len(units)} {kind}" if len(units) > 1 else next(iter(units))
-    figure = comparison_figure(
-        means.rename(columns={"lowest": "low", "highest": "high"}),
-        subject,
-        f"lowest to highest of {len(units)} {kind}",
-    )
-    layout.save(figure, png.removesuffix(".png"))
+    drawn = means.rename(columns={"lowest": "low", "highest": "high"})
+    band = f"lowest to highest of {len(units)} {kind}"
+    for draw, path in ((comparison_figure, png), (comparison_panels, panels)):
+        layout.save(draw(drawn, subject, band), path.removesuffix(".png"))
 
 
 if __name__ == "__main__":
@@ -45,5 +43,6 @@ if __name__ == "__main__":
             needed=snakemake.output.needed,
             page=snakemake.output.page,
             png=snakemake.output.png,
+            panels=snakemake.output.panels,
             run=snakemake.wildcards.run,
         )

@@ -99,7 +99,7 @@ def test_a_few_surfaces_have_a_panel_each_on_one_scale():
     axes = required_dots.figure(few).axes
     assert len(axes) == 5 and len({ax.get_ylim() for ax in axes}) == 1
     for ax, tables in zip(axes, few, strict=True):
-        assert ax.get_title() == f"{tables.name}: 8 % are enough"
+        assert ax.get_title() == f"{tables.name}\n8 % of the dots are enough"
         own = tables.curves[(tables.curves["sampler"] == "uniform")]
         np.testing.assert_array_equal(curves_in(ax)["#000000"], own[["n_S_percent", "Z"]])
         ring = next(line for line in ax.lines if len(line.get_xydata()) == 1)

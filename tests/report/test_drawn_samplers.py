@@ -34,7 +34,7 @@ def comparison(factors=FACTORS):
 
 def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
     table = comparison()
-    figure = comparison_figure.comparison_figure(table, "q/c1", "95 % of something")
+    figure = comparison_figure.comparison_panels(table, "q/c1", "95 % of something")
     panels = [ax for ax in figure.axes if ax.lines]
     assert len(panels) == len(MEASURES)
     for ax, measure in zip(panels, MEASURES, strict=True):
@@ -65,7 +65,7 @@ def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
         "angle (degrees)",
     ]
     assert [ax.get_xlabel() != "" for ax in panels] == [True, *[False] * 4, True, True]
-    assert words_of(figure)[0] == "q/c1: farthest point errs least"
+    assert words_of(figure)[0] == "q/c1"
     parts = ["as written", "surface unknown", "D_{link}", "recovered", "centres", "nearest", "normals"]
     for ax, letter, part in zip(panels, "ABCDEFG", parts, strict=True):
         title = ax.get_title(loc="left")
@@ -74,13 +74,28 @@ def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
 
 
 def test_the_legend_names_every_sampler_and_reference_value():
-    entries = legend_of(comparison_figure.comparison_figure(comparison(), "q"))
+    entries = legend_of(comparison_figure.comparison_panels(comparison(), "q"))
     assert entries[:4] == [
         ("farthest point", BLUE), ("uniform draw", BLACK), ("paper's sampling", VERMILLION), ("mine", INDIGO),
     ]  # fmt: skip
     assert [words for words, _ in entries[4:]] == [
         "mean descriptor for every patch: 3.50", "empty patches: 9.00", "fresh dots of the surface: 0.40",
     ]  # fmt: skip
+
+
+def test_at_most_five_samplers_are_drawn_in_the_figure_of_one_panel():
+    factors = FACTORS | {"voxel": 1.1, "poisson": 1.2}
+    figure = comparison_figure.comparison_figure(comparison(factors), "q/c1")
+    (ax,) = figure.axes
+    shown = ["farthest", "uniform", "paper", "voxel", "poisson"]  # the ranking and the best others
+    table = comparison(factors).query("measure == 'Z as_written'")
+    for name, line in zip([n for n in factors if n in shown], ax.lines, strict=False):
+        wanted = table.loc[table["sampler"] == name, ["n_S_percent", "value"]]
+        np.testing.assert_allclose(line.get_xydata(), wanted)
+    assert len(ax.lines) == len(shown) + 2  # and two reference values
+    assert words_of(figure)[0] == "q/c1: farthest point errs least"
+    names = [words for words, _ in legend_of(figure)]
+    assert "mine" not in names and "empty patches: 9.00" not in names and len(names) == 7
 
 
 def test_an_arrow_tells_how_many_times_fewer_dots():

@@ -218,7 +218,11 @@ def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
     largest = part[["d_as_coded", "d_as_written"]].abs().to_numpy().max()
     assert both[0].norm.vmin == -both[0].norm.vmax and both[0].norm.vmax == pytest.approx(largest)
     head, *said = [words for words in words_of(figure) if len(words) > 1]
-    assert head == "the sampling beats a uniform draw as coded, not as written"
+    better = [(part[f"d_{r}"] > 1.96 * part[f"d_se_{r}"]).sum() for r in ("as_coded", "as_written")]
+    assert (
+        head
+        == f"{better[0]} of {len(part)} combinations beat a uniform draw as coded, {better[1]} as written"
+    )
     for words, reading in zip(said, ("as_coded", "as_written"), strict=True):
         top = part.loc[part[f"d_{reading}"].idxmax()]
         assert words.startswith(READINGS[reading].words) and f"γ = {top.gamma:g}, δ = {top.delta:g}" in words
@@ -236,7 +240,7 @@ def test_boxes_show_the_bins_of_roughness():
     edges = np.linspace(r.min(), r.max(), 6)
     chosen = {k: np.flatnonzero(np.digitize(r, edges[1:-1]) == k) for k in range(5)}
     n = [len(dots) for dots in chosen.values()]
-    assert f"any dots; {min(n)} to {max(n)} patches a bin" in words_of(figure)
+    assert f"any dots\n{min(n)} to {max(n)} patches a bin" in words_of(figure)
     for side, values, colour in ((0, z[0], VERMILLION), (1, z[1], BLUE)):
         bars, (middles, stems, _) = ax.containers[side].patches, ax.collections[3 * side : 3 * side + 3]
         wanted = [np.quantile(values[chosen[k]], [0.25, 0.5, 0.75]) for k in range(5)]
@@ -280,7 +284,7 @@ def test_a_patch_is_shown_whole_sampled_and_uniform():
     r, z = distances(50)
     figure = rough_and_flat.figure([("t", r, z[0], z[1])], [patch()])
     titles = [(ax.get_title(), to_hex(ax.title.get_color()).upper()) for ax in figure.axes[:3]]
-    assert titles == [("whole, 60 dots", GREY), ("sampled, 30 dots", VERMILLION), ("uniform, 20 dots", BLUE)]
+    assert titles == [("whole\n60 dots", GREY), ("sampled\n30 dots", VERMILLION), ("uniform\n20 dots", BLUE)]
     _, sampled, random = pictures(figure)
     assert share_of(sampled, VERMILLION) > 1.2 * share_of(random, BLUE) > 0
     assert share_of(sampled, BLUE) == share_of(random, VERMILLION) == 0
@@ -452,7 +456,7 @@ def test_places_are_millimetres_from_the_upper_left_corner():
     assert (box.x0, box.x1, box.y0, box.y1) == pytest.approx((0.1, 0.5, 0.5, 0.9))
     assert layout.text(figure, 10, 5, "a").get_position() == pytest.approx((0.1, 0.9))
     assert layout.letter(figure, 10, 5, "a").get_fontweight() == "bold"
-    assert layout.pixels(25.4, 50.8) == (600, 300)  # rows, columns at 300 per inch
+    assert layout.pixels(25.4, 50.8) == (400, 200)  # rows, columns at 200 per inch
 
 
 def test_a_scale_bar_has_the_length_that_it_names():
@@ -488,10 +492,10 @@ def test_a_figure_draws_its_part_of_the_results():
     words = words_of(d_over_grid.draw(own))
     drawn = [name for name in READINGS for w in words if w.startswith(READINGS[name].words)]
     assert drawn == ["as_written", "recovered"]
-    assert any("highest $d$ = 0.00 at" in w for w in words)
+    assert any("highest $d$ = 0.00\nat" in w for w in words)
     for module, head in (
         (roughness, "p/c1"),
-        (d_over_grid, "p/c1: the sampling does not beat a uniform draw"),
+        (d_over_grid, "p/c1: 0 of 27 combinations beat a uniform draw as written, 0 recovered"),
         (number_of_dots, "p/c1: the parameters set $n_S$"),
         (number_of_dots_panels, "p/c1"),
     ):
@@ -501,17 +505,18 @@ def test_a_figure_draws_its_part_of_the_results():
 def test_the_head_of_rough_and_flat_says_where_the_sampling_errs_less():
     roughness_of_patches = np.linspace(0.2, 0.8, 20)
     flat = roughness_of_patches > 0.5
-    for gains, words in (
+    for gains, expected in (
         ([(1, 1)], "the sampling errs less on rough and flat patches"),
         ([(1, -1), (0.5, -2)], "the sampling errs less on rough patches"),
         ([(-1, -1)], "a uniform draw errs less everywhere"),
-        ([(1, 1), (-1, 1)], "whether the sampling errs less depends on the reading"),
+        ([(1, 1), (-1, -1)], "the sampling errs less as coded, not as written"),
+        ([(1, 1), (-2, 3)], "whether the sampling errs less depends on the roughness"),
     ):
         panels = [
-            ("", roughness_of_patches, np.full(20, 3.0), 3 + np.where(flat, on_flat, on_rough))
-            for on_rough, on_flat in gains
+            (f"t, {words}", roughness_of_patches, np.full(20, 3.0), 3 + np.where(flat, on_flat, on_rough))
+            for words, (on_rough, on_flat) in zip(("as coded", "as written"), gains, strict=False)
         ]
-        assert rough_and_flat.message(panels) == words
+        assert rough_and_flat.message(panels) == expected
 
 
 def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_is_rough(

@@ -150,6 +150,9 @@ CASES = {
     ),
     "2, one combination": lambda: number_of_dots.figure(grid(alpha=[1], beta=[0], gamma=[6], delta=[0])),
     "3": lambda: d_over_grid.figure(grid()),
+    "3, best": lambda: d_over_grid.best_maps(grid(), "protein/c1"),
+    "3, best, three readings": lambda: d_over_grid.best_maps(grid().assign(d_recovered=-0.25), "p/c1"),
+    "3, best, no values": lambda: d_over_grid.best_maps(LACKING),
     "3, largest alpha 0.4": lambda: d_over_grid.figure(grid(alpha=[0.2, 0.4])),
     "3, fine": lambda: d_over_grid.figure(grid(beta=[0, 1, 2, 3, 4, 5, 6, 7], gamma=FINE, delta=FINE)),
     "3, long labels": lambda: d_over_grid.figure(
@@ -230,10 +233,7 @@ def test_files_repeat_byte_by_byte(name, tmp_path):
         assert b"dc:date" not in first and b"tIME" not in first
     assert ElementTree.fromstring((tmp_path / "a" / "v1.2_figure.svg").read_text()).tag.endswith("svg")
     picture = imread(tmp_path / "a" / "v1.2_figure.png")
-    # at 300 dots per inch
-    assert picture.shape[1] == round(figure.get_figwidth() * 300) or picture.shape[1] == int(
-        figure.get_figwidth() * 300
-    )
+    assert abs(picture.shape[1] - figure.get_figwidth() * layout.DPI) < 1
 
 
 def test_style_leaves_no_trace(tmp_path):

@@ -538,6 +538,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
         floors.write_distances(folder / "floor_distances.npz", measured)
         outputs = {"table": folder / "compare.csv", "needed": folder / "needed.csv"}
         outputs |= {"page": folder / "compare.html", "png": str(folder / "compare.png")}
+        outputs["panels"] = str(folder / "compare_panels.png")
         outputs |= {key: folder / f"compare_{key}.csv" for key in ("pairs", "fewer", "alone")}
         outputs["centres"] = folder / "centres.csv"
         inputs["structure"] = structure if folder.name == "c1" else None
@@ -580,6 +581,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     )
     of_run = {"table": tmp_path / "compare.csv", "needed": tmp_path / "compare_needed.csv"}
     of_run |= {"page": tmp_path / "compare.html", "png": str(tmp_path / "compare.png")}
+    of_run["panels"] = str(tmp_path / "compare_panels.png")
     summarise_comparison.main(tables=compared_tables, run="run", **of_run)
     assert "means over 2 conformations" in of_run["page"].read_text(encoding="utf-8")
     means = pd.read_csv(of_run["table"])

@@ -161,7 +161,7 @@ def test_the_three_clearest_hits_are_drawn_from_the_side_of_the_site(run, tmp_pa
         name="s",
     )
     ((name, panels, residues),) = figures
-    assert name == "s" and residues == ["A:LEU2", "A:LYS3", "A:GLY4"]
+    assert name == f"s: found on 2 of {len(hits)} surfaces" and residues == ["A:LEU2", "A:LYS3", "A:GLY4"]
     titles = [f"found on {hits['target'][k]}, p below 0.0001" for k in clearest[:2]]
     titles.append(f"not found on {hits['target'][clearest[2]]}, p 0.3")
     assert [panel[0] for panel in panels] == ["the site on p/f0", *titles]

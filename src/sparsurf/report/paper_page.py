@@ -37,7 +37,7 @@ HALVES = ("rougher half", "flatter half")
 FIGURES = {  # the paper's figure: its file among those of the surface, and the chapter with its numbers
     1: ("roughness", "range_of_roughness"),
     2: ("number_of_dots_panels", "span"),
-    3: ("d_over_grid", "best"),
+    3: ("d_over_grid_panels", "best"),
     4: ("rough_and_flat", "rough"),
     5: ("subsets", "gather"),
 }

@@ -1,4 +1,4 @@
-"""Figure that compares samplers: error against the number of kept dots."""
+"""Figures that compare samplers: error against the number of kept dots."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
 from sparsurf.report.figures import layout
-from sparsurf.report.figures.layout import GREY, HALO, LINES, SPARE, styled
+from sparsurf.report.figures.layout import COLUMN_AND_A_HALF, GREY, HALO, LINES, SPARE, styled
 from sparsurf.sampling.samplers import lookup_sampler
 from sparsurf.study.comparison.equal_error import dots_needed, factor_with_bound, measured_ranges
 
@@ -36,11 +36,14 @@ AXIS = "dots kept (% of the surface)"
 ARROW_PERCENT = 20.0  # n_S near which the gain over the paper's sampler is marked
 
 
+MAX_LINES = 5  # of the figure with one panel; all are in the other
+
+
 @styled
 def comparison_figure(
     table: pd.DataFrame, subject: str, band: str = "95 % over draws and test dots"
 ) -> Figure:
-    """Draw the error of each sampler against n_S, in both uses and without descriptors.
+    """Draw Z against n_S as written, of the three samplers of the ranking and of the best others.
 
     Parameters
     ----------
@@ -55,19 +58,51 @@ def comparison_figure(
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.constrained(layout.PAGE, 150, layout.headed(subject, _message(table)))
-    names = list(table["sampler"].unique())
-    spare = iter(SPARE * len(names))
-    lines = {name: LINES.get(name) or (next(spare), 0.8, "o") for name in names}
+    measure, _, label = MEASURES[0]
+    means = table[table["measure"] == measure].groupby("sampler")["value"].mean().sort_values()
+    lines = _lines(table)
+    bold = [name for name, (_, width, _) in lines.items() if width > 1]
+    shown = [*bold, *means.index.difference(bold, sort=False)][:MAX_LINES]
+    part = table[table["sampler"].isin(shown)].drop(columns="Z_empty")  # far above
+    figure = layout.constrained(COLUMN_AND_A_HALF, 96, layout.headed(subject, _message(table)))
+    ax = figure.subplots()
+    _panel(ax, part, measure, {name: line for name, line in lines.items() if name in shown})
+    ax.set(xlabel=AXIS, ylabel=label)
+    _mark_gain(ax, table)
+    _add_legend(figure, part, lines, band, 2)
+    return layout.fix_layout(figure)
+
+
+@styled
+def comparison_panels(
+    table: pd.DataFrame, subject: str, band: str = "95 % over draws and test dots"
+) -> Figure:
+    """Draw the error of every sampler against n_S by each measure; arguments as of `comparison_figure`."""
+    figure, lines = layout.constrained(layout.PAGE, 150, subject), _lines(table)
     panels = figure.subplot_mosaic("ABC;ADE;AFG", width_ratios=[1.5, 1, 1])
     for ax, letter, (measure, title, label) in zip(panels.values(), panels, MEASURES, strict=True):
         _panel(ax, table, measure, lines)
         layout.panel_title(ax, letter, title)
         ax.set(xlabel=AXIS if letter in "AFG" else "", ylabel=label)
-    _mark_gain(panels["A"], table)
-    handles, title = _legend_handles(table, lines), f"Shaded, of the bold lines: {band}."
-    figure.legend(handles=handles, loc="outside lower left", ncols=4, title=title, alignment="left")
+    _add_legend(figure, table, lines, band, 4)
     return layout.fix_layout(figure)
+
+
+def _lines(table: pd.DataFrame) -> dict[str, tuple[str, float, str]]:
+    """Return colour, line width and marker of each sampler of a table."""
+    names = list(table["sampler"].unique())
+    spare = iter(SPARE * len(names))
+    return {name: LINES.get(name) or (next(spare), 0.8, "o") for name in names}
+
+
+def _add_legend(
+    figure: Figure, table: pd.DataFrame, lines: dict[str, tuple[str, float, str]], band: str, ncols: int
+) -> None:
+    """Name the samplers of a table and the reference values below the panels."""
+    shown = set(table["sampler"])
+    handles = _legend_handles(table, {name: line for name, line in lines.items() if name in shown})
+    title = f"Shaded, of the bold lines: {band}."
+    figure.legend(handles=handles, loc="outside lower left", ncols=ncols, title=title, alignment="left")
 
 
 def _message(table: pd.DataFrame) -> str:

@@ -33,9 +33,39 @@ BEST_OF_ALL: dict[str, Any] = BEST | {"marker": "*", "markersize": 8, "markerfac
 N_FINE = 101  # values along each side of an interpolated map
 
 
+SIDE = 40.0  # mm, of a map
+
+
 def draw(results: Results) -> Figure:
-    """Draw the figure of one grid."""
-    return figure(results.grid, results.name)
+    """Draw the figure of one grid: of each reading the map with its highest d."""
+    return best_maps(results.grid, results.name)
+
+
+@styled
+def best_maps(grid: pd.DataFrame, name: str = "") -> Figure:
+    """Draw d over (gamma, delta) at the largest alpha and the beta of the highest d, interpolated; a map per reading.
+
+    Parameters
+    ----------
+    grid : pandas.DataFrame
+        See `figure`.
+    name : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    grid, readings, scale, limits, levels, message = _prepared(grid)
+    pitch = SIDE + 18
+    figure = layout.sheet(max(96, 22 + pitch * len(readings)), SIDE + 21, layout.headed(name, message))
+    for k, reading in enumerate(readings):
+        d, x = grid[f"d_{reading}"], 12 + pitch * k
+        row = grid.iloc[int(d.argmax()) if d.notna().any() else 0]
+        best = _maps(figure, grid[grid.beta == row.beta], f"d_{reading}", (scale, levels), (x, 12), SIDE, 0)
+        layout.letter(figure, x - 11, 1, ascii_uppercase[k])
+        layout.text(figure, x - 6, 1.3, f"{READINGS[reading].words}, α = {row.alpha:g}\n{best}")
+    _bar(figure, scale, limits, levels, 4 + pitch * len(readings), 12, SIDE)
+    return figure
 
 
 @styled
@@ -52,49 +82,72 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    readings = readings_of_columns(grid, "d_")
+    grid, readings, scale, limits, levels, message = _prepared(grid)
     alpha = grid.alpha.max()
     largest = "" if alpha == 1 else " (the largest of the grid)"
-    grid = grid[grid.alpha == alpha].reset_index(drop=True)
     gap = layout.label_width(np.unique(grid.delta))
-    side = min(40.0, (PAGE - 27) / grid.beta.nunique() - gap)
+    side = min(SIDE, (PAGE - 27) / grid.beta.nunique() - gap)
     pitch = side + 20
-    title = 128 + 37 * bool(largest) + 17 * (RECOVERED in readings)  # mm, of the longest
-    used = max(32 + (side + gap) * grid.beta.nunique(), title)
-    message = layout.beats_uniform(
-        {READINGS[reading].words: _is_positive(grid, reading) for reading in readings}
-    )
-    figure = layout.sheet(min(PAGE, used), 5 + pitch * len(readings), layout.headed(name, message))
-    scale = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))[0]  # one for all rows
+    title = 145 + 37 * bool(largest) + 17 * (RECOVERED in readings)  # mm, of the longest, and of the bar
+    used = min(PAGE, max(32 + (side + gap) * grid.beta.nunique(), title))
+    figure = layout.sheet(used, 5 + pitch * len(readings), layout.headed(name, message))
     for row, reading in enumerate(readings):
         y = 1 + pitch * row
         layout.letter(figure, 1, y, ascii_uppercase[row])
-        best = _maps(figure, grid, f"d_{reading}", scale, y + 9, side, gap)
-        layout.text(figure, 6, y + 0.3, f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best}")
+        best = _maps(figure, grid, f"d_{reading}", (scale, levels), (12, y + 9), side, gap)
+        words = f"{READINGS[reading].words}, α = {alpha:g}{largest}: {best.replace(chr(10), ' ')}"
+        layout.text(figure, 6, y + 0.3, words)
+    _bar(figure, scale, limits, levels, used - 17, 10, pitch * (len(readings) - 1) + side)
     marks = {"highest $d$ at this β": BEST, "highest $d$ of all": BEST_OF_ALL}
     handles = [Line2D([], [], **mark, linestyle="", label=words) for words, mark in marks.items()]
     layout.legend(figure, 12, 1 + pitch * len(readings), handles, ncols=2, handletextpad=0.2)
     return figure
 
 
-def _is_positive(grid: pd.DataFrame, reading: str) -> bool:
-    """Return whether the highest d lies above 0 by more than its 95 % interval, where that is known."""
+def _prepared(
+    grid: pd.DataFrame,
+) -> tuple[pd.DataFrame, list[str], ScalarMappable, tuple[float, float], np.ndarray, str]:
+    """Return the rows of the largest alpha, the readings, one scale for all with its limits and levels, and the message."""
+    readings = readings_of_columns(grid, "d_")
+    grid = grid[grid.alpha == grid.alpha.max()].reset_index(drop=True)
+    scale, limits, levels = _scale(pd.concat([grid[f"d_{reading}"] for reading in readings]))
+    better = {READINGS[reading].words: _above_zero(grid, reading) for reading in readings}
+    return grid, readings, scale, limits, levels, layout.beats_uniform(better, "combinations")
+
+
+def _bar(
+    figure: layout.Sheet,
+    scale: ScalarMappable,
+    limits: tuple[float, float],
+    levels: np.ndarray,
+    x: float,
+    y: float,
+    height: float,
+) -> None:
+    """Draw the colour bar of all maps, with the levels of their contours."""
+    bar = figure.colorbar(scale, cax=layout.axes(figure, x, y, 2.5, height))
+    bar.set_label("$d = Z_{tR} - Z_{tS}$ (above 0: better)")
+    bar.ax.set_ylim(limits)
+    bar.ax.hlines(levels, 0, 1, colors="black", linewidths=0.3)
+
+
+def _above_zero(grid: pd.DataFrame, reading: str) -> tuple[int, int]:
+    """Count the combinations whose d lies above 0 by more than its 95 % interval, where that is known, and all."""
     d, error = grid[f"d_{reading}"], grid.get(f"d_se_{reading}")
-    return bool((d > (0 if error is None else 1.96 * error.fillna(0))).any())
+    return int((d > (0 if error is None else 1.96 * error.fillna(0))).sum()), int(d.notna().sum())
 
 
 def _maps(
     figure: layout.Sheet,
     grid: pd.DataFrame,
     column: str,
-    scale: ScalarMappable,
-    y: float,
+    colours: tuple[ScalarMappable, np.ndarray],
+    corner: tuple[float, float],
     side: float,
     gap: float,
 ) -> str:
-    """Draw one row of maps; return a text of its highest d."""
+    """Draw one row of maps from a corner in mm on; return a text of its highest d."""
     betas, gammas, deltas = (np.unique(grid[name]) for name in ("beta", "gamma", "delta"))
-    _, limits, levels = _scale(grid[column])
     best = grid.iloc[int(np.nanargmax(grid[column]))] if grid[column].notna().any() else None
     tables = [
         grid[grid.beta == beta].pivot_table(column, "gamma", "delta").reindex(index=gammas, columns=deltas)
@@ -102,10 +155,10 @@ def _maps(
     ]
     fine_x, fine_y, _ = _interpolated(deltas, gammas, tables[0].to_numpy())
     ends = [(axis[0], axis[-1]) for axis in (fine_x, fine_y)]
-    tiles = layout.Tiles(figure, 12, y, (1, len(betas)), (side, side), (gap, 0), *ends)
+    tiles = layout.Tiles(figure, *corner, (1, len(betas)), (side, side), (gap, 0), *ends)
     for k, (beta, table) in enumerate(zip(betas, tables, strict=True)):
         fine = _interpolated(deltas, gammas, table.to_numpy())[2]
-        _map(tiles, k, (deltas, gammas), table.to_numpy(), fine, (scale, levels))
+        _map(tiles, k, (deltas, gammas), table.to_numpy(), fine, colours)
         known = grid[(grid.beta == beta) & grid[column].notna()]
         if best is not None and len(known):
             top = known.iloc[int(known[column].argmax())]
@@ -117,21 +170,18 @@ def _maps(
                 zorder=3,
             )
         x, _ = tiles.corner(0, k)
-        tiles.ax.text(x + side / 2, -1, f"β = {beta:g}", ha="center", va="bottom")
+        if len(betas) > 1:
+            tiles.ax.text(x + side / 2, -1, f"β = {beta:g}", ha="center", va="bottom")
         tiles.ax.text(x + side / 2, side + 5, "δ", ha="center", va="top")
     tiles.ax.text(-7, side / 2, "γ", rotation=90, va="center", ha="right")
     tiles.frame(box=True)
     tiles.ticks(deltas, gammas)
-    bar = figure.colorbar(scale, cax=layout.axes(figure, 12 + (side + gap) * len(betas), y, 2.5, side))
-    bar.set_label("$d = Z_{tR} - Z_{tS}$")
     if best is None:
         return "no value"
-    bar.ax.set_ylim(limits)
-    bar.ax.hlines(levels, 0, 1, colors="black", linewidths=0.3)
     error = best.get(column.replace("d_", "d_se_"), np.nan)
     error = f" ± {error:.2f}" if np.isfinite(error) else ""
     value = f"{best[column]:z.2f}".replace("-", "−")
-    return f"highest $d$ = {value}{error} at β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}"
+    return f"highest $d$ = {value}{error}\nat β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}"
 
 
 def _map(

@@ -29,11 +29,14 @@ if TYPE_CHECKING:
 
     from sparsurf.report.figures.render import Camera
 
-COLUMN, PAGE = 89.0, 183.0  # mm, one and two columns of a journal
+COLUMN, COLUMN_AND_A_HALF, PAGE = (
+    89.0,
+    120.0,
+    183.0,
+)  # mm, of a journal; texts of the second are read at half a page
 MM = 1 / 25.4  # inch
 LETTER_WIDTH = 1.36  # mm, mean width of a letter
-DPI = 300
-SVG_DPI = 220  # of the pictures inside an svg, to keep it small
+DPI = 200  # of a png, and of the pictures inside an svg
 PACKED: dict[str, Any] = {
     "compress_level": 4,
     "compress_type": 0,
@@ -114,7 +117,7 @@ def save(figure: Figure, path: Path | str) -> None:
 @styled
 def save_svg(figure: Figure, path: Path | str) -> None:
     """Write `path`; the same figure gives the same bytes."""
-    figure.savefig(path, metadata={"Date": None, "Creator": None}, dpi=SVG_DPI)
+    figure.savefig(path, metadata={"Date": None, "Creator": None})
 
 
 def constrained(width: float, height: float, name: str = "") -> Figure:
@@ -131,13 +134,11 @@ def headed(name: str, message: str) -> str:
     return ": ".join(filter(None, (name, message)))
 
 
-def beats_uniform(better: dict[str, bool]) -> str:
-    """Say in a line under which readings, by their words, the sampling beats a uniform draw."""
-    ahead = " and ".join(words for words, is_better in better.items() if is_better)
-    behind = " or ".join(words for words, is_better in better.items() if not is_better)
-    if not ahead:
-        return "the sampling does not beat a uniform draw"
-    return f"the sampling beats a uniform draw {ahead}" + (f", not {behind}" if behind else "")
+def beats_uniform(better: dict[str, tuple[int, int]], of: str) -> str:
+    """Say how many of how many `of` beat a uniform draw under each reading, by its words."""
+    (first, (n_first, total)), *others = better.items()
+    rest = "".join(f", {n} {words}" for words, (n, _) in others)
+    return f"{n_first} of {total} {of} beat a uniform draw {first}{rest}"
 
 
 def fix_layout(figure: Figure) -> Figure:

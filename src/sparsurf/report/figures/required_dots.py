@@ -37,7 +37,7 @@ MULTIPLES = 6  # surfaces with a panel each; more share one panel
 ALONG = np.geomspace(1.1, 88, 24)  # % of the dots, where curves of many surfaces are compared
 BAND = 0.1, 0.9  # quantiles over surfaces
 MAX_COMBINATIONS = 4000  # that are drawn of all surfaces
-DASHES = ((4, 3), (1, 2), (6, 2, 1, 2), (3, 1), (6, 2, 1, 2, 1, 2))  # of the noise floors
+DASHES = ((4, 3), (1, 2), (6, 2, 1, 2), (3, 1), (6, 2, 1, 2, 1, 2), (9, 2), (1, 4))  # of the noise floors
 
 
 class Tables(NamedTuple):
@@ -107,7 +107,7 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
         ax = drawing.add_subplot(rows, columns, k + 1)
         _draw(ax, panel, floor, _floors_of(panels))
         title = _answer_text(panel)
-        ax.set_title(title if single else f"{name}: {title.replace(' of the dots', '')}")
+        ax.set_title(title if single else f"{name}\n{title}")
         if single:
             ax.title.set(color=BACK, fontweight="bold", fontsize=8)
         ax.set_ylabel(ax.get_ylabel() if k % columns == 0 else "")

@@ -30,17 +30,20 @@ REFERENCES = {
     "fresh dots": ("fresh dots", "-."),
 }
 MIN_VALUES = 5  # of a box plot
+KEPT = "around kept dots"  # in the title of a panel
+PITCH, PICTURE = 61.0, 18.5  # mm, from panel to panel, and side of the picture of a patch
 
 
 def draw(results: Results) -> Figure:
-    """Draw the figure of one surface and its best combination."""
-    return figure(
-        **results.rough_and_flat, name=layout.headed(results.name, message(results.rough_and_flat["panels"]))
-    )
+    """Draw the figure of one surface and its best combination: a rough and a flat patch, and Z around kept dots."""
+    panels = [panel for panel in results.rough_and_flat["panels"] if KEPT in panel[0]]
+    name = layout.headed(results.name, message(panels))
+    return figure(**results.rough_and_flat | {"panels": panels}, name=name)
 
 
 def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) -> str:
     """Say where the median patch of the sampling errs less than that of a uniform draw: on rough ones, on flat ones."""
+    signs = [np.sign(np.nanmedian(z_tr) - np.nanmedian(z_ts)) for *_, z_ts, z_tr in panels]
     better = []
     for words, flat in (("rough", False), ("flat", True)):
         differences = []
@@ -50,7 +53,11 @@ def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) ->
         if min(differences) > 0:
             better.append(words)
         elif max(differences) > 0:
-            return "whether the sampling errs less depends on the reading"
+            readings = [title.rpartition(", ")[2] for title, *_ in panels]
+            first, second = (" and ".join(np.array(readings)[np.array(signs) == sign]) for sign in (1, -1))
+            if first and second:
+                return f"the sampling errs less {first}, not {second}"
+            return "whether the sampling errs less depends on the roughness"
     return (
         f"the sampling errs less on {' and '.join(better)} patches"
         if better
@@ -85,25 +92,26 @@ def figure(
     -------
     matplotlib.figure.Figure
     """
-    figure = layout.sheet(layout.PAGE, 52 + 61 * -(-len(panels) // 2), name)
+    top = 46 if patches else 8  # mm, of the first panels
+    figure = layout.sheet(2 * PITCH, top + 58 * -(-len(panels) // 2), name)
     for k, patch in enumerate(patches):
-        layout.letter(figure, 1 + 91 * k, 1, ascii_uppercase[k])
-        _patch(figure, 6 + 91 * k, 1.3, *patch)
+        layout.letter(figure, 1 + PITCH * k, 1, ascii_uppercase[k])
+        _patch(figure, 5 + PITCH * k, 1.3, *patch)
     handles: list[Artist] = [
         Patch(facecolor=layout.SAMPLED, edgecolor="black", label="$Z_{tS}(j)$, sampled"),
         Patch(facecolor=layout.RANDOM, edgecolor="black", label="$Z_{tR}(j)$, uniform"),
     ]
     for k, (title, roughness, z_ts, z_tr) in enumerate(panels):
-        x, y = 91 * (k % 2), 52 + 61 * (k // 2)
+        x, y = PITCH * (k % 2), top + 58 * (k // 2)
         edges, chosen = _binned(np.asarray(roughness), bins)
         layout.letter(figure, 1 + x, y, ascii_uppercase[len(patches) + k])
         n = span([len(dots) for dots in chosen.values()], "{:,}".format)
-        layout.text(figure, 6 + x, y + 0.3, f"{title}; {n} patches a bin")
-        ax = layout.axes(figure, 12 + x, y + 5, 76, 46)
+        layout.text(figure, 5 + x, y + 0.3, f"{title}\n{n} patches a bin")
+        ax = layout.axes(figure, 11 + x, y + 8, PITCH - 15, 40)
         _boxes(ax, edges, chosen, np.asarray(z_ts), np.asarray(z_tr))
         known = [handle.get_label() for handle in handles]
         handles += [line for line in _lines(ax, references or {}) if line.get_label() not in known]
-    layout.legend(figure, 12, 46, handles, ncols=len(handles), handlelength=1.8)
+    layout.legend(figure, 5, top - 7, handles, ncols=3, handlelength=1.8)
     return figure
 
 
@@ -119,7 +127,7 @@ def _patch(
 ) -> None:
     """Draw a patch whole, sampled and as uniform subset, from the same oblique view."""
     layout.text(figure, x, y, title)
-    camera = render.aim(points, render.oblique(points, normals), layout.pixels(27, 27))
+    camera = render.aim(points, render.oblique(points, normals), layout.pixels(PICTURE, PICTURE))
     behind = render.draw_surface(points, normals, render.PALE, camera)
     whole = np.arange(len(points))
     columns = [
@@ -130,9 +138,9 @@ def _patch(
     for k, (name, kept, colour) in enumerate(columns):
         kept = np.asarray(kept, int)
         scene = render.draw_dots(behind, points[kept], normals[kept], colors.to_rgb(colour))
-        ax = layout.axes(figure, x + 28 * k, y + 8, 27, 27)
+        ax = layout.axes(figure, x + PICTURE * k, y + 10, PICTURE, PICTURE)
         layout.show(ax, render.picture(scene), camera, scale_bar=k == 0)
-        ax.set_title(f"{name}, {len(kept)} dots", color=colour)
+        ax.set_title(f"{name}\n{len(kept)} dots", color=colour)
 
 
 def _binned(roughness: np.ndarray, bins: int) -> tuple[np.ndarray, dict[int, np.ndarray]]:
@@ -168,8 +176,8 @@ def _boxes(
             _box_plots(ax, boxed, np.array(centres)[~few], 0.34 * width, colour)
     for edge in edges[1:]:
         ax.axvline(edge, color="#E0E0E0", linewidth=0.4, zorder=0)
-    ax.set_xticks(edges, [f"{e:.2f}" for e in edges])
-    ax.set(xlim=(edges[0], edges[-1]), xlabel="roughness $R_i$ of the patch (low: rough, high: flat)")
+    ax.set_xticks(edges, [f"{e:.2f}" if k % 2 == 0 else "" for k, e in enumerate(edges)])
+    ax.set(xlim=(edges[0], edges[-1]), xlabel="roughness $R_i$ of the patch (high: flat)")
     ax.set_ylabel("$Z_{tS}(j)$, $Z_{tR}(j)$")
     ax.set_ylim(bottom=0)
 

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from sparsurf.pairs.changes import superpose_forms
 from sparsurf.report.figures import layout, render
-from sparsurf.report.figures.layout import DARK, GREY, PALETTE, SAMPLED, styled
+from sparsurf.report.figures.layout import PALETTE, styled
 from sparsurf.sites.pose_search import rigid_fit
 
 if TYPE_CHECKING:
@@ -181,17 +181,19 @@ def changes_figure(
     ----------
     name : str
     forms : two (title, Surface, Molecule, change over its floor (N,)), NaN if unknown; see `site_page.over_floor`
-    table : DataFrame of changes.csv
+    table : DataFrame of changes.csv with `over_floor`, see `site_page.over_floor`
 
     Returns
     -------
     matplotlib.figure.Figure
     """
+    known = table["over_floor"].dropna()
+    message = f"{(known > 1).sum()} of {len(known)} residues change by more than their floor"
     scale = layout.scale(1, highest_shown([change for *_, change in forms]))
     oriented = seen_alike(forms)
     shape = layout.pixels(WIDTH - 8, HEIGHT)
     camera = render.aim(np.concatenate([points for points, _ in oriented]), np.eye(3), shape)
-    figure = layout.sheet(layout.PAGE, HEIGHT + 65, name)
+    figure = layout.sheet(layout.PAGE, HEIGHT + 65, layout.headed(name, message))
     for k, ((title, *_, change), (points, normals)) in enumerate(zip(forms, oriented, strict=True)):
         x = 2 + (WIDTH - 4) * k
         scene = render.draw_surface(points, normals, change_colours(change, scale), camera)
@@ -200,25 +202,21 @@ def changes_figure(
     figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label(
         "change over its floor\n(grey: below)"
     )
-    _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE - 18, 35), table)
+    _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE - 18, 35), table, scale)
     return figure
 
 
-def _along(ax: Axes, table: pd.DataFrame) -> None:
-    """Draw the change of each residue and its floors."""
+def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
+    """Draw the change of each residue in its colour, and its floor."""
     position = np.arange(len(table))
-    above = table["above_moved"] == 1
-    ax.bar(position, table["total"].where(~above), 1.0, color=layout.PALE)
-    ax.bar(position, table["total"].where(above), 1.0, color=SAMPLED, label="more than moved atoms")
-    for key, colour, words in (
-        ("total_floor", GREY, "floor: fresh dots"),
-        ("total_moved", DARK, "floor: moved atoms"),
-    ):
-        ax.step(position, table[key], where="mid", color=colour, linewidth=0.6, label=words)
+    ax.bar(position, table["total"], 1.0, color=change_colours(table["over_floor"].to_numpy(), scale))
+    floor = table[["total_floor", "total_moved"]].max(axis=1)
+    words = "floor: fresh dots or moved atoms, the larger one"
+    ax.step(position, floor, where="mid", color="black", linewidth=0.6, label=words)
     begin = np.flatnonzero(table["chain"] != table["chain"].shift())
     shown = layout.thinned(position, 12.0, layout.PAGE - 18)
     shown = shown if len(begin) < 2 else np.unique(np.concatenate([begin, shown]))
     names = (table["chain"] + ":" if len(begin) > 1 else "") + table["residue"]
     ax.set_xticks(shown, np.asarray(names)[shown])
     ax.set(xlabel="residue", ylabel="change", xlim=(-0.5, len(table) - 0.5), ylim=(0, None))
-    ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0)
+    ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0)
