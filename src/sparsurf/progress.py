@@ -14,9 +14,8 @@ enabled = False
 
 def progress_bar(items: Iterable[Item], description: str) -> Iterable[Item]:
     """Iterate over items and show how many are done, on a terminal or in a notebook."""
-    if not enabled:
+    if not enabled or not ("ipykernel" in sys.modules or sys.stderr.isatty()):
         return items
-    from tqdm import tqdm  # only where a bar may be shown
+    from tqdm import tqdm  # only where a bar is shown
 
-    in_notebook = "ipykernel" in sys.modules
-    return tqdm(items, description, leave=False, delay=DELAY, disable=None if not in_notebook else False)
+    return tqdm(items, description, leave=False, delay=DELAY)

@@ -822,7 +822,7 @@ def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
     loaded = {line.rpartition("|")[2].strip() for line in told.splitlines()}
     assert "sparsurf.surfaces.molecular_surface" in loaded
     ours = {"sparsurf.study", "sparsurf.sampling", "sparsurf.report", "sparsurf.workflow"}
-    theirs = {"pydantic", "snakemake", "mdtraj", "matplotlib", "scipy.spatial", "scipy.sparse"}
+    theirs = {"pydantic", "snakemake", "mdtraj", "matplotlib", "scipy.spatial", "scipy.sparse", "tqdm"}
     assert not loaded & (ours | theirs)
 
 
