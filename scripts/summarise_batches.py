@@ -45,11 +45,11 @@ def main(
     failed = read_parquet(run, "failures").sort_values("protein", ignore_index=True)
     excluded = pd.DataFrame(exclude.items(), columns=["protein", "reason"])
     write_table(failures, pd.concat([excluded, failed]).set_axis(["place", "reason"], axis=1))
-    told = read_parquet(run, "warnings").sort_values("protein", kind="stable")
-    told = told.assign(conformation="", job=JOB)[["protein", "conformation", "job", "sentence"]]
+    listed = read_parquet(run, "warnings").sort_values("protein", kind="stable")
+    listed = listed.assign(conformation="", job=JOB)[["protein", "conformation", "job", "sentence"]]
     rows = collected_warnings(studied, logs, jobs) if studied else []
-    told = pd.concat([told, pd.DataFrame(rows, columns=list(told))])
-    write_table(warnings, told.drop_duplicates(["protein", "sentence"]))
+    listed = pd.concat([listed, pd.DataFrame(rows, columns=list(listed))])
+    write_table(warnings, listed.drop_duplicates(["protein", "sentence"]))
     layout.save(distributions.figure(measures(surfaces)), Path(png).with_suffix(""))
     rows_of_studied = rows_of_surfaces(run, [Path(path).relative_to(run).as_posix() for path in studied])
     figures = [Path(png).name, *(picture for _, _, picture, _, _ in rows_of_studied if picture)]

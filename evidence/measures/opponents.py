@@ -72,7 +72,7 @@ WORST_QUANTILE = 0.999  # of the distances, from which on a place counts as one 
     "settled dots",
     "farthest, then worst",
     "farthest, then worst, settled",
-    "sparsely laid dots",
+    "sparsely placed dots",
     "decimated mesh",
     "its corners on the surface",
     "three times as many, rounded",

@@ -376,7 +376,7 @@ def test_page_says_what_the_numbers_say(table):
     alone = pd.DataFrame(alone | {"scale": [1, 1, 2, 2, 3, 3], "low": 0.5, "high": 2.5})
     page = comparison_page("blob/c1", table, equal_error, centres=centres[:1], alone=alone)
     assert page["alone"] == [
-        ["sparsely laid dots", "10", "1.20 (0.50 to 2.50)"],
+        ["sparsely placed dots", "10", "1.20 (0.50 to 2.50)"],
         ["uniform draw", "10", "2.20 (0.50 to 2.50)"],
     ]
     assert page["centres"] == [["1.3", "0.90 (0.80 to 1.00)", "0.70 (0.11 to 0.19)"]]

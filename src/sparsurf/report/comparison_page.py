@@ -169,7 +169,7 @@ def alone_rows(alone: pd.DataFrame, at: float) -> list[list[str]]:
     """Format Z of subsets without the full surface, at one n_S and the middle linking distance."""
     scales = sorted(alone["scale"].unique())
     rows = alone[(alone["percent"] == at) & (alone["scale"] == scales[len(scales) // 2])].sort_values("Z")
-    words = {name: lookup_sampler(name).words for name in rows["sampler"]} | {DOTTED: "sparsely laid dots"}
+    words = {name: lookup_sampler(name).words for name in rows["sampler"]} | {DOTTED: "sparsely placed dots"}
     return [
         [words[row["sampler"]], share(row["n_S_percent"]), interval(row["Z"], row["low"], row["high"])]
         for _, row in rows.iterrows()
