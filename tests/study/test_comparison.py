@@ -495,14 +495,15 @@ def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path
         curves(uniform=4.0, farthest=3.0).to_csv(path, index=False)
     said = []
     monkeypatch.setattr(summarise_comparison, "comparison_page", lambda *_, of, n: said.append((of, n)) or {})
-    monkeypatch.setattr(summarise_comparison, "comparison_figure", lambda table, *words: said.append(words))
+    for figure in ("comparison_figure", "comparison_panels"):
+        monkeypatch.setattr(summarise_comparison, figure, lambda table, *words: said.append(words))
     monkeypatch.setattr(summarise_comparison.layout, "save", lambda *_: None)
     monkeypatch.setattr(summarise_comparison, "write", lambda *_, **__: None)
-    outputs = {key: str(tmp_path / key) for key in ("table", "needed", "page", "png")}
+    outputs = {key: str(tmp_path / key) for key in ("table", "needed", "page", "png", "panels")}
     summarise_comparison.main(tables=[str(path) for path in paths], run="run", **outputs)
-    told, words = said
-    assert told == ("proteins", 2)
-    assert words == ("mean of 2 proteins", "lowest to highest of 2 proteins")
+    of_page, words, words_of_panels = said
+    assert of_page == ("proteins", 2)
+    assert words == words_of_panels == ("mean of 2 proteins", "lowest to highest of 2 proteins")
 
 
 def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch, caplog):

@@ -294,7 +294,7 @@ def test_a_run_is_summed_up_and_repeats(folder, related):
     pd.testing.assert_frame_equal(
         summary_back, related["summary"], check_dtype=False, rtol=1e-3, atol=0.006
     )  # d is written to two digits of its error, of .03 and more here
-    assert "<td>p12/c1</td><td>1,000</td><td>0.650</td><td>(1, 0, 5, 0)</td>" in before[3].decode()
+    assert "<td>p12</td><td>1,000</td><td>0.650</td><td>(1, 0, 5, 0)</td>" in before[3].decode()
 
 
 def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monkeypatch):
