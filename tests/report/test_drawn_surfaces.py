@@ -264,7 +264,12 @@ def test_boxes_show_the_bins_of_roughness():
         np.testing.assert_allclose(highs, [(b["q3"], b["whishi"]) for b in of_matplotlib])
     np.testing.assert_allclose(ax.get_xticks(), edges)
     said = [words for words, _ in legend_of(figure)]
-    assert said == ["$Z_{tS}(j)$, sampled", "$Z_{tR}(j)$, uniform", "null model, 6.50", "fresh dots, 0.50"]
+    assert said == [
+        "$Z_{tS}(j)$, sampled",
+        "$Z_{tR}(j)$, uniform",
+        "mean patch for all, 6.50",
+        "fresh dots, 0.50",
+    ]
     assert [c for _, c in legend_of(figure)][:2] == [VERMILLION, BLUE]
 
 

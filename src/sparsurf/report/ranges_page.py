@@ -14,7 +14,7 @@ TEMPLATE, TWIN = "ranges.html.j2", "ranges.md.j2"
 REFERENCES = {
     "Z_empty": "an empty patch",
     "Z_two_patches": "two different patches",
-    "Z_mean_descriptor": "null model: the mean patch in place of every patch",
+    "Z_mean_descriptor": "the mean patch in place of every patch",
 }
 
 
@@ -65,7 +65,7 @@ def best_of(row: Mapping[str, Any]) -> dict[str, Any]:
 
 def counts(rows: pd.DataFrame, z_mean_descriptor: float) -> dict[str, int]:
     """Count the ranges in which the best combination significantly beats a uniform subset, or loses to it, or has a Z above
-    that of the null model."""
+    that of the mean patch."""
     rows = rows.dropna(subset="d_cv_low")
     return {
         "n": len(rows),

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 REFERENCES = {
     "Z_empty": ("empty patch", "--"),
-    "Z_mean_descriptor": ("null model", ":"),
+    "Z_mean_descriptor": ("mean patch for all", ":"),
     "fresh dots": ("fresh dots", "-."),
 }
 MIN_VALUES = 5  # of a box plot
