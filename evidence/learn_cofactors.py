@@ -1,8 +1,5 @@
 """One attempt to beat residue composition across folds, with weights learned on half of the folds."""
 
-from pathlib import Path
-
-import numpy as np
 import pandas as pd
 
 from measures import atom_channels, cofactors
@@ -16,9 +13,7 @@ def main(
     sites: str, answers: str, queries: list[str], relatives: list[str], table: str, means: str, seed: int
 ) -> None:
     """Write a row per query, target and method, and their means; `answers` has the TM-scores."""
-    entries, folder = pd.read_csv(sites), Path(sites).parent
-    molecules = [read_molecule(folder / f"{name}.pdb.gz") for name in entries["name"]]
-    ligands = [np.loadtxt(folder / f"{name}.lig.gz", ndmin=2) for name in entries["name"]]
+    entries, molecules, ligands = cofactors.read_sites(sites)
     pairs = [
         (read_molecule(query), read_molecule(relative))
         for query, relative in zip(queries, relatives, strict=True)

@@ -4,6 +4,7 @@ Every method says where the middle of the target's cofactor is. It is right with
 """
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,6 +14,7 @@ import sparsurf
 from measures.alignments import tm_align
 from measures.sites import COMPOSITION, residues_around
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.sites.describing import Sites
 from sparsurf.sites.finding import find_site
 from sparsurf.surfaces.surface import Surface
@@ -77,6 +79,13 @@ def measure(
             near = np.linalg.norm(above[k] - middles[k], axis=1) <= RIGHT
             rows.append(row | {"tm": tm, "method": CHANCE, "off": np.nan, "right": near.mean()})
     return pd.DataFrame(rows)
+
+
+def read_sites(path: str) -> tuple[pd.DataFrame, list[Molecule], list[np.ndarray]]:
+    """Read the table of sites of cofactors, their molecules, and the atoms (L, 3) in Å of their ligands, from its folder."""
+    entries, folder = pd.read_csv(path), Path(path).parent
+    molecules = [read_molecule(folder / f"{name}.pdb.gz") for name in entries["name"]]
+    return entries, molecules, [np.loadtxt(folder / f"{name}.lig.gz", ndmin=2) for name in entries["name"]]
 
 
 def _laid_by_find(

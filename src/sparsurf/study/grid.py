@@ -230,7 +230,8 @@ def _fill_uniform(
                 out.z_tr[r, :, draw], dots[r, :, draw] = (values[i][at] for values in measured)
         if alone:
             sizes = _curve_sizes(out) if len(out.n_s) > N_CURVE_SIZES else n_s
-            subsets = [prepared.uniform(n, draw) for n in sizes]
+            order = prepared.uniform_order(draw)
+            subsets = [np.sort(order[:n]) for n in sizes]
             for reading in alone:
                 r = out.readings.index(reading)
                 curves = prepared.distances(subsets, tests, out.z_tot, reading, many=True)
