@@ -186,6 +186,9 @@ def test_a_file_that_repeats_each_dot_is_read_once(dots, caplog, tmp_path):
         ({"fields": {"a": "b"}}, "the field a holds something else"),
         ({"fields": {"a": np.ones(3) * 1j}}, "the field a holds something else than real numbers"),
         ({"area": np.ma.masked_array([1.0, 2, 3], [0, 1, 0])}, "area has masked values"),
+        ({"points": np.eye(3) > 0}, "points holds True and False: give numbers"),
+        ({"normals": np.eye(3, dtype=bool)}, "normals holds True and False"),
+        ({"kind": [True, False, True]}, "kind holds True and False"),
     ],
 )
 def test_something_else_than_arrays_of_numbers_is_a_sentence(given, words):

@@ -276,6 +276,35 @@ def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
     assert np.isnan(atoms.b_factor).all() and set(atoms.element) == set(atoms.altloc) == {""}
 
 
+@pytest.mark.parametrize(
+    ("occupancies", "words"),
+    [
+        ((0, 1), ""),
+        ((1, -0.5), "1 atom has an occupancy outside 0 to 1, such as -0.5"),
+        ((37, 12), "2 atoms have an occupancy outside 0 to 1, such as 37"),
+    ],
+)
+@pytest.mark.parametrize("suffix", ["pdb", "cif"])
+def test_an_occupancy_that_is_no_share_is_told(tmp_path, caplog, occupancies, words, suffix):
+    first, second = occupancies
+    text = peptide(["ALA"], occupancy=1) + atom_line("CA", "ALA", "A", "2", STEP, occupancy=first)
+    text += atom_line("C", "ALA", "A", "2", STEP + [1.5, 0, 0], occupancy=second) + "END\n"
+    if suffix == "cif":
+        text = CIF.replace("1 2 3 0.5", f"1 2 3 {first}").replace("1 2 6 1.0", f"1 2 6 {second}")
+    with caplog.at_level(logging.WARNING, "sparsurf"):
+        read_molecule(write(tmp_path / f"a.{suffix}", text))
+    assert words in caplog.text and ("an occupancy outside" in caplog.text) == bool(words)
+
+
+@pytest.mark.parametrize("occupancy", [-0.1, 1.1])
+def test_the_highest_occupancy_is_not_chosen_among_impossible_ones(occupancy):
+    rows = located(("CB", "A", 0.3), ("CB", "B", occupancy))
+    with pytest.raises(InputError, match="not between 0 and 1: name a letter"):
+        choose_altlocs(rows, "highest", "a.pdb")
+    assert choose_altlocs(rows, "B", "a.pdb").occupancy.tolist() == [occupancy]
+    assert len(choose_altlocs(located(("N", "", 7.0), *ROWS), "highest", "a.pdb")) == 5
+
+
 def test_mmcif_tells_the_box_and_each_place_of_the_sequence_once():
     cell = {
         "length_a": 30,

@@ -273,6 +273,16 @@ def test_read_csv(tmp_path, header):
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,,1\n", "line 3 has NaN"),
         ("x,y,z,nx,ny,nz\n1,2,rubbish,0,0,1\n", "NaN"),
         ("x,y,z,nx,ny,nz,q\n1,2,3,0,0,1,\n1,2,4,0,0,1,-inf\n", "line 3 has an infinite q: put NaN"),
+        (
+            "x,y,z,nx,ny,nz,area\n1,2,3,0,0,1,.2\n1,2,4,0,0,1,-.2\n",
+            "line 3 has a negative or infinite area: repair",
+        ),
+        (
+            "Weight,x,y,z,nx,ny,nz\n3,1,2,3,0,0,1\n\ninf,1,2,4,0,0,1\n",
+            "line 4 has a negative or infinite weight",
+        ),
+        ("x,y,z,nx,ny,nz,area,area\n1,2,3,0,0,1,1,-inf\n", "line 2 has a negative or infinite area"),
+        ("x,y,z,nx,ny,nz,area\n1,2,3,0,0,1,?\n1,2,4,0,0,1,-1\n", "line 3 has a negative or infinite area"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,1,5,6\n", "line 3 has 8 values, not 6; repair it"),
         ("x,y,z,nx,ny,nz\n9,1,2,3,0,0,1\n", "more values than its header has names"),
         ("x,y,z,nx,ny,nz\n1,2,3,0,0,1,\n", "end no row with a comma"),

@@ -114,7 +114,7 @@ def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: str | os.PathLike[str
     Raises
     ------
     InputError
-        `altloc` is something else.
+        `altloc` is something else, or is 'highest' and an occupancy is none.
     """
     if not isinstance(altloc, str) or (altloc not in ("first", "highest") and len(altloc.strip()) != 1):
         raise InputError(f"altloc: '{altloc}' is neither first, highest nor one letter: choose one of them.")
@@ -123,6 +123,10 @@ def choose_altlocs(atoms: pd.DataFrame, altloc: str, path: str | os.PathLike[str
         if altloc not in ("first", "highest"):
             log.warning("%s has no alternate locations: altloc %s changes nothing", path, altloc)
         return atoms
+    if altloc == "highest" and not atoms.occupancy[atoms.altloc != ""].between(0, 1).all():
+        raise InputError(
+            f"{path} has an alternate location whose occupancy is not between 0 and 1: name a letter as altloc, or 'first'."
+        )
     if altloc not in ("first", "highest", *letters):
         message = "%s has no alternate location %s (it has %s): the first is used"
         log.warning(message, path, altloc, ", ".join(letters))
@@ -154,6 +158,16 @@ def report_duplicates(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None
     if count:
         words = "is repeated in its residue" if count == 1 else "are repeated in their residues"
         log.warning("%s: %s %s", path, pluralise(count, "atom"), words)
+
+
+def report_occupancies(atoms: pd.DataFrame, path: str | os.PathLike[str]) -> None:
+    """Warn of occupancies that are no share; they count only where they decide between alternate locations."""
+    impossible = ~atoms.occupancy.between(0, 1)
+    if impossible.any():
+        message = "%s: %s an occupancy outside 0 to 1, such as %g; is another quantity in its column?"
+        count = int(impossible.sum())
+        words = f"{pluralise(count, 'atom')} {'has' if count == 1 else 'have'}"
+        log.warning(message, path, words, atoms.occupancy[impossible].iloc[0])
 
 
 def _choose_location(residue: pd.DataFrame, altloc: str) -> pd.Series:

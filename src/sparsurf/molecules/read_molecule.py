@@ -23,6 +23,7 @@ from sparsurf.molecules.atom_table import (
     number_residues,
     refuse_control_characters,
     report_duplicates,
+    report_occupancies,
 )
 from sparsurf.molecules.formats import (
     MMCIF,
@@ -163,6 +164,7 @@ def _read_structure(
     if extension in READERS:
         file = READERS[extension](read_text(path), path)
         refuse_control_characters(file.atoms, path)
+        report_occupancies(file.atoms, path)
         atoms = choose_altlocs(file.atoms, altloc, path)
         report_duplicates(atoms, path)
         return file, _select_models(atoms, model, path)

@@ -145,6 +145,8 @@ class Surface:
     ) -> None:
         arrays = {"points": points, "normals": normals, "area": area, "kind": kind, "atom": atom}
         numbers = {name: _numbers(value, name) for name, value in arrays.items() if value is not None}
+        if masks := [name for name, value in numbers.items() if value.dtype == bool]:
+            raise InputError(f"surface: {masks[0]} holds True and False: give numbers.")
         n = len(numbers.get("points", ()))
         for name in ARRAY_NAMES:
             value = numbers.get(name, np.full(n, np.nan if name == "area" else -1))

@@ -144,6 +144,8 @@ def _columns(
     except OverflowError:
         raise InputError(f"{path} holds a number above 1e308: repair it.") from None
     lines = _lines_of_rows(text, n_skipped)
+    if names == COLUMNS_OF_DOTS:
+        _check_sizes(table, lines, path)
     if not text.endswith("\n") and _ends_within_a_number(text):
         raise InputError(f"{path} is cut short: line {lines[-1]} ends within a number; copy it again.")
     return values, fields, lines
@@ -172,6 +174,17 @@ def _parse_table(text: str, n_skipped: int, path: Path | str) -> tuple[pd.DataFr
         )
     # numpy's savetxt names the first column "# x"
     return table, [name.removeprefix("# ").strip() for name in header]
+
+
+def _check_sizes(table: pd.DataFrame, lines: list[int], path: Path | str) -> None:
+    """Raise InputError if an area or a weight is negative or infinite."""
+    for name in table.columns.intersection(["area", "weight"]):
+        numbers = table.loc[:, [name]].apply(pd.to_numeric, errors="coerce").to_numpy(float)
+        wrong = np.flatnonzero(((numbers < 0) | np.isinf(numbers)).any(axis=1))
+        if len(wrong):
+            raise InputError(
+                f"{path}: line {lines[wrong[0]]} has a negative or infinite {name}: repair or remove it."
+            )
 
 
 def _warn_of_omitted_columns(
