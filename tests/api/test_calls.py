@@ -279,7 +279,7 @@ def test_a_sample_has_the_wished_number(ready):
 def test_a_number_of_dots_that_was_not_wished_is_told(ready, dots, tmp_path, caplog, capsys):
     n = len(sparsurf.sample(ready, n_dots=1, sampler="paper"))
     assert n > 1 and caplog.messages == [
-        f"paper keeps {n} dots instead of 1: its combinations leave the number to chance, within what they can give"
+        f"paper keeps {n} dots instead of 1: its number of dots is random, and limited by its combinations"
     ]
     for requested in (n, 1.07 * n, 0.95 * n):
         warn_if_number_differs("paper", requested, n)

@@ -458,7 +458,10 @@ def test_normals_that_point_inward_are_told_of(folder, tmp_path, capfd):
     table[["nx", "ny", "nz"]] *= -1
     table.to_csv(tmp_path / "inside.csv", index=False)
     assert ended("recover", tmp_path / "inside.csv", "--mesh", "-o", tmp_path / "mesh.ply") == 0
-    assert "the normals point inward: turn them around" in capfd.readouterr().err
+    assert (
+        "the normals point inward, so that the mesh encloses the outside: reverse them"
+        in capfd.readouterr().err
+    )
 
 
 def test_residues_with_negative_numbers_are_no_option(folder, tmp_path, capfd):
@@ -665,7 +668,7 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (
             ["recover", "minimal.csv", "--mesh", "--density", "0.01", "-o", "x.ply"],
             1,
-            "recover: the mesh is too coarse to hold the surface; ask for a higher density.",
+            "recover: the mesh is too coarse for the surface; increase the density.",
         ),
         (["recover", "no.csv", "--at", "minimal.csv", "-o", "x.ply"], 1, "cannot be written as '.ply'"),
         (

@@ -57,7 +57,7 @@ def test_chains_come_back_residue_by_residue(tmp_path):
         labels = getattr(one, name)
         assert getattr(found, name).tolist() == np.insert(labels, 1, labels[0]).tolist()
     assert found.chain[0] == "A" and found.residue[-1] == "3"
-    with pytest.raises(InputError, match="GROMACS made 3 residues of the 2 given"):
+    with pytest.raises(InputError, match="GROMACS built 3 residues from 2"):
         system.with_chains(path, one.take(one.chain == "A"))
 
 
@@ -86,7 +86,7 @@ def test_of_several_models_the_first_is_simulated_which_is_told(tmp_path, caplog
     many = "".join(f"MODEL     {k:4d}\n{one}ENDMDL\n" for k in (1, 2)) + "END\n"
     path = write(tmp_path / "x.pdb", many)
     assert system.select_protein(path, {}).n_frames == 1
-    assert "has 2 models: the first is simulated; `model` selects another" in caplog.text
+    assert "has 2 models; the first is simulated. Select another one with `model`." in caplog.text
     caplog.clear()
     assert system.select_protein(path, {"model": 2}).n_frames == 1 and "models" not in caplog.text
 
@@ -251,7 +251,7 @@ def test_gromacs_says_why_it_failed(monkeypatch, tmp_path, capsys):
     )
     program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
-    with pytest.raises(InputError, match=r"could not do `gmx trjconv`: no such file\."):
+    with pytest.raises(InputError, match=r"`gmx trjconv` failed: no such file\."):
         gromacs.run("trjconv", "-f", 7, folder=tmp_path, stdin="Protein\n")
     monkeypatch.setenv("CODE", "0")
     said = gromacs.run("trjconv", "-f", 7, folder=tmp_path, stdin="Protein\n")

@@ -178,7 +178,7 @@ def test_the_log_warns_of_a_simulation_that_missed_its_temperature(tmp_path, mon
         judge_simulation.main(**folders, **outputs, simulate={"ns": 1, "temperature": 310})
     (record,) = caplog.records
     assert record.getMessage().startswith("the mean temperature_K of the production is 300 +- ")
-    assert "off its target 310: " in record.getMessage()
+    assert "but its target is 310: " in record.getMessage()
     judged = pd.read_csv(outputs["quality"])
     assert judged["target"].tolist() == [310, protocol.DEFAULTS["pressure"], quality.DENSITY]
     assert judged["near"].tolist() == [False, True, True]

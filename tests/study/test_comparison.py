@@ -158,7 +158,7 @@ def test_one_warning_per_surface(evaluator, caplog):
     (record,) = [r.getMessage() for r in caplog.records]
     left = measure_matrix(table, "median patch size as_coded")
     assert (left[10.0 if 10.0 in left else 10] < 30).all() and (left[90] > 30).all()
-    assert record.startswith("blob/c1: some subsets break up, and their Z measures that: as_coded at ")
+    assert record.startswith("blob/c1: some subsets break up, which dominates their Z: as_coded at ")
     assert record.endswith(": as_coded at 10 % (uniform, voxel, farthest)")
 
 

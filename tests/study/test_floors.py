@@ -211,7 +211,7 @@ def test_required_dots_are_where_the_curve_meets_the_floor(evaluator, table, dis
     assert z.mean() <= 1.2 * table.loc["turned", "Z"] + 1.96 * np.hypot(
         z.std(ddof=1) / 60**0.5, table.loc["turned", "se"]
     )
-    with pytest.raises(InputError, match="seven atoms has fresh dots"):
+    with pytest.raises(InputError, match="seven atoms only has fresh dots"):
         smallest_recovered_subset(trials, wanted, "no such floor")
 
 

@@ -21,12 +21,12 @@ A, B, C = "a", "b", "c"
 )
 def test_winners_are_apart_only_if_each_lies_outside_the_plateau_of_the_other(plateaus, apart):
     found = winner_changes(np.array([0.5, 0.505]), [A, B], plateaus)
-    assert found == {"n_pairs": 1, "n_changes": 1, "n_told_apart": apart}
+    assert found == {"n_pairs": 1, "n_changes": 1, "n_distinct": apart}
 
 
 def test_only_surfaces_within_a_hundredth_are_equally_rough():
     found = winner_changes(np.array([0.5, 0.509, 0.518, 0.53]), [A, B, B, C], [[A], [B], [B], [C]])
-    assert found == {"n_pairs": 2, "n_changes": 1, "n_told_apart": 1}
+    assert found == {"n_pairs": 2, "n_changes": 1, "n_distinct": 1}
 
 
 def rows(winners, plateaus):

@@ -239,7 +239,7 @@ def test_changes_between_equally_rough_surfaces_are_counted():
     table = run_of(study(lambda r, s: [0, 0, 5, 2][s], [0.5, 0.502, 0.504, 0.6]))["summary"]
     rows = table[(table["reading"] == "as_coded") & (table["range"] == 3)]
     found = relate_to_roughness(rows, np.random.default_rng(0))
-    assert (found["n_pairs"], found["n_changes"], found["n_told_apart"]) == (3, 2, 2)
+    assert (found["n_pairs"], found["n_changes"], found["n_distinct"]) == (3, 2, 2)
 
 
 def write_run(folder, results):

@@ -1,4 +1,4 @@
-"""How far a recovered surface lies from the full one, with extremes, in clefts, flats and ridges."""
+"""Distances between a recovered surface and the full one, overall and in clefts, flats and ridges."""
 
 import math
 
@@ -13,7 +13,7 @@ from sparsurf.threads import parallel_map
 
 # Dots per Å^2 of the recovered surface from which errors are measured; three times as many change them by 2 %.
 DENSITY_FOR_ERRORS = 20.0
-MIN_CURVATURE = 0.05  # 1/Å: a patch that bends more, as a sphere of 20 Å does, is a cleft or a ridge
+MIN_CURVATURE = 0.05  # 1/Å, that of a sphere of 20 Å: a more curved patch is a cleft or a ridge
 EVERYWHERE = "everywhere"
 TAIL_QUANTILE = 0.99  # of the distances, reported next to mean and largest
 
@@ -53,7 +53,7 @@ def distance_to_surface(
     Returns
     -------
     (M,) float64, Å: the distance to the tangent plane of the nearest dot, or to that dot itself if it is farther away than
-    the dots are from each other.
+    twice the spacing of the dots.
     """
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
@@ -66,7 +66,7 @@ def distance_to_surface(
 
 
 def curvature(index: PatchIndex, radius: float = R_ZERNIKE, threads: int = 1) -> np.ndarray:
-    """Compute how the surface bends around every dot: 1 / a on a sphere of radius a, negative where it is hollow.
+    """Compute the mean curvature at every dot: 1 / a on a sphere of radius a, negative where the surface is concave.
 
     A paraboloid along the mean normal is fitted to the dots on the same side within `radius`.
 
@@ -113,7 +113,7 @@ def _curvature(
 
 
 def error_table(distance: np.ndarray, curvature: np.ndarray) -> pd.DataFrame:
-    """Summarise the errors everywhere and by how the surface bends.
+    """Summarise the errors everywhere and by curvature.
 
     Parameters
     ----------
@@ -122,8 +122,8 @@ def error_table(distance: np.ndarray, curvature: np.ndarray) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame, a row each for everywhere, clefts (curvature below -`MIN_CURVATURE`), flats and ridges: where, dots,
-    dots_percent, mean, high_99 (99 % quantile), largest (Å; NaN if there is none)
+    DataFrame, one row each for everywhere, clefts (curvature below -`MIN_CURVATURE`), flats and ridges: where, dots,
+    dots_percent, mean, high_99 (99 % quantile), largest (Å; NaN for a region without dots)
     """
     regions = {EVERYWHERE: np.full(len(curvature), True), "clefts": curvature < -MIN_CURVATURE}
     regions |= {"flats": np.abs(curvature) <= MIN_CURVATURE, "ridges": curvature > MIN_CURVATURE}

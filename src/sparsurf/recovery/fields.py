@@ -1,4 +1,4 @@
-"""Fields of a dense surface, interpolated from their values at a few dots."""
+"""Interpolate fields on a dense surface from their values at a few dots."""
 
 from collections.abc import Mapping, Sequence
 
@@ -39,7 +39,7 @@ def _interpolate(points: np.ndarray, values: np.ndarray, targets: np.ndarray) ->
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
     known = np.isfinite(values)
-    if known.sum() <= 4:  # a linear function through four dots leaves nothing to bend
+    if known.sum() <= 4:  # four dots determine the linear part alone
         return np.full(len(targets), values[known].mean() if known.any() else np.nan)
     points, values = points[known], values[known]
     tree, k = cKDTree(points), min(NEIGHBOURS, len(points))
@@ -86,21 +86,21 @@ def recovery_table(
     minimal: np.ndarray | Sequence[int] = (),
     minimal_points: np.ndarray | Sequence[Sequence[float]] = (),
 ) -> pd.DataFrame:
-    """Measure how well few dots give the fields of a surface back at all other dots.
+    """Measure how well a few dots predict the fields of a surface at all other dots.
 
     Parameters
     ----------
     surface : Surface with fields
-    order : (m,) int, farthest-point dots, of which the first `SUBSET_PERCENTS` of all dots are taken
+    order : (m,) int, farthest-point dots in the order of choice; subsets are the first `SUBSET_PERCENTS` % of all dots
     minimal : (n,) int
-        Dots of the minimal subset; it has no rows without them.
+        Dots of the minimal subset; if empty, the table has no rows for it.
     minimal_points : (n, 3) float64, Å
         Positions of these dots.
 
     Returns
     -------
-    DataFrame: field, subset ('minimal' or 'farthest'), n_S, n_S_percent, r (correlation), rms in the field's unit, and
-    rms_sd, in standard deviations of the field
+    DataFrame: field, subset ('minimal' or 'farthest'), n_S, n_S_percent, r (correlation), rms (error in the field's unit) and
+    rms_sd (the same in standard deviations of the field)
     """
     n = len(surface)
     subsets = [("minimal", np.asarray(minimal), np.asarray(minimal_points))] if len(minimal) else []

@@ -1,14 +1,14 @@
-"""The surface around each kept dot: a function that is 0 at its neighbours and whose gradients there are their normals.
+"""The surface around each kept dot as a function that is 0 at its neighbours, with their normals as gradients.
 
 Hermite interpolation with radial functions (Wu 1992; Macedo, Gois & Velho, Comput. Graph. Forum 30:27, 2011). Each kept
-dot has a function of its own neighbours, so that the cost is linear in the number of dots:
+dot has one function, fitted to its neighbours, so that the cost is linear in the number of dots:
 
     f(x) = n_0 . d + c / 2 d . d + sum_j [a_j phi(|x - p_j|) - b_j . grad phi(|x - p_j|)],   d = x - p_0
 
 The first two terms are the sphere through the dot with the mean curvature c of its neighbours. phi is Wendland's
-function of compact support that is positive definite in space and four times differentiable (Adv. Comput. Math.
-4:389, 1995), phi(t) = (1 - t)^6 (35 t^2 + 18 t + 3). Its support is wide enough to include all pairs of neighbours. It then
-differs little from polyharmonic splines, but its system can be solved by Cholesky's method.
+function of compact support that is positive definite in three dimensions and four times differentiable (Adv. Comput. Math.
+4:389, 1995), phi(t) = (1 - t)^6 (35 t^2 + 18 t + 3). Its support includes all pairs of neighbours. It then
+differs little from polyharmonic splines, but the linear system can be solved by Cholesky's method.
 """
 
 import math
@@ -22,7 +22,7 @@ from sparsurf.recovery.neighbours import local_spacing, nearest_on_same_side
 from sparsurf.threads import parallel_map
 
 NEIGHBOURS = 12  # including the dot itself; with 8 the error is a third larger, with 24 a twentieth smaller
-CLOSE_NEIGHBOURS = 8  # of dots that lie close, see `fit_interpolants`
+CLOSE_NEIGHBOURS = 8  # for close dots, see `fit_interpolants`
 SUPPORT = 3.0  # of phi, in distances to the farthest neighbour; larger values do not change the error
 RIDGE = 1e-5  # relative to the diagonal; keeps coincident dots from making the system singular
 DOTS_PER_TASK = 512  # kept dots per task
@@ -149,7 +149,7 @@ def phi(r: float) -> tuple[float, float, float]:
 
 @njit(cache=True, nogil=True, inline="always")
 def _write_block(centre: np.ndarray, a: int, b: int, matrix: np.ndarray) -> None:
-    """Write value and gradient at neighbour a of the functions at neighbour b: the lower triangle of the system."""
+    """Write the block of neighbours a and b into the lower triangle: value and gradient at a of the functions at b."""
     x, y, z = centre[0, a] - centre[0, b], centre[1, a] - centre[1, b], centre[2, a] - centre[2, b]
     f, g, h = phi(math.sqrt(x * x + y * y + z * z))
     p, q = 4 * a, 4 * b
@@ -207,10 +207,8 @@ def interpolant_value(
     """Return f of the kept dot at position i, in Å, and its gradient, at a point (Å)."""
     index, s = functions.index, functions.support[i]
     x, y, z = (x - index.xyz[i, 0]) / s, (y - index.xyz[i, 1]) / s, (z - index.xyz[i, 2]) / s
-    centre, c = (
-        functions.centre,
-        functions.coefficient,
-    )  # whole arrays: a view of a row costs more than reading its numbers
+    # whole arrays: a view of a row costs more than reading its numbers
+    centre, c = functions.centre, functions.coefficient
     nx, ny, nz = index.normals[i, 0], index.normals[i, 1], index.normals[i, 2]
     f = u = v = w = 0.0
     for a in range(centre.shape[2]):

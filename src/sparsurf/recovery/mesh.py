@@ -17,7 +17,7 @@ TANGENT_PLANES = 6  # of the nearest dense dots; the height of a point is their 
 # Width, in steps of the grid, of the layer around the surface in which distances are computed. An edge of a tetrahedron is
 # sqrt(3) long. Wider layers are used only if the dots leave holes, which they close.
 BANDS = (2.0, 4.0, 8.0)
-MAX_DISSENT = 0.02  # share of the boundary faces of regions that may indicate the other side
+MAX_DISSENT = 0.02  # share of the regions' boundary faces that may indicate the other side
 
 
 def recovered_mesh(
@@ -48,7 +48,7 @@ def recovered_mesh(
     """
     dense, outward = recover(points, normals, density, reach, steps, threads)
     if np.sum(outward * (dense - dense.mean(axis=0))) < 0:  # proportional to the volume of a closed surface
-        log.warning("the normals point inward: turn them around, or the mesh is that of the space outside")
+        log.warning("the normals point inward, so that the mesh encloses the outside: reverse them")
     low, shape = grid_around(dense, BANDS[-1] * step, step)
     tree = cKDTree(dense)
     distance = _steps_to_dots(dense, low, tuple(shape), step)
@@ -60,10 +60,12 @@ def recovered_mesh(
         if consistent:
             break
     else:
-        log.warning("the dots leave holes wider than %.1f Å: the mesh has walls there", 2 * band * step)
+        log.warning(
+            "the dots leave holes wider than %.1f Å, and the mesh has artificial walls there", 2 * band * step
+        )
     vertices, triangles = marching_tetrahedra(values)
     if len(triangles) == 0:
-        raise InputError("the mesh is too coarse to hold the surface; ask for a higher density.")
+        raise InputError("the mesh is too coarse for the surface; increase the density.")
     vertices = low + step * vertices
     for _ in range(2):
         height, vertex_normals = _height(tree, outward, vertices, threads)
@@ -96,8 +98,8 @@ def _height(
 def _assign_sides(values: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, bool]:
     """Fill in the values away from the surface, and return whether the boundary faces agree on them.
 
-    Assign each connected region to the side that most of its boundary faces indicate. Faces disagree if inside and outside
-    are connected through a hole that no layer closes.
+    Each connected region is assigned to the side that most of its boundary faces indicate. Faces disagree if inside and
+    outside are connected through a hole that no layer closes.
     """
     regions, n = ndimage.label(~near)
     inside, outside = np.zeros(n + 1), np.zeros(n + 1)

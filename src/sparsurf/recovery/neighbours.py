@@ -1,4 +1,4 @@
-"""Neighbours of each kept dot on its side of the surface, and their spacing."""
+"""Nearest neighbours of kept dots on the same side of the surface, and the spacing of the dots."""
 
 import math
 
@@ -7,11 +7,11 @@ import numpy as np
 from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import PatchIndex, span
 
-# Cosine of two normals; dots that face each other across a cleft say nothing about each other.
+# Cosine of two normals: dots that face each other across a cleft are no neighbours.
 MIN_COSINE_OF_SAME_SIDE = -0.5
 SPACING_NEIGHBOUR = 8  # the spacing follows from the distance to this neighbour
-MAX_SPACING = 2.0  # in median spacings; a dot alone in a cavity has no neighbours of its own
-RADIUS_GROWTH = 1.3  # factor of a search radius that contains too few dots
+MAX_SPACING = 2.0  # in median spacings; a dot alone in a cavity has no near neighbours
+RADIUS_GROWTH = 1.3  # factor by which a search radius grows if it contains too few dots
 
 
 @njit(cache=True, nogil=True)
@@ -50,7 +50,7 @@ def nearest_on_same_side(
 def _sort_nearest(
     nearby: np.ndarray, distance2: np.ndarray, m: int, neighbours: np.ndarray, distances: np.ndarray
 ) -> None:
-    """Write the nearest of `nearby[:m]` with ascending distances, by insertion; equal ones keep their order."""
+    """Sort the nearest of `nearby[:m]` by distance into the output, by insertion; ties keep their order."""
     k = 0
     for e in range(m):
         d = distance2[e]
@@ -85,7 +85,10 @@ def _dots_on_same_side(
                 q = np.uintp(j)
                 d = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
                 cosine = index.normals[q, 0] * u + index.normals[q, 1] * v + index.normals[q, 2] * w
-                nearby[np.uintp(m)], distance2[np.uintp(m)] = j, d  # overwritten unless it counts
+                nearby[np.uintp(m)], distance2[np.uintp(m)] = (
+                    j,
+                    d,
+                )  # overwritten by the next dot unless counted
                 m += 1 if (d <= radius * radius) & (cosine >= MIN_COSINE_OF_SAME_SIDE) else 0
     return m
 

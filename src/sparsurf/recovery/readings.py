@@ -1,4 +1,4 @@
-"""All readings: those of one surface, and `recovered`, which recovers a dense surface from the kept dots."""
+"""All readings: those of `patches.readings`, and `recovered`, which recovers a dense surface from the kept dots."""
 
 import math
 from collections.abc import Container
@@ -12,8 +12,8 @@ from sparsurf.recovery.recovering import recover
 from sparsurf.surfaces.spacing import DENSITY
 
 RECOVERED = "recovered"
-DENSITY_TOLERANCE = 1.05  # a surface generated at DENSITY has up to 2 % more dots, which makes no difference
-# Spacings of the full surface: below this, fewer neighbours change Z by less than .005.
+DENSITY_TOLERANCE = 1.05  # a surface generated at DENSITY has up to 2 % more dots, which does not matter
+# In spacings of the full surface: for closer dots, using fewer neighbours changes Z by less than 0.005.
 CLOSE_SPACINGS = 2.0
 
 
@@ -45,8 +45,8 @@ def recovered_index(
 def comparable_density(density: float, d_link: float = D_LINK) -> float:
     """Return the density at which a surface is recovered for comparison with a full one.
 
-    Fewer dots per Å^2 describe a patch differently. Compared with 20 dots per Å^2, Z of a surface recovered at 5.35 is 1.8
-    times the noise floor, at 20 it is 1.2 times.
+    The descriptor of a patch depends on the density of its dots. Compared with a full surface of 20 dots per Å^2, Z is 1.8
+    times the noise floor for a surface recovered at 5.35 dots per Å^2, and 1.2 times at 20.
 
     Parameters
     ----------

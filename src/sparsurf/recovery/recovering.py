@@ -1,7 +1,7 @@
 """Recover a dense surface from few dots with normals.
 
-A disc is placed around each kept dot on its tangent plane, as far as no other dot is nearer. The points of the disc move onto
-the surface that `interpolants` fits to the dot and its neighbours, and are thinned where discs overlap.
+Around each kept dot, points are placed on the part of its tangent plane that is nearer to it than to other dots. They move
+onto the surface that `interpolants` fits to the dot and its neighbours, and are thinned where they overlap.
 """
 
 import math
@@ -18,16 +18,17 @@ from sparsurf.threads import parallel_map
 REACH = 1.0
 NEWTON_STEPS = 4  # two are enough on smooth surfaces, none needs more than four
 SURPLUS = 1.3  # points placed per requested dot: thinning removes those that overlap
-MIN_POINTS_PER_DOT = (
-    10.0  # in a square of the spacing, so that gaps are found even between dots that are nearly dense enough
-)
+# In a square of the spacing, so that gaps are filled even between dots that are nearly dense enough
+MIN_POINTS_PER_DOT = 10.0
 MIN_SEPARATION = 0.65  # of a new dot from all others, in 1 / sqrt(density)
 CELL = 1.0  # Å, side of the cells in which the dense dots are thinned
 MAX_RESIDUAL = 0.05  # Å; a point this close to the surface has converged with the next step
-MIN_GRADIENT = 0.2  # a shorter gradient belongs to no surface: on the surface it is 1
-TIE = 0.95  # a point belongs to its own dot unless another dot is nearer by more than this factor
-FIRST_RIVALS = 64  # dots for which memory is allocated at first
-GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))  # between successive points of a disc, as in a sunflower
+MIN_GRADIENT = 0.2  # on the surface the length is 1; a point with a shorter gradient is not near the surface
+TIE = (
+    0.95  # a point belongs to the dot it was placed around unless another is nearer by more than this factor
+)
+FIRST_RIVALS = 64  # rivals for which memory is allocated at first
+GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))  # between successive points, as in a sunflower
 
 
 def recover(
@@ -40,7 +41,7 @@ def recover(
     keep: bool = True,
     close: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Recover the dense surface that some of its dots, with their normals, describe.
+    """Recover a dense surface from some of its dots and their normals.
 
     Parameters
     ----------
@@ -53,16 +54,16 @@ def recover(
         Maximum number of Newton steps.
     threads : int
     keep : bool
-        False leaves out the kept dots themselves, which gives another set of dots of the same surface.
+        Return the kept dots too. Without them, the result is another set of dots of the same surface.
     close : float
-        Å; dots with a smaller spacing use fewer neighbours, and points that thinning would remove are not placed. This takes
-        two thirds of the time and gives nearly the same dots. 0 treats all dots alike.
+        Å; dots with a smaller spacing use fewer neighbours, and points that thinning would remove are not placed. It saves a
+        third of the time and gives nearly the same dots. 0 treats all dots alike.
 
     Returns
     -------
     points, normals : (M, 3) float64
-        The kept dots first, unchanged, then those that fill the gaps between them. They do not depend on the number of
-        threads. Fewer than four dots are returned alone.
+        The kept dots first, unchanged, then those that fill the gaps between them. Fewer than four dots are returned
+        unchanged. The result does not depend on the number of threads.
     """
     points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
     n = len(points)
@@ -116,7 +117,7 @@ def _place_discs(
     steps: int,
     gap: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Place points of the surface around the kept dots of a slice, each nearest to its own dot and `gap` Å away from it.
+    """Place points of the surface around the kept dots of a slice, at least `gap` Å from their dot and nearest to it.
 
     Returns points and normals.
     """
@@ -205,7 +206,7 @@ def _project(
 
     Returns the row after the last one.
     """
-    for k in range(len(starts)):  # all in one call: passing the functions takes as long as a step
+    for k in range(len(starts)):  # in one call, since passing the functions takes as long as a step
         x, y, z = starts[k, 0], starts[k, 1], starts[k, 2]
         f = g = u = v = w = 0.0
         for _ in range(steps):

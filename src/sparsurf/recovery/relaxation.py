@@ -1,8 +1,8 @@
 """Relax kept dots: move them so that the surface recovered from them comes closer to all dots of the full one.
 
-In each round, the height of every full-surface dot above the surface recovered so far is assigned to the nearest kept dot.
-A plane is fitted to these heights by least squares. The kept dot moves along its normal, and its normal tilts, by half of
-what the plane indicates. Nothing is random.
+In each round, every dot of the full surface is assigned to the nearest kept dot, and its height above the surface around
+that dot is computed. A plane is fitted to the heights of each kept dot by least squares. The kept dot moves along its normal,
+and its normal tilts, by half of what the plane indicates. Nothing is random.
 """
 
 import math
@@ -16,8 +16,8 @@ from sparsurf.threads import parallel_map
 
 ROUNDS = 8  # three give most of the gain, eight all of it
 DAMPING = 0.5  # share of each step that is taken, as neighbours move at the same time
-RIDGE = 0.02  # relative to the weight of a dot's own position: a dot with few dots around it tilts little
-CANDIDATES = 4  # nearest kept dots; a dot belongs to the first of them on its side
+RIDGE = 0.02  # of the fit, relative to its constant term: a dot with few dots around it tilts little
+CANDIDATES = 4  # nearest kept dots; a dot is assigned to the first of them on its side
 MAX_HEIGHT = 1.0  # Å; a dot farther away belongs to another sheet
 DOTS_PER_TASK = 4096
 
@@ -67,7 +67,7 @@ def _heights(
     all_normals: np.ndarray,
     threads: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the kept dot of every dot, (N,), and the dot's height above the surface around it, (N,), Å."""
+    """Return the kept dot to which every dot is assigned, (N,), and the height above the surface around it, (N,), Å."""
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
     near = np.asarray(cKDTree(points).query(all_points, k=min(CANDIDATES, len(points)), workers=threads)[1])

@@ -1,3 +1,3 @@
-"""Choice of the dots that a subset keeps."""
+"""Select subsets of the dots of a surface."""
 
 from sparsurf.sampling import adaptive as adaptive  # registers its sampler

@@ -11,20 +11,22 @@ from sparsurf.sampling.published import SampledSurface
 from sparsurf.sampling.samplers import farthest, sampler
 from sparsurf.threads import parallel_map
 
-FIRST_SHARE = 0.01  # of all dots are farthest-point dots: enough to show where the surface bends
+FIRST_SHARE = 0.01  # of all dots, chosen by farthest points first: enough to show where the surface is curved
 MIN_FIRST_DOTS = 50
 GROWTH = 1.2  # factor by which the subset grows in each round
-# A position error of 0.1 Å counts like a normal error of 1 rad; a higher weight of the normals made every error larger.
+# A position error of 0.1 Å counts like a normal error of 1 rad. With more weight on the normals, all errors were larger.
 POSITION_SCALE, NORMAL_SCALE = 0.1, 1.0
-MIN_SEPARATION = 0.7  # in mean spacings, between new dots of one round: one may repair the error at the other
+MIN_SEPARATION = (
+    0.7  # in mean spacings, between the new dots of one round: each also reduces the error around it
+)
 
 
 @sampler(nested=True)
 def adaptive(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Choose dots where the surface recovered from the dots so far errs most, in position and in normal.
+    """Choose dots where the surface recovered from the previous dots has the largest errors in position and normal.
 
-    The first dots are farthest-point dots. Each round then adds a fifth: the dots with the largest errors that are not too
-    close to each other.
+    The first dots are farthest-point dots. Each round then adds a fifth more: the dots with the largest errors that are not
+    too close to each other.
     """
     n_dots = len(prepared.points)
     size = min(n_dots, max(MIN_FIRST_DOTS, round(FIRST_SHARE * n_dots)))
@@ -36,7 +38,7 @@ def adaptive(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.n
 
 
 def _dots_of_largest_error(prepared: SampledSurface, subset: np.ndarray, n_new: int) -> np.ndarray:
-    """Return `n_new` dots by falling error, kept apart from each other as long as there are enough."""
+    """Return the `n_new` dots of largest error; dots too close to a better one are taken only if there are no others."""
     error = recovery_errors(prepared.points, prepared.normals, subset)
     order = np.argsort(-error, kind="stable")
     order = order[~np.isin(order, subset)]
@@ -78,7 +80,7 @@ def recovery_errors(
 def _write_errors(
     functions: Interpolants, points: np.ndarray, normals: np.ndarray, begin: int, end: int, out: np.ndarray
 ) -> None:
-    """Write the errors at the dots of a slice, by the function of the nearest kept dot."""
+    """Write the errors at the dots of a slice, using the interpolant of the nearest kept dot."""
     index = functions.index
     candidates = np.empty(len(index.dot) + 1, np.int32)
     typical = np.median(functions.spacing)
@@ -93,7 +95,7 @@ def _write_errors(
                     cosine_of_normals += index.normals[j, c] * normals[t, c]
                 d2 = (index.xyz[j, 0] - x) ** 2 + (index.xyz[j, 1] - y) ** 2 + (index.xyz[j, 2] - z) ** 2
                 if cosine_of_normals < 0.0:
-                    d2 *= 4.0  # this point is not recovered from a dot on the opposite side
+                    d2 *= 4.0  # a dot on the opposite side does not recover this point
                 if d2 < best:
                     best, nearest = d2, j
             radius *= 1.5

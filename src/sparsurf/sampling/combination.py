@@ -1,6 +1,6 @@
-"""Combinations of the four parameters of the paper's sampling, as numbers and as text, and those of Table I.
+"""Combinations of the four parameters of the paper's sampling, as numbers and as text.
 
-Table I lists the combination that the paper's criterion d chose in each range of n_S.
+Table I of the paper lists the combination that its criterion d selected in each range of n_S.
 """
 
 from collections.abc import Iterable, Mapping
@@ -46,7 +46,7 @@ class Combination(NamedTuple):
         return cls(*values)
 
     def keys(self) -> list[int]:
-        """Return the parameters in millionths: keys of a random stream that do not depend on the order of a grid."""
+        """Return the parameters in millionths, as keys of a random stream: they do not depend on the order of a grid."""
         return [round(1e6 * p) for p in self]
 
 
@@ -54,7 +54,7 @@ PARAMETERS = list(Combination._fields)
 
 
 def combination_labels(table: pd.DataFrame) -> list[str]:
-    """Return the combination in each row of a table as text, '' for a row without one."""
+    """Return the combination in each row of a table as text; '' if the row has none."""
     combinations = (Combination.from_row(row) for _, row in table.iterrows())
     return ["" if np.isnan(combination.alpha) else str(combination) for combination in combinations]
 
@@ -65,7 +65,7 @@ def join_combinations(combinations: Iterable[Combination | str]) -> str:
 
 
 def split_combinations(field: object) -> list[str]:
-    """Return the texts of the combinations in one field of a table; none if the field is empty."""
+    """Return the combinations in one field of a table as texts; [] if the field is empty."""
     return field.split(SEPARATOR) if isinstance(field, str) and field else []
 
 
@@ -87,7 +87,7 @@ class Choices(NamedTuple):
     rows: np.ndarray
 
     def from_n_s(self, percent: float) -> np.ndarray:
-        """Return the rows from the range that contains an n_S of `percent` % upwards."""
+        """Return the rows of the range that contains an n_S of `percent` %, and of all higher ranges."""
         above = np.searchsorted(self.lowest, percent)
         return self.rows[int(np.clip(above, 1, len(self.rows))) - 1 :]
 

@@ -1,4 +1,4 @@
-"""Farthest-point sampling, and sampling that is denser where the surface is rough."""
+"""Farthest-point sampling, and sampling weighted by roughness."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import PatchIndex, ball
 from sparsurf.sampling.published import SampledSurface
 
-MIN_ONE_MINUS_R = 0.01  # smaller values of 1 - R count as this, so that no weight is 0 or infinite
+MIN_ONE_MINUS_R = 0.01  # lower limit of 1 - R, so that no weight is 0 or infinite
 
 
 def farthest_point_sampling(
@@ -31,8 +31,8 @@ def farthest_point_sampling(
 
     Notes
     -----
-    A new dot can only change the distances of dots within the largest distance so far, so only those are visited and no
-    N x n distances are stored.
+    A new dot only changes the distances of dots within the largest distance so far. Only those are visited, and no N x n
+    distances are stored.
 
     References
     ----------
@@ -83,9 +83,8 @@ def _farthest_positions(index: PatchIndex, first: int, n: int, weight: np.ndarra
     leaves = 1
     while leaves < n_dots:
         leaves *= 2
-    winner = np.full(
-        2 * leaves, -1, np.int32
-    )  # knockout tree of the gaps: the position of the largest is at 1
+    # Tournament tree of the gaps: the position of the largest gap is at 1
+    winner = np.full(2 * leaves, -1, np.int32)
     for q in range(n_dots):
         winner[leaves + q] = q
     for node in range(leaves - 1, 0, -1):
@@ -103,7 +102,7 @@ def _farthest_positions(index: PatchIndex, first: int, n: int, weight: np.ndarra
             if d2 < gap[q]:
                 gap[q] = d2
                 node = (leaves + q) // 2
-                while node > 0 and winner[node] == q:  # a smaller gap matters only where it won
+                while node > 0 and winner[node] == q:  # a smaller gap matters only where it was the largest
                     winner[node] = _larger_gap(gap, index.dot, winner[2 * node], winner[2 * node + 1])
                     node //= 2
         p = winner[1]
@@ -112,7 +111,7 @@ def _farthest_positions(index: PatchIndex, first: int, n: int, weight: np.ndarra
 
 @njit(cache=True, nogil=True)
 def _larger_gap(gap: np.ndarray, dot: np.ndarray, p: int, q: int) -> int:
-    """Return the position with the larger gap; on a tie the lower dot; -1 stands for none."""
+    """Return the position with the larger gap; on a tie that of the lower dot. -1 stands for no position."""
     if p < 0 or q < 0:
         return max(p, q)
     if gap[p] != gap[q]:

@@ -1,7 +1,7 @@
 """The paper's roughness-dependent sampling, and the uniform subset it is compared with.
 
-The sweep that covers the surface with patches depends neither on the parameters nor on chance, so it runs once
-(`build_cover`). Each combination and draw is then one pass over its (centre, dot) pairs.
+The surface is covered with patches once (`build_cover`), since the cover depends neither on the parameters nor on chance.
+Each combination and draw is then one pass over the (centre, dot) pairs.
 """
 
 import math
@@ -15,11 +15,11 @@ from sparsurf.kernel_cache import njit
 from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
 from sparsurf.patches.islands import patch_of
 
-PAIRS_PER_BLOCK = 1 << 16  # pairs drawn at a time: their random numbers stay in the cache of a core
+PAIRS_PER_BLOCK = 1 << 16  # pairs drawn at a time, so that their random numbers stay in a core's cache
 
 
 class Cover(NamedTuple):
-    """The centres of a surface and the dots that each may keep; made by `build_cover`.
+    """The centres of a surface and the dots that each of them may keep; see `build_cover`.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ def _distance2(a: np.ndarray, b: np.ndarray) -> float:
 
 @njit(cache=True, nogil=True)
 def _nearest_of_patch(index: PatchIndex, p: int | np.integer, queue: np.ndarray, begin: int, end: int) -> int:
-    """Return the position in the patch nearest to p (p itself if the patch contains it); on a tie the lower dot."""
+    """Return the position in the patch that is nearest to p (p itself if it is in the patch); on a tie the lower dot."""
     best, best_d2 = queue[begin], np.inf
     for k in range(begin, end):
         d2 = _distance2(index.xyz[queue[k]], index.xyz[p])

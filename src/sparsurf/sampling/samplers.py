@@ -1,7 +1,7 @@
 """Samplers with one interface: (prepared surface, n, rng) -> n dots in the order of choice.
 
 To add a sampler, write one function with `@sampler(...)` above it; `Sampler` explains the options. Every sampler keeps
-exactly n dots, except those of the paper, which leave n_S to chance.
+exactly n dots, except those of the paper, whose n_S is random.
 """
 
 from collections.abc import Callable, Iterable
@@ -19,7 +19,7 @@ from sparsurf.sampling.published import SampledSurface
 from sparsurf.suggestions import did_you_mean
 
 HINDSIGHT = "paper_in_hindsight"  # in tables only: `paper` with the combinations that proved best
-MAX_SURPLUS = 0.005  # a length that gives at most this share of dots too many is accepted; the surplus is left out at random
+MAX_SURPLUS = 0.005  # largest accepted share of dots above n; the surplus is discarded at random
 
 
 class Sampler(NamedTuple):
@@ -29,8 +29,8 @@ class Sampler(NamedTuple):
     ----------
     function : (prepared, n, rng) -> (n,) int64 dots; None for a name that is not registered
     words, text : str, names in figures and on pages
-    nested : bool, whether its shorter subsets are the beginnings of its longer ones (from the same stream)
-    choosing : bool, whether it also takes the paper's `choices`
+    nested : bool, whether smaller subsets are the beginnings of larger ones (from the same random stream)
+    choosing : bool, whether the function also takes the paper's `choices`
     """
 
     function: Callable[..., np.ndarray] | None
@@ -51,7 +51,7 @@ SAMPLERS = dict[str, Sampler]()
 def sampler(words: str | Callable[..., np.ndarray] = "", text: str = "", **options: bool) -> Callable:
     """Register the decorated function under its name.
 
-    The name also replaces `words` and `text` if they are not given. `options` are `nested` and `choosing` of `Sampler`.
+    `words` and `text` are the name by default. `options` are `nested` and `choosing` of `Sampler`.
     """
     if callable(words):  # @sampler without brackets
         return sampler()(words)
@@ -66,7 +66,7 @@ def sampler(words: str | Callable[..., np.ndarray] = "", text: str = "", **optio
 
 
 def lookup_sampler(name: str) -> Sampler:
-    """Return the sampler for a name in a table; a name that is not registered is its own label."""
+    """Return the sampler with a name from a table; a name that is not registered is used as label."""
     if name == HINDSIGHT:
         return Sampler(paper, "paper's, in hindsight", "paper (best in hindsight)", choosing=True)
     return SAMPLERS.get(name) or Sampler(None, name, name)
@@ -109,7 +109,7 @@ def paper(
     """Sample by roughness with the combination that the paper's criterion d chose for this range of n_S.
 
     alpha is set so that the expected n_S is n. If even alpha = 1 keeps fewer dots, the combination of the next range is
-    used. n_S itself is left to chance.
+    used. n_S itself is random.
     """
     return _sample_about(prepared.cover, choices, n, rng)
 
@@ -123,7 +123,7 @@ def paper_corrected(
 
 
 def _sample_about(cover: published.Cover, choices: Choices, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw about n dots with the first combination that can keep as many."""
+    """Draw about n dots with the first combination that can keep n."""
     rows = choices.from_n_s(100 * n / cover.n_dots)
     most = published.expected_n_s(cover, [(1.0, *row[1:]) for row in rows])
     row = rows[int(np.argmax(most >= n)) if (most >= n).any() else int(np.argmax(most))]
@@ -164,7 +164,7 @@ def stride(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.nda
 def voxel(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Take one dot per cubic voxel: the dot nearest to the mean of the voxel's dots.
 
-    The grid is placed at random. Its side is as large as n voxels allow; surplus dots are left out at random.
+    The grid is placed at random. Its voxels are as large as n dots allow; surplus dots are discarded at random.
     """
     corner = prepared.points.min(axis=0)
     shift = rng.random(3)  # in sides of a voxel
@@ -189,7 +189,7 @@ def _voxel_dots(points: np.ndarray, side: float) -> np.ndarray:
 def poisson(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Visit the dots in random order and keep each unless an earlier kept dot lies within a radius (Poisson disk).
 
-    The radius is as large as n dots allow; surplus dots are left out at random.
+    The radius is as large as n dots allow; surplus dots are discarded at random.
     """
     order = rng.permutation(len(prepared.points))
     return _at_largest_length(
@@ -200,7 +200,7 @@ def poisson(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.nd
 def _at_largest_length(
     dots_at: Callable[[float], np.ndarray], prepared: SampledSurface, n: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """Return `dots_at(length)` at nearly the largest length that gives n dots, cut to n at random."""
+    """Return `dots_at(length)` at nearly the largest length that gives n dots, reduced to n at random."""
     low, high, best = 0.0, np.inf, np.arange(len(prepared.points))
     length = 1.0  # Å
     for _ in range(40):
@@ -228,7 +228,7 @@ def farthest(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.n
 
 @sampler("centres of patches", "centres", nested=True)
 def centres(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Keep the centres of the paper's patches, which its sampling always keeps, and fill up uniformly: its control."""
+    """Keep the centres of the paper's patches and add random dots: a control, as the paper's sampling keeps all centres."""
     always = np.unique(prepared.cover.centre)
     rest = np.setdiff1d(np.arange(len(prepared.points)), always)
     return np.concatenate([rng.permutation(always), rng.permutation(rest)])[:n]
@@ -256,7 +256,7 @@ def nearest_kept(points: np.ndarray, subset: np.ndarray, threads: int = 1) -> tu
     -------
     (N,) int64 indices into `subset`, and (N,) float64 distances in Å.
     """
-    from scipy.spatial import cKDTree  # here: it takes a quarter of a second, and most jobs need no tree
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
     distance, nearest = cKDTree(points[subset]).query(points, workers=threads)
     return np.asarray(nearest), np.asarray(distance)

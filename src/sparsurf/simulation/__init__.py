@@ -1,1 +1,1 @@
-"""From a structure to a trajectory: the paper's molecular dynamics, run by GROMACS. Nothing here knows a surface."""
+"""The paper's molecular dynamics, run by GROMACS: from a structure to a trajectory."""

@@ -1,4 +1,4 @@
-"""Find and run the program GROMACS, and turn its errors into one sentence."""
+"""Find and run GROMACS, and report its errors in one sentence."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def program() -> str:
     Raises
     ------
     InputError
-        There is none.
+        If GROMACS is not on the PATH.
     """
     for name in PROGRAMS:
         path = shutil.which(name)
@@ -41,7 +41,7 @@ def version() -> str:
     Raises
     ------
     InputError
-        No GROMACS, or one older than MIN_VERSION.
+        If GROMACS is missing or older than MIN_VERSION.
     """
     name = _build_information().get("GROMACS version", "unknown")
     year = re.match(r"\d+", name)
@@ -51,7 +51,7 @@ def version() -> str:
 
 
 def _build_information() -> dict[str, str]:
-    """Return the lines of `gmx --version`, by name."""
+    """Return the entries of `gmx --version` by name."""
     output = subprocess.run([program(), "--version"], capture_output=True, text=True, check=False).stdout
     return {
         key.strip(): value.strip() for key, _, value in (line.partition(":") for line in output.splitlines())
@@ -64,7 +64,7 @@ def force_field_folder(name: str) -> Path:
     Raises
     ------
     InputError
-        GROMACS does not have it.
+        If GROMACS does not have it.
     """
     candidates: list[str | Path | None] = [os.environ.get("GMXLIB")]
     candidates += [os.environ["GMXDATA"] + "/top"] if os.environ.get("GMXDATA") else []
@@ -83,7 +83,7 @@ def run(
     stdin: str = "",
     wait: Callable[[], None] | None = None,
 ) -> str:
-    """Run `gmx` in a folder; its output goes to the job's log.
+    """Run `gmx` in a folder and print its output to the job's log.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def run(
     Raises
     ------
     InputError
-        It failed; the message holds GROMACS's own reason.
+        If GROMACS fails; the message repeats its reason.
     """
     command = [program(), "-quiet", "-nobackup", *map(str, arguments)]
     with subprocess.Popen(
@@ -126,18 +126,18 @@ def run(
                 text = None
                 if wait:
                     wait()
-            except BaseException:  # the study is stopped; GROMACS writes a checkpoint on SIGTERM
+            except BaseException:  # the study was stopped; GROMACS writes a checkpoint on SIGTERM
                 process.terminate()
                 process.wait()
                 raise
     print(output)
     if process.returncode:
-        raise InputError(f"GROMACS could not do `gmx {arguments[0]}`: {reason(output)}")
+        raise InputError(f"`gmx {arguments[0]}` failed: {reason(output)}")
     return output
 
 
 def reason(output: str) -> str:
-    """Return in one line why GROMACS failed, from its output."""
+    """Extract the reason of a failure from the output of GROMACS, as one line."""
     error = re.search(ERROR_PATTERN, output + "\n\n", re.S)
     text = error.group(1) if error else (output.strip().splitlines() or ["it gave no reason"])[-1]
     return " ".join(text.split()).rstrip(".") + "."

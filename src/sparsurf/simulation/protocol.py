@@ -1,7 +1,7 @@
 """The paper's molecular dynamics as GROMACS parameters, stage by stage.
 
-Source: paper, 'Protein structures and computation of the molecular surfaces'. Parameters that it leaves out (time
-constant of the thermostat, position restraints during the equilibration) have the usual GROMACS values. Lengths are in Å.
+Source: paper, 'Protein structures and computation of the molecular surfaces'. Parameters that it does not state
+(time constant of the thermostat, position restraints during the equilibration) have the usual GROMACS values. Lengths are in Å.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ tc-grps = Protein Non-Protein
 tau-t = 0.1 0.1
 ref-t = {temperature:g} {temperature:g}
 """
-EVERYWHERE = """\
+ALL_STAGES = """\
 cutoff-scheme = Verlet
 coulombtype = PME
 rcoulomb = {cutoff:g}
@@ -105,7 +105,7 @@ def n_time_steps(stage: str, settings: dict[str, Any]) -> int:
 
 
 def parameters(stage: str, settings: dict[str, Any], seed: int) -> str:
-    """Write the text of the GROMACS parameter file (mdp) of a stage.
+    """Return the GROMACS parameter file (mdp) of a stage as text.
 
     Parameters
     ----------
@@ -117,9 +117,9 @@ def parameters(stage: str, settings: dict[str, Any], seed: int) -> str:
     -------
     str
     """
-    everywhere = EVERYWHERE.format(cutoff=settings["cutoff"] / 10)  # nm
+    common = ALL_STAGES.format(cutoff=settings["cutoff"] / 10)  # nm
     if stage == "minimise":
-        return MINIMISE + everywhere
+        return MINIMISE + common
     n_steps = n_time_steps(stage, settings)
     values = settings | {
         "dt": settings["time_step_fs"] / 1000,
@@ -128,4 +128,4 @@ def parameters(stage: str, settings: dict[str, Any], seed: int) -> str:
         "energies": max(1, n_steps // MIN_ENERGIES),
         "seed": velocity_seed(seed),
     }
-    return (DYNAMICS + START[stage]).format(**values) + everywhere
+    return (DYNAMICS + START[stage]).format(**values) + common

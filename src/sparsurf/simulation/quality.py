@@ -1,4 +1,4 @@
-"""Quality of a simulation: temperature, pressure, density, energy, and the motion of the protein."""
+"""Check a simulation: temperature, pressure, density, energy, and the motion of the protein."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ QUANTITIES = {  # names in GROMACS: columns
     "Pressure": "pressure_bar",
     "Density": "density_kg_m3",
 }
-# Deviation of the production's mean from its target, beyond its 95 % interval, that causes a warning. The paper finds
-# 1006 +- 5 kg / m^3; a protein that fills another share of the box changes that by up to 3 %.
+# A warning is given if the production's mean deviates from its target by more than this and its 95 % interval. The paper
+# reports 1006 +- 5 kg / m^3; the density changes by up to 3 % with the share of the box that the protein fills.
 TOLERANCE = {"temperature_K": 1.0, "pressure_bar": 10.0, "density_kg_m3": 30.0}
 DENSITY = 1006.0  # kg / m^3, paper, Materials and Methods
-N_BLOCKS = 10  # for the error of a mean; values within a block are correlated
-MIN_VALUES = 50  # to judge a mean
+N_BLOCKS = 10  # from which the error of a mean is estimated, as successive values are correlated
+MIN_VALUES = 50  # from which a mean is compared with its target
 
 
 def energies(folders: Mapping[str, str | os.PathLike[str]]) -> pd.DataFrame:
@@ -58,7 +58,7 @@ def energies(folders: Mapping[str, str | os.PathLike[str]]) -> pd.DataFrame:
 
 
 def _stored_quantities(folder: Path) -> list[str]:
-    """Return the QUANTITIES that a stage has: there is no density without a barostat, no temperature without motion."""
+    """Return the QUANTITIES of a stage: the minimisation has no temperature, and only a barostat gives a density."""
     moving = (folder / "state.cpt").is_file()
     text = (folder / "stage.mdp").read_text(encoding="ascii")
     return [
@@ -87,12 +87,12 @@ def motion(molecule: Molecule) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        time_ps, rmsd (Å, of the C-alpha atoms to the first frame after superposition), radius_of_gyration (Å, heavy
+        time_ps, rmsd (Å, of the C-alpha atoms from the first frame, after superposition), radius_of_gyration (Å, heavy
         atoms with equal weights).
     """
     backbone = molecule.name == "CA"
     heavy = ~np.isin(molecule.element, ["H", "D"])
-    # On a line, several turns fit equally well; their deviations are the same.
+    # Several rotations fit atoms on a line equally well; their deviations are the same.
     superposed = superpose(molecule.xyz, backbone, any_turn=True)[:, backbone]
     rmsd = np.sqrt(((superposed - superposed[0]) ** 2).sum(axis=2).mean(axis=1))
     xyz = molecule.xyz[:, heavy]
@@ -143,8 +143,8 @@ def mean_of_blocks(values: np.ndarray) -> tuple[float, float]:
 def warnings(judged: pd.DataFrame) -> list[str]:
     """Return one sentence for each mean that misses its target."""
     return [
-        f"the mean {row.quantity} of the production is {row.mean:.4g} +- {row.half_width:.2g}, off its target {row.target:g}: "
-        "look at the figure of the simulation before you use its frames"
+        f"the mean {row.quantity} of the production is {row.mean:.4g} +- {row.half_width:.2g}, but its target is "
+        f"{row.target:g}: look at the figure of the simulation before you use its frames"
         for row in judged.itertuples()
         if row.near is False
     ]

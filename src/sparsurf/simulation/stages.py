@@ -17,8 +17,8 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.simulation import gromacs
 from sparsurf.simulation.protocol import n_time_steps, parameters
 
-CHECKPOINT_MINUTES = 1  # between two checkpoints, the most that an interruption can lose
-LOG_TAIL = 8192  # bytes of a log that hold its last report
+CHECKPOINT_MINUTES = 1  # between two checkpoints; an interruption loses no more than this
+LOG_TAIL = 8192  # bytes at the end of a log that contain its last report
 
 
 def run_stage(
@@ -41,7 +41,7 @@ def run_stage(
     settings, seed : see `protocol.parameters`
     folder : folder of the stage, kept between runs until the stage is complete
     threads : int
-    progress : callable, receives the numbers of finished and total time steps
+    progress : callback with the numbers of finished and total time steps
 
     Returns
     -------
@@ -51,7 +51,7 @@ def run_stage(
     Raises
     ------
     InputError
-        GROMACS is missing or fails.
+        If GROMACS is missing or fails.
     """
     folder = Path(folder).absolute()
     system, before = Path(system).absolute(), Path(before).absolute() if before else None
@@ -128,7 +128,7 @@ def fingerprint(text: str, paths: Iterable[Path]) -> str:
 
 
 def _stored_fingerprint(folder: Path) -> str | None:
-    """Return the hash of the inputs with which a stage was prepared."""
+    """Return the hash of the inputs from which a stage was prepared."""
     path = folder / "stage.json"
     return json.loads(path.read_text(encoding="ascii"))["inputs"] if path.is_file() else None
 
@@ -139,9 +139,9 @@ def extract_protein(
     path_to_topology: str | os.PathLike[str],
     path_to_trajectory: str | os.PathLike[str],
 ) -> np.ndarray:
-    """Write the protein without water, whole across the periodic box: its first frame as PDB, all frames as XTC.
+    """Write the protein without water, its molecules made whole: the first frame as PDB, all frames as XTC.
 
-    Chains and residues keep the names of the prepared structure, which GROMACS's run files do not hold.
+    Chains and residues keep the names of the prepared structure, since GROMACS's run files do not contain them.
 
     Returns
     -------

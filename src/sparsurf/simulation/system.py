@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-MAX_NAMED = 8  # residues in a message; further ones are only counted
+MAX_NAMED = 8  # residues named in a message; the others are only counted
 
 
 def select_protein(path: str | os.PathLike[str], protein: dict[str, Any]) -> Molecule:
-    """Read the protein residues that a config's entry selects from a structure, in its first model; no hydrogens.
+    """Read the protein residues that a config's entry selects from the first model of a structure, without hydrogens.
 
     Raises
     ------
@@ -39,7 +39,9 @@ def select_protein(path: str | os.PathLike[str], protein: dict[str, Any]) -> Mol
     molecule = read_molecule(path, hydrogens="remove", **keys)
     if molecule.n_frames > 1:
         log.warning(
-            "%s has %d models: the first is simulated; `model` selects another", path, molecule.n_frames
+            "%s has %d models; the first is simulated. Select another one with `model`.",
+            path,
+            molecule.n_frames,
         )
     molecule = molecule.frame(0)
     return molecule.take(molecule.kind == "protein")
@@ -52,14 +54,14 @@ def prepare_system(
     seed: int,
     folder: str | os.PathLike[str],
 ) -> dict[str, int | str]:
-    """Build the system in `folder`: topology (topol.top with the files that it includes), coordinates (system.gro).
+    """Build the system in `folder`: topology (topol.top with the files that it includes) and coordinates (system.gro).
 
-    The force field builds all hydrogens, chain ends are charged, and disulphide bonds follow from distances.
+    All hydrogens are built by the force field, chain ends are charged, and disulphide bonds are found by distance.
 
     Parameters
     ----------
     molecule : Molecule of one frame, protein atoms only
-    path : named in messages
+    path : file name for messages
     settings : dict, keys of protocol.DEFAULTS
     seed : int
     folder : an existing folder
@@ -72,7 +74,7 @@ def prepare_system(
     Raises
     ------
     InputError
-        Gaps, missing atoms, residues that the force field does not know, or GROMACS's own reason.
+        If the chain has gaps, atoms are missing, the force field does not know a residue, or GROMACS fails.
     """
     version = gromacs.version()
     force_field = settings["force_field"]
@@ -99,13 +101,13 @@ def prepare_system(
 def with_chains(path_to_gro: str | os.PathLike[str], molecule: Molecule) -> Molecule:
     """Read the protein that GROMACS wrote, and label its residues with the chains and numbers of `molecule`.
 
-    GRO files have no chains. PDB files have them, but would round the coordinates, which changes the number of waters.
+    GRO files have no chains. PDB files have them, but round the coordinates, which changes the number of waters.
     """
     built = read_molecule(path_to_gro, selection="all", whole=False)
     first = _first_atoms(molecule)
     if built.n_residues != len(first):
         raise InputError(
-            f"GROMACS made {built.n_residues} residues of the {len(first)} given; select protein residues only."
+            f"GROMACS built {built.n_residues} residues from {len(first)}; select protein residues only."
         )
     labels = {name: getattr(molecule, name)[first][built.residue_index] for name in ("chain", "residue")}
     return replace(built, **labels)
@@ -133,7 +135,7 @@ def known_residues(folder: str | os.PathLike[str]) -> set[str]:
     for path in Path(folder).glob("*.r2b"):
         lines = path.read_text(encoding="latin-1").splitlines()
         names |= {line.split()[0] for line in lines if line.strip() and not line.startswith(";")}
-    return names | {"HIS"}  # pdb2gmx chooses its protonation from its hydrogen bonds
+    return names | {"HIS"}  # pdb2gmx chooses its protonation by hydrogen bonds
 
 
 def refuse_unknown(
@@ -145,7 +147,7 @@ def refuse_unknown(
     if unknown:
         raise InputError(
             f"{path}: the force field {force_field} does not know {_names(molecule, unknown)}; replace or leave out "
-            "these residues (`residues:`), or give a trajectory made elsewhere."
+            "these residues (`residues:`), or give a trajectory instead."
         )
 
 
@@ -164,8 +166,8 @@ def refuse_incomplete(molecule: Molecule, path: str | os.PathLike[str]) -> None:
     if gaps:
         rest = f" and {len(gaps) - MAX_NAMED} more places" if len(gaps) > MAX_NAMED else ""
         raise InputError(
-            f"{path}: the chain is broken between {'; '.join(gaps[:MAX_NAMED])}{rest}; build what is missing, or select "
-            "a part without gaps (`residues:`)."
+            f"{path}: the chain is broken between {'; '.join(gaps[:MAX_NAMED])}{rest}; model the missing residues, or "
+            "select a part without gaps (`residues:`)."
         )
 
 

@@ -1,1 +1,1 @@
-"""Numbers about subsets, as arrays and tables, without sentences and figures."""
+"""Evaluation of subsets, as arrays and tables."""

@@ -1,9 +1,9 @@
-"""The confidence set of the best: combinations that contain the truly best one with 95 % confidence.
+"""The confidence set of the best: a set of combinations that contains the truly best one with 95 % confidence.
 
 Every combination is compared with all others at once (multiple comparisons with the best: Hsu, Ann. Stat. 12:1136, 1984),
-which accounts for choosing the winner from the data. The joint scatter is simulated: combinations share their test dots,
-and each has its own draws, whose scatter is pooled over the combinations near the first. The uniform subsets that combinations
-share make differences scatter less than that, so that the sets are rather too large.
+which accounts for choosing the winner from the data. The joint scatter is simulated. Combinations share their test dots, but
+not their draws, whose scatter is pooled over the combinations near the best. Combinations also share uniform subsets, which
+reduces the scatter of their differences and is neglected, so that the sets are slightly too large.
 """
 
 from typing import NamedTuple
@@ -15,11 +15,11 @@ from sparsurf.orientation import NEGLIGIBLE
 from sparsurf.streams import stream
 from sparsurf.study.statistics import CONFIDENCE_LEVEL
 
-# Standard errors behind the first; combinations farther behind are not the best and do not decide which one is.
+# In standard errors behind the first; combinations farther behind are excluded beforehand.
 MAX_ERRORS_BEHIND = 4.0
-SIMULATED = 1000  # joint outcomes from which a critical value is taken
+SIMULATED = 1000  # outcomes from which a critical value is computed
 SIMULATED_AT_ONCE = 50
-MAX_SIMULATED_TOGETHER = 120  # combinations; those behind them would have no chance
+MAX_SIMULATED_TOGETHER = 120  # combinations, the best ones
 
 
 class Scatter(NamedTuple):
@@ -31,7 +31,7 @@ class Scatter(NamedTuple):
     by_test : (K, T) float64
         Deviations of each test dot's mean, such that by_test @ by_test.T is the covariance of the means over test dots.
     of_draws : (K,) float64
-        Variance of the mean due to the draws, estimated without bias, so that it can be negative.
+        Variance of the mean due to the draws; the estimate is unbiased and can be negative.
     """
 
     mean: np.ndarray
@@ -55,7 +55,7 @@ def scatter(x: ArrayLike) -> Scatter:
 
 
 def best_set(x: np.ndarray) -> np.ndarray:
-    """Find the combinations among which the best one is.
+    """Find the combinations that contain the best one with 95 % confidence.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def best_set(x: np.ndarray) -> np.ndarray:
     error = np.sqrt((deviation**2).sum(axis=1) + of_draws + of_draws[first])
     near = np.flatnonzero(parts.mean[first] - parts.mean <= MAX_ERRORS_BEHIND * error)
     near = near[np.argsort(-parts.mean[near], kind="stable")][:MAX_SIMULATED_TOGETHER]
-    # each has few draws: one pooled variance for all that are near
+    # each combination has few draws, so one variance is pooled over all that are near
     pooled = np.full(len(near), max(parts.of_draws[near].mean(), 0))
     candidates = Scatter(parts.mean[near], parts.by_test[near], pooled)
     covariance = candidates.by_test @ candidates.by_test.T
@@ -96,10 +96,10 @@ def _studentised(difference: np.ndarray, error: np.ndarray) -> np.ndarray:
 def _critical_values(
     candidates: Scatter, covariance: np.ndarray, of_tests: np.ndarray, draws: int
 ) -> np.ndarray:
-    """Return the 95 % quantile of the largest lead over each combination if all were equally good, (n,)."""
+    """Return the 95 % quantile of the largest lead over each combination, (n,), if all were equally good."""
     n, rng = len(candidates.mean), stream(0, "confidence set of the best")
     values, vectors = np.linalg.eigh(covariance)
-    # more combinations than test dots leave values that are 0 but for rounding, each with a direction that rounding chose
+    # with more combinations than test dots, some eigenvalues are 0 except for rounding, and their vectors arbitrary
     values[values < NEGLIGIBLE * values[-1]] = 0
     root, df = vectors * np.sqrt(np.maximum(values, 0)), max(n * (draws - 1), 1)
     leads = []

@@ -1,7 +1,7 @@
 """How much of d the always-kept centres explain: a control of the paper's sampling for every combination of the grid.
 
-The sampling always keeps the centres of its patches, which are well separated. The control keeps them too and fills up
-uniformly to the same n_S, so it ignores roughness. It depends on n_S alone, is measured at some n_S and interpolated.
+The sampling always keeps the centres of its patches, which are well separated. The control keeps them too and adds random
+dots up to the same n_S, so it ignores roughness. It depends only on n_S, and is measured at some n_S and interpolated.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ N_CURVE_SIZES = 20  # n_S at which the control is measured, evenly spaced in ln 
 def control_curve(
     prepared: PreparedSurface, n_s: np.ndarray, readings: Sequence[str], n_tests: int, draws: int
 ) -> dict[str, np.ndarray]:
-    """Measure d of the control at some n_S: Z of uniform subsets minus Z of the centres filled up.
+    """Measure d of the control at some n_S: Z of uniform subsets minus Z of the centres with random dots.
 
     Parameters
     ----------
@@ -70,10 +70,10 @@ def centres_table(
     Returns
     -------
     DataFrame: reading, range (from 1), n_S_low_percent, n_S_high_percent, n_combinations; means over the combinations of d
-    and of the control at their n_S (d_mean, d_centres_mean); n_above and n_below, the numbers of combinations whose d lies
-    above or below the control by more than both 95 % intervals allow; of the winner its combination, n_S_percent, d (cross-
-    validated) with d_low and d_high, d_centres with d_centres_low and d_centres_high at its n_S, and explained, their ratio
-    (NaN unless the interval of d is above 0)
+    and of the control at their n_S (d_mean, d_centres_mean); n_above and n_below, the numbers of combinations whose d is
+    significantly above or below the control; for the winner its combination, n_S_percent, d (cross-validated) with d_low and
+    d_high, d_centres with d_centres_low and d_centres_high at its n_S, and explained, the ratio d_centres / d (NaN unless the
+    interval of d is above 0)
     """
     n_dots, readings = len(prepared.points), list(ranges["reading"].unique())
     ends = grid["n_S_percent"].min(), grid["n_S_percent"].max()

@@ -1,4 +1,4 @@
-"""Find the number of dots at which Z comes down to a noise floor, from a fitted curve, with its interval."""
+"""Estimate the number of dots at which Z falls to a noise floor, with its interval, from a fitted curve."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ STEPS = 400  # at which a fitted curve is evaluated
 
 
 class Crossing(NamedTuple):
-    """Where a curve comes down to its limit, and the ends of the 95 % interval; inf where it does not come down."""
+    """The n_S at which a curve falls to its limit, and the ends of its 95 % interval; inf if the curve stays above."""
 
     n: float
     low: float
@@ -30,19 +30,19 @@ def fitted_crossing(
 ) -> Crossing:
     """Find the n_S at which Z is `limit` times a noise floor.
 
-    Around the crossing, Z is fitted by a + b / n + c / n^2 + d ln n (least squares): the error of the recovered surface falls
-    with a power of n, and the rest falls slowly because more of the dots are the kept ones. The interval comes from a
-    bootstrap over the test dots, the same ones for curve and floor, and over the draws. Deviations of draws from their mean
-    are scaled by sqrt(K / (K - 1)), since few draws vary too little (Rao & Wu, J. Am. Stat. Assoc. 83:231, 1988).
+    Around the crossing, Z is fitted by a + b / n + c / n^2 + d ln n (least squares). The error of the recovered surface falls
+    with a power of n; the rest falls slowly, as the share of kept dots grows. The interval comes from a bootstrap over the
+    test dots, the same ones for curve and floor, and over the draws. Deviations of draws from their mean are scaled by
+    sqrt(K / (K - 1)), since a few draws vary too little (Rao & Wu, J. Am. Stat. Assoc. 83:231, 1988).
 
     Parameters
     ----------
     n : (P,) float64
         n_S, ascending.
     distances : (P, K, T) float64
-        |z_tot - z| at T test dots of K draws at each n_S, independent of those at other n_S.
+        |z_tot - z| at T test dots, for K draws at each n_S that are independent of those at other n_S.
     floor : (F, T) float64
-        The same of the F draws of the floor, at the same test dots.
+        The same for F draws of the floor, at the same test dots.
     limit : float
     n_dots : int
         N, the largest n_S.
@@ -51,8 +51,8 @@ def fitted_crossing(
     Returns
     -------
     Crossing
-        `n` is inf if no measured n_S is enough, and 0 if the smallest is. There is no interval (NaN) in these cases, nor with
-        fewer than `MIN_SIZES` n_S around the crossing.
+        `n` is inf if no measured n_S is enough, and 0 if the smallest is. The interval is NaN in these cases, and with fewer
+        than `MIN_SIZES` n_S around the crossing.
     """
     z = distances.mean(axis=(1, 2)) / (limit * floor.mean())
     start = first_crossing(np.log(n), np.log(z))
@@ -75,13 +75,13 @@ def fitted_crossing(
 
 
 def near(n: np.ndarray, crossing: float, margin: float = 1.0) -> np.ndarray:
-    """Tell which n_S take part in the fit around a crossing, (P,) bool; `margin` widens the range."""
+    """Select the n_S that take part in the fit around a crossing, (P,) bool; `margin` widens the range."""
     slack = margin * (1 + 1e-9)
     return (n >= crossing / BELOW / slack) & (n <= crossing * ABOVE * slack)
 
 
 def first_crossing(x: np.ndarray, y: np.ndarray) -> float:
-    """Return the x at which straight lines between the points (x, y) first come down to 0; -inf or inf beyond them."""
+    """Return the x at which straight lines between the points (x, y) first fall to 0; -inf or inf beyond the points."""
     below = y <= 0
     if not below.any():
         return np.inf
@@ -97,7 +97,7 @@ def _basis(x: np.ndarray) -> np.ndarray:
 
 
 def _descents(x: np.ndarray, curves: np.ndarray) -> np.ndarray:
-    """Return where curves, (len(x), B), first come down to 1, (B,); inf where they do not."""
+    """Return the x at which curves, (len(x), B), first fall to 1, (B,); inf if they do not."""
     below = curves <= 1
     k = np.maximum(below.argmax(axis=0), 1)
     columns = np.arange(curves.shape[1])
@@ -117,7 +117,7 @@ def _replicates(distances: np.ndarray, floor: np.ndarray, rng: np.random.Generat
 
 
 def _draw_weights(draws: int, shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
-    """Return bootstrap weights of the draws, (*shape, draws), with rescaled deviations; equal ones for a single draw."""
+    """Return bootstrap weights of the draws with rescaled deviations, (*shape, draws); 1 for a single draw."""
     mean = np.full(draws, 1 / draws)
     if draws == 1:
         return np.broadcast_to(mean, (*shape, 1))

@@ -23,7 +23,7 @@ from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import parallel_map
 
 RESIDUE_PREFIX = "residue_"  # of the columns of residues
-FRAMES_PER_WRITE = 20  # at most so many frames are lost if the job is killed
+FRAMES_PER_WRITE = 20  # the most frames that are lost if the job is killed
 
 
 def evaluate_frames(
@@ -36,7 +36,7 @@ def evaluate_frames(
     progress: Callable[[int, int], None] = lambda done, of: None,
     part: tuple[int, int] = (1, 1),
 ) -> str:
-    """Evaluate one combination on every frame, or on those of a part.
+    """Evaluate one combination on every frame of a trajectory, or of a part of it.
 
     Parameters
     ----------
@@ -46,16 +46,16 @@ def evaluate_frames(
     name : str
         Name of the protein, which names the random streams.
     threads : int
-        Frames evaluated in parallel; the table does not depend on it.
+        Number of frames evaluated in parallel; it does not change the table.
     path_to_part : path
-        File of the finished rows. Rows that an earlier run with the same molecule, settings and `code` wrote there are not
-        computed again.
+        File of the finished rows. Rows that an earlier run wrote there with the same molecule, settings and `code` are
+        reused.
     code : str
         Digest of the program.
     progress : callable
         Callback with the numbers of finished and total frames.
     part : (k, n)
-        The k-th, from 1, of n equal parts of the frames; the concatenated texts of all parts are the text of the whole.
+        Evaluate the k-th, from 1, of n equal parts of the frames. The texts of all parts joined are the text of the whole.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def evaluate_frames(
     density = density_for_d_link(
         molecule, 0, atom_radii, settings["surface"], settings["patches"]["D_link"], name
     )
-    # the same density for all frames
+    # one density for all frames
     settings = {**settings, "surface": settings["surface"] | {"density": density}}
     first, last = (molecule.n_frames * k // part[1] for k in (part[0] - 1, part[0]))
     Path(path_to_part).write_text("".join([mark, header, *rows]), encoding="utf-8")
@@ -91,7 +91,7 @@ def join_parts(texts: Iterable[str]) -> pd.DataFrame:
 
 
 def fingerprint(molecule: Molecule, settings: Mapping[str, Any], name: str, code: str) -> str:
-    """Return a digest of everything on which the rows depend."""
+    """Return a digest of all inputs of the rows."""
     content = hashlib.sha256(json.dumps([settings, name, code], sort_keys=True).encode())
     for array in (molecule.xyz, molecule.frame_number, molecule.time_ps):
         content.update(np.ascontiguousarray(array).tobytes())
@@ -126,7 +126,7 @@ def frame_row(
     Raises
     ------
     InputError
-        With the number of the frame.
+        As `surface_of_frame` and `refuse_sparse`; the message names the frame.
     """
     number, ensemble = int(molecule.frame_number[position]), settings["ensemble"]
     where = f"{name}, frame {number}"
@@ -173,7 +173,7 @@ def split_residue_columns(table: pd.DataFrame, residues: pd.DataFrame) -> tuple[
 
     Returns
     -------
-    The table without the residues, and frame and time_ps with a column for each residue.
+    The table without the columns of residues, and a table with frame, time_ps and a column for each residue.
     """
     columns = [name for name in table.columns if name.startswith(RESIDUE_PREFIX)]
     labels = residues["chain"] + ":" + residues["residue_name"] + residues["residue"]

@@ -1,7 +1,7 @@
 """Noise floors: Z between two descriptions of the same surface, or of nearly the same surface.
 
-A Z below that of fresh dots shows that a subset contains the very dots it is compared with, not that it describes the surface
-better. All dots are used on both sides.
+A Z below that of fresh dots does not mean a better description of the surface: the subset contains some of the very dots with
+which it is compared. All dots are used on both sides.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,19 +21,17 @@ from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.study.statistics import estimate
 from sparsurf.surfaces.surface import Surface
 
-DRAWS = 10  # sets of fresh dots and rotations; the required numbers of dots depend on them
-FEW_DRAWS = (
-    3  # of moved atoms; and of everything if many proteins are measured, which differ more from one another
-)
+DRAWS = 10  # sets of fresh dots, and rotations: they determine the required numbers of dots
+FEW_DRAWS = 3  # of displaced atoms; and of all floors if many proteins are measured, as those differ more
 ATOM_DISPLACEMENTS = (0.1, 0.3)  # Å, rms: a good and a fair crystal structure
 TIME_GAPS_PS = (1.0, 20.0, 100.0)  # between two frames
-DECIMALS = 12  # of rotations
+DECIMALS = 12  # of rotation matrices
 FRESH = "fresh dots"
 TURNED = "turned"
 
 
 def floor_column(floor: str) -> str:
-    """Return the name of the column that holds Z of a noise floor, where floors stand side by side."""
+    """Return the name of the column with Z of a noise floor, in tables with one column per floor."""
     return "Z_resampled" if floor == FRESH else f"Z_{floor.replace(' ', '_')}"
 
 
@@ -53,12 +51,12 @@ def measure_floors(
     prepared : PreparedSurface
     n_tests : int
     generate_surface : callable, optional
-        Positions of the atoms (A, 3), Å -> their Surface. Without it, fresh dots are placed on the surface recovered from
-        all dots, and atoms cannot be moved.
+        Function from the positions of the atoms, (A, 3), Å, to their Surface. Without it, fresh dots are placed on the
+        surface recovered from all dots, and atoms cannot be displaced.
     atoms : (A, 3) float64, Å
         Positions of the atoms.
     frames : dict, optional
-        ps -> list of positions of the atoms (A, 3) that much earlier or later, superposed on `atoms`.
+        Time in ps -> list of positions of the atoms, (A, 3), that much earlier or later, superposed on `atoms`.
     moved : sequence of float
         Å, rms displacements of the atoms.
     draws : int
@@ -66,8 +64,8 @@ def measure_floors(
 
     Returns
     -------
-    dict: name of each floor that can be measured -> (D, T) distances between descriptors, of D draws at the T test dots of
-    the study. `turned`: fresh dots of the rotated molecule, described in that orientation; `fresh dots`: the same dots
+    dict: name of each floor that can be measured -> (D, T) distances between descriptors for D draws at the T test dots of
+    the study. `turned`: fresh dots of the rotated molecule, described in that orientation. `fresh dots`: the same dots
     rotated back.
     """
     tests = prepared.draw_tests(n_tests)
@@ -128,16 +126,16 @@ def read_distances(path: str | Path) -> dict[str, np.ndarray]:
 
 
 def random_rotation(rng: np.random.Generator) -> np.ndarray:
-    """Draw a rotation matrix, (3, 3), uniformly; it is rounded, since LAPACK's last bits depend on the processor."""
+    """Draw a rotation matrix, (3, 3), uniformly; rounded, since the last bits of LAPACK depend on the processor."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
     return (q * np.sign(np.linalg.det(q))).round(DECIMALS)
 
 
 def rotate(points: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Compute ``points @ rotation``, (n, 3), the same to the last bit on every processor, unlike BLAS.
+    """Compute ``points @ rotation``, (n, 3), with the same bits on every processor, unlike BLAS.
 
-    Dots of one element lie in the same pattern around each atom. Where two of them are equally far, the last bit decides.
+    Atoms of one element have the same pattern of dots, so that two dots can be equally far, and the last bit decides.
     """
     return sum((points[:, k : k + 1] * rotation[k] for k in (1, 2)), points[:, :1] * rotation[0])
 
@@ -149,7 +147,7 @@ def _fresh_dots(
     centre: np.ndarray,
     rotation: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and normals of other dots of the same surface, in a rotated frame around the mean dot."""
+    """Return points and normals of other dots of the same surface, rotated about the mean dot."""
     if generate_surface is not None and atoms is not None:
         surface = generate_surface(rotate(atoms - centre, rotation.T))
         return surface.points, surface.normals
@@ -163,13 +161,13 @@ def frames_at_gaps(molecule: Molecule, atoms: np.ndarray, time: float) -> dict[f
     Parameters
     ----------
     molecule : Molecule
-        The frames of a trajectory at such times, or all, with the atoms of `atoms`.
+        Frames of a trajectory with the atoms of `atoms`.
     atoms : (A, 3) float64, Å
     time : float, ps
 
     Returns
     -------
-    dict: ps -> list of (A, 3); no entry if the trajectory has no such frame, or if all atoms lie on a line.
+    dict: ps -> list of (A, 3); without the gaps for which there is no frame. Empty if all atoms lie on a line.
     """
     by_gap = {}
     for gap in TIME_GAPS_PS:

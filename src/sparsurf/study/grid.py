@@ -1,9 +1,8 @@
 """The grid: compare sampled and uniform subsets of every combination with the full surface.
 
-All combinations share the same test dots unless requested otherwise, so that they differ only in what they keep. They share
-the uniform subsets of each draw, too: the first n_S dots of one random order. For readings in which a subset forms its own
-surface, uniform subsets are measured at `N_CURVE_SIZES` n_S, with as many draws, and interpolated at those of the
-combinations: Z_tR depends on nothing else.
+By default, all combinations share their test dots, so that they differ only in the dots that they keep. They also share the
+uniform subsets of each draw: the first n_S dots of one random order. In readings where a subset forms its own surface, Z_tR
+is measured at `N_CURVE_SIZES` n_S, with as many draws, and interpolated, since it depends on n_S alone.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +22,7 @@ from sparsurf.sampling.combination import Combination
 from sparsurf.study.prepared_surface import PreparedSurface
 from sparsurf.threads import parallel_map
 
-# n_S of a curve: a straight line over ln n_S between them is off by .0005, while draws scatter by .01
+# n_S of a curve: linear interpolation over ln n_S is off by 0.0005, while draws scatter by 0.01
 N_CURVE_SIZES = 32
 
 
@@ -77,10 +76,10 @@ def evaluate_grid(
     draws : int
         D, sampled and uniform subsets per combination.
     readings : tuple of str
-        Those of `readings.GRID_READINGS` are computed in one pass. Every other one needs a surface per sampled subset. It also
-        needs one per uniform subset, or per n_S of a curve if more than `N_CURVE_SIZES` combinations share their test dots.
+        Those of `readings.GRID_READINGS` are computed in one pass. The others need a surface per sampled subset, and per
+        uniform subset (per n_S of a curve if more than `N_CURVE_SIZES` combinations share their test dots).
     shared : bool
-        Use the same test dots and uniform subsets for all combinations; False draws new ones for each, as published.
+        Use the same test dots and uniform subsets for all combinations. Otherwise draw new ones for each, as published.
     progress : callable
         Callback with the numbers of finished and total subsets.
 
@@ -142,9 +141,9 @@ def _evaluate_with_shared_tests(
 def _evaluate_with_own_tests(
     prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
 ) -> None:
-    """Fill a Grid whose combinations have their own test dots: combinations in parallel, each with one thread.
+    """Fill a Grid whose combinations each have their own test dots and uniform subsets, as published.
 
-    Their uniform subsets are their own, too, as published.
+    Combinations run in parallel, with one thread each.
     """
     k, draws = out.n_s.shape
     single, finished = prepared.changed(threads=1), []
@@ -169,7 +168,7 @@ def _fill(
 
     With `with_uniform`, do the same for a uniform subset of each.
 
-    Returns z_tot. It is computed with the first subsets unless known, as they share the patches of the full surface.
+    Returns z_tot. Unless known, it is computed with the first subsets, which share the patches of the full surface.
     """
     draws, halves = out.n_s.shape[1], 1 + with_uniform
     jobs = np.array([(k, draw) for k in which for draw in range(draws)])
@@ -210,9 +209,9 @@ def _fill_uniform(
 ) -> None:
     """Write the distances of uniform subsets into a Grid, draw by draw.
 
-    The uniform subsets of one draw are nested: each holds the dots of all smaller ones. Those of one n_S are described once
-    for all combinations. Subsets that form their own surfaces share nothing, so that those of many combinations are
-    interpolated over ln n_S, see `_curve_sizes`. Each draw has its own curve, so that the scatter of the draws includes the
+    The uniform subsets of one draw are nested: each contains all smaller ones. Each n_S is described once for all
+    combinations. Subsets that form their own surfaces are measured at the n_S of `_curve_sizes` if there are many
+    combinations, and interpolated over ln n_S. Each draw has its own curve, so that the scatter of the draws includes the
     error of the curves.
     """
     together = _readings_of_one_pass(out)
@@ -220,7 +219,7 @@ def _fill_uniform(
     shape = (len(out.readings), *out.n_s.shape, len(tests))
     dots = np.empty(
         shape, np.float32 if alone else np.int32
-    )  # patch sizes; interpolated ones are no integers
+    )  # patch sizes; interpolated ones are not integers
     for draw in range(out.n_s.shape[1]):
         n_s, at = np.unique(out.n_s[:, draw], return_inverse=True)
         if together:
@@ -272,7 +271,7 @@ def _draw_subsets(
         if halves == 2:
             rng = prepared.stream("uniform", *Combination(*out.combinations[k]).keys(), draw)
             drawn.append(published.uniform_subset(out.n_dots, n_s, rng))
-        with lock:  # bits at once: 64 subsets of a million dots would need more memory than everything else
+        with lock:  # packed at once: 64 subsets of a million dots would need more memory than everything else
             for half, subset in enumerate(drawn):
                 descriptors.add_subset(words, prepared.index, subset, i + half * len(jobs))
         if keep:
@@ -283,7 +282,7 @@ def _draw_subsets(
 
 
 def write_grid(path: Path | str, grid: Grid) -> None:
-    """Write a Grid as npz, without pickles; equal grids give equal bytes."""
+    """Write a Grid as npz; equal grids give equal bytes."""
     with open(path, "wb") as stream:
         np.savez(stream, **{f.name: np.asarray(getattr(grid, f.name)) for f in fields(Grid)})  # type: ignore[arg-type]
 

@@ -1,4 +1,4 @@
-"""The minimal subset, selected as a config, a command or a call requests; one function for all three."""
+"""Select the minimal subset that a config, a command or a call requests."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ class Subset:
     weight : (n,) int64, number of dots of the surface that each represents
     surface : Surface of the kept dots alone, at their new positions if relaxed
     table : DataFrame, the rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å), reach; with atoms their labels
-    interval : 95 % interval of the number of dots, if they are as few as give the surface back
+    interval : 95 % interval of the number of dots, if they are the fewest from which the surface can be recovered
     """
 
     dots: np.ndarray
@@ -43,7 +43,7 @@ class Subset:
         return len(self.dots)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> np.ndarray:
-        """Return the points, (n, 3), as `numpy.asarray` asks for them."""
+        """Return the points, (n, 3), for `numpy.asarray`."""
         return self.surface.__array__(dtype, copy)
 
     @property
@@ -72,12 +72,12 @@ def select_minimal_subset(
     Parameters
     ----------
     trials : required_dots.Trials
-        Of a `nameless` PreparedSurface: the subset depends on the seed, not on the name of the surface.
+        Trials of a `nameless` PreparedSurface, so that the subset does not depend on the name of the surface.
     request : dict
-        The config's `minimal`: one of floor, n_S, n_S_percent, Z and combination. `trials` decides on the sampler and on
-        `relax`.
+        The config's `minimal`: one of floor, n_S, n_S_percent, Z and combination. The sampler and `relax` are those of
+        `trials`.
     floors : dict
-        Of `floors.measure_floors`, if a floor is requested.
+        Result of `floors.measure_floors`, if a floor is requested.
     molecule : Molecule, optional
         Molecule to whose atoms the dots belong.
 
@@ -136,8 +136,8 @@ def subset_table(
 
     Returns
     -------
-    DataFrame: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å) of the kept dots around, reach (in spacings); with a molecule
-    chain, residue, residue_name, atom_name and atom, its index from 0.
+    DataFrame: dot, x, y, z (Å), nx, ny, nz, weight, spacing (Å) of the kept dots around it, reach (in spacings); with a
+    molecule also chain, residue, residue_name, atom_name and atom, its index from 0.
     """
     table = pd.DataFrame({"dot": dots})
     table[["x", "y", "z"]], table[["nx", "ny", "nz"]] = kept.points, kept.normals

@@ -102,7 +102,7 @@ class PreparedSurface:
 
     @property
     def nameless(self) -> Self:
-        """The same surface with random streams that do not depend on the name, as the minimal subset needs them."""
+        """The same surface with random streams that do not depend on its name, for the minimal subset."""
         return self.changed(stream_name="")
 
     def draw_tests(self, n_tests: int, *keys: Any) -> np.ndarray:
@@ -216,7 +216,7 @@ class PreparedSurface:
         z_tot: np.ndarray | None,
         weights: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Compute, in one pass, z_tot and (R B, T) distances and patch sizes of the subsets of packed words, by reading."""
+        """Compute z_tot, and distances and patch sizes, (R B, T), of packed subsets under some readings in one pass."""
         z_tot, z, sizes = descriptors.compare(
             self.index,
             self.points[tests],
@@ -234,7 +234,7 @@ class PreparedSurface:
     def compare_uniform(
         self, draw: int, sizes: np.ndarray, tests: np.ndarray, readings: Sequence[str], z_tot: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Compute distances and patch sizes, (R, S, T), of the uniform subsets of one draw with ascending numbers of dots."""
+        """Compute distances and patch sizes, (R, S, T), of the uniform subsets of one draw with `sizes` dots, ascending."""
         return descriptors.compare_nested(
             self.index,
             self.points[tests],
@@ -252,7 +252,7 @@ class PreparedSurface:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Compute |z_tot - z| of one subset that forms its own surface, (T,), and patch sizes, (T,).
 
-        `alone` is that of a `readings.Reading`.
+        `alone` is `build_index` of a `readings.Reading`.
         """
         index = alone(self.points[subset], self.normals[subset], self.d_link, self.area, self.density)
         return self.distances_to_index(index, tests, z_tot)
@@ -260,7 +260,7 @@ class PreparedSurface:
     def distances_to_index(
         self, index: PatchIndex, tests: np.ndarray, z_tot: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Compute |z_tot - z| of another surface (its Index) at test dots of this one, and patch sizes, (T,)."""
+        """Compute |z_tot - z| and patch sizes, (T,), of another surface, given its Index, at test dots of this one."""
         all_dots = np.ones(len(index.dot), np.uint64)
         z, sizes = descriptors.evaluate(
             index,
@@ -283,7 +283,7 @@ class PreparedSurface:
 
 
 def number_of_tests(requested: int | str, n_dots: int) -> int:
-    """Return the number of test dots: as requested, or N / 200 for 'published'; at most N, at least 2."""
+    """Return the number of test dots: the request, or N / 200 for 'published'; at least 2 and at most N."""
     n_tests = n_dots // DOTS_PER_PUBLISHED_TEST if isinstance(requested, str) else requested
     return max(2, min(n_tests, n_dots))
 
@@ -298,7 +298,7 @@ def prepare_surface(
     distance_from_moved_centre: bool = True,
     chance_in_every_patch: bool = True,
 ) -> PreparedSurface:
-    """Index a surface and lay the patches of the published sampling over it.
+    """Prepare a surface with the patches of a config.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""Whether the best parameters follow the mean roughness, with the uncertainty over the proteins.
+"""Test whether the best parameters depend on the mean roughness.
 
-Conformations of one protein are alike for other reasons than their roughness. If they counted as independent, p would be
+Conformations of one protein are similar for other reasons than their roughness. If they counted as independent, p would be
 below 0.05 in a quarter of all runs in which roughness does not matter. Each protein therefore counts once, by its mean, and
 the conformations of a single protein give neither a p nor an interval.
 """
@@ -20,28 +20,28 @@ from sparsurf.study import statistics
 
 NORMAL_QUANTILE = ndtri(0.975)
 EQUAL_ROUGHNESS = 0.01  # surfaces whose mean roughness differs by less count as equally rough
-MAX_EXACT = 6  # surfaces up to which all permutations are taken (720); beyond, a sample
+MAX_EXACT = 6  # surfaces for which all permutations (720) are computed; for more, a sample
 SAMPLED_PERMUTATIONS = 1999
 
 
 def relate_to_roughness(rows: pd.DataFrame, rng: np.random.Generator) -> dict[str, Any]:
-    """Test whether the winners of one range follow the mean roughness.
+    """Test whether the winners of one range depend on the mean roughness.
 
     Parameters
     ----------
     rows : DataFrame
         Rows of `summary.summary_table` of one reading, one per surface, none empty.
     rng : numpy.random.Generator
-        For the permutations, if they are too many to take all.
+        For a sample of the permutations, if there are too many.
 
     Returns
     -------
-    dict: n_surfaces; n_proteins, the units of every p and interval; n_winners, the number of different winners; `shared`,
-    the combination in most confidence sets of the best, and n_shared, the number of these sets; n_pairs of surfaces of
-    equal mean roughness, n_changes of them with different winners, n_told_apart with winners outside each other's confidence
-    set; Spearman's rho of each parameter with mean roughness and its 95 % interval; p, the probability of such a large
-    |rho| of any parameter if roughness did not matter; gain, the mean of d_from_near - d_from_far, and over_all, that of
-    d_from_near - d_from_all, with their 95 % intervals. NaN for what cannot be computed.
+    dict: n_surfaces; n_proteins, the number of units of every p and interval; n_winners, the number of different winners;
+    `shared`, the combination in most confidence sets of the best, and n_shared, the number of these sets; n_pairs, the number
+    of pairs of surfaces of equal mean roughness, n_changes of which have different winners, and n_distinct winners outside
+    each other's confidence set; Spearman's rho of each parameter with mean roughness and its 95 % interval; p, the
+    probability of such a large |rho| of any parameter if roughness did not matter; gain, the mean of d_from_near - d_from_far,
+    and over_all, that of d_from_near - d_from_all, with their 95 % intervals. NaN where a value cannot be computed.
     """
     winners, sets = combination_labels(rows), rows["best_set"].map(split_combinations).tolist()
     occurrences = Counter(text for best_set in sets for text in best_set)
@@ -59,7 +59,7 @@ def relate_to_roughness(rows: pd.DataFrame, rng: np.random.Generator) -> dict[st
 
 
 def protein_means(rows: pd.DataFrame) -> pd.DataFrame:
-    """Average over the conformations of each protein; a row per protein."""
+    """Average over the conformations of each protein."""
     columns = ["mean_roughness", *PARAMETERS, "d", "d_cv", "d_from_near", "d_from_far", "d_from_all"]
     return rows.groupby("protein", sort=False)[columns].mean()
 
@@ -72,8 +72,8 @@ def winner_changes(
         (a, b) for a, b in combinations(range(len(rough)), 2) if abs(rough[a] - rough[b]) < EQUAL_ROUGHNESS
     ]
     differ = [(a, b) for a, b in pairs if winners[a] != winners[b]]
-    distinguished = [winners[a] not in sets[b] and winners[b] not in sets[a] for a, b in differ]
-    return {"n_pairs": len(pairs), "n_changes": len(differ), "n_told_apart": sum(distinguished)}
+    distinct = [winners[a] not in sets[b] and winners[b] not in sets[a] for a, b in differ]
+    return {"n_pairs": len(pairs), "n_changes": len(differ), "n_distinct": sum(distinct)}
 
 
 def roughness_correlations(
@@ -107,7 +107,7 @@ def _ranks(values: np.ndarray) -> np.ndarray:
 def rho_interval(rho: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Compute the 95 % interval of Spearman's rho (Bonett and Wright, Psychometrika 65:23, 2000); NaN for n below 4.
 
-    A rho of 1 is reduced by half of what an exchange of two neighbours changes, as it is never certain.
+    A rho of 1 is reduced by half of the change that swapping two neighbours causes, as its interval would have no width.
     """
     if n < 4:
         return np.full_like(rho, np.nan), np.full_like(rho, np.nan)
@@ -117,7 +117,7 @@ def rho_interval(rho: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def mean_interval(x: ArrayLike) -> tuple[float, float, float]:
-    """Compute `statistics.mean_interval` with ends for 3 proteins or more."""
+    """Compute `statistics.mean_interval`, with an interval only for 3 proteins or more."""
     return statistics.mean_interval(x, fewest=3)
 
 

@@ -17,24 +17,26 @@ from sparsurf.study.crossing import fitted_crossing, near
 from sparsurf.study.prepared_surface import PreparedSurface
 
 UNIFORM = "uniform"
-FLOOR_FACTOR = 1.2  # a Z within a fifth of a floor counts as the floor; nearer to it the curve is flat, and n_S is chance
+FLOOR_FACTOR = (
+    1.2  # a Z within a fifth of a floor is enough: nearer to it the curve is flat, and n_S uncertain
+)
 COLUMN_PREFIX = "required_percent_"  # of the columns of surfaces.csv
 # n_S of the measured curves, % of the dots
 CURVE_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)
 MIN_DOTS = 12  # no surface can be recovered from fewer
-DRAWS = 3  # of each n_S of recovered surfaces, with random streams of their own
-AT_MOST, MORE = "at most", "more"  # the smallest measured n_S is enough already, or the largest is not
+DRAWS = 3  # subsets of each n_S, with separate random streams, if surfaces are recovered
+AT_MOST, MORE = "at most", "more"  # bounds: the smallest measured n_S is enough, or the largest is not
 
 
 def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
     """Find the smallest n_S that reaches Z = z on a measured curve.
 
-    The curve is taken as never rising, and as a straight line of ln Z over ln n_S between two points.
+    Rises of the curve are removed, and ln Z is interpolated linearly over ln n_S.
 
     Parameters
     ----------
     z : float
-    n, values : (P,) n_S, ascending, and the Z measured there
+    n, values : (P,) float64, n_S, ascending, and the Z measured there
 
     Returns
     -------
@@ -53,7 +55,7 @@ def smallest_n_s(z: float, n: np.ndarray, values: np.ndarray) -> float:
 
 
 class Trials:
-    """Subsets of one sampler and their Z at the test dots of the study, which are also those of the floors.
+    """Subsets of one sampler and their Z at the test dots of the study, at which the floors are measured too.
 
     Parameters
     ----------
@@ -67,7 +69,7 @@ class Trials:
     Attributes
     ----------
     down_to : float
-        Curves of recovered surfaces end at the first Z that is not above this value.
+        Curves of recovered surfaces end at the first Z that does not exceed this value.
 
     Raises
     ------
@@ -87,9 +89,8 @@ class Trials:
         self.tests, self.n_dots = prepared.draw_tests(n_tests), len(prepared.points)
         self._sampler = get_samplers([sampler], "minimal.sampler", choices)[sampler]
         self.down_to = -np.inf
-        self._measured: dict[
-            str, dict[int, tuple[float, np.ndarray]]
-        ] = {}  # reading -> requested n_S -> n_S, (K, T)
+        # reading -> requested n_S -> n_S that was kept, distances (K, T)
+        self._measured: dict[str, dict[int, tuple[float, np.ndarray]]] = {}
 
     @cached_property
     def _z_tot(self) -> np.ndarray:
@@ -131,14 +132,14 @@ class Trials:
         return np.unique(np.clip(sizes, MIN_DOTS, None).clip(max=self.n_dots))
 
     def draws(self, n: int, reading: str) -> list[np.ndarray]:
-        """Return the subsets whose mean Z is that of `n` dots: several draws where the surface is recovered, else one."""
+        """Return the subsets over which Z of `n` dots is averaged: several draws if the surface is recovered, else one."""
         if reading != RECOVERED:
             return [self.draw(n)]
         streams = (self.prepared.stream("required dots", self.sampler, n, k) for k in range(DRAWS))
         return [self._sampler(self.prepared, n, rng) for rng in streams]
 
     def distances_of(self, sizes: Sequence[int] | np.ndarray, reading: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the n_S that were kept for requested `sizes`, (P,) float64, and the distances there, (P, K, T)."""
+        """Return the n_S that were kept for the requested `sizes`, (P,) float64, and the distances there, (P, K, T)."""
         known = self._measured.setdefault(reading, {})
         new = [n for n in map(int, sizes) if n not in known]
         subsets = [self.draws(n, reading) for n in new]
@@ -150,14 +151,14 @@ class Trials:
         return np.array(n_s), np.array(z_of_n)
 
     def measured(self, sizes: Sequence[int] | np.ndarray, reading: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the n_S that were kept for requested `sizes`, (P,) float64, and the mean Z there, (P,) float64."""
+        """Return the n_S that were kept for the requested `sizes`, and the mean Z there, (P,) float64 each."""
         n_s, distances = self.distances_of(sizes, reading)
         return n_s, distances.mean(axis=(1, 2))
 
     def first_size(self, reading: str, limit: float) -> int:
-        """Return the index in `sizes` of the first whose Z is at most `limit`, or their number if there is none.
+        """Return the index of the first of `sizes` whose Z is at most `limit`, or their number if there is none.
 
-        Sizes are measured in blocks of as many as there are threads, and only until one is enough.
+        Sizes are measured in blocks, one size per thread, until one is enough.
         """
         threads = self.prepared.threads
         for a in progress.progress_bar(range(0, len(self.sizes), threads), "trying numbers of dots"):
@@ -174,7 +175,7 @@ class Trials:
         return self.sizes[: next((k for k, is_reached in enumerate(reached, 1) if is_reached), None)]
 
     def curve(self, reading: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return n_S, ascending, and Z of all that is measured so far, at least `tried`."""
+        """Return n_S, ascending, and Z of all sizes measured so far, including those of `tried`."""
         self.measured(self.tried(reading), reading)
         n, z = self.measured(sorted(self._measured[reading]), reading)
         order = np.argsort(n, kind="stable")
@@ -182,7 +183,7 @@ class Trials:
 
 
 class Required(NamedTuple):
-    """The smallest n_S that is enough, the ends of its 95 % interval (NaN where there is none), and a bound."""
+    """The smallest n_S that is enough, the ends of its 95 % interval (NaN if unknown), and a bound."""
 
     n_s: int
     low: float
@@ -193,8 +194,8 @@ class Required(NamedTuple):
 def required_to_recover(trials: Trials, floor: np.ndarray) -> Required:
     """Find the smallest n_S from which the surface is recovered with a Z of at most `FLOOR_FACTOR` times a noise floor.
 
-    The first of `Trials.sizes` whose Z is at most the limit brackets the crossing; `crossing.fitted_crossing`
-    through the sizes around gives the answer and its interval.
+    The first of `Trials.sizes` whose Z is at most the limit brackets the crossing. `crossing.fitted_crossing` then fits the
+    sizes around it.
 
     Parameters
     ----------
@@ -204,8 +205,8 @@ def required_to_recover(trials: Trials, floor: np.ndarray) -> Required:
     Returns
     -------
     Required
-        Rounded up. `bound`: 'at most' if the smallest n_S that is measured is enough, 'more' if the largest is not and n_S
-        is therefore N.
+        n_S is rounded up. `bound`: 'at most' if the smallest measured n_S is enough, 'more' if the largest is not; n_S is
+        then N.
     """
     sizes, limit, n_dots = trials.sizes, FLOOR_FACTOR * floor.mean(), trials.n_dots
     first = trials.first_size(RECOVERED, limit)
@@ -214,17 +215,17 @@ def required_to_recover(trials: Trials, floor: np.ndarray) -> Required:
     n, distances = trials.distances_of(sizes[around], RECOVERED)
     order = np.argsort(n, kind="stable")
     rng = trials.prepared.stream("interval of required dots", trials.sampler)
-    found = fitted_crossing(n[order], distances[order], floor, FLOOR_FACTOR, n_dots, rng)
-    if found.n == np.inf:
+    crossing = fitted_crossing(n[order], distances[order], floor, FLOOR_FACTOR, n_dots, rng)
+    if crossing.n == np.inf:
         return Required(n_dots, np.nan, np.nan, MORE)
-    if found.n == 0:
+    if crossing.n == 0:
         return Required(int(np.ceil(n.min())), np.nan, np.nan, AT_MOST)
-    low, high = np.clip([found.low, found.high], MIN_DOTS, n_dots)
-    return Required(min(int(np.ceil(found.n - 1e-6)), n_dots), float(low), float(high))
+    low, high = np.clip([crossing.low, crossing.high], MIN_DOTS, n_dots)
+    return Required(min(int(np.ceil(crossing.n - 1e-6)), n_dots), float(low), float(high))
 
 
 def curves_table(trials: Trials, readings: Sequence[str] = (WRITTEN_READING, RECOVERED)) -> pd.DataFrame:
-    """Tabulate Z over all n_S of one sampler that are measured: sampler, reading, n_S, n_S_percent and Z."""
+    """Tabulate Z at all measured n_S of one sampler: sampler, reading, n_S, n_S_percent and Z."""
     tables = []
     for reading in readings:
         n, z = trials.curve(reading)
@@ -244,15 +245,15 @@ def required_dots_table(
     ----------
     trials : Trials
     floors : dict
-        Of `floors.measure_floors`.
+        Result of `floors.measure_floors`.
     readings : sequence of str
         `as_written`, `recovered` or both.
 
     Returns
     -------
-    DataFrame: sampler, floor, Z_floor, reading (`as_written`: the kept dots as they are, patches cut on the full surface,
-    by `smallest_n_s`; `recovered`, by `required_to_recover`), n_S, n_S_percent with its 95 % interval, and Z there; `bound`:
-    'at most' if the smallest measured n_S is enough, 'more' if the largest is not and n_S is therefore N.
+    DataFrame: sampler, floor, Z_floor, reading (`as_written`, by `smallest_n_s`, for the kept dots as they are; `recovered`,
+    by `required_to_recover`), n_S, n_S_percent with its 95 % interval, and Z there; `bound`: 'at most' if the smallest
+    measured n_S is enough, 'more' if the largest is not; n_S is then N.
     """
     rows = []
     for reading in readings:
@@ -273,7 +274,7 @@ def required_dots_table(
 
 
 def _required_as_written(trials: Trials, limit: float) -> Required:
-    """Find the smallest n_S whose kept dots, as they are, have at most a Z; by straight lines between the measured n_S."""
+    """Find the smallest n_S whose kept dots, as they are, have a Z of at most `limit`, by interpolation."""
     n, z = trials.curve(WRITTEN_READING)
     required = smallest_n_s(limit, n, z)
     if required == 0:
@@ -284,7 +285,7 @@ def _required_as_written(trials: Trials, limit: float) -> Required:
 
 
 def percent_columns(required: pd.DataFrame) -> dict[str, float]:
-    """Return the n_S_percent of `required_dots_table` as columns of one surface, by floor and reading, and intervals."""
+    """Return n_S_percent of `required_dots_table` and its intervals as columns of one surface, by floor and reading."""
     columns = {}
     for row in required.to_dict("records"):
         name = f"{COLUMN_PREFIX}{row['floor'].replace(' ', '_')}_{row['reading']}"

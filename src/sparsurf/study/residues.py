@@ -19,7 +19,7 @@ def residue_table(
     kept: np.ndarray | Sequence[int] = (),
     weight: np.ndarray | Sequence[int] = (),
 ) -> pd.DataFrame:
-    """Describe each residue in a row, in the order of the structure.
+    """Tabulate the surface by residue, in the order of the structure.
 
     Parameters
     ----------
@@ -30,13 +30,13 @@ def residue_table(
     kept : (n,) int
         Dots of a subset.
     weight : (n,) int
-        Number of dots that each of them represents.
+        Number of dots that each kept dot represents.
 
     Returns
     -------
     DataFrame: chain, residue, residue_name; area and area_contact, area_saddle, area_concave in Å^2; mean_roughness and
-    most_rough, mean and lowest R_i of its dots; mean_<field>; dots, kept, and weight, the dots that its kept ones
-    represent. A residue without dots is buried: its area is 0 and its R_i NaN.
+    most_rough, mean and lowest R_i of its dots; mean_<field>; dots and kept, their numbers; weight, the number of dots that
+    its kept dots represent. A residue without dots is buried: its area is 0 and its R_i NaN.
     """
     table = molecule.residues
     n, residue = len(table), molecule.residue_index[surface.atom]

@@ -1,7 +1,7 @@
-"""Z_tS(j) and Z_tR(j) of one combination by the roughness of the patch: the numbers behind Figure 4 and its claims.
+"""Z_tS(j) and Z_tR(j) of one combination by the roughness of the patch, as in Figure 4 of the paper.
 
-The paper takes its patches around the dots that the sampling kept. These are a biased sample: a kept dot has kept dots around
-it. Patches around any dot are reported next to them.
+The paper uses patches around the dots that the sampling kept. These are a biased sample, as a kept dot is surrounded by other
+kept dots. Patches around any dots are therefore reported too.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from sparsurf.study.statistics import Estimate, estimate
 from sparsurf.study.tables import range_index, range_limits
 
 N_BINS = 10  # of equal width, as in Fig. 4
-MIN_TEST_DOTS = 10  # of a bin that counts
+MIN_TEST_DOTS = 10  # in a bin that is evaluated
 AROUND = {"kept dots": True, "any dots": False}  # centres of the patches; kept dots as in the paper
 
 
@@ -25,7 +25,7 @@ class ByRoughness(NamedTuple):
 
     Attributes
     ----------
-    dots : (D, T) int64, test dots; the same in every draw if they are any dots
+    dots : (D, T) int64, test dots; the same in every draw unless they are kept dots
     roughness : (D, T) float64, R_i
     z : dict of reading -> (2, D, T) float64, Z_tS(j) and Z_tR(j)
     """
@@ -79,7 +79,7 @@ def by_roughness(
 
 
 def _draw(prepared: PreparedSurface, n_dots: int, n: int, *keys: int) -> np.ndarray:
-    """Draw n of n_dots."""
+    """Draw n of n_dots test dots."""
     return published.uniform_subset(n_dots, n, prepared.stream("rough and flat", *keys))
 
 
@@ -125,8 +125,8 @@ def bins_table(distances: ByRoughness, kept: bool, bins: int = N_BINS) -> pd.Dat
 def estimate_inside(d: np.ndarray, inside: np.ndarray, kept: bool) -> Estimate:
     """Estimate the mean of d, (D, T), over the test dots `inside`, (D, T) bool.
 
-    Test dots that all draws share are crossed with the draws. Test dots that are drawn separately are nested in the draws;
-    only the means of the draws then show the scatter.
+    Shared test dots are crossed with the draws. Test dots of separate draws are nested in the draws, so that the error is that
+    of the means of the draws.
     """
     if not inside.any(axis=1).all():
         nan = np.asarray(np.nan)

@@ -7,8 +7,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 CONFIDENCE_LEVEL = 0.95  # of every interval
-MAX_SKEW = 0.75  # of skewness times t / sqrt(n): towards 1 the cube root is so steep that like samples get unlike intervals
-FOLDS = (3, 5)  # of the draws and of the test dots: a winner is chosen on all but one and measured on that
+MAX_SKEW = (
+    0.75  # of skewness times t / sqrt(n): near 1 the cube root is so steep that the interval is unstable
+)
+FOLDS = (
+    3,
+    5,
+)  # of the draws and of the test dots; winners are chosen on all folds but one and measured on that one
 
 
 class Estimate(NamedTuple):
@@ -35,8 +40,8 @@ class Estimate(NamedTuple):
 
 
 def _t_quantile(df: np.ndarray | int) -> np.ndarray:
-    """Return the quantile of Student's t with `df` degrees of freedom that a confidence interval ends at."""
-    from scipy.special import stdtrit  # here: it takes long to load, and scipy.stats much longer
+    """Return the quantile of Student's t with `df` degrees of freedom at the end of a confidence interval."""
+    from scipy.special import stdtrit  # here: it takes long to load; scipy.stats takes longer
 
     return np.asarray(stdtrit(df, (1 + CONFIDENCE_LEVEL) / 2))
 
@@ -44,10 +49,10 @@ def _t_quantile(df: np.ndarray | int) -> np.ndarray:
 def mean_interval(values: ArrayLike, fewest: int = 2) -> tuple[float, float, float]:
     """Compute the mean of independent values, such as those of proteins, and the ends of its 95 % interval.
 
-    Student's t is corrected for skewness by Hall's cubic transformation (J. R. Stat. Soc. B 54:221, 1992), its skewness
-    bounded by `MAX_SKEW`. With exponentially distributed values the interval contains the truth in 92 % (6 values) and 94 %
+    Student's t is corrected for skewness by Hall's cubic transformation (J. R. Stat. Soc. B 54:221, 1992), with the skewness
+    bounded by `MAX_SKEW`. For exponentially distributed values the interval covers the true mean in 92 % (6 values) and 94 %
     (17) of all cases; Student's t alone in 89 and 91 %, a percentile bootstrap in 80 and 90 %. The mean is NaN without
-    values, the ends are NaN for fewer than `fewest` values.
+    values, and the ends are NaN for fewer than `fewest` values.
     """
     values = np.asarray(values, np.float64)
     n, mean = len(values), float(values.mean()) if len(values) else np.nan
@@ -59,7 +64,7 @@ def mean_interval(values: ArrayLike, fewest: int = 2) -> tuple[float, float, flo
 
 
 def _unskewed(t: float, values: np.ndarray, sd: float) -> float:
-    """Return the (mean - truth) / sd that Hall's transformation maps to t / sqrt(n)."""
+    """Return the (mean - true mean) / sd that Hall's transformation maps to t / sqrt(n)."""
     n, steps = len(values), t / np.sqrt(len(values))
     if n < 3 or sd == 0:
         return steps
@@ -71,7 +76,7 @@ def _unskewed(t: float, values: np.ndarray, sd: float) -> float:
 
 
 class MeanSquares(NamedTuple):
-    """Mean squares of a two-way table of draws and test dots, (...) each, and their degrees of freedom."""
+    """Mean squares of a two-way table of draws and test dots, and their degrees of freedom."""
 
     tests: np.ndarray
     draws: np.ndarray
@@ -80,7 +85,7 @@ class MeanSquares(NamedTuple):
 
 
 def mean_squares(x: np.ndarray) -> MeanSquares:
-    """Compute mean squares between test dots, between draws and of the rest, for x (..., D, T) with D > 1."""
+    """Compute mean squares between test dots, between draws, and of the residuals, for x (..., D, T) with D > 1."""
     d, t = x.shape[-2:]
     by_test, by_draw, mean = x.mean(axis=-2), x.mean(axis=-1), x.mean(axis=(-2, -1))
     df = (t - 1, d - 1, (d - 1) * (t - 1))
@@ -94,7 +99,7 @@ def estimate(x: ArrayLike) -> Estimate:
 
     Test dots and draws are both random effects (two-way): the variance of the mean is (MS_tests + MS_draws - MS_rest) /
     (D T), at least MS_rest / (D T), with degrees of freedom by Satterthwaite (Biometrics Bulletin 2:110, 1946), at least 1.
-    A single draw shows the scatter of the test dots only.
+    With a single draw, only the scatter of the test dots is known.
 
     Parameters
     ----------
@@ -141,9 +146,9 @@ def cross_validated(x: ArrayLike, folds: tuple[int, int] = FOLDS) -> Estimate:
     """Estimate d of winners on test dots and draws that were not used to choose them.
 
     Draws and test dots are divided into folds. For every pair of a fold of draws and a fold of test dots, the winner is
-    chosen on all draws and test dots outside of both and measured inside. The variance of the mean is taken as (MS_tests +
-    MS_draws) / (D T) of the winners, which exceeds that of a fixed combination by MS_rest / (D T): every measured value also
-    chooses a winner elsewhere, so that the parts are not independent (measured: docs/coverage.md).
+    chosen on all draws and test dots outside of both and measured inside. The variance of the mean is (MS_tests + MS_draws) /
+    (D T) of the winners, which exceeds that of a fixed combination by MS_rest / (D T): the folds are not independent, since
+    every value also helps to choose winners of other folds. docs/coverage.md tests this.
 
     Parameters
     ----------
@@ -171,7 +176,7 @@ def cross_validated(x: ArrayLike, folds: tuple[int, int] = FOLDS) -> Estimate:
 
 
 def winners_outside(x: np.ndarray, folds: tuple[int, int] = FOLDS) -> np.ndarray:
-    """Return the index of the combination that wins outside of the folds of every draw and test dot, (D, T) int."""
+    """Return the combination that wins outside of the folds of every draw and test dot, (D, T) int."""
     _, d, t = x.shape
     n_draws, n_tests = min(folds[0], d), min(folds[1], t)
     of_draw, of_test = np.arange(d) % n_draws, np.arange(t) % n_tests
@@ -196,8 +201,8 @@ def reference_values(z_tot: np.ndarray) -> dict[str, float]:
 
     Returns
     -------
-    dict: `Z_empty`, mean |z_tot|, the Z of patches of one dot; `Z_mean_descriptor`, Z if every patch has the mean descriptor;
-    `Z_two_patches`, mean distance of two different patches.
+    dict: `Z_empty`, mean |z_tot|, which is Z for patches of one dot; `Z_mean_descriptor`, Z if every patch has the mean
+    descriptor; `Z_two_patches`, the mean distance between two different patches.
     """
     rows = len(z_tot) - 1
     total = sum(np.linalg.norm(z_tot[i + 1 :] - z_tot[i], axis=1).sum() for i in range(rows))

@@ -27,7 +27,7 @@ def find_subset(
     n_tests: int = 400,
     choices: Choices = PUBLISHED_CHOICES,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Find the subset for a number of dots, a Z or a combination; give one of them.
+    """Find a subset with a requested number of dots, a requested Z or a given combination.
 
     Parameters
     ----------
@@ -35,9 +35,9 @@ def find_subset(
     sampler : str
         A name in `samplers.SAMPLERS`.
     n_s : int, optional
-        Requested number of dots; exact except for the paper's samplers.
+        Number of dots; exact except for the paper's samplers.
     z : float, optional
-        Requested Z under `as_written`: the smallest n_S that reaches it at the test dots of the study.
+        Z under `as_written` at the test dots of the study; the smallest n_S that reaches it is used.
     combination : sequence of 4 floats, optional
         One draw of the paper's sampling with this combination, or of paper_corrected if that is the sampler.
     n_tests : int
@@ -53,7 +53,7 @@ def find_subset(
     InputError
         If the sampler is unknown, n_S exceeds N, or Z cannot be reached.
     """
-    get_samplers([sampler], "minimal.sampler", choices)  # names an unknown one
+    get_samplers([sampler], "minimal.sampler", choices)  # raises if it is unknown
     n_dots = len(prepared.points)
     if combination is not None:
         if sampler == "paper_corrected":
@@ -86,7 +86,7 @@ def warn_if_number_differs(sampler: str, requested: int, n: int) -> None:
     """Warn if the number of dots differs from the request by more than a tenth."""
     if abs(n - requested) > MAX_DIFFERENCE * requested:
         log.warning(
-            "%s keeps %d dots instead of %d: its combinations leave the number to chance, within what they can give",
+            "%s keeps %d dots instead of %d: its number of dots is random, and limited by its combinations",
             sampler, n, requested,
         )  # fmt: skip
 
@@ -97,8 +97,8 @@ def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
     least = trials.distances([all_dots], WRITTEN_READING).mean()
     if least > z + 1e-9:  # Z of the full surface is 0 except for rounding
         raise InputError(
-            f"minimal.Z is {z:g}, but {trials.sampler} reaches only {least:.3g}, with all the "
-            f"{len(all_dots)} dots that it can keep; request a larger Z, or choose a sampler that can keep every dot."
+            f"minimal.Z is {z:g}, but {trials.sampler} reaches only {least:.3g} with the {len(all_dots)} dots that it can "
+            "keep; request a larger Z, or choose a sampler that can keep every dot."
         )
     subset = _search(trials, z)
     reached = estimate(trials.distances([subset], WRITTEN_READING))
@@ -112,17 +112,17 @@ def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
 def smallest_recovered_subset(
     trials: Trials, floors: Mapping[str, np.ndarray], floor: str
 ) -> tuple[np.ndarray, tuple[float, float] | None]:
-    """Find the smallest subset whose recovered Z comes within a fifth of a noise floor.
+    """Find the smallest subset from which the surface is recovered with a Z within a fifth of a noise floor.
 
     Parameters
     ----------
     trials : Trials
-    floors : dict, of `floors.measure_floors`
+    floors : dict, result of `floors.measure_floors`
     floor : str, a key of `floors`
 
     Returns
     -------
-    (n,) int64 dots, in the order of choice, and the ends of the 95 % interval of their number; None where it has none.
+    (n,) int64 dots, in the order of choice, and the ends of the 95 % interval of their number, or None if unknown.
 
     Raises
     ------
@@ -132,13 +132,13 @@ def smallest_recovered_subset(
     name = trials.prepared.name
     if floor not in floors:
         raise InputError(
-            f"minimal.floor is {floor!r}, but {name} has {', '.join(floors)} only; name one of them."
+            f"minimal.floor is {floor!r}, but {name} only has {', '.join(floors)}; choose one of these."
         )
     required = required_to_recover(trials, floors[floor])
     interval = (required.low, required.high) if np.isfinite(required.low) else None
     subset = trials.draw(required.n_s)
     log.info(
-        "%s: recovered from %d of %d dots of %s%s, Z is that of %s, %.3f, within a fifth",
+        "%s: recovered from %d of %d dots by %s%s, Z is within a fifth of the floor '%s', %.3f",
         name, len(subset), trials.n_dots, trials.sampler,
         f" (95 %: {interval[0]:.0f} to {interval[1]:.0f})" if interval else "", floor, floors[floor].mean(),
     )  # fmt: skip
@@ -146,7 +146,7 @@ def smallest_recovered_subset(
 
 
 def _search(trials: Trials, limit: float) -> np.ndarray:
-    """Find the smallest subset whose Z as written is at most `limit`: halve the step before the first n_S that is enough."""
+    """Find the smallest subset whose Z as written is at most `limit`, by bisection below the first size that is enough."""
     first = trials.first_size(WRITTEN_READING, limit)
     too_few, enough = [0, *map(int, trials.sizes), trials.n_dots][first : first + 2]
     while enough - too_few > 1:

@@ -31,7 +31,7 @@ from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 
 BEST_COLUMNS = ("n_S_percent", "d_cv", "d_cv_low", "d_cv_high", "d", "Z_tS", "n_best_set")
-N_NEAREST = 3  # surfaces that count as 'near', and as 'far'
+N_NEAREST = 3  # number of surfaces that are 'near', and that are 'far'
 GUESSES = ["d_from_near", "d_from_far", "d_from_all"]
 
 
@@ -103,7 +103,7 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
 
 
 def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.DataFrame:
-    """Describe each conformation in a row: size, roughness, n_S of the grid, and the best combination by reading.
+    """Tabulate the conformations: size, roughness, n_S of the grid, and the best combination by reading.
 
     Parameters
     ----------
@@ -113,10 +113,10 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
 
     Returns
     -------
-    DataFrame; area in Å^2, NaN for a ready surface without areas; the numbers of `components.numbers_of`, not for ready
-    surfaces; spacing, the median distance between neighbouring dots, in Å. minimal_n_S: dots of the minimal subset. Best:
-    highest d at the largest alpha. required_percent_<floor>_<reading>: the n_S in % that reaches a noise
-    floor. What was not measured has no column.
+    DataFrame with area in Å^2 (NaN for a ready surface without areas), the columns of `components.summarize_components` (not
+    for ready surfaces), spacing (median distance between neighbouring dots, in Å), minimal_n_S (dots of the minimal subset),
+    the best combinations (highest d at the largest alpha), and required_percent_<floor>_<reading> (n_S in % that reaches a
+    noise floor). Columns of values that were not measured are missing.
     """
     rows = []
     for result in results:

@@ -1,4 +1,4 @@
-"""Tables of a study: the grid, the best combination per range of n_S, the best of all."""
+"""Tables of a study: the grid, and the best combinations per range of n_S and overall."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def read_table(path: Path | str, rows: int | None = None, of: str = "rows") -> p
     rows : int, optional
         Number of rows that it must have.
     of : str
-        What the rows are, for the error message.
+        Name of the rows for the error message.
 
     Raises
     ------
@@ -62,12 +62,12 @@ def read_roughness(path: Path | str, surface: Surface) -> np.ndarray:
     Raises
     ------
     InputError
-        If the number of rows is not N, or a value is not 0 to 1.
+        If the number of rows is not N, or a value is not between 0 and 1.
     """
     table = read_table(path, len(surface), "dots")
     values = pd.to_numeric(table.get("roughness", pd.Series(["none"])), errors="coerce").to_numpy(float)
     if not ((values >= 0) & (values <= 1)).all():
-        raise InputError(f"{path} has an R_i that is not 0 to 1: delete it and run the study again.")
+        raise InputError(f"{path} has an R_i that is not between 0 and 1: delete it and run the study again.")
     return values
 
 
@@ -82,7 +82,7 @@ def read_minimal(path: Path | str, surface: Surface) -> pd.DataFrame:
     table = read_table(path)
     if "weight" not in table or table["weight"].sum() != len(surface):
         raise InputError(
-            f"{path} does not stand for all {len(surface)} dots: delete it and run the study again."
+            f"{path} does not represent all {len(surface)} dots: delete it and run the study again."
         )
     return table
 
@@ -144,8 +144,8 @@ def ranges_table(
     Returns
     -------
     DataFrame, one row per reading and range: limits, number of combinations, the winner with its n_S, `d_cv` with
-    its 95 % interval (`statistics.cross_validated`: d of the selection on test dots and draws that were not used for
-    it), d and its interval (too high, as it is the criterion of the choice), Z_tS, Z_tR, median_patch_size, and `best_set`, the
+    its 95 % interval (`statistics.cross_validated`: d on test dots and draws that were not used for the selection), d and
+    its interval (too high, as d is the criterion of the selection), Z_tS, Z_tR, median_patch_size, and `best_set`, the
     combinations that contain the truly best one with 95 % confidence. The rows share their test dots. A range without
     combinations has NaN. Every row ends with the reference values.
     """
@@ -163,7 +163,7 @@ def ranges_table(
 
 
 def all_reference_values(grid: Grid, floors: Mapping[str, float] | None = None) -> dict[str, Any]:
-    """Return `statistics.reference_values`, and the noise floors (floor -> Z) if they were measured."""
+    """Return `statistics.reference_values`, with the noise floors (floor -> Z) if they were measured."""
     return reference_values(grid.z_tot) | ({"floors": floors} if floors else {})
 
 
@@ -253,8 +253,8 @@ def range_limits(values: ArrayLike, n_ranges: int) -> np.ndarray:
 def range_index(values: np.ndarray, limits: np.ndarray | Sequence[float], closed: bool = True) -> np.ndarray:
     """Return the index of the range, from 0, to which each value belongs.
 
-    A range contains its lower limit but not its upper one. The largest value belongs to the last range if that is `closed`;
-    otherwise to none, and its index is the number of ranges.
+    A range contains its lower limit but not its upper one. If `closed`, the last range also contains its upper limit; otherwise
+    the largest value belongs to no range and gets the number of ranges as index.
     """
     index = np.searchsorted(limits, values, side="right") - 1
     return np.clip(index, 0, len(limits) - 2 if closed else len(limits) - 1)

@@ -1,6 +1,6 @@
-"""Evaluation of a comparison of samplers: dots needed for the same Z, differences, and means over proteins.
+"""Evaluate a comparison of samplers: dots needed for the same Z, differences, and means over proteins.
 
-All samplers are measured at the same test dots, so that the contribution of a test dot to all of them cancels in a difference.
+All samplers share their test dots, whose contributions cancel in differences between samplers.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,9 +14,9 @@ from sparsurf.study.required_dots import smallest_n_s
 from sparsurf.study.statistics import CONFIDENCE_LEVEL, estimate
 
 REFERENCE = "uniform"  # sampler with which the others are compared
-# Kind of bound that a factor is if `smallest_n_s` finds an n_S outside the measured ones
+# A factor is a bound if `smallest_n_s` returns 0 or inf, an n_S outside the measured ones
 BOUND = {0.0: "more than ", np.inf: "less than "}
-Z_MEASURES = ("Z as_written", "Z centres")  # the Z of each use for which dots are counted
+Z_MEASURES = ("Z as_written", "Z centres")  # the Z of each use at which numbers of dots are compared
 BASELINES = (REFERENCE, "farthest")  # samplers with which the others are compared, next to the best
 FACTOR_COLUMNS = ["use", "measure", "than", "sampler", "percent", "factor", "low", "high", "bound"]
 N_BOOTSTRAP = 400  # samples of test dots and draws
@@ -72,7 +72,7 @@ def measured_ranges(table: pd.DataFrame, measure: str = "Z as_written") -> dict[
 def factor_with_bound(
     row: Mapping[Any, Any], sampler: str, ends: Mapping[str, tuple[float, float]]
 ) -> tuple[float, str]:
-    """Compute how many times fewer dots a sampler needs for the Z of a row.
+    """Compute the factor by which a sampler needs fewer dots than that of a row, for the same Z.
 
     Parameters
     ----------
@@ -107,8 +107,8 @@ def paired_differences(
 
     Returns
     -------
-    DataFrame: measure, than, sampler, percent, difference (sampler - than: negative if the sampler is better) and its 95 %
-    interval, low and high
+    DataFrame: measure, than, sampler, percent, difference (sampler - than, negative if the sampler is better), low and high
+    (its 95 % interval)
     """
     rows = []
     for measure in measures:
@@ -130,10 +130,9 @@ def factor_intervals(
     against: Sequence[str] = (REFERENCE, "paper"),
     resampled: int = N_BOOTSTRAP,
 ) -> pd.DataFrame:
-    """Compute how many times fewer dots each sampler needs than another for the same Z, with 95 % bootstrap intervals.
+    """Compute factors by which samplers need fewer dots than others for the same Z, with 95 % bootstrap intervals.
 
-    Test dots, shared by all samplers, and the draws of each are resampled with replacement, and the curves of Z over n_S
-    recomputed.
+    The test dots, shared by all samplers, and the draws of each sampler are resampled with replacement.
 
     Parameters
     ----------
@@ -149,9 +148,8 @@ def factor_intervals(
     Returns
     -------
     DataFrame: use, measure, than, sampler, percent (of `than`), factor, low, high, bound; no rows for a missing measure.
-    An n_S outside the measured ones is replaced by the nearest measured one, so that the factor is a bound: 'more than ' or
-    'less than ' in the column of that name. So is the limit on that side. If all samples are at the bound, the scatter is
-    unknown, and low and high are NaN.
+    An n_S outside the measured ones is replaced by the nearest measured one. The factor is then a bound ('more than ' or
+    'less than '), and so is the limit on that side. If all bootstrap samples are at the bound, low and high are NaN.
     """
     rows = []
     for measure in Z_MEASURES:
@@ -194,7 +192,7 @@ def _resampled_curves(
     rng: np.random.Generator,
     resampled: int,
 ) -> Iterator[np.ndarray]:
-    """Yield curves (1 + resampled, P) of each sampler, the first as measured; resampled test dots are shared by all."""
+    """Yield curves, (1 + resampled, P), of each sampler, first as measured; all samplers share the resampled test dots."""
     n_tests = raw[names[0], measure].shape[2]
     tests: list[np.ndarray] = [np.arange(n_tests)]
     tests += [rng.integers(0, n_tests, size=(n_tests,)) for _ in range(resampled)]
@@ -215,7 +213,7 @@ def means_by_protein(tables: Mapping[tuple[str, str], pd.DataFrame]) -> dict[str
 
     Returns
     -------
-    dict, name -> table; the conformations of a single protein are kept separate.
+    dict, name -> table; if there is only one protein, its conformations are kept separate.
     """
     names = list(dict.fromkeys(protein for protein, _ in tables))
     if len(names) == 1:
@@ -228,7 +226,7 @@ def means_by_protein(tables: Mapping[tuple[str, str], pd.DataFrame]) -> dict[str
 
 
 def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Average over proteins, and compute the spread between them.
+    """Compute means and spread over proteins.
 
     Parameters
     ----------
@@ -238,8 +236,8 @@ def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     Returns
     -------
     DataFrame, one row per sampler, requested n_S and measure: n_S_percent, value, sd, lowest, highest over the
-    proteins; the same for the ratio to the uniform subset of the same protein (NaN if that did not take part); n (number of
-    proteins, or of conformations of the only one); means of Z_mean_descriptor, Z_empty and, if measured, Z_resampled and
+    proteins; the same for the ratio to the uniform subset of the same protein (NaN if not measured); n (number of proteins, or
+    of conformations of a single protein); means of Z_mean_descriptor, Z_empty and, if measured, Z_resampled and
     Z_turned.
     """
     rows = pd.concat([table.assign(unit=name) for name, table in units.items()])
@@ -260,7 +258,7 @@ def means_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 
 
 def factors_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Compute how many times fewer dots each sampler needs than the uniform one and than the paper's.
+    """Compute factors by which samplers need fewer dots than the uniform one and than the paper's.
 
     Parameters
     ----------
@@ -270,8 +268,8 @@ def factors_over_proteins(units: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     Returns
     -------
     DataFrame: use, measure, than, sampler, percent (of `than`), factor (geometric mean over the proteins), lowest,
-    highest, n, and bound: 'more than ' or 'less than ' if the n_S of a protein lies outside the measured ones, so that its
-    factor is only a bound; 'about ' if both happen.
+    highest, n, and bound: 'more than ' or 'less than ' if the factor of any protein is a bound, 'about ' if there are bounds
+    of both kinds.
     """
     rows = []
     for measure in Z_MEASURES:

@@ -1,7 +1,7 @@
-"""Samplers compared at equal n_S.
+"""Measure samplers at equal n_S.
 
-Two uses are distinguished: the subset as the SURFACE itself (patches contain only its dots) and as patch CENTRES (patches are
-cut from the full surface; the error is that of the nearest kept centre).
+A subset has two uses: as the SURFACE itself (patches contain only its dots), and as CENTRES of patches (patches are cut from
+the full surface, and every dot takes the descriptor of the nearest kept centre).
 """
 
 import logging
@@ -21,14 +21,12 @@ from sparsurf.study.statistics import estimate, reference_values
 
 log = logging.getLogger("sparsurf")
 
-MIN_FRAGMENT = (
-    30.0  # %: if a smaller share of a patch's kept dots is left, Z measures how the subset breaks up
-)
+MIN_FRAGMENT = 30.0  # %, of a patch's kept dots: if fewer are linked, Z measures how the subset breaks up
 SCALES = (1.2, 1.4, 1.6, 1.8, 2.0, 2.5)  # linking distances in mean spacings of the kept dots
 DOTTED = "dotted"
 USE = {  # of each measure: the subset as the surface, as patch centres, or only its dots
     "Z as_written": "surface",  # islands removed on the full surface
-    "Z as_written weighted": "surface",  # each kept dot is weighted by the number of dots nearest to it
+    "Z as_written weighted": "surface",  # each kept dot has as weight the number of dots nearest to it
     "Z recovered": "surface",  # a dense surface is recovered from the kept dots
     "Z scaled": "surface",  # islands removed among the kept dots, linked by their own spacing
     "Z as_coded": "surface",  # islands removed among the kept dots, linked within D_link
@@ -37,7 +35,7 @@ USE = {  # of each measure: the subset as the surface, as patch centres, or only
     "normal": "dots",  # degrees between the normals of a dot and of the nearest kept one
     "median patch size scaled": "surface",  # median evaluated patch, % of the kept dots under `as_written`
     "median patch size as_coded": "surface",
-    "seconds": "dots",  # of one draw, without those for index and cover
+    "seconds": "dots",  # of one draw, without index and cover
 }
 
 
@@ -102,9 +100,9 @@ def compare_samplers(
 def _draw(
     prepared: PreparedSurface, name: str, method: Method, percents: Sequence[float], draws: int
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Draw the subsets of one sampler, ascending dots, n_S by n_S and draw by draw; also return their seconds, (P, D)."""
+    """Draw the subsets of one sampler by n_S and draw, with ascending dots; also return the seconds, (P, D)."""
     subsets, seconds = [], []
-    method(1, prepared.stream("compare", name))  # computes what all draws share, which is not timed
+    method(1, prepared.stream("compare", name))  # prepares what all draws share, which is not timed
     for percent in percents:
         n = max(1, round(percent / 100 * len(prepared.points)))
         for k in range(draws):
@@ -123,7 +121,7 @@ def _measure(
     z_tot: np.ndarray,
     shape: tuple[int, ...],
 ) -> dict[str, np.ndarray]:
-    """Return a dict of (P, D, T) arrays, and of (P,) arrays for measures that are not means over test dots."""
+    """Return measure -> (P, D, T), or (P,) for measures that are not means over test dots."""
     of_subsets = [_compare_with_nearest(prepared, subset, tests, z_tot) for subset in subsets]
     nearest, distance, weighted = (np.array(x) for x in zip(*of_subsets, strict=True))
     surface, dots = prepared.distances(subsets, tests, z_tot, "as_written")
@@ -202,7 +200,7 @@ def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
             ["rule", "where"], sort=False
         )
         listed = [f"{rule} at {where} ({', '.join(part['sampler'])})" for (rule, where), part in groups]
-        log.warning("%s: some subsets break up, and their Z measures that: %s", name, "; ".join(listed))
+        log.warning("%s: some subsets break up, which dominates their Z: %s", name, "; ".join(listed))
 
 
 def stand_alone(

@@ -1,7 +1,7 @@
 """Methods that take part in a comparison of samplers.
 
-The paper's sampling takes part with the choices of its criterion, and in hindsight with the combination that proved best.
-Next to the samplers stands a surface generated at low density, which needs no full surface.
+The paper's sampling takes part with the combinations that its criterion chose, and with those that proved best in hindsight.
+A surface generated at low density is compared with the samplers; it needs no full surface.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -24,8 +24,8 @@ from sparsurf.surfaces.spacing import DENSITY
 Method = Callable[[int, np.random.Generator], np.ndarray]  # (n, rng) -> dots
 
 PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
-NEAR_FACTOR = 1.1  # an n_S up to this factor from a requested one is 'near' it
-DENSITY_STEPS = 4  # of the search for the density that gives a requested number of dots
+NEAR_FACTOR = 1.1  # an n_S is 'near' a requested one if they differ by at most this factor
+DENSITY_STEPS = 4  # of the search for the density with the requested number of dots
 
 
 def select_methods(
@@ -35,7 +35,7 @@ def select_methods(
     grid: pd.DataFrame | None = None,
     percents: Sequence[float] = PERCENTS,
 ) -> dict[str, Method]:
-    """Select the methods to compare, with the parameters of the paper's sampler.
+    """Select the methods to compare.
 
     Parameters
     ----------
@@ -71,9 +71,9 @@ def select_methods(
 def best_in_hindsight(prepared: PreparedSurface, grid: pd.DataFrame, percents: Sequence[float]) -> Choices:
     """Choose the combination of the grid with the lowest Z under `as_written` near each n_S.
 
-    Near is within `NEAR_FACTOR` at a combination's own alpha, or the nearest. Only combinations that can keep that many dots
-    take part. Their alpha is later set for n_S, which may raise Z above that of other choices. They are chosen on the test
-    dots of the comparison itself, which favours them.
+    Combinations are near if their n_S, at their own alpha, differs by at most `NEAR_FACTOR`; if none is, the nearest is taken.
+    Only combinations that can keep that many dots take part. Their alpha is later adjusted to n_S, which may raise Z above that
+    of other choices. They are chosen on the test dots of the comparison itself, which favours them.
     """
     rows = grid[PARAMETERS].to_numpy()
     max_n_s = published.expected_n_s(prepared.cover, rows * (0, 1, 1, 1) + (1, 0, 0, 0))
