@@ -183,10 +183,27 @@ def test_a_file_that_repeats_each_dot_is_read_once(dots, caplog, tmp_path):
         ({"atom": [0, 1, 2e40]}, "dot 3 has an atom that is no index"),
         ({"fields": 3}, "fields must be a dictionary"),
         ({"fields": {1: [1, 2, 3]}}, "fields must be a dictionary of names"),
+        *(
+            ({"fields": {name: [1, 2, 3]}}, "a field cannot be called")
+            for name in (
+                "",
+                "a b",
+                "1a",
+                "é",
+                "q\n",
+                "area",
+                "Weight",
+                "points",
+                "self",
+                "file",
+                "allow_pickle",
+            )
+        ),
         ({"fields": {"a": "b"}}, "the field a holds something else"),
         ({"fields": {"a": np.ones(3) * 1j}}, "the field a holds something else than real numbers"),
         ({"area": np.ma.masked_array([1.0, 2, 3], [0, 1, 0])}, "area has masked values"),
         ({"points": np.eye(3) > 0}, "points holds True and False: give numbers"),
+        ({"points": np.eye(3).astype("m8[s]")}, "points holds something else than real numbers"),
         ({"normals": np.eye(3, dtype=bool)}, "normals holds True and False"),
         ({"kind": [True, False, True]}, "kind holds True and False"),
     ],
@@ -194,6 +211,9 @@ def test_a_file_that_repeats_each_dot_is_read_once(dots, caplog, tmp_path):
 def test_something_else_than_arrays_of_numbers_is_a_sentence(given, words):
     with pytest.raises(InputError, match=words):
         Surface(**({"points": np.eye(3), "normals": np.eye(3)} | given))
+    if given.keys() <= {"points", "normals"}:
+        with pytest.raises(InputError, match=words):
+            as_dots((given.get("points", np.eye(3)), given.get("normals", np.eye(3))))
 
 
 @pytest.mark.parametrize(

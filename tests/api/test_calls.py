@@ -146,7 +146,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         *(
             (
                 lambda dots, ready, kind=kind: sparsurf.roughness((dots[0].astype(kind), dots[1])),
-                "surface: the arrays hold something else than numbers, or rows of unequal length.",
+                "surface: points holds something else than real numbers, or rows of unequal length.",
             )
             for kind in (complex, str, bytes)
         ),
@@ -179,7 +179,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         ),
         (
             lambda dots, ready: sparsurf.roughness((["a"], ["b"])),
-            "surface: the arrays hold something else than numbers, or rows of unequal length.",
+            "surface: points holds something else than real numbers, or rows of unequal length.",
         ),
         (
             lambda dots, ready: sparsurf.surface(([[1, 2, 3], [4, 5]], [1, 1])),
@@ -187,7 +187,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         ),
         (
             lambda dots, ready: sparsurf.roughness((None, None)),
-            "surface: the arrays hold something else than numbers, or rows of unequal length.",
+            "surface: points has the shape (0,), not (N, 3), a row for each dot.",
         ),
         (
             lambda dots, ready: sparsurf.compare(ready, [[1, 2], [3]]),
@@ -213,6 +213,10 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         *(
             (lambda dots, ready, d=d: sparsurf.recover(dots, density=d), f"density is {d!r}; {LENGTHS}")
             for d in (float("nan"), 0, -1, 1e9)
+        ),
+        (
+            lambda dots, ready: sparsurf.minimal(dots, percent=5, relax="no"),
+            "relax is 'no'; it must be True or False.",
         ),
         (
             lambda dots, ready: sparsurf.surface(BALL, density="high"),
@@ -480,15 +484,6 @@ def test_what_is_wrong_with_numbers_is_told_in_the_words_of_the_call(blob):
         sparsurf.residues(dots, roughness_values=["a"] * len(dots))
 
 
-@pytest.mark.parametrize("name", ["a<b", "pot (kT/e)", "weight"])
-def test_a_name_that_other_programs_do_not_read_is_refused(blob, tmp_path, name):
-    dots = Surface(*blob, fields={name: np.arange(len(blob[0]), dtype=float)})
-    for end in ("ply", "vtp"):
-        with pytest.raises(InputError, match=rf"a\.{end} has no room for a field called"):
-            sparsurf.write(dots, tmp_path / f"a.{end}")
-    assert not list(tmp_path.iterdir())
-
-
 def test_triangles_that_are_left_out_are_told(blob, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(writing, "MAX_DOTS_TO_TRIANGULATE", 100)
     sparsurf.write(Surface(*blob), tmp_path / "a.ply")
@@ -681,14 +676,6 @@ def test_the_suffix_decides_and_a_given_format_before_it(tmp_path, capfdbinary):
         writing.write_file(tmp_path / "b.csv", None, writing.DOTS, {".csv": broken})
     names = ["a.PLY", "a.csv", "a.csv.GZ", "a.dms.gz", "b.dms.gz", "b.gz"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
-
-
-@pytest.mark.parametrize("name", ["points", "area", "file", "allow_pickle"])
-def test_a_field_that_npz_has_no_name_for_is_refused(blob, tmp_path, name):
-    dots = Surface(*blob, fields={name: np.arange(len(blob[0]), dtype=float)})
-    with pytest.raises(InputError, match=f"a.npz: npz has no room for a field called {name}"):
-        sparsurf.write(dots, tmp_path / "a.npz")
-    assert not (tmp_path / "a.npz").exists()
 
 
 def test_links_and_pipes_stay_what_they_are(tmp_path):

@@ -614,11 +614,6 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
             "--charges: a PQR file holds one frame",
         ),
         (
-            ["surface", "protein.pdb", "--fields", "points", "--table", "a.csv", "-o", "x.csv"],
-            1,
-            "--fields: a field cannot be called points",
-        ),
-        (
             ["roughness", "protein.pdb", "--density", "1", "-o", "x.csv"],
             1,
             "D_link = 0.5 Å is below 1.3 times",

@@ -288,7 +288,7 @@ def test_mmcif_takes_the_authors_chains_and_what_is_unknown_for_ordinary():
 def test_an_occupancy_that_is_no_share_is_told(tmp_path, caplog, occupancies, words, suffix):
     first, second = occupancies
     text = peptide(["ALA"], occupancy=1) + atom_line("CA", "ALA", "A", "2", STEP, occupancy=first)
-    text += atom_line("C", "ALA", "A", "2", STEP + [1.5, 0, 0], occupancy=second) + "END\n"
+    text += atom_line("C", "ALA", "A", "2", np.add(STEP, (1.5, 0, 0)), occupancy=second) + "END\n"
     if suffix == "cif":
         text = CIF.replace("1 2 3 0.5", f"1 2 3 {first}").replace("1 2 6 1.0", f"1 2 6 {second}")
     with caplog.at_level(logging.WARNING, "sparsurf"):

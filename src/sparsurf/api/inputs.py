@@ -176,8 +176,7 @@ def as_dots(source: DotsLike) -> Surface:
         name = source if isinstance(source, str | Path) else _with_article(source)
         raise InputError(f"{name} holds atoms: give the dots that surface() places on them.")
     if isinstance(source, tuple) and len(source) == 2:
-        points, normals = number_arrays(source, "surface")
-        dots = Surface(points, normals)
+        dots = Surface(*source)
         check_plausibility(dots.points, dots.normals, "surface", dot_label)
         return dots
     if isinstance(getattr(source, "surface", None), Surface):
@@ -276,7 +275,7 @@ def number_arrays(values: Iterable[Any], name: str) -> list[np.ndarray]:
     try:
         parts = [*values]
         arrays = [np.asarray(part) for part in parts]
-        if any(array.dtype.kind in "cSU" for array in arrays):  # numpy would convert them
+        if any(array.dtype.kind in "cmMSU" for array in arrays):  # numpy would convert them
             arrays = None
         else:
             arrays = [np.asarray(array, dtype=float) for array in arrays]
@@ -335,6 +334,12 @@ def check_choice(value: Any, choices: Sequence[str], name: str) -> str:
         words = " or ".join(choices) if len(choices) == 2 else f"one of {', '.join(choices)}"
         raise InputError(f"{name} is {value!r}; it must be {words}.")
     return value
+
+
+def check_flag(value: Any, name: str) -> None:
+    """Raise InputError if a value that the user gave as `name` is not True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{name} is {value!r}; it must be True or False.")
 
 
 def check_frame(molecule: Molecule, frame: Any, name: str) -> None:

@@ -19,6 +19,7 @@ from sparsurf.api.inputs import (
     SurfaceLike,
     as_dots,
     as_molecule,
+    check_flag,
     has_atoms,
     refuse_other_rules,
     refuse_placement,
@@ -113,6 +114,7 @@ def minimal(
         "n_S": None if n_dots is None else NUMBER_OF_DOTS.check(n_dots, "n_dots"),
         "Z": None if max_error is None else ERROR.check(max_error, "max_error"),
     }
+    check_flag(relax, "relax")
     request = {key: value for key, value in sizes.items() if value is not None}
     if len(request) > 1:
         raise InputError("minimal: give only one of percent, n_dots and max_error.")

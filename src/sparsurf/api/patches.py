@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.api.inputs import LENGTH, SurfaceLike, check_choice, index_array
+from sparsurf.api.inputs import LENGTH, SurfaceLike, check_choice, check_flag, index_array
 from sparsurf.api.surfaces import as_index
 from sparsurf.patches.descriptors import DESCRIPTORS, PUBLISHED, describe
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
@@ -102,8 +102,7 @@ def descriptors(
     1.74
     """
     radius = LENGTH.check(radius, "radius")
-    if not isinstance(up, bool | np.bool_):
-        raise InputError(f"up is {up!r}; it must be True or False.")
+    check_flag(up, "up")
     check_choice(descriptor, list(DESCRIPTORS), "descriptor")
     index = as_index(surface, d_link)
     return describe_points(index, _points_at(index, at), radius, bool(up), "at", descriptor)

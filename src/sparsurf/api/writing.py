@@ -20,7 +20,6 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.api.inputs import MoleculeLike, as_molecule, is_subset, refuse_other_atoms
 from sparsurf.api.scenes import SCENES, write_scene
-from sparsurf.dot_fields.columns import RESERVED_NAMES
 from sparsurf.files import shorten
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.formats.compact import write_compact
@@ -28,7 +27,7 @@ from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.formats.vtp import write_vtp
-from sparsurf.surfaces.surface import ARRAY_NAMES, Surface, is_field_name
+from sparsurf.surfaces.surface import ARRAY_NAMES, Surface
 from sparsurf.surfaces.triangulation import MAX_DOTS_TO_TRIANGULATE, triangulate
 
 if TYPE_CHECKING:
@@ -193,19 +192,10 @@ def write_dots(
         )
         mesh.export(path)
 
-    def refuse_names() -> None:
-        odd = [name for name in surface.fields if not is_field_name(name)]
-        if odd:
-            raise InputError(
-                f"{output} has no room for a field called {odd[0]!r}; rename it, to letters, digits and _."
-            )
-
     def vtp(path: Path) -> None:
-        refuse_names()
         write_vtp(path, surface, dots.numbers, faces())
 
     def ply(path: Path) -> None:
-        refuse_names()
         values = dots.numbers
         colours = values.pop(dots.shown).astype(float) if dots.shown else None
         write_ply(path, surface, colours, dots.shown or "", values, faces=faces(), binary=binary)
@@ -217,10 +207,6 @@ def write_dots(
         )
 
     def npz(path: Path) -> None:
-        if taken := sorted(RESERVED_NAMES & surface.fields.keys()):
-            raise InputError(
-                f"{output}: npz has no room for a field called {taken[0]}; rename it, or write CSV."
-            )
         arrays = {name: getattr(surface, name) for name in ARRAY_NAMES}
         arrays |= {name: values for name, values in surface.fields.items() if name not in dots.table}
         columns = {str(name): column for name, column in dots.table.items()}

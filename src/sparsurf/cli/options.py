@@ -11,7 +11,6 @@ from sparsurf.api.inputs import DENSITY, LENGTH, PROBE, Limits, check_frame, is_
 from sparsurf.api.surfaces import CAVITIES
 from sparsurf.api.surfaces import surface as surface_of
 from sparsurf.cli.outputs import FRAME
-from sparsurf.dot_fields.columns import RESERVED_NAMES
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
@@ -126,8 +125,6 @@ def with_fields(
     several = args.frames is not None or (args.model == ALL and args.frame is None)
     if several and args.charges not in ("table", "pdb2pqr"):
         raise InputError("--charges: a PQR file holds one frame; give --frame, or other charges.")
-    if never := sorted({*names} & (RESERVED_NAMES | {"self"})):
-        raise InputError(f"--fields: a field cannot be called {never[0]}; rename the column.")
     table = compute_fields(names, molecule.frame(frame), surface.points, args.charges, args.table)
     return replace(
         surface, fields=surface.fields | {str(name): column.to_numpy() for name, column in table.items()}

@@ -14,7 +14,7 @@ import pandas as pd
 from sparsurf import InputError
 from sparsurf.files import read_text
 from sparsurf.surfaces.components import COMPONENT_FIELD
-from sparsurf.surfaces.surface import ARRAY_NAMES, is_field_name
+from sparsurf.surfaces.surface import is_field_name
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 KEYS = ("chain", "residue", "atom")  # columns that identify the atoms of a row; `residue` is required
-RESERVED_NAMES = frozenset(
-    [*ARRAY_NAMES, "file", "allow_pickle"]
-)  # have another meaning in numpy's files of dots
 
 
 def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule) -> np.ndarray:

@@ -40,6 +40,7 @@ RESERVED_COLUMNS = frozenset(
     ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "dot", "weight", "spacing", "reach", "kept", "index", "id", "frame",
      "chain", "residue", "residue_name", "atom_name", "atom", "red", "green", "blue", "alpha"]
 )  # fmt: skip
+FORBIDDEN_FIELDS = frozenset(["points", "normals", "self", "file", "allow_pickle"])  # names of arguments
 MAX_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do not
 MAX_ATOM = np.iinfo(np.int32).max
 MAX_AREA = 1.3e5  # Å^2 of one dot: the whole of the largest sphere (100 Å)
@@ -234,6 +235,11 @@ def _fields(fields: Any, n: int) -> dict[str, np.ndarray]:
     """Return the fields of n dots, a mapping or a DataFrame, as arrays; raise InputError for anything else."""
     if not hasattr(fields, "items") or not all(isinstance(name, str) for name in fields):
         raise InputError("surface: fields must be a dictionary of names and arrays.")
+    for name in fields:
+        if not is_field_name(name):
+            raise InputError(
+                f"surface: a field cannot be called {name!r}: use letters, digits and _, and no column of dots such as area."
+            )
     arrays = {name: _numbers(value, f"the field {name}").astype(float) for name, value in fields.items()}
     for name, array in arrays.items():
         if array.shape != (n,):
@@ -324,7 +330,10 @@ def surface_of_columns(
 
 def is_field_name(name: str) -> bool:
     """Tell whether a column of this name in a file of dots is a field."""
-    return name not in RESERVED_COLUMNS and re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) is not None
+    return (
+        name.lower() not in RESERVED_COLUMNS | FORBIDDEN_FIELDS
+        and re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) is not None
+    )
 
 
 def _checked_lengths(

@@ -192,12 +192,10 @@ def _check_fields(config: dict) -> Iterator[str]:
     tables = [table for table in tables if os.path.isfile(table)]
     columns: list[set[str]] = []
     if tables and {*config["fields"]} - {*FIELDS}:
-        from sparsurf.dot_fields.columns import (  # imports pandas, which few configs need
-            RESERVED_NAMES,
-            columns_of,
-        )
+        from sparsurf.dot_fields.columns import columns_of  # imports pandas, which few configs need
+        from sparsurf.surfaces.surface import is_field_name
 
-        columns = [{*columns_of(table)} - {*RESERVED_NAMES} for table in tables]
+        columns = [{*filter(is_field_name, columns_of(table))} for table in tables]
     for k, field in enumerate(config["fields"]):
         if field not in FIELDS and not (columns and all(field in names for names in columns)):
             words = one_of(field, [*FIELDS])

@@ -21,7 +21,6 @@ log = logging.getLogger("sparsurf")
 
 DOT_FORMAT = "%.4f"  # of positions, normals and areas that are written: positions to 0.00005 Å
 FIELD_FORMAT = "%.6g"  # of fields, which may be small
-FORBIDDEN_FIELDS = frozenset(["points", "normals", "self"])  # names that a field cannot have
 MAX_COLUMNS = 1000
 COLUMNS_OF_DOTS = ["x", "y", "z", "nx", "ny", "nz"]
 N_LINES_TO_COMPARE = 10  # their decimals show whether the last number is complete
@@ -130,9 +129,7 @@ def _columns(
     if wrong:
         raise InputError(f"{path} needs one column {wrong[0]}; its header must name {', '.join(names)}.")
     numeric = [k for k in range(len(header)) if pd.api.types.is_numeric_dtype(table.dtypes.iloc[k])]
-    possible_fields = [
-        k for k in range(len(header)) if is_field_name(table.columns[k]) and header[k] not in FORBIDDEN_FIELDS
-    ]
+    possible_fields = [k for k in range(len(header)) if is_field_name(header[k])]
     if names == COLUMNS_OF_DOTS:
         _warn_of_omitted_columns(path, table, header, numeric, possible_fields)
     numeric = [k for k in numeric if k in possible_fields]
