@@ -9,7 +9,8 @@ import pandas as pd
 from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.site_figures import carried, distance_from, facing, site_figure
-from sparsurf.report.site_page import by_rarity, is_found, p_value, residue_text
+from sparsurf.report.numbers import p_value
+from sparsurf.report.site_page import by_rarity, is_found, residue_text
 from sparsurf.report.viewer.page import Values, coloured_page
 from sparsurf.sites.describing import load_sites, numbered_residues, places_of_residues
 from sparsurf.surfaces.formats.npz import read_npz

@@ -189,7 +189,7 @@ def test_one_row_off_is_named_and_left_out():
     far.loc[last, ["alpha", "beta"]] = 1.0, 0.0
     places = published_runs.place_published_values(far)
     odd = {binning: outside_of(places, binning, "d") for binning in published_runs.BINNINGS}
-    assert odd == {"closed": "10", "half-open": "none"}
+    assert odd == {"closed": [10], "half-open": []}
     won = places[places["range"] == 10].set_index("binning")["n_won"]
     assert won.to_dict() == {"closed": 0, "half-open": 40}
 
@@ -401,8 +401,9 @@ def test_every_claim_has_a_chapter_and_a_table(page):
 def test_at_most_six_linking_distances_stand_on_the_page(page):
     many = pd.concat([page["links"].query("D_link == 0.8").assign(D_link=0.5 + k / 10) for k in range(11)])
     found = paper_page(page | {"links": many.assign(d=many["D_link"] + many["row"])})["links"]
-    assert found["distances"] == ["0.5", "0.7", "0.9", "1.1", "1.3", "1.5"]
-    assert found["table"][1] == [2, "2.50", "2.70", "2.90", "3.10", "3.30", "3.50"]
+    distances = [0.5, 0.7, 0.9, 1.1, 1.3, 1.5]
+    assert np.allclose(found["distances"], distances)
+    assert np.allclose([*found["d"][2].values()], np.add(distances, 2))
 
 
 @pytest.mark.parametrize(("d_high", "said"), [(-0.1, "loses to"), (0.1, "does not beat")])
@@ -466,9 +467,8 @@ def test_the_published_best_must_be_among_ours_with_its_d(page):
 def test_kept_dots_are_counted_from_rough_to_flat(page):
     kept = pd.DataFrame({"combination": "(1, 0, 6, 0)", "tenth": range(1, 11), "uniform_percent": 45.0})
     found = paper_page(page | {"gathering": kept.assign(kept_percent=np.linspace(60, 30, 10))})["gather"]
-    assert found["holds"]["as_coded"] == "yes" and found["table"] == [
-        ["(1, 0, 6, 0)", "60.0", "30.0", "45.0"]
-    ]
+    row = {"combination": "(1, 0, 6, 0)", "roughest": 60.0, "flattest": 30.0, "all": 45.0}
+    assert found["holds"]["as_coded"] == "yes" and found["rows"] == [row]
     even = paper_page(page | {"gathering": kept.assign(kept_percent=45.0)})["gather"]
     assert even["holds"]["as_written"] == "no"
     # the blob: every tenth is a tenth of its dots, and together they are what is kept

@@ -19,8 +19,9 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.islands import patch
 from sparsurf.patches.readings import SCALED_LINK
 from sparsurf.recovery.relaxation import relax
-from sparsurf.report.comparison_page import against, alike, comparison_page
+from sparsurf.report.comparison_page import TEMPLATE, against, alike, comparison_page
 from sparsurf.report.figures.comparison_figure import comparison_figure
+from sparsurf.report.page import render
 from sparsurf.sampling import published, samplers
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.study import floors, grid, tables
@@ -339,16 +340,19 @@ def test_samplers_are_alike_where_the_paired_interval_holds_0():
     assert alike(pd.concat([pairs, others]), "farthest", 10.0) == ["voxel", "poisson"]
 
 
+FACTS = {"n_dots": 3000, "area": 800.0, "estimated": False, "n_tests": 9, "draws": 2, "of_paper": True}
+
+
 @pytest.mark.parametrize(
     ("bound", "factor", "said"),
     [
         ("more than ", 1.02, None),
-        ("more than ", 1.3, "> 1.3"),
-        ("less than ", 0.9, "< 0.9"),
+        ("more than ", 1.3, "&gt; 1.3"),
+        ("less than ", 0.9, "&lt; 0.9"),
         ("", 1.0, "1.0 (0.5 to 2.0)"),
     ],
 )
-def test_a_bound_of_hardly_more_than_one_says_nothing(bound, factor, said):
+def test_a_bound_of_hardly_more_than_one_says_nothing(table, bound, factor, said):
     row = {
         "measure": "Z as_written",
         "percent": 10.0,
@@ -357,7 +361,10 @@ def test_a_bound_of_hardly_more_than_one_says_nothing(bound, factor, said):
         "than": "uniform",
     }
     rows = pd.DataFrame([row | {"bound": bound, "factor": factor, "low": 0.5, "high": 2.0}])
-    assert against(rows, 10.0) == said
+    assert (against(rows) is None) == (said is None)
+    rows["percent"] = comparison_page("blob/c1", table, rows)["at"]
+    page = render(TEMPLATE, **comparison_page("blob/c1", table, rows, **FACTS))
+    assert (f" needs {said} times fewer dots" in page) == (said is not None)
 
 
 def test_page_says_what_the_numbers_say(table):
@@ -369,27 +376,29 @@ def test_page_says_what_the_numbers_say(table):
         | {"d": [0.9, 0.12, np.nan], "d_low": [0.8, 0.1, np.nan], "d_high": [1.0, 0.14, np.nan]}
         | {"d_centres": [0.7, 0.15, 0.2], "d_centres_low": 0.11, "d_centres_high": 0.19}
     )
-    page = comparison_page("blob/c1", table, equal_error, centres=centres)
-    assert page["centres"] == [["1.4", "0.12 (0.10 to 0.14)", "0.15 (0.11 to 0.19)"]]
+    page = comparison_page("blob/c1", table, equal_error, centres=centres, **FACTS)
+    cells = "<td>1.4</td><td>0.12 (0.10 to 0.14)</td><td>0.15 (0.11 to 0.19)</td>"
+    assert len(page["centres"]) == 1 and cells in render(TEMPLATE, **page)
     alone = {"sampler": ["uniform", "dotted"] * 3, "percent": 5, "n_S_percent": 10.2}
     alone |= {"Z": [2.0, 1.0, 2.2, 1.2, 2.4, 1.4]}
     alone = pd.DataFrame(alone | {"scale": [1, 1, 2, 2, 3, 3], "low": 0.5, "high": 2.5})
-    page = comparison_page("blob/c1", table, equal_error, centres=centres[:1], alone=alone)
-    assert page["alone"] == [
-        ["sparsely placed dots", "10", "1.20 (0.50 to 2.50)"],
-        ["uniform draw", "10", "2.20 (0.50 to 2.50)"],
-    ]
-    assert page["centres"] == [["1.3", "0.90 (0.80 to 1.00)", "0.70 (0.11 to 0.19)"]]
+    page = comparison_page("blob/c1", table, equal_error, centres=centres[:1], alone=alone, **FACTS)
+    assert [row["sampler"] for row in page["alone"]] == ["dotted", "uniform"]
+    html = render(TEMPLATE, **page)
+    for cells in (
+        "<td>sparsely placed dots</td><td>10</td><td>1.20 (0.50 to 2.50)</td>",
+        "<td>uniform draw</td><td>10</td><td>2.20 (0.50 to 2.50)</td>",
+        "<td>1.3</td><td>0.90 (0.80 to 1.00)</td><td>0.70 (0.11 to 0.19)</td>",
+    ):
+        assert cells in html
     z, back = (measure_matrix(table, measure) for measure in ("Z as_written", "Z recovered"))
     at = float(page["at"])
     assert at == z.columns[np.abs(z.columns - 10).argmin()]
-    assert page["best_Z"] == f"{z[at].min():.2f}" and page["recovered"]["Z"] == f"{back[at].min():.2f}"
+    assert page["best_Z"] == z[at].min() and page["recovered"]["Z"] == back[at].min()
     for measure, rows in page["tables"].items():
-        value = measure_matrix(table, measure)
-        assert sorted(rows) == sorted(
-            [samplers.lookup_sampler(name).words, *(f"{x:.2f}" for x in row)]
-            for name, row in value.iterrows()
-        )
+        assert rows == measure_matrix(table, measure).T.to_dict("list")
+    words = {name: samplers.lookup_sampler(name).words for name in z.index}
+    assert page["called"] == words | {"dotted": "sparsely placed dots"}
 
 
 CASES = {

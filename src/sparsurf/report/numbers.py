@@ -24,6 +24,17 @@ def number(x: float | None, digits: int = 2) -> str:
     return f"{x:z.{digits}f}".replace("-", "−").replace("inf", "∞")
 
 
+def signed(x: float, digits: int = 2) -> str:
+    """Format a number with its sign; a rounded 0 has none."""
+    text = number(x, digits)
+    return text if math.isnan(x) or x <= 0 or not text.strip("0.") else f"+{text}"
+
+
+def p_value(p: float) -> str:
+    """Format p with one significant digit."""
+    return "below 0.0001" if p < 1e-4 else f"{p:.1g}"
+
+
 def share(percent: float) -> str:
     """Format a share in %: without decimals between 10 and 99.5, else with one decimal if it is not 0."""
     return f"{percent:.0f}" if 9.95 <= percent < 99.5 else f"{percent:.1f}".removesuffix(".0")
@@ -39,6 +50,13 @@ def interval(value: float, low: float, high: float, digits: int = 2) -> str:
     """Format a value with its limits in brackets if it has any."""
     limits = f" ({number(low, digits)} to {number(high, digits)})" if not math.isnan(low) else ""
     return number(value, digits) + limits
+
+
+def interval_of(row: Row, name: str, reading: str = "", digits: int = 2) -> str:
+    """Format a value of a row with its limits, such as d, d_low and d_high, or d_as_coded, d_low_as_coded, d_high_as_coded."""
+    end = f"_{reading}" if reading else ""
+    value, low, high = (row[f"{name}{key}{end}"] for key in ("", "_low", "_high"))
+    return interval(value, low, high, digits)
 
 
 def combination(row: Row) -> str:

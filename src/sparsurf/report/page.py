@@ -13,12 +13,21 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
-from sparsurf.report.numbers import number, share
+from sparsurf.report import numbers
 
 TEMPLATES = Path(__file__).with_name("templates")
 MAX_FIGURE_BYTES = 500_000  # of a figure inside a page
 MAX_PAGE_BYTES = 10_000_000  # of all figures inside a page, so that it can be sent
 MAX_FIGURE_PIXELS = 1600  # across a figure inside a page
+FORMATS = (
+    "number",
+    "share",
+    "interval",
+    "interval_of",
+    "combination",
+    "signed",
+    "p_value",
+)  # filters of templates
 WEBP_QUALITY = 85  # a figure of 1 MB becomes one of 0.15 MB that looks the same
 
 
@@ -72,7 +81,9 @@ def _templates() -> jinja2.Environment:
         undefined=jinja2.StrictUndefined,
         lstrip_blocks=True,
     )
-    environment.filters |= {"number": number, "share": share, "code": code, "symbols": symbols}
+    environment.filters |= {"code": code, "symbols": symbols} | {
+        name: getattr(numbers, name) for name in FORMATS
+    }
     return environment
 
 

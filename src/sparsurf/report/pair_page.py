@@ -1,4 +1,4 @@
-"""Pages of pairs: of one pair, and of all pairs."""
+"""Values of the pages of pairs: of one pair, and of all pairs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from sparsurf.report.numbers import against_zero, interval, number
+from sparsurf.report.numbers import against_zero
 
 TEMPLATE, OF_ALL = "pair.html.j2", "pairs.html.j2"
 MAIN_SCORE = "propensity_smoothed"  # of the answer
@@ -28,7 +28,7 @@ SCORES = {
     "protrusion": "protrusion: few heavy atoms within 10 Å",
     "hydropathy": "hydropathy over 10 Å (Kyte-Doolittle)",
 }
-N_SHOWN = 10  # best-matching pairs of patches, or pairs by name
+N_SHOWN = 10  # best-matching pairs of patches
 
 
 def called(score: str) -> str:
@@ -52,53 +52,44 @@ def pair_page(
     name : str
     agreement, contacts, best : DataFrames of agreement.csv, contacts.csv and best_pairs.csv
     settings : dict, the config's `patches` and `complementarity`
-    partners : two str, what they are
-    bare : sequence of '1', '2', the partners without atoms
+    partners : two str that describe them
+    bare : sequence of str, '1' and '2' for the partners without atoms
     """
-    dot_columns = ["dot_1", "dot_2"]
+    shown = best.head(N_SHOWN).drop(columns=["dot_1", "dot_2"], errors="ignore").iloc[:, :7]
     return {
         "name": name,
-        "within": f"{settings['complementarity']['interface']:g}",
+        "within": settings["complementarity"]["interface"],
         "partners": partners,
         "bare": list(bare),
         "sides": [side_of(side, rows) for side, rows in agreement.groupby("partner")],
-        "scores": score_rows(agreement),
-        "contacts": [interval(*row) for row in contacts[["auc", "low", "high"]].to_numpy()],
-        "best_columns": [column for column in best.columns if column not in dot_columns][:7],
-        "best": [
-            list(map(_cell, row))
-            for row in best.head(N_SHOWN).drop(columns=dot_columns, errors="ignore").iloc[:, :7].to_numpy()
-        ],
+        "scores": {
+            called(str(score)): rows.set_index("partner").to_dict("index")
+            for score, rows in agreement.groupby("score", sort=False)
+        },
+        "contacts": contacts.to_dict("records"),
+        "best_columns": shown.columns.tolist(),
+        "best": shown.to_numpy(object).tolist(),
         "n_best": len(best),
     }
 
 
-def _cell(value: Any) -> str:
-    """Format a cell of the table of best pairs."""
-    return number(value) if isinstance(value, float) else str(value)
-
-
 def side_of(side: Any, agreement: pd.DataFrame) -> dict[str, Any]:
     """Collect the AUC of the map and the best baseline of one partner."""
-    by_score = agreement.set_index("score")
-    baselines: pd.Series[float] = by_score[~by_score.index.str.startswith(PATCH_SCORES)]["auc"]
+    return {"side": side} | _main_and_baseline(agreement.set_index("score"), "auc")
+
+
+def _main_and_baseline(by_score: pd.DataFrame, column: str) -> dict[str, Any]:
+    """Return the main score with its limits and position relative to 0.5, and the best baseline."""
+    baselines: pd.Series[float] = by_score[~by_score.index.str.startswith(PATCH_SCORES)][column]
     main: Any = by_score.loc[MAIN_SCORE]
     return {
-        "side": side,
-        "auc": number(main["auc"]),
+        "auc": main[column],
+        "low": main["low"],
+        "high": main["high"],
         "place": against_zero(main["low"] - 0.5, main["high"] - 0.5),
         "baseline": called(str(baselines.idxmax())),
-        "baseline_auc": number(baselines.max()),
+        "baseline_auc": baselines.max(),
     }
-
-
-def score_rows(agreement: pd.DataFrame) -> list[tuple[str, list[str]]]:
-    """Format a row per score: its name, AUC with interval of partner 1 and of partner 2."""
-    by_score: dict[str, dict[int, str]] = {}
-    for _, row in agreement.iterrows():
-        text = interval(row["auc"], row["low"], row["high"])
-        by_score.setdefault(row["score"], {})[int(row["partner"])] = text
-    return [(called(score), [texts.get(side, "") for side in (1, 2)]) for score, texts in by_score.items()]
 
 
 def pairs_page(
@@ -117,27 +108,13 @@ def pairs_page(
         pairs.csv: the AUC of each pair, partner and score.
     """
     by_score = means.set_index("score")
-    known: dict[str, Any] = {"auc": None}
-    if len(by_score):
-        by_score[["low", "high"]] = by_score[["low", "high"]].clip(
-            0, 1
-        )  # Student's t of few pairs exceeds them
-        main: Any = by_score.loc[MAIN_SCORE]
-        baselines: pd.Series[float] = by_score[~by_score.index.str.startswith(PATCH_SCORES)]["mean"]
-        known = {
-            "auc": interval(main["mean"], main["low"], main["high"], 3),
-            "place": against_zero(main["low"] - 0.5, main["high"] - 0.5),
-            "baseline": called(str(baselines.idxmax())),
-            "baseline_auc": number(baselines.max(), 3),
-        }
+    by_score[["low", "high"]] = by_score[["low", "high"]].clip(0, 1)  # Student's t of few pairs exceeds them
+    known = _main_and_baseline(by_score, "mean") if len(by_score) else {"auc": None}
     of_pair = table[table["score"] == MAIN_SCORE].groupby("complex", sort=False)["auc"].mean()
     return known | {
         "run": run,
         "n_pairs": n_pairs,
         "n_touching": n_touching,
-        "scores": [
-            (called(str(score)), interval(row["mean"], row["low"], row["high"], 3))
-            for score, row in by_score.iterrows()
-        ],
-        "pairs": [(name, number(auc)) for name, auc in of_pair.items()],
+        "scores": by_score.rename(index=called).to_dict("index"),
+        "pairs": of_pair.to_dict(),
     }

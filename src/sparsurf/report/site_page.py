@@ -1,23 +1,20 @@
-"""Pages of sites: one found on other surfaces, and two forms compared."""
+"""Values of the pages of sites: one found on other surfaces, and two forms compared."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from sparsurf.report.numbers import number
-
 if TYPE_CHECKING:
     from sparsurf.report.numbers import Row
 
 TEMPLATE, OF_FORMS = "site.html.j2", "changes.html.j2"
 N_SHOWN = 10  # hits, or residues
-MAX_EXPECTED = 0.05  # p times targets below which a hit counts
-MIN_PLACES_FOR_P = 8  # of the smallest sites that p was fitted on
+MAX_EXPECTED = 0.05  # a hit counts if p times the number of targets is smaller
+MIN_PLACES_FOR_P = 8  # number of places of the smallest sites on which p was fitted
 
 
 def site_page(
@@ -33,8 +30,8 @@ def site_page(
     hits, pairs : DataFrames of hits.csv and matches.csv
     n_places : int, places of the site that were superposed onto the targets
     """
-    best = by_rarity(hits).iloc[0]
-    matches = pairs[pairs["rank"] == best["rank"]]
+    best = by_rarity(hits).iloc[0].to_dict()
+    rows = hits.head(N_SHOWN).to_dict("records")
     return {
         "name": name,
         "query": query,
@@ -42,19 +39,14 @@ def site_page(
         "n_places": n_places,
         "few": n_places < MIN_PLACES_FOR_P,
         "n_targets": len(hits),
-        "best": {"target": best["target"], "where": where(best), "p": p_value(best["p"])},
-        "agree": f"{best['places']:.0f} of {n_places}",
+        "best": best | {"where": where(best)},
         "n_found": found_on(hits),
         "rows": [
-            (
-                row["rank"], row["target"], where(row) if row["places"] else "", number(row["score"]),
-                p_value(row["p"]), row["places"],
-                f"superposed/{superposed_file(row['rank'], row['target'])}" if row["places"] else "",
-            )
-            for row in hits.head(N_SHOWN).to_dict("records")
+            row | {"where": where(row), "file": f"superposed/{superposed_file(row['rank'], row['target'])}"}
+            for row in rows
         ],
-        "met": met(matches),
-    }  # fmt: skip
+        "met": met(pairs[pairs["rank"] == best["rank"]]),
+    }
 
 
 def superposed_file(rank: int, target: str) -> str:
@@ -85,11 +77,6 @@ def where(row: Row) -> str:
 def residue_text(chain: str, name: str, number: str) -> str:
     """Join chain, name and number of a residue as far as they are known."""
     return (f"{chain}:" if chain else "") + f"{name}{number}" if name else ""
-
-
-def p_value(p: float) -> str:
-    """Format p with one significant digit."""
-    return "below 0.0001" if p < 1e-4 else f"{p:.1g}"
 
 
 def met(pairs: pd.DataFrame) -> list[tuple[str, str]]:
@@ -126,6 +113,7 @@ def changes_page(name: str, forms: Sequence[str], table: pd.DataFrame, rare: flo
     """
     known = table.dropna(subset=["total"])
     order = over_floor(known).sort_values(ascending=False)
+    most = table.loc[order.index[:N_SHOWN]].to_dict("records")
     return {
         "name": name,
         "forms": list(forms),
@@ -133,30 +121,16 @@ def changes_page(name: str, forms: Sequence[str], table: pd.DataFrame, rare: flo
         "n_buried": len(table) - len(known),
         "n_above": int(known["above"].sum()),
         "n_moved": int(known["above_moved"].sum()),
-        "n_chance": f"{rare * len(known):.0f}",
+        "n_chance": rare * len(known),
         "n_mutated": int((table["residue_name"] != table["residue_name_second"]).sum()),
-        "most": [change_row(table.loc[k]) for k in order.index[:N_SHOWN]],
+        "most": [row | {"where": where(row), "above": above_floor(row)} for row in most],
     }
 
 
-def change_row(row: pd.Series) -> list[str]:
-    """Format one residue: name, change, floors, the two channels farthest above theirs, differences of two fields."""
-    named = residue_text(row["chain"], row["residue_name"], row["residue"])
-    changed = row["residue_name_second"] != row["residue_name"]
-    channels = [key.removesuffix("_floor") for key in row.index[::-1] if key.endswith("_floor")]
-    ordered = sorted(channels, key=lambda channel: -row[channel] / row[f"{channel}_floor"])
-    ordered.remove("total")
-    above = [channel for channel in ordered[:2] if row[channel] > row[f"{channel}_floor"]]
-    return [
-        f"{named} → {row['residue_name_second']}" if changed else named,
-        *(number(row[key]) for key in ("total", "total_floor", "total_moved")),
-        ", ".join(above),
-        signed(row["potential_difference"], 1),
-        signed(row["hydropathy_difference"], 1),
+def above_floor(row: Row) -> list[str]:
+    """Name the two channels of a residue that are farthest above their floors; fewer if others are below."""
+    channels = [
+        key.removesuffix("_floor") for key in [*row][::-1] if key.endswith("_floor") and key != "total_floor"
     ]
-
-
-def signed(x: float, digits: int) -> str:
-    """Format a number with its sign."""
-    text = number(x, digits)
-    return text if math.isnan(x) or x <= 0 or not text.strip("0.") else f"+{text}"
+    ordered = sorted(channels, key=lambda channel: -row[channel] / row[f"{channel}_floor"])
+    return [channel for channel in ordered[:2] if row[channel] > row[f"{channel}_floor"]]
