@@ -68,6 +68,29 @@ def test_table_says_what_a_loop_finds(molecule, surface):
     assert table["dots"].sum() == len(surface)
 
 
+def test_walls_of_cavities_have_no_part_in_the_roughness_of_a_residue(molecule, surface):
+    residue = molecule.residue_index[surface.atom]
+    of_leucine = np.flatnonzero(residue == 3)
+    wall = of_leucine[: len(of_leucine) // 2]
+    component = np.zeros(len(surface), int)
+    component[wall] = 1
+    normals = surface.normals.copy()
+    normals[wall] *= -1  # they point inwards
+    rough = np.linspace(0.1, 0.9, len(surface))
+    turned = replace(surface, normals=normals)
+    table = residue_table(turned, rough, molecule, component=component)
+    assert table["cavity_dots"].tolist() == [0, 0, 0, len(wall), 0]
+    outside = np.setdiff1d(of_leucine, wall)
+    assert table["mean_roughness"][3] == pytest.approx(rough[outside].mean())
+    assert table["most_rough"][3] == rough[outside].min() > rough[wall].min()
+    assert table["area"][3] == pytest.approx(surface.area[of_leucine].sum())
+    component[of_leucine] = 1
+    turned.normals[outside] *= -1
+    table = residue_table(turned, rough, molecule, component=component)
+    assert np.isnan(table["mean_roughness"][3]) and np.isnan(table["most_rough"][3])
+    assert table["mean_roughness"].notna().tolist() == [True, True, True, False, True]
+
+
 def test_a_residue_without_dots_is_buried(molecule, surface):
     far = surface.atom >= np.flatnonzero(molecule.chain == "B")[0]
     only = surface.take(far)

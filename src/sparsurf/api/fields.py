@@ -130,7 +130,8 @@ def residues(
     -------
     DataFrame, one row per residue
         chain, residue, residue_name; area and area_contact, area_saddle, area_concave (Å^2); mean_roughness and
-        most_rough (NaN where buried); the mean of each field; dots, kept, and the weight of the kept.
+        most_rough (NaN where buried or only in cavities); the mean of each field; dots, cavity_dots, kept, and the weight of
+        the kept.
 
     Examples
     --------
@@ -161,4 +162,5 @@ def residues(
         raise InputError(
             f"residues: weight has the shape {weights.shape}; the kept dots are {len(dots_kept)}."
         )
-    return residue_table(surface, values, atoms, dots_kept, weights)
+    component = surface.placed.components(surface) if surface.placed else None
+    return residue_table(surface, values, atoms, dots_kept, weights, component)

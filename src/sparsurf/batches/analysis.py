@@ -91,7 +91,7 @@ def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[s
     n_tests = number_of_tests(config["evaluation"]["test_dots"], len(dots))
     trials = Trials(prepared, config["minimal"]["sampler"], n_tests, relaxed=config["minimal"]["relax"])
     subset = select_minimal_subset(trials, config["minimal"])
-    residues = residue_table(dots, prepared.roughness, molecule, subset.dots, subset.weight)
+    residues = residue_table(dots, prepared.roughness, molecule, subset.dots, subset.weight, component)
     row = {
         "structure": structure.path,
         "options": json.dumps(dict(structure.options), sort_keys=True),

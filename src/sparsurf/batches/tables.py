@@ -25,7 +25,7 @@ STEPS = {
 # The encoding of Parquet that makes each column smallest; the others repeat values and have a dictionary
 ENCODINGS = {
     "dots": dict.fromkeys(("dot", "x32", "y32", "z32", "atom"), "DELTA_BINARY_PACKED"),
-    "residues": dict.fromkeys(("dots", "kept", "weight"), "DELTA_BINARY_PACKED")
+    "residues": dict.fromkeys(("dots", "cavity_dots", "kept", "weight"), "DELTA_BINARY_PACKED")
     | dict.fromkeys(STEPS["residues"], "BYTE_STREAM_SPLIT")
     | {"residue": "PLAIN"},
 }
@@ -62,6 +62,7 @@ COLUMNS = {
         "mean_roughness": FLOAT,
         "most_rough": FLOAT,
         "dots": INT,
+        "cavity_dots": INT,
         "kept": INT,
         "weight": INT,
     },

@@ -17,7 +17,8 @@ from sparsurf.study import grid
 from sparsurf.study.prepared_surface import number_of_tests, prepare_surface
 from sparsurf.study.residues import mean_roughness_by_residue
 from sparsurf.study.tables import grid_table
-from sparsurf.surfaces.molecular_surface import density_for_d_link, surface_of_frame
+from sparsurf.surfaces.components import on_cavities
+from sparsurf.surfaces.molecular_surface import components_of_frame, density_for_d_link, surface_of_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import parallel_map
@@ -147,8 +148,12 @@ def frame_row(
         tuple(settings["evaluation"]["readings"]),
     )
     row = grid_table(result).drop(columns=PARAMETERS)
+    probe = settings["surface"]["probe_radius"]
+    cavity = on_cavities(surface, components_of_frame(surface, molecule, position, atom_radii, probe))
     by_residue = mean_roughness_by_residue(
-        prepared.roughness, molecule.residue_index[surface.atom], molecule.n_residues
+        np.where(cavity, np.nan, prepared.roughness),
+        molecule.residue_index[surface.atom],
+        molecule.n_residues,
     )
     return {
         "frame": number,

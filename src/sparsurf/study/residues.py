@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.components import fields_without_component
+from sparsurf.surfaces.components import fields_without_component, on_cavities
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
 
 KINDS = {"contact": CONTACT, "saddle": SADDLE, "concave": CONCAVE}
@@ -18,6 +18,7 @@ def residue_table(
     molecule: Molecule,
     kept: np.ndarray | Sequence[int] = (),
     weight: np.ndarray | Sequence[int] = (),
+    component: np.ndarray | None = None,
 ) -> pd.DataFrame:
     """Tabulate the surface by residue, in the order of the structure.
 
@@ -31,23 +32,29 @@ def residue_table(
         Dots of a subset.
     weight : (n,) int
         Number of dots that each kept dot represents.
+    component : (N,) int, optional
+        Component of each dot, where it is known. A closed cavity has a low R_i since its wall turns around the probe, not
+        because it is rough: dots on walls of cavities are then left out of the roughness.
 
     Returns
     -------
     DataFrame: chain, residue, residue_name; area and area_contact, area_saddle, area_concave in Å^2; mean_roughness and
-    most_rough, mean and lowest R_i of its dots; mean_<field>; dots and kept, their numbers; weight, the number of dots that
-    its kept dots represent. A residue without dots is buried: its area is 0 and its R_i NaN.
+    most_rough, mean and lowest R_i of its dots outside of cavities; mean_<field>; dots, cavity_dots and kept, their numbers;
+    weight, the number of dots that its kept dots represent. A residue without dots outside of cavities is buried: its R_i is NaN.
     """
     table = molecule.residues
     n, residue = len(table), molecule.residue_index[surface.atom]
     table["area"] = np.bincount(residue, surface.area, n)
     for name, kind in KINDS.items():
         table[f"area_{name}"] = np.bincount(residue, surface.area * (surface.kind == kind), n)
-    table["mean_roughness"] = mean_roughness_by_residue(roughness, residue, n)
-    table["most_rough"] = pd.Series(roughness).groupby(residue).min().reindex(range(n)).to_numpy()
+    cavity = np.zeros(len(surface), bool) if component is None else on_cavities(surface, component)
+    outside = np.where(cavity, np.nan, roughness)
+    table["mean_roughness"] = mean_roughness_by_residue(outside, residue, n)
+    table["most_rough"] = pd.Series(outside).groupby(residue).min().reindex(range(n)).to_numpy()
     for name, values in fields_without_component(surface).items():
         table[f"mean_{name}"] = pd.Series(values).groupby(residue).mean().reindex(range(n)).to_numpy()
     table["dots"] = np.bincount(residue, minlength=n)
+    table["cavity_dots"] = np.bincount(residue[cavity], minlength=n)
     kept = np.asarray(kept, int)
     table["kept"] = np.bincount(residue[kept], minlength=n)
     table["weight"] = np.bincount(residue[kept], weight, n).astype(int)
@@ -55,9 +62,10 @@ def residue_table(
 
 
 def mean_roughness_by_residue(roughness: np.ndarray, residue: np.ndarray, n: int) -> np.ndarray:
-    """Average R_i over the dots of each of n residues, (n,) float64; NaN for a residue without dots."""
+    """Average R_i over the dots of each of n residues, (n,) float64; NaN dots count as none, and NaN stands for no dots."""
+    known = ~np.isnan(roughness)
     with np.errstate(invalid="ignore"):
-        return np.bincount(residue, roughness, n) / np.bincount(residue, minlength=n)
+        return np.bincount(residue[known], roughness[known], n) / np.bincount(residue[known], minlength=n)
 
 
 def roughness_over_frames(residues: pd.DataFrame, roughness: np.ndarray | pd.DataFrame) -> pd.DataFrame:

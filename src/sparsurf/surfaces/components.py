@@ -121,10 +121,15 @@ def summarize_components(table: pd.DataFrame) -> dict[str, float | int]:
     }
 
 
+def on_cavities(surface: Surface, component: np.ndarray) -> np.ndarray:
+    """Find the dots on walls of cavities, (N,) bool."""
+    return table_of_components(surface, component)["cavity"].to_numpy()[component]
+
+
 def without_cavities(surface: Surface, component: np.ndarray) -> Surface:
     """Return the surface of the components that are not cavities; the order of its dots stays."""
-    cavity = table_of_components(surface, component)["cavity"].to_numpy()
-    return surface.take(~cavity[component]) if cavity.any() else surface
+    cavity = on_cavities(surface, component)
+    return surface.take(~cavity) if cavity.any() else surface
 
 
 def _root(joined: list[int], arc: int) -> int:
