@@ -9,11 +9,11 @@ from sparsurf.pairs.changes import changes as changes_between
 from sparsurf.pairs.matching import on_atoms
 from sparsurf.report.page import write
 from sparsurf.report.site_page import OF_FORMS, changes_page
-from sparsurf.sites.conformations import require_conformation
 from sparsurf.streams import stream
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
+from sparsurf.workflow.conformations import require_conformation
 from sparsurf.workflow.jobs import job
 
 B_FACTOR_OF_BURIED = -1.0  # of residues without a change

@@ -10,9 +10,9 @@ from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.report.page import write
 from sparsurf.report.site_page import TEMPLATE, site_page, superposed_file
 from sparsurf.rounding import write_table
-from sparsurf.sites.conformations import require_conformation
 from sparsurf.sites.describing import load_sites, places_of_residues
 from sparsurf.sites.finding import find_site, matched
+from sparsurf.workflow.conformations import require_conformation
 from sparsurf.workflow.jobs import job
 
 MAX_SUPERPOSED = 10  # hits that the query is superposed onto

@@ -205,7 +205,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
             lambda dots, ready: sparsurf.surface(([[0, 0, 0]], [101])),
             "surface: atomic radii must be positive numbers of at most 100 Å.",
         ),
-        (lambda dots, ready: sparsurf.compare(ready, {}), "subsets: there are none; give one at least."),
+        (lambda dots, ready: sparsurf.compare(ready, {}), "subsets: there are none; give at least one."),
         (
             lambda dots, ready: sparsurf.compare(ready, [0], reading="x"),
             "reading is 'x'; it must be one of as_coded, as_written, scaled, recovered.",

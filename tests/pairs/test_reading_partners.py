@@ -11,9 +11,9 @@ from sparsurf import InputError
 from sparsurf.pairs import partner_files
 from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness
-from sparsurf.sites.conformations import require_conformation
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
+from sparsurf.workflow.conformations import require_conformation
 
 PATCHES = {"R_patch": 3.0, "D_link": 1.6, "roughness": "published"}
 

@@ -33,7 +33,6 @@ from sparsurf.study.comparison.equal_error import (
     factors_over_proteins,
     means_by_protein,
     means_over_proteins,
-    measure_matrix,
     measured_ranges,
 )
 from sparsurf.study.comparison.measuring import stand_alone
@@ -48,6 +47,13 @@ from sparsurf.surfaces.surface import Surface
 
 D_LINK = 0.8
 GRID = published.parameter_grid([0.3, 0.6, 1.0], [0, 1], [0, 6], [0, 4])
+
+
+def measure_matrix(table, measure, column="value"):
+    """One measure by sampler (rows) and requested n_S (columns), in the order of the table."""
+    part = table[table["measure"] == measure]
+    matrix = part.pivot(index="sampler", columns="percent", values=column)
+    return matrix.reindex(index=part["sampler"].unique(), columns=part["percent"].unique())
 
 
 @pytest.fixture(scope="module")

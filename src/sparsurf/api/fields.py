@@ -100,7 +100,7 @@ def fields(
     refuse_other_molecule(dots, atoms, frame, "fields")
     names = field_names(names, "names")
     if not names:
-        raise InputError("names: there are no fields; give one at least, such as 'potential'.")
+        raise InputError("names: there are no fields; give at least one, such as 'potential'.")
     return compute_fields(names, atoms.frame(frame), surface.points, charges, table)
 
 

@@ -194,7 +194,7 @@ def compare(
     prepared = prepare(surface)
     by_name: Mapping[str, Any] = subsets if isinstance(subsets, Mapping) else {"subset": subsets}
     if not by_name:
-        raise InputError("subsets: there are none; give one at least.")
+        raise InputError("subsets: there are none; give at least one.")
     check_choice(reading, list(READINGS), "reading")
     test_dots, n = TEST_DOTS.check(test_dots, "test_dots", "published"), len(prepared.points)
     kept = [subset_indices(name, subset, n) for name, subset in by_name.items()]

@@ -1,1 +1,1 @@
-"""Two surfaces: how the patches of one match those of the other."""
+"""Pairs of surfaces: how well the patches of one match those of the other."""

@@ -1,4 +1,4 @@
-"""Simple properties of a dot's surroundings, the baselines of a propensity; higher means likelier interface."""
+"""Simple properties of a dot's surroundings, as baselines for a propensity; higher values indicate an interface."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from sparsurf.pairs.neighbourhoods import means_within
 
-REACH = 10.0  # Å, surroundings of planarity, hydropathy and protrusion
+REACH = 10.0  # Å, radius within which planarity, hydropathy and protrusion are computed
 # Hydropathy index (Kyte & Doolittle, J. Mol. Biol. 157:105, 1982)
 KYTE_DOOLITTLE = {
     "ILE": 4.5, "VAL": 4.2, "LEU": 3.8, "PHE": 2.8, "CYS": 2.5, "MET": 1.9, "MSE": 1.9, "ALA": 1.8, "GLY": -0.4,
@@ -16,12 +16,12 @@ KYTE_DOOLITTLE = {
 
 
 def planarity(points: np.ndarray, at: np.ndarray, reach: float = REACH, threads: int = 1) -> np.ndarray:
-    """Compute minus the root mean square distance in Å of the dots within `reach` from their best plane [1]_.
+    """Compute minus the root mean square distance in Å of the dots within `reach` from the plane fitted to them [1]_.
 
     Parameters
     ----------
     points : (N, 3) float64, Å, all dots
-    at : (n, 3) float64, Å, where to compute it
+    at : (n, 3) float64, Å, positions at which it is computed
     reach : float, Å
     threads : int
 
@@ -41,9 +41,9 @@ def planarity(points: np.ndarray, at: np.ndarray, reach: float = REACH, threads:
 
 
 def protrusion(at: np.ndarray, heavy_atoms: np.ndarray, reach: float = REACH, threads: int = 1) -> np.ndarray:
-    """Compute minus the number of heavy atoms within `reach`: few where the surface protrudes.
+    """Compute minus the number of heavy atoms within `reach`, which is highest where the surface protrudes.
 
-    It ranks dots as the protrusion index CX does, the ratio of the free to the filled volume of that ball [1]_.
+    Dots are ranked as by the protrusion index CX, the ratio of the free to the filled volume of that sphere [1]_.
 
     Parameters
     ----------
@@ -89,5 +89,5 @@ def hydropathy(
 
 
 def distance_from_centroid(points: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Compute the distance in Å of places (n, 3) from the mean of all dots (N, 3)."""
+    """Compute the distance in Å of positions (n, 3) from the mean of all dots (N, 3)."""
     return np.linalg.norm(at - points.mean(axis=0), axis=1)

@@ -1,7 +1,8 @@
-"""Compare two forms of a protein by residue: where surface and fields differ by more than dots and coordinates explain.
+"""Compare two forms of a protein by residue: find where surface and fields change significantly.
 
-Each residue has the mean descriptors of its places. The forms are not superposed: the descriptors are those of `sites`, which
-do not change under rotation. The floors are the same distances between a form and itself, with other dots or with moved atoms.
+A residue is described by the mean descriptors of its places. The forms need not be superposed, as the descriptors of `sites`
+are invariant under rotation. Changes are compared with floors: distances between a form and itself with other dots, or with
+randomly displaced atoms.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ CHANNELS = (SHAPE, *FIELDS)
 TOTAL = "total"
 N_FRESH_DRAWS = 5  # sets of fresh dots of each form
 RMS_DISPLACEMENT = 0.3  # Å, of the atoms: a fair crystal structure
-N_MOVED_DRAWS = 3  # of moved atoms
-SHARE_ABOVE_FLOOR = 0.05  # of the residues of one form, by chance
+N_MOVED_DRAWS = 3  # sets of displaced atoms of each form
+SHARE_ABOVE_FLOOR = 0.05  # share of a form's residues that exceed a floor by chance
 MIN_COMMON_RESIDUES = 3  # that two forms must share
 
 
@@ -47,11 +48,11 @@ class Form(NamedTuple):
 
 
 class Residues(NamedTuple):
-    """Descriptors of the residues of a form, NaN for those without places.
+    """Descriptors of the residues of a form; NaN for residues without places.
 
     numbers : (R, C, K) float64, mean moments of CHANNELS
     fields : (R, F) float64, mean of FIELDS
-    places : (R,) int
+    places : (R,) int, numbers of places
     """
 
     numbers: np.ndarray
@@ -62,7 +63,7 @@ class Residues(NamedTuple):
 def residues_of(dots: Surface, molecule: Molecule, name: str, threads: int = 1) -> Residues:
     """Describe the residues of a molecule from the dots of its surface.
 
-    The moment of n = 0 is the mean of a field. Unlike in Sites it keeps its sign, so that a reversed charge counts.
+    The moment of n = 0 is the mean of a field. Unlike in Sites it keeps its sign, so that a reversed charge is a change.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ def residues_of(dots: Surface, molecule: Molecule, name: str, threads: int = 1) 
     """
     kept = farthest_subset(dots, PERCENT)
     table = compute_fields(FIELDS, molecule, kept.points)
-    # Shifted by this much, the mean is positive and equals its modulus
+    # With this offset, the mean is positive and equals its modulus
     lift = np.ceil(np.nanmax(np.abs(table.to_numpy()), axis=0))
     kept = replace(kept, fields={name: column.to_numpy() for name, column in (table + lift).items()})
     sites = sites_of(kept, molecule.labels(kept.atom), name, PERCENT, threads=threads)
@@ -127,7 +128,7 @@ def noise(
     draws: int = N_FRESH_DRAWS,
     threads: int = 1,
 ) -> np.ndarray:
-    """Compute the distances of a form's residues to the same residues on fresh dots, or with moved atoms.
+    """Compute the distances of a form's residues from the same residues with fresh dots, or with displaced atoms.
 
     Parameters
     ----------
@@ -156,10 +157,10 @@ def noise(
 
 
 def floor_of(drawn: np.ndarray, share: float = SHARE_ABOVE_FLOOR) -> np.ndarray:
-    """Estimate the distance of each residue that a share of its draws exceeds.
+    """Estimate the distance of each residue that a `share` of its draws exceeds.
 
-    A residue has too few draws for a quantile. Its root mean square is therefore multiplied by a factor common to all
-    residues: the quantile of the ratio of one draw to the others.
+    A residue has too few draws for a quantile. The root mean square of its draws is therefore multiplied by a common factor,
+    the quantile over all residues of the ratio of one draw to the others.
 
     Parameters
     ----------
@@ -192,9 +193,10 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
 
     Returns
     -------
-    DataFrame, a row per residue that both have: LABELS, residue_name_second; places_first, places_second; `total` and CHANNELS,
-    the distances, NaN if either residue is buried; total_floor and <channel>_floor of fresh dots, total_moved of moved atoms;
-    `above` and `above_moved`, 1 if the total is larger; and <field>_difference, second minus first, in the field's unit
+    DataFrame, one row per common residue: LABELS, residue_name_second; places_first, places_second; `total` and CHANNELS, the
+    distances, NaN if either residue is buried; total_floor and <channel>_floor from fresh dots, total_moved from displaced
+    atoms; `above` and `above_moved`, 1 if the total exceeds the floor; <field>_difference, second minus first, in the field's
+    unit
     """
     forms = first, second
     described = [residues_of(form.surface, form.molecule, form.name, threads) for form in forms]
@@ -258,7 +260,7 @@ def common_residues(first: Form, second: Form) -> tuple[np.ndarray, np.ndarray]:
 
 
 def numbered_alike(molecule: Molecule, reference: Molecule) -> Molecule:
-    """Give a molecule the chain name of the reference if both have a single chain; else return it unchanged.
+    """Rename the chain of a molecule to that of the reference if both have a single chain.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""All scores of one complex, for means over many complexes."""
+"""Compute all scores of one complex, to be averaged over many complexes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from sparsurf.streams import stream
 from sparsurf.study.prepared_surface import PreparedSurface
 
 MAX_PATCHES = 1500  # of each surface
-K_VALUES = (1, 10)  # nearest patches whose mean distance is taken
+K_VALUES = (1, 10)  # numbers of nearest patches over which the distance is averaged
 RECIPES = (Recipe(), Recipe(radius=12.0))
 N_DRAWS = 200  # of the bootstrap of each surface
 KEYS = ["descriptor", "score", "k", "kind", "map"]
@@ -28,7 +28,7 @@ MAIN = ("complementarity", 1, "plain")  # the propensity as published
 
 
 def centres_of(partner: Partner, n: int, sampler: str = "farthest", seed: int = 0) -> np.ndarray:
-    """Choose centres by a sampler.
+    """Choose centres with a sampler.
 
     Parameters
     ----------
@@ -71,9 +71,9 @@ def score_complex(
     ----------
     pair : two `partners.Partner`
     others : two (n, 121), optional
-        'up' descriptors of another complex's first partner and 'down' ones of its second: a control.
+        A control: 'up' descriptors of the first partner of another complex and 'down' descriptors of its second partner.
     labels : two (N,) bool, optional
-        The interface if it is not that of the files, as for unbound forms.
+        The interface, if it does not follow from the coordinates, as for unbound forms.
     recipes : sequence of matching.Recipe
         The first one gets intervals and the control.
     k_values : sequence of int
@@ -84,8 +84,8 @@ def score_complex(
     table : DataFrame, a row per side and score: side, descriptor, score, k, kind, map, auc, low and high (95 % by
         blocks of residues, for the published map and the baselines), patches, interface
     touching : DataFrame of `matching.contacts`, or None
-    descriptors : two (n, 121), to serve as `others` of the next complex
-    correlation : two floats, of the smoothed map with that against `others`; NaN without `others`
+    descriptors : two (n, 121), that can be `others` of the next complex
+    correlation : two floats, between the smoothed map and that against `others`; NaN without `others`
     """
     centres = [centres_of(partner, max_patches, seed=seed) for partner in pair]
     if labels is None:
@@ -133,7 +133,7 @@ def _against_others(
     name: str,
     threads: int,
 ) -> tuple[float, float]:
-    """Add the maps against another complex's partner; return the correlation of each with the map against its own."""
+    """Add the maps against the partner of another complex; return their correlations with the maps of this complex."""
     correlation = []
     first = nearest(descriptors[0], others[1], 1, threads)[0]
     second = nearest(others[0], descriptors[1], 1, threads)[1]

@@ -1,4 +1,4 @@
-"""Propensity and baselines over many complexes: scores of each surface, means with intervals."""
+"""Scores of the surfaces of complexes, by propensity and baselines, and their means over many complexes."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ MIN_COMMON_RESIDUES = 10  # that two forms must share to be superposed
 def superpose_onto(
     molecule: Molecule, reference: Molecule, min_common: int = MIN_COMMON_RESIDUES
 ) -> Molecule:
-    """Superpose one form of a protein onto another by the C-alpha atoms of the residues that both have.
+    """Superpose one form of a protein onto another by the C-alpha atoms of common residues.
 
-    If these lie on a line, the atoms of the backbone take their place, and then all atoms of the same name.
+    If these lie on a line, common atoms of the backbone are used, and then all common atoms.
 
     Parameters
     ----------
     molecule, reference : Molecule
-    min_common : int, residues that both must have
+    min_common : int, minimum number of common residues
 
     Returns
     -------
@@ -48,7 +48,7 @@ def superpose_onto(
     if len(common := choices[0][0]) < min_common:
         raise InputError(
             f"the two forms share {len(common)} residues by chain and number, but need {min_common} to be "
-            "superposed: number their residues alike."
+            "superposed: use the same residue numbers in both."
         )
     first = molecule.frame(0)
     for moving, fixed in choices:
@@ -56,7 +56,7 @@ def superpose_onto(
             return replace(first, xyz=superpose(first.xyz, moving, reference.xyz[0][fixed]))
     raise InputError(
         "the atoms that the two forms share lie on a line, or one form is a mirror image, so that several "
-        "superpositions fit equally well: give forms with more atoms in common."
+        "superpositions fit equally well: use forms with more atoms in common."
     )
 
 
@@ -92,12 +92,12 @@ def carried_labels(points: np.ndarray, bound_points: np.ndarray, bound_labels: n
 
 
 def relative(values: np.ndarray, roughness: np.ndarray, bins: int = N_BINS) -> np.ndarray:
-    """Subtract from values what is expected for their roughness: the mean of their bin of roughness.
+    """Subtract the value expected from the roughness, which is the mean over patches of similar roughness.
 
     Parameters
     ----------
     values, roughness : (n,) float64
-    bins : int, with equal numbers of patches
+    bins : int, number of bins of roughness with equal numbers of patches
 
     Returns
     -------
@@ -109,7 +109,7 @@ def relative(values: np.ndarray, roughness: np.ndarray, bins: int = N_BINS) -> n
 
 
 def mean_rank(*scores: np.ndarray) -> np.ndarray:
-    """Average the ranks of several scores (n,), so that each counts equally whatever its scale."""
+    """Average the ranks of several scores (n,), which weights them equally whatever their scales."""
     return np.mean([rankdata(score) for score in scores], axis=0)
 
 
@@ -120,7 +120,7 @@ def distance_scores(
     k_values: Sequence[int],
     smoothing: float = SMOOTHING,
 ) -> dict[tuple[int, str, str], np.ndarray]:
-    """Score centres by the distances to the nearest patches: raw and smoothed, plain and relative to flatness.
+    """Score centres by the distances to the nearest patches: raw and smoothed, plain and relative to roughness.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def distance_scores(
 
     Returns
     -------
-    dict, (k, 'plain' or 'relative', 'raw' or 'smoothed') -> (n,) float64; higher means likelier interface
+    dict, (k, 'plain' or 'relative', 'raw' or 'smoothed') -> (n,) float64; higher values indicate an interface
     """
     points, scores = partner.surface.points, {}
     for k in k_values:
@@ -206,12 +206,12 @@ def combinations(
 
 
 def areas(scores: Mapping[Any, np.ndarray], labels: np.ndarray) -> dict[Any, float]:
-    """Compute the area under the ROC curve of each score; NaN if a score is not known everywhere."""
+    """Compute the area under the ROC curve of each score; NaN for a score with unknown values."""
     return {key: np.nan if np.isnan(score).any() else auc(score, labels) for key, score in scores.items()}
 
 
 def mean_and_interval(values: np.ndarray | pd.Series) -> tuple[float, float, float, int]:
-    """Compute the mean over complexes with its 95 % interval, (mean, low, high, n); NaN do not count."""
+    """Compute the mean over complexes and its 95 % interval, (mean, low, high, n), without NaN."""
     known = np.asarray(values, np.float64)
     known = known[~np.isnan(known)]
     mean, low, high = mean_interval(known)
@@ -219,7 +219,7 @@ def mean_and_interval(values: np.ndarray | pd.Series) -> tuple[float, float, flo
 
 
 def means_over_complexes(table: pd.DataFrame, by: list[str], value: str = "auc") -> pd.DataFrame:
-    """Average over complexes; the two sides of one are averaged first, since they share its interface.
+    """Average over complexes; the two sides of a complex are averaged first, since they share its interface.
 
     Parameters
     ----------
@@ -240,13 +240,13 @@ def means_over_complexes(table: pd.DataFrame, by: list[str], value: str = "auc")
 
 
 def chosen_on_few(table: pd.DataFrame, by: list[str], few: Collection[str]) -> pd.DataFrame:
-    """Choose variants on some complexes and report them on the others.
+    """Rank variants on some complexes and evaluate them on the others.
 
     Parameters
     ----------
     table : DataFrame with `complex`, the columns `by` and `auc`
     by : list of str, columns that identify a variant
-    few : collection of str, complexes on which to choose
+    few : collection of str, complexes on which variants are ranked
 
     Returns
     -------

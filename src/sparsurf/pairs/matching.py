@@ -22,8 +22,8 @@ from sparsurf.streams import stream
 AREAS = ["partner", "score", "auc", "low", "high", "dots", "interface", "blocks"]  # columns of `agreement`
 CONTACTS = ["against", "auc", "low", "high", "pairs"]  # columns of `contacts`
 MAX_PAIRS = 100  # rows of the table of best-matching patches
-MIN_PAIR_DISTANCE = 6.0  # Å, at least, between two rows of that table on one side
-MAX_CONTACTS = 500  # native pairs that are compared
+MIN_PAIR_DISTANCE = 6.0  # Å, between two rows of that table, on at least one side
+MAX_CONTACTS = 500  # native pairs that are evaluated
 
 
 class Recipe(NamedTuple):
@@ -44,9 +44,9 @@ RECIPE = Recipe()  # as published
 class Match:
     """Nearest patches of two partners at their centres.
 
-    partners : the two `Partner`
-    centres : two (n,) int, dots at which there are descriptors
-    complementary, similar : two `Nearest` each, first 'up' against second 'down', and both 'up'
+    partners : two Partner
+    centres : two (n,) int, dots with descriptors
+    complementary, similar : two Nearest each; the first partner is seen 'up', the second 'down' or 'up'
     """
 
     partners: tuple[Partner, Partner]
@@ -58,7 +58,7 @@ class Match:
 def descriptors_at(
     partner: Partner, centres: np.ndarray, up: bool, recipe: Recipe = RECIPE, threads: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Describe the patches around some places.
+    """Describe the patches around some positions.
 
     Parameters
     ----------
@@ -84,21 +84,21 @@ def match(
     recipe: Recipe = RECIPE,
     threads: int = 1,
 ) -> Match:
-    """Compare all patches of two partners, first 'up' with second 'down' and both 'up'.
+    """Compare all patches of two partners: the first seen 'up' with the second seen 'down', and both 'up'.
 
     Parameters
     ----------
     first, second : Partner
     centres : two (n,) int or None for all dots
     k : int
-        Number of nearest patches to keep of each.
+        Number of nearest patches that are kept for each patch.
     recipe : Recipe
     threads : int
 
     Returns
     -------
     Match
-        Without centres whose patch has a single dot, since an empty descriptor matches any other empty one.
+        Centres whose patch has a single dot are excluded, since all empty descriptors match.
     """
     kept, up = [], []
     for partner, dots in zip((first, second), centres, strict=True):
@@ -112,7 +112,7 @@ def match(
 
 
 def maps(match_: Match, side: int, smoothing: float = SMOOTHING, threads: int = 1) -> pd.DataFrame:
-    """Compute the distance maps of one side on all its dots.
+    """Compute the distance maps of one partner on all its dots.
 
     Parameters
     ----------
@@ -123,9 +123,9 @@ def maps(match_: Match, side: int, smoothing: float = SMOOTHING, threads: int = 
 
     Returns
     -------
-    DataFrame, a row per dot: `propensity` and `similarity`, the distance to the nearest patch of the partner, and
-    `propensity_k`, the mean of the k nearest (NaN if no patch was cut); the same with the suffix `_smoothed`; `match`,
-    the partner's dot with the nearest patch (-1 for none).
+    DataFrame, one row per dot: `propensity` and `similarity`, the distance to the nearest patch of the partner, and
+    `propensity_k`, the mean of the k nearest (NaN where no patch is evaluated); the same with the suffix `_smoothed`;
+    `match`, the partner's dot with the nearest patch (-1 for none).
     """
     points, centres = match_.partners[side].surface.points, match_.centres[side]
     near = match_.complementary[side]
@@ -143,14 +143,14 @@ def maps(match_: Match, side: int, smoothing: float = SMOOTHING, threads: int = 
 
 
 def _scatter(dots: np.ndarray, values: np.ndarray, n: int, missing: float) -> np.ndarray:
-    """Put the values of some dots into an array of n, `missing` elsewhere."""
+    """Return an array of n with the values of some dots, and `missing` elsewhere."""
     scattered = np.full(n, missing, np.result_type(values, type(missing)))
     scattered[dots] = values
     return scattered
 
 
 def by_dot(match_: Match, side: int, table: pd.DataFrame, within: float = INTERFACE) -> pd.DataFrame:
-    """Tabulate propensity.csv: position, residue, maps, distance to the partner, and whether the dot is interface.
+    """Tabulate propensity.csv: position, residue, maps, distance to the partner, and whether a dot is in the interface.
 
     Parameters
     ----------
@@ -185,8 +185,8 @@ def by_residue(dots: pd.DataFrame) -> pd.DataFrame | None:
     Returns
     -------
     DataFrame or None
-        chain, residue, residue_name, dots, the smoothed maps and `interface`, the share of the dots that are interface.
-        Residues without dots are buried and have no row. None if the atoms are unknown.
+        chain, residue, residue_name, dots, the smoothed maps and `interface`, the share of its dots in the interface. Buried
+        residues have no dots and no row. None if the atoms are unknown.
     """
     keys = ["chain", "residue", "residue_name"]
     if not set(keys) <= set(dots.columns):
@@ -218,14 +218,14 @@ def on_atoms(molecule: Molecule, residues: pd.DataFrame, name: str, buried: floa
 
 
 def best_pairs(match_: Match, n: int = MAX_PAIRS, min_distance: float = MIN_PAIR_DISTANCE) -> pd.DataFrame:
-    """List the best-matching patches without near repeats.
+    """List the best-matching pairs of patches that are not close to a better one.
 
     Parameters
     ----------
     match_ : Match
     n : int
     min_distance : float
-        Å; a pair is left out if a better one lies nearer than this on both sides.
+        Å; a pair is left out if a better one is closer than this on both sides.
 
     Returns
     -------
@@ -278,14 +278,14 @@ def agreement(
     table : DataFrame of `maps`
     within : float, Å
     labels : (N,) bool, optional
-        The interface if it is known from elsewhere, as for unbound forms.
+        The interface, if it does not follow from the coordinates, as for unbound forms.
     seed : int
     threads : int
 
     Returns
     -------
     DataFrame or None
-        score, auc, low, high (95 %, drawing blocks of residues), dots, interface (how many of the dots are), blocks.
+        score, auc, low, high (95 %, by a bootstrap over blocks of residues), dots, interface (number of dots in it), blocks.
         None if the partners do not touch, or touch everywhere.
     """
     partner, centres = match_.partners[side], match_.centres[side]
@@ -329,12 +329,12 @@ def contacts(
     seed: int = 0,
     threads: int = 1,
 ) -> pd.DataFrame | None:
-    """Test whether patches that touch match better than others.
+    """Test whether patches in contact match better than others.
 
     Each dot of the first partner's interface has a native partner, the nearest dot of the second surface. The native
     partner is compared with a random dot of the second surface ('any pair'), and with the native partner of another dot
-    ('exchanged'). Only the latter keeps everything else equal: the nearest dot often lies on a protruding patch, and the
-    descriptors of such patches are far from all others.
+    ('exchanged'). Only the latter is unbiased: the nearest dot often lies on a protruding patch, and the descriptors of such
+    patches are far from all others.
 
     Parameters
     ----------
@@ -346,8 +346,8 @@ def contacts(
     Returns
     -------
     DataFrame or None
-        against ('any pair', 'exchanged'), auc (the chance that the native pair is nearer), low, high (95 %, drawing
-        blocks of the first partner's residues), pairs. None if the partners do not touch.
+        against ('any pair', 'exchanged'), auc (probability that the native pair is nearer), low, high (95 %, by a bootstrap
+        over blocks of the first partner's residues), pairs. None if the partners do not touch.
     """
     pairs = native_pairs(first.surface.points, second.surface.points, within)
     if len(pairs) < 2:

@@ -1,8 +1,8 @@
-"""The nearest descriptors of two sets, all against all, without ever holding all distances.
+"""Find the nearest descriptors of two sets, all against all, without storing all distances.
 
-Squared distances come block by block from one matrix product, and each block serves both sides. The size of the blocks does
-not depend on the number of threads, BLAS runs in one thread each, and ties go to the lower index. The result is therefore
-bit for bit the same for any number of threads. Squares are rounded to what the product resolves on every processor.
+Squared distances are computed in blocks by a matrix product, and each block is used for both sides. The size of the blocks
+does not depend on the number of threads, BLAS runs in one thread each, and ties go to the lower index. The result is therefore
+bitwise the same for any number of threads. Squares are rounded to the precision that the product has on every processor.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ from sparsurf.kernel_cache import njit
 from sparsurf.threads import parallel_map
 
 ROWS, COLUMNS = 256, 2048  # of a block of distances: 4 MB per thread
-SMALLEST = 1e-200  # squared length, so that zero vectors have a step too
-RESOLVED = (
-    2.0**-40
-)  # of the largest squared length: 1000 rounding errors of a square; distances of a millionth are 0
+SMALLEST = 1e-200  # lower limit of the squared length, so that zero vectors have a step too
+# Relative to the largest squared length: 1000 rounding errors of a square; relative distances of a millionth are 0
+RESOLVED = 2.0**-40
 
 
 class Nearest(NamedTuple):
@@ -85,12 +84,12 @@ def nearest(a: np.ndarray, b: np.ndarray, k: int = 1, threads: int = 1) -> tuple
 
 
 def _empty(n: int, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return squared distances and indices of the k nearest before any was found."""
+    """Return initial squared distances and indices of the k nearest."""
     return np.full((n, k), np.inf), np.full((n, k), np.iinfo(np.int64).max)
 
 
 def _measure(a: np.ndarray, b: np.ndarray, partner: np.ndarray) -> Nearest:
-    """Compute the distances of the chosen ones from the differences: near 0 the product loses half of the digits."""
+    """Compute the distances of the nearest from differences, since near 0 the product loses half of the digits."""
     partner = np.sort(partner, axis=1)
     distance = np.empty(partner.shape)
     for j in range(partner.shape[1]):

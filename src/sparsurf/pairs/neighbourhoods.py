@@ -1,4 +1,4 @@
-"""Means over everything within a radius: smoothed maps, and the surroundings of a dot."""
+"""Means within a radius: smoothed maps, and the surroundings of a dot."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SMOOTHING = 6.0  # Å, radius over which a propensity is averaged (authors' scri
 def means_within(
     points: np.ndarray, centres: np.ndarray, values: np.ndarray, radius: float, threads: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Average `values` over the places within `radius` of each point.
+    """Average `values` over the centres within `radius` of each point.
 
     Parameters
     ----------
@@ -30,8 +30,8 @@ def means_within(
 
     Returns
     -------
-    means : (N,) or (N, V) float64, NaN if no place is near
-    counts : (N,) int64, places within the radius
+    means : (N,) or (N, V) float64, NaN without a centre within the radius
+    counts : (N,) int64, number of centres within the radius
     """
     points = np.ascontiguousarray(points, np.float64)
     columns = np.ascontiguousarray(np.reshape(values, (len(centres), -1)), np.float64)
@@ -58,7 +58,7 @@ def _means(
     means: np.ndarray,
     counts: np.ndarray,
 ) -> None:
-    """Average columns over the ball around each point, which holds fewer than `capacity` places."""
+    """Average columns over the sphere around each point, which contains fewer than `capacity` centres."""
     inside = np.empty(capacity, np.int32)
     for i in range(len(points)):
         n = ball(index, points[i, 0], points[i, 1], points[i, 2], radius, inside)
@@ -73,7 +73,7 @@ def _means(
 def smooth(
     points: np.ndarray, centres: np.ndarray, values: np.ndarray, radius: float = SMOOTHING, threads: int = 1
 ) -> np.ndarray:
-    """Smooth a map known at centres onto every dot: the mean of the centres within `radius`.
+    """Smooth a map that is known at centres, and extend it to all dots, by the mean of the centres within `radius`.
 
     Parameters
     ----------

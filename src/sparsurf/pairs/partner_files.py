@@ -27,7 +27,7 @@ def read_partners(
     Parameters
     ----------
     surface_1, surface_2 : paths of npz files
-    structure_1, structure_2 : paths of the structures that the dots lie on; None for a surface without atoms
+    structure_1, structure_2 : paths of the structures of the surfaces; None for a surface without atoms
     patches : dict, the section `patches` of the config
     name : str, of the pair; names the random streams
     threads : int
@@ -76,7 +76,7 @@ def select_centres(partner: Partner, centres: str | dict, seed: int) -> np.ndarr
 
 
 def partner_labels(pair: dict) -> tuple[str, ...]:
-    """Return what both partners of a pair of the config are: proteins, files, or chains of a file."""
+    """Name both partners of a pair of the config, by protein, file, or chains of a file."""
     if "complex" in pair:
         file = Path(pair["complex"]).name
         return tuple(

@@ -1,4 +1,4 @@
-"""One side of a pair: a surface with its residues and atoms, and the baseline scores of its dots."""
+"""A partner of a pair: a surface with its residues and atoms, and the baseline scores of its dots."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sparsurf.surfaces.surface import Surface
 
 @dataclass(frozen=True, eq=False)
 class Partner:
-    """A surface prepared for its maps.
+    """A surface prepared for maps.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ def partner_of(
     threads: int = 1,
     kind: str = PUBLISHED,
 ) -> Partner:
-    """Prepare a surface for its maps.
+    """Prepare a surface for maps.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def partner_of(
 
 
 def baseline_scores(partner: Partner, at: np.ndarray, threads: int = 1) -> dict[str, np.ndarray]:
-    """Compute the baselines of a propensity at some dots; higher means likelier interface.
+    """Compute the baselines of a propensity at some dots; higher values indicate an interface.
 
     Parameters
     ----------

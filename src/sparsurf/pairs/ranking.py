@@ -1,4 +1,4 @@
-"""Area under the ROC curve of a value at every dot for the interface, with its interval."""
+"""Area under the ROC curve of scores of dots as predictors of the interface, with intervals."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from typing import Any
 
 import numpy as np
 
-BLOCK_LENGTH = 10.0  # Å between the centres of the blocks that are drawn together
+BLOCK_LENGTH = 10.0  # Å, between the centres of blocks of residues that are resampled together
 N_DRAWS = 500  # of the bootstrap
-# of scores, which are of the size of 1: all patches of two equal partners are at a distance of 0 but for rounding errors
+# Of scores, which are of order 1: between two equal partners, all distances are 0 except for rounding errors
 DECIMALS = 9
 
 
 def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = None) -> Any:
-    """Compute the area under the ROC curve: the chance that a dot of the interface scores higher than one outside it.
+    """Compute the area under the ROC curve: the probability that a dot of the interface scores higher than another dot.
 
     Parameters
     ----------
     score : (n,) float64
     positive : (n,) bool
     weight : (n,) or (B, n) float64, optional
-        How often each dot counts; with B rows, B areas.
+        Weight of each dot; B rows give B areas.
 
     Returns
     -------
-    float or (B,) float64; ties, which agree to DECIMALS, count half; NaN if one of the two classes is empty
+    float or (B,) float64; ties (to DECIMALS) count half; NaN if one of the two classes is empty
     """
     weight = np.ones(len(score)) if weight is None else np.asarray(weight, np.float64)
     score = np.round(score, DECIMALS)
@@ -41,11 +41,11 @@ def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = Non
 
 
 def blocks_of_residues(points: np.ndarray, residue: np.ndarray, length: float = BLOCK_LENGTH) -> np.ndarray:
-    """Group neighbouring residues into blocks, the units that a bootstrap draws.
+    """Group neighbouring residues into blocks, the units of a bootstrap.
 
-    A map smoothed over 6 Å is correlated over about twice that distance. Drawing single dots or residues would count one
-    piece of evidence many times. Block centres are centres of residues, each the farthest from those before, until every
-    residue lies within `length` of one; each residue joins the nearest block.
+    A map smoothed over 6 Å is correlated over about twice that distance, so that single dots or residues are not independent.
+    Block centres are centres of residues, each the farthest from the previous ones, until every residue is within `length` of
+    one; each residue joins the nearest block.
 
     Parameters
     ----------
@@ -74,12 +74,12 @@ def bootstrap_auc(
     rng: np.random.Generator,
     draws: int = N_DRAWS,
 ) -> dict[Any, tuple[float, float, float]]:
-    """Compute areas under the ROC curve with intervals from drawing whole blocks with replacement.
+    """Compute areas under the ROC curve with intervals, by resampling whole blocks with replacement.
 
     Parameters
     ----------
     scores : dict, name -> (n,) float64
-        The draws are the same for all scores, so that their differences can be judged too.
+        All scores use the same draws, so that they can be compared.
     positive : (n,) bool
     block : (n,) int, from 0
     rng : numpy.random.Generator

@@ -1,4 +1,4 @@
-"""Maps from few centres: their correlation with the map from all dots, their AUC, their cost."""
+"""Evaluate maps from few centres: correlation with the map from all dots, AUC and cost."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def thinned_maps(
     described: Sequence[Partner] | None = None,
     threads: int = 1,
 ) -> list[np.ndarray]:
-    """Compute the smoothed propensity of all dots of both partners from some centres.
+    """Compute the smoothed propensity at all dots of both partners from some centres.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def thinned_maps(
     recipe : matching.Recipe
     smoothing : float, Å
     described : two Partner, optional
-        Surfaces from which the patches are cut instead, such as recovered ones; the centres remain dots of `pair`.
+        Surfaces from which the patches are cut, such as recovered ones; `pair` by default. The centres are dots of `pair`.
     threads : int
 
     Returns
@@ -87,7 +87,7 @@ def thinned_maps(
 
 
 def recovered(partner: Partner, dots: np.ndarray, d_link: float = D_LINK) -> Partner:
-    """Recover the surface of a partner from some of its dots and their normals alone.
+    """Recover the surface of a partner from some of its dots and their normals.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def recovered(partner: Partner, dots: np.ndarray, d_link: float = D_LINK) -> Par
 
     Returns
     -------
-    Partner without atoms, its roughness NaN
+    Partner without atoms, with NaN as roughness
     """
     whole = partner.surface
     density = comparable_density(len(whole) / area_of(whole)[0], d_link)
@@ -129,14 +129,14 @@ def thinning(
         Centres, % of the dots.
     samplers : sequence of str, see `samplers.SAMPLERS`
     draws : int
-        For each random sampler and size.
+        Number of draws of each sampler and size.
     with_recovered : bool
-        Also describe the surface recovered from the centres alone.
+        Also evaluate the surface recovered from the centres.
     recipe : matching.Recipe
     smoothing, within : float, Å
     seed, threads : int
     rules : dict, optional
-        Further arguments of the Evaluator: r_patch, d_link, moved_centre, every_patch; by default the published ones.
+        Further arguments of PreparedSurface; by default the published ones.
 
     Returns
     -------
@@ -194,7 +194,7 @@ def _warm_up(
 
 
 def _choose(sampler: Sampler, name: str, evaluator: PreparedSurface, percent: float, draw: int) -> np.ndarray:
-    """Choose the centres of one surface, ascending; a nested sampler takes the first ones of one order at every size."""
+    """Choose the centres of one surface, ascending; with a nested sampler, smaller sets are contained in larger ones."""
     keys: tuple = ("thinning", name, draw) if sampler.nested else ("thinning", name, draw, str(percent))
     n = max(1, round(percent / 100 * len(evaluator.points)))
     return np.sort(sampler(evaluator, n, evaluator.stream(*keys)))

@@ -1,1 +1,1 @@
-"""Sites: places on a surface with descriptors, by which the same site is found on another surface."""
+"""Sites: places on a surface with descriptors, which are searched for on other surfaces."""

@@ -1,6 +1,6 @@
-"""Describe sites: some dots of a surface, each with descriptors of the shape and the fields around it.
+"""Describe sites: some dots of a surface with descriptors of the shape and the fields around them.
 
-Patches are cut from the kept dots alone. A subset of a surface with its fields is therefore all that is needed.
+Patches are cut from the kept dots alone, so that a subset of a surface with its fields is sufficient.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.surfaces.surface import MAX_COORDINATE, ROUNDING_OF_NORMALS, Surface
 
 FIELDS = ("hydropathy", "volume", "aromaticity", "charge", "potential")
-PERCENT = 10  # of the dots, which are kept and described
-RADIUS = 10.0  # Å, of the patches; with 6 Å the first hit is right in 72 of 100, with 10 Å in 80
+PERCENT = 10  # of the dots are kept and described
+RADIUS = 10.0  # Å, of the patches; the first hit is correct in 80 of 100 cases, with 6 Å in 72
 ORDER = 10  # highest order n of the moments; finer detail differs between two forms of a protein
 SHAPE = "shape"  # the channel next to the fields: r of the rotation-robust descriptor
-MIN_DOTS_IN_PATCH = 12  # of a patch that is described
-PLACES_AT_ONCE = 8 * PATCHES_PER_CALL  # whose float64 moments are in memory: 24 MB with all fields
+MIN_DOTS_IN_PATCH = 12  # patches with fewer dots are not described
+PLACES_AT_ONCE = 8 * PATCHES_PER_CALL  # described at a time; their float64 moments need 24 MB with all fields
 VERSION = 2  # of saved Sites
 LABELS = ("chain", "residue", "residue_name")
-# Values of a file that are no arrays, and their kinds in numpy
+# Scalars of a file, and their kinds in numpy
 SCALARS = {"sparsurf_sites": "U", "version": "iu", "order": "iu", "percent": "iuf", "radius": "iuf"}
 
 
@@ -48,7 +48,7 @@ class Sites:
     name : str
     points, normals : (P, 3) float32, Å and unit vectors
     labels : DataFrame of P rows: chain, residue, residue_name, str; empty if unknown
-    numbers : (P, C, K) float16, moments ``|c_nm|`` up to ORDER of each channel, the shape first, then the fields
+    numbers : (P, C, K) float16, moments ``|c_nm|`` up to ORDER for each channel: the shape, then the fields
     settings : dict: fields, percent, radius, order, version
     """
 
@@ -101,7 +101,7 @@ def load_sites(path: Path | str) -> Sites:
 
     Raises
     ------
-    InputError : another file, or Sites of another version
+    InputError : the file does not contain Sites, or Sites of another version
     """
     problem = "holds no Sites, or is damaged: write it with Sites.save"
     arrays = read_archive(read_bytes(path), path, problem)
@@ -160,12 +160,12 @@ def describe_surface(
     at: np.ndarray | None = None,
     threads: int = 1,
 ) -> Sites:
-    """Describe the sites of a surface by a farthest-point subset of its dots.
+    """Describe the places of a surface, using a farthest-point subset of its dots.
 
     Parameters
     ----------
-    dots : Surface; without a molecule it has the fields to describe
-    molecule : Molecule or None, whose atoms `dots.atom` counts
+    dots : Surface; without a molecule it must have the fields
+    molecule : Molecule or None, to whose atoms `dots.atom` refers
     name : str
     percent : float, share of the dots that are kept
     fields : sequence of str
@@ -188,7 +188,7 @@ def describe_surface(
     lacking = [key for key in fields if key not in kept.fields]
     if lacking:
         raise InputError(
-            f"{name}: its dots have no {', '.join(lacking)}; take a structure, or dots with such columns."
+            f"{name}: its dots have no {', '.join(lacking)}; use a structure, or dots with these columns."
         )
     kept = replace(kept, fields={key: kept.fields[key] for key in fields})
     labels = molecule.labels(kept.atom) if molecule is not None else _empty_labels(len(kept))
@@ -196,7 +196,7 @@ def describe_surface(
 
 
 def farthest_subset(dots: Surface, percent: float) -> Surface:
-    """Choose a share of the dots, each the farthest from those chosen before.
+    """Choose a share of the dots by farthest-point sampling.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def farthest_subset(dots: Surface, percent: float) -> Surface:
 
     Returns
     -------
-    Surface; always the same dots, at least one
+    Surface of at least one dot; the same for every call
     """
     if percent == 100:
         return dots
@@ -236,12 +236,12 @@ def places_of_residues(sites: Sites, residues: str) -> np.ndarray:
     """
     labels = sites.labels
     if not (labels["residue"] != "").any():
-        raise InputError(f"{sites.name}: its dots have no residues; describe the sites of a structure.")
+        raise InputError(f"{sites.name}: its dots have no residues; use a structure.")
     return np.flatnonzero(numbered_residues(labels, _select_residues(labels, sites.name, residues)) >= 0)
 
 
 def _select_residues(labels: pd.DataFrame, name: str, residues: str) -> pd.DataFrame:
-    """Select residues of labels by the rules of `Molecule.select`; returns a DataFrame with LABELS."""
+    """Select residues of labels like `Molecule.select`; return a DataFrame with LABELS."""
     first = labels.drop_duplicates(list(LABELS)).reset_index(drop=True)
     n = len(first)
     columns = {"name": np.full(n, "CA"), "element": np.full(n, "C"), "kind": np.full(n, "protein")}
@@ -259,7 +259,7 @@ def _select_residues(labels: pd.DataFrame, name: str, residues: str) -> pd.DataF
 
 
 def numbered_residues(labels: pd.DataFrame, residues: pd.DataFrame) -> np.ndarray:
-    """Find the residue of each row of labels.
+    """Find the row of `residues` for each row of labels.
 
     Parameters
     ----------
@@ -291,7 +291,7 @@ def sites_of(
     labels : DataFrame, chain, residue, residue_name of its dots
     name : str
     percent : float, share of the surface's dots that were kept
-    at : (T, 3) float64, Å, optional; places other than the dots, labelled as the nearest dot
+    at : (T, 3) float64, Å, optional; other places than the dots, with the labels of the nearest dot
     radius : float, Å
     threads : int
 
@@ -301,7 +301,7 @@ def sites_of(
 
     Raises
     ------
-    InputError : there is no such place
+    InputError : no patch has enough dots
     """
     nearest = np.arange(len(kept)) if at is None else cKDTree(kept.points).query(at)[1]
     places = kept.points if at is None else np.ascontiguousarray(at, np.float64)
@@ -319,7 +319,7 @@ def sites_of(
     described = sizes >= MIN_DOTS_IN_PATCH
     if not described.any():
         raise InputError(
-            f"{name}: no patch has {MIN_DOTS_IN_PATCH} dots; keep more of the dots, or take a larger surface."
+            f"{name}: no patch has {MIN_DOTS_IN_PATCH} dots; keep more of the dots, or use a larger surface."
         )
     points, normals = places.astype(np.float32), kept.normals[nearest].astype(np.float32)
     rows = labels[list(LABELS)].take(np.atleast_1d(nearest)).reset_index(drop=True)
@@ -333,5 +333,5 @@ def _area(kept: Surface) -> float:
 
 
 def _fill_unknown(field: np.ndarray) -> np.ndarray:
-    """Replace unknown values by the mean, so that an unknown dot does not count."""
+    """Replace unknown values by the mean."""
     return np.where(np.isfinite(field), field, np.nanmean(field))

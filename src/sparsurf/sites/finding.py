@@ -1,4 +1,4 @@
-"""Find the places of a site on other surfaces, place by place or as a whole."""
+"""Find a site on other surfaces, place by place or as a whole."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from sparsurf.sites.metric import to_metric_space
 from sparsurf.sites.pose_search import DECIMALS, Pose, best_pose
 from sparsurf.threads import parallel_map
 
-MIN_HIT_DISTANCE = 3.0  # Å; of hits that lie nearer to each other only the best counts
-N_BACKGROUND = 20_000  # places of the targets from which distances of unrelated places are estimated
+MIN_HIT_DISTANCE = 3.0  # Å; of closer hits only the best is reported
+N_BACKGROUND = 20_000  # places of the targets from which the distances of unrelated places are estimated
 MAX_PLACES = 40  # places of a site that are superposed onto a target; more take longer and do not help
 MIN_SCORE = 1.0  # of a match that supports a pose
-# Of the metric space, in which unrelated places are about 10 apart; numbers are stored with a rounding error of this size
+# In the metric space, where unrelated places have distances of about 10; stored numbers have rounding errors of this size
 MIN_DISTANCE = 1e-3
-NEAR = 5.0  # upper standard deviations below the median; log distances of unrelated places do not reach it
-CANCELLED = 1e-3  # share of the norms below which a square is computed again from differences
-ROUNDING = 1e-9  # of distances; a smaller difference is none
+NEAR = 5.0  # standard deviations below the median; log distances of unrelated places are larger
+CANCELLED = 1e-3  # relative to the norms; smaller squares are recomputed from differences
+ROUNDING = 1e-9  # of distances; smaller differences are ignored
 PAIRS_AT_ONCE = 65536
-MIRROR = np.array([-1.0, 1.0, 1.0])  # turns a site into its mirror image
-MIN_LEVEL = 0.1  # a lower score of a mirror image makes p no narrower
-BLOCK = 16384  # places that are searched at once: with 50 queries 3 MB of distances
-CALIBRATED = {  # settings of Sites for which p is known
+MIRROR = np.array([-1.0, 1.0, 1.0])  # factors that reflect a site
+MIN_LEVEL = 0.1  # lower limit of the score of a mirror image in the width of p
+BLOCK = 16384  # places that are searched at a time: 3 MB of distances for 50 queries
+CALIBRATED = {  # settings of Sites for which p was calibrated
     "fields": list(FIELDS),
     "percent": float(PERCENT),
     "radius": RADIUS,
@@ -62,11 +62,11 @@ def find_places(
     threads: int = 1,
     learned: dict[str, np.ndarray] | None = None,
 ) -> pd.DataFrame:
-    """Find the best hits of each place of a query by itself.
+    """Find the best hits of each place of a query.
 
     Parameters
     ----------
-    query : Sites, of the places to find
+    query : Sites
     targets : sequence of Sites with the same settings
     n : int, hits of each place
     threads : int
@@ -106,7 +106,7 @@ def _separated_hits(
     places: np.ndarray,
     scores: np.ndarray,
 ) -> list[tuple]:
-    """Return the n best hits of a place, from places sorted by score, without neighbours on one target."""
+    """Return the n best hits of a place that are not close to a better one, from places sorted by score."""
     taken: list[tuple[int, np.ndarray]] = []
     rows: list[tuple] = []
     for owner, index, score in zip(owners, places, scores, strict=True):
@@ -123,8 +123,8 @@ def nearest_places(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the k places nearest to each query, exactly.
 
-    A matrix product in float32 for each block of places finds all that can be among them. Their distances are then computed
-    from the differences in float64.
+    A matrix product in float32 preselects, in blocks, all places that can be among them. Their distances are then computed
+    from differences in float64.
 
     Parameters
     ----------
@@ -135,8 +135,8 @@ def nearest_places(
 
     Returns
     -------
-    distance : (Q, k) float64, ascending but for differences below ROUNDING
-    index : (Q, k) int64; of equal distances the lower place first
+    distance : (Q, k) float64, ascending except for differences below ROUNDING
+    index : (Q, k) int64; for equal distances in ascending order
     """
     double, lengths = (-2 * query).astype(np.float32), np.linalg.norm(query, axis=1)
     rounding = (query.shape[1] + 8) * np.finfo(np.float32).eps
@@ -171,7 +171,7 @@ def find_site(
     n: int = 10,
     learned: dict[str, np.ndarray] | None = None,
 ) -> SiteHits:
-    """Find a query as a whole: all its places in one arrangement, at most one hit on each target.
+    """Find a query as a whole, all its places in one arrangement, with one hit per target.
 
     Parameters
     ----------
@@ -186,7 +186,9 @@ def find_site(
     InputError : the query has fewer than three places
     """
     if len(query) < 3:
-        raise InputError(f"the site has {len(query)} places, and an arrangement needs 3; name more residues.")
+        raise InputError(
+            f"the site has {len(query)} places, but an arrangement needs 3; select more residues."
+        )
     site = query
     if len(query) > MAX_PLACES:
         query = query.take(_farthest_points(query.points, MAX_PLACES))
@@ -211,7 +213,7 @@ def find_site(
 def _best_poses(
     query: Sites, targets: Sequence[Sites], learned: dict[str, np.ndarray] | None
 ) -> tuple[list[Pose], list[float]]:
-    """Return the best pose of a site on each target, and the scores of its mirror image."""
+    """Return the best pose of a site on each target, and the scores of its mirror image there."""
     q, pooled = _in_metric_space(query, targets, learned)
     middle, scale = _background(q, pooled)
     points, normals = query.points.astype(float), query.normals.astype(float)
@@ -228,7 +230,7 @@ def _best_poses(
 
 
 def matched(hits: SiteHits, targets: Sequence[Sites]) -> pd.DataFrame:
-    """Tabulate which place of a site meets which place of each target.
+    """Tabulate the matching places of a site and each target.
 
     Parameters
     ----------
@@ -237,7 +239,7 @@ def matched(hits: SiteHits, targets: Sequence[Sites]) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame, a row per place that agrees: rank, target; LABELS, x, y, z of the site's place; the same of the target's place,
+    DataFrame, one row per matching place: rank, target; LABELS, x, y, z of the site's place; the same for the target's place,
     with the suffix `_there`
     """
     rows, by_name = [], {target.name: target for target in targets}
@@ -259,8 +261,8 @@ def null() -> np.ndarray:
 def chance(scores: np.ndarray, mirrored: np.ndarray, n_places: int, constants: np.ndarray) -> np.ndarray:
     """Compute the probability that an unrelated protein scores as high.
 
-    The mirror image of a site has the same numbers at its places, but occurs on no protein except by chance. Its score
-    shows how high this site scores on this target by chance. On unrelated targets the difference has a logistic
+    The mirror image of a site has the same numbers at its places, but matches a protein only by chance. Its score is therefore
+    the score of this site on this target that chance explains. On unrelated targets the difference has a logistic
     distribution, whose width depends on the number of places and on the score of the mirror image.
 
     Parameters
@@ -273,7 +275,7 @@ def chance(scores: np.ndarray, mirrored: np.ndarray, n_places: int, constants: n
 
     Returns
     -------
-    p : (T,) float64, above 0; 1 where nothing of the site fits
+    p : (T,) float64, above 0; 1 where no place of the site matches
     """
     log_width, of_places, of_score = constants
     level = np.maximum(mirrored, MIN_LEVEL)
@@ -293,13 +295,13 @@ def check_alike(query: Sites, targets: Sequence[Sites]) -> None:
         lacking = [name for name in query.fields if name not in target.fields]
         if lacking:
             raise InputError(
-                f"{target.name} has no {', '.join(lacking)}, which the query has; describe it with it."
+                f"{target.name} has no {', '.join(lacking)}, which the query has; describe both with the same fields."
             )
         for key in ("fields", "percent", "radius", "order"):
             if target.settings[key] != query.settings[key]:
                 raise InputError(
                     f"{target.name} was described with {key} {target.settings[key]}, and the query with "
-                    f"{query.settings[key]}; describe both alike."
+                    f"{query.settings[key]}; use the same settings for both."
                 )
 
 
@@ -309,7 +311,7 @@ def _in_metric_space(
     """Transform the numbers of the query (Q, M) and of all targets, one after the other (P, M)."""
     check_alike(query, targets)
     if not targets:
-        raise InputError("targets: there are none; give one at least.")
+        raise InputError("targets: there are none; give at least one.")
     return (
         to_metric_space(query.numbers, query.fields, learned),
         np.concatenate([to_metric_space(target.numbers, target.fields, learned) for target in targets]),
@@ -319,8 +321,8 @@ def _in_metric_space(
 def _background(q: np.ndarray, pooled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return median and standard deviation (Q,) of the log distance from each query to unrelated places.
 
-    Places as near as those of the same site are left out of the standard deviation. It would otherwise depend on whether the
-    protein of the query is among the targets.
+    Places as near as those of the same site are excluded from the standard deviation, which would otherwise depend on whether
+    the protein of the query is among the targets.
     """
     sample = pooled[:: max(1, len(pooled) // N_BACKGROUND)]
     log_distance = _log_distances(q, sample)
@@ -332,7 +334,7 @@ def _background(q: np.ndarray, pooled: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _log_distances(q: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the distances (Q, P), of at least MIN_DISTANCE; places that are near by differences."""
+    """Return the logarithm of the distances (Q, P), at least MIN_DISTANCE; small ones are computed from differences."""
     norms, of_q = (places**2).sum(axis=1), (q**2).sum(axis=1)[:, None]
     square = norms - 2 * q @ places.T + of_q
     row, column = np.nonzero(square < CANCELLED * (norms + of_q))

@@ -1,8 +1,8 @@
 """The metric that compares the descriptors of two places, learned from proteins in two forms.
 
-weights.npz holds two covariances over matching places of two forms of many proteins: that of the differences (`within`)
-and that of all places (`total`). Fisher's linear discriminant rotates the descriptors to the directions in which the second
-is largest compared with the first, in units of the differences. Distances are then small between two forms of one site.
+weights.npz contains two covariances for many proteins in two forms: that of the differences between matching places
+(`within`) and that of all places (`total`). Fisher's linear discriminant projects the descriptors onto the directions with the
+largest ratio of the second to the first, in units of the differences. Distances between two forms of one site are then small.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sparsurf import InputError
 from sparsurf.sites.describing import SHAPE
 
 N_COMPONENTS = 64  # discriminant components that are compared
-ROWS_AT_ONCE = 16384  # places that are transformed at once: 28 MB
+ROWS_AT_ONCE = 16384  # places that are transformed at a time, in 28 MB
 SHRINKAGE = 0.5  # of the covariance of the differences towards its diagonal
 
 
@@ -37,14 +37,14 @@ def weights() -> dict[str, np.ndarray]:
 def to_metric_space(
     numbers: np.ndarray, fields: Sequence[str], learned: dict[str, np.ndarray] | None = None
 ) -> np.ndarray:
-    """Transform descriptors into the space in which Euclidean distances tell sites apart.
+    """Transform descriptors into the space in which Euclidean distances distinguish sites.
 
     Parameters
     ----------
     numbers : (P, C, K) float16, descriptors of the shape and of `fields`
     fields : sequence of str
     learned : dict, optional
-        As `weights` returns it, which is the default.
+        Learned weights; those of `weights` by default.
 
     Returns
     -------

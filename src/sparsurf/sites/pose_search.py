@@ -1,7 +1,7 @@
-"""Find a site of several places as a whole: the pose that superposes it onto a target so that most places agree.
+"""Find a site of several places as a whole: the pose on a target in which most places agree.
 
-Two places with their normals fix a pose. Poses come from pairs of likely matches whose distance and normals agree on both
-sides. Each pose is scored by the likelihoods of the target places that the places of the site then meet.
+Two places with their normals determine a pose. Poses are built from pairs of likely matches with similar distances and normals
+on site and target. The score of a pose is the sum of the likelihoods of its matches.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from scipy.spatial import cKDTree
 from sparsurf import InputError
 from sparsurf.orientation import MIN_DISTANCE_FROM_LINE, best_turns
 
-N_CANDIDATES = 12  # likeliest matches of each place, from which poses are built
-MAX_PAIRS = 4000  # pairs of matches that are tried, the likeliest first
-PAIR_DISTANCE = (4.0, 25.0)  # Å, lowest and highest distance between the two places of a pair
+N_CANDIDATES = 12  # most likely matches of each place, from which poses are built
+MAX_PAIRS = 4000  # pairs of matches that are tried, the most likely first
+PAIR_DISTANCE = (4.0, 25.0)  # Å, smallest and largest distance between the two places of a pair
 DISTANCE_TOLERANCE = 1.5  # Å, by which the distances of a pair may differ between site and target
 COSINE_TOLERANCE = 0.35  # by which the cosines between the normals of a pair may differ
-MATCH_DISTANCE = 2.5  # Å, within which a place of the site meets a place of the target
-MIN_NORMAL_COSINE = 0.3  # between the normals of two places that meet
-DECIMALS = 9  # of scores: rounding errors do not decide between equal ones
+MATCH_DISTANCE = 2.5  # Å, largest distance between matching places of site and target
+MIN_NORMAL_COSINE = 0.3  # between the normals of matching places
+DECIMALS = 9  # to which scores are rounded, so that rounding errors do not decide between equal ones
 N_REFINED = 20  # best poses that are refined
 MIN_LIKELIHOOD_WEIGHT = 0.05  # of a match in the fit of a refined pose
 
@@ -31,7 +31,7 @@ class Pose(NamedTuple):
 
     score : float, sum of the likelihoods of the matches
     turn, shift : (3, 3) and (3,) float64, Å
-    match : (Q,) int64, place of the target that each place of the site meets; -1 for none
+    match : (Q,) int64, matching place of the target for each place of the site; -1 for none
     """
 
     score: float
@@ -41,7 +41,7 @@ class Pose(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """What every pose is scored against: the site, the target with its tree, and the likelihoods (Q, T)."""
+    """Data of a search: the site, the target with its tree, and the likelihoods (Q, T)."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -58,18 +58,18 @@ def best_pose(
     target_normals: np.ndarray,
     likelihood: np.ndarray,
 ) -> Pose:
-    """Find the pose of the highest score.
+    """Find the pose with the highest score.
 
     Parameters
     ----------
     points, normals : (Q, 3) float64, of the site, Å and unit vectors
     target_points, target_normals : (T, 3) float64
     likelihood : (Q, T) float
-        How likely each place of the target is the same as each place of the site; 0 for a place that cannot be.
+        How likely each place of the site corresponds to each place of the target; 0 excludes a match.
 
     Returns
     -------
-    Pose; one of score 0 without matches if no two matches agree
+    Pose; its score is 0, without matches, if no pair of matches agrees
     """
     candidates = _likeliest(likelihood, min(N_CANDIDATES, likelihood.shape[1]))
     search = _Search(points, normals, target_points, target_normals, cKDTree(target_points), likelihood)
@@ -83,7 +83,7 @@ def best_pose(
 
 
 def _likeliest(likelihood: np.ndarray, n: int) -> np.ndarray:
-    """Return the n likeliest places of each row (Q, n); of equal ones the first, unlike a partition."""
+    """Return the n most likely places of each row (Q, n); ties go to the first, unlike in a partition."""
     last = -np.partition(-likelihood, n - 1, axis=1)[:, n - 1 : n]
     better, equal = likelihood > last, likelihood == last
     free = n - better.sum(axis=1, keepdims=True)
@@ -94,7 +94,7 @@ def _likeliest(likelihood: np.ndarray, n: int) -> np.ndarray:
 def _matching_pairs(
     search: _Search, candidates: np.ndarray
 ) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Return pairs of matches (i, a), (j, b) that agree, the likeliest first, as int arrays."""
+    """Return pairs of matches (i, a), (j, b) that agree, the most likely first, as int arrays."""
     points, normals, target_points, target_normals, _, likelihood = search
     n, k = candidates.shape
     i, a = np.repeat(np.arange(n), k), candidates.ravel()
@@ -130,7 +130,7 @@ def _poses_of_pairs(
 
 
 def _frames(first: np.ndarray, second: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return rows of right-handed frames: along the pair, across it, and up as far as that allows."""
+    """Return right-handed frames, as rows: along the pair, across it, and the component of `up` perpendicular to both."""
     along = second - first
     along = along / np.linalg.norm(along, axis=1, keepdims=True)
     up = up - np.einsum("ij,ij->i", up, along)[:, None] * along
@@ -156,7 +156,7 @@ def _score(search: _Search, turn: np.ndarray, shift: np.ndarray) -> tuple[float,
 
 
 def _refine(search: _Search, turn: np.ndarray, shift: np.ndarray, rounds: int = 3) -> Pose:
-    """Fit the matches of a pose onto each other as long as the score grows."""
+    """Fit the matches of a pose onto each other as long as the score increases."""
     score, match = _score(search, turn, shift)
     for _ in range(rounds):
         met = match >= 0
@@ -165,7 +165,7 @@ def _refine(search: _Search, turn: np.ndarray, shift: np.ndarray, rounds: int = 
         weight = np.maximum(search.likelihood[met, match[met]], MIN_LIKELIHOOD_WEIGHT)
         try:
             fitted = rigid_fit(search.points[met], search.tree.data[match[met]], weight)
-        except InputError:  # the pair with its normals fixes the pose, matches on a line do not
+        except InputError:  # matches on a line do not determine a pose
             break
         better, changed = _score(search, *fitted)
         if better <= score:
@@ -188,7 +188,7 @@ def rigid_fit(a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> tuple[np.ndar
 
     Raises
     ------
-    InputError : several turns fit equally well, since the points lie on a line
+    InputError : several rotations fit equally well, since the points lie on a line
 
     References
     ----------
@@ -199,6 +199,6 @@ def rigid_fit(a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> tuple[np.ndar
     turn, distance = best_turns(((a - middle_a) * weight[:, None]).T @ (b - middle_b))
     if distance < MIN_DISTANCE_FROM_LINE:
         raise InputError(
-            "the points to fit lie on a line, or are a mirror image, so that several turns fit equally well: take more."
+            "the points to fit lie on a line, or are a mirror image, so that several rotations fit equally well: use more points."
         )
     return turn, middle_b - middle_a @ turn

@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sparsurf import InputError
 from sparsurf.molecules.formats import MMCIF, PDB, suffix
 
 if TYPE_CHECKING:
@@ -26,6 +27,15 @@ def without_zeros(name: str) -> str:
 def same_conformation(name: str, other: str) -> bool:
     """Return whether two names mean one conformation, as f7 and f0007 do."""
     return without_zeros(f"/{name}") == without_zeros(f"/{other}")
+
+
+def require_conformation(path: str | None, site: str) -> str:
+    """Return the file of a conformation that a site names; raise InputError where the study does not have it."""
+    if not path:
+        raise InputError(
+            f"sites.{site} names a conformation that this study does not have; frames.csv of its protein lists them."
+        )
+    return path
 
 
 def has_one_model(protein: "Protein") -> bool:

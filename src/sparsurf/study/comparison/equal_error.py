@@ -23,13 +23,6 @@ N_BOOTSTRAP = 400  # samples of test dots and draws
 KEYS = ["sampler", "percent", "use", "measure"]
 
 
-def measure_matrix(table: pd.DataFrame, measure: str, column: str = "value") -> pd.DataFrame:
-    """Return one measure as a matrix: samplers as rows, requested n_S (%) as columns, in the order of the table."""
-    part = table[table["measure"] == measure]
-    matrix = part.pivot(index="sampler", columns="percent", values=column)
-    return matrix.reindex(index=part["sampler"].unique(), columns=part["percent"].unique())
-
-
 def dots_needed(table: pd.DataFrame, measure: str = "Z as_written") -> pd.DataFrame:
     """Compute the number of dots that each sampler needs for the Z that another one reaches.
 
