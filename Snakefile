@@ -240,7 +240,7 @@ rule measure_floors:
         "scripts/measure_floors.py"
 
 
-if config["sampling"]["run"]:
+if SAMPLED:
 
     include: "rules/sampling.smk"
 
@@ -290,8 +290,8 @@ rule draw_view:
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
         fields="results/{run}/{protein}/{conformation}/fields.npz",
         structure=structure_of_conformation,
-        grid=branch(config["sampling"]["run"], "results/{run}/{protein}/{conformation}/grid.csv"),
-        best=branch(config["sampling"]["run"], "results/{run}/{protein}/{conformation}/best.json"),
+        grid=if_sampled("grid.csv"),
+        best=if_sampled("best.json"),
     output:
         page=in_report("results/{run}/{protein}/{conformation}/view.html", "Turn, sample and pick dots"),
         picture="results/{run}/{protein}/{conformation}/view.png",
@@ -344,7 +344,7 @@ rule tabulate_residues:
         "scripts/tabulate_residues.py"
 
 
-if not config["sampling"]["run"]:
+if len(SAMPLED) < len(PROTEINS):
 
     include: "rules/minimal.smk"
 
@@ -367,8 +367,8 @@ rule summarise_surfaces:
         required_dots=every_conformation("required_dots.csv"),
         curves=every_conformation("curves.csv"),
         floors=every_conformation("floors.csv"),
-        ranges=every_conformation("ranges.csv") if config["sampling"]["run"] else [],
-        best=every_conformation("best.json") if config["sampling"]["run"] else [],
+        ranges=every_conformation("ranges.csv", SAMPLED),
+        best=every_conformation("best.json", SAMPLED),
     output:
         table="results/{run}/surfaces.csv",
         png=in_report("results/{run}/required_dots.png", "How many dots are enough", "All surfaces"),
@@ -381,7 +381,7 @@ rule summarise_surfaces:
     params:
         patches=config["patches"],
         minimal=config["minimal"],
-        sampled=config["sampling"]["run"],
+        sampled=SAMPLED,
         code=[METHOD, REPORT],
     message:
         "All surfaces side by side"

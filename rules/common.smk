@@ -7,7 +7,7 @@ from sparsurf.batches.assignment import TABLES as TABLES_OF_BATCHES
 from sparsurf.batches.assignment import assign_batches, size_as_pdb
 from sparsurf.molecules.formats import suffix
 from sparsurf.workflow.code_version import METHOD, REPORT
-from sparsurf.workflow.config import check_config, named_conformations, proteins
+from sparsurf.workflow.config import check_config, named_conformations, proteins, sampled_proteins
 from sparsurf.workflow.jobs import let_jobs_import_library
 from sparsurf.workflow.memory import memory_of_grid
 from sparsurf.workflow.conformations import first_column, has_one_model, same_conformation, without_zeros
@@ -44,6 +44,7 @@ SEARCHES = [name for name, site in SITES.items() if "query" in site]
 COMPARISONS = [name for name, site in SITES.items() if "changes" in site]
 READY_SURFACES = [name for name, protein in PROTEINS.items() if protein.surface]
 MOLECULES = [name for name in PROTEINS if name not in READY_SURFACES]
+SAMPLED = [name for name in sampled_proteins(config) if name in PROTEINS]  # over the grid; the others are not
 SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is not None]
 DOWNLOADS = {name: protein.download for name, protein in PROTEINS.items() if protein.source}
 PACKED = {
@@ -137,11 +138,11 @@ def folder_of(place):
     return f"results/{config['run']}/{protein}/{found[0]}" if found else None
 
 
-def every_conformation(file):
-    """Input function: a file of every conformation of every protein."""
+def every_conformation(file, names=tuple(PROTEINS)):
+    """Input function: a file of every conformation of every protein, or of those of `names`."""
     return lambda wildcards: [
         f"results/{wildcards.run}/{protein}/{conformation}/{file}"
-        for protein in PROTEINS
+        for protein in names
         for conformation in conformations(protein)
     ]
 
@@ -180,11 +181,19 @@ def frames_around_conformation(wildcards):
     return files | {"frames": f"results/{wildcards.run}/{wildcards.protein}/frames.csv"}
 
 
+def if_sampled(file):
+    """Input function: a result of the grid of a conformation; empty if its protein is not sampled."""
+    return lambda wildcards: (
+        f"results/{wildcards.run}/{wildcards.protein}/{wildcards.conformation}/{file}"
+        if wildcards.protein in SAMPLED
+        else []
+    )
+
+
 def ranges_of_paper_sampler(wildcards):
     """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
-    if config["sampling"]["run"] and config["minimal"]["sampler"] in ("paper", "paper_corrected"):
-        return f"results/{wildcards.run}/{wildcards.protein}/{wildcards.conformation}/ranges.csv"
-    return []
+    takes_them = config["minimal"]["sampler"] in ("paper", "paper_corrected")
+    return if_sampled("ranges.csv")(wildcards) if takes_them else []
 
 
 def stage_before(wildcards):
@@ -283,11 +292,11 @@ def conformation_files(protein):
     if protein in MOLECULES:
         files += ["structure.pdb", "surface.dms", "components.csv", "residues.csv", "minimal.bild"]
         files += ["structure_roughness.pdb", "structure_roughness.cif", "open.pml", "open.cxc"]
-    if config["sampling"]["run"]:
+    if protein in SAMPLED:
         files += ["grid.csv", "distances.npz", "best.json", "ranges.csv", "ranges.md", "ranges.html"]
         files += ["rough_and_flat.csv"]
         files += [f"figures/{figure}.{end}" for figure in FIGURES for end in ("png", "svg")]
-    if config["compare"]["run"]:
+    if config["compare"]["run"] and protein in SAMPLED:
         files += ["compare.csv", "compare.html", "compare_pairs.csv", "compare_fewer.csv"]
         files += ["compare_alone.csv", "needed.csv", "centres.csv"]
         files += [f"figures/compare{part}.{end}" for part in ("", "_panels") for end in ("png", "svg")]
@@ -339,9 +348,9 @@ def results_before_pages(wildcards):
     files = []
     if PROTEINS:
         files += ["surfaces.csv", "required_dots.png", "required_dots.svg"]
-    if PROTEINS and config["sampling"]["run"]:
+    if SAMPLED:
         files += ["summary.csv", "relation.csv", "summary.html", "summary.png", "summary.svg"]
-    if config["compare"]["run"]:
+    if config["compare"]["run"] and SAMPLED:
         files += ["compare.csv", "compare_needed.csv", "compare.html"]
         files += [f"compare{part}.{end}" for part in ("", "_panels") for end in ("png", "svg")]
     if "paper" in config and not is_excluded(config["paper"], "c1"):

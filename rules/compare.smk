@@ -51,7 +51,7 @@ rule compare_samplers:
 
 rule summarise_comparison:
     input:
-        tables=every_conformation("compare.csv"),
+        tables=every_conformation("compare.csv", SAMPLED),
     output:
         table="results/{run}/compare.csv",
         needed="results/{run}/compare_needed.csv",

@@ -1,4 +1,4 @@
-# All steps of one conformation in one job, where `sampling` is false: with many structures, starting a process costs as much as a step.
+# All steps of one conformation in one job, where it is not sampled: with many structures, starting a process costs as much as a step.
 
 
 ruleorder:
@@ -43,7 +43,7 @@ rule analyse_conformation:
     log:
         "results/{run}/logs/{protein}/{conformation}/analyse_conformation.log",
     wildcard_constraints:
-        protein=any_of(MOLECULES),
+        protein=any_of([name for name in MOLECULES if name not in SAMPLED]),
     conda:
         "../envs/study.yaml"
     resources:

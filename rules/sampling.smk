@@ -1,4 +1,5 @@
-# The paper's sampling over the grid of its parameters, and the best of it. `sampling: false` leaves all of this out.
+# The paper's sampling over the grid of its parameters, and the best of it. `sampling: false` leaves all of this out,
+# for the study or for one protein.
 
 
 rule evaluate_grid:
@@ -124,11 +125,11 @@ rule draw_figures:
 
 rule summarise_best:
     input:
-        ranges=every_conformation("ranges.csv"),
-        best=every_conformation("best.json"),
-        grid=every_conformation("grid.csv"),
-        surfaces=every_conformation("surface.npz"),
-        roughness=every_conformation("roughness.csv"),
+        ranges=every_conformation("ranges.csv", SAMPLED),
+        best=every_conformation("best.json", SAMPLED),
+        grid=every_conformation("grid.csv", SAMPLED),
+        surfaces=every_conformation("surface.npz", SAMPLED),
+        roughness=every_conformation("roughness.csv", SAMPLED),
         table="results/{run}/surfaces.csv",
     output:
         summary=in_report(

@@ -30,7 +30,8 @@ def main(
     write_table(relation, relations)
     names = {"protein": str, "conformation": str}
     all_surfaces = pd.read_csv(table, dtype=names, keep_default_na=False, na_values=[""])
-    write(page, TEMPLATE, **summary_page(run, all_surfaces, relations, (results[0].best or {}).get("draws")))
+    sampled = all_surfaces.merge(best[[*names]].drop_duplicates())
+    write(page, TEMPLATE, **summary_page(run, sampled, relations, (results[0].best or {}).get("draws")))
     layout.save(summary_figures.summary_figure(best, relations, run), png.removesuffix(".png"))
 
 

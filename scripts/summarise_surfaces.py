@@ -8,18 +8,18 @@ from sparsurf.study.summary import read_result, surfaces_table
 from sparsurf.workflow.jobs import job
 
 
-def main(surfaces: list[str], table: str, png: str, patches: dict, minimal: dict, sampled: bool) -> None:
+def main(surfaces: list[str], table: str, png: str, patches: dict, minimal: dict, sampled: list[str]) -> None:
     """Write surfaces.csv and the figure.
 
     Parameters
     ----------
     surfaces : paths that end in <protein>/<conformation>/surface.npz; the other results lie in the same folders
     patches, minimal : dict, sections of the config
-    sampled : whether there are results of the grid
+    sampled : proteins that have results of the grid
     """
-    folders = [Path(path).parent for path in surfaces]
-    write_table(table, surfaces_table([read_result(folder, sampled) for folder in folders], patches))
-    curves = [required_dots.read(folder, sampled) for folder in folders]
+    folders = {Path(path).parent: Path(path).parts[-3] in sampled for path in surfaces}
+    write_table(table, surfaces_table([read_result(*folder) for folder in folders.items()], patches))
+    curves = [required_dots.read(*folder) for folder in folders.items()]
     layout.save(
         required_dots.figure(curves, minimal.get("floor", required_dots.FRESH)), png.removesuffix(".png")
     )

@@ -261,12 +261,13 @@ def write_run(folder, results):
 def sum_up(folder, **patches):
     """surfaces.csv and the rest of a run of these finished conformations."""
     surfaces = sorted(map(str, folder.glob("*/*/surface.npz")))
+    proteins = [path.name for path in folder.glob("*")]
     table = str(folder / "surfaces.csv")
     with pytest.MonkeyPatch.context() as patch:  # these runs have no curves
         patch.setattr(summarise_surfaces.required_dots, "read", lambda own, sampled: own.parent.name)
         patch.setattr(summarise_surfaces.required_dots, "figure", lambda *_: layout.sheet(20, 20))
         summarise_surfaces.main(
-            surfaces, table, str(folder / "required_dots.png"), PATCHES | patches, {}, True
+            surfaces, table, str(folder / "required_dots.png"), PATCHES | patches, {}, proteins
         )
     names = ("summary.csv", "relation.csv", "summary.html", "summary.png")
     summarise_best.main(surfaces, table, *(str(folder / name) for name in names), 0, folder.name)
@@ -307,7 +308,9 @@ def test_three_surfaces_are_drawn_against_mean_roughness(folder, tmp_path, monke
     for n in (2, 3):
         surfaces = [str(folder / f"p{k + 1:02d}" / "c1" / "surface.npz") for k in range(n)]
         table = str(tmp_path / "surfaces.csv")
-        summarise_surfaces.main(surfaces, table, "required_dots.png", PATCHES, {"floor": "turned"}, True)
+        summarise_surfaces.main(
+            surfaces, table, "required_dots.png", PATCHES, {"floor": "turned"}, ["p01", "p02", "p03"]
+        )
         names = ("summary.csv", "relation.csv", "summary.html", "summary.png")
         summarise_best.main(surfaces, table, *(str(tmp_path / name) for name in names), 0, "mine")
     drawn = [limit for limit in drawn if limit is not None]

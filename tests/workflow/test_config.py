@@ -74,6 +74,9 @@ def test_a_section_that_runs_or_not_may_be_true_or_false():
     large = {"sampling": {"alpha": [k / 100 for k in range(1, 101)]}, "evaluation": {"draws": 10000}}
     refuse(plain | large, "GB of memory")
     check_config(plain | large | {"sampling": False})
+    sampled = {name: protein | {"sampling": True} for name, protein in plain["proteins"].items()}
+    refuse(large | {"sampling": large["sampling"] | {"run": False}, "proteins": sampled}, "GB of memory")
+    check_config(large | {"proteins": {name: {**sampled[name], "sampling": False} for name in sampled}})
     refuse(plain | {"patches": False}, "patches")
 
 
@@ -389,7 +392,19 @@ OWN = {"proteins": DEFAULT["proteins"]}
     ("config", "said"),
     [
         (OWN | {"sampling": False, "compare": True}, "sampling is false, but `compare` needs its grid"),
-        (OWN | {"sampling": False, "paper": "tdp43"}, "sampling is false, but `paper` needs its grid"),
+        (
+            OWN | {"sampling": False, "paper": "tdp43"},
+            "sampling is false, but `paper` needs the grid of tdp43",
+        ),
+        (
+            {"proteins": {"a": STRUCTURE, "b": STRUCTURE | {"sampling": False}}, "paper": "b"},
+            "sampling is false, but `paper` needs the grid of b",
+        ),
+        ({"proteins": {"a": STRUCTURE | {"sampling": False}}, "compare": True}, "`compare` needs its grid"),
+        (
+            {"proteins": {"a": STRUCTURE | {"sampling": True}}, "batch": 5, "sampling": False},
+            "batch needs `sampling: false`",
+        ),
         (PAIRS | {"compare": True}, "compare.run is true, but there are no surfaces to sample"),
         (OWN | {"compare": {"samplers": ["farthest"]}}, "compare.samplers names farthest alone"),
         (

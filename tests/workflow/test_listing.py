@@ -22,11 +22,17 @@ TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 def test_a_table_becomes_proteins_with_files_beside_it(tmp_path):
     (tmp_path / "a.pdb").write_bytes(TOPOLOGY.read_bytes())
     table = tmp_path / "proteins.csv"
-    table.write_text("name,structure,chains,model,ligands\none,a.pdb,A B,2,TRUE\ntwo,a.pdb,,,HEM XK2\n")
+    table.write_text(
+        "name,structure,chains,model,ligands,sampling\none,a.pdb,A B,2,TRUE,\ntwo,a.pdb,,,HEM XK2,false\n"
+    )
     proteins = from_table(str(table))
     one = {"structure": str(tmp_path / "a.pdb"), "chains": ["A", "B"], "model": 2, "ligands": True}
     assert proteins["one"] == one
-    assert proteins["two"] == {"structure": str(tmp_path / "a.pdb"), "ligands": ["HEM", "XK2"]}
+    assert proteins["two"] == {
+        "structure": str(tmp_path / "a.pdb"),
+        "ligands": ["HEM", "XK2"],
+        "sampling": False,
+    }
     assert set(check_config({"proteins": str(table)})["proteins"]) == {"one", "two"}
 
 

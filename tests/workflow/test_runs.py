@@ -16,7 +16,17 @@ import yaml
 import warm_python
 from conftest import ROOT
 from peptides import peptide, write
-from small_study import EMBEDDED, SEQUENCE, SETTINGS, command, copy_of, output, snakemake, write_study
+from small_study import (
+    EMBEDDED,
+    SEQUENCE,
+    SETTINGS,
+    command,
+    copy_of,
+    output,
+    planned_rules,
+    snakemake,
+    write_study,
+)
 
 IMPORTING = """
 configfile: "config.yaml"
@@ -98,6 +108,47 @@ def test_a_run_that_is_killed_three_times_continues_to_the_same_bytes(study, tmp
     assert process.returncode == 0, output(process)
     files = files_of(folder / FIRST, ("csv", "npz", "json", "ply", "pdb", "dms", "md"))
     assert len(files) > 15 and files == {path: (study / FIRST / path).read_bytes() for path in files}
+
+
+def test_of_one_study_some_proteins_are_sampled_and_others_are_not(tmp_path):
+    folder, results = tmp_path / "mixed", tmp_path / "mixed/results/small"
+    of_files = write_study(folder)["proteins"] | {"two": {"structure": "two.pdb"}}
+    proteins = {name: of_files[name] for name in ("ready", "still", "two")}
+    config = SETTINGS | {"frames": {}, "proteins": proteins, "fields": ["hydropathy", "score"]}
+    config["compare"] = {"percents": [20, 40], "samplers": ["uniform", "farthest"]}
+    process = snakemake(folder, config | {"sampling": False})
+    assert process.returncode == 0, output(process)
+    tables = files_of(results, ("csv", "npz", "ply", "html"))
+    assert len(tables) > 30 and not (results / "summary.csv").exists()
+    one_by_one = {name: protein | {"sampling": False} for name, protein in proteins.items()}
+    assert planned_rules(folder, config | {"proteins": one_by_one}) == set()
+
+    still = {"still": proteins["still"] | {"sampling": True}}
+    only_one = config | {"sampling": config["sampling"] | {"run": False}, "proteins": proteins | still}
+    one_by_one |= {"still": proteins["still"]}
+    config |= {"proteins": one_by_one}
+    planned = [planned_rules(folder, mixed) for mixed in (config, only_one)]
+    assert planned[0] == planned[1] >= {"evaluate_grid", "draw_figures", "summarise_best", "draw_view"}
+    config["compare"]["run"] = True
+    process = snakemake(folder, config)
+    assert process.returncode == 0, output(process)
+    names = [["ready", "c1"], ["still", "c1"], ["two", "c1"]]
+    surfaces, summary = (pd.read_csv(results / f"{name}.csv") for name in ("surfaces", "summary"))
+    assert surfaces[["protein", "conformation"]].to_numpy().tolist() == names
+    assert surfaces["best_as_coded"].notna().tolist() == [False, True, False]
+    assert [*surfaces][-2:] == ["R_patch", "D_link"]
+    assert {*summary["protein"]} == {"still"} and (results / "compare.csv").exists()
+    assert {path.parts[-3] for path in results.glob("*/*/compare.csv")} == {"still"}
+    for name in ("ready", "two"):
+        kept = files_of(results / name, ("csv", "npz", "ply", "html"))
+        assert kept == {
+            path.removeprefix(f"{name}/"): tables[path] for path in tables if path.startswith(name)
+        }
+    page = (results / "index.html").read_text()
+    assert "The paper's sampling was tried on still." in html.unescape(page)
+    rows = page.split("Surfaces without the paper", 1)[1].split("</table>")[0]
+    assert re.findall('href="([a-z]+)/c1/view.html"', rows) == ["ready", "two"]
+    assert re.findall('href="([a-z]+)/c1/view.html"', page.split("Look closer")[1]) == ["still"]
 
 
 @pytest.mark.parametrize(("table", "reader"), [("grid.csv", "ranges.csv"), ("roughness.csv", "floors.csv")])

@@ -78,13 +78,13 @@ def first_page(
         if path.count("/") == 2 and path.endswith("/required_dots.csv")
     ]
     first = "/".join(names[0]) if names else ""
-    sampled = "summary.csv" in files  # otherwise the views are linked from the rows
-    other = [path for path in files if not path.endswith("/view.html")]
+    surfaces = of_surfaces(folder, files, names, floor) if names else None
+    in_rows = {page for _, page, *_ in surfaces["rows"]} if surfaces else set()
     known = {
         "run": folder.name,
         "without": list(exclude),
         "warnings": warned(folder / "warnings.csv", short_names(names)),
-        "surfaces": of_surfaces(folder, files, names, floor) if names else None,
+        "surfaces": surfaces,
         "fields": of_fields([read(folder, path) for path in files if path.endswith("/fields.csv")]),
         "paper": of_paper(read(folder, "paper_places.csv")) if "paper_places.csv" in files else None,
         "compared": compared(read(folder, "compare_needed.csv")) if "compare_needed.csv" in files else None,
@@ -107,7 +107,7 @@ def first_page(
             if path.endswith("/ensemble.html")
         ],
         "main_figure": main_figure(folder, files, first),
-        "galleries": galleries(names, files if sampled else other)
+        "galleries": galleries(names, [path for path in files if path not in in_rows])
         + pair_galleries(files)
         + site_galleries(files),
         "taken_from": short_names(names).get(first, first),
@@ -140,24 +140,29 @@ def read(folder: Path, path: str) -> pd.DataFrame:
 def of_surfaces(
     folder: Path, files: Iterable[str], names: list[tuple[str, ...]], floor: str | None
 ) -> dict[str, Any]:
-    """Collect the values of the surfaces at `places`, see `numbers`; without a grid a row for each, see `rows_of`."""
+    """Collect the values of the surfaces `names`: of the sampled ones `numbers`, of the others a row each, see `rows_of`."""
     tables = {name: read(folder, f"{name}.csv") for name in TABLES_OF_ALL if f"{name}.csv" in files}
-    for name in {"surfaces", "summary"} & tables.keys():
-        tables[name] = tables[name].set_index(NAMES).loc[names].reset_index()
-    surfaces = tables.pop("surfaces")
+    surfaces = tables.pop("surfaces").set_index(NAMES).loc[names].reset_index()
+    sampled = surfaces.iloc[:0]
+    if tables:
+        summary = tables["summary"].set_index(NAMES)
+        sampled = surfaces[surfaces.set_index(NAMES).index.isin(summary.index)]
+        tables["summary"] = summary.loc[[*sampled[NAMES].itertuples(index=False)]].reset_index()
     required_dots = pd.concat([read(folder, f"{'/'.join(place)}/required_dots.csv") for place in names])
     known = {
         "proteins": surfaces["protein"].drop_duplicates().tolist(),
         "dots": span(surfaces["N"], "{:,.0f}".format),
         "roughness": span(surfaces["mean_roughness"]),
         "n_surfaces": len(surfaces),
+        "sampled": sampled["protein"].drop_duplicates().tolist(),
+        "n_sampled": len(sampled),
         "scale": scale_of_z(surfaces),
         "two_patches": two_patches(folder, files, names),
         "required_dots": required_dots_card(surfaces, required_dots, floor),
         "d": [],
-        "rows": [] if tables else rows_of(surfaces, files),
+        "rows": rows_of(surfaces.drop(sampled.index), files),
     }
-    return known | (numbers(surfaces, **tables) if tables else {})
+    return known | (numbers(sampled, **tables) if tables else {})
 
 
 def rows_of_surfaces(folder: Path, files: list[str]) -> Rows:

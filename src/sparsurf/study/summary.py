@@ -130,7 +130,10 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
         row |= {} if result.grid is None else _grid_columns(result)
         row |= {} if result.required_dots is None else percent_columns(result.required_dots)
         rows.append(row | {"R_patch": patches["R_patch"], "D_link": patches["D_link"]})
-    return pd.DataFrame(rows)
+    longest_first = sorted(
+        rows, key=len, reverse=True
+    )  # so that a column keeps its place where others lack it
+    return pd.DataFrame(rows, columns=[*dict.fromkeys(name for row in longest_first for name in row)])
 
 
 def _grid_columns(result: Result) -> dict[str, Any]:

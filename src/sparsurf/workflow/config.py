@@ -74,7 +74,8 @@ def check_config(
         }
         errors = [*_check_keys_together(checked)]
         if here:
-            errors += [*too_large(checked), *_check_residues(checked)]
+            errors += [*too_large(checked)] if sampled_proteins(checked) else []
+            errors += [*_check_residues(checked)]
     if errors:
         errors = [*dict.fromkeys(errors)]
         more = [f"{len(errors) - MAX_SENTENCES} more mistakes."] if len(errors) > MAX_SENTENCES else []
@@ -85,6 +86,12 @@ def check_config(
 def proteins(config: dict) -> dict[str, Protein]:
     """The proteins of a checked config, by name."""
     return {name: Protein(**entry) for name, entry in config["proteins"].items()}
+
+
+def sampled_proteins(config: dict) -> list[str]:
+    """Names of the proteins of a checked config whose surfaces are sampled over the grid."""
+    run = config["sampling"]["run"]
+    return [name for name, entry in config["proteins"].items() if entry.get("sampling", run)]
 
 
 def _with_default_study(config: dict, home: Path) -> dict:
@@ -246,9 +253,11 @@ def _check_sections(config: dict) -> Iterator[str]:
         yield f"compare.samplers names {compare['samplers'][0]} alone; name another to compare it with."
     if config["surface"]["method"] == "dms" and (radii := config["surface"]["radii"]) != "dms":
         yield f"surface.radii is {radii}, but the program DMS of surface.method has its own; remove one of the two."
-    for key, needs_grid in {"compare": compare["run"], "paper": "paper" in config}.items():
-        if needs_grid and not config["sampling"]["run"]:
-            yield f"sampling is false, but `{key}` needs its grid; remove one of the two."
+    sampled = sampled_proteins(config)
+    if compare["run"] and config["proteins"] and not sampled:
+        yield "sampling is false, but `compare` needs its grid; remove one of the two."
+    if config.get("paper", "") in {*config["proteins"]} - {*sampled}:
+        yield f"sampling is false, but `paper` needs the grid of {config['paper']}; remove one of the two."
     if "combination" in minimal and minimal["sampler"] not in ("farthest", *SAMPLERS_OF_COMBINATIONS):
         yield f"minimal.sampler is {minimal['sampler']}, but minimal.combination belongs to the paper's; remove one of the two."
     if patches["D_link"] >= min(patches["R_patch"], patches["R_zernike"]):
@@ -266,7 +275,7 @@ def _check_batch(config: dict) -> Iterator[str]:
             yield f"pages: {shorten(repr(name))} is none of the proteins{did_you_mean(name, config['proteins'])}."
         elif name.lower() in TABLES:
             yield f"pages: {name!r} is a folder of the study itself; rename the structure, or give it no page."
-    if config["sampling"]["run"]:
+    if config["sampling"]["run"] or sampled_proteins(config):
         yield "batch needs `sampling: false`: a grid over thousands of structures takes too long."
     for key, given in {
         "pairs": config["pairs"],

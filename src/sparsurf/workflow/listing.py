@@ -114,7 +114,7 @@ def _cell(key: str, value: str, folder: Path) -> Any:
         return str(folder / value)
     if key == "model" and value.isascii() and value.isdecimal():
         return int(value)
-    if key == "ligands" and value.lower() in ("true", "false"):
+    if key in ("ligands", "sampling") and value.lower() in ("true", "false"):
         return value.lower() == "true"
     return value.split() if key in LIST_KEYS else value
 

@@ -21,8 +21,6 @@ def memory_of_grid(config: dict, thousand_dots: float = THOUSAND_DOTS) -> float:
     thousand_dots : float, size of the surface; used only where `test_dots` is 'published'
     """
     sampling, evaluation = config["sampling"], config["evaluation"]
-    if not sampling["run"]:
-        return 0
     test_dots = evaluation["test_dots"]
     if test_dots == "published":
         test_dots = 1000 * thousand_dots / DOTS_PER_TEST_DOT

@@ -168,6 +168,9 @@ class Protein(Section):
     )
     ligands: bool | list[str] = optional("true for all, or a list of residue names; false by default.")
     plddt: Plddt = optional("The same as `plddt` of the study, for one protein.")
+    sampling: bool = optional(
+        "false: no grid for this protein; true: a grid where the study has `sampling: false`."
+    )
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [key]} for key in SOURCE_KEYS]})
 
