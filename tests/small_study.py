@@ -1,7 +1,6 @@
 """A small study in which every rule runs but for those of simulations, and Snakemake as a user runs it."""
 
 import hashlib
-import importlib
 import multiprocessing
 import os
 import re
@@ -135,7 +134,7 @@ def planned_rules(folder, config, **versions):
     where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", path]
     options = [*map(str, where), "--cores", "2", "--dry-run", "--nolock", "--quiet", "host", "reason"]
     log = path.with_suffix(".log")
-    importlib.import_module("snakemake.cli")  # once for all dry runs, which are forks of this process
+    warm_python.import_snakemake()  # once for all dry runs, which are forks of this process
     process = multiprocessing.get_context("fork").Process(target=_dry_run, args=(log, options, versions))
     process.start()
     process.join()

@@ -22,6 +22,10 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
+IMPORTED_BY_SNAKEMAKE = (
+    "snakemake.cli", "snakemake.script", "snakemake.notebook", "requests", "sparsurf.workflow.config", "sparsurf.workflow.jobs",
+    "sparsurf.dot_fields.columns", "sparsurf.molecules.read_molecule", "nbformat", "smart_open",
+)  # fmt: skip
 CLIENT = """
 import json, os, socket, sys
 python, address, *arguments = sys.argv[1:]
@@ -73,6 +77,14 @@ def _reap(*_):
             pass
 
 
+@functools.cache
+def import_snakemake():
+    """Import what each start of Snakemake does: its plugins, and what checks a config."""
+    for name in IMPORTED_BY_SNAKEMAKE:
+        importlib.import_module(name)
+    sys.modules["snakemake.cli"].get_argument_parser()
+
+
 def serve(command, address):
     """Import what jobs need, then fork for each call; return in the fork that is to run it."""
     import sparsurf
@@ -81,8 +93,7 @@ def serve(command, address):
     for module in pkgutil.walk_packages(sparsurf.__path__, "sparsurf."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
-    for name in ("snakemake.cli", "snakemake.script"):
-        importlib.import_module(name)
+    import_snakemake()
     for part in compile_kernels.PARTS.values():
         part()
     listener = socket.socket(socket.AF_UNIX)

@@ -3,7 +3,6 @@
 import json
 import shutil
 import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +12,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 import judge_simulation
+import warm_python
 from conftest import ROOT
 from peptides import STEP, peptide, write
 from sparsurf import InputError
@@ -286,7 +286,7 @@ def test_a_structure_alone_becomes_a_study(tmp_path):
     requested = [
         f"results/simulated/fragment/{name}" for name in ("f10/ranges.csv", "figures/simulation.png")
     ]
-    command = [sys.executable, "-m", "snakemake", *requested, *map(str, where)]
+    command = [warm_python.interpreter(), "-m", "snakemake", *requested, *map(str, where)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "results" / "simulated" / "fragment"

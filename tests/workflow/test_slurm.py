@@ -11,6 +11,7 @@ import yaml
 
 import slurm_node
 import study
+import warm_python
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import EMBEDDED, SEQUENCE, SETTINGS
@@ -42,13 +43,13 @@ def slurm(tmp_path_factory):
             pytest.skip(str(error))
 
 
-def command(folder, *options, settings=ONE, targets=TABLES):
+def command(folder, *options, settings=ONE, targets=TABLES, python=sys.executable):
     """Snakemake's, for a small study in a folder of its own."""
     folder.mkdir(exist_ok=True)
     config = folder / "config.yaml"
     config.write_text(yaml.safe_dump(settings))
     where = ["--snakefile", ROOT / "Snakefile", "--directory", folder, "--configfile", config, "--nolock"]
-    return [sys.executable, "-m", "snakemake", *targets, *map(str, where), *options]
+    return [python, "-m", "snakemake", *targets, *map(str, where), *options]
 
 
 def on_slurm(folder, slurm, *options, **what):
@@ -84,7 +85,10 @@ def tables(folder):
 
 def test_a_cancelled_study_continues_and_a_killed_job_is_tried_again(slurm, tmp_path):
     local = subprocess.run(
-        command(tmp_path / "local", "--cores", "2"), capture_output=True, text=True, check=False
+        command(tmp_path / "local", "--cores", "2", python=warm_python.interpreter()),
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert local.returncode == 0, local.stdout + local.stderr
 
@@ -125,7 +129,11 @@ def test_batches_on_slurm_give_the_bytes_of_a_local_run(slurm, tmp_path):
     batches = {"run": "many", "sampling": False, "batch": 2, "proteins": {"folder": str(structures)}}
     page = {"settings": batches, "targets": ["results/many/index.html"]}
     for folder, arguments, environment in (
-        ("local", command(tmp_path / "local", "--cores", "2", **page), None),
+        (
+            "local",
+            command(tmp_path / "local", "--cores", "2", python=warm_python.interpreter(), **page),
+            None,
+        ),
         ("cluster", on_slurm(tmp_path / "cluster", slurm, **page), slurm),
     ):
         process = subprocess.run(arguments, env=environment, capture_output=True, text=True, check=False)
