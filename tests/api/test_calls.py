@@ -243,7 +243,7 @@ def test_masked_values_are_no_places(blob):
     points, normals = np.ma.array(blob[0]), blob[1]
     assert len(sparsurf.prepare((points, normals), d_link=0.8).points) == 3000  # of a mask that hides nothing
     points[3] = np.ma.masked
-    with pytest.raises(InputError, match=r"^surface: the arrays have masked values; leave these dots out.$"):
+    with pytest.raises(InputError, match=r"^surface: points has masked values; leave these dots out.$"):
         sparsurf.prepare((points, normals), d_link=0.8)
 
 
