@@ -1,12 +1,12 @@
-"""The paper's Figures 1 to 5 from A1, the numbers behind their statements, and the best combination of each range."""
+"""The paper's Figures 1 to 4 from A1, the numbers behind their statements, and the best combination of each range."""
 
 import json
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from PIL import Image
 
+from measures.pictures import reduce_figure
 from measures.tables import write_tables
 from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.sampling.combination import (
@@ -19,7 +19,6 @@ from sparsurf.sampling.combination import (
 from sparsurf.workflow.jobs import job
 
 HALVES = {"rougher half": "rough_half", "flatter half": "flat_half"}
-WIDTH = 1400  # pixels of a figure in the book
 FULL_ALPHA = 1.0
 PUBLISHED_BEST = (1, 0, 6, 0)
 
@@ -86,14 +85,6 @@ def ranges_of(ranges: pd.DataFrame) -> pd.DataFrame:
     return table.join(held_out).assign(published_may_be_best=may_be)
 
 
-def reduce_figure(path: str, copy: str) -> None:
-    """Copy a PNG for the book, at most `WIDTH` pixels wide and in 256 colours."""
-    image = Image.open(path).convert("RGB")
-    if image.width > WIDTH:
-        image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.LANCZOS)
-    image.quantize(256).save(copy, optimize=True)
-
-
 def main(
     grid: str,
     best: str,
@@ -111,7 +102,7 @@ def main(
 
     Parameters
     ----------
-    figures, copies : paths of the five figures and of their copies
+    figures, copies : paths of the four figures and of their copies
     bins : table of Z by roughness, written again as `bins_table`
     """
     by_roughness = pd.read_csv(bins)

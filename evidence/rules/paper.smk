@@ -165,20 +165,38 @@ rule tabulate_figures:
         gathering=f"{TABLES}/paper_gathering.csv",
         figures=expand(
             f"{RESULTS}_paper/A1/c1/figures/{{figure}}.png",
-            figure=["roughness", "number_of_dots_panels", "d_over_grid_panels", "rough_and_flat", "subsets"],
+            figure=["roughness", "number_of_dots_panels", "d_over_grid_panels", "rough_and_flat"],
         ),
     output:
         table=f"{TABLES}/paper_figures.csv",
         bins=f"{TABLES}/paper_bins.csv",
         ranges=f"{TABLES}/paper_ranges.csv",
-        figures=expand(f"{FIGURES}/paper_figure_{{number}}.png", number=[1, 2, 3, 4, 5]),
+        figures=expand(f"{FIGURES}/paper_figure_{{number}}.png", number=[1, 2, 3, 4]),
     log:
         f"{RESULTS}/logs/tabulate_figures.log",
     localrule: True
     message:
-        "The paper's figures and the numbers of its statements"
+        "The paper's Figures 1 to 4 and the numbers of its statements"
     script:
         "../tabulate_figures.py"
+
+
+rule draw_gathering:
+    input:
+        structure=ancient(structure_file(FRAGMENTS[config["fragments"]["drawn"]]["structure"])),
+    output:
+        figure=f"{FIGURES}/paper_figure_5.png",
+    log:
+        f"{RESULTS}/logs/draw_gathering.log",
+    params:
+        dots=FRAGMENTS[config["fragments"]["drawn"]]["dots"],
+        surface=config["power"]["surface"],
+        patches=config["power"]["patches"],
+        seed=config["seed"],
+    message:
+        "Figure 5 of the paper"
+    script:
+        "../draw_gathering.py"
 
 
 rule measure_thinned_costs:

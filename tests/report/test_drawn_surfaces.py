@@ -348,8 +348,10 @@ def test_every_subset_stands_in_its_cell_with_its_number_and_colour():
     *_, histogram = figure.axes
     counts = [bar.get_height() for bar in histogram.patches]
     assert sum(counts) == 900 and counts[-1] == (distance >= subsets.MAX_DISTANCE * 39.5 / 40).sum()
-    assert histogram.lines[0].get_xdata()[0] == pytest.approx(distance.clip(max=subsets.MAX_DISTANCE).mean())
+    assert histogram.lines[0].get_xdata()[0] == pytest.approx(distance.mean())
     assert [w for w in words_of(figure) if len(w) == 1] == list("ABCDEF") and words_of(figure)[0] == "p/c1"
+    without = subsets.figure(whole, cells)
+    assert [w for w in words_of(without) if len(w) == 1] == list("ABCD") and len(pictures(without)) == 4
 
 
 # ---- the book of two partners

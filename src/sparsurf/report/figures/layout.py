@@ -231,10 +231,14 @@ def colours(scale: ScalarMappable, values: np.ndarray) -> np.ndarray:
 def histogram(
     ax: Axes, values: np.ndarray, scale: ScalarMappable, label: str, mean: str, bins: int | np.ndarray = 50
 ) -> None:
-    """Draw a histogram in the colours of a scale, with a line at the mean below the words `mean`."""
-    count, edges = np.histogram(values, bins)
+    """Draw a histogram in the colours of a scale, with a line at the mean below the words `mean`.
+
+    Values beyond the ends of given bins are counted in the outermost ones.
+    """
+    edges = np.histogram_bin_edges(values, bins)
+    count, _ = np.histogram(np.clip(values, edges[0], edges[-1]), edges)
     ax.bar(edges[:-1], count, np.diff(edges), align="edge", color=scale.to_rgba((edges[:-1] + edges[1:]) / 2))
-    middle = float(np.mean(values))
+    middle = float(np.clip(np.mean(values), edges[0], edges[-1]))
     ax.axvline(middle, color="black", linestyle="--")
     ax.text(middle, 1.02, mean, transform=ax.get_xaxis_transform(), ha="center", va="bottom")
     ax.set(xlabel=label, ylabel="number of dots", xlim=(edges[0], edges[-1]))

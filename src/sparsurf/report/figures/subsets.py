@@ -33,7 +33,7 @@ def draw(results: Results) -> Figure:
 def figure(
     surface: Surface,
     subsets: Sequence[tuple[str, Surface, str]],
-    recovered: tuple[str, Surface, np.ndarray],
+    recovered: tuple[str, Surface, np.ndarray] | None = None,
     name: str = "",
 ) -> Figure:
     """Draw the surface, subsets of it in one view, and a recovered surface with its distance from the first.
@@ -42,15 +42,14 @@ def figure(
     ----------
     surface : Surface
     subsets : list of (title, Surface, colour)
-    recovered : (title, Surface, (M,) float64 distance in Å)
+    recovered : (title, Surface, (M,) float64 distance in Å), optional
     name : str
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    title, back, distance = recovered
-    cells = len(subsets) + 3
+    cells = len(subsets) + (3 if recovered else 1)
     columns = 2 if cells == 4 else 3
     figure = layout.sheet(CELL_WIDTH * columns, 1 + CELL_HEIGHT * -(-cells // columns), name)
     corners = [(1 + CELL_WIDTH * (k % columns), 1 + CELL_HEIGHT * (k // columns)) for k in range(cells)]
@@ -62,6 +61,9 @@ def figure(
         scene = render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius)
         share = 100 * len(subset) / len(surface)
         _show(figure, corners, k, scene, f"{fill(words, 38)}\n{len(subset):,} dots, {share:.3g} %", colour)
+    if recovered is None:
+        return figure
+    title, back, distance = recovered
     scale = layout.scale(0, MAX_DISTANCE)
     scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance), camera)
     _show(
@@ -77,7 +79,7 @@ def figure(
     ends = np.linspace(0, MAX_DISTANCE, 41)
     layout.histogram(
         layout.axes(figure, x + 12, y + 14, 44, 32),
-        np.clip(distance, 0, MAX_DISTANCE),
+        distance,
         scale,
         f"distance (Å; last bar: {MAX_DISTANCE:g} and more)",
         mean,

@@ -1,0 +1,13 @@
+"""Figures of the evidence in the form of the book."""
+
+from PIL import Image
+
+WIDTH = 1400  # pixels of a figure in the book
+
+
+def reduce_figure(path: str, copy: str) -> None:
+    """Copy a PNG for the book, at most `WIDTH` pixels wide and in 256 colours."""
+    image = Image.open(path).convert("RGB")
+    if image.width > WIDTH:
+        image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.LANCZOS)
+    image.quantize(256).save(copy, optimize=True)
