@@ -14,6 +14,7 @@ rule analyse_batch:
         dots="results/{run}/dots/{batch}.parquet",
         failures="results/{run}/failures/{batch}.parquet",
         warnings="results/{run}/warnings/{batch}.parquet",
+        **places_of_batch(),
     log:
         "results/{run}/logs/analyse_batch_{batch}.log",
     conda:
@@ -31,6 +32,7 @@ rule analyse_batch:
         evaluation={"test_dots": config["evaluation"]["test_dots"]},
         minimal=config["minimal"],
         fields=config["fields"],
+        places=config["places"],
         seed=config["seed"],
         code=METHOD,
     message:
