@@ -11,7 +11,7 @@ from sparsurf.report import viewer
 from sparsurf.rounding import write_table
 from sparsurf.study.residues import residue_table
 from sparsurf.study.tables import read_minimal, read_roughness
-from sparsurf.surfaces.components import COMPONENT_FIELD
+from sparsurf.surfaces.components import stored_components
 from sparsurf.surfaces.formats.npz import read_npz, with_fields
 from sparsurf.workflow.jobs import job
 
@@ -36,14 +36,13 @@ def main(
     """Write residues.csv, the structure with roughness as B factor, and the files that open it in PyMOL and ChimeraX."""
     dots = with_fields(read_npz(surface), fields)
     molecule, subset = read_study_structure(structure), read_minimal(minimal, dots)
-    known = dots.fields.get(COMPONENT_FIELD)
     residues = residue_table(
         dots,
         read_roughness(roughness, dots),
         molecule,
         subset["dot"].to_numpy(),
         subset["weight"].to_numpy(),
-        None if known is None else known.astype(int),
+        stored_components(dots),
     )
     write_table(table, residues)
     b_factor = np.nan_to_num(residues["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]

@@ -147,7 +147,7 @@ def test_a_column(checkout):
     replace_once(library / "study" / "residues.py", r'^    table\["dots"\] = .*$', rf"\g<0>\n    {line}")
     replace_once(
         library / "columns.yaml",
-        "^      - dots: .int, dots, its dots.\n(?=      - kept)",
+        "^      - dots: .int, dots, its dots.\n(?=      - cavity_dots)",
         rf"\g<0>      {meaning}\n",
     )
     replace_once(library / "batches" / "tables.py", '^        "dots": INT,$', r'\g<0>\n        "atoms": INT,')

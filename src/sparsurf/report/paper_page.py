@@ -81,12 +81,9 @@ def surface_of(
     evaluator: PreparedSurface, rules: dict[str, Any], path_to_surface: str | None = None
 ) -> dict[str, Any]:
     """Describe the dots: how they were generated, and their numbers."""
+    source = "file" if path_to_surface else "program" if rules["method"] == "dms" else rules["reentrant"]
     return {
-        "source": "file"
-        if path_to_surface
-        else "program"
-        if rules["method"] == "dms"
-        else rules["reentrant"],
+        "source": source,
         "n_dots": len(evaluator.points),
         "n_centres": len(evaluator.cover.centre),
         "mean_roughness": float(evaluator.roughness.mean()),

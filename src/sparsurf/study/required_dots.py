@@ -17,9 +17,8 @@ from sparsurf.study.crossing import fitted_crossing, near
 from sparsurf.study.prepared_surface import PreparedSurface
 
 UNIFORM = "uniform"
-FLOOR_FACTOR = (
-    1.2  # a Z within a fifth of a floor is enough: nearer to it the curve is flat, and n_S uncertain
-)
+# A Z within a fifth of a floor is enough: nearer to it the curve is flat, and n_S uncertain
+FLOOR_FACTOR = 1.2
 COLUMN_PREFIX = "required_percent_"  # of the columns of surfaces.csv
 # n_S of the measured curves, % of the dots
 CURVE_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90)

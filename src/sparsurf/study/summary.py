@@ -26,7 +26,7 @@ from sparsurf.study.tables import (
     read_roughness,
     read_table,
 )
-from sparsurf.surfaces.components import COMPONENT_FIELD, summarize_components, table_of_components
+from sparsurf.surfaces.components import stored_components, summarize_components, table_of_components
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 
@@ -75,6 +75,7 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
 
     try:
         surface = read_npz(folder / "surface.npz")
+        component = stored_components(surface)
         result = Result(
             folder.parent.name,
             folder.name,
@@ -84,9 +85,7 @@ def read_result(folder: Path | str, sampled: bool = True) -> Result:
             float(read_roughness(folder / "roughness.csv", surface).mean()),
             required_dots=optional_table("required_dots"),
             minimal=optional_table("minimal"),
-            components=table_of_components(surface, surface.fields[COMPONENT_FIELD].astype(int))
-            if COMPONENT_FIELD in surface.fields
-            else None,
+            components=None if component is None else table_of_components(surface, component),
         )
         if not sampled:
             return result
@@ -130,9 +129,8 @@ def surfaces_table(results: Sequence[Result], patches: Mapping[str, Any]) -> pd.
         row |= {} if result.grid is None else _grid_columns(result)
         row |= {} if result.required_dots is None else percent_columns(result.required_dots)
         rows.append(row | {"R_patch": patches["R_patch"], "D_link": patches["D_link"]})
-    longest_first = sorted(
-        rows, key=len, reverse=True
-    )  # so that a column keeps its place where others lack it
+    # A column keeps its place where other rows lack it
+    longest_first = sorted(rows, key=len, reverse=True)
     return pd.DataFrame(rows, columns=[*dict.fromkeys(name for row in longest_first for name in row)])
 
 

@@ -33,6 +33,12 @@ def fields_without_component(surface: Surface) -> dict[str, np.ndarray]:
     return {name: values for name, values in surface.fields.items() if name != COMPONENT_FIELD}
 
 
+def stored_components(surface: Surface) -> np.ndarray | None:
+    """Return the component of each dot, (N,) int, that a study has stored with a surface; None for a ready surface."""
+    stored = surface.fields.get(COMPONENT_FIELD)
+    return None if stored is None else stored.astype(int)
+
+
 def components_of(
     surface: Surface, xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS
 ) -> np.ndarray:
