@@ -163,6 +163,10 @@ def test_the_card_of_d_tells_what_z_it_stands_for(tmp_path):
     summary.to_csv(folder / "summary.csv", index=False)
     coded = Page(first(folder, files)).text["card coded"]
     assert "Its Z is 4.1, that of the uniform subset 6.6; the mean patch" in coded and "gives 1.7." in coded
+    assert coded.strip().endswith("gives 1.7. Both describe a patch worse than the mean patch does.")
+    summary.assign(Z_tS=1.1).to_csv(folder / "summary.csv", index=False)
+    assert Page(first(folder, files)).text["card coded"].strip().endswith("gives 1.7.")
+    summary.to_csv(folder / "summary.csv", index=False)
     for conformation, z in (("c1", 2.0), ("c2", 2.8)):
         best = json.dumps({"references": {"Z_two_patches": z}})
         (folder / "p" / conformation / "best.json").write_text(best)
