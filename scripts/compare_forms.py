@@ -1,20 +1,30 @@
 """Compare two forms of a protein residue by residue."""
 
+import logging
+
 import numpy as np
 
 from sparsurf import InputError
 from sparsurf.molecules.read_molecule import read_study_structure
-from sparsurf.pairs.changes import SHARE_ABOVE_FLOOR, Form, numbered_alike, superpose_forms
+from sparsurf.pairs.changes import (
+    SHARE_ABOVE_FLOOR,
+    Form,
+    numbered_alike,
+    superpose_forms,
+    unmatched_residues,
+)
 from sparsurf.pairs.changes import changes as changes_between
 from sparsurf.pairs.matching import on_atoms
 from sparsurf.report.page import write
-from sparsurf.report.site_page import OF_FORMS, changes_page
+from sparsurf.report.site_page import OF_FORMS, changes_page, over_floor
 from sparsurf.streams import stream
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
 from sparsurf.workflow.conformations import require_conformation
 from sparsurf.workflow.jobs import job
+
+log = logging.getLogger("sparsurf")
 
 B_FACTOR_OF_BURIED = -1.0  # of residues without a change
 
@@ -35,7 +45,9 @@ def main(
     name: str,
     threads: int = 1,
 ) -> None:
-    """Write changes.csv, a page, and both structures with the change as B factor, the second superposed onto the first.
+    """Write changes.csv, a page, and both structures, the second superposed onto the first.
+
+    The B factor is the change over its larger floor.
 
     Parameters
     ----------
@@ -56,13 +68,19 @@ def main(
         atom_radii = radii(molecule, settings["radii"])
         generate, _ = surface_generator(molecule, 0, atom_radii, settings, d_link, form)
         compared.append(Form(form, read_npz(surface), molecule, generate))
+    unmatched = unmatched_residues(compared[0], compared[1])
+    for form, other, residues in zip(forms, reversed(forms), unmatched, strict=True):
+        if residues:
+            message = "%s: %s lacks residues %s of %s, and the surface around that gap seems changed; cut both by `residues`"
+            log.warning(message, name, other, residues, form)
     table = changes_between(compared[0], compared[1], stream(seed, "changes", *forms), threads)
     table.to_csv(changes, index=False, float_format="%.5g")
+    table["over_floor"] = over_floor(table)
     superposed = reference, superpose_forms(molecules[1], reference)
     for pdb, molecule in zip((pdb_1, pdb_2), superposed, strict=True):
-        change = on_atoms(molecule, table, "total", B_FACTOR_OF_BURIED)
+        change = on_atoms(molecule, table, "over_floor", B_FACTOR_OF_BURIED)
         molecule.write_pdb(pdb, b_factor=np.nan_to_num(change, nan=B_FACTOR_OF_BURIED))
-    write(page, OF_FORMS, **changes_page(name, forms, table, SHARE_ABOVE_FLOOR))
+    write(page, OF_FORMS, **changes_page(name, forms, table, SHARE_ABOVE_FLOOR, unmatched))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import sparsurf
@@ -18,7 +19,9 @@ from sparsurf.pairs.changes import (
     floor_of,
     noise,
     numbered_alike,
+    residue_ranges,
     residues_of,
+    unmatched_residues,
 )
 from sparsurf.sites.describing import FIELDS, describe_surface
 from sparsurf.sites.metric import weights
@@ -183,3 +186,17 @@ def test_forms_share_residues_by_chain_and_number(form):
     assert (numbered_alike(two, molecule).chain == two.chain).all()
     with pytest.raises(InputError, match="one and two share 0 residues by chain and number"):
         common_residues(form, form._replace(name="two", molecule=two))
+
+
+def test_residues_of_one_form_only_are_ranges_that_select_them(form):
+    """Form one has residues 209 to 238."""
+    trimmed = sparsurf.read_molecule(TOPOLOGY, residues="210-211,214,216-230,239-241")
+    assert unmatched_residues(form, form_of(trimmed, "two")) == ("209,212-213,215,231-238", "239-241")
+    assert unmatched_residues(form, form) == ("", "")
+
+
+def test_ranges_break_at_gaps_and_chains():
+    residues = pd.DataFrame({"chain": list("AAABB"), "residue": ["1", "2", "5A", "6", "7"]})
+    assert residue_ranges(residues, np.array([1, 1, 0, 1, 1], bool)) == "A:1-2,B:6-7"
+    assert residue_ranges(residues, np.array([0, 1, 1, 1, 0], bool)) == "A:2-5A,B:6"
+    assert residue_ranges(residues.assign(chain=""), np.array([1, 0, 0, 0, 1], bool)) == "1,7"

@@ -170,6 +170,11 @@ def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
         "differ all over" in render(OF_FORMS, **known),
         "differ all over" in render(OF_FORMS, **known | {"n": 4}),
     ) == (True, False)
+    gap = "Residues A:1-5 of closed/f7 are missing from the other form."
+    longer = changes_page("opening", ["open", "closed/f7"], table, SHARE_ABOVE_FLOOR, ["", "A:1-5"])
+    assert gap in render(OF_FORMS, **longer) and "missing from the other form" not in render(
+        OF_FORMS, **known
+    )
     page = Page(render(OF_FORMS, **known))
     answer = " ".join(page.text["answer"].split())
     assert answer.startswith(

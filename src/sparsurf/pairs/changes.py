@@ -231,6 +231,38 @@ def changes(first: Form, second: Form, rng: np.random.Generator, threads: int = 
     return table
 
 
+def unmatched_residues(first: Form, second: Form) -> tuple[str, str]:
+    """Name the residues of each form that the other lacks, as ranges such as 'A:1-5,90'; empty if there are none.
+
+    Parameters
+    ----------
+    first, second : Form
+    """
+    tables = [form.molecule.residues for form in (first, second)]
+    absent = [np.ones(len(table), bool) for table in tables]
+    for mask, rows in zip(absent, common_residues(first, second), strict=True):
+        mask[rows] = False
+    return residue_ranges(tables[0], absent[0]), residue_ranges(tables[1], absent[1])
+
+
+def residue_ranges(residues: pd.DataFrame, selected: np.ndarray) -> str:
+    """Write the selected residues as ranges of the key `residues`, such as 'A:1-5,90,B:7'.
+
+    Parameters
+    ----------
+    residues : DataFrame of LABELS, see `Molecule.residues`
+    selected : (R,) bool
+    """
+    parts, chain = [], None
+    new_run = np.diff(selected, prepend=False) | (residues["chain"] != residues["chain"].shift()).to_numpy()
+    for _, run in residues[selected].groupby(np.cumsum(new_run)[selected]):
+        first, last = run["residue"].iloc[[0, -1]]
+        prefix = f"{run['chain'].iloc[0]}:" if run["chain"].iloc[0] not in ("", chain) else ""
+        chain = run["chain"].iloc[0]
+        parts.append(prefix + (first if first == last else f"{first}-{last}"))
+    return ",".join(parts)
+
+
 def common_residues(first: Form, second: Form) -> tuple[np.ndarray, np.ndarray]:
     """Find the residues that two forms share by chain and number.
 

@@ -101,7 +101,9 @@ def over_floor(table: pd.DataFrame) -> pd.Series:
     return table["total"] / table[["total_floor", "total_moved"]].max(axis=1)
 
 
-def changes_page(name: str, forms: Sequence[str], table: pd.DataFrame, rare: float) -> dict[str, Any]:
+def changes_page(
+    name: str, forms: Sequence[str], table: pd.DataFrame, rare: float, unmatched: Sequence[str] = ("", "")
+) -> dict[str, Any]:
     """Collect the values of the page of two forms.
 
     Parameters
@@ -110,6 +112,7 @@ def changes_page(name: str, forms: Sequence[str], table: pd.DataFrame, rare: flo
     forms : two str, the conformations
     table : DataFrame of changes.csv
     rare : float, share of the residues of one form above a floor by chance
+    unmatched : two str, residues of each form that the other lacks
     """
     known = table.dropna(subset=["total"])
     order = over_floor(known).sort_values(ascending=False)
@@ -122,6 +125,7 @@ def changes_page(name: str, forms: Sequence[str], table: pd.DataFrame, rare: flo
         "n_above": int(known["above"].sum()),
         "n_moved": int(known["above_moved"].sum()),
         "n_chance": rare * len(known),
+        "unmatched": [(form, residues) for form, residues in zip(forms, unmatched, strict=True) if residues],
         "n_mutated": int((table["residue_name"] != table["residue_name_second"]).sum()),
         "most": [row | {"where": where(row), "above": above_floor(row)} for row in most],
     }

@@ -200,7 +200,7 @@ def changes_figure(
         layout.text(figure, x, 1, title)
         layout.show(layout.axes(figure, x, 5, WIDTH - 8, HEIGHT), render.picture(scene), camera, k == 0)
     figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label(
-        "change over its floor\n(grey: below)"
+        "change over its floor\n(grey: below, pale: unknown)"
     )
     _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE - 18, 35), table, scale)
     return figure
