@@ -75,10 +75,10 @@ def main(
             log.warning(message, name, other, residues, form)
     table = changes_between(compared[0], compared[1], stream(seed, "changes", *forms), threads)
     table.to_csv(changes, index=False, float_format="%.5g")
-    table["over_floor"] = over_floor(table)
+    relative = table.assign(over_floor=over_floor(table))
     superposed = reference, superpose_forms(molecules[1], reference)
     for pdb, molecule in zip((pdb_1, pdb_2), superposed, strict=True):
-        change = on_atoms(molecule, table, "over_floor", B_FACTOR_OF_BURIED)
+        change = on_atoms(molecule, relative, "over_floor", B_FACTOR_OF_BURIED)
         molecule.write_pdb(pdb, b_factor=np.nan_to_num(change, nan=B_FACTOR_OF_BURIED))
     write(page, OF_FORMS, **changes_page(name, forms, table, SHARE_ABOVE_FLOOR, unmatched))
 
