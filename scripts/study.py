@@ -11,11 +11,12 @@ import statistics
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
 from sparsurf import InputError
+from sparsurf.files import pluralise
 from sparsurf.workflow import partial_runs
 from sparsurf.workflow.config import check_config, read_config
 from sparsurf.workflow.jobs import DISK_ERRORS
@@ -161,9 +162,26 @@ def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -
             remarks.append(f"{words} {low:.1f} to {high:.1f} %")
         remark = f" ({'; '.join(remarks)})" if remarks else ""
         print(f"Answer    {statistics.median(percents):.1f} % of the dots {verb}{remark}.")
+    for answer in answers_of_sites(run, config["sites"]):
+        print(f"Answer    {answer}")
     print(f"Warnings  {len(rows_of(run / 'warnings.csv'))} in {run / 'warnings.csv'}")
     print(f"Look at   {run / 'index.html'}")
     print(f"All       {run}/")
+
+
+def answers_of_sites(run: Path, sites: dict) -> Iterator[str]:
+    """Yield a sentence for each pair of forms that was compared, and for each site that was sought."""
+    for name in sites:
+        if changes := rows_of(run / "sites" / name / "changes.csv"):
+            n_known, n_moved = (
+                sum(row[key] not in ("", "0") for row in changes) for key in ("total", "above_moved")
+            )
+            yield f"{name}: {n_moved} of {n_known} residues change by more than atoms moved by 0.3 Å do."
+        if hits := rows_of(run / "sites" / name / "hits.csv"):
+            from sparsurf.report.site_page import MAX_EXPECTED  # here, as it imports pandas
+
+            n_found = sum(float(row["p"]) * len(hits) < MAX_EXPECTED for row in hits)
+            yield f"{name}: found on {n_found} of {pluralise(len(hits), 'target')}."
 
 
 def known(values: list[float]) -> list[float]:

@@ -54,5 +54,5 @@ def test_samplers_are_drawn_in_units_of_each_surfaces_floor_and_averaged():
             np.testing.assert_allclose(ax.lines[k].get_ydata(), ratios)
             assert colour_of(ax.lines[k]) == layout.PALETTE[k]
         assert ax.lines[4].get_ydata()[0] == 1 and (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
-    names = ["farthest point", "Poisson disk", "uniform draw", "paper's sampling"]
+    names = ["farthest point", "Poisson disk", "uniform subset", "paper's sampling"]
     assert legend_of(figure) == list(zip(names, layout.PALETTE, strict=False))

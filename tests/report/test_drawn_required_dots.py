@@ -109,6 +109,31 @@ def test_a_few_surfaces_have_a_panel_each_on_one_scale():
         )
 
 
+def test_side_by_side_each_kind_of_floor_is_drawn_once():
+    """The lowest of the frames, and the floor that defines what is enough though it is not the lowest of its kind."""
+    names = [
+        "frames 100 ps apart",
+        "atoms moved 0.3 Å",
+        "frames 1 ps apart",
+        "turned",
+        "atoms moved 0.1 Å",
+        "fresh dots",
+    ]
+    floors = pd.DataFrame({"floor": names, "Z": [1.4, 1.2, 1.1, 0.9, 0.7, 0.5]})
+    two = [surface_tables(f"{name}/c1")._replace(floors=floors) for name in "pq"]
+    moved = two[0].required_dots.assign(floor="atoms moved 0.3 Å")
+    two = [tables._replace(required_dots=pd.concat([tables.required_dots, moved])) for tables in two]
+    for floor, drawn in (
+        ("fresh dots", [1.1, 0.9, 0.7, 0.5]),
+        ("atoms moved 0.3 Å", [1.2, 1.1, 0.9, 0.7, 0.5]),
+    ):
+        figure = required_dots.figure(two, floor)
+        for ax in figure.axes:
+            assert [line.get_ydata()[0] for line in ax.lines if line.is_dashed()] == drawn
+        assert [ax.get_title().split("\n")[0] for ax in figure.axes] == ["p", "q"]
+    assert len([line for line in required_dots.figure(two[:1]).axes[0].lines if line.is_dashed()]) == 6
+
+
 def test_many_surfaces_share_a_panel_of_medians_with_a_band():
     factors = np.array([0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.9])
     many = [surface_tables(f"p/c{k}", factor) for k, factor in enumerate(factors)]

@@ -114,7 +114,7 @@ def test_few_surfaces_are_drawn_against_n_s():
             assert ax.get_xlim() == (0, 100)
             assert ax.get_ylabel() == (label if j == 0 else "")
     rough = table.groupby("protein")["mean_roughness"].first()
-    wanted = [f"{name}/c1, mean roughness {rough[name]:.2f}" for name in names]
+    wanted = [f"{name}, mean roughness {rough[name]:.2f}" for name in names]
     assert legend_of(figure) == list(zip(wanted, layout.PALETTE, strict=False))
 
 

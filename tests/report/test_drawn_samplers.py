@@ -76,7 +76,7 @@ def test_samplers_are_drawn_as_measured_a_panel_for_each_measure():
 def test_the_legend_names_every_sampler_and_reference_value():
     entries = legend_of(comparison_figure.comparison_panels(comparison(), "q"))
     assert entries[:4] == [
-        ("farthest point", BLUE), ("uniform draw", BLACK), ("paper's sampling", VERMILLION), ("mine", INDIGO),
+        ("farthest point", BLUE), ("uniform subset", BLACK), ("paper's sampling", VERMILLION), ("mine", INDIGO),
     ]  # fmt: skip
     assert [words for words, _ in entries[4:]] == [
         "mean descriptor for every patch: 3.50", "empty patches: 9.00", "fresh dots of the surface: 0.40",
@@ -202,7 +202,7 @@ def test_dots_that_are_enough_are_those_of_the_table(stored):
             assert np.abs(dots.get_xdata() - s - 0.2 * (g - 1.5)).max() <= 0.06 + 1e-9
             assert median.get_ydata()[0] == own.median()
             assert colour_of(dots) == colour_of(median) == layout.PALETTE[g]
-    names = ["uniform draw, as they are", "farthest point, as they are", "uniform draw, recovered"]
+    names = ["uniform subset, as they are", "farthest point, as they are", "uniform subset, recovered"]
     assert legend_of(ax) == list(zip([*names, "farthest point, recovered"], layout.PALETTE, strict=False))
     known = stored["surfaces"].set_index("protein")
     best = table[(table["sampler"] == "farthest") & (table["reading"] == "recovered")]

@@ -221,7 +221,7 @@ def test_maps_of_d_show_the_values_at_their_gamma_and_delta():
     better = [(part[f"d_{r}"] > 1.96 * part[f"d_se_{r}"]).sum() for r in ("as_coded", "as_written")]
     assert (
         head
-        == f"{better[0]} of {len(part)} combinations beat a uniform draw as coded, {better[1]} as written"
+        == f"{better[0]} of {len(part)} combinations beat a uniform subset as coded, {better[1]} as written"
     )
     for words, reading in zip(said, ("as_coded", "as_written"), strict=True):
         top = part.loc[part[f"d_{reading}"].idxmax()]
@@ -502,7 +502,7 @@ def test_a_figure_draws_its_part_of_the_results():
     assert any("highest $d$ = 0.00\nat" in w for w in words)
     for module, head in (
         (roughness, "p/c1"),
-        (d_over_grid, "p/c1: 0 of 27 combinations beat a uniform draw as written, 0 recovered"),
+        (d_over_grid, "p/c1: 0 of 27 combinations beat a uniform subset as written, 0 recovered"),
         (number_of_dots, "p/c1: the parameters set $n_S$"),
         (number_of_dots_panels, "p/c1"),
     ):
@@ -515,7 +515,7 @@ def test_the_head_of_rough_and_flat_says_where_the_sampling_errs_less():
     for gains, expected in (
         ([(1, 1)], "the sampling errs less on rough and flat patches"),
         ([(1, -1), (0.5, -2)], "the sampling errs less on rough patches"),
-        ([(-1, -1)], "a uniform draw errs less everywhere"),
+        ([(-1, -1)], "a uniform subset errs less everywhere"),
         ([(1, 1), (-1, -1)], "the sampling errs less as coded, not as written"),
         ([(1, 1), (-2, 3)], "whether the sampling errs less depends on the roughness"),
     ):

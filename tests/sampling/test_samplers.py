@@ -88,7 +88,7 @@ def test_what_a_sampler_is_called_and_needs():
     assert words == {
         "paper": ("paper's sampling", "paper"),
         "paper_corrected": ("paper's, corrected", "paper (corrected)"),
-        "uniform": ("uniform draw", "uniform"),
+        "uniform": ("uniform subset", "uniform"),
         "roughness": ("roughness-weighted", "roughness"),
         "stride": ("every k-th dot", "stride"),
         "voxel": ("one per voxel", "voxel"),

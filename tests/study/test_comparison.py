@@ -393,7 +393,7 @@ def test_page_says_what_the_numbers_say(table):
     html = render(TEMPLATE, **page)
     for cells in (
         "<td>sparsely placed dots</td><td>10</td><td>1.20 (0.50 to 2.50)</td>",
-        "<td>uniform draw</td><td>10</td><td>2.20 (0.50 to 2.50)</td>",
+        "<td>uniform subset</td><td>10</td><td>2.20 (0.50 to 2.50)</td>",
         "<td>1.3</td><td>0.90 (0.80 to 1.00)</td><td>0.70 (0.11 to 0.19)</td>",
     ):
         assert cells in html

@@ -93,6 +93,25 @@ def test_a_study_ends_with_its_answer_and_where_to_look(checkout, capsys):
     assert "Answer" not in capsys.readouterr().out
 
 
+def test_a_study_of_sites_says_what_changes_and_where_they_are_found(checkout, capsys):
+    """A residue without a change does not count; p counts times the number of targets."""
+    folder = checkout.root / "results/mine/sites"
+    for name, table in {
+        "bend/changes.csv": "total,above_moved\n1,1\n2,0\n3,1\n,0\n",
+        "site/hits.csv": "p\n0.001\n0.02\n0.03\n",
+    }.items():
+        (folder / name).parent.mkdir(parents=True)
+        (folder / name).write_text(table)
+    checkout.work = [lambda: checkout.make("surfaces.csv", "warnings.csv", "index.html")]
+    sites = {"bend": {"changes": ["p", "q"]}, "site": {"query": "p", "residues": "210-215"}}
+    assert study.main(checkout.config(proteins={"p": STRUCTURE, "q": STRUCTURE}, sites=sites)) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Answer")]
+    assert lines[1:] == [
+        "Answer    bend: 2 of 3 residues change by more than atoms moved by 0.3 Å do.",
+        "Answer    site: found on 1 of 3 targets.",
+    ]
+
+
 def test_where_one_protein_fails_the_pages_of_the_others_are_made(checkout, capsys):
     checkout.make("q/frames.csv")
     checkout.work = [checkout.fail("p/choose_frames"), lambda: checkout.make("index.html")]

@@ -94,7 +94,9 @@ def first_page(
         if "pairs/means.csv" in files
         else None,
         "sites": [
-            (path.split("/")[1], of_site(read(folder, path))) for path in files if path.endswith("/hits.csv")
+            (path.split("/")[1], of_site(read(folder, path), short_names(names)))
+            for path in files
+            if path.endswith("/hits.csv")
         ],
         "changes": [
             (path.split("/")[1], of_changes(read(folder, path)))
@@ -365,9 +367,10 @@ def of_pairs(means: pd.DataFrame, table: pd.DataFrame, n: int) -> dict[str, Any]
     return card
 
 
-def of_site(hits: pd.DataFrame) -> dict[str, Any]:
-    """Collect on how many targets a site is found, and the clearest of them."""
-    return {"n": found_on(hits), "targets": len(hits), "best": by_rarity(hits)["target"].iloc[0]}
+def of_site(hits: pd.DataFrame, shown: Mapping[str, str] = MappingProxyType({})) -> dict[str, Any]:
+    """Collect on how many targets a site is found, and the clearest of them by its name in `shown`."""
+    best = by_rarity(hits)["target"].iloc[0]
+    return {"n": found_on(hits), "targets": len(hits), "best": shown.get(best, best)}
 
 
 def of_changes(table: pd.DataFrame) -> dict[str, int]:

@@ -141,7 +141,7 @@ def tune_alpha(cover: published.Cover, combination: Iterable[float], n: float) -
     return (high, *exponents)
 
 
-@sampler("uniform draw", nested=True)
+@sampler("uniform subset", nested=True)
 def uniform(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Draw n dots at random; every subset of n dots is equally likely."""
     return rng.permutation(len(prepared.points))[:n]

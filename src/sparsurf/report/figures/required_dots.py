@@ -15,7 +15,7 @@ from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
-from sparsurf.report.numbers import share
+from sparsurf.report.numbers import share, short_names
 from sparsurf.sampling.samplers import lookup_sampler
 from sparsurf.study.required_dots import AT_MOST, MORE
 from sparsurf.study.tables import read_table
@@ -96,6 +96,9 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
     matplotlib.figure.Figure
     """
     panels = {tables.name: panel_of(tables, floor, reading) for tables in surfaces}
+    if len(panels) > 1:
+        shown = short_names(name.split("/") for name in panels)
+        panels = {shown[name]: panel for name, panel in panels.items()}
     if len(panels) > MULTIPLES:
         panels = {f"{len(panels)} surfaces: median, and a band around 80 % of them": median_panel(panels)}
     single = len(panels) == 1
@@ -105,7 +108,7 @@ def figure(surfaces: Sequence[Tables], floor: str = FRESH, reading: str = WRITTE
     drawing = layout.constrained(width, height, next(iter(panels)) if single else "")
     for k, (name, panel) in enumerate(panels.items()):
         ax = drawing.add_subplot(rows, columns, k + 1)
-        _draw(ax, panel, floor, _floors_of(panels))
+        _draw(ax, panel, floor, _floors_of(panels, floor))
         title = _answer_text(panel)
         ax.set_title(title if single else f"{name}\n{title}")
         if single:
@@ -159,7 +162,7 @@ def _coded_cloud(surfaces: Sequence[Tables]) -> tuple[np.ndarray, np.ndarray] | 
 
 def _draw_coded(ax: Axes, cloud: tuple[np.ndarray, np.ndarray], panel: Panel, floor: str) -> None:
     """Draw all combinations as coded above the noise floors, on their own scale: there a Z is several times larger."""
-    _draw(ax, Panel(cloud, {}, panel.floors, (np.nan, np.nan)), floor, _floors_of({"": panel}))
+    _draw(ax, Panel(cloud, {}, panel.floors, (np.nan, np.nan)), floor, _floors_of({"": panel}, floor))
     ax.set(title="the paper's sampling as coded", ylabel="error Z of the descriptors, as coded")
 
 
@@ -239,18 +242,25 @@ def _legend_handles(panels: dict[str, Panel], floor: str) -> list[Line2D]:
         handles.append(
             Line2D([], [], color=colour, linewidth=1.5, marker=marker, markersize=2.5, label=words)
         )
-    for k, name in enumerate(_floors_of(panels)):
+    for k, name in enumerate(_floors_of(panels, floor)):
         z = next(iter(panels.values())).floors.get(name, np.nan)
         words = FLOORS.get(name, name) + (f": {z:.2f}" if len(panels) == 1 else "")
         handles.append(Line2D([], [], **_floor_style(name, k, floor), label=words))
     return handles
 
 
-def _floors_of(panels: dict[str, Panel]) -> list[str]:
-    """Return the names of all noise floors, the highest of the first panel first."""
+def _floors_of(panels: dict[str, Panel], floor: str) -> list[str]:
+    """Return the names of the noise floors, the highest of the first panel first.
+
+    Several panels show the lowest floor of each kind only (`frames ...`, `atoms ...`), and the one that defines what is enough.
+    """
     names = dict.fromkeys(name for panel in panels.values() for name in panel.floors)
     first = next(iter(panels.values())).floors
-    return sorted(names, key=lambda name: -first.get(name, 0.0))
+    ordered = sorted(names, key=lambda name: -first.get(name, 0.0))
+    if len(panels) == 1:
+        return ordered
+    lowest = {name.split()[0]: name for name in ordered}
+    return [name for name in ordered if name == floor or name in lowest.values()]
 
 
 def _floor_style(name: str, k: int, floor: str) -> dict[str, Any]:

@@ -42,7 +42,7 @@ def draw(results: Results) -> Figure:
 
 
 def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) -> str:
-    """Say where the median patch of the sampling errs less than that of a uniform draw: on rough ones, on flat ones."""
+    """Say where the median patch of the sampling errs less than that of a uniform subset: on rough ones, on flat ones."""
     signs = [np.sign(np.nanmedian(z_tr) - np.nanmedian(z_ts)) for *_, z_ts, z_tr in panels]
     better = []
     for words, flat in (("rough", False), ("flat", True)):
@@ -61,7 +61,7 @@ def message(panels: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]]) ->
     return (
         f"the sampling errs less on {' and '.join(better)} patches"
         if better
-        else "a uniform draw errs less everywhere"
+        else "a uniform subset errs less everywhere"
     )
 
 

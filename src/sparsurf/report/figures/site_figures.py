@@ -199,8 +199,11 @@ def changes_figure(
         scene = render.draw_surface(points, normals, change_colours(change, scale), camera)
         layout.text(figure, x, 1, title)
         layout.show(layout.axes(figure, x, 5, WIDTH - 8, HEIGHT), render.picture(scene), camera, k == 0)
+    layout.text(
+        figure, 30, HEIGHT + 7, "grey: change below its floor   pale: residue buried in a form, or missing"
+    )
     figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label(
-        "change over its floor\n(grey: below, pale: unknown)"
+        "change over its floor"
     )
     _along(layout.axes(figure, 14, HEIGHT + 15, layout.PAGE - 18, 35), table, scale)
     return figure

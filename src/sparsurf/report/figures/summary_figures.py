@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
+from sparsurf.report.numbers import short_names
 from sparsurf.sampling.combination import PARAMETERS
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ MARKERS = "os^"
 
 
 @styled
-def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame, name: str = "") -> Figure:
+def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame) -> Figure:
     """Draw best parameters and their d against mean roughness, and the gain of a choice by it; for few surfaces against n_S.
 
     Parameters
@@ -44,14 +45,13 @@ def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame, name: str = "
         See `summary.summary_table`.
     relations : pandas.DataFrame
         See `summary.relation_table`.
-    name : str, of the run
 
     Returns
     -------
     matplotlib.figure.Figure
     """
     if summary.groupby(["protein", "conformation"]).ngroups < MIN_SURFACES:
-        return _by_range(summary, name)
+        return _by_range(summary)
     readings = readings_of_columns(summary.reading.unique())
     pitch = 160 / max(2, len(readings))
     width = pitch - 16
@@ -65,7 +65,7 @@ def summary_figure(summary: pd.DataFrame, relations: pd.DataFrame, name: str = "
         message = (
             "choosing by roughness gains d in some ranges" if gains else "choosing by roughness gains nothing"
         )
-    figure = layout.sheet(PAGE, 187 if compared else 137, layout.headed(name, message))
+    figure = layout.sheet(PAGE, 187 if compared else 137, message)
     widest = max(0.01, np.nanmax(np.append(relations[["gain_low", "gain_high"]].abs().to_numpy(), 0)))
     for k, reading in enumerate(readings):
         rows = summary[(summary.reading == reading) & summary.d.notna()]
@@ -152,7 +152,7 @@ def _gain(ax: Axes, rows: pd.DataFrame, limit: float, left: bool) -> None:
         ax.plot(middle[selected], rows.gain[selected], **GAIN | {"markerfacecolor": face})
 
 
-def _by_range(summary: pd.DataFrame, name: str) -> Figure:
+def _by_range(summary: pd.DataFrame) -> Figure:
     """Draw the winner of every range of n_S, with a colour and a marker for each surface."""
     readings = readings_of_columns(summary.reading.unique())
     pitch = (PAGE - 3) / max(2, len(readings))
@@ -162,8 +162,8 @@ def _by_range(summary: pd.DataFrame, name: str) -> Figure:
     margin = 0.05 * np.ptp(winners_of_all.d_cv) + 0.01
     ends = winners_of_all.d_cv.min() - margin, winners_of_all.d_cv.max() + margin  # the same for all readings
     better = {READINGS[str(key)].words: (int((low > 0).sum()), len(low)) for key, low in low_ends}
-    message = layout.beats_uniform(better, "winners of a range")
-    figure = layout.sheet(PAGE, 142, layout.headed(name, message))
+    message = layout.beats_uniform(better, "best combinations")
+    figure = layout.sheet(PAGE, 142, message)
     for k, reading in enumerate(readings):
         x = 16 + pitch * k
         layout.letter(figure, x - 15, 1, ascii_uppercase[k])
@@ -180,15 +180,16 @@ def _by_range(summary: pd.DataFrame, name: str) -> Figure:
         panels[-1].set_ylim(ends)
         for panel, words in zip(panels, (*GREEK.values(), "$d$, cross-validated"), strict=True):
             panel.set_ylabel(words if k == 0 else "")
+    shown = short_names((str(protein), str(conformation)) for (protein, conformation), _ in surfaces)
     handles = [
         Line2D(
             [],
             [],
             marker=MARKERS[s],
             color=layout.PALETTE[s],
-            label=f"{name[0]}/{name[1]}, mean roughness {r:.2f}",
+            label=f"{name}, mean roughness {rows.mean_roughness.iloc[0]:.2f}",
         )
-        for s, (name, r) in enumerate((name, rows.mean_roughness.iloc[0]) for name, rows in surfaces)
+        for s, (name, (_, rows)) in enumerate(zip(shown.values(), surfaces, strict=True))
     ]
     layout.legend(figure, 16, 136, handles, ncols=2)
     return figure
