@@ -160,5 +160,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """List the names of the package, those that are not loaded yet included."""
-    return sorted({*globals(), *__all__})
+    """List the public names, those that are not loaded yet included."""
+    return sorted(__all__)

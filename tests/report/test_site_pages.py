@@ -68,7 +68,7 @@ PAIRS = pd.DataFrame(
 def test_a_site_is_found_where_p_times_targets_is_rare():
     assert found_on(HITS) == 2 and found_on(pd.concat([HITS, HITS.tail(1)])) == 1  # 0.016 x 3 and x 4
     assert of_site(HITS) == {"n": 2, "targets": 3, "best": "unbound/c1"}
-    assert [p_value(p) for p in (0.0161, 0.9, 2e-9, 1e-4)] == ["0.02", "0.9", "below 0.0001", "0.0001"]
+    assert [p_value(p) for p in (0.0161, 0.9, 2e-9, 1e-4)] == ["0.016", "0.9", "below 0.0001", "0.0001"]
 
 
 def test_the_page_of_a_site_has_the_numbers_of_its_tables():
@@ -79,7 +79,7 @@ def test_the_page_of_a_site_has_the_numbers_of_its_tables():
         "35 of 40 places agree, p below 0.0001."
     )
     assert ["1", "unbound/c1", "A:HIS57", "6.89", "below 0.0001", "35", "PDB"] in page.rows
-    assert ["2", "other/c1", "B:GLY8A", "2.00", "0.02", "20", "PDB"] in page.rows
+    assert ["2", "other/c1", "B:GLY8A", "2.00", "0.016", "20", "PDB"] in page.rows
     assert ["3", "dots/c1", "–", "0.40", "0.9", "9", "PDB"] in page.rows
     assert met(PAIRS[::-1]) == [("A:HIS57", "A:HIS57, A:CYS58"), ("A:ASP102", "A:ASP102")]
     assert met(PAIRS) == [("A:HIS57", "A:HIS57, A:CYS58"), ("A:ASP102", "A:ASP102")]

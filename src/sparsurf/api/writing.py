@@ -184,10 +184,10 @@ def write_dots(
         return triangulate(surface) if dots.faces is None else dots.faces
 
     def solid(path: Path) -> None:
-        triangles = faces()
+        trimesh, triangles = import_trimesh(output), faces()
         if not len(triangles):
             raise InputError(f"{output} would hold no triangles, and holds nothing else; write a PLY.")
-        mesh = import_trimesh(path).Trimesh(
+        mesh = trimesh.Trimesh(
             surface.points, triangles, vertex_normals=surface.normals, process=False
         )
         mesh.export(path)

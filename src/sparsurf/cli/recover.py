@@ -24,7 +24,7 @@ EXAMPLES = """\
 FILE holds a few dots with normals, such as minimal.csv, a .minimal file or the dots of any program. The dots come first, then
 those that fill the gaps. Other columns of FILE, such as a potential, are interpolated.
 From a tenth of the dots the surface comes back 0.02 Å off on average, and 99 % of the whole surface is within 0.11 Å of it.
-Single places are farther off; see "Recover the surface" in the book.
+Single places are farther off (docs/recover.md).
 --at writes descriptors (|c_nm|, as `sparsurf descriptors`) of patches of the dense surface around points instead.
 --mesh writes a closed surface of triangles, as fine as --density says. Holes between the dots are closed, wide ones with a
 warning. Dots in clusters give back the surface around the clusters and nothing between them: choose farthest-point or

@@ -31,8 +31,8 @@ def signed(x: float, digits: int = 2) -> str:
 
 
 def p_value(p: float) -> str:
-    """Format p with one significant digit."""
-    return "below 0.0001" if p < 1e-4 else f"{p:.1g}"
+    """Format p with two significant digits."""
+    return "below 0.0001" if p < 1e-4 else f"{p:.2g}"
 
 
 def share(percent: float) -> str:
