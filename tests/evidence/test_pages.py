@@ -90,6 +90,8 @@ def test_tables_are_filled_and_equal_headers_go_in_order(folder):
 
 
 def test_the_help_of_recover_has_the_errors_of_the_table():
-    row = pages.rows_of("recover_where_means.csv", ["sampler=farthest dots", "where=everywhere", "percent=10"])
+    row = pages.rows_of(
+        "recover_where_means.csv", ["sampler=farthest dots", "where=everywhere", "percent=10"]
+    )
     told = [f"{row[key].iloc[0]:.2f}" for key in ("mean", "high_99")]
     assert re.findall(r"\d\.\d\d(?= |,)", EXAMPLES) == told

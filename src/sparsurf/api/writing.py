@@ -184,10 +184,10 @@ def write_dots(
         return triangulate(surface) if dots.faces is None else dots.faces
 
     def solid(path: Path) -> None:
-        trimesh, triangles = import_trimesh(output), faces()
+        triangles = faces()
         if not len(triangles):
             raise InputError(f"{output} would hold no triangles, and holds nothing else; write a PLY.")
-        mesh = trimesh.Trimesh(
+        mesh = import_trimesh(output).Trimesh(
             surface.points, triangles, vertex_normals=surface.normals, process=False
         )
         mesh.export(path)

@@ -48,7 +48,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="number of dots to keep; the paper's samplers keep about that many",
     )
     size.add_argument(
-        "--max-error", type=options.number(ERROR), help="keep as few dots as have an error Z of at most this as they are, not recovered"
+        "--max-error",
+        type=options.number(ERROR),
+        help="keep as few dots as have an error Z of at most this as they are, not recovered",
     )
     parser.add_argument(
         "--sampler",
