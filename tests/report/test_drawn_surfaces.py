@@ -499,7 +499,7 @@ def test_a_figure_draws_its_part_of_the_results():
     words = words_of(d_over_grid.draw(own))
     drawn = [name for name in READINGS for w in words if w.startswith(READINGS[name].words)]
     assert drawn == ["as_written", "recovered"]
-    assert any("highest $d$ = 0.00\nat" in w for w in words)
+    assert any("highest $d$ = 0.00, as selected\nat" in w for w in words)
     for module, head in (
         (roughness, "p/c1"),
         (d_over_grid, "p/c1: 0 of 27 combinations beat a uniform subset as written, 0 recovered"),

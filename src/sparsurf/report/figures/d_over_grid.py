@@ -16,6 +16,7 @@ from scipy.interpolate import PchipInterpolator
 from sparsurf.recovery.readings import READINGS, RECOVERED, readings_of_columns
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import PAGE, styled
+from sparsurf.report.numbers import share
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -181,7 +182,9 @@ def _maps(
     error = best.get(column.replace("d_", "d_se_"), np.nan)
     error = f" ± {error:.2f}" if np.isfinite(error) else ""
     value = f"{best[column]:z.2f}".replace("-", "−")
-    return f"highest $d$ = {value}{error}\nat β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}"
+    kept = f": {share(best.n_S_percent)} % of the dots" if "n_S_percent" in best else ""
+    place = f"β = {best.beta:g}, γ = {best.gamma:g}, δ = {best.delta:g}"
+    return f"highest $d$ = {value}{error}, as selected\nat {place}{kept}"
 
 
 def _map(
