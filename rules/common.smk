@@ -3,8 +3,7 @@
 import re
 
 from sparsurf.archives import split_path
-from sparsurf.batches.assignment import TABLES as TABLES_OF_BATCHES
-from sparsurf.batches.assignment import assign_batches, size_as_pdb
+from sparsurf.batches.assignment import assign_batches, size_as_pdb, tables_of
 from sparsurf.molecules.formats import suffix
 from sparsurf.workflow.code_version import METHOD, REPORT
 from sparsurf.workflow.config import check_config, named_conformations, proteins, sampled_proteins
@@ -308,8 +307,13 @@ def conformation_files(protein):
 def batch_tables(wildcards):
     """Tables of all batches."""
     return [
-        f"results/{config['run']}/{table}/{batch}.parquet" for table in TABLES_OF_BATCHES for batch in BATCHES
+        f"results/{config['run']}/{table}/{batch}.parquet" for table in tables_of(config) for batch in BATCHES
     ]
+
+
+def places_of_batch():
+    """Table of the places of sites, where the study has them."""
+    return {"places": "results/{run}/places/{batch}.parquet"} if config["places"] else {}
 
 
 def structures_of_batch(wildcards):

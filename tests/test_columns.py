@@ -74,7 +74,9 @@ def test_every_column_is_explained_with_a_known_type():
     for key, table in columns.tables().items():
         assert len({column.name for column in table.columns}) == len(table.columns), key
         for column in table.columns:
-            assert column.type in ("text", "int", "float", "bool") and column.meaning, f"{key}: {column.name}"
+            assert column.type in ("text", "int", "float", "bool", "bytes") and column.meaning, (
+                f"{key}: {column.name}"
+            )
 
 
 def test_an_interval_is_explained_by_its_column():

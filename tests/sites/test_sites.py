@@ -109,7 +109,7 @@ def test_places_meet_within_two_and_a_half_angstrom_and_73_degrees(height, degre
 def test_distances_of_equal_places_are_the_least():
     rng = np.random.default_rng(4)
     places = 1e3 + rng.normal(size=(50, 64))
-    logs = finding._log_distances(places[:3], places)
+    logs = finding.log_distances(places[:3], places)
     whole = np.linalg.norm(places[:3, None] - places, axis=2)
     np.testing.assert_allclose(logs, np.log(np.maximum(whole, finding.MIN_DISTANCE)), rtol=1e-9)
     assert np.exp(logs.min(axis=1)) == pytest.approx([1e-3] * 3)

@@ -22,6 +22,7 @@ from sparsurf.api.inputs import (
     is_structure,
 )
 from sparsurf.api.surfaces import surface as surface_of
+from sparsurf.batches.search import has_places, similar_structures
 from sparsurf.files import shorten
 from sparsurf.molecules.formats import suffix
 from sparsurf.molecules.molecule import Molecule
@@ -123,6 +124,7 @@ def find(
     ----------
     query : Sites, the path of a file of them, or what `describe_sites` takes
     targets : one of these, or a list; described with the settings of the query
+        Or the folder of a run with `batch` and `places`, such as results/many, to find a site on any of its structures.
     at : (Q,) int places of the query, or (Q, 3) float points in Å
         Each place is searched for separately.
     residues : str, instead of `at`
@@ -172,15 +174,29 @@ def find_with_poses(
     refuse_other_settings(whole, percent, fields)
     several: Any = targets if isinstance(targets, list | tuple) and not _is_pair(targets) else [targets]
     percent, fields = whole.settings["percent"], whole.fields
-    others = _with_unique_names([as_sites(target, percent, fields) for target in several])
     if residues is None:
+        if run := next(filter(is_run, several), None):
+            raise InputError(f"{run} is searched for whole sites: give `residues` instead of `at`.")
+        others = _with_unique_names([as_sites(target, percent, fields) for target in several])
         return find_places(_sought_places(query, whole, at), others, n, available_cores()), None
-    hits = find_site(whole.take(places_of_residues(whole, residues)), others, n)
+    site, others = whole.take(places_of_residues(whole, residues)), []
+    for target in several:
+        others += (
+            similar_structures(Path(target), site, n)
+            if is_run(target)
+            else [as_sites(target, percent, fields)]
+        )
+    hits = find_site(site, _with_unique_names(others), n)
     fits = hits.table["places"].to_numpy() > 0
     if not fits.all():
         without = ", ".join(dict.fromkeys(hits.table.loc[~fits, "target"]))
         log.warning("no part of the site fits on %s", shorten(without))
     return hits.table[fits], [pose for pose, fit in zip(hits.poses, fits, strict=True) if fit]
+
+
+def is_run(target: Any) -> bool:
+    """Return whether a target is the folder of a run in batches; raise InputError if it has no places."""
+    return isinstance(target, str | Path) and has_places(Path(target))
 
 
 def as_sites(

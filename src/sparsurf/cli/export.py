@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import InputError
-from sparsurf.archives import is_file
-from sparsurf.batches.tables import columns_of, read_parquet, unpack_dots
+from sparsurf.batches.tables import columns_of, locate_structure, read_parquet, unpack_dots
 from sparsurf.cli import outputs
 from sparsurf.files import no_warnings
 from sparsurf.molecules.molecule import Molecule
@@ -75,13 +74,8 @@ def run(args: argparse.Namespace) -> None:
 
 
 def read_structure(run: str, path: str, options: dict) -> Molecule:
-    """Read the structure of a study again; its path starts at the folder of the study or at the current one."""
-    candidates = [Path(path), Path(run).resolve().parents[1] / path]
-    file = next((file for file in candidates if is_file(file)), None)
-    if file is None:
-        raise InputError(
-            f"{path} does not exist any more: put the structure back, or run this from the folder of the study."
-        )
+    """Read the structure of a study again."""
+    file = locate_structure(run, path)
     with no_warnings():
         molecule = read_molecule(file, **options)
     return molecule if molecule.n_frames == 1 else molecule.frame(0)

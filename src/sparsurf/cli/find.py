@@ -10,7 +10,15 @@ import pandas as pd
 from sparsurf import InputError, progress
 from sparsurf.api import writing
 from sparsurf.api.inputs import PERCENT, is_structure
-from sparsurf.api.sites import HITS, as_sites, find_with_poses, ordered_fields, refuse_other_settings
+from sparsurf.api.sites import (
+    HITS,
+    SitesLike,
+    as_sites,
+    find_with_poses,
+    is_run,
+    ordered_fields,
+    refuse_other_settings,
+)
 from sparsurf.cli import options, outputs
 from sparsurf.dot_fields.registry import FIELDS as FIELDS_OF_DOTS
 from sparsurf.files import pluralise, shorten
@@ -25,7 +33,8 @@ log = logging.getLogger("sparsurf")
 DEFAULT_HITS = 10
 EXAMPLES = """\
 QUERY and TARGET are structures, dots with fields, or Sites (.sites). A TARGET can be a folder of structures and Sites; other
-dots in it, and what cannot be read, are named and left out. Of several models the first is taken. Without --residues, the
+dots in it, and what cannot be read, are named and left out. Or it is the folder of a run with `batch` and `places`, all of
+whose structures are searched. Of several models the first is taken. Without --residues, the
 Sites of QUERY are written to OUT (.sites), so that they need not be described again. With --residues, OUT is a table of
 hits: target, the residue in the middle of the hit, x,y,z, score, p, and how many places agree. p is how often an unrelated
 protein scores as high; it is known for the default --percent and --fields.
@@ -33,6 +42,7 @@ protein scores as high; it is known for the default --percent and --fields.
 examples:
   sparsurf find bound.pdb --residues A:10-25 unbound.pdb -o hits.csv
   sparsurf find bound.pdb --residues A:57,102 structures/ -o hits.csv
+  sparsurf find bound.pdb --residues A:57,102 results/many -o hits.csv
   sparsurf find protein.pdb -o protein.sites
 """
 
@@ -40,7 +50,9 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="QUERY", help="structure, dots with fields, or Sites")
-    parser.add_argument("targets", metavar="TARGET", nargs="*", help="where to look: the same, or folders")
+    parser.add_argument(
+        "targets", metavar="TARGET", nargs="*", help="where to look: the same, folders, or runs"
+    )
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help="hits (.csv), or Sites (.sites)")
     parser.add_argument("--residues", help="the site, such as A:10-25,40")
     parser.add_argument(
@@ -76,7 +88,9 @@ def run(args: argparse.Namespace) -> None:
     query = as_sites(args.file, args.percent, fields)
     refuse_other_settings(query, args.percent, fields)
     places_of_residues(query, args.residues)  # raises an error before the targets take their time
-    targets = [sites for target in args.targets for sites in _sites_of(target, query)]
+    targets: list[SitesLike] = []
+    for target in args.targets:
+        targets += [target] if is_run(target) else _sites_of(target, query)
     table, poses = find_with_poses(query, targets, None, args.residues, args.hits or DEFAULT_HITS)
     writing.write_table(args.output, args.format, table)
     outputs.report(args, args.output, pluralise(len(table), "hit"))

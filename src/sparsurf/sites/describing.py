@@ -151,6 +151,11 @@ def _settings(fields: Iterable[str], percent: float, radius: float) -> dict[str,
     return {"fields": list(fields), "percent": percent, "radius": radius, "order": ORDER, "version": VERSION}
 
 
+def default_settings() -> dict[str, Any]:
+    """Return the settings of Sites that are described with the default options."""
+    return _settings(FIELDS, float(PERCENT), RADIUS)
+
+
 def describe_surface(
     dots: Surface,
     molecule: Molecule | None,

@@ -185,13 +185,7 @@ def find_site(
     ------
     InputError : the query has fewer than three places
     """
-    if len(query) < 3:
-        raise InputError(
-            f"the site has {len(query)} places, but an arrangement needs 3; select more residues."
-        )
-    site = query
-    if len(query) > MAX_PLACES:
-        query = query.take(_farthest_points(query.points, MAX_PLACES))
+    site, query = query, superposed_places(query)
     hits, mirrored = _best_poses(query, targets, learned)
     scores = np.array([pose.score for pose in hits]) / len(query)
     by_chance = np.array(mirrored) / len(query)
@@ -210,6 +204,20 @@ def find_site(
     return SiteHits(table, [hits[k] for k in order], query, by_chance[order])
 
 
+def superposed_places(site: Sites) -> Sites:
+    """Return at most MAX_PLACES places of a site, as far from one another as possible, which are superposed onto targets.
+
+    Raises
+    ------
+    InputError : the site has fewer than three places
+    """
+    if len(site) < 3:
+        raise InputError(
+            f"the site has {len(site)} places, but an arrangement needs 3; select more residues."
+        )
+    return site if len(site) <= MAX_PLACES else site.take(_farthest_points(site.points, MAX_PLACES))
+
+
 def _best_poses(
     query: Sites, targets: Sequence[Sites], learned: dict[str, np.ndarray] | None
 ) -> tuple[list[Pose], list[float]]:
@@ -221,9 +229,8 @@ def _best_poses(
     for target in targets:
         numbers = pooled[begin : begin + len(target)]
         begin += len(target)
-        score = (middle[:, None] - _log_distances(q, numbers)) / scale[:, None]
+        likelihood = likelihoods(log_distances(q, numbers), middle, scale)
         of_target = target.points.astype(float), target.normals.astype(float)
-        likelihood = np.maximum(score - MIN_SCORE, 0).round(DECIMALS)
         poses.append(best_pose(points, normals, *of_target, likelihood))
         mirrored.append(best_pose(points * MIRROR, normals * MIRROR, *of_target, likelihood).score)
     return poses, mirrored
@@ -319,13 +326,21 @@ def _in_metric_space(
 
 
 def _background(q: np.ndarray, pooled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return median and standard deviation (Q,) of the log distance from each query to unrelated places.
+    """Return the `background` (Q,), (Q,) of a query among the places of all targets."""
+    return background(log_distances(q, pooled[:: background_stride(len(pooled))]))
+
+
+def background_stride(n: int) -> int:
+    """Return the stride by which about N_BACKGROUND of n places are taken."""
+    return max(1, n // N_BACKGROUND)
+
+
+def background(log_distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return median and standard deviation (Q,) of log distances (Q, P) from each query to places that are mostly unrelated.
 
     Places as near as those of the same site are excluded from the standard deviation, which would otherwise depend on whether
     the protein of the query is among the targets.
     """
-    sample = pooled[:: max(1, len(pooled) // N_BACKGROUND)]
-    log_distance = _log_distances(q, sample)
     middle = np.median(log_distance, axis=1)
     deviation = log_distance - middle[:, None]
     upper = np.sqrt(np.mean(deviation**2, axis=1, where=deviation >= 0))
@@ -333,8 +348,14 @@ def _background(q: np.ndarray, pooled: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return middle, np.maximum(log_distance.std(axis=1, where=unrelated), 1e-6)
 
 
-def _log_distances(q: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the distances (Q, P), at least MIN_DISTANCE; small ones are computed from differences."""
+def likelihoods(log_distance: np.ndarray, middle: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return the likelihoods (Q, P) that `best_pose` takes, from log distances and their background (Q,), (Q,)."""
+    score = (middle[:, None] - log_distance) / scale[:, None]
+    return np.maximum(score - MIN_SCORE, 0).round(DECIMALS)
+
+
+def log_distances(q: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return the logarithm of the distances (Q, P), of at least MIN_DISTANCE; small ones are computed from differences."""
     norms, of_q = (places**2).sum(axis=1), (q**2).sum(axis=1)[:, None]
     square = norms - 2 * q @ places.T + of_q
     row, column = np.nonzero(square < CANCELLED * (norms + of_q))

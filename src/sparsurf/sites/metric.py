@@ -7,6 +7,7 @@ largest ratio of the second to the first, in units of the differences. Distances
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -18,6 +19,9 @@ from sparsurf import InputError
 from sparsurf.sites.describing import SHAPE
 
 N_COMPONENTS = 64  # discriminant components that are compared
+STEPS_PER_UNIT = (
+    8  # of quantised components: rounding moves a place by about 0.3, and unrelated places are 10 apart
+)
 ROWS_AT_ONCE = 16384  # places that are transformed at a time, in 28 MB
 SHRINKAGE = 0.5  # of the covariance of the differences towards its diagonal
 
@@ -100,8 +104,29 @@ def discriminant(channels: Sequence[str], learned: dict[str, np.ndarray]) -> tup
     within = (within + SHRINKAGE * np.diag(np.diag(within))) / (1 + SHRINKAGE)
     ratio, rotation = eigh(total, within)
     ratio, rotation = ratio[::-1][:N_COMPONENTS], rotation[:, ::-1][:, :N_COMPONENTS]
+    largest = np.abs(rotation).argmax(axis=0)  # an eigenvector has no sign of its own: libraries differ in it
+    rotation = rotation * np.sign(rotation[largest, np.arange(rotation.shape[1])])
     gain = np.sqrt(np.maximum(1 - 1 / ratio, 0))
     return learned["mean"].ravel()[rows], rotation * gain / scale[:, None]
+
+
+def quantise(components: np.ndarray) -> np.ndarray:
+    """Round components of the metric space to steps of 1 / STEPS_PER_UNIT, a byte each.
+
+    Parameters
+    ----------
+    components : (P, M) float
+
+    Returns
+    -------
+    (P, M) int8, -127 to 127; components beyond become these, 1 of 2,000
+    """
+    return np.clip(np.rint(components * STEPS_PER_UNIT), -127, 127).astype(np.int8)
+
+
+def fingerprint() -> int:
+    """Return a checksum of weights.npz: quantised components of other weights cannot be compared."""
+    return zlib.crc32(Path(__file__).with_name("weights.npz").read_bytes())
 
 
 def learn_weights(

@@ -269,6 +269,8 @@ def _check_batch(config: dict) -> Iterator[str]:
     if "batch" not in config:
         if "pages" in config:
             yield "pages is for a study with `batch`, and this one gives every protein its pages; remove it."
+        if config["places"]:
+            yield "places is for a study with `batch`, and this one describes what `sites` names; remove it."
         return
     for name in config.get("pages", []):
         if name not in config["proteins"]:

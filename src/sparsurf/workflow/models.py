@@ -485,6 +485,9 @@ class Config(Section):
     pages: UniqueList[str] = optional(
         "With `batch`: structures that also get the files and pages of a study (floors, viewer, pictures), by name."
     )
+    places: bool = key(
+        False, "With `batch`: describe the places of sites, so that `sparsurf find` can search the run."
+    )
     plddt: Plddt = optional(
         "Leave out the residues of predicted models (AlphaFold) whose pLDDT is below; other structures stay as they are."
     )

@@ -199,9 +199,8 @@ def changes_figure(
         scene = render.draw_surface(points, normals, change_colours(change, scale), camera)
         layout.text(figure, x, 1, title)
         layout.show(layout.axes(figure, x, 5, WIDTH - 8, HEIGHT), render.picture(scene), camera, k == 0)
-    layout.text(
-        figure, 30, HEIGHT + 7, "grey: change below its floor   pale: residue buried in a form, or missing"
-    )
+    for x, words in ((30, "grey: below its floor"), (70, "pale: buried or missing")):
+        layout.text(figure, x, HEIGHT + 7, words)
     figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label(
         "change over its floor"
     )
