@@ -1,12 +1,13 @@
 """Statistics over many proteins: each counts once, and every interval of a mean is `statistics.mean_interval`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pandas as pd
 from scipy.stats import binom, rankdata
 
 from sparsurf.patches.readings import WRITTEN_READING
+from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.combination import (
     PARAMETERS,
     combination_labels,
@@ -15,14 +16,13 @@ from sparsurf.sampling.combination import (
 )
 from sparsurf.study.best_set import best_set
 from sparsurf.study.comparison.equal_error import REFERENCE
-from sparsurf.study.relation import mean_interval, rho_interval, with_interval
+from sparsurf.study.relation import NORMAL_QUANTILE, mean_interval, rho_interval, with_interval
 from sparsurf.study.required_dots import smallest_n_s
 from sparsurf.study.summary import Result, evaluated_readings, stack_column
 from sparsurf.study.tables import range_index, range_limits
 
-CLOSE = 1.1  # a Z within a tenth of a reference value counts as that value
+FRESH = "fresh dots"  # the floor of other dots of the same surface
 TARGETS = (10.0, 25.0, 40.0)  # % of uniform dots as they are; the other subsets must reach their Z
-REFERENCES = ("fresh dots", "turned", "atoms moved 0.1 Å", "atoms moved 0.3 Å")
 COLUMNS = {"own": "d_cv", "from_all": "d_from_all", "lost": "lost", "near": "near"}  # of `d_by_range`
 RESAMPLED = 4000
 SETS_RESAMPLED = 200  # a confidence set takes longer than a mean
@@ -107,42 +107,54 @@ def plateaus(results: list[Result], summary: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def required(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
-    """Find the fewest dots of each protein whose Z comes within `CLOSE` of each reference.
+def required(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Collect how many dots are enough on each protein, by each noise floor.
 
     Parameters
     ----------
-    curves : DataFrame
-        Tables of `protein_scores.by_n_s` with `protein`.
-    floors : DataFrame
-        Tables of `floors.floors` with `protein`.
+    tables : dict
+        required_dots.csv of each protein.
 
     Returns
     -------
-    DataFrame: protein, sampler, reading, reference, Z of the reference, n_S_percent, by interpolation of ln Z over ln n_S;
-    0 for fewer than were measured, inf for more
+    DataFrame: protein, and floor, Z_floor, n_S_percent with its interval and bound of the recovered surface
     """
-    limits, rows = floors.set_index(["protein", "floor"])["Z"], []
-    for (protein, sampler, reading), part in curves.groupby(["protein", "sampler", "reading"], sort=False):
-        for name in REFERENCES:
-            z = limits[protein, name]
-            n = smallest_n_s(CLOSE * z, part["n_S_percent"].to_numpy(), part["Z"].to_numpy())
-            rows.append((protein, sampler, reading, name, z, n))
-    return pd.DataFrame(rows, columns=["protein", "sampler", "reading", "reference", "Z", "n_S_percent"])
+    columns = ["floor", "Z_floor", "n_S_percent", "n_S_percent_low", "n_S_percent_high", "bound"]
+    parts = [
+        table.loc[table["reading"] == RECOVERED, columns].assign(protein=protein)
+        for protein, table in tables.items()
+    ]
+    return pd.concat(parts, ignore_index=True)[["protein", *columns]]
 
 
 def required_means(table: pd.DataFrame) -> pd.DataFrame:
-    """Distribution of `required` over proteins: quartiles, the largest, and how many lie beyond what was measured."""
+    """Describe the distribution of `required` over proteins, and how much of it is the error of each protein's number.
+
+    Returns
+    -------
+    DataFrame, one row per floor: floor, lowest, quarter, median, three_quarters, highest, median_low, median_high, n (proteins),
+    n_bound (without an interval, as the number lies beyond those measured); of the others `spread`, standard deviation of
+    ln n_S over the proteins, `error`, root mean square of its standard error on one protein, and `proteins`, the standard
+    deviation that is left without these errors
+    """
     rows = []
-    for keys, part in table.groupby(["sampler", "reading", "reference"], sort=False):
+    for floor, part in table.groupby("floor", sort=False):
         n = part["n_S_percent"].to_numpy()
-        row = dict(zip(("sampler", "reading", "reference"), keys, strict=True))
-        shares = zip(
-            ("lowest", "quarter", "median", "three_quarters", "highest"), np.linspace(0, 1, 5), strict=True
-        )
-        row |= {name: np.quantile(n, share, method="inverted_cdf") for name, share in shares}
+        shares = ("lowest", "quarter", "median", "three_quarters", "highest")
+        row = {"floor": floor} | {
+            name: np.quantile(n, share, method="inverted_cdf")
+            for name, share in zip(shares, np.linspace(0, 1, 5), strict=True)
+        }
         row["median_low"], row["median_high"] = median_interval(n)
-        rows.append(row | {"n": len(n), "n_less": int((n == 0).sum()), "n_more": int(np.isinf(n).sum())})
+        known = part.dropna(subset=["n_S_percent_low", "n_S_percent_high"])
+        row |= {"n": len(n), "n_bound": len(n) - len(known)}
+        width = np.log(known["n_S_percent_high"] / known["n_S_percent_low"])
+        spread, error = (
+            np.log(known["n_S_percent"]).std(),
+            np.sqrt(((width / (2 * NORMAL_QUANTILE)) ** 2).mean()),
+        )
+        proteins = np.sqrt(max(0.0, spread**2 - error**2))
+        rows.append(row | {"spread": spread, "error": error, "proteins": proteins})
     return pd.DataFrame(rows)
 
 
@@ -208,7 +220,7 @@ def recovered_means(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
 
 def over_floor(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     """`curves` with `over_floor`, Z over that of fresh dots of the same protein."""
-    fresh = floors[floors["floor"] == REFERENCES[0]].set_index("protein")["Z"]
+    fresh = floors[floors["floor"] == FRESH].set_index("protein")["Z"]
     return curves.assign(over_floor=curves["Z"] / curves["protein"].map(fresh))
 
 

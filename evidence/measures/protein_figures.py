@@ -20,7 +20,6 @@ COLOURS = {WRITTEN_READING: PALETTE[0], CODED_READING: PALETTE[5], RECOVERED: PA
 WORDS = {reading: reading.replace("_", " ") for reading in GRID_READINGS} | {
     RECOVERED: "recovered, a quarter of the grid"
 }
-ENDS = (1.0, 60.0)  # %, the n_S that were measured
 READINGS_SHOWN = [name for name in GRID_READINGS if name in COLOURS]
 AXIS = "$n_S$ (% of the dots)"
 
@@ -91,61 +90,24 @@ def roughness(stored: dict[str, pd.DataFrame]) -> Figure:
 
 @styled
 def required(stored: dict[str, pd.DataFrame]) -> Figure:
-    """Draw the sufficient n_S over the proteins and against their size and mean roughness."""
-    figure = layout.sheet(layout.PAGE, 126)
-    table = stored["required"].assign(n=stored["required"]["n_S_percent"].clip(*ENDS))
-    references = list(table["reference"].unique())
-    groups = [
-        ("uniform", WRITTEN_READING),
-        ("farthest", WRITTEN_READING),
-        ("uniform", RECOVERED),
-        ("farthest", RECOVERED),
-    ]
-    ax = layout.axes(figure, 16, 9, 160, 46)
-    rng = np.random.default_rng(0)  # of the places side by side only
-    for g, (sampler, reading) in enumerate(groups):
-        for s, reference in enumerate(references):
-            n = table[
-                (table["sampler"] == sampler)
-                & (table["reading"] == reading)
-                & (table["reference"] == reference)
-            ]["n"]
-            x = s + 0.2 * (g - 1.5)
-            ax.plot(x + rng.uniform(-0.06, 0.06, len(n)), n, ".", color=PALETTE[g], markersize=2)
-            words = (
-                f"{lookup_sampler(sampler).words}, {'recovered' if reading == RECOVERED else 'as they are'}"
-                if s == 0
-                else None
-            )
-            ax.plot([x - 0.08, x + 0.08], [n.median()] * 2, color=PALETTE[g], linewidth=2, label=words)
-    ax.set(yscale="log", xticks=range(len(references)), ylabel=AXIS, ylim=(0.9, 70))
-    ax.set_xticklabels(references)
-    _percents(ax.yaxis)
-    ax.legend(ncols=4, loc="lower left", bbox_to_anchor=(0, 1.0), columnspacing=1, handlelength=1)
-    layout.letter(figure, 2, 2, "A")
-    known = stored["surfaces"].set_index("protein")
-    own = table[(table["sampler"] == "farthest") & (table["reading"] == RECOVERED)]
-    for k, (column, words) in enumerate(
-        (("N", "dots of the surface, N (thousand)"), ("mean_roughness", "mean roughness (1 is flat)"))
-    ):
-        ax = layout.axes(figure, 16 + 88 * k, 72, 72, 44)
-        for place, reference in enumerate(references):
-            rows = own[own["reference"] == reference]
-            x = known[column].reindex(rows["protein"]) / (1000 if k == 0 else 1)
-            ax.plot(x, rows["n"], "o", color=PALETTE[place], markersize=2, label=reference)
-        ax.set(
-            xscale="log" if k == 0 else "linear",
-            yscale="log",
-            xlabel=words,
-            ylabel=AXIS if k == 0 else "",
-            ylim=(0.9, 70),
-        )
+    """Draw how many dots are enough on each protein with its interval, by size, for each noise floor."""
+    figure = layout.sheet(layout.PAGE, 62)
+    table = stored["required"]
+    known = stored["surfaces"].set_index("protein")["N"] / 1000
+    floors = list(table["floor"].unique())
+    for k, floor in enumerate(floors):
+        rows = table[table["floor"] == floor]
+        x, n = known.reindex(rows["protein"]).to_numpy(), rows["n_S_percent"].to_numpy()
+        error = np.nan_to_num([n - rows["n_S_percent_low"], rows["n_S_percent_high"] - n])
+        ax = layout.axes(figure, 16 + 41 * k, 10, 37, 38)
+        ax.errorbar(x, n, error, fmt="o", markersize=2, linewidth=0.6, color=PALETTE[0])
+        ax.axhline(np.median(n), color="black", linestyle="--")
+        ax.set(xscale="log", yscale="log", ylim=(0.9, 70), xlim=(9, 1.1 * known.max()))
+        ax.set(xlabel="dots (thousand)", ylabel=AXIS if k == 0 else "")
         _percents(ax.yaxis)
-        if k == 0:
-            _ticks(ax.xaxis, [10, 20, 40, 80, 160, 320])
-            ax.set_xlim(9, 1.1 * known[column].max() / 1000)
-            ax.legend(ncols=4, loc="lower left", bbox_to_anchor=(0, 1.0), handletextpad=0.1, columnspacing=1)
-        layout.letter(figure, 2 + 88 * k, 67 if k == 0 else 72, "BC"[k])
+        _ticks(ax.xaxis, [10, 20, 40, 80, 160])
+        layout.letter(figure, (2 if k == 0 else 12) + 41 * k, 2, "ABCD"[k])
+        layout.text(figure, (7 if k == 0 else 17) + 41 * k, 2.3, f"{floor}\nmedian {np.median(n):.1f} %")
     return figure
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from measures import over_proteins
-from measures.over_proteins import REFERENCES
 from measures.studies import Measured
 from sparsurf.patches.readings import CODED_READING, WRITTEN_READING
 from sparsurf.recovery.readings import RECOVERED
@@ -46,13 +45,11 @@ def tables_of(
             [(protein, protein.floors) for protein in measured],
         )
     )
-    required, needed = over_proteins.required(curves, floors), over_proteins.needed(curves)
-    quantities = quantities_of(summary, required, needed)
+    needed = over_proteins.needed(curves)
+    quantities = quantities_of(summary, needed)
     found = {
         "d": over_proteins.d_by_range(summary),
         "plateaus": over_proteins.plateaus(results, summary),
-        "required": required,
-        "required_means": over_proteins.required_means(required),
         "needed_means": over_proteins.needed_means(needed),
         "by_n_s": over_proteins.recovered_means(curves, floors),
         "correlations": over_proteins.rank_correlations(quantities, surfaces),
@@ -124,15 +121,10 @@ def of_whole_grid(whole: list[Result], quarter: list[Result]) -> tuple[pd.DataFr
     )
 
 
-def quantities_of(
-    summary: pd.DataFrame, required: pd.DataFrame, needed: pd.DataFrame
-) -> dict[str, pd.Series]:
+def quantities_of(summary: pd.DataFrame, needed: pd.DataFrame) -> dict[str, pd.Series]:
     """Numbers of each protein to correlate with its size and mean roughness: words -> Series by protein."""
     own = summary[summary["n_combinations"] > 0].groupby(["reading", "protein"])["d_cv"].mean()
     out = {f"cross-validated d, `{reading}`": own[reading] for reading in (CODED_READING, WRITTEN_READING)}
-    rows = required[(required["sampler"] == "farthest") & (required["reading"] == RECOVERED)]
-    for name in REFERENCES:
-        out[f"n_S required, {name}"] = rows[rows["reference"] == name].set_index("protein")["n_S_percent"]
     for target, part in needed[needed["target"] > LOWEST_TARGET].groupby("target"):
         own = part[(part["sampler"] == "farthest") & (part["reading"] == RECOVERED)].set_index("protein")
         out[f"times fewer than {target:g} % uniform"] = own["factor"]

@@ -24,8 +24,6 @@ rule tabulate_proteins:
     output:
         d=f"{TABLES}/proteins_d.csv",
         plateaus=f"{TABLES}/proteins_plateaus.csv",
-        required=f"{TABLES}/proteins_required_dots.csv",
-        required_means=f"{TABLES}/proteins_required_means.csv",
         needed_means=f"{TABLES}/proteins_needed_means.csv",
         by_n_s=f"{TABLES}/proteins_by_n_s.csv",
         correlations=f"{TABLES}/proteins_correlations.csv",
@@ -51,6 +49,25 @@ rule tabulate_proteins:
         "Tables over many proteins"
     script:
         "../tabulate_proteins.py"
+
+
+rule tabulate_required:
+    input:
+        tables=expand(f"{RESULTS}_required/{{protein}}/c1/required_dots.csv", protein=MANY_PROTEINS),
+    output:
+        required=f"{TABLES}/proteins_required_dots.csv",
+        required_means=f"{TABLES}/proteins_required_means.csv",
+        cpu=f"{TABLES}/required_cpu.csv",
+    log:
+        f"{RESULTS}/logs/tabulate_required.log",
+    localrule: True
+    params:
+        proteins=MANY_PROTEINS,
+        logs=f"{RESULTS}_required/logs",
+    message:
+        "How many dots are enough on many proteins"
+    script:
+        "../tabulate_required.py"
 
 
 rule tabulate_variants:

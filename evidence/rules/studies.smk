@@ -1,6 +1,6 @@
 # The studies that the evidence rests on, each an import of the workflow that users run (../../Snakefile). Study NAME
-# writes results/evidence_NAME: many proteins, once with the dots as they are, once with the surface recovered, once for
-# each variant; the default study and the paper's.
+# writes results/evidence_NAME: many proteins, once with the dots as they are, once with the surface recovered, once without
+# the grid, once for each variant; the default study and the paper's.
 
 import copy
 
@@ -60,6 +60,7 @@ STUDIES = {
         config["proteins"]["thinned"],
     ),
     "whole": study_config("whole", RECOVERED_WHOLE_GRID, config["proteins"]["recovered"]),
+    "required": study_config("required", MANY_PROTEINS, {"sampling": False}),
     "default": study_from_file("default", config["studies"]["default"]),
     "paper": study_from_file("paper", config["studies"]["paper"]),
 }

@@ -31,25 +31,35 @@ def floors_at(fresh):
     return floor(**{"fresh dots": fresh, "turned": 1.0, "atoms moved 0.1 Å": 2.0, "atoms moved 0.3 Å": 0.9})
 
 
-def test_enough_is_where_the_curve_comes_near_a_reference():
-    found = over_proteins.required(curve(), floors_at(0.1)).set_index("reference")["n_S_percent"]
-    # Z = sqrt(10 / n) within a tenth of 1: n = 10 / 1.1^2
-    assert found["turned"] == pytest.approx(10 / over_proteins.CLOSE**2)
-    assert found["fresh dots"] == np.inf
-    assert found["atoms moved 0.1 Å"] == pytest.approx(10 / (2 * over_proteins.CLOSE) ** 2)
-    assert (over_proteins.required(curve(), floors_at(9.0))["n_S_percent"] == 0).sum() == 1
+def required_of(n, low, high, reading="recovered", bound=""):
+    row = {"floor": "turned", "Z_floor": 0.5, "reading": reading, "n_S_percent": n, "n_S": 7}
+    return row | {"n_S_percent_low": low, "n_S_percent_high": high, "bound": bound}
 
 
-def test_quartiles_hold_numbers_beyond_what_was_measured():
-    table = pd.DataFrame({"n_S_percent": [0.0, 1, 2, 3, 4, 5, 6, np.inf, np.inf]})
-    row = over_proteins.required_means(table.assign(sampler="s", reading="as_written", reference="y")).iloc[0]
-    assert (row["median"], row["highest"], row["lowest"]) == (4, np.inf, 0)
-    assert (row["n"], row["n_less"], row["n_more"]) == (9, 1, 2)
-    ten = pd.DataFrame(
-        {"n_S_percent": np.arange(10.0), "sampler": "s", "reading": "as_written", "reference": "y"}
-    )
-    row = over_proteins.required_means(ten).iloc[0]  # the 3rd, the 5th and the 8th: values that were found
-    assert (row["quarter"], row["median"], row["three_quarters"]) == (2, 4, 7)
+def test_the_numbers_of_recovered_surfaces_are_collected_with_their_protein():
+    of_a = pd.DataFrame([required_of(80.0, 70, 90, "as_written"), required_of(4.0, 3.5, 4.5)])
+    of_b = pd.DataFrame([required_of(1.0, np.nan, np.nan, bound="at most")])
+    found = over_proteins.required({"a": of_a, "b": of_b})
+    assert found["protein"].tolist() == ["a", "b"]
+    assert found["n_S_percent"].tolist() == [4.0, 1.0] and found["bound"].tolist() == ["", "at most"]
+
+
+def test_the_spread_over_proteins_is_told_from_the_error_of_each():
+    # ln n_S is 0, 1 and 2: its standard deviation is 1; the error of each is 0.3 in ln n_S
+    n, error = np.exp([0.0, 1, 2]), np.exp(1.959964 * 0.3)
+    rows = [required_of(x, x / error, x * error) for x in n] + [required_of(1.0, np.nan, np.nan)]
+    row = over_proteins.required_means(pd.DataFrame(rows)).iloc[0]
+    assert (row["spread"], row["error"]) == pytest.approx((1, 0.3))
+    assert row["proteins"] == pytest.approx(np.sqrt(1 - 0.09))
+    assert (row["n"], row["n_bound"], row["highest"]) == (4, 1, n[2])
+    same = over_proteins.required_means(pd.DataFrame([required_of(3.0, 2, 4), required_of(3.1, 2, 4)]))
+    assert same["proteins"].iloc[0] == 0
+
+
+def test_quartiles_are_values_that_were_found():
+    ten = pd.DataFrame([required_of(float(n), n, n + 1) for n in range(1, 11)])
+    row = over_proteins.required_means(ten).iloc[0]  # the 3rd, the 5th and the 8th
+    assert (row["quarter"], row["median"], row["three_quarters"]) == (3, 5, 8)
 
 
 @pytest.mark.parametrize("n", [6, 20, 65])
