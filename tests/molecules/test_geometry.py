@@ -335,6 +335,31 @@ def test_more_than_a_tenth_of_ten_elements_or_more_is_refused(molecule, atoms, w
         geometry._refuse_other_elements(given, "a.pdb")
 
 
+def test_one_bond_of_another_length_is_told_with_its_frame(molecule, caplog):
+    ca = int(np.flatnonzero((molecule.name == "CA") & (molecule.residue == "214"))[0])
+    n = int(np.flatnonzero((molecule.name == "N") & (molecule.residue == "214"))[0])
+    along = molecule.xyz[4, ca] - molecule.xyz[4, n]
+    length = np.linalg.norm(along)
+    for wanted, words in ((1.46 * 1.3, "1.9 Å"), (1.46 * 0.7, "1.0 Å"), (1.46 * 1.2, "")):
+        caplog.clear()
+        geometry._warn_of_odd_bonds(moved(molecule, 4, ca, along / length * (wanted - length)), "a.xtc")
+        bond = f"a.xtc: the bond N-CA of TYR 214 is {words} long instead of 1.5 Å in frame 4"
+        assert [text.partition(";")[0] for text in caplog.messages] == [bond] * bool(words)
+
+
+def test_coordinates_that_were_changed_a_little_are_told(molecule, caplog):
+    """All bonds 5 % long, and noise of 0.2 Å."""
+    shaken = molecule.xyz + np.random.default_rng(0).normal(0, 0.2 / 3**0.5, molecule.xyz.shape)
+    for xyz, words in (
+        (1.05 * molecule.xyz, "differ by 5 %"),
+        (shaken, "half of the bonds"),
+        (1.02 * molecule.xyz, ""),
+    ):
+        caplog.clear()
+        geometry.refuse_impossible(replace(molecule, xyz=xyz), "a.pdb")
+        assert words in caplog.text and bool(words) == bool(caplog.text)
+
+
 def test_what_is_hardly_ever_meant_is_told(molecule, caplog):
     def told(given):
         caplog.clear()
