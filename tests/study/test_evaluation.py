@@ -183,6 +183,8 @@ def test_references_of_two_opposite_vectors():
     z = np.zeros((2, 121))
     z[:, 0] = [1.0, 3.0]
     assert reference_values(z) == {"Z_empty": 2.0, "Z_mean_descriptor": 1.0, "Z_two_patches": 2.0}
+    three = np.array([[0.0, 0.0], [3.0, 4.0], [0.0, 4.0]])  # a triangle with sides of 5, 4 and 3
+    assert reference_values(three)["Z_two_patches"] == 4.0
 
 
 def test_references_of_a1(a1):
