@@ -4,7 +4,7 @@ The list evidence/pages.yaml says for each page which cell a number comes from, 
 
     docs/recover.md:
       numbers:
-      - text: gives the surface back {} Å off on average.
+      - text: the surface is recovered {} Å off on average.
         cells: [recover_means.csv sampler=farthest percent=10 distance]
       tables:
       - rows: recover_means.csv sampler=farthest percent=5|10

@@ -8,7 +8,7 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     kept = sparsurf.sample(dots, percent=10)       # a tenth of the dots
     sparsurf.compare(dots, kept)                   # Z and d, next to a uniform subset
     sparsurf.fields(dots)                          # hydropathy and potential at every dot
-    few = sparsurf.minimal(dots)                   # as few dots as give the surface back
+    few = sparsurf.minimal(dots)                   # the fewest dots from which the surface is recovered
     sparsurf.find("bound.pdb", ["unbound.pdb"], residues="A:10-25")  # the same site on another form
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
@@ -28,7 +28,7 @@ cover          the centres and their patches; every dot lies in at least one
 R, R_i         roughness of the patch of dot i: 1 is flat, 0 is rough
 n_S            number of dots that a sampling keeps
 uniform subset  dots drawn at random, each with the same chance
-minimal subset  as few dots as give the surface back as well as other dots of it; or as few as are asked for
+minimal subset  the fewest dots from which the surface is recovered as well as other dots describe it; or as many as requested
 combination    one choice of (alpha, beta, gamma, delta)
 draw           one random realisation of a combination, or of a uniform subset
 test dot       dot at which the descriptors of two surfaces are compared

@@ -135,6 +135,8 @@ def test_every_nth_place_of_the_run_is_a_sample(study, monkeypatch):
 def test_structures_are_described_as_they_were(study):
     again = search.similar_structures(study / "results/many", site_of(study), 10)
     assert sorted(sites.name for sites in again) == [*"abcd"] and again[0].name == "a"
+    for_one_hit = search.similar_structures(study / "results/many", site_of(study), 1)
+    assert len(for_one_hit) == 4  # rounded numbers rank roughly: more structures than hits are searched
     expected = {sites.name: sites for sites in described(study)}
     for sites in again:
         assert np.array_equal(sites.numbers, expected[sites.name].numbers)

@@ -154,7 +154,10 @@ def test_a_moved_side_chain_shows_where_it_is(form, own, found):
 
 
 def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
+    drawn = []
+
     def noise(form, own, rng, moved, draws, threads):
+        drawn.append((moved, draws))
         return np.full((draws, 30, 7), 0.02 + moved)
 
     monkeypatch.setattr(module, "noise", noise)
@@ -163,6 +166,7 @@ def test_a_table_holds_distances_floors_and_differences(form, own, monkeypatch):
     other = form_of(replace(kept, residue_name=names[form.molecule.residue_index != 29]), "two")
     table = changes(form, other, np.random.default_rng(0))
     assert len(table) == 29 and table["residue"].tolist() == [str(k) for k in range(209, 238)]
+    assert drawn == [(0.0, 5)] * 2 + [(0.3, 3)] * 2  # Å and draws, of each form
     both = own, residues_of(other.surface, other.molecule, "two")
     wanted = distances(own.numbers[:29], both[1].numbers)
     np.testing.assert_allclose(table[[*CHANNELS, "total"]], wanted)
