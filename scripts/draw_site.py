@@ -34,7 +34,7 @@ def main(
     seed: int,
     name: str,
 ) -> None:
-    """Write the picture (PNG and SVG), and a page each of the site and of its clearest hit.
+    """Write the figure (PNG and SVG), and viewer pages of the site and of its clearest hit.
 
     Parameters
     ----------

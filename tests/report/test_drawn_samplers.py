@@ -181,41 +181,25 @@ def test_correlations_and_gains_are_those_of_the_table(stored):
 
 
 def test_dots_that_are_enough_are_those_of_the_table(stored):
-    figure = protein_figures.required(stored)
-    table, ax = stored["required"], figure.axes[0]
-    sticks = list(table["reference"].unique())
-    assert [t.get_text() for t in ax.get_xticklabels()] == sticks
-    groups = [
-        ("uniform", "as_written"),
-        ("farthest", "as_written"),
-        ("uniform", "recovered"),
-        ("farthest", "recovered"),
-    ]
-    lines = iter(ax.lines)
-    for g, (sampler, islands) in enumerate(groups):
-        for s, stick in enumerate(sticks):
-            own = table[
-                (table["sampler"] == sampler) & (table["reading"] == islands) & (table["reference"] == stick)
-            ]["n_S_percent"].clip(1, 60)
-            dots, median = next(lines), next(lines)
-            np.testing.assert_array_equal(dots.get_ydata(), own)
-            assert np.abs(dots.get_xdata() - s - 0.2 * (g - 1.5)).max() <= 0.06 + 1e-9
-            assert median.get_ydata()[0] == own.median()
-            assert colour_of(dots) == colour_of(median) == layout.PALETTE[g]
-    names = ["uniform subset, as they are", "farthest point, as they are", "uniform subset, recovered"]
-    assert legend_of(ax) == list(zip([*names, "farthest point, recovered"], layout.PALETTE, strict=False))
-    known = stored["surfaces"].set_index("protein")
-    best = table[(table["sampler"] == "farthest") & (table["reading"] == "recovered")]
-    for ax, x, word in (
-        (figure.axes[1], known["N"] / 1000, "thousand"),
-        (figure.axes[2], known["mean_roughness"], "roughness"),
-    ):
-        assert word in ax.get_xlabel()
-        for line, stick in zip(ax.lines, sticks, strict=True):
-            own = best[best["reference"] == stick]
-            np.testing.assert_array_equal(line.get_xdata(), x[own["protein"]])
-            np.testing.assert_array_equal(line.get_ydata(), own["n_S_percent"].clip(1, 60))
-    assert figure.axes[1].get_xlim()[1] > known["N"].max() / 1000
+    """A panel per floor: each protein with its interval by the size of its surface, and the median."""
+    table, figure = stored["required"], protein_figures.required(stored)
+    size = stored["surfaces"].set_index("protein")["N"] / 1000
+    floors = list(table["floor"].unique())
+    assert len(figure.axes) == len(floors) == 4
+    for ax, floor in zip(figure.axes, floors, strict=True):
+        rows = table[table["floor"] == floor]
+        dots, _, (intervals,) = ax.containers[0]
+        np.testing.assert_array_equal(
+            dots.get_xydata(), np.column_stack([size[rows["protein"]], rows["n_S_percent"]])
+        )
+        ends = np.array([[low[1], high[1]] for low, high in intervals.get_segments()])
+        limits = rows[["n_S_percent_low", "n_S_percent_high"]].to_numpy()
+        known = np.isfinite(limits).all(axis=1)
+        np.testing.assert_allclose(ends[known], limits[known])
+        median = rows["n_S_percent"].median()
+        assert ax.lines[-1].get_ydata()[0] == median
+        assert f"{floor}\nmedian {median:.1f} %" in words_of(figure)
+        assert ax.get_xlim()[1] > size.max()
 
 
 def test_z_over_proteins_is_that_of_the_table(stored):

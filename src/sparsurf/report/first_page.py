@@ -23,7 +23,7 @@ Gallery = tuple[
 Rows = list[tuple[str, str, str, list[str], list[str]]]  # of surfaces: place, page, picture, files, numbers
 NAMES = ["protein", "conformation"]
 FRESH = "fresh dots"
-WORTH = ("Z_tS", "Z_tR", "Z_mean_descriptor")  # of summary.csv, told next to d
+WORTH = ("Z_tS", "Z_tR", "Z_mean_descriptor")  # of summary.csv, shown next to d
 SCALES = {  # columns of surfaces.csv that tell what a Z means, the first that was measured
     "Z_frames_1_ps_apart": "Two frames of the simulation 1 ps apart",
     "Z_atoms_moved_0.3_Å": "Atoms moved at random by 0.3 Å",
@@ -49,7 +49,7 @@ DOWNLOADS = {  # files of a surface and what they contain
     "grid.csv": "Z and d of every combination",
     "floors.csv": "the noise floors",
     "required_dots.csv": "how many dots reach each floor",
-    "fields.csv": "what few dots give back of each field",
+    "fields.csv": "how well few dots recover each field",
 }
 
 
@@ -142,7 +142,7 @@ def read(folder: Path, path: str) -> pd.DataFrame:
 def of_surfaces(
     folder: Path, files: Iterable[str], names: list[tuple[str, ...]], floor: str | None
 ) -> dict[str, Any]:
-    """Collect the values of the surfaces `names`: of the sampled ones `numbers`, of the others a row each, see `rows_of`."""
+    """Collect the values of the surfaces `names`: `numbers` of the sampled ones, and a row for each other, see `rows_of`."""
     tables = {name: read(folder, f"{name}.csv") for name in TABLES_OF_ALL if f"{name}.csv" in files}
     surfaces = tables.pop("surfaces").set_index(NAMES).loc[names].reset_index()
     sampled = surfaces.iloc[:0]

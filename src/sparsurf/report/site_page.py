@@ -80,7 +80,7 @@ def residue_text(chain: str, name: str, number: str) -> str:
 
 
 def met(pairs: pd.DataFrame) -> list[tuple[str, str]]:
-    """List the residues that the places of each residue of the site meet: (residue, residues)."""
+    """List, for each residue of the site, the residues that its places match: (residue, residues)."""
     number_of = pairs["residue"].str.extract(r"(-?\d+)", expand=False).astype(float)
     ordered = pairs.assign(number_of=number_of).sort_values(["chain", "number_of"], kind="stable")
     partners: dict[str, list[str]] = {}

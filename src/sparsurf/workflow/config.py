@@ -319,9 +319,9 @@ def _check_pairs(config: dict) -> Iterator[str]:
             yield from _missing_file(f"pairs.{name}", path)
         partners = pair.get("proteins") or pair.get("files") or ("", None)
         if partners[0] == partners[1]:
-            yield f"pairs.{name}: {partners[0]!r} stands on both sides; name two partners."
+            yield f"pairs.{name}: {partners[0]!r} is on both sides; name two partners."
         if shared := set.intersection(*map(set, pair.get("chains", [[]]))):
-            yield f"pairs.{name}.chains: chain {min(shared)} stands on both sides; give each chain to one partner."
+            yield f"pairs.{name}.chains: chain {min(shared)} is on both sides; give each chain to one partner."
     if config["complementarity"]["thinning"]["run"] and not config["pairs"]:
         yield "complementarity.thinning.run is true, but there are no pairs to thin; name one under pairs."
 
@@ -347,7 +347,7 @@ def _check_sites(config: dict) -> Iterator[str]:
             if "surface" in config["proteins"].get(surface_name.partition("/")[0], ()):
                 yield f"sites.{name}: {surface_name!r} is a ready surface without residues; it can only be a target."
         if named[0] in named[1:]:
-            yield f"sites.{name}: {named[0]!r} stands on both sides; name another."
+            yield f"sites.{name}: {named[0]!r} is on both sides; name another."
 
 
 def _check_residues(config: dict) -> Iterator[str]:

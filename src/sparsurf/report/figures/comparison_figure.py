@@ -77,7 +77,7 @@ def comparison_figure(
 def comparison_panels(
     table: pd.DataFrame, subject: str, band: str = "95 % over draws and test dots"
 ) -> Figure:
-    """Draw the error of every sampler against n_S by each measure; arguments as of `comparison_figure`."""
+    """Draw the error of every sampler against n_S for each measure; parameters as in `comparison_figure`."""
     figure, lines = layout.constrained(layout.PAGE, 150, subject), _lines(table)
     panels = figure.subplot_mosaic("ABC;ADE;AFG", width_ratios=[1.5, 1, 1])
     for ax, letter, (measure, title, label) in zip(panels.values(), panels, MEASURES, strict=True):

@@ -38,7 +38,7 @@ SIDE = 40.0  # mm, of a map
 
 
 def draw(results: Results) -> Figure:
-    """Draw the figure of one grid: of each reading the map with its highest d."""
+    """Draw the figure of one grid: the map with the highest d of each reading."""
     return best_maps(results.grid, results.name)
 
 

@@ -135,7 +135,7 @@ def headed(name: str, message: str) -> str:
 
 
 def beats_uniform(better: dict[str, tuple[int, int]], of: str) -> str:
-    """Say how many of how many `of` beat a uniform subset under each reading, by its words."""
+    """Say how many `of` (such as combinations) beat a uniform subset under each reading."""
     (first, (n_first, total)), *others = better.items()
     rest = "".join(f", {n} {words}" for words, (n, _) in others)
     return f"{n_first} of {total} {of} beat a uniform subset {first}{rest}"

@@ -55,7 +55,7 @@ def carried(
 
 
 def distance_from(points: np.ndarray, site: np.ndarray) -> np.ndarray:
-    """Return the distance of each dot (N, 3) from the nearest of some of them in Å, at most MAX_DISTANCE; NaN for none."""
+    """Return the distance (N,) of each dot from the nearest dot of the site, Å, at most MAX_DISTANCE; NaN without a site."""
     if not site.any():
         return np.full(len(points), np.nan)
     return np.minimum(cKDTree(points[site]).query(points)[0], MAX_DISTANCE)

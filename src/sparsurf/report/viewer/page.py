@@ -273,7 +273,7 @@ def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str,
 
 
 def _places(dots: np.ndarray, n: int) -> np.ndarray:
-    """Return the place of each of n dots among the shown ones, -1 for the others."""
+    """Return the index of each of n dots among those shown, -1 if it is not."""
     position = np.full(n, -1)
     position[dots] = np.arange(len(dots))
     return position
