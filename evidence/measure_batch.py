@@ -9,7 +9,7 @@ import pandas as pd
 
 from measures.timing import peak_memory
 from sparsurf.batches.analysis import Structure, analyse_batch
-from sparsurf.batches.assignment import TABLES
+from sparsurf.batches.assignment import tables_of
 from sparsurf.batches.tables import write_parquet
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.molecular_surface import density_for_d_link, surface_of_frame
@@ -35,7 +35,7 @@ def main(structures: dict[str, str], study: str, table: str) -> None:
     start = time.process_time()
     tables = analyse_batch(batch, config)
     with tempfile.TemporaryDirectory() as folder:
-        for name in TABLES:
+        for name in tables_of(config):
             write_parquet(Path(folder, name), name, tables[name])
         cpu, disk = time.process_time() - start, sum(path.stat().st_size for path in Path(folder).iterdir())
     placing = [_cpu_of_placing(entry.path, config) for entry in batch]

@@ -86,16 +86,28 @@ def similar_structures(run: Path, site: Sites, n: int) -> list[Sites]:
     ------
     InputError : a table is damaged, the site was described otherwise, or a structure is missing or has changed
     """
-    query = superposed_places(site)
     groups, settings = list_groups(run)
-    check_alike(query, [_without_places(run, settings)])
+    check_alike(site, [_without_places(run, settings)])
+    chosen = rank_structures(groups, site, n + N_EXTRA)
+    return [describe_again(run, name, settings) for name in progress_bar(chosen, "structures to compare")]
+
+
+def rank_structures(groups: Sequence[Group], site: Sites, n: int) -> list[str]:
+    """Name the n structures on which a site fits best by the stored places, the best first.
+
+    Parameters
+    ----------
+    groups : sequence of Group, of all structures
+    site : Sites, the places of the site
+    n : int
+    """
+    query = superposed_places(site)
     q = to_metric_space(query.numbers, query.fields)
     nearest, middle, scale = nearest_of_each(q, groups)
     similarity = likelihoods(nearest, middle, scale).sum(axis=0)
     superposed = [groups[k] for k in _best(similarity, N_SUPERPOSED)]
     scores = pose_scores(query, q, superposed, middle, scale)
-    chosen = [superposed[k].protein for k in _best(scores, n + N_EXTRA)]
-    return [describe_again(run, name, settings) for name in progress_bar(chosen, "structures to compare")]
+    return [superposed[k].protein for k in _best(scores, n)]
 
 
 def _best(scores: np.ndarray, n: int) -> np.ndarray:
