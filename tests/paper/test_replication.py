@@ -256,6 +256,22 @@ def test_bins_of_roughness_by_hand():
     assert crossed.loc["1", "d_high_as_coded"] == pytest.approx(estimate(z[1][:, :2]).high)
 
 
+def test_halves_of_four_bins_have_their_limits_and_dots():
+    r = np.tile([0.0, 0.1, 0.3, 0.6, 0.8, 0.9, 1.0], (2, 1))
+    z = np.stack([np.zeros((2, 7)), np.tile([1.0, 3, 8, 5, 2, 4, 6], (2, 1))])
+    found = rough_and_flat.ByRoughness(np.zeros((2, 7), int), r, {"as_coded": z})
+    bins = rough_and_flat.bins_table(found, kept=True, bins=4)
+    rows = bins[["bin", "roughness_low", "roughness_high", "n", "d_as_coded"]].to_numpy().tolist()
+    assert rows == [
+        ["1", 0.0, 0.25, 2.0, 2.0],
+        ["2", 0.25, 0.5, 1.0, 8.0],
+        ["3", 0.5, 0.75, 1.0, 5.0],
+        ["4", 0.75, 1.0, 3.0, 4.0],
+        ["rougher half", 0.0, 0.5, 3.0, 4.0],
+        ["flatter half", 0.5, 1.0, 4.0, 4.25],
+    ]
+
+
 @pytest.mark.parametrize("kept", [True, False])
 def test_d_of_a_bin_is_what_its_means_differ_by(kept):
     # three rough and one flat test dot in the first draw, around kept dots one and three in the second
