@@ -276,7 +276,7 @@ def test_lengths_in_nm_are_refused_but_atoms_that_touch_are_not(tmp_path):
         read_molecule(apart(0.15), selection="all")
     with pytest.raises(InputError, match=r"0\.49 Å apart"):
         read_molecule(apart(0.49), selection="all")
-    for gap in (0.51, 0.0):  # atoms that stand twice are no nm
+    for gap in (0.51, 0.0):  # atoms that occur twice are no nm
         assert read_molecule(apart(gap), selection="all").n_atoms == 250
     halves = [atom_line("ZN", " ZN", residue=str(k), place=(0.1 * k, 0, 0), element="ZN") for k in range(10)]
     assert read_molecule(write(tmp_path / "b.pdb", "".join(halves[:9])), selection="all").n_atoms == 9

@@ -607,7 +607,7 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
         ("proteins:\n  p: {structure: a.pdb\nseed: 1\n", r"is not valid YAML in line"),
         (
             "proteins:\n  p: {structure: a.pdb}\n  p: {structure: b.pdb}\n",
-            "the key 'p' stands twice, .* in line 3;",
+            "the key 'p' occurs twice, .* in line 3;",
         ),
         (
             "proteins:\n  123: {structure: a.pdb}\n",
@@ -616,7 +616,7 @@ def test_a_protein_tells_where_it_is_from_how_it_is_read():
         ("proteins:\n  yes: {structure: a.pdb}\n", "the key yes in line 2 is not read as a string"),
         ("a:\n  1.5: 2\n", "the key 1.5 in line 2"),
         ("? [1, 2]\n: 3\n", "the key of several parts in line 1"),
-        ("a: &x {b: 1}\nc:\n  <<: *x\n  <<: *x\n", "the key '<<' stands twice, again in line 4"),
+        ("a: &x {b: 1}\nc:\n  <<: *x\n  <<: *x\n", "the key '<<' occurs twice, again in line 4"),
         ("a: *nowhere\n", "is not valid YAML in line 1: found undefined alias"),
         ("run: a\nname: Grüße\n".encode("latin-1"), "is not UTF-8, see line 2"),
         (b"run: a\n\x00\x01\n", "is not valid YAML in line 2"),

@@ -42,7 +42,7 @@ def check_config(
     config : dict
         Without `proteins` and `pairs`, it changes the default study key by key.
     paths : iterable of paths
-        Files that the config comes from; they are read again to find keys that stand twice.
+        Files that the config comes from; they are read again to find keys that occur twice.
     home : path
         Folder of the Snakefile, where the default study and its data lie.
     here : bool
@@ -84,12 +84,12 @@ def check_config(
 
 
 def proteins(config: dict) -> dict[str, Protein]:
-    """The proteins of a checked config, by name."""
+    """Return the proteins of a checked config, by name."""
     return {name: Protein(**entry) for name, entry in config["proteins"].items()}
 
 
 def sampled_proteins(config: dict) -> list[str]:
-    """Names of the proteins of a checked config whose surfaces are sampled over the grid."""
+    """Return the names of the proteins of a checked config whose surfaces are sampled over the grid."""
     run = config["sampling"]["run"]
     return [name for name, entry in config["proteins"].items() if entry.get("sampling", run)]
 
@@ -117,7 +117,7 @@ def _with_local_copy(name: str, protein: dict) -> dict:
 
 
 def _structure_by_id(pdb: str | None) -> str | None:
-    """Path of the structure named like a PDB id in the folder that SPARSURF_STRUCTURES names."""
+    """Return the path of the structure named like a PDB id in the folder that SPARSURF_STRUCTURES names."""
     folder = os.environ.get(STRUCTURES_VARIABLE)
     if not (folder and pdb):
         return None
@@ -159,7 +159,7 @@ def _missing_file(key: str, path: str) -> Iterator[str]:
 
 
 def _check_names(config: dict) -> Iterator[str]:
-    """Names of folders differ in more than case, and are not those of the study itself."""
+    """Yield a sentence for each name that the study uses itself, or that differs from another in case only."""
     for key in ("proteins", "pairs", "sites"):
         names: dict[str, str] = {}
         for name in config[key]:
@@ -194,7 +194,7 @@ def _check_proteins(config: dict) -> Iterator[str]:
 
 
 def _check_fields(config: dict) -> Iterator[str]:
-    """A field is computed from the atoms, or is a column of every table."""
+    """Yield a sentence for each field that is neither computed from the atoms nor a column of every table."""
     tables = [protein["table"] for protein in config["proteins"].values() if "table" in protein]
     tables = [table for table in tables if os.path.isfile(table)]
     columns: list[set[str]] = []
@@ -210,7 +210,7 @@ def _check_fields(config: dict) -> Iterator[str]:
 
 
 def _check_surfaces(config: dict) -> Iterator[str]:
-    """Keys that need atoms stand with structures."""
+    """Yield a sentence for each key that needs atoms where every protein is a ready surface."""
     ready = [name for name, protein in config["proteins"].items() if "surface" in protein]
     if not ready:
         return
@@ -228,7 +228,7 @@ def _check_surfaces(config: dict) -> Iterator[str]:
 
 
 def _check_paper(config: dict) -> Iterator[str]:
-    """The paper's tables can be compared."""
+    """Yield a sentence where the results could not be compared with the tables of the paper."""
     readings = config["evaluation"]["readings"]
     if not {*PUBLISHED_READINGS} & {*readings}:
         yield f"evaluation.readings is {readings}, but needs as_coded or as_written."
@@ -265,7 +265,7 @@ def _check_sections(config: dict) -> Iterator[str]:
 
 
 def _check_batch(config: dict) -> Iterator[str]:
-    """Batches hold single structures, and nothing is measured that needs all of a study."""
+    """Yield a sentence for each key that does not go with `batch`."""
     if "batch" not in config:
         if "pages" in config:
             yield "pages is for a study with `batch`, and this one gives every protein its pages; remove it."
@@ -327,14 +327,14 @@ def _check_pairs(config: dict) -> Iterator[str]:
 
 
 def named_conformations(site: dict) -> list[str]:
-    """Proteins and conformations that a site names, the query first."""
+    """Return the proteins and conformations that a site names, the query first."""
     if "changes" in site:
         return site["changes"]
     return [site["query"], *(site["targets"] if site["targets"] != "all" else ())]
 
 
 def needed_conformations(config: dict) -> dict[str, list[str]]:
-    """Proteins and conformations that each pair and each site names, by pairs/<name> and sites/<name>."""
+    """Return the proteins and conformations that each pair and each site names, by pairs/<name> and sites/<name>."""
     needed = {f"pairs/{name}": list(pair.get("proteins", ())) for name, pair in config["pairs"].items()}
     return needed | {f"sites/{name}": named_conformations(site) for name, site in config["sites"].items()}
 
@@ -351,7 +351,7 @@ def _check_sites(config: dict) -> Iterator[str]:
 
 
 def _check_residues(config: dict) -> Iterator[str]:
-    """The structures at hand have the residues and conformations that sites name; otherwise a job would find out late."""
+    """Yield a sentence for each residue or conformation of a site that a structure at hand lacks."""
     for name, site in config["sites"].items():
         for place in named_conformations(site):
             protein, _, conformation = place.partition("/")
@@ -388,7 +388,7 @@ def _missing_residues(name: str, site: dict, config: dict) -> Iterator[str]:
 
 
 def _check_excluded(config: dict) -> Iterator[str]:
-    """What is excluded exists, and so is what needs it."""
+    """Yield a sentence where `exclude` names what the study lacks, or keeps what needs an excluded part."""
     for part in config["exclude"]:
         kind, _, name = part.partition("/")
         known = name in config[kind] if kind in ("pairs", "sites") else kind in config["proteins"]

@@ -1,4 +1,4 @@
-"""Snakemake as another process: one study at a time per checkout, signals passed on, its complaints kept in a file."""
+"""Snakemake as another process: one study at a time per checkout, signals passed on, its error output kept in a file."""
 
 import fcntl
 import os

@@ -47,7 +47,7 @@ class _StrictLoader(yaml.SafeLoader):
             if name in seen:
                 name = "<<" if name == MERGE else name
                 raise InputError(
-                    f"the key {name!r} stands twice, again in line {line}; remove or rename one."
+                    f"the key {name!r} occurs twice, again in line {line}; remove or rename one."
                 )
             seen.add(name)
         return super().construct_mapping(node, deep)
