@@ -379,6 +379,40 @@ def test_the_most_unusual_surface_comes_first_with_what_is_unusual():
     assert few["deviation"].tolist() == [0, 0, 0] and few["unusual"].tolist() == ["", "", ""]
 
 
+def test_the_deviation_is_in_robust_standard_deviations():
+    """Roughness .1 to .5 and 1.3: median .35, median absolute deviation .15, so 1.3 lies .95 / (1.4826 * .15) away."""
+    table = made_up(6).assign(atoms=1000, area=5000.0, volume=11000.0, cavity_dots=0, N=40000)
+    table["mean_roughness"] = [0.1, 0.2, 0.3, 0.4, 0.5, 1.3]
+    found = summary.most_unusual(table, 2)
+    assert found["protein"].tolist() == ["s005", "s000"]
+    np.testing.assert_allclose(found["deviation"], np.array([0.95, 0.25]) / (1.4826 * 0.15), rtol=1e-12)
+
+
+def test_a_row_of_the_page_sorts_by_the_numbers_that_it_shows():
+    row = {"protein": "s1", "deviation": 3.25, "unusual": "atoms", "atoms": 1200, "area": 6543.2}
+    row |= {"volume": 15432.1, "mean_roughness": 0.625, "components": 3, "cavities": 2}
+    name, cells = batches_page._row(row)
+    assert name == "s1" and cells == [
+        ("3.25", "3.2"),
+        ("atoms", "atoms"),
+        ("1200", "1,200"),
+        ("6543.2", "6543"),
+        ("15432.1", "15432"),
+        ("0.625", "0.62"),
+        ("3", "3"),
+        ("2", "2"),
+    ]
+
+
+def test_the_page_has_the_spans_of_its_table():
+    columns = {"atoms": [100, 1200, 2500], "residues": [10, 150, 310], "mean_roughness": [0.5, 0.62, 0.7]}
+    surfaces = made_up(3).assign(minimal_n_S=[400, 4800, 10000], masked_residues=None, **columns)
+    surfaces["N"] = 40 * surfaces["atoms"]
+    page = batches_page.batches_page("run", surfaces, surfaces.head(0), [], [], 1, [])
+    assert page["atoms_span"] == "100 to 2,500" and page["dots"] == "152,000" and page["kept"] == "10"
+    assert page["roughness"] == "0.62" and page["roughness_span"] == "0.50 to 0.70"
+
+
 def test_reasons_that_differ_in_names_and_numbers_are_one():
     failures = pd.DataFrame(
         {

@@ -864,6 +864,24 @@ def test_a_mesh_is_recovered_with_the_options(tmp_path, monkeypatch):
     assert called == [(400, 7.0, 1.7, 3)]
 
 
+def test_dots_are_recovered_with_the_options(tmp_path, monkeypatch):
+    """Other values than the default reach the function."""
+    called = []
+
+    def record(few, **settings):
+        called.append((len(few), settings))
+        raise InputError("that is enough")
+
+    monkeypatch.setattr("sparsurf.cli.recover.recover", record)
+    few = sparsurf.surface(
+        sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-212")
+    )
+    sparsurf.write(few[::10], tmp_path / "few.csv")
+    call = ["recover", str(tmp_path / "few.csv"), "-o", str(tmp_path / "dots.csv")]
+    assert command.main([*call, "--density", "7", "--reach", "1.7", "--steps", "3"]) != 0
+    assert called == [(len(few[::10]), {"density": 7.0, "reach": 1.7, "steps": 3})]
+
+
 @pytest.mark.parametrize("kind", ["published", "rotation_robust"])
 def test_descriptors_are_of_the_kind_that_is_asked_for(tmp_path, kind):
     call = [

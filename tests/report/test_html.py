@@ -572,7 +572,7 @@ def test_means_over_pairs_are_told_with_their_interval():
             "score": ["propensity_smoothed", "flatness", "planarity", "similarity"],
             "mean": [0.55, 0.6, 0.52, 0.9],
         }
-        | {"low": 0.51, "high": 1.7}
+        | {"low": [0.51, -0.2, 0.51, 0.51], "high": 1.7}
     )
     table = pd.DataFrame({"complex": ["a", "a", "b"], "score": "propensity_smoothed", "auc": [0.4, 0.6, 0.7]})
     known = pair_page.pairs_page("run", means, 3, 2, table)
@@ -580,17 +580,25 @@ def test_means_over_pairs_are_told_with_their_interval():
     assert "AUC of 0.550 (0.510 to 1.000) for" in text and "It beats a coin." in text
     assert "The best baseline is roughness of the patch: 0.600." in text
     assert known["pairs"] == {"a": 0.5, "b": 0.7}
+    flatness = known["scores"]["roughness of the patch"]
+    assert (flatness["low"], flatness["high"]) == (0.0, 1.0)
     nothing = render(pair_page.OF_ALL, **pair_page.pairs_page("run", means.head(0), 3, 0, table.head(0)))
     assert "None of the 3 pairs" in Page(nothing).text["answer"]
 
 
 def test_frames_are_told_by_mean_and_spread():
-    columns = {"N": [100, 200], "area": 10.0, "mean_roughness": [0.5, 0.6], "n_S_percent": [40.0, 50.0]}
-    table = pd.DataFrame(columns | {"d_as_coded": [2.0, 3.0], "d_as_written": -0.25})
+    columns = {
+        "N": [100, 200, 200],
+        "area": 10.0,
+        "mean_roughness": [0.5, 0.6, 0.6],
+        "n_S_percent": [40.0, 40, 55],
+    }
+    table = pd.DataFrame(columns | {"d_as_coded": [2.0, 3.0, 3.0], "d_as_written": -0.25})
     page = Page(render(ensemble_page.TEMPLATE, **ensemble_page.ensemble_page("p", table, [1, 0, 6, 0])))
-    assert ["n_S / %", "45.0", "7.1", "40.0", "50.0"] in page.rows
+    assert ["n_S / %", "45.0", "8.7", "40.0", "55.0"] in page.rows
+    assert ["d as coded", "2.67", "0.58", "2.00", "3.00"] in page.rows
     assert ["d as written", "−0.25", "0.00", "−0.25", "−0.25"] in page.rows
-    assert "(1, 0, 6, 0) keeps 45.0 ± 7.1 %" in page.text["answer"]
+    assert "(1, 0, 6, 0) keeps 45.0 ± 8.7 %" in page.text["answer"]
 
 
 @pytest.mark.parametrize(

@@ -161,15 +161,17 @@ def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
         1,
         1,
     )
+    # the buried residue has no floor to lie above
+    assert changes_page("opening", ["open", "closed/f7"], table, 0.25)["n_chance"] == 0.5
     # by change over the larger floor; of the channels above their floor the two that are most; a rounded 0 has no sign
     rows = Page(render(OF_FORMS, **known)).rows
     assert ["LYS7 → GLU", "0.60", "0.20", "0.30", "potential, charge", "−1.3", "+0.5"] in rows
     assert known["most"][1]["where"] == "GLY9" and known["most"][1]["above"] == ["potential", "charge"]
     assert signed(float("nan"), 1) == ""
-    assert (
-        "differ all over" in render(OF_FORMS, **known),
-        "differ all over" in render(OF_FORMS, **known | {"n": 4}),
-    ) == (True, False)
+    all_over = [
+        "differ all over" in render(OF_FORMS, **known | own) for own in ({}, {"n": 4}, {"n_moved": 1})
+    ]
+    assert all_over == [True, False, False]  # of two residues, more than one above the floor of moved atoms
     gap = "Residues A:1-5 of closed/f7 are missing from the other form."
     longer = changes_page("opening", ["open", "closed/f7"], table, SHARE_ABOVE_FLOOR, ["", "A:1-5"])
     assert gap in render(OF_FORMS, **longer) and "missing from the other form" not in render(

@@ -124,6 +124,9 @@ def test_the_page_counts_ranges_above_and_below_a_uniform_subset():
     page = ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 2.0})
     assert page["counts"]["as_coded"] == {"n": 3, "above": 1, "below": 1, "above_null": 1}
     text = render("ranges.html.j2", **page)
+    own = page["best"]["as_coded"]
+    assert f"{own['combination']} keeps {own['n_S']} %<br>d = {own['d']}</td>" in text
+    assert own["d"].startswith("2.0") and own["n_S"] == "90"
     assert "In 1 its Z exceeds" in text and "exceeds" not in render(
         "ranges.html.j2",
         **ranges_page("p/c1", ranges, best, best["references"] | {"Z_mean_descriptor": 99.0}),
