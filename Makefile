@@ -7,7 +7,7 @@
 #              rules on small pieces; -n: only name the jobs; EVIDENCE_DATA=folder: structures from there; RULES=name: only these
 # make docs    build the book in docs/_build/html and check its links (needs a network the first time)
 # make package  build wheel and source archive in dist/ and check them
-# make setup   set up only; with CLUSTER=slurm what a cluster needs besides
+# make setup   set up only; with CLUSTER=slurm what a cluster needs besides; make setup-test adds what tests need
 # make schema  renew config/schema.json and docs/config.md from the models of the config, docs/columns.md from the list of columns
 # make lock    renew envs/requirements*.txt from envs/requirements*.in (needs a network)
 # Another study: make run CONFIG=my_config.yaml CORES=4
@@ -21,7 +21,8 @@ CONFIG ?= config.yaml
 VENV   := .venv
 BIN    := $(VENV)/bin
 # uv, where it is installed, unpacks a warm cache in seconds; pip does the same where uv is missing or reaches no registry
-PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# A module is compiled when it is first imported, as with uv: compiling all of them takes half of the set-up
+PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 UV     := $(shell command -v uv)
 PACKAGES := XDG_CACHE_HOME="$(XDG_CACHE_HOME)" # the user's cache, not that of this checkout
 install = $(if $(UV),$(PACKAGES) $(UV) pip install --quiet --python $(BIN)/python $1 || )$(PACKAGES) $(PIP) $1
@@ -33,8 +34,10 @@ $(error CLUSTER is $(CLUSTER), but only CLUSTER=slurm is known (docs/cluster.md)
 endif
 # Where the jobs run: on the cores here, or on a cluster, whose extra packages are installed then
 WHERE  := $(if $(CLUSTER),--cluster $(CLUSTER),--cores $(CORES))
-FOR_DOCS := $(VENV)/.ready-docs-$(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1)
-EXTRA  := $(if $(CLUSTER),$(VENV)/.ready-$(CLUSTER)-$(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1))
+LOCKED := $(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1)
+FOR_TEST := $(VENV)/.ready-test-$(LOCKED)
+FOR_DOCS := $(VENV)/.ready-docs-$(LOCKED)
+EXTRA  := $(if $(CLUSTER),$(VENV)/.ready-$(CLUSTER)-$(LOCKED))
 
 export MPLCONFIGDIR    ?= $(CURDIR)/.cache/matplotlib
 export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
@@ -48,7 +51,7 @@ endif
 # The numba kernels, compiled once; numba compiles again what was edited
 KERNELS := .cache/kernels-compiled
 
-.PHONY: evidence setup setup-docs run paper compare test bench docs package lock schema
+.PHONY: evidence setup setup-test setup-docs run paper compare test bench docs package lock schema
 
 setup: $(READY) $(KERNELS) $(EXTRA)
 
@@ -61,7 +64,9 @@ paper: setup
 compare: setup
 	@$(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE) compare
 
-test: setup
+setup-test: setup $(FOR_TEST)
+
+test: setup-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile rules/*.smk
@@ -69,7 +74,7 @@ test: setup
 	$(BIN)/mypy
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist worksteal  # three workers on two cores
 
-setup-docs: $(READY) $(FOR_DOCS)
+setup-docs: $(READY) $(FOR_TEST) $(FOR_DOCS)
 
 docs: setup-docs
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build/html
@@ -111,7 +116,7 @@ $(READY): envs/requirements.txt
 	$(call install,--no-deps --no-build-isolation --editable .)
 	touch $@
 
-# What few need besides: .ready-slurm-..., .ready-docs-...
+# What a study does not need: .ready-test-..., .ready-docs-..., .ready-slurm-...
 $(VENV)/.ready-%: $(READY)
 	$(call install,--no-deps --require-hashes -r envs/requirements-$(firstword $(subst -, ,$*)).txt)
 	touch $@
@@ -123,5 +128,6 @@ lock:
 	  --custom-compile-command "make lock" --upgrade --quiet --output-file envs/requirements.txt envs/requirements.in
 	.cache/lock/bin/uv pip compile --universal --no-deps --generate-hashes --python-version 3.11 \
 	  --custom-compile-command "make lock" --upgrade --quiet --output-file envs/requirements-slurm.txt envs/requirements-slurm.in
-	.cache/lock/bin/uv pip compile --universal --generate-hashes --python-version 3.11 --constraints envs/requirements.txt \
-	  --custom-compile-command "make lock" --upgrade --quiet --output-file envs/requirements-docs.txt envs/requirements-docs.in
+	for extra in test docs; do .cache/lock/bin/uv pip compile --universal --generate-hashes --python-version 3.11 \
+	  --constraints envs/requirements.txt --custom-compile-command "make lock" --upgrade --quiet \
+	  --output-file envs/requirements-$$extra.txt envs/requirements-$$extra.in; done
