@@ -8,7 +8,7 @@ for step in "download -q --no-deps -d $folder" "install -q --target $folder/lib"
     || { echo "pip-audit could not be fetched: the lock is not audited."; exit 0; }
 done
 PYTHONPATH="$folder/lib" timeout 120 python3 -m pip_audit --disable-pip --timeout 5 --progress-spinner off \
-  -r envs/requirements.txt -f json -o "$folder/found" > /dev/null 2>&1
+  -r envs/requirements.txt -r envs/requirements-test.txt -f json -o "$folder/found" > /dev/null 2>&1
 python3 - "$folder/found" <<'END'
 import json
 import sys
