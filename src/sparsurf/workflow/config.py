@@ -296,7 +296,12 @@ def _check_batch(config: dict) -> Iterator[str]:
             key for key in ("surface", "trajectory", "simulate", "url", "pdb") if protein.get(key) is not None
         ]
         if other:
-            yield f"proteins.{name} has `{other[0]}`, but `batch` takes structures alone; remove one of the two."
+            given = protein[other[0]]
+            told = f" {given}" if isinstance(given, str) else ""
+            yield (
+                f"proteins.{name} has `{other[0]}`{told}, but `batch` takes structures alone; leave it out, "
+                "or move the file out of the folder."
+            )
             continue
         path = Path(protein["structure"])
         stem = path.name.lower().removesuffix(".gz").removesuffix(suffix(path))
