@@ -275,7 +275,10 @@ def test_batches_keep_a_tenth_of_the_dots_by_default(tmp_path):
         ({"sampling": True}, "batch needs `sampling: false`"),
         ({"minimal": {"floor": "turned"}}, "minimal.floor needs a search on every structure"),
         ({"batch": 0}, "batch is 0, but must be"),
-        ({"proteins": {"a": {"pdb": "1ubi"}}}, "proteins.a has `pdb` 1ubi, but `batch` takes structures alone"),
+        (
+            {"proteins": {"a": {"pdb": "1ubi"}}},
+            "proteins.a has `pdb` 1ubi, but `batch` takes structures alone",
+        ),
         ({"proteins": {}}, "proteins is empty"),
         (
             {"pages": ["b1"], "proteins": {"b10": {"structure": "a.pdb"}}},

@@ -12,7 +12,16 @@ import pytest
 import reproduce_paper
 from sparsurf.paper import published_runs, replication
 from sparsurf.report.page import render
-from sparsurf.report.paper_page import TEMPLATE, outside_of, paper_page, surface_of
+from sparsurf.report.paper_page import (
+    TEMPLATE,
+    defects,
+    judged,
+    outside_of,
+    paper_page,
+    positive,
+    surface_of,
+    uniform,
+)
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.study import grid, rough_and_flat, tables
@@ -450,6 +459,51 @@ def test_claims_follow_from_the_numbers(page):
     assert holds(bins=one)["rough"] == ("yes", "yes")
     one.loc[flat, ["d_low_as_coded", "d_high_as_coded"]] = 0.1, 0.2
     assert holds(bins=one)["rough"] == ("in part", "yes")
+    one.loc[bins["bin"] == "flatter half", ["d_low_as_coded", "d_high_as_coded"]] = -0.1, 0.7
+    assert holds(bins=one)["rough"] == ("no", "yes")  # above 0, but not above the flatter half
+    few = one["bin"] == one["bin"][~one["bin"].isin(["rougher half", "flatter half"])].iloc[-1]
+    one.loc[few, ["n", "d_low_as_written", "d_high_as_written"]] = 9.0, 0.1, 0.2
+    assert holds(bins=one)["rough"] == ("no", "yes")  # a bin of nine test dots says nothing
+
+
+@pytest.mark.parametrize(("n_below", "loses"), [(3, False), (5, False), (6, True)])
+def test_the_sampling_loses_where_most_combinations_do(page, n_below, loses):
+    grid = pd.concat([page["grid"]] * 10, ignore_index=True).head(10)
+    below = np.arange(10) < n_below
+    grid = grid.assign(d_low_as_coded=-0.3, d_high_as_coded=np.where(below, -0.1, 0.1), d_as_coded=-0.1)
+    assert positive(grid, page["family"])["loses"]["as_coded"] is loses
+
+
+@pytest.mark.parametrize(
+    ("share", "few_count", "several"),
+    [(0.96, "in part", "yes"), (0.94, "in part", "in part"), (0.04, "in part", "no"), (0.0, "no", "no")],
+)
+def test_a_few_of_many_cases_do_not_change_a_verdict(share, few_count, several):
+    assert (judged(share), judged(share, several=True)) == (few_count, several)
+
+
+@pytest.mark.parametrize(("off", "answer"), [(0.9, "yes"), (1.1, "no")])
+def test_a_uniform_subset_keeps_alpha_to_one_percent(off, answer):
+    grid = pd.DataFrame({"alpha": [0.1, 0.5, 0.5], "beta": [0.0, 0, 1], "gamma": 0.0, "delta": 0.0})
+    found = uniform(grid.assign(n_S_percent=[10.0, 50 + off, 80]), 7.0)
+    assert found["holds"] == {"as_coded": answer, "as_written": answer} and len(found["rows"]) == 2
+
+
+def test_the_tables_of_the_page_are_counted_and_averaged_by_hand(page):
+    bias = pd.DataFrame({"binning": ["closed", "closed", "half-open"], "d_bias": [0.1, 0.3, 9.0]})
+    assert paper_page(page | {"bias": bias})["table1"]["bias"] == pytest.approx(0.2)
+    places = pd.DataFrame({"binning": "closed", "range": range(1, 6), "d_lowest": 1.0, "d_highest": 2.0})
+    places["d_published"] = [0.9, 1.0, 1.5, 2.0, 2.1]
+    assert outside_of(places, "closed", "d") == [1, 5]
+    values = {"row": [1, 2], "n_S_percent": [10.0, 20], "d_as_coded": [1.0, 2], "d_as_written": [-1.0, 0]}
+    corrected = {"row": [1, 2], "n_S_percent": [14.0, 22], "d_as_coded": [0.5, 2], "d_as_written": [-1.0, 1]}
+    table = [
+        pd.DataFrame(values).assign(sampling="as published"),
+        pd.DataFrame(corrected).assign(sampling="x"),
+    ]
+    assert defects(pd.concat(table))["x"] == {"n_S_percent": 3.0, "d_as_coded": -0.25, "d_as_written": 0.5}
+    signs = page["signs"].head(3).assign(negative_from=[0.5, np.nan, np.nan])
+    assert paper_page(page | {"signs": signs})["links"]["turned"] == 1
 
 
 def test_published_values_inside_of_our_intervals_are_counted(page):

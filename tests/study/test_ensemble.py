@@ -233,6 +233,23 @@ def test_residues_of_a_frame_are_those_of_its_surface(molecule, table):
     assert np.allclose(over_time.iloc[3, 2:].to_numpy(float), expected, atol=1e-12)
 
 
+def test_walls_of_cavities_do_not_count_in_the_roughness_of_a_residue(molecule, table, monkeypatch):
+    below = []
+
+    def on_cavities(surface, components):
+        below.append(surface.points[:, 2] < np.median(surface.points[:, 2]))
+        return below[0]
+
+    monkeypatch.setattr(ensemble, "on_cavities", on_cavities)
+    row = ensemble.frame_row(molecule, 3, radii(molecule, "dms"), SETTINGS, "p")
+    surface = molecular_surface(molecule.xyz[3].round(3), radii(molecule, "dms"), density=6.0)
+    rough, residue = PreparedSurface(surface, d_link=0.6).roughness, molecule.residue_index[surface.atom]
+    for k in range(molecule.n_residues):
+        inside = (residue == k) & ~below[0]
+        assert row[f"residue_{k}"] == pytest.approx(rough[inside].mean(), abs=1e-12, nan_ok=True)
+    assert row["mean_roughness"] == pytest.approx(table["mean_roughness"][3])  # of all dots
+
+
 def test_figure_of_the_residues_has_every_text_in_place(molecule, table, monkeypatch):
     rows = ensemble.split_residue_columns(table, molecule.residues)[1]
     rows.iloc[2, 3] = np.nan  # buried for a while
