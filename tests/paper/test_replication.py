@@ -301,6 +301,8 @@ def test_patches_lie_around_kept_dots_or_any(blob):
     for draw in range(2):
         assert np.isin(kept.dots[draw], evaluator.pair(combination, draw)[0]).all()
     assert not np.array_equal(*kept.dots)
+    fewest = min(100, *(len(evaluator.pair(combination, draw)[0]) for draw in range(2)))
+    assert kept.dots.shape == (2, fewest) and kept.z["as_coded"].shape == (2, 2, fewest)
     any_dots = rough_and_flat.by_roughness(evaluator, combination, ["as_coded"], 100, 2, False)
     assert np.array_equal(*any_dots.dots) and any_dots.z["as_coded"].shape == (2, 2, 100)
     tests, pair = any_dots.dots[0], evaluator.pair(combination, 1)
