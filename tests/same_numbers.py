@@ -2,7 +2,7 @@
 
     python tests/same_numbers.py            every setting below, each with kernels compiled afresh (about ten minutes)
     python tests/same_numbers.py --quick    two settings with the kernels that are there (a minute), as tests/test_same_numbers.py
-    python tests/same_numbers.py --study    the tables of the small study instead, under all of them at once (two minutes)
+    python tests/same_numbers.py --study    the tables of the small study instead, under all of them at once (ten minutes)
     python tests/same_numbers.py --python PATH ...   also these interpreters, which have the packages of this one
 
 Choices (dots, combinations, subsets, hits) must be equal, and numbers agree to 1e-9. Exits with 1 if they do not.
