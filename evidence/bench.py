@@ -80,27 +80,27 @@ PAIR_LIMITS = {
 
 
 def embedded(residues: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Centres and radii of the atoms of the embedded structure, Å."""
+    """Return centres and radii of the atoms of the embedded structure, Å."""
     molecule = read_molecule(EMBEDDED, residues=residues)
     return molecule.xyz[0], radii(molecule)
 
 
 def a1(quick: bool) -> Surface:
-    """Dots of A1 or, without its file, of the embedded structure; if quick, of a piece of that."""
+    """Return the dots of A1 or, without its file, of the embedded structure; if quick, of a piece of that."""
     if quick:
         return molecular_surface(*embedded(QUICK_RESIDUES))
     return read_surface(A1_DOTS) if A1_DOTS.is_file() else molecular_surface(*embedded())
 
 
 def lattice(xyz: np.ndarray, copies: int) -> np.ndarray:
-    """`xyz` (n, 3) repeated on a cubic lattice, (copies * n, 3)."""
+    """Return `xyz` (n, 3) repeated on a cubic lattice, (copies * n, 3)."""
     side = np.arange(int(np.ceil(copies ** (1 / 3))))
     cells = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 1, 3)[:copies]
     return (cells * (np.ptp(xyz, axis=0) + GAP) + xyz).reshape(-1, 3)
 
 
 def repeated(surface: Surface, copies: int) -> Surface:
-    """A surface repeated on a lattice."""
+    """Return a surface repeated on a lattice."""
     return Surface(lattice(surface.points, copies), np.tile(surface.normals, (copies, 1)))
 
 
@@ -116,34 +116,34 @@ def measure_dots(
     seconds = table.time("roughness of all dots", n, lambda: roughness(index), repeats, most=most)
     table.add("roughness per dot", n, 1e6 * seconds / n, "µs")
     table.time("cover", n, lambda: published_sampling.build_cover(index, rough), repeats)
-    evaluator = PreparedSurface(surface, roughness_values=rough, name="bench")
+    prepared = PreparedSurface(surface, roughness_values=rough, name="bench")
     rng = np.random.default_rng(0)
 
     def sample() -> None:
         for combination in combinations:
-            published_sampling.sample(evaluator.cover, combination, rng)
+            published_sampling.sample(prepared.cover, combination, rng)
 
     def pair() -> None:
         for combination in combinations:
-            evaluator.pair(combination, 0)
+            prepared.pair(combination, 0)
 
     per, most = 1e3 / len(combinations), 0.3 if promised else None
     milliseconds = table.time("one sampling", n, sample, repeats, "ms", per, most)
     table.add("one sampling per dot", n, 1e6 * milliseconds / n, "ns")
     table.time("one sampling and a uniform subset", n, pair, repeats, "ms", per)
-    measure_descriptors(table, evaluator, rng, repeats, n_tests)
+    measure_descriptors(table, prepared, rng, repeats, n_tests)
 
 
 def measure_descriptors(
-    table: Table, evaluator: PreparedSurface, rng: np.random.Generator, repeats: int, n_tests: int
+    table: Table, prepared: PreparedSurface, rng: np.random.Generator, repeats: int, n_tests: int
 ) -> None:
     """Measure descriptors of 64 subsets at shared test dots, as the grid evaluates them."""
-    index, n = evaluator.index, len(evaluator.points)
+    index, n = prepared.index, len(prepared.points)
     tests = rng.choice(n, min(n, n_tests), replace=False)
     subset = tests[: max(1, n_tests // 8)]
     z_tot, robust = (
-        evaluator.describe(tests)[0],
-        evaluator.changed(descriptor="rotation_robust").describe(subset)[0],
+        prepared.describe(tests)[0],
+        prepared.changed(descriptor="rotation_robust").describe(subset)[0],
     )
     for share, most in DESCRIPTOR_LIMITS.items():
         words = np.zeros(n, np.uint64)
@@ -155,7 +155,7 @@ def measure_descriptors(
             run = partial(
                 descriptors.evaluate,
                 index,
-                evaluator.points[tests],
+                prepared.points[tests],
                 words,
                 descriptors.MAX_SUBSETS,
                 reading,
@@ -167,7 +167,7 @@ def measure_descriptors(
             )
             table.time(what, n, run, repeats, "µs", per, most)
             run = partial(
-                descriptors.evaluate, index, evaluator.points[subset], words, descriptors.MAX_SUBSETS, reading, robust,
+                descriptors.evaluate, index, prepared.points[subset], words, descriptors.MAX_SUBSETS, reading, robust,
                 descriptor="rotation_robust",
             )  # fmt: skip
             what, per = (
@@ -212,13 +212,13 @@ def measure_grids(
     table: Table, surface: Surface, combinations: np.ndarray, limits: dict[int, float | None], repeats: int
 ) -> None:
     """Measure whole grids with one draw, reading `as_coded`, and one combination at every dot."""
-    evaluator, n = PreparedSurface(surface, name="bench"), len(surface)
+    prepared, n = PreparedSurface(surface, name="bench"), len(surface)
     for n_tests, most in limits.items():
         what = f"grid of {len(combinations)}, {n_tests} test dots"
-        run = partial(grid.evaluate_grid, evaluator, combinations, n_tests, 1, ("as_coded",))
+        run = partial(grid.evaluate_grid, prepared, combinations, n_tests, 1, ("as_coded",))
         table.time(what, n, run, repeats, most=most)
     for readings, names in ((("as_coded",), "`as_coded`"), (GRID_READINGS, "both readings")):
-        run = partial(grid.evaluate_grid, evaluator, BEST_COMBINATION, n, 1, readings)
+        run = partial(grid.evaluate_grid, prepared, BEST_COMBINATION, n, 1, readings)
         table.time(f"a combination at every dot, {names}", n, run, repeats, most=1)
 
 
@@ -265,8 +265,8 @@ def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
     if fpsample := installed("fpsample"):
         farthest = partial(fpsample.bucket_fps_kdline_sampling, surface.points, keep, h=7)
         table.time(f"peer: {KEPT_FRACTION:.0%} farthest dots by fpsample", n, farthest, repeats)
-        evaluator, rng = PreparedSurface(surface, name="bench"), np.random.default_rng(0)
-        table.time("the same here", n, partial(SAMPLERS["farthest"], evaluator, keep, rng), repeats)
+        prepared, rng = PreparedSurface(surface, name="bench"), np.random.default_rng(0)
+        table.time("the same here", n, partial(SAMPLERS["farthest"], prepared, keep, rng), repeats)
     if mahotas := installed("mahotas.features"):
         image = np.random.default_rng(0).random((PIXELS, PIXELS))
         moments = partial(mahotas.zernike_moments, image, DISC, N_MAX)
@@ -278,7 +278,7 @@ def measure_peers(table: Table, surface: Surface, repeats: int) -> None:
 
 
 def installed(name: str) -> ModuleType | None:
-    """A module if it can be imported, else None."""
+    """Return a module if it can be imported, else None."""
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -345,10 +345,10 @@ def print_ribosome() -> None:
     surface = step("surface", lambda: molecular_surface(molecule.xyz[0], radii(molecule)))
     index = step("index", lambda: build_index(surface.points, surface.normals))
     rough = step("roughness", lambda: roughness(index, threads=cores))
-    evaluator = step("cover", lambda: PreparedSurface(surface, roughness_values=rough, threads=cores))
+    prepared = step("cover", lambda: PreparedSurface(surface, roughness_values=rough, threads=cores))
     step(
         "grid of 36, 400 test dots",
-        lambda: grid.evaluate_grid(evaluator, published_sampling.parameter_grid(*SMALL_GRID), 400),
+        lambda: grid.evaluate_grid(prepared, published_sampling.parameter_grid(*SMALL_GRID), 400),
     )
     figures = {
         "atoms": molecule.n_atoms,
@@ -368,7 +368,7 @@ def measure_ribosome(table: Table) -> None:
 
 
 def in_child(call: str) -> dict:
-    """Result of a `print_...` of this file in a fresh process."""
+    """Return the result of a `print_...` of this file in a fresh process."""
     command = [sys.executable, "-c", f"import bench; bench.{call}"]
     return json.loads(subprocess.run(command, cwd=ROOT / "evidence", capture_output=True, check=True).stdout)
 

@@ -14,12 +14,12 @@ from sparsurf.workflow.jobs import job
 def main(structure: str, figure_path: str, threads: int) -> None:
     """Draw the dots, a tenth of them, and the recovered surface with its distance from the true one."""
     atoms = atoms_of(structure)
-    evaluator = PreparedSurface(molecular_surface(*atoms), seed=1, name="example", threads=threads)
-    dots = SAMPLERS["farthest"](evaluator, len(evaluator.points) // 10, evaluator.stream("figure"))
-    subset = evaluator.points[dots], evaluator.normals[dots]
+    prepared = PreparedSurface(molecular_surface(*atoms), seed=1, name="example", threads=threads)
+    dots = SAMPLERS["farthest"](prepared, len(prepared.points) // 10, prepared.stream("figure"))
+    subset = prepared.points[dots], prepared.normals[dots]
     recovered = recover(*subset, threads=threads)
     distance = recovery.distances(recovered[0], recovery.truth(*atoms))
-    whole = Surface(evaluator.points, evaluator.normals)
+    whole = Surface(prepared.points, prepared.normals)
     figure = subsets.figure(
         whole,
         [("a tenth of them, with normals", Surface(*subset), layout.SAMPLED)],

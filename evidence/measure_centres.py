@@ -22,10 +22,10 @@ def main(
 ) -> None:
     """Write a row for each of these readings and each range."""
     dots = read_npz(surface)
-    evaluator = PreparedSurface(
+    prepared = PreparedSurface(
         dots, roughness_values=read_roughness(roughness, dots), seed=seed, name=protein, threads=threads
     )
-    centres = centres_table(evaluator, read_table(grid), read_table(ranges), test_dots, draws)
+    centres = centres_table(prepared, read_table(grid), read_table(ranges), test_dots, draws)
     centres = centres[centres["reading"].isin(readings)]
     centres.assign(protein=protein).to_csv(table, index=False)
 

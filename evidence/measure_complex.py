@@ -52,7 +52,7 @@ def main(
 def _descriptors(
     pair: list[Partner], recipe: Recipe, patches: int, threads: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """'Up' descriptors of the first partner and 'down' descriptors of the second."""
+    """Return 'up' descriptors of the first partner and 'down' descriptors of the second."""
     first, second = pair
     up, _ = descriptors_at(first, first.surface.points[centres_of(first, patches)], True, recipe, threads)
     down, _ = descriptors_at(

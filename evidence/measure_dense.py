@@ -33,12 +33,12 @@ def main(
         dots, density = surface_for_d_link(molecule, 0, atoms, rules, D_LINK, protein)
         row = {"protein": protein, "hydrogens": hydrogens, "requested_density": requested}
         row |= {"density": density, "N": len(dots)}
-        evaluator = PreparedSurface(dots, seed=seed, threads=threads)
+        prepared = PreparedSurface(dots, seed=seed, threads=threads)
         generate_surface, xyz = surface_generator(molecule, 0, atoms, rules, D_LINK, protein)
-        references = measure_floors(evaluator, test_dots, generate_surface, xyz)
+        references = measure_floors(prepared, test_dots, generate_surface, xyz)
         row["floor"] = references[FRESH].mean()
         for kind, suffix in ((PreparedSurface, ""), (AtOneDensity, "_at_5.35")):
-            recovering = kind(dots, roughness_values=evaluator.roughness, seed=seed, threads=threads)
+            recovering = kind(dots, roughness_values=prepared.roughness, seed=seed, threads=threads)
             trials = Trials(recovering, "farthest", test_dots)
             row[f"n_S{suffix}"] = len(smallest_recovered_subset(trials, references, FRESH)[0])
         rows.append(row)

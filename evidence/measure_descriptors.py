@@ -42,15 +42,15 @@ def main(
 
     by_density = [steadiness_at(density, D_LINK) for density in densities]
     by_link = {D_LINK: by_density[0][0]} | {link: steadiness_at(DENSITY, link)[0] for link in d_link}
-    evaluator = PreparedSurface(surface, seed=seed, name=protein, threads=threads)
+    prepared = PreparedSurface(surface, seed=seed, name=protein, threads=threads)
     combinations = published.parameter_grid(**sampling)
     tables = {
         changes: pd.concat([table for table, _ in by_density]),
         orders: pd.concat([table for _, table in by_density]),
         linked: pd.concat([table.assign(D_link=link) for link, table in by_link.items()]),
-        rows: steadiness.rows_of_paper(evaluator, test_dots),
-        samplers: steadiness.of_samplers(evaluator, test_dots, percents),
-        grid: steadiness.whole_grid(evaluator, combinations, grid_test_dots),
+        rows: steadiness.rows_of_paper(prepared, test_dots),
+        samplers: steadiness.of_samplers(prepared, test_dots, percents),
+        grid: steadiness.whole_grid(prepared, combinations, grid_test_dots),
     }
     for path, table in tables.items():
         table.assign(surface=protein).to_csv(path, index=False)

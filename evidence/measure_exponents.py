@@ -20,8 +20,8 @@ def main(
 ) -> None:
     """Write Z for every exponent, n_S and sampler."""
     surface = molecular_surface(*atoms_of(structure))
-    evaluator = PreparedSurface(surface, seed=seed, name=protein, threads=threads)
-    z = measure(evaluator, exponents, percents, test_dots, draws)
+    prepared = PreparedSurface(surface, seed=seed, name=protein, threads=threads)
+    z = measure(prepared, exponents, percents, test_dots, draws)
     z.assign(protein=protein).to_csv(table, index=False)
 
 

@@ -52,7 +52,7 @@ def main(structure: str, table: str, protein: str) -> None:
 
 
 def solution(folder: str | Path, extent: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """APBS's potential (N,), kT/e, at points (N, 3), Å, around the molecule.pqr of a folder, `extent` (3,) Å long."""
+    """Return APBS's potential (N,), kT/e, at points (N, 3), Å, around the molecule.pqr of a folder, `extent` (3,) Å long."""
     n_points = [next((n for n in SIZES if SPACING * (n - 1) >= side), SIZES[-1]) for side in extent]
     sides = {"dime": n_points, "fine": extent, "coarse": 1.7 * extent}
     lines = {key: " ".join(f"{value:g}" for value in values) for key, values in sides.items()}

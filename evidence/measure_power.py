@@ -32,14 +32,12 @@ def main(
     dots = surface_of_frame(molecule, 0, radii(molecule, "dms"), surface)
     changed = {key.lower(): value for key, value in rules.items()}
     alpha_factor = changed.pop("alpha", 1.0)
-    evaluator = PreparedSurface(
-        dots, **patches | changed, seed=seed, name=f"power {variant}", threads=threads
-    )
+    prepared = PreparedSurface(dots, **patches | changed, seed=seed, name=f"power {variant}", threads=threads)
     combinations = published.parameter_grid(**sampling)
     winners = runs_as_published(
-        evaluator, combinations, runs, reporter(variant, "runs of the grid"), alpha_factor
+        prepared, combinations, runs, reporter(variant, "runs of the grid"), alpha_factor
     )
-    centres = pd.Series(centres_in_random_orders(evaluator, runs), index=np.arange(1, runs + 1))
+    centres = pd.Series(centres_in_random_orders(prepared, runs), index=np.arange(1, runs + 1))
     winners.assign(centres=winners["run"].map(centres)).to_csv(table, index=False)
 
 

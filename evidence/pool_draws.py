@@ -21,14 +21,14 @@ def main(
     threads: int,
 ) -> None:
     """Write d of every contender, draw and test dot, and the range of each contender."""
-    evaluator = PreparedSurface(
+    prepared = PreparedSurface(
         read_npz(surface),
         roughness_values=pd.read_csv(roughness)["roughness"].to_numpy(),
         seed=1,
         name=f"coverage of {protein}",
         threads=threads,
     )
-    d, member = coverage.pool(evaluator, pd.read_csv(grid), GRID_READINGS, draws, test_dots)
+    d, member = coverage.pool(prepared, pd.read_csv(grid), GRID_READINGS, draws, test_dots)
     np.savez(pool, d=d, member=member)
 
 

@@ -56,7 +56,7 @@ def main(
 
 
 def _means(table: pd.DataFrame) -> pd.DataFrame:
-    """Means over proteins with 95 % intervals: of both halves in turn, and of the half not used for the shipped weights."""
+    """Return means over proteins with 95 % intervals: of both halves in turn, and of the half without the shipped weights."""
     rows = []
     for scope, rows_in_scope in (("in turn", table), ("shipped weights", table[table["half"] == 2])):
         for key, group in rows_in_scope.groupby(KEYS, sort=False):
@@ -71,7 +71,7 @@ def _means(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _by_range(moved: pd.DataFrame) -> pd.DataFrame:
-    """How often places are found, by how far the atoms around them moved."""
+    """Compute how often places are found, by how far the atoms around them moved."""
     low = pd.cut(moved["moved"], sites.MOVED, labels=sites.MOVED[:-1], right=False)
     table = moved.groupby(low, observed=True)[["first", "first_percent", "first_of_all"]].mean().reset_index()
     upper = dict(zip(sites.MOVED[:-1], sites.MOVED[1:], strict=True))
@@ -80,7 +80,7 @@ def _by_range(moved: pd.DataFrame) -> pd.DataFrame:
 
 
 def _costs(costs: pd.DataFrame) -> pd.DataFrame:
-    """Mean cost of describing a protein; with all dots kept, as if each of them were a place."""
+    """Return the mean cost of describing a protein; with all dots kept, as if each of them were a place."""
     more = np.where(costs["percent"] == 100, costs["dots"] / costs["places"], 1)
     scaled = costs[["percent", "atoms", "places"]].assign(
         places=more * costs["places"],
@@ -93,7 +93,7 @@ def _costs(costs: pd.DataFrame) -> pd.DataFrame:
 def _summary(
     table: pd.DataFrame, moved: pd.DataFrame, whole: pd.DataFrame, numbers: list[dict]
 ) -> pd.DataFrame:
-    """Totals over all proteins, one per row."""
+    """Return totals over all proteins, one per row."""
     there = np.array([arrays["share_there"] for arrays in numbers])
     rows = {
         "proteins": table["protein"].nunique(),

@@ -40,17 +40,17 @@ def read_structures(path: str | Path) -> dict[str, Structure]:
 
 
 def names_in_set(structures: dict[str, Structure], name: str) -> list[str]:
-    """Names of the structures of a set, in the order of the table."""
+    """Return the names of the structures of a set, in the order of the table."""
     return [structure.name for structure in structures.values() if name in structure.sets]
 
 
 def downloads(structures: dict[str, Structure]) -> dict[str, Structure]:
-    """Structures that can be downloaded, by the name of their file."""
+    """Return structures that can be downloaded, by the name of their file."""
     return {os.path.basename(s.url): s for s in structures.values() if s.url}
 
 
 def local_file(structure: Structure, folder: str | None) -> str | None:
-    """Path of a structure in the repository or in `folder`; None if it is in neither.
+    """Return the path of a structure in the repository or in `folder`; None if it is in neither.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def local_file(structure: Structure, folder: str | None) -> str | None:
 
 
 def _checksums(path: Path) -> set[str]:
-    """SHA-256 of a file and, of a compressed file, of its content."""
+    """Return SHA-256 of a file and, of a compressed file, of its content."""
     contents = [path.read_bytes()]
     if path.suffix == ".gz":
         contents.append(gzip.decompress(contents[0]))
@@ -73,14 +73,14 @@ def _checksums(path: Path) -> set[str]:
 
 
 def protein_entry(structure: Structure, folder: str | None, **options: str | int) -> dict:
-    """Entry of a structure in the section `proteins` of a study's config."""
+    """Return the entry of a structure in the section `proteins` of a study's config."""
     path = local_file(structure, folder)
     source = {"structure": path} if path else {"url": structure.url, "sha256": structure.sha256}
     return source | options
 
 
 def complexes(structures: dict[str, Structure]) -> dict[str, tuple[str, str]]:
-    """Complexes and their two partners: 1a1u, those of the set `bound`, then those of the set `unbound`.
+    """Return complexes and their two partners: 1a1u, those of the set `bound`, then those of the set `unbound`.
 
     Those of the set `unbound` have a second entry, NAME_u, for their unbound form.
     """

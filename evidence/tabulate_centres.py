@@ -10,7 +10,7 @@ MEASURES = ("n_S_percent", "d_mean", "d_centres_mean", "d", "d_centres")
 
 
 def means(table: pd.DataFrame) -> pd.DataFrame:
-    """Means over proteins with 95 % intervals, by reading and range: d of all combinations, of the best and of the control."""
+    """Return means of d over proteins by reading and range: of all combinations, of the best and of the control."""
     rows = []
     for (reading, number), part in table.groupby(["reading", "range"], sort=False):
         row = {"reading": reading, "range": number, "n": int(part["d"].notna().sum())}

@@ -14,7 +14,7 @@ ROW = ["row", "combination", "d_published", "Z_published"]
 
 
 def table1_of(rows: pd.DataFrame) -> pd.DataFrame:
-    """Table I as coded with a column of d and Z for each surface: d_A1_file, d_A1_file_low, ..."""
+    """Return Table I as coded with a column of d and Z for each surface: d_A1_file, d_A1_file_low, ..."""
     coded = rows[rows["reading"] == CODED_READING]
     table = coded.drop_duplicates("row")[ROW].set_index("row")
     for surface, of_surface in coded.groupby("surface", sort=False):
@@ -27,7 +27,7 @@ def table1_of(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def inside_of(rows: pd.DataFrame) -> pd.DataFrame:
-    """Number of published values of d and Z inside of the intervals, per surface and reading, and the sign of d."""
+    """Return the number of published values of d and Z inside of the intervals, per surface and reading, and the sign of d."""
     groups = rows.groupby(["surface", "reading"], sort=False)
     above, below = (
         rows.assign(there=there.astype(int)).groupby(["surface", "reading"], sort=False)["there"].sum()
@@ -38,7 +38,7 @@ def inside_of(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def rows_of_study(paper_rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the paper's study, with test dots of its own, in the form of `fragments.rows_table`."""
+    """Return the rows of the paper's study, with test dots of its own, in the form of `fragments.rows_table`."""
     tables = []
     for reading in GRID_READINGS:
         table = pd.DataFrame({"surface": OF_STUDY, "reading": reading, "row": range(1, len(paper_rows) + 1)})
@@ -51,7 +51,7 @@ def rows_of_study(paper_rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def surfaces_of(rows: pd.DataFrame, choices: pd.DataFrame) -> pd.DataFrame:
-    """A row per surface and reading: its dots, and how the choices of Table I do on it.
+    """Return a row per surface and reading: its dots, and how the choices of Table I do on it.
 
     n_may_be_best counts the rows of Table I whose combination may be the best of its range here; n_worse those for which choosing
     again gains significantly; gain is the mean over the rows. d_best and rank_best are those of (1, 0, 6, 0) in its range.

@@ -14,7 +14,7 @@ LEVEL = 0.95
 
 
 def student_interval(values: np.ndarray) -> tuple[float, float, float]:
-    """Mean and Student's t interval."""
+    """Return mean and Student's t interval."""
     error = values.std(ddof=1) / len(values) ** 0.5
     return values.mean(), *t.interval(LEVEL, len(values) - 1, values.mean(), error)
 
@@ -23,7 +23,7 @@ INTERVALS = {"ours": mean_interval, "Student's t": student_interval}
 
 
 def populations(recover: pd.DataFrame, required: pd.DataFrame) -> dict[str, pd.Series]:
-    """Values by structure over which means are taken, some of them skewed."""
+    """Return values by structure over which means are taken, some of them skewed."""
     farthest = recover[recover["sampler"] == "farthest"]
     values = {
         f"{words}, {percent:g} % of the dots": farthest.loc[farthest["percent"] == percent, column]

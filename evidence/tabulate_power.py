@@ -13,7 +13,7 @@ COLUMNS = ["rule", "binning", "n_runs", "d", "Z_tS", "centres", "together", "mea
 
 
 def centres_by_run(winners: pd.DataFrame) -> np.ndarray:
-    """Number of centres of each run, (runs,)."""
+    """Return the number of centres of each run, (runs,)."""
     return winners.groupby("run")["centres"].first().to_numpy()
 
 

@@ -93,10 +93,10 @@ def test_a_sampler(surface, monkeypatch):
     monkeypatch.setattr(samplers, "SAMPLERS", dict(samplers.SAMPLERS))
     carried_out("A sampler", sampler=samplers.sampler, np=np)
     assert samplers.lookup_sampler("highest")[1:] == ("highest dots", "highest", True, False)
-    evaluator = PreparedSurface(surface)
-    dots, weight = find_subset(evaluator, "highest", 10)
+    prepared = PreparedSurface(surface)
+    dots, weight = find_subset(prepared, "highest", 10)
     assert sorted(dots) == sorted(np.argsort(surface.points[:, 2])[-10:]) and weight.sum() == 800
-    assert np.array_equal(find_subset(evaluator, "highest", 4)[0], dots[:4])  # nested
+    assert np.array_equal(find_subset(prepared, "highest", 4)[0], dots[:4])  # nested
 
 
 def test_a_roughness(surface, monkeypatch):
@@ -106,8 +106,8 @@ def test_a_roughness(surface, monkeypatch):
     values = roughness.roughness(index, 4.0, kind="steepest")
     own = surface.normals[patch(index, 7, 4.0)] @ surface.normals[7]
     assert values[7] == pytest.approx(max(0.0, own.min()), abs=1e-12)
-    evaluator = PreparedSurface(surface, d_link=0.9, kind="steepest")
-    np.testing.assert_array_equal(evaluator.roughness, values)
+    prepared = PreparedSurface(surface, d_link=0.9, kind="steepest")
+    np.testing.assert_array_equal(prepared.roughness, values)
 
 
 def test_a_figure(surface):
@@ -133,9 +133,9 @@ def test_a_descriptor(surface, monkeypatch):
     line = re.search(r'"extent": (Descriptor\(.*\))`', RECIPES["A descriptor"]).group(1)
     entry = eval(line, {"Descriptor": descriptors.Descriptor, "extent": extent, "np": np})
     monkeypatch.setitem(descriptors.DESCRIPTORS, "extent", entry)
-    evaluator = PreparedSurface(surface, d_link=0.9, descriptor="extent")
-    z, _ = evaluator.describe(np.array([3, 400]))
-    ids = patch(evaluator.index, 3, 6.0)
+    prepared = PreparedSurface(surface, d_link=0.9, descriptor="extent")
+    z, _ = prepared.describe(np.array([3, 400]))
+    ids = patch(prepared.index, 3, 6.0)
     far = np.linalg.norm(surface.points[ids] - surface.points[3], axis=1).mean()
     np.testing.assert_allclose(z[0], [len(ids), far], rtol=1e-12)
 

@@ -14,11 +14,11 @@ from sparsurf.sampling.samplers import sampler
 
 
 @sampler("most outward dots", nested=True)
-def outward(evaluator, n, rng):
+def outward(prepared, n, rng):
     """The n dots whose normals point away from the middle."""
-    away = evaluator.points - evaluator.points.mean(axis=0)
+    away = prepared.points - prepared.points.mean(axis=0)
     away /= np.linalg.norm(away, axis=1)[:, None]
-    return np.argsort(-(away * evaluator.normals).sum(axis=1), kind="stable")[:n]
+    return np.argsort(-(away * prepared.normals).sum(axis=1), kind="stable")[:n]
 
 
 ready = sparsurf.prepare(sparsurf.surface("../../data/tdp43/topology.pdb"))

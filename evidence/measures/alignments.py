@@ -29,7 +29,7 @@ def aligned_residues(first: Molecule, second: Molecule) -> tuple[np.ndarray, np.
 
 
 def alpha(molecule: Molecule) -> np.ndarray:
-    """The C-alpha atom of each residue, (R,) int; where there is none, the first atom."""
+    """Return the C-alpha atom of each residue, (R,) int; where there is none, the first atom."""
     first = np.unique(molecule.residue_index, return_index=True)[1]
     atoms = np.flatnonzero(molecule.name == "CA")
     first[molecule.residue_index[atoms]] = atoms
@@ -78,7 +78,7 @@ def tm_align(query: Molecule, target: Molecule) -> tuple[np.ndarray, np.ndarray,
 
 
 def alignments() -> dict[str, Callable[[Molecule, Molecule, np.ndarray], np.ndarray]]:
-    """Ways to move places of one protein onto another, by name; TM-align where the package tmtools is installed."""
+    """Return ways to move places of one protein onto another, by name; TM-align where the package tmtools is installed."""
     ways = {SEQUENCE: by_sequence, STRUCTURE: by_structure}
     try:
         import tmtools  # noqa: F401

@@ -34,7 +34,7 @@ RESAMPLED = 4000
 
 
 def channels(molecule: Molecule) -> np.ndarray:
-    """Whether each atom belongs to each of CHANNELS, (A, 6) float."""
+    """Return whether each atom belongs to each of CHANNELS, (A, 6) float."""
     residues = [standard_name(str(name)) for name in molecule.residues["residue_name"]]
     names = [(residues[k], str(name)) for k, name in zip(molecule.residue_index, molecule.name, strict=True)]
     lists = [set(text.split()) for text in (DONORS, ACCEPTORS, POSITIVE, NEGATIVE)]
@@ -47,7 +47,7 @@ def channels(molecule: Molecule) -> np.ndarray:
 
 
 def around(molecule: Molecule, points: np.ndarray) -> np.ndarray:
-    """Numbers of points: square roots of soft counts of atoms, (P, 6, 4) by channel and shell."""
+    """Return the numbers of points: square roots of soft counts of atoms, (P, 6, 4) by channel and shell."""
     kinds, out = channels(molecule), np.zeros((len(points), len(CHANNELS), len(SHELLS)))
     for row, point, near in zip(
         out, points, cKDTree(molecule.xyz[0]).query_ball_point(points, REACH), strict=True
@@ -59,7 +59,7 @@ def around(molecule: Molecule, points: np.ndarray) -> np.ndarray:
 
 
 def relatives(pairs: Sequence[tuple[Molecule, Molecule]], points: Sequence[np.ndarray]) -> np.ndarray:
-    """Numbers of points of proteins and of where an alignment moves them on relatives: (2, P, 6, 4)."""
+    """Return the numbers of points of proteins and of where an alignment moves them on relatives: (2, P, 6, 4)."""
     both = [
         (around(query, own), around(relative, by_sequence(query, relative, own)))
         for (query, relative), own in zip(pairs, points, strict=True)
@@ -138,7 +138,7 @@ def measure(
 
 
 def means(table: pd.DataFrame) -> pd.DataFrame:
-    """Shares of right answers of both methods and their difference, with 95 % intervals by resampling queries."""
+    """Return the shares of right answers of both methods and their difference, with 95 % intervals by resampling queries."""
     rows, label = [], "difference"
     for half, part in (("1", table[table["half"] == 1]), ("2", table[table["half"] == 2]), ("both", table)):
         right = part.assign(right=part["right"].astype(float)).pivot_table(

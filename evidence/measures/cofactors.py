@@ -91,7 +91,7 @@ def read_sites(path: str) -> tuple[pd.DataFrame, list[Molecule], list[np.ndarray
 def _laid_by_find(
     site: Sites, residues: Sequence[str], targets: list[Sites], middle: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Where `find` lays the middle of the query's cofactor on each target."""
+    """Return where `find` lays the middle of the query's cofactor on each target."""
     own = (site.labels["chain"] + ":" + site.labels["residue"]).isin(residues).to_numpy()
     hits = find_site(site.take(own), targets, len(targets))
     return {
@@ -101,27 +101,27 @@ def _laid_by_find(
 
 
 def points_above(molecule: Molecule) -> np.ndarray:
-    """Points above a tenth of the dots of a protein, as `_above` of its places: (P, 3)."""
+    """Return points above a tenth of the dots of a protein, as `_above` of its places: (P, 3)."""
     dots = sparsurf.surface(molecule)
     kept = dots.take(sparsurf.sample(dots, percent=10))
     return _above(kept, molecule)
 
 
 def _above(site: Sites | Surface, molecule: Molecule) -> np.ndarray:
-    """Points `ABOVE` the places of a surface where there is room: no atom of the protein is nearer than that."""
+    """Return points `ABOVE` the places of a surface where there is room: no atom of the protein is nearer than that."""
     above = site.points + ABOVE * site.normals
     room = cKDTree(molecule.xyz[0]).query(above)[0] >= ABOVE
     return above[room] if room.any() else above
 
 
 def _deepest(molecule: Molecule, above: np.ndarray) -> np.ndarray:
-    """The point above the surface with most atoms around it, (3,)."""
+    """Return the point above the surface with most atoms around it, (3,)."""
     near = cKDTree(molecule.xyz[0]).query_ball_point(above, REACH, return_length=True)
     return above[near.argmax()]
 
 
 def means(table: pd.DataFrame) -> pd.DataFrame:
-    """Share of right answers by method on proteins of another fold, with 95 % intervals by resampling queries.
+    """Return the share of right answers by method on proteins of another fold, with 95 % intervals by resampling queries.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _groups(table: pd.DataFrame) -> Iterable[tuple[str, pd.DataFrame]]:
-    """The same class of cofactor, another one, heme alone and all but heme."""
+    """Return the same class of cofactor, another one, heme alone and all but heme."""
     same = table[table["same_class"]]
     yield "the same", same
     yield "the same, heme", same[same["class"] == "HEM"]

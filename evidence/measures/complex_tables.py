@@ -23,7 +23,7 @@ def named(areas: pd.DataFrame) -> pd.DataFrame:
 
 
 def surfaces(areas: pd.DataFrame) -> pd.DataFrame:
-    """A row per surface and main score, with its interval: the maps as published and the references."""
+    """Return a row per surface and main score, with its interval: the maps as published and the references."""
     main = areas[areas["low"].notna() & ~areas["score"].str.contains("+", regex=False)]
     columns = [
         "complex",
@@ -42,7 +42,7 @@ def surfaces(areas: pd.DataFrame) -> pd.DataFrame:
 
 
 def means(areas: pd.DataFrame) -> pd.DataFrame:
-    """Mean AUC over the complexes of each group for the maps at their first radius, similarity, control, references."""
+    """Return the mean AUC over the complexes of each group for the maps at their first radius and the references."""
     first = areas.groupby(areas["descriptor"].str.split(",").str[0])["descriptor"].transform("first")
     plain = (areas["k"] == 1) & (areas["kind"] == "plain") & (areas["descriptor"] == first)
     wanted = areas[plain | areas["score"].isin(REFERENCES)]
@@ -51,14 +51,14 @@ def means(areas: pd.DataFrame) -> pd.DataFrame:
 
 
 def variants(areas: pd.DataFrame, few: int = FEW) -> pd.DataFrame:
-    """Variants chosen on 1a1u and the first `few` complexes by name, reported on the other bound ones."""
+    """Return variants chosen on 1a1u and the first `few` complexes by name, reported on the other bound ones."""
     bound = areas[areas["group"].isin(["tutorial", "bound"])].drop_duplicates(["complex", "side", *KEYS])
     names = sorted(set(bound["complex"]) - {TUTORIAL})
     return chosen_on_few(bound, KEYS, {TUTORIAL, *names[:few]})
 
 
 def touching(contacts: pd.DataFrame, group: pd.Series) -> pd.DataFrame:
-    """Mean chance that a native pair of patches is nearer than a random one, over complexes.
+    """Return the mean chance that a native pair of patches is nearer than a random one, over complexes.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def touching(contacts: pd.DataFrame, group: pd.Series) -> pd.DataFrame:
 
 
 def control(controls: pd.DataFrame) -> pd.DataFrame:
-    """Correlation of the smoothed map with that against another complex's partner, over bound complexes."""
+    """Return the correlation of the smoothed map with that against another complex's partner, over bound complexes."""
     bound = controls[(controls["form"] == "bound") & controls["correlation_1"].notna()]
     long = bound.melt(["complex", "descriptor"], ["correlation_1", "correlation_2"], value_name="correlation")
     return means_over_complexes(long, ["descriptor"], "correlation")
@@ -80,7 +80,7 @@ def control(controls: pd.DataFrame) -> pd.DataFrame:
 def tables_of(
     areas: pd.DataFrame, contacts: pd.DataFrame, controls: pd.DataFrame, few: int = FEW
 ) -> dict[str, pd.DataFrame]:
-    """All of them: dict, name -> DataFrame.
+    """Return all tables: dict, name -> DataFrame.
 
     Parameters
     ----------

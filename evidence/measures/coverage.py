@@ -23,7 +23,7 @@ N_RANGES = 10
 
 
 def pool(
-    evaluator: PreparedSurface,
+    prepared: PreparedSurface,
     table: pd.DataFrame,
     readings: Sequence[str],
     draws: int = 24,
@@ -33,7 +33,7 @@ def pool(
 
     Parameters
     ----------
-    evaluator : Evaluator
+    prepared : PreparedSurface
     table : DataFrame
         grid.csv of the surface, which says who the contenders are.
     readings : sequence of str
@@ -53,7 +53,7 @@ def pool(
             chosen |= set(inside[np.argsort(-d[inside])[:CONTENDERS]].tolist())
     chosen = np.array(sorted(chosen))
     result = grid.evaluate_grid(
-        evaluator, table.loc[chosen, PARAMETERS].to_numpy(), n_tests, draws, tuple(readings)
+        prepared, table.loc[chosen, PARAMETERS].to_numpy(), n_tests, draws, tuple(readings)
     )
     d = np.stack([d_values(result, r) for r in range(len(readings))])
     return d.astype(np.float32), member[chosen]

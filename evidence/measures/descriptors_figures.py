@@ -46,6 +46,6 @@ def samplers(changes: pd.DataFrame, table: pd.DataFrame) -> Figure:
 
 
 def floors_of(changes: pd.DataFrame, descriptor: str, change: str = "turned, fresh dots") -> pd.Series:
-    """Z between two descriptions of the same surface at the lowest density, by surface."""
+    """Return Z between two descriptions of the same surface at the lowest density, by surface."""
     rows = changes[(changes["descriptor"] == descriptor) & (changes["change"] == change)]
     return rows[rows["density"] == rows["density"].min()].set_index("surface")["Z"]

@@ -14,19 +14,19 @@ READINGS = ("as_written", RECOVERED)
 
 
 def density(roughness: np.ndarray, k: float) -> np.ndarray:
-    """Density of each dot, (N,), without a unit."""
+    """Return the density of each dot, (N,), without a unit."""
     return np.maximum(1 - roughness, MIN_FLATNESS) ** k
 
 
-def random_dots(evaluator: PreparedSurface, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
+def random_dots(prepared: PreparedSurface, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
     """Draw without replacement, each dot with a probability proportional to the density (Efraimidis & Spirakis 2006)."""
-    keys = rng.standard_exponential(len(evaluator.points)) / density(evaluator.roughness, k)
+    keys = rng.standard_exponential(len(prepared.points)) / density(prepared.roughness, k)
     return np.argsort(keys, kind="stable")[:n]
 
 
-def spaced_dots(evaluator: PreparedSurface, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
+def spaced_dots(prepared: PreparedSurface, n: int, k: float, rng: np.random.Generator) -> np.ndarray:
     """Choose farthest-point dots, with distances in units of the spacing that corresponds to the density at each dot."""
-    points, scale = evaluator.points, density(evaluator.roughness, k)
+    points, scale = prepared.points, density(prepared.roughness, k)
     chosen, gap = np.empty(n, np.int64), np.full(len(points), np.inf)
     chosen[0] = rng.integers(len(points))
     for j in range(1, n):
@@ -39,30 +39,30 @@ SAMPLERS = {"random": random_dots, "blue noise": spaced_dots}
 
 
 def measure(
-    evaluator: PreparedSurface,
+    prepared: PreparedSurface,
     exponents: Sequence[float],
     percents: Sequence[float],
     n_tests: int,
     draws: int,
 ) -> pd.DataFrame:
-    """Z of both samplers for every exponent and n_S: sampler, percent, k, reading, Z (mean of the draws)."""
-    tests, rows = evaluator.draw_tests(n_tests), []
-    z_tot, _ = evaluator.describe(tests)
+    """Return Z of both samplers for every exponent and n_S: sampler, percent, k, reading, Z (mean of the draws)."""
+    tests, rows = prepared.draw_tests(n_tests), []
+    z_tot, _ = prepared.describe(tests)
     for name, choose in SAMPLERS.items():
         for percent in percents:
-            n = max(4, round(percent / 100 * len(evaluator.points)))
+            n = max(4, round(percent / 100 * len(prepared.points)))
             for k in exponents:
                 subsets = [
-                    choose(evaluator, n, k, evaluator.stream("exponent", name, n, d)) for d in range(draws)
+                    choose(prepared, n, k, prepared.stream("exponent", name, n, d)) for d in range(draws)
                 ]
                 for reading in READINGS:
-                    z = evaluator.distances(list(map(np.sort, subsets)), tests, z_tot, reading)[0].mean()
+                    z = prepared.distances(list(map(np.sort, subsets)), tests, z_tot, reading)[0].mean()
                     rows.append((name, percent, k, reading, z))
     return pd.DataFrame(rows, columns=["sampler", "percent", "k", "reading", "Z"])
 
 
 def ratios(table: pd.DataFrame) -> pd.DataFrame:
-    """Z over that at k = 0, protein by protein; means with 95 % intervals: sampler, percent, reading, k, n, ratio."""
+    """Return Z over that at k = 0, protein by protein; means with 95 % intervals: sampler, percent, reading, k, n, ratio."""
     keys = ["protein", "sampler", "percent", "reading"]
     flat = table[table["k"] == 0].set_index(keys)["Z"].rename("flat")
     table = table.join(flat, on=keys)
@@ -75,7 +75,7 @@ def ratios(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def best(table: pd.DataFrame) -> pd.DataFrame:
-    """Gain of the best exponent, chosen on all other proteins: sampler, percent, reading, k (most often), n, gain in %."""
+    """Return the gain (%) of the best exponent, chosen on all other proteins; `k` is the exponent that was chosen most often."""
     rows = []
     for group, part in table.groupby(["sampler", "percent", "reading"], sort=False):
         z = part.pivot(index="protein", columns="k", values="Z")

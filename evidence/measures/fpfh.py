@@ -34,7 +34,7 @@ def fpfh(points: np.ndarray, normals: np.ndarray, radius: float) -> np.ndarray:
 
 
 def _bins(points: np.ndarray, normals: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Bins (3, pairs) of the angles of pairs, in the frame of the dot whose normal is closer to the line between them."""
+    """Return bins (3, pairs) of the angles of pairs, in the frame of the dot whose normal is closer to the line between them."""
     line = points[second] - points[first]
     line /= np.linalg.norm(line, axis=1, keepdims=True)
     cosines = [np.sum(normals[own] * line, axis=1) for own in (first, second)]

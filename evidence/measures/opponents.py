@@ -69,9 +69,9 @@ WORST_QUANTILE = 0.999  # of the distances, from which on a place counts as one 
 ) = (
     "farthest dots",
     "uniform dots",
-    "settled dots",
+    "relaxed dots",
     "farthest, then worst",
-    "farthest, then worst, settled",
+    "farthest, then worst, relaxed",
     "sparsely placed dots",
     "decimated mesh",
     "its corners on the surface",
@@ -121,9 +121,9 @@ def measure(
     """
     surface = molecular_surface(xyz, radii)
     flat = np.zeros(len(surface))
-    evaluator = PreparedSurface(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
-    tests, true, rows, where = evaluator.draw_tests(n_tests), truth(xyz, radii, evaluator.area), [], []
-    z_tot, _ = evaluator.describe(tests)
+    prepared = PreparedSurface(surface, roughness_values=flat, seed=seed, name=name, threads=threads)
+    tests, true, rows, where = prepared.draw_tests(n_tests), truth(xyz, radii, prepared.area), [], []
+    z_tot, _ = prepared.describe(tests)
     mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
     component = components_of(surface, xyz, radii)
     outside = ~table_of_components(surface, component)["cavity"].to_numpy()[component]
@@ -132,19 +132,19 @@ def measure(
         surface, roughness_values=flat, seed=seed, name=name, threads=threads, descriptor=STEADY
     )
     z_steady, _ = steady.describe(tests[:STEADY_TESTS])
-    bend, sharp = curvature(evaluator.index, threads=threads)[at], _sharp(surface.points, surface.normals)[at]
+    bend, sharp = curvature(prepared.index, threads=threads)[at], _sharp(surface.points, surface.normals)[at]
     outer = outside[at]
 
     def steady_z(dots: tuple[np.ndarray, np.ndarray]) -> float:
         index = build_index(*dots, steady.d_link)
         return steady.distances_to_index(index, tests[:STEADY_TESTS], z_steady)[0].mean()
 
-    stream = evaluator.stream("recovery", "fresh dots")
+    stream = prepared.stream("recovery", "fresh dots")
     floor = np.mean([steady_z(dotted_surface(xyz, radii, len(surface), stream)) for _ in range(FLOOR_DRAWS)])
 
     def add(percent: float, way: Way) -> np.ndarray:
         opponent, n, size, lay, n_kept = way
-        z = evaluator.distances_to_index(build_index(*lay(DENSITY), evaluator.d_link), tests, z_tot)[0].mean()
+        z = prepared.distances_to_index(build_index(*lay(DENSITY), prepared.d_link), tests, z_tot)[0].mean()
         dense = lay(DENSITY_FOR_ERRORS)
         measured, gap = two_sided(*(dots[n_kept:] for dots in dense), true, outer, threads)
         row = {"protein": name, "sampler": opponent, "percent": percent, "n_S": n, "bytes": size, "Z": z}
@@ -155,12 +155,12 @@ def measure(
 
     for percent in percents:
         n = max(4, round(percent / 100 * len(surface)))
-        for way in _of_size(evaluator, xyz, radii, n, mesh, simplify, rebuilders, true):
+        for way in _of_size(prepared, xyz, radii, n, mesh, simplify, rebuilders, true):
             gap, seen = add(percent, way), np.flatnonzero(outer)[::SAMPLE]
             table = _where(gap, bend[seen], sharp[seen])
             where.append(table.assign(protein=name, sampler=way[0], percent=percent))
     for opponent, size, places in ((ATOMS, ATOM, xyz), (ROUNDED_ATOMS, ROUNDED_ATOM, rounded_places(xyz))):
-        stream, share = evaluator.stream("recovery", "atoms"), 100 * len(xyz) / len(surface)
+        stream, share = prepared.stream("recovery", "atoms"), 100 * len(xyz) / len(surface)
 
         def dotted(
             density: float, places: np.ndarray = places, stream: np.random.Generator = stream
@@ -209,7 +209,7 @@ def two_sided(
 
 
 def _sharp(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Whether the normal turns by more than 90° within `TURN_RADIUS` of each dot, (N,) bool."""
+    """Return whether the normal turns by more than 90° within `TURN_RADIUS` of each dot, (N,) bool."""
     pairs = cKDTree(points).query_pairs(TURN_RADIUS, output_type="ndarray")
     opposed = pairs[np.sum(normals[pairs[:, 0]] * normals[pairs[:, 1]], axis=1) < 0]
     sharp = np.zeros(len(points), bool)
@@ -218,7 +218,7 @@ def _sharp(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
 
 
 def _where(gap: np.ndarray, bend: np.ndarray, sharp: np.ndarray) -> pd.DataFrame:
-    """`error_table` of places with their curvature, and a row for those at sharp turns with their share of the worst."""
+    """Return `error_table` of places with their curvature, and a row for those at sharp turns with their share of the worst."""
     table = error_table(gap, bend)
     if not sharp.any():
         return table
@@ -228,24 +228,24 @@ def _where(gap: np.ndarray, bend: np.ndarray, sharp: np.ndarray) -> pd.DataFrame
     return pd.concat([table, row.assign(where=SHARP, **shares)], ignore_index=True)
 
 
-def farthest_then_worst(evaluator: PreparedSurface, n: int, rng: np.random.Generator) -> np.ndarray:
+def farthest_then_worst(prepared: PreparedSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Choose farthest-point dots, then in rounds those farthest from the surface recovered from the dots so far."""
-    points, normals = evaluator.points, evaluator.normals
-    subset = SAMPLERS["farthest"](evaluator, round(FIRST_SHARE * n), rng)
+    points, normals = prepared.points, prepared.normals
+    subset = SAMPLERS["farthest"](prepared, round(FIRST_SHARE * n), rng)
     for size in np.linspace(len(subset), n, ROUNDS + 1).astype(int)[1:]:
         gap = distance_to_surface(
             points, *recover(points[subset], normals[subset], WORST_DENSITY, keep=False)
         )
         gap[subset] = 0.0
-        separation = WORST_SEPARATION * np.sqrt(evaluator.area / len(subset))
+        separation = WORST_SEPARATION * np.sqrt(prepared.area / len(subset))
         order = np.argsort(-gap, kind="stable")
-        new = select_separated(evaluator.index, order, separation, size - len(subset), 0)
+        new = select_separated(prepared.index, order, separation, size - len(subset), 0)
         subset = np.concatenate([subset, new])
     return subset
 
 
 def _of_size(
-    evaluator: PreparedSurface,
+    prepared: PreparedSurface,
     xyz: np.ndarray,
     radii: np.ndarray,
     n: int,
@@ -255,8 +255,8 @@ def _of_size(
     true: Truth,
 ) -> Iterator[Way]:
     """Yield each method at n dots or corners."""
-    points, normals = evaluator.points, evaluator.normals
-    stream = partial(evaluator.stream, "recovery")
+    points, normals = prepared.points, prepared.normals
+    stream = partial(prepared.stream, "recovery")
 
     def recovered(name: str, dots: tuple[np.ndarray, np.ndarray], size: int = DOT) -> Way:
         return name, len(dots[0]), size * len(dots[0]), partial(recover, *dots), len(dots[0])
@@ -264,14 +264,14 @@ def _of_size(
     def chosen(subset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return points[subset], normals[subset]
 
-    kept = chosen(SAMPLERS["farthest"](evaluator, n, stream("farthest")))
-    worst = chosen(farthest_then_worst(evaluator, n, stream("farthest")))
-    many = SAMPLERS["farthest"](evaluator, min(3 * n, len(points)), stream("farthest"))
+    kept = chosen(SAMPLERS["farthest"](prepared, n, stream("farthest")))
+    worst = chosen(farthest_then_worst(prepared, n, stream("farthest")))
+    many = SAMPLERS["farthest"](prepared, min(3 * n, len(points)), stream("farthest"))
     yield recovered(KEPT, kept)
-    yield recovered(UNIFORM, chosen(SAMPLERS["uniform"](evaluator, n, stream("uniform"))))
-    yield recovered(SETTLED, relax(*kept, points, normals, threads=evaluator.threads))
+    yield recovered(UNIFORM, chosen(SAMPLERS["uniform"](prepared, n, stream("uniform"))))
+    yield recovered(SETTLED, relax(*kept, points, normals, threads=prepared.threads))
     yield recovered(WORST, worst)
-    yield recovered(WORST_SETTLED, relax(*worst, points, normals, threads=evaluator.threads))
+    yield recovered(WORST_SETTLED, relax(*worst, points, normals, threads=prepared.threads))
     yield recovered(ROUNDED, rounded(*kept), ROUNDED_DOT)
     yield recovered(QUANTISED, rounded(*chosen(many)), ROUNDED_DOT)
     yield recovered(SPARSE, sparse(xyz, radii, n, stream("sparse")))
@@ -304,7 +304,7 @@ def sparse(
 
 
 def rounded(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Dots of 8 bytes: places on a grid of `STEP`, normals on an octahedron unfolded into a square of `ANGLES` steps.
+    """Return the dots of 8 bytes: places on a grid of `STEP`, normals on an octahedron unfolded into a square of `ANGLES` steps.
 
     Source: Meyer et al., Computer Graphics Forum 29:1405, 2010.
     """
@@ -319,25 +319,25 @@ def rounded(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def _folded(flat: np.ndarray) -> np.ndarray:
-    """The other side of the octahedron, in the plane: (n, 2)."""
+    """Return the other side of the octahedron, in the plane: (n, 2)."""
     return (1 - np.abs(flat[:, ::-1])) * np.where(flat < 0, -1.0, 1.0)
 
 
 def rounded_places(xyz: np.ndarray) -> np.ndarray:
-    """Places of atoms in steps of their box, of which 15 bits count along the longest side."""
+    """Return the places of atoms in steps of their box, of which 15 bits count along the longest side."""
     step = np.ptp(xyz, axis=0).max() / BOX
     return xyz.min(axis=0) + step * np.round((xyz - xyz.min(axis=0)) / step)
 
 
 def in_common(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the methods with a chosen number of dots, on the structures that have all methods."""
+    """Return the rows of the methods with a chosen number of dots, on the structures that have all methods."""
     surfaces = table[~table["sampler"].isin((ATOMS, ROUNDED_ATOMS))]
     full = set(surfaces.loc[surfaces["sampler"] == MESH, "protein"]) or set(surfaces["protein"])
     return surfaces[surfaces["protein"].isin(full)]
 
 
 def corner_normals(corners: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Unit normals at the corners of a mesh, (V, 3): the mean of those of the triangles around, by angle.
+    """Return unit normals at the corners of a mesh, (V, 3): the mean of those of the triangles around, by angle.
 
     Source: Thürmer & Wüthrich, J. Graphics Tools 3:43, 1998.
     """

@@ -29,7 +29,7 @@ SETS_RESAMPLED = 200  # a confidence set takes longer than a mean
 
 
 def d_by_range(summary: pd.DataFrame) -> pd.DataFrame:
-    """d over the proteins, per reading and range of n_S.
+    """Return d over the proteins, per reading and range of n_S.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def required_means(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def median_interval(values: np.ndarray) -> tuple[float, float]:
-    """95 % interval of a median by the binomial law of ranks, at least that wide whatever the distribution; NaN below 6."""
+    """Return the 95 % interval of a median by the ranks of the values, valid for any distribution; NaN for fewer than 6."""
     if len(values) < 6:
         return np.nan, np.nan
     rank, ordered = int(binom.ppf(0.025, len(values), 0.5)), np.sort(values)
@@ -192,7 +192,7 @@ def needed(curves: pd.DataFrame) -> pd.DataFrame:
 
 
 def needed_means(table: pd.DataFrame) -> pd.DataFrame:
-    """Geometric means of `needed` over proteins with 95 % intervals, and how many of them are bounds."""
+    """Return geometric means of `needed` over proteins with 95 % intervals, and how many of them are bounds."""
     rows = []
     for keys, part in table.groupby(["target", "sampler", "reading"], sort=False):
         row = dict(zip(("target", "sampler", "reading"), keys, strict=True))
@@ -203,7 +203,7 @@ def needed_means(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def recovered_means(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
-    """Z of each sampler by n_S over proteins, as it is and recovered, and over that of fresh dots.
+    """Return Z of each sampler by n_S over proteins, as it is and recovered, and over that of fresh dots.
 
     Returns
     -------
@@ -219,13 +219,13 @@ def recovered_means(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
 
 
 def over_floor(curves: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
-    """`curves` with `over_floor`, Z over that of fresh dots of the same protein."""
+    """Return `curves` with `over_floor`, Z over that of fresh dots of the same protein."""
     fresh = floors[floors["floor"] == FRESH].set_index("protein")["Z"]
     return curves.assign(over_floor=curves["Z"] / curves["protein"].map(fresh))
 
 
 def rank_correlations(quantities: dict[str, pd.Series], surfaces: pd.DataFrame) -> pd.DataFrame:
-    """Spearman's rho of numbers of the proteins with their size and mean roughness, with 95 % intervals.
+    """Return Spearman's rho of numbers of the proteins with their size and mean roughness, with 95 % intervals.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ def rank_correlations(quantities: dict[str, pd.Series], surfaces: pd.DataFrame) 
 def power(n: int, rng: np.random.Generator, requested: float = 0.8, runs: int = 4000) -> dict[str, float]:
     """Find the smallest correlation of one parameter with roughness that the test of `relation` detects often enough.
 
-    Roughness and the parameter are drawn from a normal law with a correlation, the three other parameters without one;
+    Roughness and the parameter are drawn from a normal distribution with a correlation, the three other parameters without one;
     the largest of the four |Spearman's rho| is compared with its 95 % quantile where none is correlated.
 
     Returns
@@ -280,7 +280,7 @@ def coverage_of_mean(
     n: int | None = None,
     interval: Callable = mean_interval,
 ) -> float:
-    """Share of bootstrap samples of n proteins (default: as many as given) whose interval contains the mean of all."""
+    """Return the share of bootstrap samples of n proteins (default: as many as given) whose interval contains the mean of all."""
     values = np.asarray(values, float)
     values = values[np.isfinite(values)]
     held = 0
@@ -298,7 +298,7 @@ def coverage_of_set(
     rng: np.random.Generator,
     resampled: int = SETS_RESAMPLED,
 ) -> float:
-    """Share of bootstrap samples of the proteins whose confidence set contains the best combination over all proteins."""
+    """Return the share of bootstrap samples of the proteins whose confidence set contains the best combination of all."""
     mean = stack_column(results, "n_S_percent").mean(axis=0)
     inside = np.flatnonzero(range_index(mean, range_limits(mean, n_ranges)) == range_number - 1)
     d = stack_column(results, f"d_{reading}")[:, inside].T

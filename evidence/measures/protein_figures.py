@@ -26,7 +26,7 @@ AXIS = "$n_S$ (% of the dots)"
 
 @styled
 def d(stored: dict[str, pd.DataFrame]) -> Figure:
-    """d by range of n_S: each protein's own best, and what all others choose for it; of the recovered grid, the means."""
+    """Return d by range of n_S: each protein's own best, and what all others choose for it; of the recovered grid, the means."""
     figure = layout.sheet(layout.PAGE, 80)
     summary = stored["summary"]
     table = pd.concat([stored["d"], stored.get("recovered")])
@@ -155,12 +155,12 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
 
 
 def _percents(axis: Axis) -> None:
-    """Ticks at round percents of a logarithmic axis."""
+    """Return ticks at round percents of a logarithmic axis."""
     _ticks(axis, [1, 2, 5, 10, 20, 40, 60])
 
 
 def _ticks(axis: Axis, values: Sequence[float]) -> None:
-    """Ticks at these values of a logarithmic axis and nowhere else."""
+    """Return ticks at these values of a logarithmic axis and nowhere else."""
     axis.set_ticks(values, [f"{x:g}" for x in values])
     axis.set_minor_locator(NullLocator())
 

@@ -88,13 +88,13 @@ def of_recovered(results: list[Result]) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def _covered(words: str, values: np.ndarray, key: str) -> pd.DataFrame:
-    """How often the interval of a mean over that many proteins contains it, a row of `coverage`."""
+    """Compute how often the interval of a mean over that many proteins contains it, a row of `coverage`."""
     share = over_proteins.coverage_of_mean(values, stream(SEED, "coverage", key))
     return pd.DataFrame([{"quantity": words, "interval": "mean", "n": len(values), "coverage": share}])
 
 
 def of_whole_grid(whole: list[Result], quarter: list[Result]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Gain of the best of the whole recovered grid over the best of a quarter of it, on proteins that have both.
+    """Return the gain of the best of the whole recovered grid over the best of a quarter of it, on proteins that have both.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def of_whole_grid(whole: list[Result], quarter: list[Result]) -> tuple[pd.DataFr
 
 
 def quantities_of(summary: pd.DataFrame, needed: pd.DataFrame) -> dict[str, pd.Series]:
-    """Numbers of each protein to correlate with its size and mean roughness: words -> Series by protein."""
+    """Return the numbers of each protein to correlate with its size and mean roughness: words -> Series by protein."""
     own = summary[summary["n_combinations"] > 0].groupby(["reading", "protein"])["d_cv"].mean()
     out = {f"cross-validated d, `{reading}`": own[reading] for reading in (CODED_READING, WRITTEN_READING)}
     for target, part in needed[needed["target"] > LOWEST_TARGET].groupby("target"):
@@ -134,7 +134,7 @@ def quantities_of(summary: pd.DataFrame, needed: pd.DataFrame) -> dict[str, pd.S
 def coverage(
     results: list[Result], quantities: dict[str, pd.Series], curves: pd.DataFrame, floors: pd.DataFrame
 ) -> pd.DataFrame:
-    """How often intervals over that many proteins contain the truth, with the measured proteins as the population."""
+    """Compute how often intervals over that many proteins contain the truth, with the measured proteins as the population."""
     rng = stream(SEED, "coverage over proteins")
     means = {words: values for words, values in quantities.items() if words.startswith("cross-validated d, ")}
     means |= {f"ln of {words}": np.log(x) for words, x in quantities.items() if words.startswith("times")}

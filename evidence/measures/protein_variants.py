@@ -11,7 +11,7 @@ DEFAULT = "as it is"
 
 
 def claims(measured: Measured) -> dict[str, float]:
-    """The numbers that the claims of the study rest on, of one protein under one variant.
+    """Return the numbers that the claims of the study rest on, of one protein under one variant.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def claims(measured: Measured) -> dict[str, float]:
 
 
 def table(measured: dict[str, list[Measured]]) -> pd.DataFrame:
-    """Claims by variant over the proteins, with what changed against the unvaried rules, protein by protein.
+    """Return claims by variant over the proteins, with what changed against the unvaried rules, protein by protein.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def table(measured: dict[str, list[Measured]]) -> pd.DataFrame:
 
 
 def held(measured: Measured, reference: Measured, reading: str = "as_coded") -> float:
-    """Share of the ranges of n_S whose confidence set of the best holds the winner that the reference has there."""
+    """Return the share of the ranges of n_S whose confidence set of the best holds the winner that the reference has there."""
     ranges, reference_ranges = (
         study.result.ranges[study.result.ranges["reading"] == reading].reset_index(drop=True)
         for study in (measured, reference)

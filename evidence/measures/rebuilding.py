@@ -39,7 +39,7 @@ def installed() -> bool:
 
 
 def rebuilders() -> dict[str, Rebuilder]:
-    """Ways to rebuild a surface from dots with normals, by name."""
+    """Return ways to rebuild a surface from dots with normals, by name."""
     ways: dict[str, Rebuilder] = {POISSON: screened_poisson}
     for name in ("APSS", "RIMLS"):
         ways |= {f"{name}, width {width:g}": partial(moving_least_squares, name, width) for width in WIDTHS}
@@ -49,7 +49,7 @@ def rebuilders() -> dict[str, Rebuilder]:
 def moving_least_squares(
     name: str, width: float, points: np.ndarray, normals: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles of the surface of moving least squares 'APSS' or 'RIMLS', by marching cubes of side `CELL`."""
+    """Return the triangles of the surface of moving least squares 'APSS' or 'RIMLS', by marching cubes of side `CELL`."""
     resolution = int(np.ceil(MARGIN * np.ptp(points, axis=0).max() / CELL))
     return _filtered(
         f"generate_marching_cubes_{name.lower()}", points, normals, filterscale=width, resolution=resolution
@@ -57,7 +57,7 @@ def moving_least_squares(
 
 
 def screened_poisson(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles of the screened Poisson surface."""
+    """Return the triangles of the screened Poisson surface."""
     return _filtered(
         "generate_surface_reconstruction_screened_poisson",
         points,
@@ -72,7 +72,7 @@ def screened_poisson(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarra
 def _filtered(
     name: str, points: np.ndarray, normals: np.ndarray, **settings: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles that a filter of pymeshlab makes of dots."""
+    """Return vertices and triangles that a filter of pymeshlab makes of dots."""
     import pymeshlab
 
     meshes = pymeshlab.MeshSet()

@@ -74,36 +74,36 @@ def measure(
     recovery per recovered dot, the least of three). The kept dots, which lie on the surface, do not count.
     """
     surface = molecular_surface(xyz, radii)
-    evaluator = PreparedSurface(surface, roughness_values=None, seed=seed, name=name, threads=threads)
+    prepared = PreparedSurface(surface, roughness_values=None, seed=seed, name=name, threads=threads)
     distances = measure_floors(
-        evaluator, n_tests, lambda places: molecular_surface(places, radii), xyz, draws=FEW_DRAWS
+        prepared, n_tests, lambda places: molecular_surface(places, radii), xyz, draws=FEW_DRAWS
     )
-    keys = {"protein": name, "N": len(surface), "area": evaluator.area, "atoms": len(xyz)}
+    keys = {"protein": name, "N": len(surface), "area": prepared.area, "atoms": len(xyz)}
     floor = distances[FRESH].mean()
-    true = truth(xyz, radii, evaluator.area)
-    tests, rows = evaluator.draw_tests(n_tests), []
-    z_tot, _ = evaluator.describe(tests)
+    true = truth(xyz, radii, prepared.area)
+    tests, rows = prepared.draw_tests(n_tests), []
+    z_tot, _ = prepared.describe(tests)
     for sampler in names:
         for percent in percents:
             n = max(4, round(percent / 100 * len(surface)))
-            kept = SAMPLERS[sampler](evaluator, n, evaluator.stream("recovery", sampler))
+            kept = SAMPLERS[sampler](prepared, n, prepared.stream("recovery", sampler))
             row = keys | {"sampler": sampler, "percent": percent, "n_S": n}
             for key, reading in (("Z_kept", "as_written"), ("Z", "recovered")):
-                row[key] = evaluator.distances([kept], tests, z_tot, reading)[0].mean()
+                row[key] = prepared.distances([kept], tests, z_tot, reading)[0].mean()
             row["Z_over_floor"] = row["Z"] / floor
             rows.append(row | _quality(surface.points[kept], surface.normals[kept], true))
     return floors_table(distances).assign(**keys), pd.DataFrame(rows)
 
 
 def truth(xyz: np.ndarray, radii: np.ndarray, area: float = 0.0) -> Truth:
-    """Truth of a molecule's surface, of about `area` (Å^2)."""
+    """Return the truth of a molecule's surface, of about `area` (Å^2)."""
     density = min(TRUE_DENSITY, MAX_TRUE_DOTS / max(area, 1.0))
     dense = molecular_surface(xyz, radii, density=density)
     return Truth(cKDTree(dense.points), dense.points, dense.normals, 1 / np.sqrt(density))
 
 
 def _quality(points: np.ndarray, normals: np.ndarray, true: Truth) -> dict[str, float]:
-    """Size, errors and cost of the surface recovered from dots; errors without these dots, which come first."""
+    """Return the size, errors and cost of the surface recovered from dots; errors without these dots, which come first."""
     seconds = []
     for _ in range(3):
         begin = time.process_time()
@@ -114,25 +114,25 @@ def _quality(points: np.ndarray, normals: np.ndarray, true: Truth) -> dict[str, 
 
 
 def distances(points: np.ndarray, true: Truth) -> np.ndarray:
-    """Distance (Å) of every dot to the surface that `truth` made, (M,); along the normal of the nearest dense dot, unless
+    """Return the distance (M,), Å, of every dot from the true surface: along the normal of the nearest dense dot, unless
     that one lies farther than dense dots do."""
     return nearest(points, true)[0]
 
 
 def nearest(points: np.ndarray, true: Truth) -> tuple[np.ndarray, np.ndarray]:
-    """The distances of `distances`, and the indices of the nearest dense dots, (M,)."""
+    """Return the distances of `distances`, and the indices of the nearest dense dots, (M,)."""
     gap, near = true.tree.query(points)
     along = np.abs(np.sum((points - true.points[near]) * true.normals[near], axis=1))
     return np.where(gap > 2 * true.spacing, gap, along), near
 
 
 def angles(normals: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Angles between unit vectors, row by row, degrees."""
+    """Return angles between unit vectors, row by row, degrees."""
     return np.degrees(np.arccos(np.clip(np.sum(normals * others, axis=1), -1, 1)))
 
 
 def errors(points: np.ndarray, normals: np.ndarray, true: Truth) -> dict[str, float]:
-    """`ERRORS` of dots against the surface that `truth` made: Å, and degrees for the angle."""
+    """Return `ERRORS` of dots against the surface that `truth` made: Å, and degrees for the angle."""
     sampled = slice(None, None, max(1, len(points) // TRUE_SAMPLE))
     distance, near = nearest(points[sampled], true)
     angle = angles(normals[sampled], true.normals[near]).mean()
@@ -145,7 +145,7 @@ def means(
     measures: Sequence[str] = ("Z_kept", "Z", "Z_over_floor", *ERRORS, "microseconds"),
     groups: Sequence[str] = ("sampler", "percent"),
 ) -> pd.DataFrame:
-    """Means over proteins with 95 % intervals: the groups, n, and of each measure itself, `_low` and `_high`."""
+    """Return means over proteins with 95 % intervals: the groups, n, and of each measure itself, `_low` and `_high`."""
     rows = []
     for group, part in table.groupby(list(groups), sort=False):
         row = dict(zip(groups, group, strict=True)) | {"n": len(part)}
@@ -176,7 +176,7 @@ def dense_means(table: pd.DataFrame) -> pd.DataFrame:
 def paired(
     table: pd.DataFrame, first: str, second: str, measures: Sequence[str] = ("Z", "distance", "angle")
 ) -> pd.DataFrame:
-    """First sampler minus second, in %, over the proteins that have both: percent, measure, change, n."""
+    """Return first sampler minus second, in %, over the proteins that have both: percent, measure, change, n."""
     rows = []
     for percent, part in table.groupby("percent", sort=False):
         by = part.set_index(["protein", "sampler"]).unstack("sampler")
@@ -191,10 +191,10 @@ def paired(
 
 
 def copies_of_a_tenth(xyz: np.ndarray, radii: np.ndarray, dots: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points and normals of farthest-point dots, a tenth, of copies of a molecule side by side that have `dots` in all."""
+    """Return points and normals of farthest-point dots, a tenth, of copies of a molecule side by side that have `dots` in all."""
     surface = molecular_surface(xyz, radii)
-    evaluator = PreparedSurface(surface, roughness_values=np.zeros(len(surface)))
-    kept = SAMPLERS["farthest"](evaluator, len(surface) // 10, evaluator.stream("cost"))
+    prepared = PreparedSurface(surface, roughness_values=np.zeros(len(surface)))
+    kept = SAMPLERS["farthest"](prepared, len(surface) // 10, prepared.stream("cost"))
     points, copies = surface.points[kept], math.ceil(dots / len(surface))
     apart = [np.ptp(points[:, 0]) + 10.0, 0.0, 0.0]
     copied = [points + np.multiply(k, apart) for k in range(copies)]
@@ -202,7 +202,7 @@ def copies_of_a_tenth(xyz: np.ndarray, radii: np.ndarray, dots: int) -> tuple[np
 
 
 def cost(points: np.ndarray, normals: np.ndarray) -> dict[str, float]:
-    """CPU seconds for a million recovered dots, and the peak of memory for each, of a process that did nothing before."""
+    """Return CPU seconds for a million recovered dots, and the peak of memory for each, of a process that did nothing before."""
     recover(points[:1000], normals[:1000])
     before, begin = peak_memory(), time.process_time()
     n = len(recover(points, normals)[0])

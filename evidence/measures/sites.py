@@ -176,7 +176,7 @@ def displacements(places: np.ndarray, bound: Molecule, superposed: Molecule) -> 
 
 
 def numbers_at(dots: Surface, places: np.ndarray) -> np.ndarray:
-    """Numbers (P, C, K) at places; zeros where a patch has too few dots."""
+    """Return numbers (P, C, K) at places; zeros where a patch has too few dots."""
     sites = sparsurf.describe_sites(dots, percent=100, fields=FIELDS, at=places)
     out = np.zeros((len(places), *sites.numbers.shape[1:]), np.float16)
     out[cKDTree(places).query(sites.points)[1]] = sites.numbers
@@ -184,7 +184,7 @@ def numbers_at(dots: Surface, places: np.ndarray) -> np.ndarray:
 
 
 def saved_bytes(sites: Sites) -> int:
-    """Size of the file that holds them."""
+    """Return the size of the file that holds them."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "a.sites")
         sites.save(path)
@@ -196,7 +196,7 @@ def _composition(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.nd
 
 
 def residues_around(molecule: Molecule, places: np.ndarray, radius: float) -> np.ndarray:
-    """How many residues of each of the 20 types have an atom within `radius` (Å) of places: (P, 20) float32."""
+    """Compute how many residues of each of the 20 types have an atom within `radius` (Å) of places: (P, 20) float32."""
     residues = molecule.residues
     kind = np.array(
         [RESIDUES.index(n) if n in RESIDUES else -1 for n in map(standard_name, residues["residue_name"])]
@@ -213,7 +213,7 @@ def _published(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndar
 
 
 def _fpfh(molecule: Molecule, dots: Surface, places: np.ndarray) -> np.ndarray:
-    """Fast point feature histograms within RADIUS, of MOST of the dots: (P, 33)."""
+    """Return fast point feature histograms within RADIUS, of MOST of the dots: (P, 33)."""
     at = cKDTree(dots.points).query(places)[1]
     own = np.union1d(at, sparsurf.sample(dots, percent=MOST))
     return fpfh(dots.points[own], dots.normals[own], RADIUS)[np.searchsorted(own, at)].astype(np.float32)
@@ -229,7 +229,7 @@ OPPONENTS = {
 def described(
     arrays: dict[str, np.ndarray], percent: float, channels: str, learned: dict
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Numbers of the sought places and of the candidates (Q, M) and (P, M), and where the candidates are."""
+    """Return the numbers of the sought places and of the candidates (Q, M) and (P, M), and where the candidates are."""
     if channels in CHANNELS:
         taken = [0] + [1 + FIELDS.index(name) for name in CHANNELS[channels]]
         both = (
@@ -242,13 +242,13 @@ def described(
 
 
 def apart(query: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Distances (Q, P) between rows."""
+    """Return distances (Q, P) between rows."""
     square = (query**2).sum(axis=1)[:, None] + (target**2).sum(axis=1) - 2 * query @ target.T
     return np.sqrt(np.maximum(square, 0))
 
 
 def outcomes(distance: np.ndarray, right: np.ndarray) -> dict[str, np.ndarray]:
-    """How each place is found, from distances (Q, P) to the candidates and whether these are right.
+    """Compute how each place is found, from distances (Q, P) to the candidates and whether these are right.
 
     Returns
     -------
@@ -284,7 +284,7 @@ def halves(
     Returns
     -------
     names, half (0 or 1; both partners of a complex are in one), numbers, targets, sites : one of each partner
-    learned : weights of the first and of the second half, see `weighing.weights`
+    learned : weights of the first and of the second half, see `metric.weights`
     """
     names = [f"{form}_{side}" for form in forms for side in "rl"]
     half = np.repeat(np.arange(len(forms)) % 2, 2)
@@ -295,7 +295,7 @@ def halves(
 
 
 def _learned(numbers: list[dict]) -> dict:
-    """Weights from the places of some proteins on both forms."""
+    """Return the weights from the places of some proteins on both forms."""
     pairs = np.concatenate([arrays["learned"] for arrays in numbers], axis=1)
     return learn_weights(
         pairs, np.concatenate([arrays[f"target {MAIN}"] for arrays in numbers]), (SHAPE, *FIELDS)
@@ -329,12 +329,12 @@ def scores(arrays: dict[str, np.ndarray], weights: dict) -> Iterator[dict]:
 
 
 def _mean(values: np.ndarray) -> float:
-    """The mean of values; NaN if there are none."""
+    """Return the mean of values; NaN if there are none."""
     return float(values.mean()) if len(values) else np.nan
 
 
 def by_place(arrays: dict[str, np.ndarray], weights: dict, every: list[dict]) -> pd.DataFrame:
-    """How each place of one protein is found at MAIN by all fields, also among the candidates of `every` protein.
+    """Compute how each place of one protein is found at MAIN by all fields, also among the candidates of `every` protein.
 
     Returns
     -------
@@ -391,6 +391,8 @@ def whole(
 
 
 def off_place(site: Sites, pose: Pose, true: np.ndarray) -> float:
-    """Median distance of the places of a site, superposed onto a target, from their true positions (Q, 3), Å; without those
-    whose position is unknown."""
+    """Return the median distance, Å, of the places of a site, superposed onto a target, from their true positions (Q, 3).
+
+    Places whose true position is unknown (NaN) are left out.
+    """
     return np.nanmedian(np.linalg.norm(site.points @ pose.turn + pose.shift - true, axis=1))

@@ -90,11 +90,11 @@ def steadiness(
     )
 
 
-def rows_of_paper(evaluator: PreparedSurface, n_tests: int) -> pd.DataFrame:
-    """The ten published combinations under both descriptors and readings: mean Z_tS, d and its standard error."""
+def rows_of_paper(prepared: PreparedSurface, n_tests: int) -> pd.DataFrame:
+    """Return the ten published combinations under both descriptors and readings: mean Z_tS, d and its standard error."""
     out = []
     for name in DESCRIPTORS:
-        result = grid.evaluate_grid(evaluator.changed(descriptor=name), PUBLISHED_ROWS, n_tests, DRAWS)
+        result = grid.evaluate_grid(prepared.changed(descriptor=name), PUBLISHED_ROWS, n_tests, DRAWS)
         gain = (result.z_tr - result.z_ts).mean(axis=2)  # over the draws
         for r, reading in enumerate(result.readings):
             for k in range(len(PUBLISHED_ROWS)):
@@ -106,11 +106,11 @@ def rows_of_paper(evaluator: PreparedSurface, n_tests: int) -> pd.DataFrame:
     return pd.DataFrame(out, columns=["descriptor", "reading", "row", "n_S_percent", "Z_tS", "d", "error"])
 
 
-def whole_grid(evaluator: PreparedSurface, combinations: np.ndarray, n_tests: int) -> pd.DataFrame:
-    """Share of a grid's combinations with d > 0, the best d, and the correlation of d between the descriptors."""
+def whole_grid(prepared: PreparedSurface, combinations: np.ndarray, n_tests: int) -> pd.DataFrame:
+    """Return the share of a grid's combinations with d > 0, the best d, and the correlation of d between the descriptors."""
     d = {}
     for name in DESCRIPTORS:
-        result = grid.evaluate_grid(evaluator.changed(descriptor=name), combinations, n_tests, 1)
+        result = grid.evaluate_grid(prepared.changed(descriptor=name), combinations, n_tests, 1)
         for r, reading in enumerate(result.readings):
             d[name, reading] = (result.z_tr[r] - result.z_ts[r]).mean(axis=(1, 2))
     first = next(iter(DESCRIPTORS))
@@ -133,26 +133,26 @@ def whole_grid(evaluator: PreparedSurface, combinations: np.ndarray, n_tests: in
     return pd.DataFrame(out, columns=columns)
 
 
-def of_samplers(evaluator: PreparedSurface, n_tests: int, percents: Sequence[float]) -> pd.DataFrame:
-    """Z of every sampler at equal n_S under `as_written`, by both descriptors; the error is that over test dots."""
-    tests, out = evaluator.draw_tests(n_tests), []
-    z_tot = {name: evaluator.changed(descriptor=name).describe(tests)[0] for name in DESCRIPTORS}
+def of_samplers(prepared: PreparedSurface, n_tests: int, percents: Sequence[float]) -> pd.DataFrame:
+    """Return Z of every sampler at equal n_S under `as_written`, by both descriptors; the error is that over test dots."""
+    tests, out = prepared.draw_tests(n_tests), []
+    z_tot = {name: prepared.changed(descriptor=name).describe(tests)[0] for name in DESCRIPTORS}
     for sampler, choose in SAMPLERS.items():
         for percent in percents:
-            n = round(percent / 100 * len(evaluator.points))
-            rngs = [evaluator.stream("steadiness", sampler, draw) for draw in range(DRAWS)]
-            subsets = [choose(evaluator, n, rng) for rng in rngs]
+            n = round(percent / 100 * len(prepared.points))
+            rngs = [prepared.stream("steadiness", sampler, draw) for draw in range(DRAWS)]
+            subsets = [choose(prepared, n, rng) for rng in rngs]
             kept = np.mean([len(subset) for subset in subsets])
             for name in DESCRIPTORS:
-                z, _ = evaluator.changed(descriptor=name).distances(subsets, tests, z_tot[name], "as_written")
+                z, _ = prepared.changed(descriptor=name).distances(subsets, tests, z_tot[name], "as_written")
                 z = z.mean(axis=0)
                 error = z.std(ddof=1) / np.sqrt(len(tests))
-                out.append((name, sampler, percent, 100 * kept / len(evaluator.points), z.mean(), error))
+                out.append((name, sampler, percent, 100 * kept / len(prepared.points), z.mean(), error))
     return pd.DataFrame(out, columns=["descriptor", "sampler", "percent", "n_S_percent", "Z", "error"])
 
 
 def means(table: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
-    """Ratio over the structures, with its 95 % interval: keys, structures, lowest and highest."""
+    """Return the ratio over the structures, with its 95 % interval: keys, structures, lowest and highest."""
     rows = []
     for group, part in table.groupby(keys, sort=False):
         row = (
@@ -165,7 +165,7 @@ def means(table: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
 
 
 def grid_means(table: pd.DataFrame) -> pd.DataFrame:
-    """Results of the paper's grid with each descriptor over the structures: means, `_lowest` and `_highest`."""
+    """Return results of the paper's grid with each descriptor over the structures: means, `_lowest` and `_highest`."""
     rows = []
     for group, part in table.groupby(["descriptor", "reading"], sort=False):
         row = dict(zip(("descriptor", "reading"), group, strict=True)) | {"structures": len(part)}

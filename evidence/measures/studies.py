@@ -37,7 +37,7 @@ def read_study(run: str, proteins: list[str], reading: str | None = None) -> lis
 
 
 def _only(result: Result, reading: str) -> Result:
-    """A result with the ranges of one reading."""
+    """Return a result with the ranges of one reading."""
     return replace(result, ranges=result.ranges[result.ranges["reading"] == reading])
 
 
@@ -49,7 +49,7 @@ def _read_conformation(folder: Path) -> Measured:
 
 
 def by_n_s(compared: pd.DataFrame) -> pd.DataFrame:
-    """Z of every sampler and n_S of a compare.csv, for the dots as they are and for the recovered surface."""
+    """Return Z of every sampler and n_S of a compare.csv, for the dots as they are and for the recovered surface."""
     rows = compared[compared["measure"].isin(READING_OF_MEASURE)]
     table = rows[["sampler", "percent", "n_S", "n_S_percent"]]
     reading = rows["measure"].map(READING_OF_MEASURE)
@@ -57,7 +57,7 @@ def by_n_s(compared: pd.DataFrame) -> pd.DataFrame:
 
 
 def sizes(run: str, proteins: list[str]) -> pd.DataFrame:
-    """Atoms and residues of each protein: protein, n_atoms, n_residues."""
+    """Return atoms and residues of each protein: protein, n_atoms, n_residues."""
     rows = []
     for protein in proteins:
         molecule = read_molecule(Path(run, protein, "c1", "structure.pdb"), selection="all", whole=False)

@@ -22,7 +22,7 @@ def write_tables(tables: dict[str, pd.DataFrame], float_format: str = "%.5g") ->
 
 
 def cpu_table(*folders: str) -> pd.DataFrame:
-    """Resources that the jobs used according to the logs in folders: rule, jobs, cpu_hours, most_mb of one job."""
+    """Return resources that the jobs used according to the logs in folders: rule, jobs, cpu_hours, most_mb of one job."""
     rows = []
     for log in (log for folder in folders for log in Path(folder).rglob("*.log")):
         for megabytes, seconds in USED.findall(log.read_text(encoding="utf-8"))[-1:]:

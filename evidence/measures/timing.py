@@ -32,7 +32,7 @@ class Table:
         wall: float | None = None,
         most: float | None = None,
     ) -> float | None:
-        """One figure."""
+        """Add a row to the table, print it, and return its value."""
         row = {"what": what, "dots": dots, "value": value, "wall": wall, "unit": unit, "at_most": most}
         self.rows.append(row)
         print(_line(row.values()), flush=True)
@@ -48,17 +48,17 @@ class Table:
         per: float = 1.0,
         most: float | None = None,
     ) -> float | None:
-        """Median time of `run()` after one call for warm-up, in `unit`, of which `per` are a second."""
+        """Return the median time of `run()` after one call for warm-up, in `unit`, of which `per` are a second."""
         cpu, wall = timed(run, repeats)
         return self.add(what, dots, cpu * per, unit, wall * per, most)
 
     def missed(self) -> list[str]:
-        """Names of the figures above what was promised; of times without CPU seconds the wall time counts."""
+        """Return the names of the rows above their limit; where no CPU time is known, the wall time counts."""
         measured = [(row, row["wall"] if row["value"] is None else row["value"]) for row in self.rows]
         return [row["what"] for row, value in measured if row["at_most"] and value > row["at_most"]]
 
     def markdown(self) -> str:
-        """The whole table."""
+        """Return the whole table."""
         lines = ["| figure | dots | CPU | wall | unit | at most |", "|---|---|---|---|---|---|"]
         return "\n".join(lines + [_line(row.values()) for row in self.rows]) + "\n"
 
@@ -69,7 +69,7 @@ def _line(cells: Iterable) -> str:
 
 
 def timed(run: Callable, repeats: int) -> tuple[float, float]:
-    """Median CPU and wall seconds of `run()` over `repeats` calls after one in vain."""
+    """Return median CPU and wall seconds of `run()` over `repeats` calls after one in vain."""
     run()
     times = []
     for _ in range(repeats):
@@ -80,7 +80,7 @@ def timed(run: Callable, repeats: int) -> tuple[float, float]:
 
 
 def peak_memory() -> float:
-    """Peak memory of this process so far, in bytes; NaN where the system does not report it (not Linux).
+    """Return peak memory of this process so far, in bytes; NaN where the system does not report it (not Linux).
 
     Not getrusage's ru_maxrss, which counts the parent process in as well.
     """

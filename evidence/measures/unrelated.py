@@ -53,12 +53,12 @@ def parts(site: Sites, rng: np.random.Generator) -> Iterator[tuple[str, Sites]]:
 
 
 def _nearest(site: Sites, point: np.ndarray, n: int) -> np.ndarray:
-    """The n places nearest to a point."""
+    """Return the n places nearest to a point."""
     return np.argsort(np.linalg.norm(site.points - point, axis=1), kind="stable")[:n]
 
 
 def _bottom(site: Sites, rng: np.random.Generator) -> np.ndarray:
-    """A point above one of the deepest places: those with most of the surface around, but room above them."""
+    """Return a point above one of the deepest places: those with most of the surface around, but room above them."""
     above, tree = site.points + ABOVE * site.normals, cKDTree(site.points)
     depth = tree.query_ball_point(above, REACH, return_length=True) * (tree.query(above)[0] >= ROOM)
     return above[rng.choice(np.argsort(-depth)[: max(1, int(DEEPEST * len(site)))])]
@@ -77,7 +77,7 @@ def search(queries: Iterable[tuple[str, Sites]], targets: Sequence[Sites]) -> pd
 
 
 def fit(table: pd.DataFrame) -> np.ndarray:
-    """Constants (3,) of `finding.chance` by maximum likelihood, from searches that found anything."""
+    """Return constants (3,) of `finding.chance` by maximum likelihood, from searches that found anything."""
     found = table[table["score"] > 0]
     gap = (found["score"] - found["mirrored"]).to_numpy()
     few = np.log(found["places"].to_numpy() / MAX_PLACES)
@@ -109,12 +109,12 @@ def held_out(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[int, np.ndarray]]:
 
 
 def _span(low: float, high: float) -> str:
-    """Numbers of places in words."""
+    """Return the numbers of places in words."""
     return f"{low:g} places and more" if np.isinf(high) else f"{low:g} to {high - 1:g} places"
 
 
 def shares(tested: pd.DataFrame) -> pd.DataFrame:
-    """Shares of searches with p below LEVELS, by kind and RANGES of places: of unrelated proteins and of the same."""
+    """Return the shares of searches with p below LEVELS, by kind and RANGES of places: of unrelated proteins and of the same."""
     rows = []
     for same, part in tested.groupby("same"):
         sets = [(kind, part[part["kind"] == kind]) for kind in KINDS]

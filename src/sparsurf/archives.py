@@ -48,7 +48,7 @@ def split_path(path: str | os.PathLike[str]) -> tuple[str, str] | None:
 
 
 def is_file(path: str | os.PathLike[str]) -> bool:
-    """Tell whether a path is that of a file, or of a member of an archive."""
+    """Return whether a path is that of a file, or of a member of an archive."""
     if os.path.isfile(path):
         return True
     found = split_path(path)

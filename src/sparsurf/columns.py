@@ -54,7 +54,7 @@ class Column:
     optional: bool = False
 
     def matches(self, name: str) -> bool:
-        """Whether a column of that name is described here."""
+        """Return whether a column of that name is described here."""
         return bool(_pattern(self.name).fullmatch(name))
 
 
@@ -180,7 +180,7 @@ def _pattern(name: str) -> re.Pattern[str]:
 
 
 def _same_place(key: list[str], parts: tuple[str, ...]) -> bool:
-    """Whether a path has the parts of a key, any name in place of <...>."""
+    """Return whether a path has the parts of a key, any name in place of <...>."""
     return len(key) == len(parts) and all(
         a == b or a.startswith("<") for a, b in zip(key, parts, strict=True)
     )

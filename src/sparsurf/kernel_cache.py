@@ -110,7 +110,7 @@ def cache_folder() -> str:
 
 
 def kernel_sources() -> bytes:
-    """Text of the modules that hold kernels, and of those that they import: constants are compiled in."""
+    """Return the text of the modules that hold kernels, and of those that they import: constants are compiled in."""
     sources = {
         ".".join(path.relative_to(LIBRARY).with_suffix("").parts): path.read_bytes()
         for path in sorted(LIBRARY.rglob("*.py"))

@@ -139,7 +139,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         *(
             (
                 lambda dots, ready, call=call: call(ready),
-                "what prepare() gave serves sample and compare only: give the dots that it was made of.",
+                "a prepared surface is for sample and compare only: give the dots that it was prepared from.",
             )
             for call in (sparsurf.roughness, sparsurf.descriptors, sparsurf.recover)
         ),

@@ -35,7 +35,7 @@ def test_intervals_of_just_that_width_hold_their_truth():
 def test_the_pool_holds_the_contenders_of_every_range(monkeypatch):
     monkeypatch.setattr(coverage, "CONTENDERS", 2)
     monkeypatch.setattr(coverage, "N_RANGES", 2)
-    monkeypatch.setattr(coverage.grid, "evaluate_grid", lambda evaluator, rows, tests, draws, readings: rows)
+    monkeypatch.setattr(coverage.grid, "evaluate_grid", lambda prepared, rows, tests, draws, readings: rows)
     monkeypatch.setattr(coverage, "d_values", lambda rows, r: rows[:, 2] + 10 * r)
     table = pd.DataFrame(
         {

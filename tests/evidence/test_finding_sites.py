@@ -102,7 +102,7 @@ def test_histograms_of_features_are_those_by_hand():
 
 
 def test_the_potential_is_that_of_apbs(tmp_path):
-    """Of one charge in the middle of a ball: Coulomb's law outside of it, screened by water and salt (Debye and Hückel)."""
+    """The potential outside a ball with a charge at its centre is Coulomb's, screened by water and salt (Debye and Hückel)."""
     measured = pytest.importorskip("measure_potential")
     (tmp_path / "molecule.pqr").write_text(
         "ATOM      1  N   ION     1       0.000   0.000   0.000  1.0000 3.0000\n"

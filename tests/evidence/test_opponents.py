@@ -113,9 +113,9 @@ def test_bytes_and_errors():
         2 * mesh["n_S"] - 4
     )  # Euler: two triangles a vertex, but for four
     surface = molecular_surface(ATOMS, RADII)
-    evaluator = PreparedSurface(surface, seed=20261120, name="three atoms")
-    chosen = SAMPLERS["farthest"](evaluator, kept["n_S"], evaluator.stream("recovery", "farthest"))
-    true, few = truth(ATOMS, RADII, evaluator.area), (surface.points[chosen], surface.normals[chosen])
+    prepared = PreparedSurface(surface, seed=20261120, name="three atoms")
+    chosen = SAMPLERS["farthest"](prepared, kept["n_S"], prepared.stream("recovery", "farthest"))
+    true, few = truth(ATOMS, RADII, prepared.area), (surface.points[chosen], surface.normals[chosen])
     dense = [each[len(chosen) :] for each in recover(*few, DENSITY_FOR_ERRORS)]  # without the kept dots
     wanted, gap = opponents.two_sided(*dense, true, np.full(len(true.points), True))
     assert rows.loc[opponents.KEPT, list(wanted)].to_dict() == pytest.approx(wanted)

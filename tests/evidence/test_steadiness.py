@@ -81,23 +81,23 @@ def test_the_rotation_robust_descriptor_moves_less(atoms):
 
 def test_tables_of_rows_grid_and_samplers_agree_with_the_evaluator(blob, monkeypatch):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    evaluator = PreparedSurface(surface, d_link=0.8, seed=3, name="blob")
+    prepared = PreparedSurface(surface, d_link=0.8, seed=3, name="blob")
     monkeypatch.setattr(steadiness, "SAMPLERS", {"uniform": steadiness.SAMPLERS["uniform"]})
-    table = steadiness.of_samplers(evaluator, 20, (10,)).set_index("descriptor")
-    tests = evaluator.draw_tests(20)
+    table = steadiness.of_samplers(prepared, 20, (10,)).set_index("descriptor")
+    tests = prepared.draw_tests(20)
     for name in table.index:
-        own = evaluator.changed(descriptor=name)
+        own = prepared.changed(descriptor=name)
         subsets = [
-            steadiness.SAMPLERS["uniform"](evaluator, 300, evaluator.stream("steadiness", "uniform", draw))
+            steadiness.SAMPLERS["uniform"](prepared, 300, prepared.stream("steadiness", "uniform", draw))
             for draw in range(3)
         ]
         z, _ = own.distances(subsets, tests, own.describe(tests)[0], "as_written")
         assert table.loc[name, "Z"] == pytest.approx(z.mean())
         assert table.loc[name, "error"] == pytest.approx(z.mean(axis=0).std(ddof=1) / np.sqrt(20))
         assert table.loc[name, "n_S_percent"] == pytest.approx(10)
-    rows = steadiness.rows_of_paper(evaluator, 10)
+    rows = steadiness.rows_of_paper(prepared, 10)
     assert len(rows) == 2 * 2 * 10
-    by_hand = grid.evaluate_grid(evaluator, PUBLISHED_ROWS, 10, steadiness.DRAWS)
+    by_hand = grid.evaluate_grid(prepared, PUBLISHED_ROWS, 10, steadiness.DRAWS)
     own = rows[(rows["descriptor"] == "published") & (rows["reading"] == "as_written")].set_index("row")
     gain = by_hand.z_tr[1].astype(float) - by_hand.z_ts[1]
     assert own["d"].to_numpy() == pytest.approx(gain.mean(axis=(1, 2)), abs=1e-6)
@@ -105,9 +105,9 @@ def test_tables_of_rows_grid_and_samplers_agree_with_the_evaluator(blob, monkeyp
     of_tests = gain.mean(axis=1)  # the error is that over test dots
     assert own["error"].to_numpy() == pytest.approx(of_tests.std(axis=1, ddof=1) / np.sqrt(10), abs=1e-6)
     assert own["n_S_percent"].to_numpy() == pytest.approx(by_hand.n_s.mean(axis=1) / 30)
-    found = steadiness.whole_grid(evaluator, published.parameter_grid([1.0], [0.0], [0, 6], [0]), 12)
+    found = steadiness.whole_grid(prepared, published.parameter_grid([1.0], [0.0], [0, 6], [0]), 12)
     assert found["correlation"].iloc[:2].tolist() == pytest.approx([1, 1])
-    whole = grid.evaluate_grid(evaluator, published.parameter_grid([1.0], [0.0], [0, 6], [0]), 12, 1)
+    whole = grid.evaluate_grid(prepared, published.parameter_grid([1.0], [0.0], [0, 6], [0]), 12, 1)
     d = (whole.z_tr - whole.z_ts).mean(axis=(2, 3))[0]
     first = found.iloc[0]
     assert first["best_d"] == pytest.approx(d.max(), abs=1e-6) and first["gamma"] == [0, 6][d.argmax()]

@@ -249,10 +249,12 @@ def test_thinning_to_all_dots_changes_nothing_and_few_centres_stay_near(blobs):
     assert np.allclose(every["correlation"], 1.0, atol=1e-12)
     assert every.groupby("side")["auc"].nunique().eq(1).all()
     few = table[table["percent"] == 10]
-    evaluators = [
+    prepared_surfaces = [
         PreparedSurface(each.surface, roughness_values=each.roughness, name=each.name) for each in blobs
     ]
-    centres = [thinning_module._choose(SAMPLERS["farthest"], "farthest", each, 10, 0) for each in evaluators]
+    centres = [
+        thinning_module._choose(SAMPLERS["farthest"], "farthest", each, 10, 0) for each in prepared_surfaces
+    ]
     thin = thinning_module.thinned_maps(blobs, centres, thinning_module.Clock())
     wide = thinning(*blobs, percents=(10,), samplers=("farthest",), within=6.0)
     for side, width, rows in ((0, 3.0, few), (1, 3.0, few), (0, 6.0, wide), (1, 6.0, wide)):
@@ -289,10 +291,10 @@ def test_a_map_from_all_dots_is_that_of_a_match_and_knows_no_patches_of_one_dot(
 
 
 def test_centres_of_one_draw_are_nested_and_those_of_another_differ(blobs):
-    evaluator = PreparedSurface(blobs[0].surface, roughness_values=blobs[0].roughness, name="one")
+    prepared = PreparedSurface(blobs[0].surface, roughness_values=blobs[0].roughness, name="one")
     for name in ("farthest", "uniform"):
         few, more, other = (
-            set(thinning_module._choose(SAMPLERS[name], name, evaluator, percent, draw).tolist())
+            set(thinning_module._choose(SAMPLERS[name], name, prepared, percent, draw).tolist())
             for percent, draw in ((5, 0), (10, 0), (10, 1))
         )
         assert few < more and more != other and len(other) == 120

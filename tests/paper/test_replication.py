@@ -153,19 +153,19 @@ def test_the_interval_of_a_share_by_hand():
 
 def test_centres_depend_on_the_order_of_the_dots_and_on_the_patches(blob):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    evaluator = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
-    found = published_runs.centres_in_random_orders(evaluator, 5)
-    assert len(set(found)) > 1 and abs(found.mean() - len(evaluator.cover.centre)) < 0.15 * found.mean()
+    prepared = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
+    found = published_runs.centres_in_random_orders(prepared, 5)
+    assert len(set(found)) > 1 and abs(found.mean() - len(prepared.cover.centre)) < 0.15 * found.mean()
     smaller = PreparedSurface(surface, r_patch=3.0, d_link=0.8, seed=1, name="blob")
     assert published_runs.centres_in_random_orders(smaller, 2).min() > found.max()
 
 
 def test_a_factor_of_alpha_changes_what_is_drawn_not_what_it_is_called(blob):
-    evaluator = PreparedSurface(
+    prepared = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
     )
     row = [(0.5, 0.0, 0.0, 0.0)]
-    plain, less = (published_runs.runs_as_published(evaluator, row, 1, alpha=a).dropna() for a in (1.0, 0.5))
+    plain, less = (published_runs.runs_as_published(prepared, row, 1, alpha=a).dropna() for a in (1.0, 0.5))
     assert plain["alpha"].tolist() == less["alpha"].tolist() == [0.5]
     assert less["n_S_percent"].iloc[0] < 0.8 * plain["n_S_percent"].iloc[0]
 
@@ -178,10 +178,8 @@ def test_runs_as_published_have_one_draw_and_test_dots_of_their_own(blob, monkey
         lambda *args, **keys: asked.append((args, keys, run(*args, **keys))) or asked[-1][2],
     )
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
-    evaluator = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
-    found = published_runs.runs_as_published(
-        evaluator, PUBLISHED_ROWS[:1], 2, lambda *done: told.append(done)
-    )
+    prepared = PreparedSurface(surface, d_link=0.8, seed=1, name="blob")
+    found = published_runs.runs_as_published(prepared, PUBLISHED_ROWS[:1], 2, lambda *done: told.append(done))
     for args, keys, _ in asked:
         assert (args[2:], keys) == ((15, 1, ("as_coded",)), {"shared": False})  # 3000 dots / 200
     assert found["run"].unique().tolist() == [1, 2] and told == [(1, 2), (2, 2)]
@@ -293,32 +291,32 @@ def test_d_of_a_bin_is_what_its_means_differ_by(kept):
 
 
 def test_patches_lie_around_kept_dots_or_any(blob):
-    evaluator = PreparedSurface(
+    prepared = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
     )
     combination = Combination(0.8, 0.0, 4.0, 0.0)
-    kept = rough_and_flat.by_roughness(evaluator, combination, ["as_coded"], 100, 2, True)
+    kept = rough_and_flat.by_roughness(prepared, combination, ["as_coded"], 100, 2, True)
     for draw in range(2):
-        assert np.isin(kept.dots[draw], evaluator.pair(combination, draw)[0]).all()
+        assert np.isin(kept.dots[draw], prepared.pair(combination, draw)[0]).all()
     assert not np.array_equal(*kept.dots)
-    fewest = min(100, *(len(evaluator.pair(combination, draw)[0]) for draw in range(2)))
+    fewest = min(100, *(len(prepared.pair(combination, draw)[0]) for draw in range(2)))
     assert kept.dots.shape == (2, fewest) and kept.z["as_coded"].shape == (2, 2, fewest)
-    any_dots = rough_and_flat.by_roughness(evaluator, combination, ["as_coded"], 100, 2, False)
+    any_dots = rough_and_flat.by_roughness(prepared, combination, ["as_coded"], 100, 2, False)
     assert np.array_equal(*any_dots.dots) and any_dots.z["as_coded"].shape == (2, 2, 100)
-    tests, pair = any_dots.dots[0], evaluator.pair(combination, 1)
-    z, _ = evaluator.distances(pair, tests, evaluator.describe(tests)[0], "as_coded")
+    tests, pair = any_dots.dots[0], prepared.pair(combination, 1)
+    z, _ = prepared.distances(pair, tests, prepared.describe(tests)[0], "as_coded")
     assert np.allclose(any_dots.z["as_coded"][:, 1], z)
 
 
 def test_the_family_is_tuned_to_the_wished_number(blob):
-    evaluator = PreparedSurface(
+    prepared = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
     )
     exponents = [(0, 0, 0), (0, 6, 0), (1, 0, 10), (1, 0, 10)]
-    table = replication.tuned_family(evaluator, exponents, (20.0, 90.0), 30, 2)
+    table = replication.tuned_family(prepared, exponents, (20.0, 90.0), 30, 2)
     assert np.allclose(table["n_S_percent"], table["percent"], rtol=0.1)
     # beta 1 with delta 10 keeps too few at any alpha; named twice, it would be measured once
-    reach = published.expected_n_s(evaluator.cover, [(1.0, *row) for row in exponents[:3]]) / 30
+    reach = published.expected_n_s(prepared.cover, [(1.0, *row) for row in exponents[:3]]) / 30
     assert len(table) == (reach >= 20).sum() + (reach >= 90).sum() < 6
     assert (table["alpha"] <= 1).all()
     assert np.allclose(table["d"], table["Z_tR"] - table["Z_tS"], atol=1e-6)
@@ -369,21 +367,21 @@ def page(blob):
     """Data of a verdict on a small surface, everything but the published values computed."""
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
     own = {"d_link": 0.8, "seed": 1, "name": "blob"}
-    evaluator = PreparedSurface(surface, **own)
-    result = grid.evaluate_grid(evaluator, PUBLISHED_ROWS, 40, 2)
+    prepared = PreparedSurface(surface, **own)
+    result = grid.evaluate_grid(prepared, PUBLISHED_ROWS, 40, 2)
     table = tables.grid_table(result)
-    runs = published_runs.runs_as_published(evaluator, PUBLISHED_ROWS, 3)
+    runs = published_runs.runs_as_published(prepared, PUBLISHED_ROWS, 3)
     best = tables.best_combinations(table, result, 20)
-    links = replication.sweep_links(evaluator, (0.8, 1.2), 20, 2)
+    links = replication.sweep_links(prepared, (0.8, 1.2), 20, 2)
     combination, bins = Combination.from_row(best["as_coded"]["unrestricted"]), []
     for around, kept in rough_and_flat.AROUND.items():
-        found = rough_and_flat.by_roughness(evaluator, combination, ["as_coded", "as_written"], 600, 2, kept)
+        found = rough_and_flat.by_roughness(prepared, combination, ["as_coded", "as_written"], 600, 2, kept)
         bins.append(rough_and_flat.bins_table(found, kept).assign(around=around))
     return {
         "grid": table,
         "ranges": tables.ranges_table(table, result),
         "best": best,
-        "rows": replication.published_rows(evaluator, 20, 2),
+        "rows": replication.published_rows(prepared, 20, 2),
         "places": published_runs.place_published_values(runs),
         "tests": published_runs.tests_of_table_1(
             published_runs.place_published_values(runs), np.array([30, 31, 33])
@@ -391,15 +389,15 @@ def page(blob):
         "bias": published_runs.selection_bias(runs, table),
         "links": links,
         "signs": replication.sign_changes(links),
-        "defects": replication.compare_defects(evaluator, 20, 1),
+        "defects": replication.compare_defects(prepared, 20, 1),
         "bins": pd.concat(bins),
         "family": replication.best_of_family(
-            replication.tuned_family(evaluator, PUBLISHED_ROWS[:, 1:], (10.0,), 20, 2)
+            replication.tuned_family(prepared, PUBLISHED_ROWS[:, 1:], (10.0,), 20, 2)
         ),
         "required_dots": ENOUGH,
-        "gathering": replication.gathering_by_roughness(evaluator, 2),
+        "gathering": replication.gathering_by_roughness(prepared, 2),
         "uniform": {"median": 3.0},
-        "surface": surface_of(evaluator, {"reentrant": "exact"}, "a/blob.dms"),
+        "surface": surface_of(prepared, {"reentrant": "exact"}, "a/blob.dms"),
     }
 
 

@@ -20,14 +20,14 @@ def test_a_reading_is_one_entry(blob, monkeypatch):
     # the toy reading links kept dots within 0.8 Å, as `as_coded` does on this surface: the same numbers
     toy = readings.Reading("toy", build_index=lambda points, normals, *_: build_index(points, normals, 0.8))
     monkeypatch.setitem(all_readings.READINGS, "toy", toy)
-    evaluator = PreparedSurface(
+    prepared = PreparedSurface(
         SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=1, name="blob"
     )
-    tests = evaluator.draw_tests(12)
-    z_tot, _ = evaluator.describe(tests)
-    subsets = evaluator.pair((0.8, 0.0, 2.0, 0.0), 0)
-    z, sizes = evaluator.distances(subsets, tests, z_tot, "toy")
-    wanted, size = evaluator.distances(subsets, tests, z_tot, "as_coded")
+    tests = prepared.draw_tests(12)
+    z_tot, _ = prepared.describe(tests)
+    subsets = prepared.pair((0.8, 0.0, 2.0, 0.0), 0)
+    z, sizes = prepared.distances(subsets, tests, z_tot, "toy")
+    wanted, size = prepared.distances(subsets, tests, z_tot, "as_coded")
     assert np.allclose(z, wanted, atol=1e-9) and np.array_equal(sizes, size)
 
 

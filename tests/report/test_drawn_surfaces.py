@@ -531,7 +531,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
 ):
     surface = Surface(*make_blob(1500))
     patches = {"R_patch": 4.0, "R_zernike": 6.0, "D_link": 1.1}
-    evaluator = prepare_surface(surface, patches, None, 1, "p/c1")
+    prepared = prepare_surface(surface, patches, None, 1, "p/c1")
     unrestricted = {"alpha": 1, "beta": 0, "gamma": 6, "delta": 0}
     other = unrestricted | {"gamma": 0}  # of another reading: not what is drawn
     best = {
@@ -543,7 +543,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     tables = ("grid", "curves", "floors", "required_dots")
     inputs = {name: str(tmp_path / name) for name in ("surface", "roughness", "best", "minimal", *tables)}
     write_npz(inputs["surface"], surface)
-    pd.DataFrame({"roughness": evaluator.roughness}).to_csv(inputs["roughness"], index=False)
+    pd.DataFrame({"roughness": prepared.roughness}).to_csv(inputs["roughness"], index=False)
     for k, name in enumerate(tables):
         pd.DataFrame({name: [float(k)], "sampler": "farthest"}).to_csv(inputs[name], index=False)
     handed_out = pd.DataFrame(surface.points[::5] + 0.125, columns=list("xyz"))
@@ -576,7 +576,7 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
         assert getattr(shown[0], name)[name].tolist() == [k]
     assert (shown[0].name, shown[0].floor) == ("p/c1", "turned")
     *pair, (_, minimal, _) = shown[0].subsets
-    for (_, subset, _), dots in zip(pair, evaluator.pair((1, 0, 6, 0), 0), strict=True):
+    for (_, subset, _), dots in zip(pair, prepared.pair((1, 0, 6, 0), 0), strict=True):
         assert np.array_equal(subset.points, surface.points[dots])
     assert np.allclose(minimal.points, surface.points[::5] + 0.125)
     _, back, distance = shown[0].recovered  # of minimal.csv
@@ -594,10 +594,10 @@ def test_the_rough_patch_is_rougher_than_the_flat_one_and_few_dots_lie_where_it_
     places = [(reading, kept) for reading in ("as_coded", "recovered") for kept in (True, False)]
     for (title, *drawn), (reading, kept) in zip(shown[0].rough_and_flat["panels"], places, strict=True):
         assert title == f"patches around {'kept' if kept else 'any'} dots, {READINGS[reading].words}"
-        found = by_roughness(evaluator, best_one, ["as_coded", "recovered"], 20, 2, kept)
+        found = by_roughness(prepared, best_one, ["as_coded", "recovered"], 20, 2, kept)
         for values, expected in zip(drawn, (found.roughness[0], *found.z[reading][:, 0]), strict=True):
             assert np.array_equal(values, expected)
     for _, points, _, *within in shown[0].rough_and_flat["patches"]:
-        for places, dots in zip(within, evaluator.pair(best_one, 0), strict=True):
+        for places, dots in zip(within, prepared.pair(best_one, 0), strict=True):
             of_patch = (points[:, None] == surface.points[dots]).all(axis=2).any(axis=1)
             assert places.tolist() == np.flatnonzero(of_patch).tolist()

@@ -35,7 +35,7 @@ RESIDUES = ["LEU 212 A", "HIS 256 A"]
 
 
 @pytest.fixture(scope="module")
-def evaluator(blob):
+def prepared(blob):
     """A bumpy surface whose places have three decimals, as those of a DMS file."""
     points, normals = blob[0].round(3), blob[1]
     n = len(points)
@@ -52,17 +52,17 @@ def test_the_best_of_recovered_surfaces_can_be_chosen_where_it_was_studied():
 
 
 @pytest.fixture(scope="module")
-def grid(evaluator):
+def grid(prepared):
     """The table of a small grid and its raw distances."""
-    raw = grids.evaluate_grid(evaluator, published.parameter_grid([0.5, 1], [0, 1], [0, 6], [0, 6]), 20, 2)
+    raw = grids.evaluate_grid(prepared, published.parameter_grid([0.5, 1], [0, 1], [0, 6], [0, 6]), 20, 2)
     return tables.grid_table(raw), raw
 
 
-def write(evaluator, grid, values=()):
+def write(prepared, grid, values=()):
     """The page of the surface, and the order of its farthest-point sampling."""
-    order = farthest(evaluator, len(evaluator.points), evaluator.stream("test"))
+    order = farthest(prepared, len(prepared.points), prepared.stream("test"))
     text = viewer.page(
-        "blob/c1", evaluator.surface, evaluator.roughness, evaluator.cover, evaluator.r_patch,
+        "blob/c1", prepared.surface, prepared.roughness, prepared.cover, prepared.r_patch,
         {"farthest": order}, grid[0], tables.best_combinations(*grid, 50), RESIDUES, values, MINIMAL,
     )  # fmt: skip
     return text, order
@@ -149,18 +149,18 @@ def test_a_hundred_thousand_dots_fit(grid):
     )
 
 
-def test_a_page_that_would_be_too_long_shows_fewer_dots(evaluator, grid, monkeypatch):
-    whole, order = write(evaluator, grid)
+def test_a_page_that_would_be_too_long_shows_fewer_dots(prepared, grid, monkeypatch):
+    whole, order = write(prepared, grid)
     monkeypatch.setattr(viewer, "MAX_BYTES", len(whole) - 5000)
-    fewer, _ = write(evaluator, grid)
+    fewer, _ = write(prepared, grid)
     assert len(fewer) <= len(whole) - 5000
     header, columns = unpacked(fewer.split('PACKED = "')[1].split('"')[0])
     assert 1000 < header["stored"] < header["total"] == 3000
     assert set(columns["index"]) == set(order[: header["stored"]].tolist())
 
 
-def test_the_page_stands_alone(evaluator, grid):
-    text, _ = write(evaluator, grid)
+def test_the_page_stands_alone(prepared, grid):
+    text, _ = write(prepared, grid)
     assert "http://" not in text and "https://" not in text and "%" + "DATA" not in text
     assert "src=" not in text and "@import" not in text
 
@@ -176,12 +176,12 @@ def browser(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def path(evaluator, grid, tmp_path_factory):
+def path(prepared, grid, tmp_path_factory):
     """The page as a file, with a colour of which some values are unknown."""
-    depth = np.where(np.arange(len(evaluator.points)) % 7 == 0, np.nan, evaluator.points[:, 2])
+    depth = np.where(np.arange(len(prepared.points)) % 7 == 0, np.nan, prepared.points[:, 2])
     values = [viewer.Values("height above the middle", "z", " Å", depth, "low", "high")]
     path = tmp_path_factory.mktemp("page") / "view.html"
-    path.write_text(write(evaluator, grid, values)[0])
+    path.write_text(write(prepared, grid, values)[0])
     return path
 
 
@@ -230,8 +230,8 @@ class Given:
         out[:], self.numbers = self.numbers[: len(out)], self.numbers[len(out) :]
 
 
-def test_the_page_keeps_the_dots_that_the_library_keeps(opened, evaluator):
-    cover = evaluator.cover
+def test_the_page_keeps_the_dots_that_the_library_keeps(opened, prepared):
+    cover = prepared.cover
     owner = np.repeat(np.arange(len(cover.centre)), np.diff(cover.start))
     luck = np.empty(len(cover.dot))
     set_control(opened, "sampler", "paper")
@@ -255,8 +255,8 @@ def test_one_sample_takes_milliseconds(opened):
     assert spent * 61_636 < 5  # ms, for the pairs of the paper's A1
 
 
-def test_nested_sampler_and_number(opened, evaluator, grid):
-    _, order = write(evaluator, grid)
+def test_nested_sampler_and_number(opened, prepared, grid):
+    _, order = write(prepared, grid)
     assert opened.run("return Array.from(view.shown)") == MINIMAL  # what the page opens with
     set_control(opened, "sampler", "farthest")
     for percent in (10, 50):
@@ -334,12 +334,12 @@ def test_colours_fill_the_picture(opened):
     assert coloured(picture(opened)[100:, :600]) < coloured(found["kind"]) / 2
 
 
-def test_every_dot_has_the_colour_of_its_value(opened, evaluator):
+def test_every_dot_has_the_colour_of_its_value(opened, prepared):
     """Grey where it is unknown; viridis is brighter the higher the value, so that it reads without colour vision."""
     opened.run("const paintAll = scene.colour; scene.colour = (rgb) => paintAll((window.painted = rgb))")
-    height = evaluator.points[:, 2]
+    height = prepared.points[:, 2]
     colours = {
-        "0": (evaluator.roughness, "rough", "flat"),
+        "0": (prepared.roughness, "rough", "flat"),
         "1": (np.where(np.arange(len(height)) % 7 == 0, np.nan, height), "low", "high"),
     }
     for colour, (values, *ends) in colours.items():
@@ -356,15 +356,15 @@ def test_every_dot_has_the_colour_of_its_value(opened, evaluator):
         assert opened.run("return caption()").endswith(told.replace("-", "−"))
     set_control(opened, "colour", "kind")
     painted = np.reshape(opened.run("return Array.from(painted)"), (-1, 3))
-    assert np.array_equal(painted, KIND_COLOURS[evaluator.surface.kind])
+    assert np.array_equal(painted, KIND_COLOURS[prepared.surface.kind])
     assert opened.run("return caption()").endswith("colour: " + ", ".join(viewer.KINDS[:3]))
     brightness = np.array(opened.run("return head.stops")) @ [0.2126, 0.7152, 0.0722]
     assert np.diff(brightness).min() > 3
 
 
-def test_every_dot_faces_where_its_normal_points(opened, evaluator):
+def test_every_dot_faces_where_its_normal_points(opened, prepared):
     facing = opened.run("return Array.from(normals(dots.u, dots.v, head.octahedron))")
-    assert (np.reshape(facing, (-1, 3)) * evaluator.normals).sum(axis=1).min() > np.cos(np.radians(2))
+    assert (np.reshape(facing, (-1, 3)) * prepared.normals).sum(axis=1).min() > np.cos(np.radians(2))
 
 
 def test_size_of_the_dots_and_the_faint_others(opened):
@@ -426,15 +426,15 @@ def test_two_fingers_the_wheel_and_shift(opened):
     assert opened.run("return view.zoom") > 1.1
 
 
-def test_pick_turn_zoom_by_mouse_finger_and_keys(opened, evaluator):
+def test_pick_turn_zoom_by_mouse_finger_and_keys(opened, prepared):
     set_control(opened, "sampler", "all")
     opened.run("drawNow()")
     sharp, pixel, disc = opened.run(
         "return [canvas.width / canvas.clientWidth, scene.perPixel(view), radius()]"
     )  # pixels of the canvas in one of the screen, Å in one of the canvas
-    points = evaluator.points - (evaluator.points.min(axis=0) + evaluator.points.max(axis=0)) / 2
+    points = prepared.points - (prepared.points.min(axis=0) + prepared.points.max(axis=0)) / 2
     gap = np.linalg.norm(points[:, :2] - np.array([5, -5]) * sharp * pixel, axis=1)
-    hit = (gap < max(disc, 7 * pixel)) & (evaluator.normals[:, 2] > 0.12)
+    hit = (gap < max(disc, 7 * pixel)) & (prepared.normals[:, 2] > 0.12)
     assert hit.sum() > 1
     for kind in ("mouse", "touch"):
         opened.run("pick(-1)")
@@ -443,7 +443,7 @@ def test_pick_turn_zoom_by_mouse_finger_and_keys(opened, evaluator):
         assert dot == np.argmax(np.where(hit, points[:, 2] - gap, -np.inf))  # the one in front
         said = text_of(opened, "picked")
         assert said.startswith(f"Dot {dot}, {RESIDUES[dot % 2]}, {viewer.KINDS[dot % 3]}, R_i = ")
-        assert abs(float(said.split("R_i = ")[1][:4]) - evaluator.roughness[dot]) < 0.008
+        assert abs(float(said.split("R_i = ")[1][:4]) - prepared.roughness[dot]) < 0.008
     opened.point("#canvas", (0, 0), (60, 20))
     turned = opened.run("return view.turn")
     assert np.allclose(np.reshape(turned, (3, 3)) @ np.reshape(turned, (3, 3)).T, np.eye(3), atol=1e-9)
@@ -503,16 +503,16 @@ def test_a_small_screen_needs_no_sideways_scrolling(opened):
         opened.screen(None, None)
 
 
-def test_a_page_without_a_study_shows_the_surface_alone(browser, evaluator, tmp_path):
+def test_a_page_without_a_study_shows_the_surface_alone(browser, prepared, tmp_path):
     order = {
-        "farthest": np.arange(1, len(evaluator.points), 2)
+        "farthest": np.arange(1, len(prepared.points), 2)
     }  # a surface too large for a page: half of its dots
-    near = viewer.Values("propensity", "propensity", "", evaluator.points[:, 0], "likely", "unlikely")
+    near = viewer.Values("propensity", "propensity", "", prepared.points[:, 0], "likely", "unlikely")
     text = viewer.page(
         "partner",
-        evaluator.surface,
-        evaluator.roughness,
-        evaluator.cover,
+        prepared.surface,
+        prepared.roughness,
+        prepared.cover,
         4.0,
         order,
         values=[near],
@@ -525,7 +525,7 @@ def test_a_page_without_a_study_shows_the_surface_alone(browser, evaluator, tmp_
     assert text_of(browser, "shown").endswith("The page holds the first 1,500 of 3,000 dots.")
     browser.point("#canvas", (5, 5))
     dot = 2 * browser.run("return view.picked") + 1
-    x = evaluator.points[:, 0]
+    x = prepared.points[:, 0]
     said = text_of(browser, "picked")
     assert said.startswith(f"Dot {dot}, ")
     assert abs(float(said.split("propensity = ")[1][:-1].replace("−", "-")) - x[dot]) < np.ptp(x) / 254
@@ -534,15 +534,15 @@ def test_a_page_without_a_study_shows_the_surface_alone(browser, evaluator, tmp_
     assert browser.complaints() == []
 
 
-def test_a_surface_without_structure_and_grid_values(evaluator, grid):
-    bare = Surface(evaluator.points, evaluator.normals)
+def test_a_surface_without_structure_and_grid_values(prepared, grid):
+    bare = Surface(prepared.points, prepared.normals)
     order = {"farthest": np.arange(len(bare))}
     table = grid[0].assign(d_as_coded=np.nan)
     text = viewer.page(
         "bare",
         bare,
-        evaluator.roughness,
-        evaluator.cover,
+        prepared.roughness,
+        prepared.cover,
         4.0,
         order,
         table,
@@ -554,12 +554,12 @@ def test_a_surface_without_structure_and_grid_values(evaluator, grid):
     assert pd.isna(table["d_as_coded"]).all()
 
 
-def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
-    height = viewer.Values("height", "z", " Å", evaluator.points[:, 2], "low down", "high up")
-    text, order = write(evaluator, grid, [height])
+def test_the_page_holds_the_numbers_of_the_tables(prepared, grid):
+    height = viewer.Values("height", "z", " Å", prepared.points[:, 2], "low down", "high up")
+    text, order = write(prepared, grid, [height])
     header, columns = unpacked(text.split('PACKED = "')[1].split('"')[0])
-    table, points, cover = grid[0], evaluator.points, evaluator.cover
-    assert (header["total"], header["stored"], header["radius"]) == (3000, 3000, evaluator.r_patch)
+    table, points, cover = grid[0], prepared.points, prepared.cover
+    assert (header["total"], header["stored"], header["radius"]) == (3000, 3000, prepared.r_patch)
     places = np.column_stack([columns[axis] for axis in "xyz"]) * header["step"]
     assert np.allclose(places, points, atol=1e-9)
     wanted = [f"{name}_{reading}" for reading in ("as_coded", "as_written") for name in ("Z_tS", "Z_tR", "d")]
@@ -579,7 +579,7 @@ def test_the_page_holds_the_numbers_of_the_tables(evaluator, grid):
             each for each in presets if each.startswith("best, ") and each.endswith(reading_words(reading))
         ]
         assert presets[name] == tuple(row[p] for p in PARAMETERS)
-    assert f"3,000 dots, mean roughness {evaluator.roughness.mean():.2f}." in text
+    assert f"3,000 dots, mean roughness {prepared.roughness.mean():.2f}." in text
     rough, z = header["values"]
     assert (rough["symbol"], rough["low is"], rough["high is"]) == ("R_i", "rough", "flat")
     assert (z["low"], z["high"], z["low is"], z["high is"]) == (
@@ -616,20 +616,20 @@ SETTINGS = {
 }
 
 
-def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluator, tmp_path, monkeypatch):
+def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(prepared, tmp_path, monkeypatch):
     inputs = {
         name: str(tmp_path / name) for name in ("surface", "roughness", "minimal", "grid", "best", "fields")
     }
-    points, normals = evaluator.points[MINIMAL], evaluator.normals[MINIMAL]
+    points, normals = prepared.points[MINIMAL], prepared.normals[MINIMAL]
     minimal = pd.DataFrame(np.hstack([points, normals]), columns=["x", "y", "z", "nx", "ny", "nz"])
     for name, table in {
-        "roughness": pd.DataFrame({"roughness": evaluator.roughness}),
-        "minimal": minimal.assign(dot=MINIMAL, weight=len(evaluator.points) / len(MINIMAL)),
+        "roughness": pd.DataFrame({"roughness": prepared.roughness}),
+        "minimal": minimal.assign(dot=MINIMAL, weight=len(prepared.points) / len(MINIMAL)),
         "grid": minimal,
     }.items():
         table.to_csv(inputs[name], index=False)
-    charge = np.linspace(-1, 1, len(evaluator.points))
-    write_npz(inputs["surface"], replace(evaluator.surface, fields={"component": charge * 0}))
+    charge = np.linspace(-1, 1, len(prepared.points))
+    write_npz(inputs["surface"], replace(prepared.surface, fields={"component": charge * 0}))
     with open(inputs["fields"], "wb") as stream:
         np.savez(stream, charge=charge)
     Path(inputs["best"]).write_text('{"combinations": 3}')
@@ -661,15 +661,15 @@ def test_dots_are_coloured_by_their_distance_from_the_recovered_surface(evaluato
     assert (values.values, values.unit, values.low_is, values.high_is) == (1000, " Å", "on it", "off")
     assert list(dots) == MINIMAL
     low, high = draw_view.render.ROUGHNESS_LIMITS
-    wanted = matplotlib.colormaps["viridis"](((evaluator.roughness - low) / (high - low)).clip(0, 1))[:, :3]
+    wanted = matplotlib.colormaps["viridis"](((prepared.roughness - low) / (high - low)).clip(0, 1))[:, :3]
     np.testing.assert_allclose(drawn[0], wanted, atol=1 / 255)  # of whole numbers, cut off
 
 
-def test_partners_are_coloured_by_propensity_and_gap(evaluator, tmp_path, monkeypatch):
+def test_partners_are_coloured_by_propensity_and_gap(prepared, tmp_path, monkeypatch):
     inputs = {name: str(tmp_path / name) for name in ("surface_1", "surface_2", "dots")}
     outputs = {f"view_{side}": tmp_path / f"{side}.html" for side in (1, 2)}
     for side in (1, 2):
-        write_npz(inputs[f"surface_{side}"], evaluator.surface)
+        write_npz(inputs[f"surface_{side}"], prepared.surface)
     dots = pd.DataFrame({"partner": np.repeat([1, 2], 3000)})
     dots.assign(propensity_smoothed=0.5 * dots["partner"], gap=10 * dots["partner"]).to_csv(inputs["dots"])
     shown = []
@@ -689,25 +689,25 @@ def test_partners_are_coloured_by_propensity_and_gap(evaluator, tmp_path, monkey
         ]
 
 
-def test_distances_count_from_the_origin_of_a_patch(evaluator):
-    n = len(evaluator.points)
-    cover = evaluator.cover._replace(origin=(evaluator.cover.centre + 1) % n)
-    columns = viewer.cover_columns(evaluator.surface, np.arange(n), cover)
+def test_distances_count_from_the_origin_of_a_patch(prepared):
+    n = len(prepared.points)
+    cover = prepared.cover._replace(origin=(prepared.cover.centre + 1) % n)
+    columns = viewer.cover_columns(prepared.surface, np.arange(n), cover)
     found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * viewer.COORDINATE_STEP
-    assert np.allclose(found, evaluator.points[cover.origin], atol=1e-9)
+    assert np.allclose(found, prepared.points[cover.origin], atol=1e-9)
 
 
 def reading_words(reading):
     return READINGS[reading].words
 
 
-def test_the_share_of_a_subset_is_that_of_the_whole_surface(browser, tmp_path, evaluator, monkeypatch):
+def test_the_share_of_a_subset_is_that_of_the_whole_surface(browser, tmp_path, prepared, monkeypatch):
     """On a page that holds some of the dots only, the subset is still the part of the surface that the tables tell."""
     monkeypatch.setattr(viewer, "MAX_DOTS", 400)
-    order = farthest(evaluator, len(evaluator.points), evaluator.stream("view"))
+    order = farthest(prepared, len(prepared.points), prepared.stream("view"))
     values = [viewer.Values("height", "z", " Å", np.full(len(order), np.nan), "low", "high")]
     text = viewer.page(
-        "few", evaluator.surface, evaluator.roughness, evaluator.cover, 4.0, {"farthest": order[:400]},
+        "few", prepared.surface, prepared.roughness, prepared.cover, 4.0, {"farthest": order[:400]},
         values=values, minimal=order[:90],
     )  # fmt: skip
     (tmp_path / "few.html").write_text(text)

@@ -10,7 +10,7 @@ from sparsurf.surfaces.molecular_surface import molecular_surface
 
 
 @pytest.fixture(scope="module")
-def evaluator():
+def prepared():
     xyz = np.array(
         [[0, 0, 0], [1.5, 0, 0], [2.2, 1.3, 0.2], [3.7, 1.4, 0.3], [4.3, 2.7, 0.9], [9, 1, 1], [11, 1, 1]]
     )
@@ -35,38 +35,38 @@ def test_the_error_is_distance_and_angle():
     assert (found[kept] == 0).all() and (np.delete(found, [1, 2, 3]) < 1e-4).all()
 
 
-def test_adaptive_dots_lower_the_error(evaluator):
-    n = len(evaluator.points) // 12
+def test_adaptive_dots_lower_the_error(prepared):
+    n = len(prepared.points) // 12
     by_error, even = (
-        SAMPLERS[name](evaluator, n, np.random.default_rng(0)) for name in ("adaptive", "farthest")
+        SAMPLERS[name](prepared, n, np.random.default_rng(0)) for name in ("adaptive", "farthest")
     )
     assert len(set(by_error)) == n
-    mean = [recovery_errors(evaluator.points, evaluator.normals, kept).mean() for kept in (by_error, even)]
+    mean = [recovery_errors(prepared.points, prepared.normals, kept).mean() for kept in (by_error, even)]
     assert mean[0] < 0.95 * mean[1]
 
 
-def test_fifty_even_dots_come_first_and_each_round_adds_a_fifth(evaluator):
-    found = SAMPLERS["adaptive"](evaluator, 72, np.random.default_rng(0))
-    assert np.array_equal(found[:50], SAMPLERS["farthest"](evaluator, 50, np.random.default_rng(0)))
-    assert np.array_equal(found[50:60], _dots_of_largest_error(evaluator, found[:50], 10))
-    assert np.array_equal(found[60:], _dots_of_largest_error(evaluator, found[:60], 12))
+def test_fifty_even_dots_come_first_and_each_round_adds_a_fifth(prepared):
+    found = SAMPLERS["adaptive"](prepared, 72, np.random.default_rng(0))
+    assert np.array_equal(found[:50], SAMPLERS["farthest"](prepared, 50, np.random.default_rng(0)))
+    assert np.array_equal(found[50:60], _dots_of_largest_error(prepared, found[:50], 10))
+    assert np.array_equal(found[60:], _dots_of_largest_error(prepared, found[:60], 12))
 
 
 @pytest.mark.parametrize("share", [0.02, 0.5, 0.9])
 def test_new_dots_are_those_that_err_most_and_keep_clear_of_each_other_while_there_are_enough(
-    evaluator, share
+    prepared, share
 ):
-    points, kept = evaluator.points, SAMPLERS["farthest"](evaluator, 50, np.random.default_rng(0))
-    error = recovery_errors(points, evaluator.normals, kept)
+    points, kept = prepared.points, SAMPLERS["farthest"](prepared, 50, np.random.default_rng(0))
+    error = recovery_errors(points, prepared.normals, kept)
     order = [i for i in np.argsort(-error, kind="stable").tolist() if i not in set(kept.tolist())]
-    length, clear = 0.7 * np.sqrt(evaluator.area / 50), []
+    length, clear = 0.7 * np.sqrt(prepared.area / 50), []
     for i in order:
         if not clear or np.linalg.norm(points[clear] - points[i], axis=1).min() > length:
             clear.append(i)
     wanted = round(share * len(points))
     expected = clear + [i for i in order if i not in clear]
     assert (wanted < len(clear)) == (share < 0.1)
-    assert _dots_of_largest_error(evaluator, kept, wanted).tolist() == expected[:wanted]
+    assert _dots_of_largest_error(prepared, kept, wanted).tolist() == expected[:wanted]
 
 
 def test_a_dot_is_recovered_from_those_of_its_own_side():
@@ -77,6 +77,6 @@ def test_a_dot_is_recovered_from_those_of_its_own_side():
     assert recovery_errors(points, normals, np.arange(50))[50] == pytest.approx(0, abs=1e-4)
 
 
-def test_all_dots_can_be_kept(evaluator):
-    n = len(evaluator.points)
-    assert sorted(adaptive(evaluator, n, np.random.default_rng(0))) == list(range(n))
+def test_all_dots_can_be_kept(prepared):
+    n = len(prepared.points)
+    assert sorted(adaptive(prepared, n, np.random.default_rng(0))) == list(range(n))

@@ -16,15 +16,15 @@ READINGS = ("as_coded", "as_written")
 
 
 @pytest.fixture(scope="module")
-def evaluator(blob):
+def prepared(blob):
     return PreparedSurface(SimpleNamespace(points=blob[0], normals=blob[1]), d_link=0.8, seed=2, name="blob")
 
 
-def test_the_control_is_what_its_subsets_measure(evaluator):
-    n_s, tests = np.array([200, 900, 3000]), evaluator.draw_tests(15)
-    found = control_curve(evaluator, n_s, READINGS, 15, 2)
-    z_tot, _ = evaluator.describe(tests)
-    always = np.unique(evaluator.cover.centre)
+def test_the_control_is_what_its_subsets_measure(prepared):
+    n_s, tests = np.array([200, 900, 3000]), prepared.draw_tests(15)
+    found = control_curve(prepared, n_s, READINGS, 15, 2)
+    z_tot, _ = prepared.describe(tests)
+    always = np.unique(prepared.cover.centre)
     for reading in READINGS:
         assert found[reading].shape == (3, 2, 15)
         assert np.abs(found[reading][2]).max() < 1e-9  # all dots are all dots
@@ -32,15 +32,15 @@ def test_the_control_is_what_its_subsets_measure(evaluator):
 
     def distances_under(readings, subsets, tests):
         kept.append(subsets)
-        return evaluator.distances_under(readings, subsets, tests)
+        return prepared.distances_under(readings, subsets, tests)
 
-    watched = evaluator.changed(distances_under=distances_under)
+    watched = prepared.changed(distances_under=distances_under)
     control_curve(watched, n_s, ("as_written",), 15, 2)
     (subsets,) = kept
     assert [len(subset) for subset in subsets] == 4 * [200, 900, 3000]
     assert all(np.isin(always, subset).all() for subset in subsets[6:])
     assert not any(np.isin(always, subset).all() for subset in subsets[:2])
-    z = evaluator.distances([subsets[1], subsets[7]], tests, z_tot, "as_written")[0]
+    z = prepared.distances([subsets[1], subsets[7]], tests, z_tot, "as_written")[0]
     assert found["as_written"][1, 0] == pytest.approx(z[0] - z[1], abs=1e-9)
 
 
@@ -51,10 +51,10 @@ def test_between_two_n_s_the_control_is_a_line_over_the_logarithm():
     assert _interpolate(curve[:1], np.array([10]), np.array([10.0])).tolist() == [[[0.0]]]
 
 
-def test_a_sampling_without_roughness_is_explained_by_its_centres(evaluator):
+def test_a_sampling_without_roughness_is_explained_by_its_centres(prepared):
     """(alpha, 0, 0, 0) keeps the centres and, with one draw per dot, every other one with the chance alpha: the control."""
-    evaluator = PreparedSurface(
-        evaluator.surface,
+    prepared = PreparedSurface(
+        prepared.surface,
         d_link=0.8,
         seed=2,
         name="blob",
@@ -62,10 +62,10 @@ def test_a_sampling_without_roughness_is_explained_by_its_centres(evaluator):
         chance_in_every_patch=False,
     )
     combinations = [(alpha, 0, 0, 0) for alpha in (0.02, 0.05, 0.1, 0.2, 0.4)]
-    result = grids.evaluate_grid(evaluator, combinations, 200, 6, READINGS)
+    result = grids.evaluate_grid(prepared, combinations, 200, 6, READINGS)
     table = tables.grid_table(result)
     ranges = tables.ranges_table(table, result, 2)
-    found = centres_table(evaluator, table, ranges, 200, 6)
+    found = centres_table(prepared, table, ranges, 200, 6)
     assert found["reading"].tolist() == ["as_coded"] * 2 + ["as_written"] * 2
     assert found["range"].tolist() == [1, 2, 1, 2] and found["n_combinations"].sum() == 10
     assert (found["n_above"] + found["n_below"]).sum() <= 1  # of ten, by chance
@@ -78,15 +78,15 @@ def test_a_sampling_without_roughness_is_explained_by_its_centres(evaluator):
     assert found.loc[~(found["d_low"] > 0), "explained"].isna().all()
 
 
-def test_a_combination_far_above_the_control_is_counted(evaluator):
+def test_a_combination_far_above_the_control_is_counted(prepared):
     result = grids.evaluate_grid(
-        evaluator, published.parameter_grid([0.3, 0.9], [0.0], [0.0], [0.0]), 30, 3, READINGS
+        prepared, published.parameter_grid([0.3, 0.9], [0.0], [0.0], [0.0]), 30, 3, READINGS
     )
     table = tables.grid_table(result)
     ranges = tables.ranges_table(table, result, 1)
     for shift, counted in ((50, "n_above"), (-50, "n_below")):
         moved = [f"{name}_{reading}" for name in ("d", "d_low", "d_high") for reading in READINGS]
         shifted = table.assign(**{name: table[name] + shift for name in moved})
-        found = centres_table(evaluator, shifted, ranges, 30, 3, 4)
+        found = centres_table(prepared, shifted, ranges, 30, 3, 4)
         assert (found[counted] == 2).all()
         assert pd.Series(found["n_above"] + found["n_below"]).tolist() == [2, 2]

@@ -62,22 +62,22 @@ def surface(blob):
 
 
 @pytest.fixture(scope="module")
-def evaluator(surface):
+def prepared(surface):
     return PreparedSurface(surface, d_link=D_LINK, seed=3, name="blob/c1")
 
 
 @pytest.fixture(scope="module")
-def study(evaluator):
+def study(prepared):
     """grid.csv and ranges.csv of the blob."""
-    result = grid.evaluate_grid(evaluator, GRID, 40, 2)
+    result = grid.evaluate_grid(prepared, GRID, 40, 2)
     table = tables.grid_table(result)
     return table, tables.ranges_table(table, result, 5)
 
 
 @pytest.fixture(scope="module")
-def table(evaluator, study):
-    drawers = methods.select_methods(evaluator, None, study[1], study[0], (5, 20, 60))
-    return measuring.compare_samplers(evaluator, drawers, (5, 20, 60), n_tests=60, draws=2)
+def table(prepared, study):
+    drawers = methods.select_methods(prepared, None, study[1], study[0], (5, 20, 60))
+    return measuring.compare_samplers(prepared, drawers, (5, 20, 60), n_tests=60, draws=2)
 
 
 def test_a_row_for_every_sampler_size_and_measure(table):
@@ -92,15 +92,15 @@ def test_a_row_for_every_sampler_size_and_measure(table):
     assert set(table["use"]) == {"surface", "centres", "dots"}
 
 
-def test_every_measure_equals_the_plain_method(evaluator, surface):
-    kept = np.sort(samplers.voxel(evaluator, 150, np.random.default_rng(1)))
-    tests = evaluator.draw_tests(6)
-    z_tot, _ = evaluator.describe(tests)
-    found = measuring._measure(evaluator, [kept], tests, z_tot, (1, 1, -1))
+def test_every_measure_equals_the_plain_method(prepared, surface):
+    kept = np.sort(samplers.voxel(prepared, 150, np.random.default_rng(1)))
+    tests = prepared.draw_tests(6)
+    z_tot, _ = prepared.describe(tests)
+    found = measuring._measure(prepared, [kept], tests, z_tot, (1, 1, -1))
     points, normals = surface.points, surface.normals
     gaps = np.linalg.norm(points[:, None] - points[kept][None], axis=2)
     weight = np.bincount(gaps.argmin(axis=1), minlength=len(kept))
-    link = SCALED_LINK * np.sqrt(evaluator.area / len(kept))
+    link = SCALED_LINK * np.sqrt(prepared.area / len(kept))
     assert link > D_LINK
     sizes = {}
     for t, i in enumerate(tests):
@@ -130,38 +130,38 @@ def test_every_measure_equals_the_plain_method(evaluator, surface):
     assert median["Z scaled"] > median["Z as_coded"]
 
 
-def test_all_dots_have_no_error(evaluator):
+def test_all_dots_have_no_error(prepared):
     whole = measuring.compare_samplers(
-        evaluator, methods.select_methods(evaluator, ["uniform"]), (100,), n_tests=20, draws=1
+        prepared, methods.select_methods(prepared, ["uniform"]), (100,), n_tests=20, draws=1
     ).set_index("measure")["value"]
     # 'as_coded' and 'scaled' link the same dots, within D_link and within at least D_link
     assert whole[["Z as_written", "Z as_coded", "Z centres", "position"]].abs().max() < 1e-9
     assert whole[["median patch size as_coded"]].eq(100).all() and whole["Z scaled"] < 0.2
 
 
-def test_the_time_of_a_sampler_is_the_median_of_its_draws(evaluator, monkeypatch):
+def test_the_time_of_a_sampler_is_the_median_of_its_draws(prepared, monkeypatch):
     ends = iter([0, 1, 0, 9, 0, 2])  # one, nine and two seconds
     monkeypatch.setattr(measuring, "time", SimpleNamespace(perf_counter=ends.__next__))
-    drawers = methods.select_methods(evaluator, ["uniform"])
-    table = measuring.compare_samplers(evaluator, drawers, (10,), n_tests=5, draws=3).set_index("measure")
+    drawers = methods.select_methods(prepared, ["uniform"])
+    table = measuring.compare_samplers(prepared, drawers, (10,), n_tests=5, draws=3).set_index("measure")
     assert table.loc["seconds", "value"] == 2
     of_z = table.loc["Z as_written", ["low", "value", "high"]].tolist()
     assert of_z == sorted(of_z) and len(set(of_z)) == 3
 
 
-def test_cores_change_nothing_but_the_time(evaluator, surface):
+def test_cores_change_nothing_but_the_time(prepared, surface):
     drawers = [
-        methods.select_methods(e, ["paper", "farthest"]) for e in (evaluator, evaluator.changed(threads=2))
+        methods.select_methods(e, ["paper", "farthest"]) for e in (prepared, prepared.changed(threads=2))
     ]
-    one, two = (measuring.compare_samplers(evaluator, d, (10,), n_tests=30, draws=2) for d in drawers)
+    one, two = (measuring.compare_samplers(prepared, d, (10,), n_tests=30, draws=2) for d in drawers)
     same = one["measure"] != "seconds"
     pd.testing.assert_frame_equal(one[same], two[same])
 
 
-def test_one_warning_per_surface(evaluator, caplog):
-    drawers = methods.select_methods(evaluator, ["uniform", "voxel", "farthest"])
+def test_one_warning_per_surface(prepared, caplog):
+    drawers = methods.select_methods(prepared, ["uniform", "voxel", "farthest"])
     with caplog.at_level(logging.WARNING, "sparsurf"):
-        table = measuring.compare_samplers(evaluator, drawers, (10, 90), n_tests=30, draws=1)
+        table = measuring.compare_samplers(prepared, drawers, (10, 90), n_tests=30, draws=1)
     (record,) = [r.getMessage() for r in caplog.records]
     left = measure_matrix(table, "median patch size as_coded")
     assert (left[10.0 if 10.0 in left else 10] < 30).all() and (left[90] > 30).all()
@@ -183,7 +183,7 @@ def test_a_warning_tells_where_patches_break_up(caplog):
     )
 
 
-def test_the_papers_sampler_takes_the_winners_of_this_run(evaluator, study):
+def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):
     ranges = study[1]
     lowest, rows = choices_from_ranges(ranges)
     kept = ranges[(ranges["reading"] == "as_coded") & ranges["alpha"].notna()]
@@ -192,42 +192,42 @@ def test_the_papers_sampler_takes_the_winners_of_this_run(evaluator, study):
     own = samplers.get_samplers(["paper"], "compare.samplers", choices_from_ranges(ranges))["paper"]
     n = round(0.01 * (lowest[1] + 1) * 3000)
     wanted = published.sample(
-        evaluator.cover, samplers.tune_alpha(evaluator.cover, rows[1], n), np.random.default_rng(4)
+        prepared.cover, samplers.tune_alpha(prepared.cover, rows[1], n), np.random.default_rng(4)
     )
-    assert np.array_equal(own(evaluator, n, np.random.default_rng(4)), wanted)
+    assert np.array_equal(own(prepared, n, np.random.default_rng(4)), wanted)
     assert choices_from_ranges(ranges[ranges["reading"] == "as_written"]) is PUBLISHED_CHOICES
 
 
-def test_best_in_hindsight_has_the_lowest_z_near_each_size(evaluator, study):
+def test_best_in_hindsight_has_the_lowest_z_near_each_size(prepared, study):
     grid, _ = study
     percents = grid["n_S_percent"].sort_values().iloc[[3, 12]].to_numpy()
-    lowest, rows = methods.best_in_hindsight(evaluator, grid, percents)
+    lowest, rows = methods.best_in_hindsight(prepared, grid, percents)
     assert (lowest < percents).all()
     for percent, row in zip(percents, rows, strict=True):
-        reach = published.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy())
+        reach = published.expected_n_s(prepared.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy())
         near = (np.abs(np.log(grid["n_S_percent"] / percent)) <= np.log(methods.NEAR_FACTOR)) & (
             reach >= 30 * percent
         )
         best = grid[near].sort_values("Z_tS_as_written").iloc[0]
         assert np.array_equal(row, best[PARAMETERS])
     # one that cannot keep so many dots takes no part, however low its Z
-    reach = published.expected_n_s(evaluator.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy()) / 30
+    reach = published.expected_n_s(prepared.cover, grid[PARAMETERS].assign(alpha=1.0).to_numpy()) / 30
     short = int(np.argsort(reach)[len(reach) // 2])
     percent = 1.02 * reach[short]
     tempting = grid.assign(
         n_S_percent=percent, Z_tS_as_written=np.where(np.arange(len(grid)) == short, 0.0, 1.0)
     )
-    chosen = methods.best_in_hindsight(evaluator, tempting, [percent])[1][0]
+    chosen = methods.best_in_hindsight(prepared, tempting, [percent])[1][0]
     assert reach[(grid[PARAMETERS] == chosen).all(axis=1)] >= percent
     # of those within a factor of 1.1 the one of the lowest Z, however much lower that of another is
     three = grid.iloc[np.argsort(reach)[-3:]].assign(
         n_S_percent=[10, 10.9, 11.1], Z_tS_as_written=[3.0, 2.0, 1.0]
     )
-    chosen = methods.best_in_hindsight(evaluator, three, [10])[1][0]
+    chosen = methods.best_in_hindsight(prepared, three, [10])[1][0]
     assert np.array_equal(chosen, three[PARAMETERS].iloc[1])
-    assert methods.HINDSIGHT not in methods.select_methods(evaluator, ["uniform"], None, grid)
+    assert methods.HINDSIGHT not in methods.select_methods(prepared, ["uniform"], None, grid)
     lacking = grid.drop(columns="Z_tS_as_written")
-    assert list(methods.select_methods(evaluator, ["paper"], None, lacking)) == ["paper"]
+    assert list(methods.select_methods(prepared, ["paper"], None, lacking)) == ["paper"]
 
 
 def test_area_with_and_without_areas(a1):
@@ -429,41 +429,41 @@ def test_ranking_on_analytic_surfaces(path, request):
     folder = ROOT if path.startswith("data") else request.getfixturevalue("shared") / "data"
     molecule = read_molecule(folder / path)
     surface = molecular_surface(molecule.xyz[0], radii(molecule))
-    evaluator = PreparedSurface(surface, seed=1, name=path)
-    drawers = methods.select_methods(evaluator, ["paper", "uniform", "farthest"])
-    table = measuring.compare_samplers(evaluator, drawers, (5, 10, 20, 40), 300, 2)
+    prepared = PreparedSurface(surface, seed=1, name=path)
+    drawers = methods.select_methods(prepared, ["paper", "uniform", "farthest"])
+    table = measuring.compare_samplers(prepared, drawers, (5, 10, 20, 40), 300, 2)
     z = measure_matrix(table, "Z as_written")
     assert (z.loc["farthest"] < z.loc["uniform"]).all() and (z.loc["uniform"] < z.loc["paper"]).all()
     assert (z.diff(axis=1).iloc[:, 1:] < 0).all(axis=None)
 
 
-def test_minimal_has_the_wished_size_in_order_of_choice(evaluator):
+def test_minimal_has_the_wished_size_in_order_of_choice(prepared):
     for name in samplers.SAMPLERS:
-        dots, weight = find_subset(evaluator, name, 300)
+        dots, weight = find_subset(prepared, name, 300)
         assert weight.sum() == 3000 and (weight > 0).all() and len(dots) == len(weight)
         assert name.startswith("paper") or len(dots) == 300
-    short, long = (find_subset(evaluator, "farthest", n)[0] for n in (100, 300))
+    short, long = (find_subset(prepared, "farthest", n)[0] for n in (100, 300))
     assert np.array_equal(short, long[:100])
     published, corrected = (
-        evaluator.changed(cover=each) for each in (evaluator.cover, evaluator.corrected_cover)
+        prepared.changed(cover=each) for each in (prepared.cover, prepared.corrected_cover)
     )
     for name, own in (("farthest", published), ("paper", published), ("paper_corrected", corrected)):
-        dots, weight = find_subset(evaluator, name, combination=(1.0, 0.0, 6.0, 0.0))
+        dots, weight = find_subset(prepared, name, combination=(1.0, 0.0, 6.0, 0.0))
         assert dots.tolist() == own.pair((1.0, 0.0, 6.0, 0.0), 0)[0].tolist() and weight.sum() == 3000
     assert len(dots) != len(published.pair((1.0, 0.0, 6.0, 0.0), 0)[0])
-    dots, weight = find_subset(evaluator, combination=(1.0, 0.0, 6.0, 0.0))
-    assert np.array_equal(dots, evaluator.pair((1.0, 0.0, 6.0, 0.0), 0)[0]) and weight.sum() == 3000
+    dots, weight = find_subset(prepared, combination=(1.0, 0.0, 6.0, 0.0))
+    assert np.array_equal(dots, prepared.pair((1.0, 0.0, 6.0, 0.0), 0)[0]) and weight.sum() == 3000
 
 
 @pytest.mark.parametrize("name", ["farthest", "uniform", "voxel", "paper"])
-def test_minimal_for_a_wished_z(evaluator, name):
-    tests = evaluator.draw_tests(100)
-    z_tot, _ = evaluator.describe(tests)
+def test_minimal_for_a_wished_z(prepared, name):
+    tests = prepared.draw_tests(100)
+    z_tot, _ = prepared.describe(tests)
 
     def z_of(subset):
-        return evaluator.distances([subset], tests, z_tot, "as_written")[0].mean()
+        return prepared.distances([subset], tests, z_tot, "as_written")[0].mean()
 
-    dots, _ = find_subset(evaluator, name, z=1.0, n_tests=100)
+    dots, _ = find_subset(prepared, name, z=1.0, n_tests=100)
     assert z_of(dots) <= 1.0
     if samplers.SAMPLERS[name].nested:
         assert z_of(dots[:-1]) > 1.0  # one dot fewer does not do
@@ -471,11 +471,11 @@ def test_minimal_for_a_wished_z(evaluator, name):
         assert all(z_of(dots[:n]) > 1.0 for n in np.geomspace(10, 0.95 * len(dots), 20).astype(int))
 
 
-def test_minimal_without_any_error(evaluator):
+def test_minimal_without_any_error(prepared):
     # dots that lie in no patch of a test dot are not needed
-    dots, _ = find_subset(evaluator, "farthest", z=0.0, n_tests=100)
-    tests = evaluator.draw_tests(100)
-    held = np.unique(np.concatenate([patch(evaluator.index, i, 6.0) for i in tests]))
+    dots, _ = find_subset(prepared, "farthest", z=0.0, n_tests=100)
+    tests = prepared.draw_tests(100)
+    held = np.unique(np.concatenate([patch(prepared.index, i, 6.0) for i in tests]))
     assert np.isin(held, dots).all() and dots[-1] in held
 
 
@@ -490,9 +490,9 @@ def test_minimal_without_any_error(evaluator):
         ({"sampler": "paper_corrected", "z": 1e-4}, "minimal.Z is 0.0001, but paper_corrected reaches only"),
     ],
 )
-def test_minimal_refuses_in_one_sentence(evaluator, asked, sentence):
+def test_minimal_refuses_in_one_sentence(prepared, asked, sentence):
     with pytest.raises(InputError, match=sentence.replace(".", r"\.")):
-        find_subset(evaluator, **asked)
+        find_subset(prepared, **asked)
 
 
 def test_negative_z_is_refused_before_any_work():
@@ -521,7 +521,7 @@ def test_proteins_are_summed_up_as_such_and_their_conformations_counted(tmp_path
     assert words == words_of_panels == ("mean of 2 proteins", "lowest to highest of 2 proteins")
 
 
-def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_path, monkeypatch, caplog):
+def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path, monkeypatch, caplog):
     names = {"descriptor": "published", "roughness": "published"}
     sampling = {"distance_from_moved_centre": True, "chance_in_every_patch": True}
     settings = {"patches": {"R_patch": 4.0, "R_zernike": 6.0, "D_link": D_LINK} | names, "seed": 1} | sampling
@@ -534,9 +534,9 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     folders, asked = [tmp_path / "blob" / c for c in ("c1", "c2")], []
     compared_tables = [str(folder / "compare.csv") for folder in folders]
 
-    def alone_without_atoms(evaluator, own, lay, *rest):
+    def alone_without_atoms(prepared, own, lay, *rest):
         asked.append((lay, *rest))
-        return stand_alone(evaluator, own, None, *rest)
+        return stand_alone(prepared, own, None, *rest)
 
     monkeypatch.setattr(compare_samplers, "stand_alone", alone_without_atoms)
     zinc = atom_line("ZN", " ZN", "A", "9", (9, 9, 9), record="HETATM", element="ZN")
@@ -544,12 +544,12 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     for folder in folders:
         folder.mkdir(parents=True)
         write_npz(folder / "surface.npz", surface)
-        pd.DataFrame({"roughness": evaluator.roughness}).to_csv(folder / "roughness.csv", index=False)
+        pd.DataFrame({"roughness": prepared.roughness}).to_csv(folder / "roughness.csv", index=False)
         for name, own in zip(("grid", "ranges"), study, strict=True):
             own.to_csv(folder / f"{name}.csv", index=False)
         inputs = {"surface": folder / "surface.npz"}
         inputs |= {key: folder / f"{key}.csv" for key in ("roughness", "grid", "ranges", "floors")}
-        measured = floors.measure_floors(evaluator, 30)
+        measured = floors.measure_floors(prepared, 30)
         floors.floors_table(measured).to_csv(inputs["floors"], index=False)
         floors.write_distances(folder / "floor_distances.npz", measured)
         outputs = {"table": folder / "compare.csv", "needed": folder / "needed.csv"}
@@ -645,7 +645,7 @@ def test_scripts_write_what_the_rules_promise(surface, evaluator, study, tmp_pat
     assert np.allclose(minimal[["x", "y", "z", "nx", "ny", "nz"]], np.hstack(better), atol=1e-4)
     dots_needed = pd.read_csv(required_dots).query("floor == 'turned'").set_index(["floor", "reading"])["n_S"]
     own = floors.read_distances(distances)
-    one = prepare_surface(surface, settings["patches"], evaluator.roughness, 1, "blob/c1").nameless
+    one = prepare_surface(surface, settings["patches"], prepared.roughness, 1, "blob/c1").nameless
     alone = required_dots_table(Trials(one, "farthest", 30, relaxed=True), own, ("recovered",))
     assert (
         dots_needed.xs("recovered", level="reading").to_dict()

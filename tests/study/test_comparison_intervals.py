@@ -113,9 +113,9 @@ def test_a_surface_is_dotted_with_the_wished_number():
 def test_subsets_that_stand_alone():
     molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-214")
     xyz, r = molecule.xyz[0], radii(molecule)
-    evaluator = PreparedSurface(molecular_surface(xyz, r), seed=1, name="piece")
-    drawers = {"uniform": lambda n, rng: samplers.uniform(evaluator, n, rng)}
-    table = stand_alone(evaluator, drawers, partial(dotted_surface, xyz, r), (10.0, 40.0), 30, 2, (1.2, 1.6))
+    prepared = PreparedSurface(molecular_surface(xyz, r), seed=1, name="piece")
+    drawers = {"uniform": lambda n, rng: samplers.uniform(prepared, n, rng)}
+    table = stand_alone(prepared, drawers, partial(dotted_surface, xyz, r), (10.0, 40.0), 30, 2, (1.2, 1.6))
     assert table["sampler"].unique().tolist() == ["uniform", "dotted"] and len(table) == 8
     share = table[table["sampler"] == "uniform"].groupby("percent")["n_S_percent"].first()
     assert share.to_dict() == pytest.approx({10.0: 10.0, 40.0: 40.0}, rel=0.02)
@@ -123,10 +123,10 @@ def test_subsets_that_stand_alone():
     assert (z[40.0] < z[10.0]).all() and (table["low"] < table["Z"]).all()
     # by hand, one draw: the reading `scaled` of the same subset
     kept = [
-        np.sort(drawers["uniform"](n, evaluator.stream("stand alone", "uniform", n, 0)))
-        for n in [round(0.4 * len(evaluator.points))]
+        np.sort(drawers["uniform"](n, prepared.stream("stand alone", "uniform", n, 0)))
+        for n in [round(0.4 * len(prepared.points))]
     ]
-    tests = evaluator.draw_tests(30)
-    wanted = evaluator.distances(kept, tests, evaluator.describe(tests)[0], "scaled")[0]
-    one = stand_alone(evaluator, drawers, None, (40.0,), 30, 1, (1.2, 1.6))
+    tests = prepared.draw_tests(30)
+    wanted = prepared.distances(kept, tests, prepared.describe(tests)[0], "scaled")[0]
+    one = stand_alone(prepared, drawers, None, (40.0,), 30, 1, (1.2, 1.6))
     assert one.set_index("scale").loc[1.6, "Z"] == pytest.approx(wanted.mean())

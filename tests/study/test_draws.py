@@ -18,30 +18,30 @@ COMBINATION = (0.5, 0.0, 0.0, 0.0)
 
 
 @pytest.fixture(scope="module")
-def evaluator(blob):
+def prepared(blob):
     points, normals = blob
     return PreparedSurface(SimpleNamespace(points=points, normals=normals), d_link=0.8, seed=3, name="blob")
 
 
-def test_draws_of_a_combination_differ_and_so_do_their_uniform_subsets(evaluator):
-    pairs = [evaluator.pair(COMBINATION, draw) for draw in (0, 1, 0)]
+def test_draws_of_a_combination_differ_and_so_do_their_uniform_subsets(prepared):
+    pairs = [prepared.pair(COMBINATION, draw) for draw in (0, 1, 0)]
     for half in (0, 1):
         assert not np.array_equal(pairs[0][half], pairs[1][half])
         assert np.array_equal(pairs[0][half], pairs[2][half])
     # two uniform draws share no more dots than by chance: n m / N, within five standard deviations
     one, two = pairs[0][1], pairs[1][1]
-    n, m, every = len(one), len(two), len(evaluator.points)
+    n, m, every = len(one), len(two), len(prepared.points)
     assert abs(len(np.intersect1d(one, two)) - n * m / every) < 5 * np.sqrt(n * m / every)
 
 
-def test_sampled_subsets_have_streams_of_their_own_and_uniform_ones_that_of_their_draw(evaluator):
+def test_sampled_subsets_have_streams_of_their_own_and_uniform_ones_that_of_their_draw(prepared):
     keys = []
 
     def noted(*names):
         keys.append(names)
-        return stream(evaluator.seed, evaluator.name, *names)
+        return stream(prepared.seed, prepared.name, *names)
 
-    watched = evaluator.changed(stream=noted)
+    watched = prepared.changed(stream=noted)
     for combination in (COMBINATION, (0.5, 0.0, 0.0, 2.0)):
         for draw in (0, 1):
             watched.pair(combination, draw)
@@ -52,20 +52,20 @@ def test_sampled_subsets_have_streams_of_their_own_and_uniform_ones_that_of_thei
     assert len(set(others)) == len(others) == 5
 
 
-def test_uniform_subsets_of_a_draw_are_nested_and_every_dot_is_as_likely(evaluator):
-    small, large = (evaluator.uniform(n, 4) for n in (100, 2000))
+def test_uniform_subsets_of_a_draw_are_nested_and_every_dot_is_as_likely(prepared):
+    small, large = (prepared.uniform(n, 4) for n in (100, 2000))
     assert len(small) == 100 and set(small) < set(large)
     assert np.array_equal(small, np.sort(small)) and np.array_equal(
-        evaluator.uniform(3000, 4), np.arange(3000)
+        prepared.uniform(3000, 4), np.arange(3000)
     )
-    times = np.bincount(np.concatenate([evaluator.uniform(600, draw) for draw in range(400)]), minlength=3000)
+    times = np.bincount(np.concatenate([prepared.uniform(600, draw) for draw in range(400)]), minlength=3000)
     assert times.mean() == 80 and times.std() == pytest.approx(np.sqrt(400 * 0.2 * 0.8), rel=0.05)
     # the first and the second half of a draw are as independent of the order of the dots as of each other
-    assert abs(np.corrcoef(evaluator.uniform_order(0), np.arange(3000))[0, 1]) < 5 / np.sqrt(3000)
+    assert abs(np.corrcoef(prepared.uniform_order(0), np.arange(3000))[0, 1]) < 5 / np.sqrt(3000)
 
 
-def test_combinations_draw_apart_even_if_they_are_alike(evaluator):
-    one, two = (evaluator.pair((alpha, 0, 0, 0), 0)[0] for alpha in (0.5, 0.500001))
+def test_combinations_draw_apart_even_if_they_are_alike(prepared):
+    one, two = (prepared.pair((alpha, 0, 0, 0), 0)[0] for alpha in (0.5, 0.500001))
     assert len(np.setxor1d(one, two)) > 100
 
 
@@ -76,15 +76,15 @@ def test_seed_name_and_every_key_make_another_stream():
         assert not np.isclose(first, other.random(4)).any()
 
 
-def test_weights_belong_to_their_subset_also_beyond_64_subsets(evaluator):
+def test_weights_belong_to_their_subset_also_beyond_64_subsets(prepared):
     rng = np.random.default_rng(1)
     subsets = [rng.choice(3000, 900, replace=False) for _ in range(66)]
     weights = rng.uniform(0.2, 5, (66, 3000))
     tests = np.array([5, 700, 2100])
-    z_tot, _ = evaluator.describe(tests)
-    together, _ = evaluator.distances(subsets, tests, z_tot, "as_written", weights)
+    z_tot, _ = prepared.describe(tests)
+    together, _ = prepared.distances(subsets, tests, z_tot, "as_written", weights)
     for k in (0, 1, 63, 64, 65):
-        alone, _ = evaluator.distances(subsets[k : k + 1], tests, z_tot, "as_written", weights[k : k + 1])
+        alone, _ = prepared.distances(subsets[k : k + 1], tests, z_tot, "as_written", weights[k : k + 1])
         assert np.allclose(together[k], alone[0], rtol=0, atol=1e-9), k
 
 
@@ -96,16 +96,16 @@ def test_number_of_test_dots(requested, n_dots, number):
     assert number_of_tests(requested, n_dots) == number
 
 
-def test_all_dots_are_tests_where_more_are_wished(evaluator):
-    n = len(evaluator.points)
-    assert np.array_equal(evaluator.draw_tests(n + 1), np.arange(n))
+def test_all_dots_are_tests_where_more_are_wished(prepared):
+    n = len(prepared.points)
+    assert np.array_equal(prepared.draw_tests(n + 1), np.arange(n))
 
 
-def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(evaluator):
+def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(prepared):
     def draw(n, rng):
         return rng.permutation(3000)[:n]
 
-    subsets, seconds = measuring._draw(evaluator, "any", draw, (1.0, 2.0), 3)
+    subsets, seconds = measuring._draw(prepared, "any", draw, (1.0, 2.0), 3)
     assert [len(subset) for subset in subsets] == [30] * 3 + [60] * 3
     assert seconds.shape == (2, 3)
     for a in range(6):
@@ -113,11 +113,11 @@ def test_a_sampler_is_compared_by_draws_that_differ_dots_ascending(evaluator):
         assert not any(set(subsets[a]) <= set(subsets[b]) for b in range(6) if b != a)
 
 
-def test_all_dots_may_be_handed_out_but_not_more(evaluator):
-    kept, weight = find_subset(evaluator, "uniform", 3000)
+def test_all_dots_may_be_handed_out_but_not_more(prepared):
+    kept, weight = find_subset(prepared, "uniform", 3000)
     assert sorted(kept.tolist()) == list(range(3000)) and (weight == 1).all()
     with pytest.raises(InputError, match="blob has 3000 dots; give 1 to 3000"):
-        find_subset(evaluator, "uniform", 3001)
+        find_subset(prepared, "uniform", 3001)
 
 
 def test_a_share_of_the_dots_is_one_dot_at_least():
@@ -125,40 +125,40 @@ def test_a_share_of_the_dots_is_one_dot_at_least():
     assert minimal_subset._n_s({"n_S": 7}, 300) == 7 and minimal_subset._n_s({}, 300) is None
 
 
-def test_a_wished_z_is_told_with_its_interval(evaluator, caplog):
+def test_a_wished_z_is_told_with_its_interval(prepared, caplog):
     with caplog.at_level(logging.INFO, "sparsurf"):
-        find_subset(evaluator, "farthest", z=3.0, n_tests=20)
+        find_subset(prepared, "farthest", z=3.0, n_tests=20)
     mean, low, high = map(float, re.search(r"Z = (.*) \(95 %: (.*) to (.*)\)", caplog.text).groups())
     assert low < mean < high
 
 
-def test_fragments_are_medians_over_draws_and_test_dots(evaluator):
-    found = grid.evaluate_grid(evaluator, [COMBINATION], 15, draws=3, readings=("as_coded",))
-    z_tot, _ = evaluator.describe(found.tests)
+def test_fragments_are_medians_over_draws_and_test_dots(prepared):
+    found = grid.evaluate_grid(prepared, [COMBINATION], 15, draws=3, readings=("as_coded",))
+    z_tot, _ = prepared.describe(found.tests)
     for half in (0, 1):
-        subsets = [evaluator.pair(COMBINATION, draw)[half] for draw in range(3)]
-        _, sizes = evaluator.distances(subsets, found.tests, z_tot, "as_coded")
+        subsets = [prepared.pair(COMBINATION, draw)[half] for draw in range(3)]
+        _, sizes = prepared.distances(subsets, found.tests, z_tot, "as_coded")
         assert found.median_patch_size[0, half, 0] == np.median(sizes) != np.mean(sizes)
 
 
 @pytest.mark.parametrize(("shared", "told"), [(True, [63, 72, 96, 120, 144]), (False, range(6, 145, 6))])
-def test_a_grid_tells_how_many_subsets_are_done(evaluator, shared, told):
+def test_a_grid_tells_how_many_subsets_are_done(prepared, shared, told):
     combinations, done = [(alpha, 0, 0, 0) for alpha in np.linspace(0.1, 1, 24)], []
     grid.evaluate_grid(
-        evaluator, combinations, 2, 3, ("as_coded",), shared, lambda *counts: done.append(counts)
+        prepared, combinations, 2, 3, ("as_coded",), shared, lambda *counts: done.append(counts)
     )
     assert done == [(count, 144) for count in told]  # 64 subsets go into a pass
 
 
-def test_all_readings_of_many_subsets_are_those_of_each_alone(evaluator):
+def test_all_readings_of_many_subsets_are_those_of_each_alone(prepared):
     rng = np.random.default_rng(0)
     subsets = [np.sort(rng.choice(3000, n, replace=False)) for n in rng.integers(300, 3000, 70)]
-    tests = evaluator.draw_tests(4)
-    z_tot, found = evaluator.distances_under(["as_written", "scaled", "as_coded"], subsets, tests)
-    assert np.allclose(z_tot, evaluator.describe(tests)[0], atol=1e-12)
+    tests = prepared.draw_tests(4)
+    z_tot, found = prepared.distances_under(["as_written", "scaled", "as_coded"], subsets, tests)
+    assert np.allclose(z_tot, prepared.describe(tests)[0], atol=1e-12)
     assert set(found) == {"as_written", "scaled", "as_coded"}
     for reading, z in found.items():
         for i in (0, 63, 64, 69):  # more than one pass
-            alone = evaluator.distances(subsets[i : i + 1], tests, z_tot, reading)[0][0]
+            alone = prepared.distances(subsets[i : i + 1], tests, z_tot, reading)[0][0]
             assert np.allclose(z[i], alone, atol=1e-9), (reading, i)
     assert np.abs(found["as_coded"] - found["as_written"]).max() > 0.1

@@ -82,11 +82,11 @@ def test_the_table_leaves_nothing_of_other_parts(molecule, table, tmp_path):
 
 def test_a_row_is_what_the_parts_give(molecule, table):
     surface = molecular_surface(molecule.xyz[3], radii(molecule), density=6.0)
-    evaluator = PreparedSurface(surface, d_link=0.6, seed=3, name="p/f3")
+    prepared = PreparedSurface(surface, d_link=0.6, seed=3, name="p/f3")
     row = table.iloc[3]
     assert row["N"] == len(surface) and row["area"] == surface.area.sum()
-    assert row["mean_roughness"] == evaluator.roughness.mean()
-    kept = [len(evaluator.pair([1, 0, 6, 0], draw)[0]) for draw in range(2)]
+    assert row["mean_roughness"] == prepared.roughness.mean()
+    kept = [len(prepared.pair([1, 0, 6, 0], draw)[0]) for draw in range(2)]
     assert row["n_S"] == np.mean(kept)
     assert row["n_S_percent"] == pytest.approx(100 * np.mean(kept) / len(surface))
     timed = replace(molecule, time_ps=10.0 * np.arange(FRAMES))

@@ -19,19 +19,19 @@ from sparsurf.surfaces.surface import Surface
 GRID = published.parameter_grid([0.4, 1.0], [0, 0.5], [0, 4], [2])
 
 
-def evaluator(blob, threads=1, name="blob", seed=42):
+def prepared(blob, threads=1, name="blob", seed=42):
     surface = SimpleNamespace(points=blob[0], normals=blob[1])
     return PreparedSurface(surface, d_link=0.8, seed=seed, name=name, threads=threads)
 
 
 @pytest.fixture(scope="module")
 def grid(blob):
-    return grids.evaluate_grid(evaluator(blob), GRID, 30, 2)
+    return grids.evaluate_grid(prepared(blob), GRID, 30, 2)
 
 
 def test_distances_equal_the_plain_method(blob, grid):
     points, normals = blob
-    plain = evaluator(blob)
+    plain = prepared(blob)
     k, draw = 5, 1
     sampled, random = plain.pair(GRID[k], draw)
     assert len(sampled) == len(random) == grid.n_s[k, draw]
@@ -51,7 +51,7 @@ def test_distances_equal_the_plain_method(blob, grid):
 @pytest.fixture(scope="module")
 def nested(blob):
     """Distances and sizes of uniform subsets of many n_S, some of which leave single dots, pairs and ties."""
-    plain = evaluator(blob)
+    plain = prepared(blob)
     tests = plain.draw_tests(20)
     n_s = np.unique(np.concatenate([[1, 2, 3], np.linspace(30, 3000, 150).astype(int)]))
     z_tot, _ = plain.describe(tests)
@@ -94,7 +94,7 @@ def test_nested_subsets_are_those_that_are_measured_one_by_one(nested):
 
 
 def test_only_as_published_every_combination_has_a_uniform_subset_of_its_own(blob):
-    plain, twice = evaluator(blob), np.array([[0.4, 0, 0, 2], [0.4, 0, 0, 2]])
+    plain, twice = prepared(blob), np.array([[0.4, 0, 0, 2], [0.4, 0, 0, 2]])
     together = grids.evaluate_grid(plain, twice, 20, 2)
     assert np.array_equal(together.z_tr[:, 0], together.z_tr[:, 1])
     apart = grids.evaluate_grid(plain, GRID[:1], 20, 2, shared=False)
@@ -108,40 +108,40 @@ def test_only_as_published_every_combination_has_a_uniform_subset_of_its_own(blo
 @pytest.mark.parametrize("shared", [True, False])
 def test_cores_and_order_change_nothing(blob, shared):
     # bit-identical: the combination in another order and company, with two threads
-    one = grids.evaluate_grid(evaluator(blob), GRID, 20, 2, shared=shared)
-    two = grids.evaluate_grid(evaluator(blob, threads=2), GRID, 20, 2, shared=shared)
-    back = grids.evaluate_grid(evaluator(blob, threads=2), GRID[::-1], 20, 2, shared=shared)
+    one = grids.evaluate_grid(prepared(blob), GRID, 20, 2, shared=shared)
+    two = grids.evaluate_grid(prepared(blob, threads=2), GRID, 20, 2, shared=shared)
+    back = grids.evaluate_grid(prepared(blob, threads=2), GRID[::-1], 20, 2, shared=shared)
     assert np.array_equal(one.z_ts, two.z_ts) and np.array_equal(one.z_tr, two.z_tr)
     assert np.array_equal(one.n_s, back.n_s[::-1])
     assert np.allclose(one.z_ts, back.z_ts[:, ::-1], rtol=1e-6)
 
 
 def test_another_seed_or_conformation_draws_anew(blob):
-    one = evaluator(blob)
+    one = prepared(blob)
     pair, tests = one.pair(GRID[0], 0), one.draw_tests(600)
-    for other in (evaluator(blob, name="other"), evaluator(blob, seed=43)):
+    for other in (prepared(blob, name="other"), prepared(blob, seed=43)):
         assert not np.array_equal(pair[0], other.pair(GRID[0], 0)[0])
         # uniform subsets and test dots share no more than by chance, n m / N within five standard deviations
         for a, b in ((pair[1], other.pair(GRID[0], 0)[1]), (tests, other.draw_tests(600))):
             chance = len(a) * len(b) / len(blob[0])
             assert abs(len(np.intersect1d(a, b)) - chance) < 5 * np.sqrt(chance)
-    again = evaluator(blob).pair(GRID[0], 0)
+    again = prepared(blob).pair(GRID[0], 0)
     assert all(np.array_equal(a, b) for a, b in zip(pair, again, strict=True))
 
 
 def test_keeping_everything_costs_nothing(blob):
     # alpha 1, all exponents 0 keeps every covered dot; as written the few uncovered ones are all that is missing
-    grid = grids.evaluate_grid(evaluator(blob), np.array([[1.0, 0, 0, 0]]), 40)
+    grid = grids.evaluate_grid(prepared(blob), np.array([[1.0, 0, 0, 0]]), 40)
     assert grid.n_s[0, 0] > 2900
     assert grid.z_ts[1].mean() < 0.05
 
 
 def test_fresh_test_dots_differ_between_combinations(blob):
-    grid = grids.evaluate_grid(evaluator(blob), GRID, 20, shared=False)
+    grid = grids.evaluate_grid(prepared(blob), GRID, 20, shared=False)
     assert grid.tests.shape == (len(GRID), 20)
     assert not np.array_equal(grid.tests[0], grid.tests[1])
     # the references, which need descriptors of one set of dots, are the same either way
-    assert np.allclose(grid.z_tot, grids.evaluate_grid(evaluator(blob), GRID[:1], 20).z_tot)
+    assert np.allclose(grid.z_tot, grids.evaluate_grid(prepared(blob), GRID[:1], 20).z_tot)
 
 
 @pytest.mark.parametrize(("shared", "shape"), [(True, (5,)), (False, (2, 5))])

@@ -45,7 +45,7 @@ def lay(xyz):
 
 
 @pytest.fixture(scope="module")
-def evaluator():
+def prepared():
     return PreparedSurface(lay(ATOMS), seed=3, name="seven atoms")
 
 
@@ -55,9 +55,9 @@ def table(distances):
 
 
 @pytest.fixture(scope="module")
-def distances(evaluator):
+def distances(prepared):
     frames = {1.0: [ATOMS + np.array([0, 0, 4.0])], 20.0: [ATOMS * 1.1]}
-    return study_floors.measure_floors(evaluator, 60, lay, ATOMS, frames)
+    return study_floors.measure_floors(prepared, 60, lay, ATOMS, frames)
 
 
 def test_floors_grow_with_what_changes(table):
@@ -70,28 +70,28 @@ def test_floors_grow_with_what_changes(table):
     assert table["draws"].tolist() == [10, 10, 3, 3, 1, 1]
 
 
-def test_a_study_of_many_proteins_may_draw_fewer(evaluator):
-    few = floors_table(study_floors.measure_floors(evaluator, 20, lay, ATOMS, moved=(), draws=2))
+def test_a_study_of_many_proteins_may_draw_fewer(prepared):
+    few = floors_table(study_floors.measure_floors(prepared, 20, lay, ATOMS, moved=(), draws=2))
     assert few["draws"].tolist() == [2, 2] and few["floor"].tolist() == ["fresh dots", "turned"]
 
 
-def test_the_same_dots_cost_nothing(evaluator):
-    z = study_floors.measure_floors(evaluator, 40, lambda xyz: evaluator.surface, ATOMS)
+def test_the_same_dots_cost_nothing(prepared):
+    z = study_floors.measure_floors(prepared, 40, lambda xyz: prepared.surface, ATOMS)
     assert z["atoms moved 0.1 Å"] == pytest.approx(np.zeros((3, 40)), abs=1e-9)  # nothing moved
 
 
-def test_atoms_are_moved_by_the_rms_that_is_named(evaluator):
+def test_atoms_are_moved_by_the_rms_that_is_named(prepared):
     places = []
     study_floors.measure_floors(
-        evaluator, 5, lambda xyz: places.append(xyz) or evaluator.surface, ATOMS, moved=(0.1, 3.0)
+        prepared, 5, lambda xyz: places.append(xyz) or prepared.surface, ATOMS, moved=(0.1, 3.0)
     )
     rms = [np.sqrt(((xyz - ATOMS) ** 2).sum(axis=1).mean()) for xyz in places[10:]]
     assert np.mean(rms[:3]) == pytest.approx(0.1, rel=0.2)  # 21 atoms, 63 numbers: 9 % of scatter
     assert np.mean(rms[3:]) == pytest.approx(3.0, rel=0.2)
 
 
-def test_a_ready_surface_has_the_floors_of_its_dots(evaluator, table):
-    z = study_floors.measure_floors(evaluator, 60)
+def test_a_ready_surface_has_the_floors_of_its_dots(prepared, table):
+    z = study_floors.measure_floors(prepared, 60)
     assert list(z) == ["fresh dots", "turned"]
     assert z["fresh dots"].mean() == pytest.approx(table.loc["fresh dots", "Z"], rel=0.3)
 
@@ -197,17 +197,17 @@ def test_distances_come_back_from_their_file(distances, tmp_path):
         read_distances(path)
 
 
-def test_required_dots_are_where_the_curve_meets_the_floor(evaluator, table, distances):
+def test_required_dots_are_where_the_curve_meets_the_floor(prepared, table, distances):
     wanted = distances
-    trials = Trials(evaluator, "farthest", 60)
+    trials = Trials(prepared, "farthest", 60)
     required_dots = required_dots_table(trials, wanted)
     by = required_dots.set_index(["floor", "reading"])
     assert by.loc[("fresh dots", "recovered"), "n_S"] < by.loc[("fresh dots", "as_written"), "n_S"]
     one = by.loc[("turned", "recovered")]
     dots, interval = smallest_recovered_subset(trials, wanted, "turned")
     assert len(dots) == one["n_S"] >= MIN_DOTS and interval[0] <= len(dots) <= interval[1] + 1
-    tests = evaluator.draw_tests(60)
-    z, _ = evaluator.distances([dots], tests, evaluator.describe(tests)[0], "recovered")
+    tests = prepared.draw_tests(60)
+    z, _ = prepared.distances([dots], tests, prepared.describe(tests)[0], "recovered")
     assert z.mean() <= 1.2 * table.loc["turned", "Z"] + 1.96 * np.hypot(
         z.std(ddof=1) / 60**0.5, table.loc["turned", "se"]
     )
@@ -215,10 +215,10 @@ def test_required_dots_are_where_the_curve_meets_the_floor(evaluator, table, dis
         smallest_recovered_subset(trials, wanted, "no such floor")
 
 
-def test_the_handed_out_dots_need_nothing_else(evaluator, tmp_path, monkeypatch):
+def test_the_handed_out_dots_need_nothing_else(prepared, tmp_path, monkeypatch):
     """minimal.csv alone, in an empty folder: the surface, as npz, DMS and PLY, and descriptors around points."""
-    chosen = SAMPLERS["farthest"](evaluator, len(evaluator.points) // 8, np.random.default_rng(0))
-    kept = evaluator.points[chosen], evaluator.normals[chosen]
+    chosen = SAMPLERS["farthest"](prepared, len(prepared.points) // 8, np.random.default_rng(0))
+    kept = prepared.points[chosen], prepared.normals[chosen]
     old, new = tmp_path / "old", tmp_path / "new"
     old.mkdir(), new.mkdir()
     pd.DataFrame(np.hstack(kept), columns=["x", "y", "z", "nx", "ny", "nz"]).to_csv(
@@ -238,11 +238,11 @@ def test_the_handed_out_dots_need_nothing_else(evaluator, tmp_path, monkeypatch)
     )
     assert distance < 0.05 and angle < 8
     z = pd.read_csv("z.csv").filter(like="z_").to_numpy()
-    true = evaluator.describe(chosen)[0]
-    as_they_are, _ = evaluator.distances([chosen], chosen, true, "as_written")
+    true = prepared.describe(chosen)[0]
+    as_they_are, _ = prepared.distances([chosen], chosen, true, "as_written")
     assert np.linalg.norm(z - true, axis=1).mean() < 0.75 * as_they_are.mean()
     assert z == pytest.approx(describe(build_index(*recover(*kept)), kept[0])[0], rel=1e-5)
-    assert cKDTree(points).query(evaluator.points)[0].max() < 0.5
+    assert cKDTree(points).query(prepared.points)[0].max() < 0.5
 
 
 def test_intervals_over_proteins():

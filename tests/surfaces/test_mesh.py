@@ -159,8 +159,8 @@ def test_a_grid_that_is_too_fine_is_refused(monkeypatch):
 
 def test_the_recovered_surface_as_a_mesh():
     dots = molecular_surface(ATOMS, RADII)
-    evaluator = PreparedSurface(dots, seed=1)
-    kept = SAMPLERS["farthest"](evaluator, len(dots) // 8, np.random.default_rng(0))
+    prepared = PreparedSurface(dots, seed=1)
+    kept = SAMPLERS["farthest"](prepared, len(dots) // 8, np.random.default_rng(0))
     mesh, true = recovered_mesh(dots.points[kept], dots.normals[kept]), molecular_mesh(ATOMS, RADII)
     assert closed(mesh.triangles, len(mesh.vertices)) == (2, 1)
     assert mesh.volume == pytest.approx(true.volume, rel=0.015)

@@ -54,7 +54,7 @@ def fields(
     Parameters
     ----------
     molecule : path of a structure, Molecule, or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython
-    dots : what `surface` or `read_surface` gave, the path of a file of dots, or the pair (points, normals);
+    dots : dots from `surface` or `read_surface`, the path of a file of dots, or the pair (points, normals);
         in place of the molecule, where they know theirs
     names : str or sequence of str
         hydropathy (Kyte-Doolittle, averaged over 2.5 Å), potential (screened Coulomb, kT/e), bfactor (Å^2, averaged
@@ -116,15 +116,15 @@ def residues(
 
     Parameters
     ----------
-    dots : what `surface` gave for the molecule, or the molecule itself
+    dots : dots from `surface`, or the molecule itself
     molecule : as in `surface`, optional
         By default the molecule that the dots know.
     roughness_values : (N,) float, optional
         R_i where they are known.
-    kept : (n,) int, or what `minimal` gave, optional
+    kept : (n,) int, or a Subset from `minimal`, optional
         Dots of a subset.
     weight : (n,) int, optional
-        Number of dots that each kept dot represents; known for what `minimal` gave.
+        Number of dots that each kept dot represents; known for a Subset.
 
     Returns
     -------

@@ -135,7 +135,7 @@ def as_molecule(source: MoleculeLike) -> Molecule:
     convert = _converter(source)
     if convert is None:
         raise InputError(
-            f"{_with_article(source)} is not a molecule: give the path of a structure, a molecule that read_molecule gave, "
+            f"{_with_article(source)} is not a molecule: give the path of a structure, a molecule from read_molecule, "
             "or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython."
         )
     return convert(source)
@@ -181,10 +181,10 @@ def as_dots(source: DotsLike) -> Surface:
         return dots
     if isinstance(getattr(source, "surface", None), Surface):
         raise InputError(
-            "what prepare() gave serves sample and compare only: give the dots that it was made of."
+            "a prepared surface is for sample and compare only: give the dots that it was prepared from."
         )
     raise InputError(
-        f"{_with_article(source)} is not a surface: give the path of a file, what surface() gave, or "
+        f"{_with_article(source)} is not a surface: give the path of a file, dots from surface(), or "
         "the pair (points, normals)."
     )
 

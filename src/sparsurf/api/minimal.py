@@ -204,7 +204,7 @@ def recover(
 
     Parameters
     ----------
-    few : what `minimal` gave, a Surface of the few dots, the path of a file of them, or the pair (points, normals)
+    few : a Subset from `minimal`, a Surface of the few dots, the path of a file of them, or the pair (points, normals)
     density : float
         Dots per Å^2 requested.
     reach : float

@@ -1,4 +1,4 @@
-"""Numbers of patches: the roughness of every dot, and 2D Zernike descriptors."""
+"""The roughness of every dot, and 2D Zernike descriptors of patches."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def roughness(surface: SurfaceLike, *, radius: float = R_PATCH, d_link: float = 
 
     Parameters
     ----------
-    surface : what `surface` or `read_surface` gave, the path of a file of dots, the pair (points, normals),
+    surface : dots from `surface` or `read_surface`, the path of a file of dots, the pair (points, normals),
         or a molecule as in `surface`, whose dots are placed
         Normals of a file are normalised; those of the pair must be unit vectors.
     radius : float

@@ -54,7 +54,7 @@ def prepare(
 
     Parameters
     ----------
-    surface : what `surface` or `read_surface` gave, the path of a file of dots, the pair (points, normals),
+    surface : dots from `surface` or `read_surface`, the path of a file of dots, the pair (points, normals),
         or a molecule as in `surface`, whose dots are placed
     r_patch, r_zernike, d_link : float
         Å.
@@ -75,7 +75,9 @@ def prepare(
     """
     if isinstance(surface, PreparedSurface):
         if (r_patch, r_zernike, d_link, seed) != (R_PATCH, R_ZERNIKE, D_LINK, DEFAULT_SEED):
-            raise InputError("prepare: this surface is ready; give its dots to make it ready otherwise.")
+            raise InputError(
+                "prepare: this surface is prepared already; give its dots to prepare it with other settings."
+            )
         return surface
     r_patch, r_zernike = LENGTH.check(r_patch, "r_patch"), LENGTH.check(r_zernike, "r_zernike")
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
@@ -97,7 +99,7 @@ def sample(
 
     Parameters
     ----------
-    surface : what `prepare` takes or gave
+    surface : as in `prepare`, or its result
     percent, n_dots : float or int, one of them
         Share of all dots, or number of dots. The paper's samplers keep about that many.
     sampler : str
@@ -165,8 +167,8 @@ def compare(
 
     Parameters
     ----------
-    surface : what `prepare` takes or gave
-    subsets : (n,) int dots or (N,) bool, what `minimal` gave for the same dots, or a dict of several by name
+    surface : as in `prepare`, or its result
+    subsets : (n,) int dots or (N,) bool, a Subset of the same dots from `minimal`, or a dict of several by name
     reading : {'as_written', 'as_coded', 'scaled', 'recovered'}
         Whether the islands of a patch are removed on the full surface or among the kept dots, these linked by their own
         spacing if 'scaled'; 'recovered': patches of the surface that the kept dots give back.

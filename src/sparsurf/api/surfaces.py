@@ -138,7 +138,7 @@ def components(
     Parameters
     ----------
     molecule, frame, probe_radius, radii : as for `surface`
-    dots : what `surface` gave for the same molecule, optional
+    dots : dots from `surface` for the same molecule, optional
         Dots that know their molecule can take its place.
 
     Returns
@@ -178,11 +178,9 @@ def components(
     if isinstance(atoms, Molecule):
         refuse_other_atoms(surface_dots, atoms, frame, "components")
     if surface_dots.origin and not surface_dots.placed:
-        raise InputError("components: these are not all dots of their surface; give all that surface() gave.")
+        raise InputError("components: these are not all dots of their surface; give all dots from surface().")
     if not 0 <= surface_dots.atom.min() <= surface_dots.atom.max() < len(atom_radii):
-        raise InputError(
-            "components: the dots are not those of the molecule; give what surface() gave for it."
-        )
+        raise InputError("components: the dots are not those of the molecule; give its dots from surface().")
     component = components_of_frame(surface_dots, atoms, frame, atom_radii, probe_radius)
     return component, table_of_components(surface_dots, component)
 
@@ -201,7 +199,7 @@ def mesh(
     Parameters
     ----------
     molecule, frame, probe_radius, radii, cavities : as for `surface`
-        Instead of a molecule: its dots, or what `minimal` gave, or the path of a file of dots, from which the surface
+        Instead of a molecule: its dots, a Subset from `minimal`, or the path of a file of dots, from which the surface
         is recovered.
     density : float
         Fineness of the triangles, as the density of dots per Å^2 that are as fine.

@@ -255,7 +255,7 @@ def write(
     molecule: MoleculeLike | None = None,
     frame: int = 0,
 ) -> None:
-    """Write what a function gave, in the format of the suffix of a path (.csv, .npz, .ply, .vtp, .minimal, ...; also .gz).
+    """Write the result of a function in the format of the suffix of a path (.csv, .npz, .ply, .vtp, .minimal, ...; also .gz).
 
     For PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb next to it), .bild
     holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field.

@@ -89,7 +89,7 @@ def superpose(
 
 
 def determines_turn(xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None = None) -> bool:
-    """Tell whether some atoms determine the superposition of all frames; parameters as for `superpose`."""
+    """Return whether some atoms determine the superposition of all frames; parameters as for `superpose`."""
     return bool((_superpose(xyz, atoms, reference)[1] >= MIN_DISTANCE_FROM_LINE).all())
 
 

@@ -408,7 +408,7 @@ def _warn_of_shared_places(molecule: Molecule, path: str | os.PathLike[str]) -> 
 
 
 def _warn_of_overlaps(molecule: Molecule, path: str | os.PathLike[str]) -> None:
-    """Warn if heavy atoms of two residues lie in one place, in any frame: a wrong box, or chains laid on each other."""
+    """Warn if heavy atoms of two residues lie in one place, in any frame: a wrong box, or one chain on top of another."""
     heavy = np.flatnonzero(~np.isin(molecule.element, ["H", "D"]))
     if len(heavy) < MIN_ATOMS_TO_JUDGE:
         return

@@ -131,7 +131,7 @@ def _element(symbol: str) -> str:
 
 
 def _has_wide_chains(lines: list[str]) -> bool:
-    """Tell whether column 21 belongs to a chain id of two letters; else it belongs to a residue name of four."""
+    """Return whether column 21 belongs to a chain id of two letters; else it belongs to a residue name of four."""
     standard = (
         line for line in lines if line.startswith(ATOM_RECORDS) and line[17:20].strip() in HEAVY_ATOMS
     )
@@ -166,7 +166,7 @@ def _crosslinked(line: str) -> set[tuple[str, str]]:
 
 
 def _is_damaged_atom(line: str) -> bool:
-    """Tell whether a line is an atom with a damaged record name: another name, a part of it, or one with a tab."""
+    """Return whether a line is an atom with a damaged record name: another name, a part of it, or one with a tab."""
     if line.startswith(("ATOM\t", "HETATM\t")):
         return True
     if line[34:35] + line[42:43] + line[50:51] == "..." and not line.startswith(("REMARK", "SIGATM")):

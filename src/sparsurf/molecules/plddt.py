@@ -19,13 +19,13 @@ MAX_PLDDT = 100.0
 
 
 def pdb_has_plddt(lines: list[str]) -> bool | None:
-    """Tell whether a PDB file is a predicted model, whose B factors are then pLDDT; None if it is none."""
+    """Return whether a PDB file is a predicted model, whose B factors are then pLDDT; None if it is none."""
     title = " ".join(line[10:80].strip() for line in lines if line.startswith("TITLE "))
     return True if TITLE.search(title.upper()) else None
 
 
 def mmcif_has_plddt(block: cif.Block) -> bool | None:
-    """Tell whether a predicted model says that it has pLDDT; None if the data block is not a predicted model."""
+    """Return whether a predicted model says that it has pLDDT; None if the data block is not a predicted model."""
     if not any(block.get_mmcif_category_names().count(name) for name in CATEGORIES):
         return None
     metrics = [*block.find_values("_ma_qa_metric.name"), *block.find_values("_ma_qa_metric.type")]

@@ -497,7 +497,7 @@ def _molecule(atoms: pd.DataFrame, xyz: np.ndarray | None = None) -> Molecule:
 
 
 def _same_atoms(first: Molecule, second: Molecule) -> bool:
-    """Tell whether two molecules have the same atoms in the same order."""
+    """Return whether two molecules have the same atoms in the same order."""
     return all(np.array_equal(getattr(first, key), getattr(second, key)) for key in IDENTITY)
 
 

@@ -198,7 +198,7 @@ def atoms_of_expression(molecule: Molecule, selection: str) -> np.ndarray:
 
 
 def _asked_for(ligands: bool | str | Sequence[str]) -> bool:
-    """Tell whether ligands are named; an array has no truth value of its own."""
+    """Return whether ligands are named; an array has no truth value of its own."""
     return len(ligands) > 0 if hasattr(ligands, "__len__") else bool(ligands)
 
 

@@ -286,14 +286,14 @@ def count_complete_frames(path: str | os.PathLike[str], n_atoms: int) -> tuple[i
 
 
 def _has_box(path: str | os.PathLike[str], per_frame: int) -> bool:
-    """Tell whether the line after the first frame of an mdcrd file holds the three lengths of a box."""
+    """Return whether the line after the first frame of an mdcrd file holds the three lengths of a box."""
     with Path(path).open("rb") as file:
         lines = [file.readline() for _ in range(per_frame + 2)]
     return per_frame > 1 and len(lines[-1].split()) == 3
 
 
 def _ends_within_a_number(line: bytes) -> bool:
-    """Tell whether the last two numbers of a line differ in their decimals."""
+    """Return whether the last two numbers of a line differ in their decimals."""
     decimals = [len(number.partition(b".")[2]) for number in line.split()[-2:]]
     return len(set(decimals)) > 1
 

@@ -44,10 +44,10 @@ def centres_of(partner: Partner, n: int, sampler: str = "farthest", seed: int = 
     if len(partner.surface) <= n:
         return np.arange(len(partner.surface))
     function = get_samplers([sampler], "complementarity.centres.sampler")[sampler]
-    evaluator = PreparedSurface(
+    prepared = PreparedSurface(
         partner.surface, roughness_values=partner.roughness, seed=seed, name=partner.name
     )
-    return np.sort(function(evaluator, n, evaluator.stream("centres", sampler)))
+    return np.sort(function(prepared, n, prepared.stream("centres", sampler)))
 
 
 def name_of(recipe: Recipe) -> str:

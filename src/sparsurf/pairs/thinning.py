@@ -149,15 +149,15 @@ def thinning(
     labels = [
         interface(a.surface.points, b.surface.points, within) for a, b in ((first, second), (second, first))
     ]
-    evaluators = [
+    prepared_surfaces = [
         PreparedSurface(
             partner.surface, roughness_values=partner.roughness, seed=seed, name=partner.name, **rules or {}
         )
         for partner in pair
     ]
-    d_link = evaluators[0].d_link
+    d_link = prepared_surfaces[0].d_link
     chosen = get_samplers(samplers, "complementarity.thinning.samplers")
-    _warm_up(pair, evaluators[0], chosen, with_recovered)
+    _warm_up(pair, prepared_surfaces[0], chosen, with_recovered)
     everything = [np.arange(len(partner.surface)) for partner in pair]
     clock = Clock()
     full = thinned_maps(pair, everything, clock, recipe, smoothing, threads=threads)
@@ -167,7 +167,9 @@ def thinning(
             for percent in percents:
                 clock = Clock()
                 with clock.of("choosing"):
-                    centres = [_choose(sampler, name, evaluator, percent, draw) for evaluator in evaluators]
+                    centres = [
+                        _choose(sampler, name, prepared, percent, draw) for prepared in prepared_surfaces
+                    ]
                 thin = thinned_maps(pair, centres, clock, recipe, smoothing, threads=threads)
                 rows += _rows((name, percent, "full", draw), centres, thin, full, labels, clock)
                 if not with_recovered:
@@ -181,23 +183,23 @@ def thinning(
 
 
 def _warm_up(
-    pair: Sequence[Partner], evaluator: PreparedSurface, samplers: dict[str, Sampler], with_recovered: bool
+    pair: Sequence[Partner], prepared: PreparedSurface, samplers: dict[str, Sampler], with_recovered: bool
 ) -> None:
     """Compile or load every kernel before the first map is timed."""
     few = [np.arange(min(100, len(partner.surface))) for partner in pair]
     for name, sampler in samplers.items():
-        _choose(sampler, name, evaluator, 1, 0)
+        _choose(sampler, name, prepared, 1, 0)
     partners = None
     if with_recovered:
-        partners = [recovered(*side, evaluator.d_link) for side in zip(pair, few, strict=True)]
+        partners = [recovered(*side, prepared.d_link) for side in zip(pair, few, strict=True)]
     thinned_maps(pair, few, Clock(), described=partners)
 
 
-def _choose(sampler: Sampler, name: str, evaluator: PreparedSurface, percent: float, draw: int) -> np.ndarray:
+def _choose(sampler: Sampler, name: str, prepared: PreparedSurface, percent: float, draw: int) -> np.ndarray:
     """Choose the centres of one surface, ascending; with a nested sampler, smaller sets are contained in larger ones."""
     keys: tuple = ("thinning", name, draw) if sampler.nested else ("thinning", name, draw, str(percent))
-    n = max(1, round(percent / 100 * len(evaluator.points)))
-    return np.sort(sampler(evaluator, n, evaluator.stream(*keys)))
+    n = max(1, round(percent / 100 * len(prepared.points)))
+    return np.sort(sampler(prepared, n, prepared.stream(*keys)))
 
 
 def _rows(

@@ -262,7 +262,7 @@ def answer_interval(rows: pd.DataFrame) -> str:
 
 
 def scale_of_z(surfaces: pd.DataFrame) -> dict[str, str] | None:
-    """Tell the size of a Z by something physical: its words and its median Z; None if no such floor was measured."""
+    """Return the size of a Z by something physical: its words and its median Z; None if no such floor was measured."""
     for column, words in SCALES.items():
         if column in surfaces and surfaces[column].notna().any():
             return {"words": words, "Z": number(surfaces[column].median(), 1)}

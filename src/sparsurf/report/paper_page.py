@@ -78,16 +78,16 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def surface_of(
-    evaluator: PreparedSurface, rules: dict[str, Any], path_to_surface: str | None = None
+    prepared: PreparedSurface, rules: dict[str, Any], path_to_surface: str | None = None
 ) -> dict[str, Any]:
     """Describe the dots: how they were generated, and their numbers."""
     source = "file" if path_to_surface else "program" if rules["method"] == "dms" else rules["reentrant"]
     return {
         "source": source,
-        "n_dots": len(evaluator.points),
-        "n_centres": len(evaluator.cover.centre),
-        "mean_roughness": float(evaluator.roughness.mean()),
-        "roughness": (float(evaluator.roughness.min()), float(evaluator.roughness.max())),
+        "n_dots": len(prepared.points),
+        "n_centres": len(prepared.cover.centre),
+        "mean_roughness": float(prepared.roughness.mean()),
+        "roughness": (float(prepared.roughness.min()), float(prepared.roughness.max())),
     }
 
 

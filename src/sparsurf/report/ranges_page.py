@@ -29,7 +29,7 @@ def ranges_page(
     ranges : DataFrame
         See `tables.ranges_table`.
     best, references : dict
-        See `tables.best`.
+        See `tables.best_combinations`.
     """
     readings = [key for key in READINGS if key in best]
     errors = {key: references[key] for key in REFERENCES} | references.get("floors", {})

@@ -484,7 +484,7 @@ def _concave_dots(
 
 @njit(cache=True, nogil=True)
 def _inside_other(position: Vector, q: int, rolling: Rolling, probe_cells: Cells, within: float) -> bool:
-    """Tell whether an accessible centre other than fixed probe q is nearer than `within`.
+    """Return whether an accessible centre other than fixed probe q is nearer than `within`.
 
     Fixed probes are tested first, then arcs and patches.
     """
@@ -517,7 +517,7 @@ def _inside_other(position: Vector, q: int, rolling: Rolling, probe_cells: Cells
 
 @njit(cache=True, nogil=True)
 def _arc_within(position: Vector, arc: np.ndarray, within: float) -> bool:
-    """Tell whether the point of the arc's circle nearest to the position belongs to the arc and is nearer than `within`."""
+    """Return whether the point of the arc's circle nearest to the position belongs to the arc and is nearer than `within`."""
     w = subtract(position, vector_at(arc, T))
     p1, p2 = dot(w, vector_at(arc, E1)), dot(w, vector_at(arc, E2))
     if (math.hypot(p1, p2) - arc[RADIUS]) ** 2 + dot(w, vector_at(arc, U)) ** 2 >= within**2:

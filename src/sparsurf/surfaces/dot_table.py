@@ -60,7 +60,7 @@ def _refuse_other_molecule(surface: Surface, molecule: Molecule) -> None:
     """Raise InputError if the atoms of the dots are not those of a molecule."""
     atom = surface.atom
     if not (hasattr(molecule, "labels") and hasattr(molecule, "n_atoms")):
-        raise InputError("to_frame: the molecule is none that read_molecule gave; give one, or leave it out.")
+        raise InputError("to_frame: the molecule must come from read_molecule; give one, or leave it out.")
     if atom.min() < 0:
         raise InputError("to_frame: the atoms of the dots are unknown; leave out the molecule.")
     far = atom.max() >= molecule.n_atoms or not any(

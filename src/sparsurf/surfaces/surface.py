@@ -329,7 +329,7 @@ def surface_of_columns(
 
 
 def is_field_name(name: str) -> bool:
-    """Tell whether a column of this name in a file of dots is a field."""
+    """Return whether a column of this name in a file of dots is a field."""
     return (
         name.lower() not in RESERVED_COLUMNS | FORBIDDEN_FIELDS
         and re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) is not None

@@ -58,7 +58,7 @@ def triangulate(surface: Surface) -> np.ndarray:
 
 
 def _inside(surface: Surface, tetrahedra: Delaunay) -> np.ndarray:
-    """Tell which tetrahedra lie inside the molecule, (T,) bool.
+    """Return which tetrahedra lie inside the molecule, (T,) bool.
 
     The centre of the sphere through the four dots of a tetrahedron inside lies behind them, against their normals. This
     is clear except for flat tetrahedra between neighbouring dots. Those are assigned so that the boundary is smallest,

@@ -23,7 +23,7 @@ HEAD = "| key | type, range | default | meaning |\n|---|---|---|---|\n"
 
 
 def json_schema() -> dict:
-    """JSON Schema of a config, for editors."""
+    """Return the JSON Schema of a config, for editors."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | _without_titles(
         Config.model_json_schema()
     )
@@ -44,7 +44,7 @@ def _without_titles(rule: Any) -> Any:
 
 
 def reference_page() -> str:
-    """Page with a table of keys for each section."""
+    """Return the page with a table of keys for each section."""
     schema = json_schema()
     definitions = schema["$defs"]
     alone, sections = [], []
@@ -59,7 +59,7 @@ def reference_page() -> str:
 
 
 def _alternatives(rule: dict, definitions: dict) -> Iterator[dict]:
-    """The forms that a value may have, without references."""
+    """Return the forms that a value may have, without references."""
     if "$ref" in rule:
         yield from _alternatives(definitions[rule["$ref"].rsplit("/", 1)[-1]], definitions)
     elif "anyOf" in rule:
@@ -75,7 +75,7 @@ def _meaning(rule: dict, definitions: dict) -> str:
 
 
 def _keys_below(rule: dict, prefix: str, definitions: dict) -> Iterator[tuple[str, dict]]:
-    """Dotted names of the keys inside a section, with their rules."""
+    """Return the dotted names of the keys inside a section, with their rules."""
     for form in _alternatives(rule, definitions):
         if {"folder", "archive"} & form.get("properties", {}).keys():
             continue
@@ -97,7 +97,7 @@ def _row(name: str, rule: dict) -> str:
 
 
 def _type(rule: dict) -> str:
-    """Type and range of a value in a few words."""
+    """Return the type and range of a value in a few words."""
     if "anyOf" in rule:
         return " or ".join(dict.fromkeys(map(_type, rule["anyOf"])))
     if rule.get("enum") == [*SAMPLERS]:
@@ -124,7 +124,7 @@ def _range(word: str, rule: dict) -> str:
 
 
 def _yaml(value: Any) -> str:
-    """A value as YAML writes it on one line."""
+    """Return a value as YAML writes it on one line."""
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 

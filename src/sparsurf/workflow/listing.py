@@ -208,7 +208,7 @@ def _warn_left_out(file: Path, missing: str) -> None:
 
 
 def _files(key: str, path: str) -> dict[Path, str]:
-    """Files of a folder that may be parts of proteins, with their kinds, in alphabetical order."""
+    """Return files of a folder that may be parts of proteins, with their kinds, in alphabetical order."""
     if not os.path.isdir(path):
         raise InputError(f"{key}.folder is {shorten(repr(path))}, but there is no such folder.")
     files = sorted(file for file in Path(path).iterdir() if file.is_file() and not file.name.startswith("."))
@@ -217,7 +217,7 @@ def _files(key: str, path: str) -> dict[Path, str]:
 
 
 def _entry(file: Path, kind: str, topologies: dict[Path, Path | None]) -> dict[str, str] | None:
-    """The protein of a file; None where the file is only a part of one."""
+    """Return the protein of a file; None where the file is only a part of one."""
     if topology := topologies.get(file):
         return {"structure": str(topology), "trajectory": str(file)}
     if file in topologies.values():
@@ -234,7 +234,7 @@ def _stem(file: Path) -> str:
 
 
 def _topology_of(trajectory: Path, kinds: dict[Path, str]) -> Path | None:
-    """The structure or topology with the longest name that the trajectory's name begins with."""
+    """Return the structure or topology with the longest name that the trajectory's name begins with."""
     candidates = [
         file
         for file, kind in kinds.items()
@@ -244,13 +244,13 @@ def _topology_of(trajectory: Path, kinds: dict[Path, str]) -> Path | None:
 
 
 def _begins_with(name: str, stem: str) -> bool:
-    """Whether a name begins with another; run10 does not begin with run1."""
+    """Return whether a name begins with another; run10 does not begin with run1."""
     rest = name.removeprefix(stem)
     return name.startswith(stem) and not (stem[-1:].isdigit() and rest[:1].isdigit())
 
 
 def _free_name(text: str, default: str, taken: set[str]) -> str:
-    """A name for a folder that differs from those taken in more than case, and is added to them in lower case.
+    """Return a name for a folder that differs from those taken in more than case, and is added to them in lower case.
 
     It is `default` if no character of `text` is allowed.
     """

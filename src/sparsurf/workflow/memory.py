@@ -13,7 +13,7 @@ THOUSAND_DOTS = 20  # dots of a surface like the paper's, in thousands
 
 
 def memory_of_grid(config: dict, thousand_dots: float = THOUSAND_DOTS) -> float:
-    """Bytes that the distances of one surface need at most.
+    """Return the bytes that the distances of one surface need at most.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def too_large(config: dict) -> Iterator[str]:
 
 
 def memory_of_machine() -> float:
-    """Bytes of memory of this machine; infinite where the system does not say."""
+    """Return the bytes of memory of this machine; infinite where the system does not say."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):

@@ -129,7 +129,7 @@ def _but_must_be(path: tuple, value: Any, allowed: str, schema: dict) -> str:
 
 
 def _allowed(error: dict, rule: dict) -> str:
-    """The allowed values in words."""
+    """Return the allowed values in words."""
     kind, value, limits = error["type"], error["input"], error.get("ctx", {})
     if kind in LIMITS:
         return LIMITS[kind].format(**{key: int(limit) for key, limit in limits.items()})
@@ -153,7 +153,7 @@ def _allowed(error: dict, rule: dict) -> str:
 
 
 def one_of(value: str, names: list[str]) -> str:
-    """'one of a, b, c', with the name that the user may have meant."""
+    """Return 'one of a, b, c', with the name that the user may have meant."""
     listed = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
     return listed + did_you_mean(value, names)
 
@@ -174,7 +174,7 @@ def _unknown_key(parent: str, unknown: str, rule: dict) -> str:
 
 
 def _rule_at(path: tuple, schema: dict) -> dict:
-    """JSON Schema of the key at a path, with the definitions that it refers to."""
+    """Return the JSON Schema of the key at a path, with the definitions that it refers to."""
     rule = schema
     for part in path:
         rule = _resolved(rule, schema["$defs"])
@@ -187,7 +187,7 @@ def _rule_at(path: tuple, schema: dict) -> dict:
 
 
 def _resolved(rule: dict, definitions: dict) -> dict:
-    """A rule with its references resolved and the keys of all its alternatives."""
+    """Return a rule with its references resolved and the keys of all its alternatives."""
     rule = rule if isinstance(rule, dict) else {}
     if "$ref" in rule:
         rule = definitions[rule["$ref"].rsplit("/", 1)[-1]] | {k: v for k, v in rule.items() if k != "$ref"}
@@ -197,6 +197,6 @@ def _resolved(rule: dict, definitions: dict) -> dict:
 
 
 def _short(value: Any) -> str:
-    """A value as Python writes it (a date as in the file), cut where it is long."""
+    """Return a value as Python writes it (a date as in the file), cut where it is long."""
     text = str(value) if isinstance(value, datetime.date) else repr(value)
     return text if len(text) <= 100 else f"{text[:80]}... ({len(text)} characters)"

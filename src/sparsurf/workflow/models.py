@@ -100,12 +100,12 @@ Combination = Annotated[list[Exponent], Field(min_length=4, max_length=4), After
 
 
 def key(default: Any, description: str, **limits: Any) -> Any:
-    """A key with its default and meaning."""
+    """Return a key with its default and meaning."""
     return Field(default, description=description, **limits)
 
 
 def optional(description: str, **limits: Any) -> Any:
-    """A key without a default: its attribute is None, and `model_dump` leaves it out."""
+    """Return a key without a default: its attribute is None, and `model_dump` leaves it out."""
     return Field(None, description=description, **limits)
 
 

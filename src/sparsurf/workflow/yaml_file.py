@@ -54,7 +54,7 @@ class _StrictLoader(yaml.SafeLoader):
 
 
 def _count_values(node: yaml.Node, counts: dict[int, float]) -> float:
-    """Number of values that a node stands for, each alias written out; `counts` holds those of the nodes so far."""
+    """Return the number of values that a node stands for, each alias written out; `counts` holds those of the nodes so far."""
     if id(node) not in counts:
         counts[id(node)] = math.inf  # a node that contains itself has no end
         children = [] if isinstance(node, yaml.ScalarNode) else node.value
@@ -98,7 +98,7 @@ def read_config(path: str | Path) -> dict:
 
 
 def _reason(error: yaml.YAMLError, content: bytes) -> str:
-    """Line and reason of a YAML error."""
+    """Return the line and reason of a YAML error."""
     reason = getattr(error, "problem", None) or getattr(error, "reason", None) or str(error).splitlines()[0]
     if mark := getattr(error, "problem_mark", None):
         return f" in line {mark.line + 1}: {reason}"

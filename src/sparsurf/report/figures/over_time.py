@@ -36,7 +36,7 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
     Parameters
     ----------
     table : pandas.DataFrame
-        See `ensemble.follow`.
+        See `ensemble.evaluate_frames`.
     combination : sequence of 4 floats
     name : str, of the protein
 
@@ -123,7 +123,7 @@ def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str =
     over_time : DataFrame
         Mean R_i of each residue (columns) in each frame.
     residues : DataFrame
-        See `residues.over_frames`.
+        See `residues.roughness_over_frames`.
     name : str, of the protein
 
     Returns

@@ -36,7 +36,7 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame, binning: str = "half
     Parameters
     ----------
     places : DataFrame
-        See `published_runs.place_of_published`.
+        See `published_runs.place_published_values`.
     rows : DataFrame
         See `replication.published_rows`.
     binning : str

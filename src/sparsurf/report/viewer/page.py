@@ -27,10 +27,10 @@ MAX_DOTS = 100_000
 MAX_BYTES = 1_500_000  # of the page; browsers show no page above 1.57 MB in the frame of a report
 COORDINATE_STEP = 0.001  # Å, the precision of a DMS file
 CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
-SCRIPTS = ["unpack.js", "law.js", "scene.js", "page.js"]
+SCRIPTS = ["unpack.js", "sampling.js", "scene.js", "page.js"]
 KINDS = ["contact", "saddle", "concave", "unknown kind"]
 N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
-SAMPLERS = ("farthest", "uniform", "roughness", "stride", "paper")  # that law.js draws
+SAMPLERS = ("farthest", "uniform", "roughness", "stride", "paper")  # that sampling.js draws
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def page(
     title : str
     surface : surfaces.surface.Surface
     rough : (N,) float64, R_i
-    cover : sampling.law.Cover
+    cover : sampling.published.Cover
     radius : float, R_patch in Å
     orders : dict of name to (n,) int
         Dots in the order in which nested samplers choose them; if a surface is too large for a page, the first dots of the
@@ -80,7 +80,7 @@ def page(
     grid : DataFrame, optional
         See `study.tables.grid_table`; without it the page has no d and Z.
     best : dict, optional
-        See `study.tables.best`.
+        See `study.tables.best_combinations`.
     residues : sequence of str
         Name of the residue of each atom of the structure; empty if unknown.
     values : sequence of Values

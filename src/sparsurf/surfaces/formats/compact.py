@@ -104,7 +104,7 @@ def _signs(values: np.ndarray) -> np.ndarray:
 
 
 def _sniff(head: bytes) -> bool:
-    """Tell whether the file begins as a compact file of any version."""
+    """Return whether the file begins as a compact file of any version."""
     return head.startswith(MAGIC[:-2])
 
 

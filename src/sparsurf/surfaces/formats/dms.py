@@ -22,7 +22,7 @@ DOT_TYPE_OF_KIND = np.array(["SC0", "SS0", "SR0"])
 
 
 def _sniff(head: bytes) -> bool:
-    """Tell whether a line holds an atom or a dot."""
+    """Return whether a line holds an atom or a dot."""
     text = head.decode("latin-1")
     return bool(DOT_TYPE.search(text) or re.search(r"\d A\s*$", text, re.M))
 

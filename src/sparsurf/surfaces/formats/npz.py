@@ -13,7 +13,7 @@ from sparsurf.surfaces.surface import ARRAY_NAMES, Format, Surface, is_field_nam
 
 
 def _sniff(head: bytes) -> bool:
-    """Tell whether the file is a zip archive."""
+    """Return whether the file is a zip archive."""
     return head.startswith(b"PK")
 
 

@@ -231,12 +231,12 @@ def _parse_header(text: str, path: Path | str) -> tuple[str, int, list[tuple[str
 
 
 def _is_count(word: str) -> bool:
-    """Tell whether a word is a number of vertices or faces that a file can have."""
+    """Return whether a word is a number of vertices or faces that a file can have."""
     return word.isdecimal() and len(word) <= MAX_DIGITS_OF_COUNT
 
 
 def _sniff(head: bytes) -> bool:
-    """Tell whether the file begins with 'ply', after a byte-order mark or empty lines."""
+    """Return whether the file begins with 'ply', after a byte-order mark or empty lines."""
     return head.removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"ply")
 
 

@@ -1,4 +1,4 @@
-// Which dots are kept: the paper's sampling (eq. 2), pair by pair as in sampling/law.py, and the samplers beside it.
+// Which dots are kept: the paper's sampling (eq. 2), pair by pair as in sampling/published.py, and the other samplers.
 
 // Uniform numbers in (0, 1), the same for the same seed: xorshift (Marsaglia 2003, J. Stat. Softw. 8:14).
 function randomNumbers(seed) {
