@@ -67,11 +67,11 @@ def main(
             panels.append((f"found on {row['target']}, {p}", points, normals, residue))
         else:  # a hit by chance is not painted as one
             panels.append((f"not found on {row['target']}, {p}", points, normals, np.full_like(residue, -1)))
-    turn = facing(query_dots.points, query_dots.normals, on_site).T
+    rotation = facing(query_dots.points, query_dots.normals, on_site).T
     shown = (places.name, view_1), (best_hits["target"].iloc[0], view_2)
     for side, ((conformation, view), panel) in enumerate(zip(shown, panels, strict=False), 1):
         _, points, normals, residue = panel
-        surface = replace(dots[conformation], points=points @ turn, normals=normals @ turn)
+        surface = replace(dots[conformation], points=points @ rotation, normals=normals @ rotation)
         distance = distance_from(points, residue >= 0)
         values = [Values("distance from the site", "distance", " Å", distance, "on it", "far")]
         names_of_atoms = residue_labels(path_of_structure.get(conformation))

@@ -53,7 +53,7 @@ def main(
     match_table = matched(hits_found, target_places)
     match_table.to_csv(matches, index=False, float_format="%.3f")
     numbers = pd.DataFrame(
-        [[*pose.turn.ravel(), *pose.shift] for pose in hits_found.poses], columns=POSE_COLUMNS
+        [[*pose.rotation.ravel(), *pose.shift] for pose in hits_found.poses], columns=POSE_COLUMNS
     )
     pose_table = pd.concat([hits_found.table[["rank", "target"]], numbers], axis=1)
     pose_table.to_csv(poses, index=False, float_format="%.6f")
@@ -62,7 +62,7 @@ def main(
     best = hits_found.table.head(MAX_SUPERPOSED)[["rank", "target", "places"]].to_numpy()
     for (rank, target, n_places), pose in zip(best, hits_found.poses, strict=False):
         if n_places:  # else nothing agrees and there is no pose
-            moved = replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift)
+            moved = replace(molecule, xyz=molecule.xyz @ pose.rotation + pose.shift)
             moved.write_pdb(Path(superposed, superposed_file(rank, target)))
     facts = site_page(name, site, query_places.name, hits_found.table, match_table, len(hits_found.places))
     write(page, TEMPLATE, **facts)

@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from peptides import ALANINE, STEP, peptide, write
 from sparsurf import InputError
-from sparsurf.molecules.conformations import choose_frames, determines_turn, superpose
+from sparsurf.molecules.conformations import choose_frames, determines_rotation, superpose
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.orientation import MIN_DISTANCE_FROM_LINE, best_turns, principal_axes, settled_axes
+from sparsurf.orientation import MIN_DISTANCE_FROM_LINE, best_rotations, canonical_axes, principal_axes
 from sparsurf.pairs.changes import superpose_forms
 from sparsurf.simulation.quality import motion
 from sparsurf.sites.pose_search import rigid_fit
@@ -40,17 +40,17 @@ def with_frames(molecule, *frames):
 
 def test_the_distance_from_the_line_by_hand():
     """The corners of a rectangle of 4 Å by 2 Å lie 1 Å from its long axis."""
-    turn, distance = best_turns(SQUARE.T @ SQUARE, 4)
+    turn, distance = best_rotations(SQUARE.T @ SQUARE, 4)
     assert np.allclose(turn, np.eye(3)) and distance == pytest.approx(1.0)
     line = SQUARE * [1, 0, 0]
-    assert best_turns(line.T @ line, 4)[1] == 0
+    assert best_rotations(line.T @ line, 4)[1] == 0
 
 
 @pytest.mark.parametrize(("off_line", "determined"), [(0.0, False), (0.099, False), (0.101, True)])
 def test_points_near_a_line_are_refused(off_line, determined):
     points = SQUARE * [1, off_line, 0]
     assert MIN_DISTANCE_FROM_LINE == 0.1
-    assert determines_turn(np.array([points, points @ TURN]), slice(None)) == determined
+    assert determines_rotation(np.array([points, points @ TURN]), slice(None)) == determined
     if determined:
         turn, shift = rigid_fit(points, points @ TURN + SHIFT, np.ones(4))
         assert np.allclose(turn, TURN) and np.allclose(shift, SHIFT)
@@ -82,7 +82,7 @@ def test_a_mirror_image_is_refused_only_if_several_turns_fit_it():
 
 
 def test_forms_whose_alpha_carbons_lie_on_a_line_are_superposed_by_their_backbones(extended):
-    assert not determines_turn(extended.xyz, extended.name == "CA")
+    assert not determines_rotation(extended.xyz, extended.name == "CA")
     turned = with_frames(extended, extended.xyz[0][:, [1, 2, 0]] + SHIFT)
     assert np.allclose(superpose_forms(turned, extended).xyz, extended.xyz, atol=1e-9)
 
@@ -159,8 +159,10 @@ def test_equal_eigenvectors_do_not_depend_on_their_basis():
     values = np.array([5.0, 3, 3, 1])
     turned = basis.copy()
     turned[:, 1:3] = basis[:, 1:3] @ [[0.6, -0.8], [0.8, 0.6]]
-    settled = settled_axes(values, basis)
-    assert np.allclose(settled, settled_axes(values, turned)) and np.allclose(settled.T @ settled, np.eye(4))
+    settled = canonical_axes(values, basis)
+    assert np.allclose(settled, canonical_axes(values, turned)) and np.allclose(
+        settled.T @ settled, np.eye(4)
+    )
     assert np.array_equal(settled[:, [0, 3]], basis[:, [0, 3]])
 
 

@@ -44,17 +44,17 @@ def by_sequence(query: Molecule, target: Molecule, places: np.ndarray) -> np.nda
     out = np.empty_like(places, float)
     for k, (place, atoms) in enumerate(zip(places, near, strict=True)):
         try:
-            turn, shift = rigid_fit(here[atoms], there[atoms], np.ones(len(atoms)))
+            rotation, shift = rigid_fit(here[atoms], there[atoms], np.ones(len(atoms)))
         except InputError:  # atoms on a line: the place moves with their middle
-            turn, shift = np.eye(3), (there[atoms] - here[atoms]).mean(axis=0)
-        out[k] = place @ turn + shift
+            rotation, shift = np.eye(3), (there[atoms] - here[atoms]).mean(axis=0)
+        out[k] = place @ rotation + shift
     return out
 
 
 def by_structure(query: Molecule, target: Molecule, places: np.ndarray) -> np.ndarray:
     """Move places (P, 3) with the superposition by TM-align."""
-    turn, shift, _ = tm_align(query, target)
-    return places @ turn + shift
+    rotation, shift, _ = tm_align(query, target)
+    return places @ rotation + shift
 
 
 def tm_align(query: Molecule, target: Molecule) -> tuple[np.ndarray, np.ndarray, float]:
@@ -62,7 +62,7 @@ def tm_align(query: Molecule, target: Molecule) -> tuple[np.ndarray, np.ndarray,
 
     Returns
     -------
-    turn, shift : (3, 3) and (3,), so that x @ turn + shift lies on the target
+    rotation, shift : (3, 3) and (3,), so that x @ rotation + shift lies on the target
     score : float, TM-score over the length of the shorter protein
     """
     import tmtools

@@ -61,10 +61,10 @@ def measure(
         laid = _laid_by_find(sites[i], residues[i], [sites[k] for k in others], middles[i])
         own = residues_around(molecules[i], middles[i][None], REACH)
         for k in others:
-            turn, shift, tm = tm_align(molecules[i], molecules[k])
+            rotation, shift, tm = tm_align(molecules[i], molecules[k])
             alike = np.linalg.norm(around[k] - own, axis=1).argmin()
             answers = {FIND: laid[names[k]], COMPOSITION: above[k][alike], POCKET: pockets[k]}
-            answers[TM] = middles[i] @ turn + shift
+            answers[TM] = middles[i] @ rotation + shift
             row = {
                 "query": query,
                 "target": names[k],
@@ -95,7 +95,7 @@ def _laid_by_find(
     own = (site.labels["chain"] + ":" + site.labels["residue"]).isin(residues).to_numpy()
     hits = find_site(site.take(own), targets, len(targets))
     return {
-        name: middle @ pose.turn + pose.shift
+        name: middle @ pose.rotation + pose.shift
         for name, pose in zip(hits.table["target"], hits.poses, strict=True)
     }
 

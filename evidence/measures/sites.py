@@ -64,7 +64,7 @@ def forms(
     interface : (N,) bool, of its dots
     percents : sequence of float, MAIN among them: share of the dots that are kept on both forms
     n, n_learned : int, places of the interface, as of the rest, that are sought; those from which weights are learned
-    rng : numpy Generator, of the turn and the places
+    rng : numpy Generator, of the rotation and the places
     everywhere : bool
         Seek all places, also those that the other form lacks, and add the alignments of `alignments` to the opponents.
 
@@ -140,8 +140,8 @@ def numbered_as(molecule: Molecule, reference: Molecule) -> tuple[Molecule, floa
     at = [each.xyz[0][alpha(each)][own] for each, own in zip(both, rows, strict=True)]
     near = np.ones(len(at[0]), bool)
     for _ in range(FITS):
-        turn, shift = rigid_fit(*(each[near] for each in at), np.ones(near.sum()))
-        gap = np.linalg.norm(at[0] @ turn + shift - at[1], axis=1)
+        rotation, shift = rigid_fit(*(each[near] for each in at), np.ones(near.sum()))
+        gap = np.linalg.norm(at[0] @ rotation + shift - at[1], axis=1)
         near = gap < max(ALIGNED, np.median(gap))
     rows = [own[gap < ALIGNED] for own in rows]
     number = np.array([f"own {k}" for k in range(len(names[0]))], object)
@@ -395,4 +395,4 @@ def off_place(site: Sites, pose: Pose, true: np.ndarray) -> float:
 
     Places whose true position is unknown (NaN) are left out.
     """
-    return np.nanmedian(np.linalg.norm(site.points @ pose.turn + pose.shift - true, axis=1))
+    return np.nanmedian(np.linalg.norm(site.points @ pose.rotation + pose.shift - true, axis=1))

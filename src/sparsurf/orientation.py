@@ -1,14 +1,14 @@
-"""Turns of least squares and principal axes, and whether points determine them.
+"""Rotations of least squares and principal axes, and whether points determine them.
 
-Points on a line leave the turn about this line free, and points that spread equally in two directions have no axes of their
-own. Rounding would then decide, differently on each machine.
+Points on a line do not determine the rotation about this line, and points that spread equally in two directions do not
+determine their axes. Rounding would then decide, differently on each machine.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-# Å, rms, from the line through them, of points that determine a turn. Files store coordinates to 0.001 to 0.01 Å: nearer to
+# Å, rms, from the line through them, of points that determine a rotation. Files store coordinates to 0.001 to 0.01 Å: nearer to
 # the line, their rounding would decide by more than 0.1 rad.
 MIN_DISTANCE_FROM_LINE = 0.1
 EQUAL = 1e-8  # relative difference of two eigenvalues, or relative asymmetry, that counts as none
@@ -17,21 +17,21 @@ NEGLIGIBLE = 1e-12  # of the largest eigenvalue; smaller ones are rounding error
 SIGNIFICANT = 0.5  # share of the largest length in a subspace at which a coordinate sets its axis
 
 
-def best_turns(covariance: np.ndarray, weight: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the rotations that turn points onto others by least squares [1]_.
+def best_rotations(covariance: np.ndarray, weight: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the rotations that superpose points onto others by least squares [1]_.
 
     Parameters
     ----------
     covariance : (..., 3, 3) float64, Å^2
-        Sum over the points of x_i y_j, of the points x to turn and the fixed points y, both relative to their means.
+        Sum over the points of x_i y_j, of the points x to rotate and the fixed points y, both relative to their means.
     weight : float, sum of the weights of the points
 
     Returns
     -------
-    turns : (..., 3, 3) float64, so that x @ turn is nearest to y
+    rotations : (..., 3, 3) float64, so that x @ rotation is nearest to y
     distance : (...,) float64, Å
-        If x is y, the rms distance of the points from the line through them. Below MIN_DISTANCE_FROM_LINE the turn is not
-        determined. It is 0 also for a mirror image that several turns fit equally well.
+        If x is y, the rms distance of the points from the line through them. Below MIN_DISTANCE_FROM_LINE the
+        rotation is not determined. It is 0 also for a mirror image that several rotations fit equally well.
 
     References
     ----------
@@ -40,7 +40,7 @@ def best_turns(covariance: np.ndarray, weight: float = 1.0) -> tuple[np.ndarray,
     u, s, vt = np.linalg.svd(covariance)
     sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
     u[..., :, 2] *= sign[..., None]  # a rotation, not a reflection
-    # A turn by t about the first axis lowers the sum of x . y by (1 - cos t) times this.
+    # A rotation by t about the first axis lowers the sum of x . y by (1 - cos t) times this.
     loss = s[..., 1] + sign * s[..., 2]
     return u @ vt, np.sqrt(np.maximum(loss, 0) / weight)
 
@@ -67,13 +67,13 @@ def principal_axes(points: np.ndarray, up: np.ndarray | None = None) -> np.ndarr
     if (x**2).sum() < len(x) * MIN_SPREAD**2:
         x = np.zeros_like(x)
     values, vectors = np.linalg.eigh(plane @ (x.T @ x) @ plane.T)
-    axes = settled_axes(values[::-1], plane.T @ vectors[:, ::-1]).T
+    axes = canonical_axes(values[::-1], plane.T @ vectors[:, ::-1]).T
     along = x @ axes.T
     tail, size = (along**3).sum(axis=0), (np.abs(along) ** 3).sum(axis=0)
     return axes * np.where(np.abs(tail) > EQUAL * size, np.sign(tail), _signs(axes))[:, None]
 
 
-def settled_axes(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+def canonical_axes(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Choose eigenvectors of equal eigenvalues by a rule instead of by rounding.
 
     Any rotation of such eigenvectors is as good. The first is chosen nearest to the first row, or coordinate, that is long
@@ -93,11 +93,11 @@ def settled_axes(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     new_group = size[:-1] - size[1:] > EQUAL * size[:-1]
     for group in np.split(np.arange(len(values)), np.flatnonzero(new_group) + 1):
         if len(group) > 1:
-            out[:, group] = _settled_subspace(vectors[:, group])
+            out[:, group] = _canonical_basis(vectors[:, group])
     return out
 
 
-def _settled_subspace(basis: np.ndarray) -> np.ndarray:
+def _canonical_basis(basis: np.ndarray) -> np.ndarray:
     """Return the basis of the subspace of `basis` (d, k) that does not depend on which basis is given."""
     left, out = (basis**2).sum(axis=1), np.zeros_like(basis)
     for k in range(basis.shape[1]):

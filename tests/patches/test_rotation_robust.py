@@ -48,7 +48,7 @@ SHAPES = {"plane": PLANE, "sphere": SPHERE, "saddle": SADDLE}
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("up", [True, False])
-def test_a_shape_is_the_same_after_any_turn(shape, up):
+def test_a_shape_is_the_same_after_any_rotation(shape, up):
     points, normals = SHAPES[shape]
     z = describe(points, normals, up=up)
     for turn in TURNS:

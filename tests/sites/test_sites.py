@@ -133,7 +133,7 @@ def test_a_rigid_fit_and_the_best_pose_undo_a_turn():
     likelihood = rng.uniform(0, 1, (20, 220))  # of wrong matches
     likelihood[np.arange(20), np.arange(20)] = np.where(np.arange(20) % 2, 1.5, 0.2)  # half of the right ones
     pose = best_pose(points, normals, target, target_normals, likelihood)
-    np.testing.assert_allclose(pose.turn, TURN, atol=1e-6)
+    np.testing.assert_allclose(pose.rotation, TURN, atol=1e-6)
     assert (pose.match == np.arange(20)).all()
     assert pose.score == pytest.approx(likelihood[np.arange(20), np.arange(20)].sum())
 

@@ -163,4 +163,4 @@ def _superpose(args: argparse.Namespace, table: pd.DataFrame, poses: list[Pose])
         log.warning("%s holds other files, too, such as %s", folder, older[0])
     molecule = read_molecule(args.file).frame(0)
     for name, pose in zip(names, poses, strict=True):
-        replace(molecule, xyz=molecule.xyz @ pose.turn + pose.shift).write_pdb(folder / name)
+        replace(molecule, xyz=molecule.xyz @ pose.rotation + pose.shift).write_pdb(folder / name)

@@ -16,7 +16,7 @@ import pandas as pd
 
 from sparsurf import InputError
 from sparsurf.molecules.selection import atoms_of_expression
-from sparsurf.orientation import EQUAL, MIN_DISTANCE_FROM_LINE, best_turns, settled_axes
+from sparsurf.orientation import EQUAL, MIN_DISTANCE_FROM_LINE, best_rotations, canonical_axes
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -57,7 +57,11 @@ class FrameChoice:
 
 
 def superpose(
-    xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None = None, *, any_turn: bool = False
+    xyz: np.ndarray,
+    atoms: np.ndarray | slice,
+    reference: np.ndarray | None = None,
+    *,
+    any_rotation: bool = False,
 ) -> np.ndarray:
     """Rotate and translate frames onto a reference by least squares on `atoms` (Kabsch 1976).
 
@@ -66,8 +70,8 @@ def superpose(
     xyz : (F, A, 3) float, Å
     atoms : (n,) indices or mask of the atoms to fit, at least 3
     reference : (n, 3) float, Å, the positions to fit them to; default those of the first frame
-    any_turn : bool
-        Take any of several turns that fit equally well. The deviation of `atoms` is then right, but not the position of
+    any_rotation : bool
+        Take any of several rotations that fit equally well. The deviation of `atoms` is then right, but not the position of
         other atoms.
 
     Returns
@@ -76,19 +80,21 @@ def superpose(
 
     Raises
     ------
-    InputError : several turns fit equally well, since the atoms lie on a line
+    InputError : several rotations fit equally well, since the atoms lie on a line
     """
     moved, distance = _superpose(xyz, atoms, reference)
     undetermined = distance < MIN_DISTANCE_FROM_LINE
-    if undetermined.any() and not any_turn:
+    if undetermined.any() and not any_rotation:
         raise InputError(
             f"the atoms to superpose lie on a line, or are a mirror image, in frame {undetermined.argmax()}, so that "
-            "several turns fit equally well: take more atoms."
+            "several rotations fit equally well: take more atoms."
         )
     return moved
 
 
-def determines_turn(xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None = None) -> bool:
+def determines_rotation(
+    xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None = None
+) -> bool:
     """Return whether some atoms determine the superposition of all frames; parameters as for `superpose`."""
     return bool((_superpose(xyz, atoms, reference)[1] >= MIN_DISTANCE_FROM_LINE).all())
 
@@ -96,12 +102,12 @@ def determines_turn(xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.nd
 def _superpose(
     xyz: np.ndarray, atoms: np.ndarray | slice, reference: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return superposed frames, and how far each is from leaving its turn open, see `best_turns`."""
+    """Return superposed frames, and the distance of each from an undetermined rotation, see `best_rotations`."""
     mobile = xyz[:, atoms]
     fixed = mobile[0] if reference is None else reference
     centre, target = mobile.mean(axis=1, keepdims=True), fixed.mean(axis=0)
-    turns, distance = best_turns((mobile - centre).swapaxes(1, 2) @ (fixed - target), len(fixed))
-    return (xyz - centre) @ turns + target, distance
+    rotations, distance = best_rotations((mobile - centre).swapaxes(1, 2) @ (fixed - target), len(fixed))
+    return (xyz - centre) @ rotations + target, distance
 
 
 def principal_components(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -115,13 +121,13 @@ def principal_components(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     -------
     projection : (F, k) float, Å, on unit vectors; k = min(F, 3n). The largest loading of each vector is
         positive, so that signs are reproducible. Components of equal variance are chosen so that the first frames
-        lie on the first of them, see `settled_axes`.
+        lie on the first of them, see `canonical_axes`.
     explained : (k,) float, share of the variance, descending; 0 where the frames do not differ
     """
     deviation = (xyz - xyz.mean(axis=0)).reshape(len(xyz), -1)
     u, s, vt = np.linalg.svd(deviation, full_matrices=False)
     variance = s**2
-    settled = settled_axes(variance, u)
+    settled = canonical_axes(variance, u)
     vt = np.where((settled == u).all(axis=0)[:, None], vt, settled.T @ deviation)
     size = np.abs(vt)
     largest = (size > (1 - EQUAL) * size.max(axis=1, keepdims=True)).argmax(axis=1)
@@ -300,7 +306,7 @@ def _atoms_to_analyse(molecule: Molecule, atoms: str | None) -> np.ndarray:
                 f"frames.pca_atoms: '{atoms}' selects {mask.sum()} of the {MIN_ATOMS_TO_SUPERPOSE} atoms "
                 "that a superposition needs: try name CA."
             )
-        if molecule.n_frames > 1 and not determines_turn(molecule.xyz, mask):
+        if molecule.n_frames > 1 and not determines_rotation(molecule.xyz, mask):
             raise InputError(
                 f"frames.pca_atoms: the atoms of '{atoms}' lie on a line, so that several superpositions fit equally "
                 "well: try backbone."
@@ -312,7 +318,7 @@ def _atoms_to_analyse(molecule: Molecule, atoms: str | None) -> np.ndarray:
     if molecule.n_frames == 1 or choices[0].sum() < MIN_ATOMS_TO_SUPERPOSE:
         return choices[0]
     for choice in choices:
-        if determines_turn(molecule.xyz, choice):
+        if determines_rotation(molecule.xyz, choice):
             return choice
     raise InputError(
         "frames: the atoms of the molecule lie on a line, so that several superpositions of the frames fit equally "
@@ -324,9 +330,9 @@ def _projection(molecule: Molecule, atoms: np.ndarray) -> tuple[np.ndarray, np.n
     """Project the frames on two components, (F, 2), Å; also return the shares of the variance. Missing components are 0."""
     if molecule.n_frames == 1:
         return np.zeros((1, 2)), np.zeros(1)
-    # One or two atoms leave their turn open, but it does not move them.
+    # The rotation of one or two atoms is not determined, but it does not move them.
     fitted = superpose(
-        molecule.xyz[:, atoms], slice(None), any_turn=int(atoms.sum()) < MIN_ATOMS_TO_SUPERPOSE
+        molecule.xyz[:, atoms], slice(None), any_rotation=int(atoms.sum()) < MIN_ATOMS_TO_SUPERPOSE
     )
     projection, explained = principal_components(fitted)
     plane = np.zeros((molecule.n_frames, 2))

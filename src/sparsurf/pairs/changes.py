@@ -145,11 +145,11 @@ def noise(
     """
     drawn, centre = [], form.molecule.xyz[0].mean(axis=0)
     for _ in progress.progress_bar(range(draws), f"floors of {form.name}"):
-        turn, atoms = random_rotation(rng), form.molecule.xyz[0]
+        rotation, atoms = random_rotation(rng), form.molecule.xyz[0]
         if moved:
             atoms = atoms + moved / np.sqrt(3) * rng.normal(size=atoms.shape)
-        rotated = form.generate_surface(rotate(atoms - centre, turn.T))
-        points, normals = rotate(rotated.points, turn) + centre, rotate(rotated.normals, turn)
+        rotated = form.generate_surface(rotate(atoms - centre, rotation.T))
+        points, normals = rotate(rotated.points, rotation) + centre, rotate(rotated.normals, rotation)
         dots = replace(rotated, points=points, normals=normals)
         other = residues_of(dots, replace(form.molecule, xyz=atoms[None]), form.name, threads)
         drawn.append(distances(residues.numbers, other.numbers))

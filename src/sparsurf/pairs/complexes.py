@@ -11,7 +11,7 @@ import pandas as pd
 from scipy.stats import rankdata
 
 from sparsurf import InputError
-from sparsurf.molecules.conformations import BACKBONE, determines_turn, superpose
+from sparsurf.molecules.conformations import BACKBONE, determines_rotation, superpose
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.pairs.interface import gaps
 from sparsurf.pairs.nearest import Nearest, nearest
@@ -52,7 +52,7 @@ def superpose_onto(
         )
     first = molecule.frame(0)
     for moving, fixed in choices:
-        if determines_turn(first.xyz, moving, reference.xyz[0][fixed]):
+        if determines_rotation(first.xyz, moving, reference.xyz[0][fixed]):
             return replace(first, xyz=superpose(first.xyz, moving, reference.xyz[0][fixed]))
     raise InputError(
         "the atoms that the two forms share lie on a line, or one form is a mirror image, so that several "

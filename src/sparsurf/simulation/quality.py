@@ -93,7 +93,7 @@ def motion(molecule: Molecule) -> pd.DataFrame:
     backbone = molecule.name == "CA"
     heavy = ~np.isin(molecule.element, ["H", "D"])
     # Several rotations fit atoms on a line equally well; their deviations are the same.
-    superposed = superpose(molecule.xyz, backbone, any_turn=True)[:, backbone]
+    superposed = superpose(molecule.xyz, backbone, any_rotation=True)[:, backbone]
     rmsd = np.sqrt(((superposed - superposed[0]) ** 2).sum(axis=2).mean(axis=1))
     xyz = molecule.xyz[:, heavy]
     gyration = np.sqrt(((xyz - xyz.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1))

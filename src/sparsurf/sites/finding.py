@@ -196,7 +196,7 @@ def find_site(
     rows = []
     for rank, k in enumerate(order, 1):
         pose, target = hits[k], targets[k]
-        centre = query.points.mean(axis=0) @ pose.turn + pose.shift
+        centre = query.points.mean(axis=0) @ pose.rotation + pose.shift
         nearest = int(np.argmin(np.linalg.norm(target.points - centre, axis=1)))
         row = _row(site.name, rank, target, nearest, scores[k])
         rows.append((*row[:6], *centre, *row[9:], p[k], int((pose.match >= 0).sum())))

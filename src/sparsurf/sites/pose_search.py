@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sparsurf import InputError
-from sparsurf.orientation import MIN_DISTANCE_FROM_LINE, best_turns
+from sparsurf.orientation import MIN_DISTANCE_FROM_LINE, best_rotations
 
 N_CANDIDATES = 12  # most likely matches of each place, from which poses are built
 MAX_PAIRS = 4000  # pairs of matches that are tried, the most likely first
@@ -27,15 +27,15 @@ MIN_LIKELIHOOD_WEIGHT = 0.05  # of a match in the fit of a refined pose
 
 
 class Pose(NamedTuple):
-    """The rigid motion x -> x @ turn + shift that superposes the site onto the target.
+    """The rigid motion x -> x @ rotation + shift that superposes the site onto the target.
 
     score : float, sum of the likelihoods of the matches
-    turn, shift : (3, 3) and (3,) float64, Å
+    rotation, shift : (3, 3) and (3,) float64, Å
     match : (Q,) int64, matching place of the target for each place of the site; -1 for none
     """
 
     score: float
-    turn: np.ndarray
+    rotation: np.ndarray
     shift: np.ndarray
     match: np.ndarray
 
@@ -76,10 +76,10 @@ def best_pose(
     first, second = _matching_pairs(search, candidates)
     if len(first[0]) == 0:
         return Pose(0.0, np.eye(3), np.zeros(3), np.full(len(points), -1))
-    turns, shifts = _poses_of_pairs(search, first, second)
-    scores = _scores(search, turns, shifts)[0]
+    rotations, shifts = _poses_of_pairs(search, first, second)
+    scores = _scores(search, rotations, shifts)[0]
     best = np.argsort(-scores, kind="stable")[:N_REFINED]
-    return max((_refine(search, turns[k], shifts[k]) for k in best), key=lambda pose: pose.score)
+    return max((_refine(search, rotations[k], shifts[k]) for k in best), key=lambda pose: pose.score)
 
 
 def _likeliest(likelihood: np.ndarray, n: int) -> np.ndarray:
@@ -118,15 +118,15 @@ def _matching_pairs(
 def _poses_of_pairs(
     search: _Search, first: tuple[np.ndarray, np.ndarray], second: tuple[np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return turns (H, 3, 3) and shifts (H, 3) that superpose the frames of pairs."""
+    """Return rotations (H, 3, 3) and shifts (H, 3) that superpose the frames of pairs."""
     points, normals, target_points, target_normals, *_ = search
     (i, a), (j, b) = first, second
     frames = _frames(points[i], points[j], normals[i] + normals[j])
     target_frames = _frames(target_points[a], target_points[b], target_normals[a] + target_normals[b])
-    turns = np.swapaxes(frames, 1, 2) @ target_frames
+    rotations = np.swapaxes(frames, 1, 2) @ target_frames
     middle = (points[i] + points[j]) / 2
-    shifts = (target_points[a] + target_points[b]) / 2 - np.einsum("hi,hij->hj", middle, turns)
-    return turns, shifts
+    shifts = (target_points[a] + target_points[b]) / 2 - np.einsum("hi,hij->hj", middle, rotations)
+    return rotations, shifts
 
 
 def _frames(first: np.ndarray, second: np.ndarray, up: np.ndarray) -> np.ndarray:
@@ -138,26 +138,26 @@ def _frames(first: np.ndarray, second: np.ndarray, up: np.ndarray) -> np.ndarray
     return np.stack([along, np.cross(up, along), up], axis=1)
 
 
-def _scores(search: _Search, turns: np.ndarray, shifts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _scores(search: _Search, rotations: np.ndarray, shifts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the scores (H,) of poses, and the match of each place (H, Q)."""
-    posed = search.points @ turns + shifts[:, None]
+    posed = search.points @ rotations + shifts[:, None]
     distance, nearest = search.tree.query(posed, distance_upper_bound=MATCH_DISTANCE)
     index = np.where(np.isfinite(distance), nearest, 0)
-    cosine = np.einsum("hij,hij->hi", search.normals @ turns, search.target_normals[index])
+    cosine = np.einsum("hij,hij->hi", search.normals @ rotations, search.target_normals[index])
     met = np.isfinite(distance) & (cosine > MIN_NORMAL_COSINE)
     likely = np.where(met, search.likelihood[np.arange(len(search.points)), index], 0)
     return likely.sum(axis=1).round(DECIMALS), np.where(met, index, -1)
 
 
-def _score(search: _Search, turn: np.ndarray, shift: np.ndarray) -> tuple[float, np.ndarray]:
+def _score(search: _Search, rotation: np.ndarray, shift: np.ndarray) -> tuple[float, np.ndarray]:
     """Return the score of one pose and the match of each place."""
-    scores, match = _scores(search, turn[None], shift[None])
+    scores, match = _scores(search, rotation[None], shift[None])
     return float(scores[0]), match[0]
 
 
-def _refine(search: _Search, turn: np.ndarray, shift: np.ndarray, rounds: int = 3) -> Pose:
+def _refine(search: _Search, rotation: np.ndarray, shift: np.ndarray, rounds: int = 3) -> Pose:
     """Fit the matches of a pose onto each other as long as the score increases."""
-    score, match = _score(search, turn, shift)
+    score, match = _score(search, rotation, shift)
     for _ in range(rounds):
         met = match >= 0
         if met.sum() < 3:
@@ -170,8 +170,8 @@ def _refine(search: _Search, turn: np.ndarray, shift: np.ndarray, rounds: int = 
         better, changed = _score(search, *fitted)
         if better <= score:
             break
-        (turn, shift), score, match = fitted, better, changed
-    return Pose(score, turn, shift, match)
+        (rotation, shift), score, match = fitted, better, changed
+    return Pose(score, rotation, shift, match)
 
 
 def rigid_fit(a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -184,7 +184,7 @@ def rigid_fit(a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> tuple[np.ndar
 
     Returns
     -------
-    turn, shift : (3, 3) and (3,) float64, so that a @ turn + shift is nearest to b
+    rotation, shift : (3, 3) and (3,) float64, so that a @ rotation + shift is nearest to b
 
     Raises
     ------
@@ -196,9 +196,9 @@ def rigid_fit(a: np.ndarray, b: np.ndarray, weight: np.ndarray) -> tuple[np.ndar
     """
     weight = weight / weight.sum()
     middle_a, middle_b = weight @ a, weight @ b
-    turn, distance = best_turns(((a - middle_a) * weight[:, None]).T @ (b - middle_b))
+    rotation, distance = best_rotations(((a - middle_a) * weight[:, None]).T @ (b - middle_b))
     if distance < MIN_DISTANCE_FROM_LINE:
         raise InputError(
             "the points to fit lie on a line, or are a mirror image, so that several rotations fit equally well: use more points."
         )
-    return turn, middle_b - middle_a @ turn
+    return rotation, middle_b - middle_a @ rotation

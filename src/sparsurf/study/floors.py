@@ -12,7 +12,7 @@ import pandas as pd
 
 from sparsurf import progress
 from sparsurf.files import read_archive, read_bytes
-from sparsurf.molecules.conformations import determines_turn, superpose
+from sparsurf.molecules.conformations import determines_rotation, superpose
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
@@ -176,6 +176,6 @@ def frames_at_gaps(molecule: Molecule, atoms: np.ndarray, time: float) -> dict[f
             for sign in (-1, 1)
             for frame in np.flatnonzero(np.abs(molecule.time_ps - time - sign * gap) < 1e-3)[:1]
         ]
-        if frames and determines_turn(molecule.xyz[frames], slice(None), atoms):
+        if frames and determines_rotation(molecule.xyz[frames], slice(None), atoms):
             by_gap[gap] = list(superpose(molecule.xyz[frames], slice(None), atoms))
     return by_gap

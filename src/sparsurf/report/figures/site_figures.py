@@ -42,14 +42,14 @@ def carried(
     ----------
     surface : Surface, of the hit
     site : (points (n, 3), residue (n,) int) of the site's dots
-    pose : (turn (3, 3), shift (3,)), which superposes the site onto the hit
+    pose : (rotation (3, 3), shift (3,)), which superposes the site onto the hit
 
     Returns
     -------
     points, normals (N, 3), and (N,) int, -1 for none
     """
-    turn, shift = pose
-    points, normals = (surface.points - shift) @ turn.T, surface.normals @ turn.T
+    rotation, shift = pose
+    points, normals = (surface.points - shift) @ rotation.T, surface.normals @ rotation.T
     gap, nearest = cKDTree(site[0]).query(points, distance_upper_bound=OVERLAP)
     return points, normals, np.where(np.isfinite(gap), site[1][np.minimum(nearest, len(site[1]) - 1)], -1)
 
@@ -154,10 +154,13 @@ def seen_alike(
     forms : as for `changes_figure`
     """
     (_, surface, molecule, change), (_, other, moved, _) = forms
-    rotation = facing(surface.points, surface.normals, change >= np.nanquantile(change, 0.9))
-    turn, shift = rigid_fit(moved.xyz[0], superpose_forms(moved, molecule).xyz[0], np.ones(moved.n_atoms))
-    oriented = [(surface.points, surface.normals), (other.points @ turn + shift, other.normals @ turn)]
-    return [(points @ rotation.T, normals @ rotation.T) for points, normals in oriented]
+    view = facing(surface.points, surface.normals, change >= np.nanquantile(change, 0.9))
+    rotation, shift = rigid_fit(moved.xyz[0], superpose_forms(moved, molecule).xyz[0], np.ones(moved.n_atoms))
+    oriented = [
+        (surface.points, surface.normals),
+        (other.points @ rotation + shift, other.normals @ rotation),
+    ]
+    return [(points @ view.T, normals @ view.T) for points, normals in oriented]
 
 
 def highest_shown(changes: Sequence[np.ndarray]) -> float:
