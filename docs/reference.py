@@ -14,7 +14,7 @@ def commands():
     yield command.EPILOG.partition("examples:\n")[0] + "\n"
     first = {}  # command that shows a group of options first
     for name in command.COMMANDS:
-        parser = command.build_parser(name)[0]._subparsers._group_actions[0].choices[name]
+        parser = command.build_parser(name)[1]
         words, _, examples = parser.epilog.partition("examples:\n")
         yield f"## {name}\n\n{parser.description}\n\n```bash\n{textwrap.dedent(examples)}```\n\n{words}\n\n"
         for group in parser._action_groups:

@@ -71,7 +71,10 @@ def main(
     unmatched = unmatched_residues(compared[0], compared[1])
     for form, other, residues in zip(forms, reversed(forms), unmatched, strict=True):
         if residues:
-            message = "%s lacks residues %s of %s: the surface around that gap seems changed; cut both forms alike by `residues`"
+            message = (
+                "%s lacks residues %s of %s, so changes next to them may come from that: "
+                "restrict both forms to the same residues by `residues`"
+            )
             log.warning(message, other, residues, form)
     table = changes_between(compared[0], compared[1], stream(seed, "changes", *forms), threads)
     table.to_csv(changes, index=False, float_format="%.5g")

@@ -16,7 +16,9 @@ from sparsurf.workflow.conformations import require_conformation
 from sparsurf.workflow.jobs import job
 
 MAX_SUPERPOSED = 10  # hits that the query is superposed onto
-POSE_COLUMNS = [f"{name}_{axis}" for name in ("turn_1", "turn_2", "turn_3", "shift") for axis in "xyz"]
+POSE_COLUMNS = [
+    f"{name}_{axis}" for name in ("rotation_1", "rotation_2", "rotation_3", "shift") for axis in "xyz"
+]
 
 
 def main(

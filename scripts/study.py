@@ -11,7 +11,7 @@ import statistics
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -136,12 +136,16 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
             rest = partial_runs.write_exclude(exclude, ROOT / ".snakemake" / "exclude.yaml")
             finished = snakemake([*files, rest], "--logger", "sparsurf", *options) == 0
         partial_runs.say_what_failed(run, failed)
+        config = config | {"exclude": exclude}
     say_what_came_out(config, run, time.time() - begin, finished and (run / "index.html").is_file())
     return code
 
 
 def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -> None:
-    """Print the time, answer, number of warnings and first page of a run."""
+    """Print the time, answer, number of warnings and first page of a run.
+
+    A site that the config excludes has no answer: its files, if there are any, are of an earlier run.
+    """
     if not finished:
         print(f"\nThe results so far are in {run}/.")
         return
@@ -162,21 +166,25 @@ def say_what_came_out(config: dict, run: Path, seconds: float, finished: bool) -
             remarks.append(f"{words} {low:.1f} to {high:.1f} %")
         remark = f" ({'; '.join(remarks)})" if remarks else ""
         print(f"Answer    {statistics.median(percents):.1f} % of the dots {verb}{remark}.")
-    for answer in answers_of_sites(run, config["sites"]):
+    sites = [name for name in config["sites"] if f"sites/{name}" not in config["exclude"]]
+    for answer in answers_of_sites(run, sites):
         print(f"Answer    {answer}")
     print(f"Warnings  {len(rows_of(run / 'warnings.csv'))} in {run / 'warnings.csv'}")
     print(f"Look at   {run / 'index.html'}")
     print(f"All       {run}/")
 
 
-def answers_of_sites(run: Path, sites: dict) -> Iterator[str]:
+def answers_of_sites(run: Path, sites: Iterable[str]) -> Iterator[str]:
     """Yield a sentence for each pair of forms that was compared, and for each site that was sought."""
     for name in sites:
         if changes := rows_of(run / "sites" / name / "changes.csv"):
             n_known, n_moved = (
                 sum(row[key] not in ("", "0") for row in changes) for key in ("total", "above_moved")
             )
-            yield f"{name}: {n_moved} of {n_known} residues change by more than atoms moved by 0.3 Å do."
+            advice = (
+                " They differ all over: go by the order of the residues." if 2 * n_moved > n_known else ""
+            )
+            yield f"{name}: {n_moved} of {n_known} residues change more than if all atoms moved by 0.3 Å.{advice}"
         if hits := rows_of(run / "sites" / name / "hits.csv"):
             from sparsurf.report.site_page import MAX_EXPECTED  # here, as it imports pandas
 

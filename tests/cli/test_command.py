@@ -51,7 +51,7 @@ EXAMPLES = sorted(
     {
         line.strip()
         for name in command.COMMANDS
-        for line in [*command.EPILOG.splitlines(), *command.build_parser(name)[1][name].EXAMPLES.splitlines()]
+        for line in [*command.EPILOG.splitlines(), *command.build_parser(name)[1].epilog.splitlines()]
         if line.startswith("  sparsurf ")
     }
 )
@@ -138,13 +138,7 @@ def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, cap
 
 def test_the_end_of_the_help_fits_a_terminal():
     parsers = [command.build_parser(name) for name in (None, *command.COMMANDS)]
-    texts = [
-        parsers[0][0].epilog,
-        *(
-            command.wrapped(modules[name].EXAMPLES)
-            for name, (_, modules) in zip(command.COMMANDS, parsers[1:], strict=True)
-        ),
-    ]
+    texts = [parsers[0][0].epilog, *(options.epilog for _, options in parsers[1:])]
     for text in texts:
         assert max(map(len, text.splitlines())) <= 80 and text.count("  sparsurf ") >= 1
     assert command.wrapped("a b\nc\n\nd:\n  e\n  f") == "a b c\n\nd:\n  e\n  f\n"
@@ -153,9 +147,7 @@ def test_the_end_of_the_help_fits_a_terminal():
 @pytest.mark.parametrize("name", command.COMMANDS)
 def test_every_option_is_explained(name, capsys):
     assert ended(name, "--help") == 0
-    parser, _ = command.build_parser(name)
-    own = next(each for each in parser._actions if each.dest == "command").choices[name]
-    assert all(action.help for action in own._actions)
+    assert all(action.help for action in command.build_parser(name)[1]._actions)
     assert "examples:" in capsys.readouterr().out
 
 
@@ -165,6 +157,20 @@ def test_version_and_the_list_of_commands(capsys):
     assert ended("--help") == 0
     assert all(name in capsys.readouterr().out for name in ["surface"])
     assert ended() == 2
+
+
+def test_a_script_for_pymol_holds_the_kept_dots_or_colours_by_roughness(folder, tmp_path):
+    assert ended("minimal", folder / "protein.pdb", "--dots", 40, "-o", tmp_path / "few.pml") == 0
+    few = (tmp_path / "few.pml").read_text()
+    assert few.count("(0.840, 0.370, 0.000, ") == 40 and "ATOM      1" in few
+    assert ended("roughness", folder / "protein.pdb", "-o", tmp_path / "rough.bild") == 0
+    lines = (tmp_path / "rough.bild").read_text().splitlines()
+    dots = sparsurf.surface(folder / "protein.pdb")
+    assert sum(line.startswith(".sphere") for line in lines) == len(dots)
+    at = "{:.3f} {:.3f} {:.3f}".format(*dots.points[np.argmax(sparsurf.roughness(dots))])
+    flattest = lines.index(f".sphere {at} 0.3")
+    colours = [line for line in lines[:flattest] if line.startswith(".color")]
+    assert colours[-1] == ".color 0.99 0.91 0.14"  # the bright end of viridis
 
 
 def test_formats_hold_the_same_dots(folder, tmp_path):
@@ -683,7 +689,8 @@ def test_a_frame_of_a_trajectory(folder, tmp_path):
         (
             ["minimal", "protein.pdb", "-o", "x"],
             1,
-            "minimal: x: the name has no suffix; name a file in .csv, .npz, .minimal, .ply, .vtp, .obj, .glb, .stl, .off.",
+            "minimal: x: the name has no suffix; name a file in .csv, .npz, .minimal, .ply, .vtp, "
+            ".obj, .glb, .stl, .off, .pml, .pdb, .bild.",
         ),
         *(
             (
@@ -837,6 +844,15 @@ def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
             "did you mean 'farthest'? See sparsurf minimal --help.",
         ),
         (["compare", "a.pdb"], "). See sparsurf --help."),
+        (
+            ["surface", "a.pdb", "-o", "a.csv", "--chain", "A"],
+            "did you mean '--chains'? See sparsurf surface --help.",
+        ),
+        (
+            ["surface", "a.pdb", "-o", "a.csv", "--frme=3"],
+            "did you mean '--frame'? See sparsurf surface --help.",
+        ),
+        (["--qiet"], "See sparsurf --help."),
     ],
 )
 def test_a_misspelt_name_is_answered_with_the_nearest(words, hint, capsys):

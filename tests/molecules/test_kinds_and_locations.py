@@ -437,11 +437,17 @@ def test_residues_of_nucleic_acids_alone_are_answered_with_their_chain(tmp_path)
     )
     path = write(tmp_path / "a.pdb", peptide(chain="A") + dna + "END\n")
     for residues, place in (("402-410", "C:402-403"), (["421"], "D:421-421"), ("421,402-403", "C:402-403")):
+        remedy = f"name the chain of nucleic acids, as in {place}.$"
         with pytest.raises(
-            InputError, match=f" 4 nucleic residues: name the chain of nucleic acids, as in {place}.$"
+            InputError, match=f"the selection holds no atoms; .* 4 nucleic residues: {remedy}"
         ):
             read_molecule(path, residues=residues)
         assert set(read_molecule(path, residues=place).chain) == {place[0]}
     for keys in ({"selection": "name XX", "residues": "402"}, {"residues": "1", "selection": "name XX"}):
         with pytest.raises(InputError, match=r" 4 nucleic residues\.$"):
             read_molecule(path, **keys)
+    write(path, dna + "END\n")
+    with pytest.raises(
+        InputError, match=r"there is no protein; .*: name the chains of the nucleic acids, as `chains` C,D\.$"
+    ):
+        read_molecule(path)

@@ -476,6 +476,7 @@ def test_real_insertion_codes_and_negative_numbers(shared):
         ({"residues": "ten-12"}, "'ten-12' is not of the form"),
         ({"selection": "resname GLY"}, "the selection holds no atoms; .* 4 protein residues"),
         ({"selection": "resname ==="}, r"is not an mdtraj expression \(\w.*\): see mdtraj.org\.$"),
+        ({"selection": "chain A"}, r"see mdtraj.org, or choose chains by `chains`\.$"),
         ({"selection": "__import__('os')"}, "is not an mdtraj expression"),
         ({"hydrogens": "maybe"}, "neither keep nor remove"),
         ({"altloc": "lowest"}, "neither first, highest nor one letter"),

@@ -13,7 +13,7 @@ from sparsurf.molecules.pdb import encode_label
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
 from sparsurf.surfaces.surface import Surface
 
-SCENES = (".pdb", ".pml", ".cxc", ".bild")
+SCENES = (".pml", ".pdb", ".bild")  # of one file; .cxc has two files next to it
 DOT_RADIUS = 0.3  # Å, of the spheres
 KEPT = (0.84, 0.37, 0.0)  # vermillion of Okabe and Ito, of a subset and of triangles
 MIN_B, MAX_B = -99.99, 999.99  # that fit into six characters
@@ -45,7 +45,6 @@ def write_scene(
     surface: Surface,
     molecule: Molecule | None = None,
     frame: int = 0,
-    *,
     numbers: np.ndarray | None = None,
     one_colour: bool = False,
     triangles: np.ndarray | None = None,
@@ -59,14 +58,17 @@ def write_scene(
     surface : Surface
     molecule, frame : Molecule, int
     numbers : (N,) float, optional
-        B factors of a PDB.
+        B factors of a PDB, and colours; without them, the colours show the kinds of the dots.
     one_colour : bool
-        Instead of colours by the first field, or by the kind of dots.
+        Draw all dots in one colour.
     triangles : (F, 3) int, optional
         Corners; drawn in one colour instead of spheres.
     """
     path = Path(path)
-    colours = _colours(surface, one_colour or triangles is not None)
+    if one_colour:
+        colours = np.tile(KEPT, (len(surface), 1))
+    else:
+        colours = (KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers)) / 255
     if path.suffix.lower() == ".pdb":
         _write_dots_as_pdb(path, surface.points, np.zeros(len(surface)) if numbers is None else numbers)
     elif path.suffix.lower() == ".bild":
@@ -104,15 +106,6 @@ def write_bild(
             lines.append(".sphere {:.3f} {:.3f} {:.3f} {:g}".format(*point, DOT_RADIUS))
             last = words
     Path(path).write_text("\n".join([*lines, ""]), encoding="ascii")
-
-
-def _colours(surface: Surface, one_colour: bool) -> np.ndarray:
-    """Return red, green and blue of every dot, (N, 3), 0..1."""
-    if one_colour:
-        return np.tile(KEPT, (len(surface), 1))
-    if surface.fields:
-        return viridis(next(iter(surface.fields.values()))) / 255
-    return KIND_COLOURS[surface.kind] / 255
 
 
 def _write_dots_as_pdb(path: Path, points: np.ndarray, numbers: np.ndarray) -> None:

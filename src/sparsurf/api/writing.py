@@ -39,7 +39,7 @@ log = logging.getLogger("sparsurf")
 BY_TRIMESH = (".obj", ".glb", ".stl", ".off")  # where trimesh is installed
 MESHES = (".ply", ".vtp", *BY_TRIMESH)
 NUMBERS = (".csv", ".npz", ".ply", ".vtp")  # which have room for numbers at the dots
-DOTS_ALONE = (".csv", ".npz", ".minimal", *MESHES)
+DOTS_ALONE = (".csv", ".npz", ".minimal", *MESHES, *SCENES)
 DOTS = (".dms", *DOTS_ALONE)  # DMS names the atom of every dot
 TABLES = (".csv", ".npz")
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
@@ -220,7 +220,7 @@ def write_dots(
         ".minimal": lambda path: write_compact(path, surface),
         ".vtp": vtp,
     }
-    writers |= dict.fromkeys(BY_TRIMESH, solid)
+    writers |= dict.fromkeys(BY_TRIMESH, solid) | dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
     write_file(output, format_given, DOTS if dots.molecule is not None else DOTS_ALONE, writers)
 
 
@@ -282,7 +282,6 @@ def write(
     if isinstance(result, pd.DataFrame):
         write_table(path, None, result)
         return
-    scene = Path(path).suffix.lower() in SCENES
     if isinstance(result, Molecule):
         if Path(path).suffix.lower() != ".pdb":
             raise InputError(f"{path}: a molecule is written as a PDB; name a file in .pdb.")
@@ -304,17 +303,21 @@ def write(
         raise InputError(
             f"write: give dots, a mesh, a molecule or a table, not the type {type(result).__name__}."
         )
-    if not scene:
+    if Path(path).suffix.lower() != ".cxc":
         write_dots(path, None, dots)
         return
-    parse_output(path, None, SCENES)
-    if atoms is None and dots.surface.origin:
-        atoms, frame = dots.surface.origin.molecule, dots.surface.origin.frame
-    numbers = dots.table["weight"] if is_subset(source) else next(iter(dots.surface.fields.values()), None)
-    write_scene(
-        path, dots.surface, atoms, frame,
-        numbers=None if numbers is None else np.asarray(numbers, float), one_colour=is_subset(source), triangles=dots.faces,
-    )  # fmt: skip
+    parse_output(path, None, (".cxc",))  # it writes files next to it
+    _write_scene(Path(path), dots)
+
+
+def _write_scene(path: Path, dots: Dots) -> None:
+    """Write dots, or a mesh, with the molecule that they know, for PyMOL or ChimeraX."""
+    origin = dots.surface.origin if dots.molecule is None else None
+    molecule, frame = (origin.molecule, origin.frame) if origin else (dots.molecule, dots.frame)
+    columns = [dots.table[dots.shown]] if dots.shown else list(dots.surface.fields.values())
+    numbers = np.asarray(columns[0], float) if columns else None
+    one_colour = dots.shown == "weight" or dots.faces is not None
+    write_scene(path, dots.surface, molecule, frame, numbers, one_colour, dots.faces)
 
 
 def import_trimesh(output: str | Path) -> Any:

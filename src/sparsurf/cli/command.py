@@ -14,7 +14,6 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
-from types import ModuleType
 from typing import Any, NoReturn
 
 from sparsurf import InputError, __version__, printable, progress
@@ -54,7 +53,8 @@ class Parser(argparse.ArgumentParser):
         """Exit with the sentence, the name that the user may have meant, and where to read more."""
         choice = re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message)
         hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2])) if choice else ""
-        self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}{hint or '.'} See {self.prog} --help.\n")
+        end = "" if message.endswith("?") else "."
+        self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}{hint or end} See {self.prog} --help.\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -72,18 +72,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for k in reversed(range(len(arguments) - 1)):  # -3-2 is a range of residues, no option
         if arguments[k] == "--residues" and re.match(r"-\d", arguments[k + 1]):
             arguments[k : k + 2] = [f"--residues={arguments[k + 1]}"]
-    parser, modules = build_parser(next((word for word in arguments if not word.startswith("-")), None))
+    parser, options = build_parser(next((word for word in arguments if not word.startswith("-")), None))
     args, others = parser.parse_known_args(arguments)
     if others and not (hasattr(args, "targets") and all(word[:1] != "-" for word in others)):
-        several = not any(word.startswith("-") for word in others)
-        hint = " (one file at a time; a study takes a folder of them)" if several else ""
-        parser.error(f"unrecognized arguments: {' '.join(others)}{hint}")
+        wrong = next((word.partition("=")[0] for word in others if word.startswith("-")), None)
+        hint = " (one file at a time; a study takes a folder of them)"
+        if wrong:
+            hint = did_you_mean(wrong, re.findall(r"--?[a-z][\w-]*", (options or parser).format_usage()))
+        (options or parser).error(f"unrecognized arguments: {' '.join(others)}{hint}")
     if others:  # files after an option, which argparse has given to no list that may be empty
         args.targets += others
     progress.enabled = not args.quiet
     try:
         with _warnings_to_stderr(), _compiling(args.quiet):
-            modules[args.command].run(args)
+            args.function(args)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader, `head` say, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -99,8 +101,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def build_parser(command: str | None = None) -> tuple[Parser, dict[str, ModuleType]]:
-    """Return the parser, with all options of one command and a line for each of the others, and the command's module."""
+def build_parser(command: str | None = None) -> tuple[Parser, Parser | None]:
+    """Return the parser, with a line for each command, and the parser of one command with all its options."""
     parser = Parser(
         prog="sparsurf",
         description="Minimal representations of molecular surfaces.",
@@ -110,23 +112,24 @@ def build_parser(command: str | None = None) -> tuple[Parser, dict[str, ModuleTy
     )
     parser.add_argument("--version", action="version", version=f"sparsurf {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, title="commands")
-    modules = {}
+    options = None
     for name, line in COMMANDS.items():
         if name != command:
             commands.add_parser(name, help=line)
             continue
-        modules[name] = import_module(f"sparsurf.cli.{name}")
+        module = import_module(f"sparsurf.cli.{name}")
         options = commands.add_parser(
             name,
             help=line,
             description=f"{line[0].upper()}{line[1:]}.",
-            epilog=wrapped(modules[name].EXAMPLES),
+            epilog=wrapped(module.EXAMPLES),
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        modules[name].arguments(options)
+        module.arguments(options)
         options.add_argument("-q", "--quiet", action="store_true", help="say only what went wrong")
-    return parser, modules
+        options.set_defaults(function=module.run)
+    return parser, options
 
 
 def wrapped(text: str) -> str:
@@ -150,7 +153,11 @@ def _compiling(quiet: bool) -> Iterator[None]:
     class Listener(event.Listener):
         def on_start(self, _: Any) -> None:
             event.unregister("numba:compile", self)
-            print("Compiling kernels, once: up to half a minute ...", file=sys.stderr, flush=True)
+            print(
+                "Compiling the kernels of this command, once: up to half a minute ...",
+                file=sys.stderr,
+                flush=True,
+            )
 
         def on_end(self, _: Any) -> None:
             pass

@@ -13,6 +13,7 @@ from sparsurf.api.writing import (
     BY_TRIMESH,
     DOTS,
     NUMBERS,
+    SCENES,
     Dots,
     import_trimesh,
     parse_output,
@@ -44,7 +45,7 @@ def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
         raise InputError(f"--no-faces: {suffix} holds triangles only; leave it out, or name a file in .ply.")
     if suffix != ".ply" and getattr(args, "binary", False):
         raise InputError(f"--binary is about a PLY, and {args.output} is none; leave it out.")
-    if suffix in {*DOTS} - {*NUMBERS} and getattr(args, "fields", None):
+    if suffix in {*DOTS} - {*NUMBERS, *SCENES} and getattr(args, "fields", None):
         raise InputError(f"--fields: {suffix} has no room for them; name a file in {', '.join(NUMBERS)}.")
     every_model = getattr(args, "model", None) == "all" and args.frame is None
     several = getattr(args, "frames", None) or every_model

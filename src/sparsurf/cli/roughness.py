@@ -11,9 +11,10 @@ from sparsurf.api.patches import roughness
 from sparsurf.cli import options, outputs
 from sparsurf.patches.index import R_PATCH
 
+FORMATS = (*writing.NUMBERS, *writing.SCENES)
 EXAMPLES = """\
 Roughness is the mean cosine between the normals of a patch and their mean: 1 is flat, 0 is rough. In a PLY it is colour and
-property.
+property, and a .pml opens the dots in these colours in PyMOL.
 
 examples:
   sparsurf roughness protein.pdb -o roughness.ply
@@ -24,7 +25,7 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure or dots")
-    options.add_output(parser, writing.NUMBERS)
+    options.add_output(parser, FORMATS)
     options.add_mesh(parser)
     parser.add_argument(
         "--r-patch",
@@ -37,7 +38,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the dots with their roughness."""
-    outputs.check(args, writing.NUMBERS)
+    outputs.check(args, FORMATS)
     outputs.write_frames(args, _dots(args))
 
 

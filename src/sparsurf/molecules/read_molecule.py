@@ -526,7 +526,10 @@ def _select_complete(
         atom = incomplete[0]
         label = f"{touched.residue_name[atom]} {touched.chain[atom]} {touched.residue[atom]}"
         residues = pluralise(len(incomplete), "residue") + (" lacks" if len(incomplete) == 1 else " lack")
-        log.warning("%s: %s heavy atoms, the first is %s; the surface has holes there", path, residues, label)
+        message = (
+            "%s: %s heavy atoms, the first is %s; the surface is dented there: rebuild the missing atoms"
+        )
+        log.warning(message, path, residues, label)
     return selected
 
 

@@ -95,20 +95,21 @@ def select_atoms(
     elif not (isinstance(hydrogens, str) and hydrogens == "keep"):
         raise InputError(f"hydrogens: '{hydrogens}' is neither keep nor remove: choose one of them.")
     if not selected.any():
-        nucleic = np.flatnonzero(within & (molecule.kind == "nucleic") & (residues is not None))
-        remedy = f": {_range_of_nucleic(molecule, nucleic)}" if selection is None and len(nucleic) else ""
-        raise InputError(
-            f"{path}: the selection holds no atoms; the file has {_inventory(molecule)}{remedy}."
-        )
+        keys = (selection, chains, residues)
+        nothing = "there is no protein" if keys == (None, None, None) else "the selection holds no atoms"
+        nucleic = np.flatnonzero(within & (molecule.kind == "nucleic"))
+        remedy = _remedy_for_nucleic(molecule, nucleic, ranges) if selection is None and len(nucleic) else ""
+        raise InputError(f"{path}: {nothing}; the file has {_inventory(molecule)}{remedy}.")
     return selected
 
 
-def _range_of_nucleic(molecule: Molecule, atoms: np.ndarray) -> str:
-    """Return the remedy for nucleic acids that are selected without a chain."""
-    first = atoms[0]
-    last = atoms[molecule.chain[atoms] == molecule.chain[first]][-1]
-    example = f"{molecule.chain[first]}:{molecule.residue[first]}-{molecule.residue[last]}"
-    return f"name the chain of nucleic acids, as in {example}"
+def _remedy_for_nucleic(molecule: Molecule, atoms: np.ndarray, ranges: list[str] | None) -> str:
+    """Return the remedy where nucleic acids are meant: they are selected by their chains."""
+    chains = list(dict.fromkeys(molecule.chain[atoms].tolist()))
+    if ranges is None:
+        return f": name the chains of the nucleic acids, as `chains` {','.join(chains)}"
+    labels = molecule.residue[atoms][molecule.chain[atoms] == chains[0]]
+    return f": name the chain of nucleic acids, as in {chains[0]}:{labels[0]}-{labels[-1]}"
 
 
 def _in_chains(
@@ -189,8 +190,10 @@ def atoms_of_expression(molecule: Molecule, selection: str) -> np.ndarray:
         indices = np.asarray(molecule.topology.select(selection), dtype=int)
     except Exception as error:  # mdtraj compiles the expression, which can raise any exception
         reason = (str(error).splitlines() or [""])[0]
+        remedy = ", or choose chains by `chains`" if re.search(r"\bchain\b", selection) else ""
         raise InputError(
-            f"selection: '{shorten(selection)}' is not an mdtraj expression ({shorten(reason)}): see mdtraj.org."
+            f"selection: '{shorten(selection)}' is not an mdtraj expression ({shorten(reason)}): "
+            f"see mdtraj.org{remedy}."
         ) from None
     selected = np.zeros(len(molecule.chain), bool)
     selected[indices] = True
