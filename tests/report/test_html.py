@@ -204,14 +204,14 @@ def test_without_a_grid_the_first_page_begins_with_what_changes(tmp_path):
         files.append(f"sites/{name}")
     sampled = first(folder, files)
     assert "<h1>How few dots describe the surface of p, q?</h1>" in sampled
-    assert sampled.index("d = 2.5") < sampled.index("2 of 3") and sampled.count("2 of 3</b> residues") == 1
+    assert sampled.index("d = 2.5") < sampled.index("2 of 3") and sampled.count("2 of 3</b> residues of") == 1
     surfaces = pd.read_csv(folder / "surfaces.csv").assign(
         area=380.4, minimal_n_S=90, minimal_n_S_percent=4.5
     )
     surfaces.to_csv(folder / "surfaces.csv", index=False)
     alone = first(folder, [path for path in files if path not in ("summary.csv", "relation.csv")])
     assert "<h1>What changes in opening?</h1>" in alone
-    assert alone.index("2 of 3</b> residues change") < alone.index("of the dots are enough")
+    assert alone.index("2 of 3</b> residues of") < alone.index("of the dots are enough")
     assert alone.count("2 of 3</b> residues") == 1 and "the clearest hit is on q." in alone
 
 
@@ -351,7 +351,7 @@ def test_other_parts_of_a_run_have_a_card_each(tmp_path):
     known = first_page(folder, files, ())
     assert known["compared"] == {"factor": "1.8", "bound": "more than", "percent": "11"}
     assert known["paper"] == {"inside": 1, "rows": 2, "runs": 40}
-    assert known["pairs"] == {"n": 3, "touching": 2, "auc": "0.57", "place": "above"}
+    assert known["pairs"] == {"n": 3, "touching": 2, "auc": "0.57 (0.52 to 0.62)", "place": "above"}
     assert known["ensembles"] == [("p", {"frames": 2, "reading": "as_coded", "d": "2.5", "sd": "0.7"})]
     text = render(TEMPLATE, **known)
     assert {"compare.html", "verdict.html", "pairs/pairs.html", "p/ensemble.html"} <= set(Page(text).links)
@@ -549,6 +549,13 @@ def test_a_pair_has_the_numbers_of_its_tables():
         (0.65, "above", "planarity over 10 Å", 0.7),
         (0.55, "around", "planarity over 10 Å", 0.5),
     ]
+    low = AGREEMENT.assign(auc=AGREEMENT["auc"].where(AGREEMENT["partner"] == 1, 0.42))
+    low.loc[len(low)] = [2, "hydropathy", 0.09, 0.0, 0.2]
+    text = Page(
+        render(pair_page.TEMPLATE, **pair_page.pair_page("one", low, CONTACTS, BEST, SETTINGS, "ab"))
+    ).text
+    assert "partner 1 is planarity over 10 Å: 0.70." in text["page"]
+    assert "hydropathy over 10 Å (Kyte-Doolittle): 0.09, so low values mark the interface." in text["page"]
     page = Page(render(pair_page.TEMPLATE, **known))
     assert ["complementarity, smoothed", "0.65 (0.55 to 0.75)", "0.55 (0.45 to 0.65)"] in page.rows
     assert ["1", "A:VAL1", "0.50", "8.25"] in page.rows and ["11", "A:VAL1", "0.50", "8.25"] not in page.rows
@@ -578,7 +585,7 @@ def test_means_over_pairs_are_told_with_their_interval():
     known = pair_page.pairs_page("run", means, 3, 2, table)
     text = " ".join(Page(render(pair_page.OF_ALL, **known)).text["answer"].split())
     assert "AUC of 0.550 (0.510 to 1.000) for" in text and "It beats a coin." in text
-    assert "The best baseline is roughness of the patch: 0.600." in text
+    assert "The strongest baseline is roughness of the patch: 0.600." in text
     assert known["pairs"] == {"a": 0.5, "b": 0.7}
     flatness = known["scores"]["roughness of the patch"]
     assert (flatness["low"], flatness["high"]) == (0.0, 1.0)

@@ -180,7 +180,7 @@ def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
     page = Page(render(OF_FORMS, **known))
     answer = " ".join(page.text["answer"].split())
     assert answer.startswith(
-        "From open to closed/f7, 2 of 2 residues change by more than fresh dots do; 0 would by chance."
+        "From open to closed/f7, 2 of 2 residues change more than fresh dots explain; 0 would by chance."
     )
     assert (
         len(answer.split()) <= 60

@@ -107,9 +107,26 @@ def test_a_study_of_sites_says_what_changes_and_where_they_are_found(checkout, c
     assert study.main(checkout.config(proteins={"p": STRUCTURE, "q": STRUCTURE}, sites=sites)) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Answer")]
     assert lines[1:] == [
-        "Answer    bend: 2 of 3 residues change by more than atoms moved by 0.3 Å do.",
+        "Answer    bend: 2 of 3 residues change more than if all atoms moved by 0.3 Å. They differ all over: "
+        "go by the order of the residues.",
         "Answer    site: found on 1 of 3 targets.",
     ]
+
+
+def test_a_comparison_that_failed_has_no_answer_of_an_earlier_run(checkout, capsys):
+    """Nor has one that the config excludes. A minority of changes is no reason to go by the order."""
+    for name in ("bend", "fold", "turn"):
+        table = checkout.root / f"results/mine/sites/{name}/changes.csv"
+        table.parent.mkdir(parents=True)
+        table.write_text("total,above_moved\n1,1\n2,0\n3,0\n")
+    checkout.make("p/frames.csv", "q/frames.csv")
+    made = lambda: checkout.make("surfaces.csv", "warnings.csv", "index.html")  # noqa: E731
+    checkout.work, checkout.codes = [checkout.fail("sites/bend/compare_forms"), made], [1, 0]
+    sites = {name: {"changes": ["p", "q"]} for name in ("bend", "fold", "turn")}
+    proteins = {"p": STRUCTURE, "q": STRUCTURE}
+    assert study.main(checkout.config(proteins=proteins, sites=sites, exclude=["sites/turn"])) == 1
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Answer")]
+    assert lines[1:] == ["Answer    fold: 1 of 3 residues change more than if all atoms moved by 0.3 Å."]
 
 
 def test_where_one_protein_fails_the_pages_of_the_others_are_made(checkout, capsys):

@@ -363,7 +363,10 @@ def of_pairs(means: pd.DataFrame, table: pd.DataFrame, n: int) -> dict[str, Any]
     rows = means[means["score"] == "propensity_smoothed"]
     if len(rows):
         row = rows.iloc[0]
-        card |= {"auc": number(row["mean"]), "place": against_zero(row["low"] - 0.5, row["high"] - 0.5)}
+        card |= {
+            "auc": interval(row["mean"], row["low"], row["high"]),
+            "place": against_zero(row["low"] - 0.5, row["high"] - 0.5),
+        }
     return card
 
 

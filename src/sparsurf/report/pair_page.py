@@ -74,21 +74,22 @@ def pair_page(
 
 
 def side_of(side: Any, agreement: pd.DataFrame) -> dict[str, Any]:
-    """Collect the AUC of the map and the best baseline of one partner."""
+    """Collect the AUC of the map and the strongest baseline of one partner."""
     return {"side": side} | _main_and_baseline(agreement.set_index("score"), "auc")
 
 
 def _main_and_baseline(by_score: pd.DataFrame, column: str) -> dict[str, Any]:
-    """Return the main score with its limits and position relative to 0.5, and the best baseline."""
+    """Return the main score with its limits and position relative to 0.5, and the baseline farthest from 0.5."""
     baselines: pd.Series[float] = by_score[~by_score.index.str.startswith(PATCH_SCORES)][column]
+    strongest = str((baselines - 0.5).abs().idxmax())
     main: Any = by_score.loc[MAIN_SCORE]
     return {
         "auc": main[column],
         "low": main["low"],
         "high": main["high"],
         "place": against_zero(main["low"] - 0.5, main["high"] - 0.5),
-        "baseline": called(str(baselines.idxmax())),
-        "baseline_auc": baselines.max(),
+        "baseline": called(strongest),
+        "baseline_auc": baselines[strongest],
     }
 
 

@@ -64,13 +64,13 @@ def book_figure(name: str, surfaces: Sequence[Surface], tables: Sequence[pd.Data
         cameras,
         tables,
         "propensity_smoothed",
-        "propensity, smoothed\n(low: good match)",
+        "distance to the nearest\npatch, smoothed\n(low: good match)",
     )
     if both:
         for side in (0, 1):
             colour = np.where(touching[side][:, None], colors.to_rgb(INSIDE), colors.to_rgb(OUTSIDE))
             _page(figure, side, 77, surfaces[side], colour, cameras[side])
-        layout.text(figure, 162, 80, "interface: dots\nthat touch the\nother partner", color=INSIDE)
+        layout.text(figure, 162, 80, "interface: dots\nclose to the\nother partner", color=INSIDE)
     else:
         _row(
             figure, 77, surfaces, cameras, tables, "similarity_smoothed", "similarity, smoothed\n(low: alike)"
