@@ -25,7 +25,7 @@ from sparsurf.report.figures import (
 from sparsurf.report.figures.results import Results
 from sparsurf.rounding import write_table
 from sparsurf.sampling.combination import Combination
-from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.sampling.samplers import sampler_label
 from sparsurf.study import rough_and_flat as by_roughness
 from sparsurf.study.floors import FRESH
 from sparsurf.study.prepared_surface import PreparedSurface, prepare_surface
@@ -95,7 +95,7 @@ def main(
     n_tests = MAX_TEST_DOTS
     if isinstance(test_dots, int):
         n_tests = min(MAX_TEST_DOTS, TEST_DOTS_PER_TEST_DOT * test_dots)
-    sampler = lookup_sampler(_sampler(minimal_settings)).words
+    sampler = sampler_label(_sampler(minimal_settings))
     results = Results(
         name=name,
         surface=dots,

@@ -58,7 +58,9 @@ def main(
     )
     results = json.loads(Path(best).read_text(encoding="utf-8")) if best else None
     # the random stream of minimal.csv, so that both have the same dots where that is farthest-point sampling
-    order = farthest(prepared, min(len(dots), MAX_DOTS), prepared.nameless.stream("minimal", "farthest"))
+    order = farthest(
+        prepared, min(len(dots), MAX_DOTS), prepared.with_shared_streams.stream("minimal", "farthest")
+    )
     subset = read_minimal(minimal, dots)
     points, normals = subset[["x", "y", "z"]].to_numpy(), subset[["nx", "ny", "nz"]].to_numpy()
     distance = distance_to_recovered(dots.points, points, normals, threads)

@@ -51,7 +51,7 @@ def main(
         threads,
         distance_from_moved_centre,
         chance_in_every_patch,
-    ).nameless
+    ).with_shared_streams
     generate_surface = atoms = other_frames = None
     if conformation:
         molecule = read_study_structure(conformation)

@@ -80,7 +80,7 @@ def main(
     rough = read_roughness(roughness, dots)
     prepared = prepare_surface(
         dots, patches, rough, seed, name, 1, distance_from_moved_centre, chance_in_every_patch
-    ).nameless
+    ).with_shared_streams
     choices = choices_from_ranges(read_table(ranges) if ranges else None)
     if ranges and choices is PUBLISHED_CHOICES:
         log.warning(

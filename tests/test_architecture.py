@@ -177,6 +177,19 @@ def test_every_file_and_public_function_says_what_it_is(path):
             assert ast.get_docstring(node), f"{path.name}: {node.name}"
 
 
+def test_docstrings_refer_to_functions_that_exist():
+    """`tables.ranges_table` in a docstring: some module tables.py holds that name."""
+    texts: dict[str, str] = {}
+    for module in MODULES:
+        stem = module.parent.name if module.stem == "__init__" else module.stem
+        texts[stem] = texts.get(stem, "") + (LIBRARY / module).read_text()
+    for path in [*SCRIPTS, *(LIBRARY / module for module in MODULES)]:
+        for reference in re.findall(r"(?<!`)`([a-z_.]+)\.(\w+)(?:\(\))?`(?!`)", path.read_text()):
+            module, name = reference[0].rpartition(".")[2], reference[1]
+            if module in texts and name not in texts:  # else `package.module`
+                assert re.search(rf"\b{name}\b", texts[module]), f"{path.name}: {module}.{name}"
+
+
 @pytest.mark.parametrize(
     "path", [path for path in SCRIPTS if path.name != "study.py"], ids=lambda path: path.name
 )

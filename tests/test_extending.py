@@ -13,7 +13,6 @@ import pytest
 
 from conftest import ROOT
 from small_study import output, snakemake
-from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches import descriptors, roughness
 from sparsurf.patches.index import build_index
 from sparsurf.patches.islands import patch
@@ -92,7 +91,7 @@ def test_a_recipe_adds_its_name_to_those_of_the_config(recipe):
 def test_a_sampler(surface, monkeypatch):
     monkeypatch.setattr(samplers, "SAMPLERS", dict(samplers.SAMPLERS))
     carried_out("A sampler", sampler=samplers.sampler, np=np)
-    assert samplers.lookup_sampler("highest")[1:] == ("highest dots", "highest", True, False)
+    assert samplers.SAMPLERS["highest"][1:] == ("highest dots", True, False)
     prepared = PreparedSurface(surface)
     dots, weight = find_subset(prepared, "highest", 10)
     assert sorted(dots) == sorted(np.argsort(surface.points[:, 2])[-10:]) and weight.sum() == 800
@@ -103,10 +102,10 @@ def test_a_roughness(surface, monkeypatch):
     monkeypatch.setattr(roughness, "ROUGHNESS", dict(roughness.ROUGHNESS))
     carried_out("A roughness", registered=roughness.registered, np=np, patch=patch)
     index = build_index(surface.points, surface.normals, 0.9)
-    values = roughness.roughness(index, 4.0, kind="steepest")
+    values = roughness.roughness(index, 4.0, roughness_kind="steepest")
     own = surface.normals[patch(index, 7, 4.0)] @ surface.normals[7]
     assert values[7] == pytest.approx(max(0.0, own.min()), abs=1e-12)
-    prepared = PreparedSurface(surface, d_link=0.9, kind="steepest")
+    prepared = PreparedSurface(surface, d_link=0.9, roughness_kind="steepest")
     np.testing.assert_array_equal(prepared.roughness, values)
 
 
@@ -147,26 +146,27 @@ def test_a_column(checkout):
     replace_once(library / "study" / "residues.py", r'^    table\["dots"\] = .*$', rf"\g<0>\n    {line}")
     replace_once(
         library / "columns.yaml",
-        "^      - dots: .int, dots, its dots.\n(?=      - cavity_dots)",
+        r"^      - dots: .int, dots, its dots.\n(?=      - (?:\w+: .*\n      - )?cavity_dots)",
         rf"\g<0>      {meaning}\n",
     )
-    replace_once(library / "batches" / "tables.py", '^        "dots": INT,$', r'\g<0>\n        "atoms": INT,')
-    printed(checkout, "-m", "sparsurf.columns")
-    assert "| `atoms` | int | atoms | its atoms |" in (checkout / "docs" / "columns.md").read_text(
-        encoding="utf-8"
+    replace_once(
+        library / "batches" / "tables.py", '^        "dots": INT,$', r'\g<0>\n        "heavy_atoms": INT,'
     )
+    printed(checkout, "-m", "sparsurf.columns")
+    assert "| `heavy_atoms` | int | atoms | its heavy atoms |" in (
+        checkout / "docs" / "columns.md"
+    ).read_text(encoding="utf-8")
     code = """
 import sparsurf
 from sparsurf import columns
 from sparsurf.batches.tables import columns_of
-molecule = sparsurf.read_molecule("topology.pdb", residues="209-210", hydrogens="remove")
+molecule = sparsurf.read_molecule("topology.pdb", residues="209-210")
 table = sparsurf.residues(sparsurf.surface(molecule), molecule)
 listed = [column.name for column in columns.tables()["<protein>/<conformation>/residues.csv"].columns]
-print(table["atoms"].tolist(), list(table) == [name for name in listed if "<" not in name] == [*columns_of("residues")][1:])
+print(table["heavy_atoms"].tolist(), list(table) == [name for name in listed if "<" not in name] == [*columns_of("residues")][1:])
 """
     shutil.copy(ROOT / "data" / "tdp43" / "topology.pdb", checkout)
-    molecule = read_molecule(checkout / "topology.pdb", residues="209-210", hydrogens="remove")
-    assert printed(checkout, "-c", code) == f"{np.bincount(molecule.residue_index).tolist()} True\n"
+    assert printed(checkout, "-c", code) == "[9, 11] True\n"  # of GLU and PHE
 
 
 def test_a_default(checkout):

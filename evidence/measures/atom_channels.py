@@ -68,7 +68,7 @@ def relatives(pairs: Sequence[tuple[Molecule, Molecule]], points: Sequence[np.nd
 
 
 def folds(names: Sequence[str], tm: pd.Series) -> np.ndarray:
-    """Number the folds: proteins that chains of a TM-score of OTHER_FOLD and more join; (N,) int."""
+    """Assign proteins to folds (N,) int: chains of TM-scores of at least OTHER_FOLD join them."""
     fold = np.arange(len(names))
     for (first, second), score in tm.items():
         if score >= OTHER_FOLD:

@@ -6,7 +6,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter, NullLocator
 
 from sparsurf.report.figures.layout import PAGE, PALETTE, axes, legend, letter, sheet, styled
-from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.sampling.samplers import sampler_label
 
 COLOURS = {"published": PALETTE[1], "rotation_robust": PALETTE[0]}
 MARKS = ("o", "s", "^", "D")
@@ -38,7 +38,7 @@ def samplers(changes: pd.DataFrame, table: pd.DataFrame) -> Figure:
             axis.set_minor_formatter(NullFormatter())
         letter(figure, 2 + 90 * d, 2, "ab"[d])
     handles = [
-        Line2D([], [], color=colour, marker=mark, label=lookup_sampler(sampler).words)
+        Line2D([], [], color=colour, marker=mark, label=sampler_label(sampler))
         for sampler, colour, mark in zip(SHOWN, PALETTE, MARKS, strict=False)
     ]
     legend(figure, 16, 63, handles, ncols=4)

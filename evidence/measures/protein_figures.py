@@ -13,7 +13,7 @@ from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import LINES, PALETTE, styled
 from sparsurf.report.figures.summary_figures import GREEK
-from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.sampling.samplers import sampler_label
 
 FAIR = "atoms moved 0.3 Å"
 COLOURS = {WRITTEN_READING: PALETTE[0], CODED_READING: PALETTE[5], RECOVERED: PALETTE[2]}
@@ -129,7 +129,7 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
                 "color": colour,
                 "linewidth": width,
                 "marker": marker,
-                "label": lookup_sampler(sampler).words,
+                "label": sampler_label(sampler),
             }
             ax.plot(rows["percent"], rows["Z"], **style)
         for words, z in floors.items():

@@ -129,7 +129,7 @@ def forms(
 
 
 def numbered_as(molecule: Molecule, reference: Molecule) -> tuple[Molecule, float]:
-    """Number the residues of a relative as in the reference, by an alignment where the superposed backbones agree.
+    """Renumber the residues of a relative as in the reference, by an alignment where the superposed backbones agree.
 
     Returns
     -------

@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -171,6 +172,19 @@ def test_a_script_for_pymol_holds_the_kept_dots_or_colours_by_roughness(folder, 
     flattest = lines.index(f".sphere {at} 0.3")
     colours = [line for line in lines[:flattest] if line.startswith(".color")]
     assert colours[-1] == ".color 0.99 0.91 0.14"  # the bright end of viridis
+
+
+@pytest.mark.parametrize(("interval", "hint"), [((20, 50), False), ((20, 51), True)])
+def test_a_wide_interval_is_told_what_keeps_a_fixed_number(
+    folder, tmp_path, monkeypatch, capsys, interval, hint
+):
+    few = replace(sparsurf.minimal(folder / "protein.pdb", n_dots=40), interval=interval)
+    monkeypatch.setattr("sparsurf.cli.minimal.minimal", lambda *_, **__: few)
+    assert ended("minimal", folder / "protein.pdb", "-o", tmp_path / "few.csv") == 0
+    n = few.weight.sum()
+    ends = " to ".join(f"{100 * end / n:.1f}" for end in interval)
+    told = capsys.readouterr().err
+    assert f"95 % interval {ends} %)" in told and ("--percent keeps a fixed share" in told) == hint
 
 
 def test_formats_hold_the_same_dots(folder, tmp_path):

@@ -9,6 +9,7 @@ from scipy.spatial.distance import cdist
 
 from conftest import make_blob
 from peptides import peptide, write
+from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.pairs import matching
 from sparsurf.pairs import thinning as thinning_module
@@ -201,7 +202,12 @@ def test_references_belong_to_the_dots_that_are_asked_for():
     # five atoms of three residues 20 Å apart, one of them a hydrogen; two dots above each residue
     dots = np.array([[x + dx, 0.0, 2.0] for x in (0.0, 20.0, 40.0) for dx in (0.0, 1.0)])
     surface = Surface(dots, np.tile([0.0, 0, 1], (6, 1)), atom=np.array([0, 1, 2, 2, 4, 4]))
-    molecule = SimpleNamespace(
+    molecule = Molecule(
+        time_ps=np.zeros(1),
+        frame_number=np.zeros(1, int),
+        name=np.array(["N", "CA", "CB", "HB", "CA"]),
+        kind=np.full(5, "protein"),
+        b_factor=np.full(5, np.nan),
         xyz=np.array([[[0.0, 0, 0], [1, 0, 0], [20, 0, 0], [21, 0, 0], [40, 0, 0]]]),
         element=np.array(["N", "C", "C", "H", "C"]),
         residue_index=np.array([0, 0, 1, 1, 2]),

@@ -10,18 +10,17 @@ from hypothesis import strategies as st
 
 from sparsurf import InputError
 from sparsurf.patches.index import build_index, select_separated
-from sparsurf.sampling import published
+from sparsurf.sampling import published, samplers
 from sparsurf.sampling.farthest_point import roughness_weighted_sampling
 from sparsurf.sampling.samplers import (
-    HINDSIGHT,
     SAMPLERS,
     _voxel_dots,
     farthest,
     get_samplers,
-    lookup_sampler,
     nearest_kept,
     paper,
     sampler,
+    sampler_label,
     subset_weights,
     tune_alpha,
 )
@@ -61,17 +60,18 @@ def test_shorter_subsets_begin_the_longer_ones(surface, name, n, m, seed):
 def test_a_sampler_is_one_function(surface, monkeypatch):
     monkeypatch.setattr("sparsurf.sampling.samplers.SAMPLERS", dict(SAMPLERS))
 
-    @sampler
+    @sampler("first dots")
     def first(surface, n, rng):
         return np.arange(n)
 
-    @sampler("last dots", "last", nested=True, choosing=True)
+    @sampler("last dots", nested=True, choosing=True)
     def last(surface, n, rng, choices):
         return choices - np.arange(n)
 
-    assert lookup_sampler("first")[1:] == ("first", "first", False, False)
-    assert lookup_sampler("last")[1:] == ("last dots", "last", True, True)
-    assert lookup_sampler("nobody")[1:3] == ("nobody", "nobody")
+    registered = samplers.SAMPLERS
+    assert registered["first"][1:] == ("first dots", False, False)
+    assert registered["last"][1:] == ("last dots", True, True)
+    assert [sampler_label(name) for name in ("last", "nobody")] == ["last dots", "nobody"]
     own = get_samplers(["first", "last", "uniform"], "compare.samplers", 9)
     assert list(own) == ["first", "last", "uniform"]
     assert len(own["uniform"](surface, 5, np.random.default_rng(1))) == 5
@@ -83,21 +83,21 @@ def test_a_sampler_is_one_function(surface, monkeypatch):
         get_samplers(["fathest"], "minimal.sampler")
 
 
-def test_what_a_sampler_is_called_and_needs():
-    words = {name: lookup_sampler(name)[1:3] for name in (*SAMPLERS, HINDSIGHT)}
-    assert words == {
-        "paper": ("paper's sampling", "paper"),
-        "paper_corrected": ("paper's, corrected", "paper (corrected)"),
-        "uniform": ("uniform subset", "uniform"),
-        "roughness": ("roughness-weighted", "roughness"),
-        "stride": ("every k-th dot", "stride"),
-        "voxel": ("one per voxel", "voxel"),
-        "poisson": ("Poisson disk", "poisson"),
-        "farthest": ("farthest point", "farthest"),
-        "centres": ("centres of patches", "centres"),
-        "adaptive": ("adaptive", "adaptive"),
-        "paper_in_hindsight": ("paper's, in hindsight", "paper (best in hindsight)"),
+def test_what_a_sampler_is_called():
+    labels = {
+        "paper": "paper's sampling",
+        "paper_corrected": "paper's, corrected",
+        "uniform": "uniform subset",
+        "roughness": "roughness-weighted",
+        "stride": "every k-th dot",
+        "voxel": "one per voxel",
+        "poisson": "Poisson disk",
+        "farthest": "farthest point",
+        "centres": "centres of patches",
+        "adaptive": "adaptive",
+        "paper_in_hindsight": "paper's, in hindsight",
     }
+    assert {name: sampler_label(name) for name in labels} == labels
     assert NESTED == ["uniform", "roughness", "farthest", "centres", "adaptive"]
     assert [name for name in SAMPLERS if SAMPLERS[name].choosing] == ["paper", "paper_corrected"]
 

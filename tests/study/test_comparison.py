@@ -403,7 +403,7 @@ def test_page_says_what_the_numbers_say(table):
     assert page["best_Z"] == z[at].min() and page["recovered"]["Z"] == back[at].min()
     for measure, rows in page["tables"].items():
         assert rows == measure_matrix(table, measure).T.to_dict("list")
-    words = {name: samplers.lookup_sampler(name).words for name in z.index}
+    words = {name: samplers.sampler_label(name) for name in z.index}
     assert page["called"] == words | {"dotted": "sparsely placed dots"}
 
 
@@ -645,7 +645,7 @@ def test_scripts_write_what_the_rules_promise(surface, prepared, study, tmp_path
     assert np.allclose(minimal[["x", "y", "z", "nx", "ny", "nz"]], np.hstack(better), atol=1e-4)
     dots_needed = pd.read_csv(required_dots).query("floor == 'turned'").set_index(["floor", "reading"])["n_S"]
     own = floors.read_distances(distances)
-    one = prepare_surface(surface, settings["patches"], prepared.roughness, 1, "blob/c1").nameless
+    one = prepare_surface(surface, settings["patches"], prepared.roughness, 1, "blob/c1").with_shared_streams
     alone = required_dots_table(Trials(one, "farthest", 30, relaxed=True), own, ("recovered",))
     assert (
         dots_needed.xs("recovered", level="reading").to_dict()

@@ -114,7 +114,9 @@ def floors_of_frame(folder, monkeypatch, trajectory):
     given = []
     monkeypatch.setattr(measure_floors, "read_npz", lambda _: range(100))
     monkeypatch.setattr(measure_floors, "read_roughness", lambda *_: None)
-    monkeypatch.setattr(measure_floors, "prepare_surface", lambda *_: SimpleNamespace(nameless=None))
+    monkeypatch.setattr(
+        measure_floors, "prepare_surface", lambda *_: SimpleNamespace(with_shared_streams=None)
+    )
     monkeypatch.setattr(study_floors, "measure_floors", lambda *values: given.extend(values) or {})
     measure_floors.main(
         surface="",

@@ -247,7 +247,7 @@ def refuse_other_molecule(dots: Any, molecule: Molecule, frame: int, name: str) 
         return
     from scipy.spatial import cKDTree
 
-    heavy = ~np.isin(origin.molecule.element, ["H", "D"])
+    heavy = origin.molecule.heavy
     positions = origin.molecule.xyz[origin.frame][heavy if heavy.any() else slice(None)]
     distances = np.asarray(cKDTree(molecule.xyz[frame]).query(positions)[0])
     if np.mean(distances < MAX_SHIFT) < MIN_SHARE_OF_ATOMS:

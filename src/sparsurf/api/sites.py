@@ -250,7 +250,7 @@ def _is_pair(targets: Any) -> bool:
 
 
 def _with_unique_names(targets: Sequence[Sites]) -> list[Sites]:
-    """Number targets of one name, in their order."""
+    """Append a number to the names of targets that share one, in their order."""
     numbers: dict[str, int] = {}
     renamed = []
     for target in targets:

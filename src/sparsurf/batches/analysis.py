@@ -117,7 +117,7 @@ def analyse_structure(structure: Structure, config: Mapping[str, Any]) -> dict[s
         1,
         config["sampling"]["distance_from_moved_centre"],
         config["sampling"]["chance_in_every_patch"],
-    ).nameless
+    ).with_shared_streams
     n_tests = number_of_tests(config["evaluation"]["test_dots"], len(dots))
     trials = Trials(prepared, config["minimal"]["sampler"], n_tests, relaxed=config["minimal"]["relax"])
     subset = select_minimal_subset(trials, config["minimal"])

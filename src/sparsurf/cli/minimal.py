@@ -11,6 +11,8 @@ from sparsurf.report.numbers import share
 from sparsurf.sampling.samplers import SAMPLERS
 from sparsurf.streams import DEFAULT_SEED
 
+WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
+
 EXAMPLES = """\
 By default, the smallest subset is kept from which the surface can be recovered: the recovered surface differs from the whole
 no more than other dots of the same surface do, within a fifth. `sparsurf recover` makes that surface. For a structure, the
@@ -100,4 +102,6 @@ def _dots(args: argparse.Namespace) -> Iterator[tuple[int, writing.Dots]]:
         if few.interval:
             ends = " to ".join(share(100 * end / len(surface)) for end in few.interval)
             words += f" ({share(100 * len(few) / len(surface))} %; 95 % interval {ends} %)"
+            if few.interval[1] > WIDE * few.interval[0]:
+                words += ". The interval is wide: --percent keeps a fixed share"
         yield frame, writing.Dots(few.surface, few.table, "weight", words=words)

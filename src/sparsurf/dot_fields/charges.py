@@ -69,7 +69,7 @@ def table_charges(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
         Heavy atoms and polar hydrogens.
     charges : (Q,) float64, elementary charges
     """
-    xyz, heavy = molecule.xyz[0], ~np.isin(molecule.element, ["H", "D"])
+    xyz, heavy = molecule.xyz[0], molecule.heavy
     rows = _table_rows(molecule, heavy)
     charged = rows[:, 0] != 0
     hydrogens, atom = _polar_hydrogens(xyz, heavy, np.flatnonzero(rows[:, 1] != 0), rows[:, 2])
@@ -247,7 +247,7 @@ def pqr_charges(
 
 def _check_positions(positions: np.ndarray, molecule: Molecule, path: str | os.PathLike[str]) -> None:
     """Raise InputError if the charges lie far from the heavy atoms of the molecule; warn if they are moved a little."""
-    heavy = molecule.xyz[0, ~np.isin(molecule.element, ["H", "D"])]
+    heavy = molecule.xyz[0, molecule.heavy]
     shift = np.median(cKDTree(positions).query(heavy)[0]) if len(heavy) else 0
     if shift > SHIFT_TO_REFUSE:
         raise InputError(

@@ -63,7 +63,7 @@ def box_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: 
 
 
 def number_residues(atoms: pd.DataFrame) -> np.ndarray:
-    """Number the residues 0, 1, 2, ... in the order of the file, starting again in each model.
+    """Assign the residues the numbers 0, 1, 2, ... in the order of the file, starting again in each model.
 
     A residue ends where chain, number or insertion code change, at TER, or where the name changes. A change of the
     name between alternate locations of one residue does not count.

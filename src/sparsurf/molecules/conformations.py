@@ -312,7 +312,7 @@ def _atoms_to_analyse(molecule: Molecule, atoms: str | None) -> np.ndarray:
                 "well: try backbone."
             )
         return mask
-    protein, heavy = molecule.kind == "protein", ~np.isin(molecule.element, ["H", "D"])
+    protein, heavy = molecule.kind == "protein", molecule.heavy
     c_alpha, backbone = protein & (molecule.name == "CA"), protein & np.isin(molecule.name, BACKBONE)
     choices = [c_alpha, backbone, heavy] if c_alpha.sum() >= MIN_ATOMS_TO_SUPERPOSE else [heavy]
     if molecule.n_frames == 1 or choices[0].sum() < MIN_ATOMS_TO_SUPERPOSE:

@@ -178,7 +178,7 @@ def _bonds(molecule: Molecule, links: np.ndarray, linked: np.ndarray) -> tuple[n
     that are `linked` (P,).
     """
     xyz, index = molecule.xyz[0], molecule.residue_index
-    heavy = ~np.isin(molecule.element, ["H", "D"])
+    heavy = molecule.heavy
     nearest, pairs = np.full(len(xyz), np.inf), [np.empty((0, 2), int)]
     for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(xyz))):
         first = np.flatnonzero(index[step:] == index[:-step])
@@ -380,7 +380,7 @@ def _warn_of_shared_places(molecule: Molecule, path: str | os.PathLike[str]) -> 
     if len(twin):
         first, second = (_residue(molecule, ca[k]) for k in (twin[0], twin[0] + 1))
         log.warning("%s: %s and %s lie in one place; keep one of them", path, first, second)
-    heavy = np.flatnonzero(~np.isin(molecule.element, ["H", "D"]))
+    heavy = np.flatnonzero(molecule.heavy)
     nearest = np.full(len(heavy), np.inf)
     same = np.empty((0, 2), int)
     for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(heavy))):
@@ -409,7 +409,7 @@ def _warn_of_shared_places(molecule: Molecule, path: str | os.PathLike[str]) -> 
 
 def _warn_of_overlaps(molecule: Molecule, path: str | os.PathLike[str]) -> None:
     """Warn if heavy atoms of two residues lie in one place, in any frame: a wrong box, or one chain on top of another."""
-    heavy = np.flatnonzero(~np.isin(molecule.element, ["H", "D"]))
+    heavy = np.flatnonzero(molecule.heavy)
     if len(heavy) < MIN_ATOMS_TO_JUDGE:
         return
     index, names = molecule.residue_index[heavy], molecule.name[heavy]

@@ -71,6 +71,11 @@ class Molecule:
         return len(np.unique(self.residue_index))
 
     @property
+    def heavy(self) -> np.ndarray:
+        """Mask (A,) of the atoms that are no hydrogens."""
+        return ~np.isin(self.element, ["H", "D"])
+
+    @property
     def residues(self) -> pd.DataFrame:
         """DataFrame with chain, residue and residue_name of every residue; a new one at each call."""
         first = np.unique(self.residue_index, return_index=True)[1]

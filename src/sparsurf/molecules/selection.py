@@ -91,7 +91,7 @@ def select_atoms(
     if report:
         _report_left_out(molecule, path, selected, within)
     if isinstance(hydrogens, str) and hydrogens == "remove":
-        selected &= ~np.isin(molecule.element, ["H", "D"])
+        selected &= molecule.heavy
     elif not (isinstance(hydrogens, str) and hydrogens == "keep"):
         raise InputError(f"hydrogens: '{hydrogens}' is neither keep nor remove: choose one of them.")
     if not selected.any():

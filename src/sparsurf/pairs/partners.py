@@ -23,7 +23,7 @@ class Partner:
     ----------
     name : str
     surface : Surface
-    index : patches.Index
+    index : PatchIndex
     roughness : (N,) float64, R_i
     residue : (N,) int64, row of `residues` under each dot; None if the atoms are unknown
     residues : DataFrame with chain, residue and residue_name; None if the atoms are unknown
@@ -46,7 +46,7 @@ def partner_of(
     r_patch: float = R_PATCH,
     d_link: float = D_LINK,
     threads: int = 1,
-    kind: str = PUBLISHED,
+    roughness_kind: str = PUBLISHED,
 ) -> Partner:
     """Prepare a surface for maps.
 
@@ -58,22 +58,20 @@ def partner_of(
     name : str
     r_patch, d_link : float, Å
     threads : int
-    kind : str, of roughness, see `roughness.ROUGHNESS`
+    roughness_kind : str, of roughness, see `roughness.ROUGHNESS`
 
     Returns
     -------
     Partner
     """
     index = build_index(surface.points, surface.normals, d_link)
-    rough = roughness(index, r_patch, threads, kind)
+    rough = roughness(index, r_patch, threads, roughness_kind)
     if molecule is None or surface.atom.min() < 0:
         return Partner(name, surface, index, rough)
-    first = np.unique(molecule.residue_index, return_index=True)[1]
-    residues = pd.DataFrame(
-        {key: getattr(molecule, key)[first] for key in ("chain", "residue", "residue_name")}
+    heavy = molecule.xyz[0][molecule.heavy]
+    return Partner(
+        name, surface, index, rough, molecule.residue_index[surface.atom], molecule.residues, heavy
     )
-    heavy = molecule.xyz[0][~np.isin(molecule.element, ["H", "D"])]
-    return Partner(name, surface, index, rough, molecule.residue_index[surface.atom], residues, heavy)
 
 
 def baseline_scores(partner: Partner, at: np.ndarray, threads: int = 1) -> dict[str, np.ndarray]:

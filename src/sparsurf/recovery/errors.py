@@ -72,7 +72,7 @@ def curvature(index: PatchIndex, radius: float = R_ZERNIKE, threads: int = 1) ->
 
     Parameters
     ----------
-    index : Index
+    index : PatchIndex
     radius : float, Å
     threads : int
 

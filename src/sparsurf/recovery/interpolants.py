@@ -33,7 +33,7 @@ class Interpolants(NamedTuple):
 
     Attributes
     ----------
-    index : Index of the kept dots; all other arrays are by position in it
+    index : PatchIndex of the kept dots; all other arrays are by position in it
     spacing : (n,) float64, Å
     count : (n,) int64, neighbours in use
     curvature : (n,) float64, c, in 1 / supports

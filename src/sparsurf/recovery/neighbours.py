@@ -27,7 +27,7 @@ def nearest_on_same_side(
 
     Parameters
     ----------
-    index : Index of the kept dots
+    index : PatchIndex of the kept dots
     begin, end : slice of the positions
     first_radius : Å, of the first search
     neighbours : (n, k) int32, output; positions by distance, -1 where there are no more

@@ -25,7 +25,7 @@ def recovered_index(
     density: float,
     close: float = 0.0,
 ) -> PatchIndex:
-    """Return the Index of the surface recovered from kept dots.
+    """Return the PatchIndex of the surface recovered from kept dots.
 
     Parameters
     ----------

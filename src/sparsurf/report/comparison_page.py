@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from sparsurf.patches.readings import WRITTEN_READING
-from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.sampling.samplers import sampler_label
 from sparsurf.study.comparison.measuring import DOTTED
 
 TEMPLATE = "compare.html.j2"
@@ -59,7 +59,7 @@ def comparison_page(
         "best": best,
         "best_Z": float(z[at][best]),
         "alike": alike(pairs, best, at) if pairs is not None else [],
-        "called": {name: lookup_sampler(name).words for name in names} | {DOTTED: "sparsely placed dots"},
+        "called": {name: sampler_label(name) for name in names} | {DOTTED: "sparsely placed dots"},
         "recovered": recovered(table, at),
         "fewer": fewer_dots(fewer),
         "against": against(fewer),

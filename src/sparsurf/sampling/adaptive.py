@@ -21,7 +21,7 @@ MIN_SEPARATION = (
 )
 
 
-@sampler(nested=True)
+@sampler("adaptive", nested=True)
 def adaptive(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Choose dots where the surface recovered from the previous dots has the largest errors in position and normal.
 

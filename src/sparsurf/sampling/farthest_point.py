@@ -20,7 +20,7 @@ def farthest_point_sampling(
 
     Parameters
     ----------
-    index : Index
+    index : PatchIndex
     n : int, 1 to N
     rng : numpy.random.Generator
     weight : (N,) float64, by dot, above 0; equal weights by default

@@ -47,7 +47,7 @@ class SampledSurface(Protocol):
     Attributes
     ----------
     points, normals : (N, 3) float64, Å and unit vectors
-    index : Index
+    index : PatchIndex
     roughness : (N,) float64, R_i of every dot
     cover, corrected_cover : Cover
         Patches of the published sampling, and those without its two defects.
@@ -83,7 +83,7 @@ def build_cover(
 
     Parameters
     ----------
-    index : Index
+    index : PatchIndex
     roughness : (N,) float64
         R_i of every dot.
     radius : float

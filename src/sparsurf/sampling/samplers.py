@@ -27,49 +27,39 @@ class Sampler(NamedTuple):
 
     Attributes
     ----------
-    function : (prepared, n, rng) -> (n,) int64 dots; None for a name that is not registered
-    words, text : str, names in figures and on pages
+    function : (prepared, n, rng) -> (n,) int64 dots
+    label : str, its name in figures and on pages
     nested : bool, whether smaller subsets are the beginnings of larger ones (from the same random stream)
     choosing : bool, whether the function also takes the paper's `choices`
     """
 
-    function: Callable[..., np.ndarray] | None
-    words: str
-    text: str
+    function: Callable[..., np.ndarray]
+    label: str
     nested: bool = False
     choosing: bool = False
 
     def __call__(self, *args: Any, **options: Any) -> np.ndarray:
-        if self.function is None:
-            raise TypeError(f"{self.words} is the name of no registered sampler")
         return self.function(*args, **options)
 
 
 SAMPLERS = dict[str, Sampler]()
 
 
-def sampler(words: str | Callable[..., np.ndarray] = "", text: str = "", **options: bool) -> Callable:
-    """Register the decorated function under its name.
-
-    `words` and `text` are the name by default. `options` are `nested` and `choosing` of `Sampler`.
-    """
-    if callable(words):  # @sampler without brackets
-        return sampler()(words)
-    label = words
+def sampler(label: str, nested: bool = False, choosing: bool = False) -> Callable:
+    """Register the decorated function under its name; see `Sampler` for the options."""
 
     def register(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
-        name = function.__name__
-        SAMPLERS[name] = Sampler(function, label or name, text or name, **options)
+        SAMPLERS[function.__name__] = Sampler(function, label, nested, choosing)
         return function
 
     return register
 
 
-def lookup_sampler(name: str) -> Sampler:
-    """Return the sampler with a name from a table; a name that is not registered is used as label."""
+def sampler_label(name: str) -> str:
+    """Return how figures and pages call a sampler of a table; the name itself if it is not registered."""
     if name == HINDSIGHT:
-        return Sampler(paper, "paper's, in hindsight", "paper (best in hindsight)", choosing=True)
-    return SAMPLERS.get(name) or Sampler(None, name, name)
+        return "paper's, in hindsight"
+    return SAMPLERS[name].label if name in SAMPLERS else name
 
 
 def get_samplers(names: Iterable[str], key: str, choices: Choices = PUBLISHED_CHOICES) -> dict[str, Sampler]:
@@ -96,7 +86,7 @@ def get_samplers(names: Iterable[str], key: str, choices: Choices = PUBLISHED_CH
                 f"{key}: there is no sampler {name!r}; the samplers are {', '.join(SAMPLERS)}{hint}"
             )
         chosen = SAMPLERS[name]
-        if chosen.choosing and chosen.function is not None:
+        if chosen.choosing:
             chosen = chosen._replace(function=partial(chosen.function, choices=choices))
         samplers[name] = chosen
     return samplers
@@ -114,7 +104,7 @@ def paper(
     return _sample_about(prepared.cover, choices, n, rng)
 
 
-@sampler("paper's, corrected", "paper (corrected)", choosing=True)
+@sampler("paper's, corrected", choosing=True)
 def paper_corrected(
     prepared: SampledSurface, n: int, rng: np.random.Generator, choices: Choices = PUBLISHED_CHOICES
 ) -> np.ndarray:
@@ -226,7 +216,7 @@ def farthest(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.n
     return farthest_point_sampling(prepared.index, n, rng)
 
 
-@sampler("centres of patches", "centres", nested=True)
+@sampler("centres of patches", nested=True)
 def centres(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.ndarray:
     """Keep the centres of the paper's patches and add random dots: a control, as the paper's sampling keeps all centres."""
     always = np.unique(prepared.cover.centre)

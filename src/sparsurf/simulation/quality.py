@@ -91,7 +91,7 @@ def motion(molecule: Molecule) -> pd.DataFrame:
         atoms with equal weights).
     """
     backbone = molecule.name == "CA"
-    heavy = ~np.isin(molecule.element, ["H", "D"])
+    heavy = molecule.heavy
     # Several rotations fit atoms on a line equally well; their deviations are the same.
     superposed = superpose(molecule.xyz, backbone, any_rotation=True)[:, backbone]
     rmsd = np.sqrt(((superposed - superposed[0]) ** 2).sum(axis=2).mean(axis=1))

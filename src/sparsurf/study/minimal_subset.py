@@ -72,7 +72,7 @@ def select_minimal_subset(
     Parameters
     ----------
     trials : required_dots.Trials
-        Trials of a `nameless` PreparedSurface, so that the subset does not depend on the name of the surface.
+        Trials of a `with_shared_streams` PreparedSurface, so that the subset does not depend on the name of the surface.
     request : dict
         The config's `minimal`: one of floor, n_S, n_S_percent, Z and combination. The sampler and `relax` are those of
         `trials`.

@@ -42,7 +42,7 @@ class PreparedSurface:
         The two defects of the published sampling, see `published.build_cover`.
     descriptor : str
         Name in `descriptors.DESCRIPTORS`.
-    kind : str
+    roughness_kind : str
         Kind of roughness if its values are not given, see `roughness.ROUGHNESS`.
     """
 
@@ -59,7 +59,7 @@ class PreparedSurface:
         distance_from_moved_centre: bool = True,
         chance_in_every_patch: bool = True,
         descriptor: str = descriptors.PUBLISHED,
-        kind: str = PUBLISHED,
+        roughness_kind: str = PUBLISHED,
     ) -> None:
         self.points: np.ndarray = surface.points
         self.normals: np.ndarray = surface.normals
@@ -69,7 +69,9 @@ class PreparedSurface:
         self.stream_name = name
         self.index: PatchIndex = build_index(surface.points, surface.normals, d_link)
         self.roughness: np.ndarray = (
-            roughness(self.index, r_patch, threads, kind) if roughness_values is None else roughness_values
+            roughness(self.index, r_patch, threads, roughness_kind)
+            if roughness_values is None
+            else roughness_values
         )
         self.cover = published.build_cover(
             self.index, self.roughness, r_patch, distance_from_moved_centre, chance_in_every_patch
@@ -101,7 +103,7 @@ class PreparedSurface:
         return stream(self.seed, self.stream_name, *keys)
 
     @property
-    def nameless(self) -> Self:
+    def with_shared_streams(self) -> Self:
         """The same surface with random streams that do not depend on its name, for the minimal subset."""
         return self.changed(stream_name="")
 
@@ -260,7 +262,7 @@ class PreparedSurface:
     def distances_to_index(
         self, index: PatchIndex, tests: np.ndarray, z_tot: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Compute |z_tot - z| and patch sizes, (T,), of another surface, given its Index, at test dots of this one."""
+        """Compute |z_tot - z| and patch sizes, (T,), of another surface, given its PatchIndex, at test dots of this one."""
         all_dots = np.ones(len(index.dot), np.uint64)
         z, sizes = descriptors.evaluate(
             index,
@@ -323,5 +325,5 @@ def prepare_surface(
         distance_from_moved_centre=distance_from_moved_centre,
         chance_in_every_patch=chance_in_every_patch,
         descriptor=patches.get("descriptor", descriptors.PUBLISHED),
-        kind=patches.get("roughness", PUBLISHED),
+        roughness_kind=patches.get("roughness", PUBLISHED),
     )

@@ -62,7 +62,7 @@ def residue_table(
 
 
 def mean_roughness_by_residue(roughness: np.ndarray, residue: np.ndarray, n: int) -> np.ndarray:
-    """Average R_i over the dots of each of n residues, (n,) float64; NaN dots count as none, and NaN stands for no dots."""
+    """Average R_i over the dots of each of n residues, (n,) float64; NaN dots are ignored, and residues without dots get NaN."""
     known = ~np.isnan(roughness)
     with np.errstate(invalid="ignore"):
         return np.bincount(residue[known], roughness[known], n) / np.bincount(residue[known], minlength=n)

@@ -11,7 +11,7 @@ from matplotlib.ticker import NullLocator
 
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import COLUMN_AND_A_HALF, GREY, HALO, LINES, SPARE, styled
-from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.sampling.samplers import sampler_label
 from sparsurf.study.comparison.equal_error import dots_needed, factor_with_bound, measured_ranges
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def _message(table: pd.DataFrame) -> str:
     if part.empty:
         return ""
     best = str(part.groupby("sampler")["value"].mean().idxmin())
-    return f"{lookup_sampler(best).words} errs least"
+    return f"{sampler_label(best)} errs least"
 
 
 def _panel(ax: Axes, table: pd.DataFrame, measure: str, lines: dict[str, tuple[str, float, str]]) -> None:
@@ -155,7 +155,7 @@ def _legend_handles(table: pd.DataFrame, lines: dict[str, tuple[str, float, str]
             linewidth=width,
             marker=marker,
             markersize=2.2,
-            label=lookup_sampler(name).words,
+            label=sampler_label(name),
         )
         for name, (colour, width, marker) in lines.items()
     ]

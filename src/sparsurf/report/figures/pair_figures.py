@@ -16,7 +16,7 @@ from sparsurf.orientation import principal_axes
 from sparsurf.report.figures import layout, render
 from sparsurf.report.figures.layout import LINES, SPARE, styled
 from sparsurf.report.pair_page import called as called_score
-from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.sampling.samplers import sampler_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -187,7 +187,7 @@ def thinning_figure(table: pd.DataFrame, subject: str) -> Figure:
                 sampler, surface = map(str, key)
                 colour, width, marker = LINES.get(sampler, (SPARE[k % len(SPARE)], 0.8, "*"))
                 dashes = RECOVERED if surface == "recovered" else "-"
-                name = lookup_sampler(sampler).words + (", recovered" if surface == "recovered" else "")
+                name = sampler_label(sampler) + (", recovered" if surface == "recovered" else "")
                 style: dict[str, Any] = {
                     "color": colour,
                     "linewidth": width,

@@ -16,7 +16,7 @@ from sparsurf.recovery.readings import RECOVERED
 from sparsurf.report.figures import layout
 from sparsurf.report.figures.layout import styled
 from sparsurf.report.numbers import share, short_names
-from sparsurf.sampling.samplers import lookup_sampler
+from sparsurf.sampling.samplers import sampler_label
 from sparsurf.study.required_dots import AT_MOST, MORE
 from sparsurf.study.tables import read_table
 
@@ -202,7 +202,7 @@ def _look(sampler: str, reading: str) -> tuple[str, str]:
         return BACK, "the surface recovered\nfrom the same dots"
     if sampler == "uniform":
         return UNIFORM, "uniform subset"
-    return AS_THEY_ARE, f"{lookup_sampler(sampler).words.split(' (')[0]} dots\nas they are"
+    return AS_THEY_ARE, f"{sampler_label(sampler).split(' (')[0]} dots\nas they are"
 
 
 def _draw(ax: Axes, panel: Panel, floor: str, floors: list[str]) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps, colors
+from matplotlib.patches import Patch
 from scipy.spatial import cKDTree
 
 from sparsurf.pairs.changes import superpose_forms
@@ -191,7 +192,10 @@ def changes_figure(
     matplotlib.figure.Figure
     """
     known = table["over_floor"].dropna()
-    message = f"{(known > 1).sum()} of {len(known)} residues change by more than their floor"
+    n_above = (known > 1).sum()
+    message = f"{n_above} of {len(known)} residues change more than their floor"
+    if 2 * n_above > len(known):
+        message = f"the forms differ all over ({n_above} of {len(known)} residues exceed their floor)"
     scale = layout.scale(1, highest_shown([change for *_, change in forms]))
     oriented = seen_alike(forms)
     shape = layout.pixels(WIDTH - 8, HEIGHT)
@@ -202,8 +206,9 @@ def changes_figure(
         scene = render.draw_surface(points, normals, change_colours(change, scale), camera)
         layout.text(figure, x, 1, title)
         layout.show(layout.axes(figure, x, 5, WIDTH - 8, HEIGHT), render.picture(scene), camera, k == 0)
-    for x, words in ((30, "grey: below its floor"), (70, "pale: buried or missing")):
-        layout.text(figure, x, HEIGHT + 7, words)
+    meanings = {"change below its floor": BELOW, "buried, or missing from the other form": REST}
+    handles = [Patch(facecolor=colour, edgecolor="0.6", label=words) for words, colour in meanings.items()]
+    layout.legend(figure, 30, HEIGHT + 7, handles, ncols=2)
     figure.colorbar(scale, cax=layout.axes(figure, 168, 10, 2.5, 45), extend="max").set_label(
         "change over its floor"
     )
@@ -215,7 +220,7 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
     """Draw the change of each residue in its colour, and its floor."""
     position = np.arange(len(table))
     ax.bar(position, table["total"], 1.0, color=change_colours(table["over_floor"].to_numpy(), scale))
-    floor = table[["total_floor", "total_moved"]].max(axis=1)
+    floor = table[["total_floor", "total_moved"]].max(axis=1).where(table["total"].notna())
     words = "floor: fresh dots or moved atoms, the larger one"
     ax.step(position, floor, where="mid", color="black", linewidth=0.6, label=words)
     begin = np.flatnonzero(table["chain"] != table["chain"].shift())
@@ -223,5 +228,10 @@ def _along(ax: Axes, table: pd.DataFrame, scale: ScalarMappable) -> None:
     shown = shown if len(begin) < 2 else np.unique(np.concatenate([begin, shown]))
     names = (table["chain"] + ":" if len(begin) > 1 else "") + table["residue"]
     ax.set_xticks(shown, np.asarray(names)[shown])
-    ax.set(xlabel="residue", ylabel="change", xlim=(-0.5, len(table) - 0.5), ylim=(0, None))
+    ax.set(
+        xlabel="residue (no bar: buried in a form)",
+        ylabel="change / standard deviation",
+        xlim=(-0.5, len(table) - 0.5),
+        ylim=(0, None),
+    )
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0)

@@ -14,7 +14,7 @@ import pandas as pd
 from sparsurf.recovery.readings import READINGS, readings_of_columns
 from sparsurf.report.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 from sparsurf.sampling.combination import PARAMETERS, Combination
-from sparsurf.sampling.samplers import farthest, lookup_sampler
+from sparsurf.sampling.samplers import farthest, sampler_label
 from sparsurf.study.prepared_surface import prepare_surface
 from sparsurf.surfaces.formats.ply import GREY, KIND_COLOURS, viridis
 from sparsurf.surfaces.spacing import spacing
@@ -171,7 +171,7 @@ def _header(
     columns = [*PARAMETERS, "n_S_percent"]
     columns += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
     samplers = {"minimal": "the subset minimal.csv"} if len(minimal) else {}
-    samplers |= {name: lookup_sampler(name).words for name in (*orders, *SAMPLERS)}
+    samplers |= {name: sampler_label(name) for name in (*orders, *SAMPLERS)}
     return {
         "total": len(surface),
         "stored": len(dots),
