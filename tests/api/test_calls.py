@@ -199,7 +199,7 @@ LENGTHS = "it must be a number, more than 0 and at most 100."
         ),
         (
             lambda dots, ready: sparsurf.prepare(ready, r_zernike=5),
-            "prepare: this surface is ready; give its dots to make it ready otherwise.",
+            "prepare: this surface is prepared already; give its dots to prepare it with other settings.",
         ),
         (
             lambda dots, ready: sparsurf.surface(([[0, 0, 0]], [101])),

@@ -241,7 +241,8 @@ def test_up_to_eleven_clusters_are_tried_also_where_they_lie_near():
 
 def test_heavy_atoms_are_analysed_where_a_chain_has_two_c_alphas():
     words = {"name": "CA C D CA CA H", "kind": "protein " * 4 + "other protein", "element": "C C D C CA H"}
-    molecule = SimpleNamespace(n_frames=1, **{key: np.array(text.split()) for key, text in words.items()})
+    columns = {key: np.array(text.split()) for key, text in words.items()}
+    molecule = SimpleNamespace(n_frames=1, heavy=~np.isin(columns["element"], ["H", "D"]), **columns)
     heavy = [True, True, False, True, True, False]  # and calcium is no C-alpha atom
     assert conformations._atoms_to_analyse(molecule, None).tolist() == heavy
 

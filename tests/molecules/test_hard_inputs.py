@@ -183,7 +183,7 @@ REFUSED = {
     ),
     "ions.pdb": (
         "".join(atom_line("NA  ", "NA", residue=str(i), place=(i, 0, 0), element="NA") for i in range(3)),
-        "holds no atoms; the file has chains A with 3 NA",
+        "there is no protein; the file has chains A with 3 NA",
     ),
     "nine-ions.pdb": (
         "".join(atom_line("NA  ", f"I{i}", residue=str(i), place=(i, 0, 0), element="NA") for i in range(9)),

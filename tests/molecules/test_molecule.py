@@ -41,6 +41,11 @@ def test_numbers_of_atoms_frames_and_residues(molecule):
     assert molecule.residues.to_numpy().tolist() == [["A", "1", "ALA"], ["A", "2B", "GLY"], ["B", "1", "ZN"]]
 
 
+def test_hydrogen_and_deuterium_are_not_heavy(molecule):
+    elements = np.array(["H", "C", "D", "HE", "X"])
+    assert replace(molecule, element=elements).heavy.tolist() == [False, True, False, True, True]
+
+
 def test_taken_atoms_count_their_residues_anew(molecule):
     part = molecule.take(np.array([2, 3, 4]))
     assert part.residue_index.tolist() == [0, 0, 1] and part.name.tolist() == ["N", "CA", "ZN"]

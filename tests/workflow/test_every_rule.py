@@ -180,13 +180,15 @@ def test_chains_of_a_complex_give_what_two_files_give(study, run):
 def test_the_table_of_pairs_is_of_those_that_touch(run):
     table = pd.read_csv(run / "pairs/pairs.csv")
     assert table["complex"].unique().tolist() == ["half", "files", "chains"]
-    means = pd.read_csv(run / "pairs/means.csv").set_index("score")["mean"]
+    rows = pd.read_csv(run / "pairs/means.csv").set_index("score")
+    means, (low, high) = rows["mean"], rows.loc["propensity_smoothed", ["low", "high"]].clip(0, 1)
     smoothed = table.query("score == 'propensity_smoothed'").groupby("complex")["auc"].mean()
     assert means["propensity_smoothed"] == pytest.approx(
         smoothed.mean(), abs=1e-3
     )  # both are rounded by their errors
     assert "3 of 4 pairs" in (run / "pairs/pairs.html").read_text(encoding="utf-8")
-    assert f"AUC {means['propensity_smoothed']:.2f}<" in (run / "index.html").read_text(encoding="utf-8")
+    card = f"AUC {means['propensity_smoothed']:.2f} ({low:.2f} to {high:.2f})<"
+    assert card in (run / "index.html").read_text(encoding="utf-8")
 
 
 def test_the_interface_is_drawn_in_vermillion(run):

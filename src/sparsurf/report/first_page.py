@@ -364,7 +364,9 @@ def of_pairs(means: pd.DataFrame, table: pd.DataFrame, n: int) -> dict[str, Any]
     if len(rows):
         row = rows.iloc[0]
         card |= {
-            "auc": interval(row["mean"], row["low"], row["high"]),
+            "auc": interval(
+                row["mean"], *row[["low", "high"]].clip(0, 1)
+            ),  # Student's t of few pairs exceeds them
             "place": against_zero(row["low"] - 0.5, row["high"] - 0.5),
         }
     return card
