@@ -132,7 +132,7 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
     if code:
         exclude = partial_runs.exclude_failures(config, run, failed)
         if exclude.keys() - config["exclude"].keys() and partial_runs.something_is_left(config, run, exclude):
-            print("What can be made without what failed:")
+            print("Running the rest without what failed:")
             rest = partial_runs.write_exclude(exclude, ROOT / ".snakemake" / "exclude.yaml")
             finished = snakemake([*files, rest], "--logger", "sparsurf", *options) == 0
         partial_runs.say_what_failed(run, failed)

@@ -368,7 +368,7 @@ def small(tmp_path_factory):
         ("a.pdb -o a.csv", "name at least one TARGET"),
         ("a.pdb -o h.sites --superpose laid", "--superpose and --hits are about hits"),
         ("a.pdb -o h.sites --hits 3", "--superpose and --hits are about hits"),
-        ("a.pdb -o h.sites --fields hydropathy,bfactor", "--fields: bfactor is not searched by"),
+        ("a.pdb -o h.sites --fields hydropathy,bfactor", "--fields: sites are not compared by bfactor"),
         ("a.sites a.pdb --residues 209 -o h.csv --percent 20", "percent: a was described with 10; leave"),
         ("a.sites a.pdb --residues 209 -o h.csv --fields charge", "fields: a was described with hydropathy,"),
         ("a.pdb a.sites --residues 209 -o h.csv --fields colour", "there is no field 'colour'"),

@@ -146,7 +146,7 @@ def test_where_nothing_is_left_there_is_no_second_run_and_no_answer(checkout, ca
     checkout.work, checkout.codes = [checkout.fail("p/choose_frames")], [1]
     assert study.main(checkout.config()) == 1 and len(checkout.calls) == 1
     printed = capsys.readouterr()
-    assert "Not everything could be made. Finished results are in results/mine/." in printed.err
+    assert "Some results could not be computed. Finished results are in results/mine/." in printed.err
     assert "Answer" not in printed.out and "Look at" not in printed.out
 
 

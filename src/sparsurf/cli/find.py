@@ -76,13 +76,13 @@ def run(args: argparse.Namespace) -> None:
     """Write the hits, or the Sites of QUERY."""
     fields = ordered_fields([name.strip() for name in args.fields.split(",") if name.strip()])
     if never := sorted(FIELDS_OF_DOTS.keys() & set(fields) - set(FIELDS)):
-        raise InputError(f"--fields: {never[0]} is not searched by; name some of {', '.join(FIELDS)}.")
+        raise InputError(f"--fields: sites are not compared by {never[0]}; name some of {', '.join(FIELDS)}.")
     if not args.targets:
         _write_sites(args, fields)
         return
     outputs.check(args, writing.TABLES)
     if not args.residues:
-        raise InputError("--residues says which site is sought; give it, such as A:10-25.")
+        raise InputError("--residues is missing; name the residues of the site, such as A:10-25.")
     if args.superpose:
         _check_folder(args)
     query = as_sites(args.file, args.percent, fields)

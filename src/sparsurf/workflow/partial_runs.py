@@ -126,7 +126,7 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
         reasons = [line for line in lines if line.strip() and not line.startswith(SNAKEMAKES_GREETING)][-1:]
         reasons.append(f"See {errors} and the newest file of .snakemake/log/.")
     print(
-        f"\nNot everything could be made. Finished results are in {run}/.",
+        f"\nSome results could not be computed. Finished results are in {run}/.",
         *reasons,
         sep="\n",
         file=sys.stderr,
