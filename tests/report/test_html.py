@@ -559,6 +559,11 @@ def test_a_pair_has_the_numbers_of_its_tables():
     page = Page(render(pair_page.TEMPLATE, **known))
     assert ["complementarity, smoothed", "0.65 (0.55 to 0.75)", "0.55 (0.45 to 0.65)"] in page.rows
     assert ["1", "A:VAL1", "0.50", "8.25"] in page.rows and ["11", "A:VAL1", "0.50", "8.25"] not in page.rows
+    answer = " ".join(page.text["answer"].split())
+    assert "On partner 1, smoothed complementarity finds the interface: AUC 0.65 (0.55 to 0.75)." in answer
+    assert (
+        "partner 2, smoothed complementarity does not find the interface: AUC 0.55 (0.45 to 0.65)." in answer
+    )
     assert "residues.csv" not in page.links and "3.5 Å" in page.text["page"]
     none = pair_page.pair_page("one", AGREEMENT.head(0), CONTACTS.head(0), BEST, SETTINGS, ("a", "b"))
     assert none["sides"] == [] and "interface" in Page(render(pair_page.TEMPLATE, **none)).text["answer"]

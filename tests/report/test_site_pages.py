@@ -172,9 +172,9 @@ def test_the_page_of_two_forms_has_the_numbers_of_its_table(tmp_path):
         "differ all over" in render(OF_FORMS, **known | own) for own in ({}, {"n": 4}, {"n_moved": 1})
     ]
     assert all_over == [True, False, False]  # of two residues, more than one above the floor of moved atoms
-    gap = "Residues A:1-5 of closed/f7 are missing from the other form."
+    gap = "Missing from the other form: A:1-5 of closed/f7."
     longer = changes_page("opening", ["open", "closed/f7"], table, SHARE_ABOVE_FLOOR, ["", "A:1-5"])
-    assert gap in render(OF_FORMS, **longer) and "missing from the other form" not in render(
+    assert gap in render(OF_FORMS, **longer) and "Missing from the other form" not in render(
         OF_FORMS, **known
     )
     page = Page(render(OF_FORMS, **known))
