@@ -67,7 +67,7 @@ class Limits(NamedTuple):
     open_low: bool = True
 
     def allow(self, value: float) -> bool:
-        """Return whether a number lies within the limits; NaN and infinity never do."""
+        """Return whether a real number lies within the limits; NaN and infinity never do."""
         above = self.low < value or (value == self.low and not self.open_low)
         return above and value <= self.high and value < math.inf and (not self.whole or value % 1 == 0)
 
@@ -97,7 +97,8 @@ class Limits(NamedTuple):
         """
         if word is not None and isinstance(value, str) and value == word:
             return value
-        if not _is_number(value) or not self.allow(value):
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        if not is_number or not self.allow(value):
             either = "" if word is None else f"{word!r} or "
             raise InputError(f"{name} is {value!r}; it must be {either}{self.words}.")
         return int(value) if self.whole else float(value)
@@ -113,11 +114,6 @@ SEED = Limits(0, 2**64 - 1, whole=True, open_low=False)
 TEST_DOTS = Limits(2, 1_000_000, whole=True, open_low=False)
 NUMBER_OF_DOTS = Limits(0, whole=True)
 ERROR = Limits(0, open_low=False)  # Z
-
-
-def _is_number(value: Any) -> bool:
-    """Return whether a value is a real number and no bool."""
-    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def as_molecule(source: MoleculeLike) -> Molecule:
