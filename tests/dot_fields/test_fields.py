@@ -25,6 +25,7 @@ from sparsurf.dot_fields.potential import (
 )
 from sparsurf.dot_fields.registry import FIELDS
 from sparsurf.dot_fields.smoothing import gaussian_mean
+from sparsurf.molecules.molecule import Molecule
 
 PEPTIDE = str(ROOT / "data" / "tdp43" / "topology.pdb")
 LINE = "ATOM  {:5d}  {:<3s} {:3s} A{:4d}    {:8.3f}{:8.3f}{:8.3f}  1.00{:6.2f}           {:1s}\n"
@@ -116,10 +117,11 @@ def made(*atoms, kind="protein"):
     """A molecule of atoms, each the number and the name of its residue, its name and its place."""
     number, residue, name, places = zip(*atoms, strict=True)
     index = np.unique(number, return_inverse=True)[1]
-    return SimpleNamespace(
-        n_atoms=len(atoms), n_residues=index.max() + 1, residue_index=index, residue_name=np.array(residue),
-        name=np.array(name), element=np.array([each[0] for each in name]), xyz=np.array([places], float),
-        chain=np.full(len(atoms), "A"), kind=np.array(kind) if isinstance(kind, list) else np.full(len(atoms), kind),
+    return Molecule(
+        xyz=np.array([places], float), time_ps=np.zeros(1), frame_number=np.zeros(1, int), name=np.array(name),
+        residue_name=np.array(residue), chain=np.full(len(atoms), "A"), element=np.array([each[0] for each in name]),
+        residue=np.array(number).astype(str), residue_index=index,
+        kind=np.array(kind) if isinstance(kind, list) else np.full(len(atoms), kind), b_factor=np.full(len(atoms), np.nan),
     )  # fmt: skip
 
 

@@ -356,7 +356,7 @@ def small(tmp_path_factory):
         ("a.sites dots.csv --residues 209-212 -o h.csv", "dots: its dots have no hydropathy"),
         ("a.sites a.sites --residues B:209 -o h.csv", "'B:209' is not in a"),
         ("a.sites a.sites --residues x -o h.csv", "'x' is not of the form"),
-        ("a.sites a.sites -o h.csv", "--residues says which site"),
+        ("a.sites a.sites -o h.csv", "--residues is missing"),
         ("a.sites a.sites --residues 209 -o none/h.csv", "there is no folder"),
         ("a.sites a.sites --residues 209 -o h.csv --superpose laid", "a.sites is not a structure"),
         ("a.pdb a.sites --residues 209 -o h.csv --superpose a.pdb", "a.pdb is a file"),
