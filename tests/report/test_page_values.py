@@ -1,0 +1,175 @@
+"""Values of pages worked out by hand, on tables in which another row, column or mean gives another answer."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sparsurf.report import comparison_page, first_page, ranges_page, summary_page
+
+READINGS = ["as_coded", "as_written"]
+NAN = math.nan
+
+
+def test_dots_of_the_farthest_point_sampler_are_compared_as_a_surface():
+    rows = [
+        ("centres", "uniform", 10, 9.0, ""),
+        ("surface", "paper", 10, 7.0, ""),
+        ("surface", "uniform", 10, 2.04, ""),
+        ("surface", "uniform", 40, 1.5, ""),
+    ]
+    needed = pd.DataFrame(rows, columns=["use", "than", "percent", "factor", "bound"])
+    needed = needed.assign(measure="Z as_written", sampler="farthest")
+    assert first_page.compared(needed) == {"factor": "2.0", "bound": "", "percent": "10"}
+
+
+@pytest.mark.parametrize(
+    ("percents", "bounds", "bound", "every_dot"),
+    [
+        ([4.0, 100.0, 6.0], ["at most", "", ""], "", False),
+        ([4.0, 5.0, 9.0], ["at most"] * 3, "at most", False),
+        ([100.0] * 3, ["more"] * 3, "more", True),
+    ],
+)
+def test_the_card_of_the_dots_that_are_enough(percents, bounds, bound, every_dot):
+    rows = pd.DataFrame(
+        {"floor": "fresh dots", "reading": "recovered", "sampler": "farthest", "n_S_percent": percents}
+        | {"n_S_percent_low": [3.0, NAN, 5.0], "n_S_percent_high": [6.0, NAN, 8.0], "bound": bounds}
+    )
+    others = (
+        rows.assign(reading="as_written", n_S_percent=77.0),
+        rows.assign(floor="turned", n_S_percent=88.0),
+    )
+    surfaces = pd.DataFrame({"minimal_n_S_percent": [1.0, 2.0, 9.0]})
+    card = first_page.required_dots_card(surfaces, pd.concat([*others, rows]), "fresh dots")
+    assert (card["bound"], card["every_dot"], card["interval"]) == (bound, every_dot, "3 to 8")
+    assert card["percent"] == first_page.share(np.median(percents)) and card["handed_out"] == ""
+    assert first_page.required_dots_card(surfaces, rows, None)["handed_out"] == "2"
+    assert first_page.required_dots_card(surfaces, rows, "atoms moved 0.1 Å") is None
+
+
+def summary_of(d, ranges=2):
+    """Rows of summary.csv: `d` of each surface in the first range under both readings, and less in the next."""
+    return pd.DataFrame(
+        [
+            {"protein": f"p{s}", "conformation": "c1", "reading": reading, "range": k + 1}
+            | {"d_cv": value - k - r, "d_cv_low": value - k - r - 0.5, "d_cv_high": value - k - r + 0.5}
+            | {"n_S_low_percent": 10.0 * k, "n_S_high_percent": 10.0 * k + 10, "n_S_percent": 5 + 10 * k + s}
+            for s, value in enumerate(d)
+            for r, reading in enumerate(READINGS)
+            for k in range(ranges)
+        ]
+    )
+
+
+def test_d_is_the_median_over_the_surfaces_in_the_range_that_is_best_as_coded():
+    summary = summary_of([1.0, 2.0, 9.0])
+    card = first_page.d_card(summary, "as_coded", "as_coded")
+    assert (card["d"], card["n_S"], card["n"], card["worth"]) == ("2.0", "6", 3, None)
+    written = first_page.d_card(summary, "as_written", "as_coded")
+    assert (written["d"], written["places"]) == ("1.0", {"above": 2, "below": 0, "around": 1, "unknown": 0})
+
+
+def test_over_all_surfaces_d_has_its_lowest_and_highest():
+    combination = dict(zip(("alpha", "beta", "gamma", "delta"), (1.0, 0.5, 6.0, 0.0), strict=True))
+    relation = pd.DataFrame(
+        [
+            {"reading": reading, "range": k, "n_S_low_percent": 10 * k - 10, "n_S_high_percent": 10 * k}
+            | combination
+            for k in (1, 2)
+            for reading in READINGS
+        ]
+    )
+    rows = first_page.over_all(summary_of([1.0, 2.0, 9.0, 3.0]), relation, READINGS)
+    best = "(1, 0.5, 6, 0)"
+    assert rows[0] == ["0 – 10", best, "2.50 (1.00 to 9.00)", best, "1.50 (0.00 to 8.00)"]
+    assert rows[1][2] == "1.50 (0.00 to 8.00)"
+
+
+def test_a_z_is_explained_by_the_first_floor_that_any_surface_has():
+    surfaces = pd.DataFrame({"Z_frames_1_ps_apart": [NAN, 1.15, 1.35], "Z_atoms_moved_0.3_Å": 0.6})
+    assert first_page.scale_of_z(surfaces) == {"words": "Two frames of the simulation 1 ps apart", "Z": "1.2"}
+    assert first_page.scale_of_z(surfaces.assign(Z_frames_1_ps_apart=NAN))["Z"] == "0.6"
+    assert first_page.scale_of_z(pd.DataFrame({"N": [1]})) is None
+
+
+def test_a_row_of_the_relation_says_who_won_and_what_roughness_gains():
+    row = {"n_S_low_percent": 0.0, "n_S_high_percent": 12.4, "d": 1.25, "d_sd": 0.5, "p": 0.034}
+    row |= dict(zip(("alpha", "beta", "gamma", "delta"), (1.0, 0.0, 6.0, 0.0), strict=True))
+    row |= {"n_winners": 3, "n_shared": 5, "n_surfaces": 7}
+    row |= {"gain": 0.1, "gain_low": 0.05, "gain_high": 0.2}
+    row |= {"over_all": 0.9, "over_all_low": 0.8, "over_all_high": 1.0}
+    cells = ["0 – 12", "(1, 0, 6, 0)", "1.25 ± 0.50", "3 of 7", "5 of 7", "0.034", "0.10 (0.05 to 0.20)"]
+    assert summary_page.relation_rows(pd.DataFrame([row | {"reading": "as_coded"}])) == [cells]
+    relation = pd.DataFrame([row, row | {"p": NAN}]).assign(reading="as_coded", range=[1, 2])
+    surfaces = pd.DataFrame({"protein": ["p"], "conformation": "c1", "N": 9000, "mean_roughness": 0.61234})
+    surfaces = surfaces.assign(best_as_coded="1, 0, 6, 0", d_cv_as_coded=1.0)
+    surfaces = surfaces.assign(d_cv_low_as_coded=0.5, d_cv_high_as_coded=1.5)
+    page = summary_page.summary_page("run", surfaces, relation)
+    assert [len(line) for line in page["relations"]["as_coded"]] == [7, 7]
+    assert (page["related"], page["rows_tested"]) == (1, 1)
+    assert page["surfaces"] == [["p", "9,000", "0.612", "1, 0, 6, 0", "1.00 (0.50 to 1.50)"]]
+    untested = summary_page.summary_page("run", surfaces, relation.assign(p=NAN))
+    assert [len(line) for line in untested["relations"]["as_coded"]] == [5, 5] and untested["related"] == 0
+
+
+def test_samplers_that_do_not_differ_significantly_from_the_best():
+    rows = [
+        ("a", "best", 10.0, -0.1, 0.1),
+        ("best", "b", 10.0, -0.2, 0.0),
+        ("c", "best", 10.0, 0.1, 0.2),
+        ("d", "best", 10.0, -0.2, -0.1),
+        ("a", "e", 10.0, -0.1, 0.1),
+        ("f", "best", 20.0, -0.1, 0.1),
+    ]
+    pairs = pd.DataFrame(rows, columns=["sampler", "than", "percent", "low", "high"])
+    pairs = pairs.assign(measure="Z as_written")
+    assert comparison_page.alike(pairs, "best", 10.0) == ["a", "b"]
+
+
+def test_subsets_alone_are_shown_at_the_middle_scale_by_their_z():
+    alone = pd.DataFrame(
+        [
+            {"sampler": sampler, "percent": percent, "scale": scale, "Z": z + scale}
+            for sampler, z in (("a", 3.0), ("b", 1.0), ("c", 2.0))
+            for percent in (5.0, 10.0)
+            for scale in (2.0, 1.0, 4.0)
+        ]
+    )
+    rows = comparison_page.alone_rows(alone, 10.0)
+    assert [(row["sampler"], row["Z"], row["percent"]) for row in rows] == [
+        ("b", 3.0, 10.0),
+        ("c", 4.0, 10.0),
+        ("a", 5.0, 10.0),
+    ]
+
+
+def test_factors_are_shown_the_largest_first_and_recovered_dots_with_the_mean_floor():
+    rows = [("a", "uniform", 1.5), ("b", "uniform", 3.0), ("b", "paper", 2.0), ("c", "uniform", 2.5)]
+    fewer = pd.DataFrame(rows, columns=["sampler", "than", "factor"])
+    assert list(comparison_page.fewer_dots(fewer)) == ["b", "c", "a"]
+    table = pd.DataFrame(
+        {"sampler": ["a", "b"], "percent": 10.0, "measure": "Z recovered", "value": [0.7, 0.5]}
+        | {"Z_resampled": [0.4, 0.6]}
+    )
+    assert comparison_page.recovered(table, 10.0) == {"sampler": "b", "Z": 0.5, "floor": 0.5}
+    z = pd.DataFrame(
+        [
+            {"sampler": sampler, "percent": percent, "measure": "Z as_coded", "value": value}
+            for sampler, values in {"a": (1.0, 3.0, 1.0), "b": (2.0, 2.0, 3.0)}.items()
+            for percent, value in zip((5.0, 9.0, 30.0), values, strict=True)
+        ]
+    )
+    assert list(comparison_page.by_z(z, "Z as_coded").items()) == [
+        ("b", [2.0, 2.0, 3.0]),
+        ("a", [1.0, 3.0, 1.0]),
+    ]
+
+
+def test_ranges_that_win_lose_or_err_more_than_the_mean_patch():
+    rows = pd.DataFrame(
+        {"d_cv_low": [0.1, -0.2, -0.9, NAN, 0.2], "d_cv_high": [0.5, 0.3, -0.1, NAN, 0.6]}
+        | {"Z_tS": [1.0, 2.0, 1.6, 9.0, 1.5], "Z_tR": [2.0, 2.0, 2.0, 9.0, 2.0]}
+    )
+    assert ranges_page.counts(rows, 1.5) == {"n": 4, "above": 2, "below": 1, "above_null": 2}
