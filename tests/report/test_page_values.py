@@ -27,7 +27,7 @@ def test_dots_of_the_farthest_point_sampler_are_compared_as_a_surface():
 @pytest.mark.parametrize(
     ("percents", "bounds", "bound", "every_dot"),
     [
-        ([4.0, 100.0, 6.0], ["at most", "", ""], "", False),
+        ([4.0, 100.0, 6.0], ["at most", "more", "at most"], "", False),
         ([4.0, 5.0, 9.0], ["at most"] * 3, "at most", False),
         ([100.0] * 3, ["more"] * 3, "more", True),
     ],
@@ -173,3 +173,34 @@ def test_ranges_that_win_lose_or_err_more_than_the_mean_patch():
         | {"Z_tS": [1.0, 2.0, 1.6, 9.0, 1.5], "Z_tR": [2.0, 2.0, 2.0, 9.0, 2.0]}
     )
     assert ranges_page.counts(rows, 1.5) == {"n": 4, "above": 2, "below": 1, "above_null": 2}
+
+
+def test_a_row_of_ranges_has_the_numbers_of_its_columns():
+    row = {"n_S_low_percent": 2.63, "n_S_high_percent": 12.34, "n_S_percent": 11.11, "Z_tS": 1.456}
+    row |= dict(zip(("alpha", "beta", "gamma", "delta"), (1.0, 0.0, 6.0, 0.0), strict=True))
+    row |= {"d_cv": 0.5, "d_cv_low": 0.25, "d_cv_high": 0.75, "median_patch_size": 61.0, "n_best_set": 17.0}
+    cells = ["2.6 – 12.3", "(1, 0, 6, 0)", "11.1", "0.50 (0.25 to 0.75)", "1.46", "61", "17"]
+    assert ranges_page.rows_of(pd.DataFrame([row])) == [cells]
+
+
+def test_factors_of_the_page_are_those_of_dots_as_the_surface():
+    table = pd.DataFrame(
+        {"sampler": ["farthest", "uniform"], "percent": 10.0, "measure": "Z as_written", "value": [0.5, 0.9]}
+        | {"lowest": 0.1, "highest": 1.0, "Z_mean_descriptor": 1.7}
+    )
+    rows = [
+        ("centres", "Z as_written", 10.0, 9.0),
+        ("surface", "Z as_written", 20.0, 8.0),
+        ("surface", "Z centres", 10.0, 7.0),
+        ("surface", "Z as_written", 10.0, 2.5),
+    ]
+    fewer = pd.DataFrame(rows, columns=["use", "measure", "percent", "factor"])
+    fewer = fewer.assign(sampler="farthest", than="uniform", bound="", lowest=2.0, highest=3.0)
+    page = comparison_page.comparison_page("run", table, fewer)
+    assert {key: page["against"][key] for key in ("factor", "low", "high")} == {
+        "factor": 2.5,
+        "low": 2.0,
+        "high": 3.0,
+    }
+    assert (page["best"], page["best_Z"], page["at"]) == ("farthest", 0.5, 10.0)
+    assert list(page["fewer"]) == ["farthest"] and page["fewer"]["farthest"]["uniform"]["factor"] == 2.5
